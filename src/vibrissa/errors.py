@@ -1,0 +1,44 @@
+"""The two ways a call can fail: bad input, or a solver that does not arrive."""
+
+
+class InputError(ValueError):
+    """Bad input, told in one line: the thing, the rule, the value and the remedy.
+
+    Parameters
+    ----------
+    thing : str
+        What the user gave, by the name the user knows (``Whisker.length``, a file, a key).
+    rule : str
+        The rule it breaks, as a verb phrase: "must be positive".
+    value : object, optional
+        What was found; left out of the message where there is nothing to show.
+    remedy : str, optional
+        What to do about it.
+    """
+
+    def __init__(self, thing: str, rule: str, value: object = None, remedy: str = "") -> None:
+        got = "" if value is None else f", got {value}"
+        cure = f"; {remedy}" if remedy else ""
+        super().__init__(f"{thing} {rule}{got}{cure}".replace("\n", " "))
+
+
+class ConvergenceError(RuntimeError):
+    """A solver stopped before it met its tolerance.
+
+    Parameters
+    ----------
+    problem : str
+        What was being solved.
+    residual : float
+        The residual reached.
+    iterations : int
+        The iterations spent.
+    remedy : str, optional
+        What may help.
+    """
+
+    def __init__(self, problem: str, residual: float, iterations: int, remedy: str = "") -> None:
+        cure = f"; {remedy}" if remedy else ""
+        super().__init__(
+            f"{problem} did not converge: residual {residual:.3g} after {iterations} iterations{cure}"
+        )

@@ -1,0 +1,1 @@
+"""Movies: reading, rendering and tracking of whiskers."""
