@@ -1,0 +1,192 @@
+"""A gap in the substrate: where the contact jumps, and the quasi-static response that is linear in d (Eq. 11)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+from scipy.optimize import root
+
+from vibrissa.errors import ConvergenceError, InputError
+from vibrissa.exact import cone_kappa, cone_modes, shaft_quadrature
+from vibrissa.mechanics.profile import Curve, Posture, curve, flat_curve
+
+Array = NDArray[np.float64]
+
+_TABLE = 14  # Chebyshev nodes for d₂(λ)/λ², smooth in λ: 1e-9 up to λ = 0.05 L
+
+
+@dataclass(frozen=True)
+class UnitResponse:
+    """What changes when an edge carries the contact by a small excursion d, per unit of d.
+
+    Attributes
+    ----------
+    posture : Posture
+        The flat posture it is linearised about.
+    curve : Curve
+        The stationary profile of that posture.
+    contact, contact_angle, load : float
+        Derivatives of ε, θ(ε) and Λ̂ by d.
+    determinant : float
+        det ∂(θ_b, D, H)/∂(ε, θ_ε, Λ), negative; 0 on the fold, beyond which no quasi-static response exists.
+    """
+
+    posture: Posture
+    curve: Curve
+    contact: float
+    contact_angle: float
+    load: float
+    determinant: float
+
+    def displacement(self, s: Array) -> Array:
+        """Transverse displacement Ū(s) = n·∂r/∂d, n = (−sin θ, cos θ), r relative to the fixed base.
+
+        Parameters
+        ----------
+        s : (S,) array
+            Positions in [ε, 1].
+
+        Returns
+        -------
+        (S,) array
+            Ū [1], 0 at the base.
+        """
+        c, epsilon = self.curve, self.posture.contact
+        log_x = np.log(s / epsilon)
+        x = s / epsilon
+        psi = c.at(c.psi, log_x)
+
+        def from_base(values: Array) -> Array:
+            return c.at(values, log_x) - values[-1]
+
+        base = 1 / epsilon
+        shift_x = from_base(c.x) - (x * np.cos(psi) - base * np.cos(c.psi[-1]))
+        shift_y = from_base(c.y) - (x * np.sin(psi) - base * np.sin(c.psi[-1]))
+        turn = epsilon * self.contact_angle
+        delta_x = self.contact * shift_x + epsilon * self.load * from_base(c.x_load) - turn * from_base(c.y)
+        delta_y = self.contact * shift_y + epsilon * self.load * from_base(c.y_load) + turn * from_base(c.x)
+        return -np.sin(psi) * delta_x + np.cos(psi) * delta_y
+
+
+def unit_response(posture: Posture) -> UnitResponse:
+    """Linear response of the stationary profile to the excursion of an edge.
+
+    Ū of Eq. (11) of [Boubenec2014]_, U_qs = U₁ + d(t) Ū(s): the derivative at d = 0 with θ_b and H held, from
+    the linearised problem.
+
+    Raises
+    ------
+    InputError
+        On or beyond the fold, where the sign of the response flips.
+    """
+    c, epsilon = flat_curve(posture), posture.contact
+    base, psi = 1 / epsilon, c.psi[-1]
+    matrix = np.array(  # rows θ_b, D, H; columns ε, θ_ε, Λ̂
+        [
+            [-c.slope[-1] * base, 1.0, c.psi_load[-1]],
+            [c.x[-1] - base * np.cos(psi), -epsilon * c.y[-1], epsilon * c.x_load[-1]],
+            [c.y[-1] - base * np.sin(psi), epsilon * c.x[-1], epsilon * c.y_load[-1]],
+        ]
+    )
+    determinant = float(np.linalg.det(matrix)) / epsilon**2
+    if not determinant < 0:
+        raise InputError(
+            f"posture ({epsilon:.4g}, {posture.base_angle:.4g} rad)",
+            "must stand before the fold (determinant below 0)",
+            f"{determinant:.4g}",
+            "lower the base angle or raise the contact",
+        )
+    contact, contact_angle, load = np.linalg.solve(matrix, [0.0, 1.0, 0.0])
+    return UnitResponse(posture, c, contact, contact_angle, load, determinant)
+
+
+def coupling(response: UnitResponse, n_modes: int) -> Array:
+    """Coupling c_i = ∫_ε^1 s² Ū V_i ds of the pinned modes to the excursion.
+
+    Returns
+    -------
+    (n_modes,) array
+        c_i [1].
+    """
+    contact = response.posture.contact
+    s, weights = shaft_quadrature(contact, 80 + 8 * n_modes)
+    shapes = cone_modes(cone_kappa(contact, n_modes), contact, s)
+    return shapes @ (weights * s**2 * response.displacement(s))
+
+
+def excursion_at_jump(posture: Posture, gap_width: float) -> float:
+    """Excursion d₂ at which the profile, held by the far edge of a gap, meets the near one.
+
+    On the curve from the far edge the near edge stands at ln x = q, at distance λ along the substrate: so
+    θ_ε = −atan(Y/X) and ε = λ/√(X² + Y²) follow from (Λ̂, q), which θ_b and H determine.
+
+    Parameters
+    ----------
+    posture : Posture
+        Posture on the flat, before the gap.
+    gap_width : float
+        Width λ of the gap, over L.
+
+    Returns
+    -------
+    float
+        d₂ over L; below λ.
+
+    Raises
+    ------
+    ConvergenceError
+        If no such posture is found, as for a gap wider than the whisker can sag into.
+    """
+    flat, phi = flat_curve(posture), posture.friction_angle
+    height = posture.contact * flat.y[-1]
+
+    def held(unknown: Array) -> tuple[Curve, float, float]:
+        load, log_x = unknown
+        wide = curve(load, 1.05 * flat.span, phi)
+        near_x, near_y = wide.at(wide.x, log_x), wide.at(wide.y, log_x)
+        contact = gap_width / np.hypot(near_x, near_y)
+        return wide, float(contact), float(-np.arctan2(near_y, near_x))
+
+    def base(unknown: Array) -> tuple[float, float, float]:
+        wide, contact, turn = held(unknown)
+        span = -np.log(contact)
+        x, y = contact * wide.at(wide.x, span), contact * wide.at(wide.y, span)
+        along = x * np.cos(turn) - y * np.sin(turn)
+        return float(turn + wide.at(wide.psi, span)), float(along), float(x * np.sin(turn) + y * np.cos(turn))
+
+    def mismatch(unknown: Array) -> Array:
+        angle, _, above = base(unknown)
+        return np.array([angle - posture.base_angle, above - height])
+
+    guess = np.array([flat.load, np.log1p(gap_width / posture.contact)])
+    found = root(mismatch, guess, tol=1e-14)
+    residual = float(np.abs(mismatch(found.x)).max())
+    if not residual < 1e-11:
+        raise ConvergenceError(f"jump over a gap of width {gap_width:.4g} L", residual, int(found.nfev))
+    return base(found.x)[1] - posture.contact * float(flat.x[-1])
+
+
+def excursions_at_jump(posture: Posture, gap_widths: Array) -> Array:
+    """d₂ for many gaps, from a Chebyshev table of d₂/λ² (smooth, see :func:`excursion_at_jump`).
+
+    Parameters
+    ----------
+    posture : Posture
+        Posture on the flat.
+    gap_widths : (J,) array
+        Widths λ, over L.
+
+    Returns
+    -------
+    (J,) array
+        d₂ over L.
+    """
+    low, high = 0.9 * gap_widths.min(), 1.1 * gap_widths.max()
+    z = np.cos(np.pi * (np.arange(_TABLE) + 0.5) / _TABLE)
+    node = (low + high) / 2 + (high - low) / 2 * z
+    ratio = [excursion_at_jump(posture, width) / width**2 for width in node]
+    coefficient = chebyshev.chebfit(z, ratio, _TABLE - 1)
+    return gap_widths**2 * chebyshev.chebval((2 * gap_widths - low - high) / (high - low), coefficient)

@@ -1,0 +1,1 @@
+"""Textures: what the whisker is dragged over."""
