@@ -1,0 +1,73 @@
+"""The whisker as a straight cone: its parameters and what follows from them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibrissa.errors import InputError
+
+YOUNGS_MODULUS = 3.74e9  # Pa, where the measured resonances of the paper fit best
+DENSITY = 1140.0  # kg/m³
+STEEPEST_CONE = 0.1  # rad: beyond it sin α ≈ α is wrong by 0.2 % and slender-beam theory goes with it
+
+
+@dataclass(frozen=True, kw_only=True)
+class Whisker:
+    """A straight cone of homogeneous keratin, clamped at its base, perhaps cut before its tip.
+
+    Attributes
+    ----------
+    length : float
+        Length L of the NONtruncated cone [m], at most 1.
+    cone_angle : float
+        Cone angle α = base radius / L [rad], at most 0.1: slopes, not arcs, so α counts as small.
+    tip : float
+        Position s of the physical tip, over L: 0 at the cone's own tip (sharp, the default), below 1 (the base).
+    youngs_modulus : float
+        Young's modulus E [Pa].
+    density : float
+        Density ρ [kg/m³].
+
+    Raises
+    ------
+    InputError
+        Names the first parameter that is not finite or out of range.
+    """
+
+    length: float
+    cone_angle: float
+    tip: float = 0.0
+    youngs_modulus: float = YOUNGS_MODULUS
+    density: float = DENSITY
+
+    def __post_init__(self) -> None:
+        _check_positive("length", self.length, most=1.0, unit="m")
+        _check_positive("cone_angle", self.cone_angle, most=STEEPEST_CONE, unit="rad")
+        _check_positive("youngs_modulus", self.youngs_modulus, unit="Pa")
+        _check_positive("density", self.density, unit="kg/m³")
+        if not 0 <= self.tip < 1:
+            raise InputError("Whisker.tip", "must lie in [0, 1), as a fraction of the length from the tip", self.tip)
+
+    @property
+    def base_radius(self) -> float:
+        """Radius at the base b = αL [m]."""
+        return self.cone_angle * self.length
+
+    @property
+    def timescale(self) -> float:
+        """Unit of time k = (2L/α)√(ρ/E) [s]: resonances are ω = κ/k."""
+        return 2 * self.length / self.cone_angle * float(np.sqrt(self.density / self.youngs_modulus))
+
+    @property
+    def physical_length(self) -> float:
+        """Length from the base to the physical tip L(1 − tip) [m]."""
+        return self.length * (1 - self.tip)
+
+
+def _check_positive(name: str, value: float, *, most: float = np.inf, unit: str) -> None:
+    if not 0 < value < np.inf:
+        raise InputError(f"Whisker.{name}", "must be positive and finite", value, f"give it in {unit}")
+    if value > most:
+        raise InputError(f"Whisker.{name}", f"must be at most {most:g} {unit}", value, f"give it in {unit}")

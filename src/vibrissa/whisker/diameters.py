@@ -1,0 +1,217 @@
+"""The cone behind measured diameters: reading them, fitting the line, its standard errors."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vibrissa.errors import InputError
+from vibrissa.quantities import dataset
+from vibrissa.whisker.cone import DENSITY, YOUNGS_MODULUS, Whisker
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+
+CONE_ONLY = "the model is for a cone only, one that thins from base to tip"
+DIAMETER_COLUMNS = {"distance": 1.0, "distance_mm": 1e-3, "diameter": 1.0, "diameter_um": 1e-6}
+
+
+@dataclass(frozen=True, kw_only=True)
+class WhiskerFit:
+    """A cone fitted to measured diameters; standard errors end in ``_se``.
+
+    They are those of ordinary least squares carried to first order (covariance of offset and slope included); E, ρ and
+    the physical length count as exact. A coverage probability needs Student's t with ``points`` − 2 degrees of freedom.
+
+    Attributes
+    ----------
+    whisker : Whisker
+        The cone.
+    length_se, cone_angle_se, base_radius_se, tip_se, timescale_se : float
+        Standard errors of L [m], α [rad], b [m], the tip's position and k [s].
+    residual_sd : float
+        Standard deviation of the diameters about the line [m], with ``points`` − 2 degrees of freedom.
+    r_squared : float
+        Share of the diameters' variance on the line.
+    points : int
+        Number of diameters.
+    """
+
+    whisker: Whisker
+    length_se: float
+    cone_angle_se: float
+    base_radius_se: float
+    tip_se: float
+    timescale_se: float
+    residual_sd: float
+    r_squared: float
+    points: int
+
+
+def from_diameters(
+    distance: ArrayLike,
+    diameter: ArrayLike,
+    *,
+    physical_length: float | None = None,
+    youngs_modulus: float = YOUNGS_MODULUS,
+    density: float = DENSITY,
+) -> WhiskerFit:
+    """Straight-line fit of the diameter along the shaft, extrapolated to the cone's tip.
+
+    With diameter = A − B·distance (ordinary least squares): L = A/B, where the line vanishes; b = A/2; α = B/2.
+
+    Parameters
+    ----------
+    distance : (N,) array
+        Arc length from the base [m], at least 3 different values, in any order.
+    diameter : (N,) array
+        Diameter there [m].
+    physical_length : float, optional
+        Arc length from base to physical tip [m]. By default the largest distance: a lower bound, so the tip's
+        position is then an upper bound. A tip up to three standard errors beyond the cone's own counts as sharp (0).
+    youngs_modulus, density : float
+        E [Pa] and ρ [kg/m³], not measured here.
+
+    Returns
+    -------
+    WhiskerFit
+        The whisker, its standard errors and the quality of the line.
+
+    Raises
+    ------
+    InputError
+        If there are too few points, a value is negative or not finite, the shaft is a cylinder (slope within its 95 %
+        interval of zero), widens away from the base, or ends well beyond the fitted cone.
+    """
+    x, d = _checked_points(distance, diameter)
+    line, covariance, residual_sd, r_squared = _straight_line(x, d)
+    A, B = line
+    _refuse_cylinder(B, float(np.sqrt(covariance[1, 1])), x, d)
+    L, root = A / B, float(np.sqrt(density / youngs_modulus))
+
+    def se(*gradient: float) -> float:
+        return float(np.sqrt(np.array(gradient) @ covariance @ np.array(gradient)))
+
+    length_se = se(1 / B, -A / B**2)
+    end = float(x.max()) if physical_length is None else physical_length
+    whisker = Whisker(
+        length=L, cone_angle=B / 2, tip=_tip(end, L, length_se, x), youngs_modulus=youngs_modulus, density=density
+    )
+    return WhiskerFit(
+        whisker=whisker,
+        length_se=length_se,
+        cone_angle_se=se(0, 1 / 2),
+        base_radius_se=se(1 / 2, 0),
+        tip_se=end / L**2 * length_se,
+        timescale_se=se(4 * root / B**2, -8 * root * A / B**3),  # k = 4A/B² √(ρ/E)
+        residual_sd=residual_sd,
+        r_squared=r_squared,
+        points=x.size,
+    )
+
+
+def _checked_points(distance: ArrayLike, diameter: ArrayLike) -> tuple[Array, Array]:
+    x, d = np.asarray(distance, float), np.asarray(diameter, float)
+    if x.ndim != 1 or x.shape != d.shape:
+        raise InputError("distance and diameter", "must be two lists of equal length", f"{x.shape} and {d.shape}")
+    for name, values in (("distance", x), ("diameter", d)):
+        wrong = np.flatnonzero(~((values >= 0) & np.isfinite(values)))
+        if wrong.size:
+            raise InputError(f"{name} of point {wrong[0] + 1}", "must be finite, not negative", values[wrong[0]])
+    if np.unique(x).size < 3:
+        raise InputError("diameters", "must be measured at 3 different distances at least", np.unique(x).size)
+    return x, d
+
+
+def _straight_line(x: Array, d: Array) -> tuple[tuple[float, float], Array, float, float]:
+    """Least squares of d = A − Bx: (A, B), their covariance, residual standard deviation, R²."""
+    centred, spread = x - x.mean(), d - d.mean()
+    sxx = float(centred @ centred)
+    B = -float(centred @ spread) / sxx
+    A = float(d.mean()) + B * float(x.mean())
+    residual = d - (A - B * x)
+    variance = float(residual @ residual) / (x.size - 2)
+    cross = float(x.mean()) / sxx
+    covariance = variance * np.array([[1 / x.size + x.mean() * cross, cross], [cross, 1 / sxx]])
+    total = float(spread @ spread)
+    r_squared = 1 - float(residual @ residual) / total if total > 0 else 0.0
+    return (A, B), covariance, float(np.sqrt(variance)), r_squared
+
+
+def _refuse_cylinder(slope: float, slope_se: float, x: Array, d: Array) -> None:
+    from scipy.special import stdtrit
+
+    if slope < 0:
+        raise InputError("diameters", "grow away from the base", remedy=f"{CONE_ONLY}; is the distance from the base?")
+    rounding = 1e-9 * d.mean() / np.ptp(x)
+    if slope <= max(stdtrit(x.size - 2, 0.975) * slope_se, rounding):
+        found = f"a slope of {slope:.2g} ± {slope_se:.2g}"
+        raise InputError("diameters", "must fall from base to tip, beyond their scatter", found, CONE_ONLY)
+
+
+def _tip(end: float, L: float, length_se: float, x: Array) -> float:
+    """Position of the physical tip over L; 0 where it cannot be told from the cone's own."""
+    if not x.max() <= end < np.inf:
+        raise InputError("physical_length", f"must reach the last measured distance, {x.max():.4g} m", end)
+    if end - L > 3 * length_se + 1e-9 * L:
+        found = f"a line that vanishes at {L * 1e3:.4g} ± {length_se * 1e3:.2g} mm"
+        raise InputError(f"a whisker of {end * 1e3:.4g} mm", "must end within its fitted cone", found, CONE_ONLY)
+    return max(0.0, 1 - end / L)
+
+
+def read_diameters(path: str | Path) -> xr.Dataset:
+    """Measured diameters from a CSV file; the header names the units.
+
+    Parameters
+    ----------
+    path : path
+        Comma-separated, with columns ``distance`` [m] or ``distance_mm`` (arc length from the base) and ``diameter``
+        [m] or ``diameter_um``, in any order; other columns are left alone, and so is the order of the lines.
+
+    Returns
+    -------
+    Dataset
+        ``distance`` and ``diameter`` (point) [m].
+
+    Raises
+    ------
+    InputError
+        Names the file and the line: a missing column, a cell that is no number, or is negative.
+    """
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            lines = csv.DictReader(file)
+            names = [_column(path, lines.fieldnames or (), kind) for kind in ("distance", "diameter")]
+            values = [[_cell(path, lines.line_num, line, name) for name in names] for line in lines]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(str(path), "must be a readable CSV file", remedy=str(error)) from error
+    if not values:
+        raise InputError(str(path), "must hold at least one line of numbers below its header")
+    distance, diameter = np.array(values).T
+    return dataset(distance=distance, diameter=diameter)
+
+
+def _column(path: str | Path, header: Any, kind: str) -> str:
+    known = [name for name in DIAMETER_COLUMNS if name.startswith(kind)]
+    found = [name for name in header if name in known]
+    if len(found) != 1:
+        rule = f"must have one column named {' or '.join(known)}"
+        raise InputError(str(path), rule, f"the header {','.join(header)!r}", "separate columns by commas")
+    return found[0]
+
+
+def _cell(path: str | Path, line_number: int, line: dict[str, Any], name: str) -> float:
+    try:
+        value = float(line[name] or "")
+    except ValueError:
+        value = np.nan
+    if not 0 <= value < np.inf:
+        raise InputError(f"{path}, line {line_number}, {name}", "must be a number, not negative", repr(line[name]))
+    return value * DIAMETER_COLUMNS[name]
