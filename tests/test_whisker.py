@@ -122,6 +122,21 @@ def test_a_tip_a_little_beyond_the_noisy_cone_counts_as_sharp():
 # what is refused
 
 
+def passes(distance, diameter):
+    try:
+        from_diameters(distance, diameter)
+    except InputError:
+        return False
+    return True
+
+
+def test_a_noisy_cylinder_passes_for_a_cone_at_most_one_time_in_twenty():
+    rng = np.random.default_rng(11)
+    distance = np.linspace(0, 20e-3, 6)
+    passed = np.mean([passes(distance, 1e-4 + rng.normal(0, 2e-6, 6)) for _ in range(2000)])
+    assert passed <= 0.05 + 4 * math.sqrt(0.05 * 0.95 / 2000)
+
+
 @pytest.mark.parametrize("bad", [0, -1e-3, math.nan, math.inf])
 @pytest.mark.parametrize("name", ["length", "cone_angle", "youngs_modulus", "density"])
 def test_a_parameter_must_be_positive_and_finite(name, bad):
@@ -328,3 +343,23 @@ def test_geometry_of_the_isolated_whiskers_predicts_their_resonances():
     assert measured.size == 5
     assert np.all((measured > 0.8) & (measured < 1.3))
     assert np.exp(np.log(measured).mean()) == pytest.approx(1.1, abs=0.1)
+
+
+def test_three_diameters_of_real_whiskers_lie_on_a_line():
+    header, *lines = source_lines("yang2019_table2_whisker_parameters.csv")
+    table = [dict(zip(header, line, strict=True)) for line in lines]
+    ratio, line = [], []
+    for entry in table:
+        distance = np.array([0, float(entry["S_prox_mm"]), float(entry["S_total_mm"])]) * 1e-3
+        names = ("D_base_um", "D_medulla_termination_um", "D_tip_um")
+        diameter = np.array([float(entry[name]) for name in names]) * 1e-6
+        try:
+            fit = from_diameters(distance, diameter)
+        except InputError:  # three points are few: some whiskers cannot be told from a cylinder
+            continue
+        ratio.append(fit.whisker.cone_angle / ((diameter[0] - diameter[2]) / 2 / distance[2]))
+        line.append(fit.r_squared)
+    assert len(ratio) > 0.8 * len(table)
+    assert np.median(ratio) == pytest.approx(1, abs=0.01)
+    assert np.ptp(ratio) < 0.1
+    assert np.median(line) > 0.998

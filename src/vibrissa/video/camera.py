@@ -64,7 +64,7 @@ class Camera:
             _check(name, 0 < getattr(self, name) < np.inf, "must be positive and finite", getattr(self, name), unit)
         for name in ("width", "height"):
             size = getattr(self, name)
-            _check(name, size == int(size) and size >= 1, "must be a whole number of pixels, at least 1", size)
+            _check(name, _whole(size) and size >= 1, "must be a whole number of pixels, at least 1", size)
         longest = 1 / self.frame_rate
         within = 0 < self.exposure <= longest * (1 + 1e-12)
         _check("exposure", within, f"must lie between 0 and one frame, {longest:.4g} s", self.exposure, "s")
@@ -90,6 +90,10 @@ def _check(name: str, good: bool, rule: str, value: object, unit: str = "") -> N
         raise InputError(f"Camera.{name}", rule, value, f"give it in {unit}" if unit else "")
 
 
+def _whole(value: object) -> bool:
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+
+
 def exposure_times(camera: Camera, n_frames: int, subframes: int = 1) -> Array:
     """Instants at which :func:`render` wants the curves: midpoints of equal parts of each exposure.
 
@@ -112,10 +116,10 @@ def exposure_times(camera: Camera, n_frames: int, subframes: int = 1) -> Array:
     return (frame_time[:, None] + camera.exposure * part).ravel()
 
 
-def counted(name: str, value: int) -> int:
-    """The value, if it is a whole number of at least 1."""
-    if value != int(value) or value < 1:
-        raise InputError(name, "must be a whole number, at least 1", value)
+def counted(name: str, value: int, *, least: int = 1) -> int:
+    """The value, if it is a whole number from ``least`` to 2⁶⁴ − 1."""
+    if not (_whole(value) and least <= value < 2**64):
+        raise InputError(name, f"must be a whole number, at least {least} and below 2⁶⁴", value)
     return int(value)
 
 

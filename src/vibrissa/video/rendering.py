@@ -48,10 +48,10 @@ def expose(
         The camera.
     subframes : int
         Instants per frame; the images at these instants are averaged.
-    contrast : (N,) or (W, N) array, optional
+    contrast : float, (N,) or (W, N) array, optional
         Darkening on the centreline [grey levels at ``camera.background``]; by default it falls evenly, from node to
         node, from ``camera.contrast[0]`` to ``camera.contrast[1]``.
-    diameter : (N,) or (W, N) array, optional
+    diameter : float, (N,) or (W, N) array, optional
         Diameter of the shaft [m]. It widens the line's image, variances added: blur²/8 ln 2 + diameter²/12, the second
         that of a uniformly dark band. By default the whisker is infinitely thin.
 
@@ -108,10 +108,8 @@ def render(
         As :func:`expose`, and for a seed, a first frame or a block out of range; before the first block.
     """
     scene = _Scene.of(x, y, camera, subframes, contrast, diameter)
-    for name, value in (("seed", seed), ("first_frame", first_frame)):
-        if value != int(value) or not 0 <= value < 2**64:
-            raise InputError(name, "must be a whole number, not negative, below 2⁶⁴", value)
-    return _blocks(scene, int(seed), int(first_frame), counted("block", block))
+    start = counted("first_frame", first_frame, least=0)
+    return _blocks(scene, counted("seed", seed, least=0), start, counted("block", block))
 
 
 def _blocks(scene: _Scene, seed: int, first_frame: int, block: int) -> Iterator[Frames]:
@@ -178,7 +176,7 @@ def _check_curves(x: Array, y: Array, subframes: int) -> None:
     if x.ndim != 3 or x.shape != y.shape or x.shape[2] < 2:
         rule = "must both have the shape (whisker, instant, node), with 2 nodes or more"
         raise InputError("x and y", rule, f"{x.shape} and {y.shape}")
-    if x.shape[1] % subframes:
+    if x.shape[1] % subframes or not x.shape[1]:
         raise InputError("x and y", f"must hold a multiple of {subframes} instants (subframes)", x.shape[1])
     for name, values in (("x", x), ("y", y)):
         if not np.isfinite(values).all():

@@ -87,8 +87,8 @@ def from_diameters(
     Raises
     ------
     InputError
-        If there are too few points, a value is negative or not finite, the shaft is a cylinder (slope within its 95 %
-        interval of zero), widens away from the base, or ends well beyond the fitted cone.
+        If there are too few points, a value is negative or not finite, the shaft cannot be told from a cylinder (its
+        slope is not above zero at 5 %, one-sided), widens away from the base, or ends well beyond the fitted cone.
     """
     x, d = _checked_points(distance, diameter)
     line, covariance, residual_sd, r_squared = _straight_line(x, d)
@@ -151,9 +151,12 @@ def _refuse_cylinder(slope: float, slope_se: float, x: Array, d: Array) -> None:
     if slope < 0:
         raise InputError("diameters", "grow away from the base", remedy=f"{CONE_ONLY}; is the distance from the base?")
     rounding = 1e-9 * d.mean() / np.ptp(x)
-    if slope <= max(stdtrit(x.size - 2, 0.975) * slope_se, rounding):
-        found = f"a slope of {slope:.2g} ± {slope_se:.2g}"
-        raise InputError("diameters", "must fall from base to tip, beyond their scatter", found, CONE_ONLY)
+    # one-sided: a shaft that widens has been refused already
+    if slope <= max(stdtrit(x.size - 2, 0.95) * slope_se, rounding):
+        found = f"a slope of {slope:.2g} ± {slope_se:.2g} from {x.size} points"
+        raise InputError(
+            "diameters", "must fall from base to tip, beyond their scatter", found, f"measure more points; {CONE_ONLY}"
+        )
 
 
 def _tip(end: float, L: float, length_se: float, x: Array) -> float:
