@@ -1,0 +1,222 @@
+"""The house stands as told: a light start, locks that fit, a set-up that is done once, citations that resolve."""
+
+import ast
+import importlib.util
+import json
+import re
+import subprocess
+import sys
+import tomllib
+from collections import Counter
+from pathlib import Path
+
+import pytest
+import yaml
+from packaging.markers import default_environment
+from packaging.requirements import Requirement
+
+import vibrissa
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+CORE, DEV = ROOT / "requirements.lock", ROOT / "requirements-dev.lock"
+
+# Equations of [Boubenec2014]_ that the package has: whoever builds one adds it here.
+EQUATIONS = {1, 2, 3, 4, 5, 7, 11, 12, 13, 14, 15, 16, 17, 18, 19}
+
+
+@pytest.fixture
+def run():
+    """Give run.py as a module."""
+    spec = importlib.util.spec_from_file_location("run", ROOT / "run.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+# Start-up
+
+HELP = """
+import json, sys
+from vibrissa.cli import main
+sys.argv = ["vibrissa", "--help"]
+try:
+    main()
+finally:
+    print(json.dumps(sorted({name.partition(".")[0] for name in sys.modules})), file=sys.stderr)
+"""
+
+
+@pytest.mark.skipif(importlib.util.find_spec("vibrissa.cli") is None, reason="no command line yet")
+def test_help_imports_nothing_heavy():
+    done = subprocess.run([sys.executable, "-c", HELP], capture_output=True, text=True, check=True)
+    heavy = {"scipy", "matplotlib", "xarray", "pandas", "numba", "dask", "av", "tifffile", "pydantic", "h5py"}
+    assert not heavy & set(json.loads(done.stderr.splitlines()[-1]))
+    assert "modes" in done.stdout
+
+
+# Locks
+
+
+def locked(path):
+    """List what a lock pins, each with its marker."""
+    return [Requirement(line.rstrip(" \\")) for line in path.read_text().splitlines() if re.match(r"\w", line)]
+
+
+def pins(path, python, platform):
+    """Give the versions a lock means for one Python on one platform."""
+    environment = default_environment() | {
+        "python_version": python,
+        "python_full_version": f"{python}.1",
+        "sys_platform": platform,
+        "platform_system": platform.capitalize(),
+    }
+    chosen = [one for one in locked(path) if one.marker is None or one.marker.evaluate(environment)]
+    assert len({one.name for one in chosen}) == len(chosen)
+    return {one.name: str(one.specifier).removeprefix("==") for one in chosen}
+
+
+def asked_by_extras_and_dev():
+    extras = PROJECT["project"]["optional-dependencies"]
+    groups = PROJECT["dependency-groups"]
+    asked = [one for name in extras if name != "all" for one in extras[name]]
+    return asked + [one for one in groups["build"] + groups["dev"] if isinstance(one, str)]
+
+
+@pytest.mark.parametrize("platform", ["linux", "darwin"])
+@pytest.mark.parametrize("python", ["3.11", "3.12", "3.13", "3.14"])
+def test_locks_satisfy_what_the_project_asks_for(python, platform):
+    core, dev = pins(CORE, python, platform), pins(DEV, python, platform)
+    for text in PROJECT["project"]["dependencies"] + PROJECT["dependency-groups"]["build"]:
+        assert Requirement(text).specifier.contains(core[Requirement(text).name.lower()]), text
+    for text in asked_by_extras_and_dev():
+        assert Requirement(text).specifier.contains(dev[Requirement(text).name.lower()]), text
+    assert core.items() <= dev.items()
+
+
+@pytest.mark.parametrize("path", [CORE, DEV], ids=lambda path: path.name)
+def test_locks_are_the_ones_made_from_this_project_and_hold_hashes_alone(run, path):
+    text = path.read_text()
+    assert text == run.sealed(run.body(path))
+    assert text.replace("==1", "==2", 1) != run.sealed(run.body(path).replace("==1", "==2", 1))
+    assert "://" not in text
+    assert "torch" not in {one.name for one in locked(path)}
+    entries = re.split(r"\n(?=\w)", run.body(path).strip())
+    assert all("--hash=sha256:" in entry for entry in entries)
+
+
+# Set-up
+
+
+@pytest.fixture
+def set_up(run, monkeypatch, tmp_path):
+    """Give run.py with an environment elsewhere, and the list of the commands it would run."""
+    commands = []
+
+    def pretend(command, **_):
+        commands.append([str(word) for word in command])
+        (tmp_path / ".venv").mkdir(exist_ok=True)
+        return subprocess.CompletedProcess(command, 0)
+
+    monkeypatch.setattr(run, "VENV", tmp_path / ".venv")
+    monkeypatch.setattr(run.subprocess, "run", pretend)
+    return run, commands
+
+
+def test_set_up_is_done_once(set_up):
+    run, commands = set_up
+    run.install(run.CORE)
+    assert "--clear" in commands[0]
+    assert all("--no-deps" in command for command in commands[1:])
+    assert "--require-hashes" in commands[1]
+    before = len(commands)
+    run.install(run.CORE)
+    assert len(commands) == before
+
+
+def test_the_tools_are_added_to_what_is_there_and_hold_what_the_main_job_needs(set_up):
+    run, commands = set_up
+    run.install(run.CORE)
+    commands.clear()
+    run.install(run.DEV)
+    run.install(run.CORE)
+    assert len(commands) == 2
+    assert not any("--clear" in command for command in commands)
+
+
+def test_half_made_set_up_is_made_anew(set_up, monkeypatch):
+    run, commands = set_up
+    run.install(run.CORE)
+    (run.VENV / "installed").unlink()
+    commands.clear()
+    run.install(run.CORE)
+    assert "--clear" in commands[0]
+
+
+def test_failed_set_up_leaves_no_record(set_up, monkeypatch):
+    run, _ = set_up
+    run.install(run.CORE)
+    monkeypatch.setattr(run, "fingerprint", lambda _: "another")
+    monkeypatch.setattr(run.subprocess, "run", lambda command, **_: subprocess.CompletedProcess(command, 1))
+    with pytest.raises(SystemExit, match="set-up failed"):
+        run.install(run.CORE)
+    assert not (run.VENV / "installed").exists()
+
+
+@pytest.mark.parametrize(("words", "passed"), [([], ["run"]), (["modes", "--json"], ["modes", "--json"])])
+def test_words_go_to_vibrissa(run, monkeypatch, words, passed):
+    called = []
+    monkeypatch.setattr(run, "install", lambda _: None)
+    monkeypatch.setattr(run.os, "execv", lambda _, command: called.extend(command))
+    run.main(words)
+    assert called == ["vibrissa", *passed]
+
+
+def test_old_python_is_told_so(run, monkeypatch):
+    ast.parse((ROOT / "run.py").read_text(), feature_version=(3, 6))  # it can be read that far back
+    monkeypatch.setattr(run.sys, "version_info", (3, 9, 6))
+    with pytest.raises(SystemExit, match=r"needs Python 3\.11"):
+        run.main([])
+
+
+def test_missing_venv_names_the_remedy(run, monkeypatch):
+    monkeypatch.setattr(run.importlib.util, "find_spec", lambda name: None if name == "ensurepip" else name)
+    with pytest.raises(SystemExit, match="apt install python3-venv"):
+        run.main([])
+
+
+# Citations
+
+
+def docstrings():
+    """Give every docstring of the package as one line, with its place."""
+    for path in sorted((ROOT / "src").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+                yield path.name, " ".join((ast.get_docstring(node) or "").split())
+
+
+def bibliography():
+    return dict(re.findall(r"@\w+\{(\w+),.*?doi *= \{(.*?)\}", (ROOT / "docs/references.bib").read_text(), re.DOTALL))
+
+
+def test_every_citation_is_in_the_bibliography():
+    for place, text in docstrings():
+        missing = set(re.findall(r"\[(\w+)\]_", text)) - set(bibliography())
+        assert not missing, f"{place}: {missing}"
+
+
+def test_every_equation_built_is_cited_once():
+    cited = Counter()
+    for _, text in docstrings():
+        for numbers in re.findall(r"Eqs?\. ((?:\(\d+\)(?:, | and )?)+) of \[Boubenec2014\]_", text):
+            cited.update(map(int, re.findall(r"\d+", numbers)))
+    assert set(range(1, 20)) >= EQUATIONS
+    assert cited == Counter(EQUATIONS)
+
+
+def test_citation_file_names_this_version_and_the_paper():
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    assert citation["version"] == vibrissa.__version__
+    assert citation["license"] == PROJECT["project"]["license"]
+    assert [reference["doi"] for reference in citation["references"]] == [bibliography()["Boubenec2014"]]
