@@ -82,7 +82,7 @@ class Curve:
 @cache
 def _unit_nodes() -> Array:
     """Chebyshev–Lobatto nodes on [0, 1]."""
-    return (1 - np.cos(np.pi * np.arange(_NODES) / (_NODES - 1))) / 2
+    return np.asarray((1 - np.cos(np.pi * np.arange(_NODES) / (_NODES - 1))) / 2, float)
 
 
 @cache

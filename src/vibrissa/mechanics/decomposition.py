@@ -1,0 +1,197 @@
+"""From tracked centrelines back to modal amplitudes (Eqs. 2, 14 and 15)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.polynomial import Polynomial
+from numpy.typing import NDArray
+
+from vibrissa.errors import InputError
+from vibrissa.exact import cone_kappa, cone_modes
+from vibrissa.mechanics.modes import check_contact
+from vibrissa.quantities import dataset, require
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from vibrissa.whisker import Whisker
+
+Array = NDArray[np.float64]
+Method = Literal["least-squares", "paper2014"]
+
+_PROFILE_DEGREE = 8  # of the polynomial through the mean profile: its tangent to 1e-3 rad
+_SMALLEST_TURN = 0.02  # [rad] below it a mean profile does not tell its concave side
+_END_NODES = 25  # nodes (about 3 mm) that extrapolate the profile in the paper's form
+
+
+def normal_displacement(profile: xr.Dataset) -> tuple[Array, Array]:
+    """Displacement of each node along the normal of the mean profile.
+
+    The normal points to the concave side of the mean profile, which is n = (−sin θ, cos θ), away from the
+    substrate, in whichever way the camera turns or mirrors the scene.
+
+    Parameters
+    ----------
+    profile : Dataset
+        One whisker: ``x``, ``y`` (time, node) [m], ``arc_length`` (node) [m]. NaN where lost.
+
+    Returns
+    -------
+    displacement : (T, N) array
+        n·(r − mean r) [m]; NaN where lost.
+    visible : (N,) array of bool
+        Nodes seen in at least half of the frames; the others are all NaN.
+
+    Raises
+    ------
+    InputError
+        If too few nodes are visible, or the mean profile is too straight to tell its concave side.
+    """
+    require(profile, "x", "y", "arc_length")
+    x, y = profile.x.values, profile.y.values
+    if x.ndim != 2:
+        raise InputError("profile", "must be of one whisker", f"dimensions {profile.x.dims}", "select one")
+    visible = np.isfinite(x).mean(axis=0) >= 0.5
+    if visible.sum() < 3 * _PROFILE_DEGREE:
+        raise InputError(
+            "profile", f"must have {3 * _PROFILE_DEGREE} nodes seen in half the frames", int(visible.sum())
+        )
+    arc = profile.arc_length.values
+    mean_x, mean_y = np.nanmean(x[:, visible], axis=0), np.nanmean(y[:, visible], axis=0)
+    fit_x, fit_y = (Polynomial.fit(arc[visible], mean, _PROFILE_DEGREE) for mean in (mean_x, mean_y))
+    angle = np.unwrap(np.arctan2(fit_y.deriv()(arc[visible]), fit_x.deriv()(arc[visible])))
+    turn = angle[-1] - angle[0]
+    if abs(turn) < _SMALLEST_TURN:
+        raise InputError("mean profile", f"must turn by {_SMALLEST_TURN} rad to tell its concave side", f"{turn:.3g}")
+    displacement = np.full(x.shape, np.nan)
+    side = np.sign(turn)
+    displacement[:, visible] = side * (
+        np.cos(angle) * (y[:, visible] - mean_y) - np.sin(angle) * (x[:, visible] - mean_x)
+    )
+    return displacement, visible
+
+
+def decompose(
+    profile: xr.Dataset,
+    whisker: Whisker,
+    contact: float,
+    *,
+    n_modes: int = 3,
+    extra_modes: int = 2,
+    method: Method = "least-squares",
+) -> xr.Dataset:
+    """Modal amplitudes of a tracked whisker.
+
+    Eq. (15) of [Boubenec2014]_, u(s, t) = Σ_i q_i(t) V_i(s), is solved for q by least squares on the visible nodes,
+    weighted by their residual variance (``least-squares``, default), or by the projection of
+    Eq. (14) of [Boubenec2014]_, q_i = ∫ u s² V_i ds, of a profile extrapolated to skin and contact (``paper2014``).
+    Since the mean is taken away, these are q + Q(d) − mean, not q alone.
+
+    Parameters
+    ----------
+    profile : Dataset
+        One whisker: ``x``, ``y`` (time, node), ``arc_length`` (node) from the skin, ``time``.
+    whisker : Whisker
+        Gives L: s = 1 − arc_length/L.
+    contact : float
+        Position ε of the contact, over L.
+    n_modes : int
+        Modes asked for.
+    extra_modes : int
+        Modes above them that take part in the least squares, so that they do not leak into those asked for.
+    method : {"least-squares", "paper2014"}
+        See above.
+
+    Returns
+    -------
+    Dataset
+        ``mode_displacement`` (mode, time), ``mode_displacement_sd`` (NaN for ``paper2014``), both over L; ``kappa``;
+        ``displacement`` (time, node) [m]; ``variance_explained`` (mode): what each mode adds to those before.
+
+    Raises
+    ------
+    InputError
+        If the profile leaves [ε, 1] or too few nodes are visible.
+    """
+    check_contact(contact)
+    displacement, visible = normal_displacement(profile)
+    s = 1 - profile.arc_length.values / whisker.length
+    visible = visible & (s >= contact) & (s <= 1)
+    kappa = cone_kappa(contact, n_modes + extra_modes)
+    shapes = cone_modes(kappa, contact, s[visible])
+    u = displacement[:, visible] / whisker.length
+    if method == "least-squares":
+        weight = _node_weights(u, shapes)
+        q, sd = _least_squares(u, shapes, weight)
+    elif method == "paper2014":
+        q = _projection(u, s[visible], kappa, contact)
+        sd = np.full(q.shape, np.nan)
+    else:
+        raise InputError("method", "must be 'least-squares' or 'paper2014'", repr(method))
+    return dataset(
+        {"method": method, "whisker_length": whisker.length},
+        time=profile.time.values,
+        mode=np.arange(1, n_modes + 1),
+        node=np.arange(len(s)),
+        arc_length=profile.arc_length.values,
+        contact=contact,
+        kappa=kappa[:n_modes],
+        mode_displacement=q[:n_modes],
+        mode_displacement_sd=sd[:n_modes],
+        displacement=displacement,
+        variance_explained=_variance_explained(u, shapes, n_modes),
+    )
+
+
+def _least_squares(u: Array, shapes: Array, weight: Array) -> tuple[Array, Array]:
+    """Amplitudes (M, T) and their standard deviations; frames with too few nodes are NaN."""
+    seen = np.isfinite(u)
+    w = np.where(seen, weight, 0.0)
+    moment = np.einsum("in,jn,tn->tij", shapes, shapes, w, optimize=True)
+    right = np.einsum("in,tn->ti", shapes, w * np.where(seen, u, 0.0))
+    enough = seen.sum(axis=1) >= max(3 * len(shapes), u.shape[1] // 2)
+    q = np.full((len(shapes), len(u)), np.nan)
+    sd = np.full_like(q, np.nan)
+    covariance = np.linalg.inv(moment[enough])
+    q[:, enough] = np.einsum("tij,tj->it", covariance, right[enough])
+    sd[:, enough] = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)).T
+    return q, sd
+
+
+def _node_weights(u: Array, shapes: Array) -> Array:
+    """1/variance of each node's residual about an unweighted fit, (N,)."""
+    q, _ = _least_squares(u, shapes, np.ones(u.shape[1]))
+    return 1 / np.nanvar(u - q.T @ shapes, axis=0)
+
+
+def _variance_explained(u: Array, shapes: Array, n_modes: int) -> Array:
+    """Share of the displacement's variance that each mode adds, by nested unweighted fits."""
+    even = np.ones(u.shape[1])
+    residual = [np.nanmean(u**2)]
+    for count in range(1, n_modes + 1):
+        q, _ = _least_squares(u, shapes[:count], even)
+        residual.append(np.nanmean((u - q.T @ shapes[:count]) ** 2))
+    return -np.diff(residual) / residual[0]
+
+
+def _projection(u: Array, s: Array, kappa: Array, contact: float) -> Array:
+    """∫ u s² V ds with u extrapolated: a straight line to the skin, a second-degree polynomial to the contact."""
+    order = np.argsort(s)
+    s, u = s[order], u[:, order]
+    step = np.median(np.diff(s))
+    outer, inner = np.arange(contact, s[0], step), np.arange(s[-1] + step, 1, step)
+    to_contact = _extrapolation(s[:_END_NODES], outer, 2)
+    to_skin = _extrapolation(s[-_END_NODES:], inner, 1)
+    whole = np.concatenate([u[:, :_END_NODES] @ to_contact, u, u[:, -_END_NODES:] @ to_skin], axis=1)
+    grid = np.concatenate([outer, s, inner])
+    shapes = cone_modes(kappa, contact, grid)
+    return np.trapezoid(whole[None] * (grid**2 * shapes)[:, None, :], grid, axis=2)
+
+
+def _extrapolation(known: Array, wanted: Array, degree: int) -> Array:
+    """(K, W) matrix that carries values at known points to wanted ones along a fitted polynomial."""
+    centre, width = known.mean(), np.ptp(known)
+    fit = np.linalg.pinv(np.vander((known - centre) / width, degree + 1))
+    return (np.vander((wanted - centre) / width, degree + 1) @ fit).T

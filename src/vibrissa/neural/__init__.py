@@ -1,0 +1,1 @@
+"""Neurons: simulated units, responses, and whether the envelope drives them."""

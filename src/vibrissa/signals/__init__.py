@@ -1,0 +1,1 @@
+"""Spectra, envelopes and correlations of signals, whatever they stand for."""

@@ -1,0 +1,191 @@
+"""Power spectra, and the resonance line that fits them (Eq. 5)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+from scipy.signal import periodogram
+from scipy.stats import norm
+
+from vibrissa.errors import ConvergenceError, InputError
+
+Array = NDArray[np.float64]
+Line = Callable[[float, float], Array]
+
+_NEIGHBOURS = 3  # bins over which a Hann taper (and a smooth misfit) correlates the periodogram
+_ANGLE = 2 * np.pi
+
+
+def power_spectrum(signal: Array, sampling_rate: float) -> tuple[Array, Array]:
+    """One-sided power spectral density by one Hann-tapered periodogram.
+
+    Parameters
+    ----------
+    signal : (..., T) array
+        On an even grid; its mean is taken away. No NaN.
+    sampling_rate : float
+        [Hz].
+
+    Returns
+    -------
+    frequency : (F,) array
+        [Hz], from 0 to half the sampling rate.
+    power : (..., F) array
+        [unit²/Hz]: its sum times the bin width is the variance of the tapered signal.
+
+    Raises
+    ------
+    InputError
+        If samples are NaN.
+    """
+    if not np.all(np.isfinite(signal)):
+        raise InputError("signal", "must have no NaN", remedy="cut it to where it was measured")
+    frequency, power = periodogram(signal, sampling_rate, window="hann", detrend="constant", axis=-1)
+    return frequency, power
+
+
+def lorentzian(frequency: Array) -> Line:
+    """Line of a resonance driven by white noise.
+
+    Eq. (5) of [Boubenec2014]_: |q̂|² ∝ 1/[(2ω_iζω)² + (ω² − ω_i²)²].
+
+    Parameters
+    ----------
+    frequency : (F,) array
+        [Hz].
+
+    Returns
+    -------
+    callable
+        (resonant frequency [Hz], ζ) → (F,) array, up to a factor.
+    """
+
+    def line(resonance: float, zeta: float) -> Array:
+        x = frequency / resonance
+        return 1 / ((2 * zeta * x) ** 2 + (x**2 - 1) ** 2)
+
+    return line
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resonance:
+    """A fitted resonance, with 95 % intervals.
+
+    Attributes
+    ----------
+    frequency, damping : float
+        Resonant frequency ω/2π [Hz] and damping ratio ζ.
+    frequency_low, frequency_high, damping_low, damping_high : float
+        Ends of the 95 % intervals.
+    gain, floor : float
+        Power = gain × line + floor.
+    """
+
+    frequency: float
+    frequency_low: float
+    frequency_high: float
+    damping: float
+    damping_low: float
+    damping_high: float
+    gain: float
+    floor: float
+
+
+def fit_resonance(
+    frequency: Array,
+    power: Array,
+    *,
+    guess: float,
+    line: Callable[[Array], Line] | None = None,
+    band: tuple[float, float] = (0.5, 1.6),
+) -> Resonance:
+    """Fit resonant frequency, damping, gain and floor to a periodogram by Whittle's likelihood.
+
+    Minimises Σ ln S + P/S over the bins of the band, S = gain × line + floor. Intervals come from the sandwich
+    covariance with neighbouring bins, so they hold both for a random forcing, where P/S is exponential,
+    and for a known one, where it is close to 1.
+
+    Parameters
+    ----------
+    frequency, power : (F,) arrays
+        From :func:`power_spectrum`.
+    guess : float
+        About where the resonance stands [Hz].
+    line : callable, optional
+        frequency → (resonant frequency, ζ) → power up to a factor; the white :func:`lorentzian` (Eq. 5) by default.
+    band : (low, high)
+        Bins used, as multiples of the guess.
+
+    Returns
+    -------
+    Resonance
+        Estimates with 95 % intervals.
+
+    Raises
+    ------
+    InputError
+        If the band holds fewer than 20 bins.
+    ConvergenceError
+        If the likelihood has no maximum inside ζ < 1 and the band.
+    """
+    use = (frequency >= band[0] * guess) & (frequency <= band[1] * guess)
+    if use.sum() < 20:
+        raise InputError(
+            "spectrum", "must have at least 20 bins in the band of the fit", int(use.sum()), "record longer"
+        )
+    p = power[use]
+    shape = (line or lorentzian)(frequency[use])
+    scale = p.mean()
+
+    def log_spectrum(theta: Array) -> Array:
+        resonance, zeta, gain, floor = np.exp(theta)
+        values = shape(float(resonance), float(zeta))
+        return np.log(scale) + np.log(gain * values / reference + floor)
+
+    def loss(theta: Array) -> float:
+        log_s = log_spectrum(theta)
+        return float(np.sum(log_s + p * np.exp(-log_s)))
+
+    reference = float(shape(guess, 0.1).mean())
+    bounds = [(np.log(band[0] * guess), np.log(band[1] * guess)), (np.log(1e-3), np.log(0.95)), (-12, 12), (-25, 2)]
+    starts = [np.array([np.log(guess), np.log(zeta), 0.0, -5.0]) for zeta in (0.05, 0.15, 0.4)]
+    fits = [minimize(loss, start, method="L-BFGS-B", bounds=bounds) for start in starts]
+    best = min(fits, key=lambda fit: fit.fun)
+    best = minimize(loss, best.x, method="Nelder-Mead", bounds=bounds, options={"xatol": 1e-7, "fatol": 1e-9})
+    if np.any([abs(best.x[i] - end) < 1e-6 for i in (0, 1) for end in bounds[i]]):
+        raise ConvergenceError("resonance fit (maximum on the border)", float(best.fun), int(best.nit))
+    sd = _sandwich_sd(log_spectrum, best.x, p, free_floor=best.x[3] > bounds[3][0] + 1)
+    return _resonance(best.x, sd, scale / reference, scale)
+
+
+def _sandwich_sd(log_spectrum: Callable[[Array], Array], theta: Array, p: Array, *, free_floor: bool) -> Array:
+    """Standard deviations of ln f and ln ζ, robust to the distribution of P/S."""
+    used = 4 if free_floor else 3  # a floor that fits 0 is no parameter
+    step = 1e-5 * np.eye(4)[:used]
+    jacobian = np.stack([(log_spectrum(theta + h) - log_spectrum(theta - h)) / 2e-5 for h in step], axis=1)
+    score = jacobian * (p * np.exp(-log_spectrum(theta)) - 1)[:, None]
+    middle = score.T @ score
+    for lag in range(1, _NEIGHBOURS + 1):
+        cross = score[lag:].T @ score[:-lag]
+        middle += (1 - lag / (_NEIGHBOURS + 1)) * (cross + cross.T)
+    bread = np.linalg.inv(jacobian.T @ jacobian)
+    return np.sqrt(np.diag(bread @ middle @ bread)[:2])
+
+
+def _resonance(theta: Array, sd: Array, gain_scale: float, floor_scale: float) -> Resonance:
+    frequency, damping, gain, floor = np.exp(theta)
+    wide = np.exp(norm.ppf(0.975) * sd)
+    return Resonance(
+        frequency=float(frequency),
+        frequency_low=float(frequency / wide[0]),
+        frequency_high=float(frequency * wide[0]),
+        damping=float(damping),
+        damping_low=float(damping / wide[1]),
+        damping_high=float(damping * wide[1]),
+        gain=float(gain * gain_scale),
+        floor=float(floor * floor_scale),
+    )
