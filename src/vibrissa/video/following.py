@@ -1,0 +1,236 @@
+"""Whiskers followed from frame to frame: raw centrelines, block by block."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibrissa.errors import InputError
+from vibrissa.video.centreline import SMOOTH, local_quadratic, read_line
+from vibrissa.video.motion import swing_of
+
+Rows = NDArray[np.float64]
+Image = NDArray[Any]
+
+GROW = 10  # columns beyond either end of the followed line that are read in the next frame
+GAP = 12  # longest run of lost columns within one whisker
+FEWEST = 25  # columns below which a line is not called a whisker
+SEED_REACH = 4  # rows around a seed in which its whisker is sought
+SLOPES = np.linspace(-2, 2, 41)  # of the whisker at its seed [rows per column]
+SAME = 0.3  # contrast of a background along the whisker, over the frame's, above which it holds the whisker
+REASONS = ("followed", "too faint or hidden", "not sure where it went", "base end hidden")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Search:
+    """How whiskers are sought in a frame.
+
+    Attributes
+    ----------
+    polarity : {"dark", "bright"}
+        Whether whiskers are darker or brighter than what is behind them.
+    background : "space" or (height, width) array
+        The image without the whisker, or "space": estimated in every frame, by closing across 15 rows.
+    columns : (int, int) or None
+        First and last column that are read; None for all.
+    search : int
+        Largest distance of the line from where it is expected, in one column [px].
+    swing : int
+        Largest shift of the far end between two frames [px]; 0 for small vibrations.
+    threshold : float
+        Signal to noise of the five-pixel contrast, averaged over 7 columns, below which a column is lost.
+    """
+
+    polarity: Literal["dark", "bright"] = "dark"
+    background: str | NDArray[np.generic] = "space"
+    columns: tuple[int, int] | None = None
+    search: int = 4
+    swing: int = 0
+    threshold: float = 4.0
+
+    def __post_init__(self) -> None:
+        if self.polarity not in ("dark", "bright"):
+            raise InputError("polarity", "must be 'dark' or 'bright'", repr(self.polarity))
+        if isinstance(self.background, str) and self.background != "space":
+            raise InputError(
+                "background",
+                "must be 'space' or an image without the whisker",
+                repr(self.background),
+                "a mean over time holds the whisker itself, and what is left is a derivative of its vibration",
+            )
+        if self.search < 1:
+            raise InputError("search", "must be at least 1 pixel", self.search)
+        if self.swing < 0:
+            raise InputError("swing", "must not be negative", self.swing)
+        if not self.threshold > 0:
+            raise InputError("threshold", "must be positive", self.threshold)
+
+
+class Centrelines(NamedTuple):
+    """Raw centrelines of some frames, column by column; NaN where not measured.
+
+    Attributes
+    ----------
+    row : (whisker, T, width) array
+        Row of the five-pixel barycentre in each column [px]; the first pixel's centre is 0, down is positive.
+    sd : (whisker, T, width) array
+        Standard deviation of ``row`` that the pixel noise gives [px].
+    contrast : (whisker, T, width) array
+        Five-pixel sum of the difference to the background [grey levels × px].
+    reason : (whisker, T) array of int
+        Index into ``REASONS``: 0 if the whisker is followed in that frame, else why not.
+    """
+
+    row: Rows
+    sd: Rows
+    contrast: Rows
+    reason: NDArray[np.int8]
+
+
+class _State(NamedTuple):
+    """What is known of one whisker before a frame is read."""
+
+    expected: Rows
+    before: Image
+    motion: Rows
+    ceiling: float
+
+
+def centrelines(
+    blocks: Iterable[Image], *, seeds: Sequence[tuple[float, float]], search: Search | None = None
+) -> Iterator[Centrelines]:
+    """Follow whiskers through a movie, column by column.
+
+    Parameters
+    ----------
+    blocks : iterable of (T, height, width) arrays of uint8 or uint16
+        The movie.
+    seeds : sequence of (column, row)
+        A point within 4 rows of each whisker in the first frame [px].
+    search : Search
+        How they are sought.
+
+    Yields
+    ------
+    Centrelines
+        Those of one block.
+
+    Raises
+    ------
+    InputError
+        If a seed is outside the image or has no whisker, or the background is none.
+    """
+    search = search or Search()
+    states: list[_State] = []
+    for block in blocks:
+        background = _background(search, block.shape[1:])
+        if not states:
+            states = [_start(block[0], background, search, seed) for seed in seeds]
+        shape = (len(states), *block.shape[:1], block.shape[2])
+        row, sd, contrast = np.empty(shape), np.empty(shape), np.empty(shape)
+        reason = np.zeros(shape[:2], np.int8)
+        for i, image in enumerate(block):
+            for w, state in enumerate(states):
+                states[w], line, reason[w, i] = _step(image, background, search, state)
+                row[w, i], sd[w, i], contrast[w, i] = line
+        yield Centrelines(row, sd, contrast, reason)
+
+
+def _background(search: Search, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    if isinstance(search.background, str):
+        return np.zeros((0, 0), np.float32)
+    if search.background.shape != shape:
+        raise InputError("background", f"must have the frames' shape {shape}", search.background.shape)
+    return np.ascontiguousarray(search.background, np.float32)
+
+
+def _sign(search: Search) -> float:
+    return 1.0 if search.polarity == "dark" else -1.0
+
+
+def _read(
+    image: Image, background: NDArray[np.float32], search: Search, expected: Rows, reach: int
+) -> tuple[Rows, Rows, Rows]:
+    return read_line(image, background, _sign(search), expected, reach, search.threshold, GAP)
+
+
+def _start(image: Image, background: NDArray[np.float32], search: Search, seed: tuple[float, float]) -> _State:
+    """Find the whisker at a seed: the slope of highest contrast there, then along it to both ends."""
+    height, width = image.shape
+    column, row = seed
+    if not (0 <= column <= width - 1 and 0 <= row <= height - 1):
+        raise InputError("seed", f"must lie in the image of {width} × {height} pixels", seed)
+    columns = np.arange(width)
+    near = np.abs(columns - column) <= SMOOTH
+    best, line, followed = 0.0, np.full(width, np.nan), 0
+    for slope in SLOPES:
+        expected = _limited(np.where(near, row + slope * (columns - column), np.nan), search)
+        found, _, contrast = _read(image, background, search, expected, SEED_REACH)
+        if np.nansum(contrast) > best:
+            best, line = float(np.nansum(contrast)), found
+    while (count := int(np.count_nonzero(~np.isnan(line)))) > followed:
+        followed = count
+        line, _, contrast = _read(image, background, search, _limited(_expect(line), search), SEED_REACH)
+    if followed < FEWEST:
+        raise InputError("seed", "must lie on a whisker", seed, "take a point on a clear stretch, or set polarity")
+    _refuse_whisker_in_background(background, search, line, contrast)
+    return _State(_limited(_expect(line), search), image, np.zeros(3), _ceiling(contrast))
+
+
+def _refuse_whisker_in_background(background: NDArray[np.float32], search: Search, line: Rows, contrast: Rows) -> None:
+    if not background.size:
+        return
+    itself = _read(background, np.zeros((0, 0), np.float32), search, line, 1)[2]
+    if np.nansum(itself) > SAME * np.nansum(contrast):
+        raise InputError(
+            "background",
+            "must not hold the whisker, as a mean over time does",
+            remedy="give an image without it, or 'space'",
+        )
+
+
+def _ceiling(contrast: Rows) -> float:
+    # a line of 2 px full width at half maximum has a peak of half its sum
+    return float(3.0 * np.nanmedian(contrast) / 2)
+
+
+def _limited(expected: Rows, search: Search) -> Rows:
+    if search.columns is None:
+        return expected
+    columns = np.arange(expected.size)
+    return np.where((columns >= search.columns[0]) & (columns <= search.columns[1]), expected, np.nan)
+
+
+def _expect(row: Rows) -> Rows:
+    """Smooth course of a followed line, and ``GROW`` columns straight on at either end."""
+    measured = np.flatnonzero(~np.isnan(row))
+    first, last = measured[0], measured[-1]
+    value, slope = local_quadratic(row, SMOOTH)
+    value, slope = value[measured], slope[measured]
+    columns = np.arange(row.size)
+    course = np.interp(columns, measured, value)
+    # the slope at the very end of a local quadratic is noisy: take it as the mean over half its window
+    course += np.minimum(columns - first, 0) * np.nanmean(slope[:SMOOTH])
+    course += np.maximum(columns - last, 0) * np.nanmean(slope[-SMOOTH:])
+    return np.where((columns >= first - GROW) & (columns <= last + GROW), course, np.nan)
+
+
+def _step(
+    image: Image, background: NDArray[np.float32], search: Search, state: _State
+) -> tuple[_State, tuple[Rows, Rows, Rows], int]:
+    """Read one whisker in the next frame; a lost one is expected where its neighbours went."""
+    expected, motion, reach = state.expected, state.motion, search.search
+    if search.swing:
+        shift, motion, _ = swing_of(
+            state.before, image, background, _sign(search), expected, 0.7 * motion, search.swing, state.ceiling
+        )
+        expected = expected + shift
+    line = _read(image, background, search, _limited(expected, search), reach)
+    if np.count_nonzero(~np.isnan(line[0])) >= FEWEST:
+        return _State(_limited(_expect(line[0]), search), image, motion, state.ceiling), line, 0
+    nothing = np.full_like(expected, np.nan)
+    return _State(expected, image, motion, state.ceiling), (nothing, nothing, nothing), 1
