@@ -19,6 +19,7 @@ ROOT = Path(__file__).resolve().parent
 PYPROJECT = ROOT / "pyproject.toml"
 CORE = ROOT / "requirements.lock"  # what vibrissa needs, and what builds it
 DEV = ROOT / "requirements-dev.lock"  # the same versions, every extra and the tools
+LOCKED_FOR = "Python 3.11 to 3.14 on Linux, and on macOS 14 or newer with Apple silicon"
 VENV = ROOT / ".venv"
 BIN = VENV / "bin"
 
@@ -79,7 +80,7 @@ def succeed(command):
     """Run one step of the set-up with all its talk on stderr, or stop."""
     if subprocess.run(command, stdout=sys.stderr).returncode != 0:
         version = sys.version.split()[0]
-        sys.exit(f"run.py: the set-up failed, see above (Python {version}; locked for 3.11 to 3.14)")
+        sys.exit(f"run.py: the set-up failed, see above; here is Python {version}, the lock is for {LOCKED_FOR}")
 
 
 def here():
@@ -139,8 +140,7 @@ def sealed(text):
     keys = ("requires-python", "dependencies", "optional-dependencies")
     inputs = [[project[key] for key in keys], [groups[key] for key in ("build", "dev")]]
     digest = hashlib.sha256((json.dumps(inputs, sort_keys=True) + text).encode()).hexdigest()
-    head = "# Written by `python3 run.py lock` from pyproject.toml, for Python 3.11 to 3.14."
-    return f"{head}\n# {digest}\n{text}"
+    return f"# Written by `python3 run.py lock` from pyproject.toml, for {LOCKED_FOR}.\n# {digest}\n{text}"
 
 
 if __name__ == "__main__":

@@ -63,34 +63,47 @@ def locked(path):
     return [Requirement(line.rstrip(" \\")) for line in path.read_text().splitlines() if re.match(r"\w", line)]
 
 
-def pins(path, python, platform):
-    """Give the versions a lock means for one Python on one platform."""
-    environment = default_environment() | {
+def place(python, platform, machine):
+    """Give the environment in which markers are judged."""
+    return default_environment() | {
         "python_version": python,
         "python_full_version": f"{python}.1",
         "sys_platform": platform,
         "platform_system": platform.capitalize(),
+        "platform_machine": machine,
     }
-    chosen = [one for one in locked(path) if one.marker is None or one.marker.evaluate(environment)]
+
+
+def holding(requirements, environment):
+    """Keep the requirements that hold in an environment."""
+    return [one for one in requirements if one.marker is None or one.marker.evaluate(environment)]
+
+
+def pins(path, environment):
+    """Give the versions a lock means in one environment."""
+    chosen = holding(locked(path), environment)
     assert len({one.name for one in chosen}) == len(chosen)
     return {one.name: str(one.specifier).removeprefix("==") for one in chosen}
 
 
-def asked_by_extras_and_dev():
-    extras = PROJECT["project"]["optional-dependencies"]
-    groups = PROJECT["dependency-groups"]
-    asked = [one for name in extras if name != "all" for one in extras[name]]
-    return asked + [one for one in groups["build"] + groups["dev"] if isinstance(one, str)]
+def asked(*lists):
+    """List what the project asks for, by lists of pyproject.toml."""
+    return [Requirement(text) for one in lists for text in one if isinstance(text, str)]
 
 
-@pytest.mark.parametrize("platform", ["linux", "darwin"])
+@pytest.mark.parametrize(
+    ("platform", "machine"), [("linux", "x86_64"), ("linux", "aarch64"), ("darwin", "arm64")], ids=str
+)
 @pytest.mark.parametrize("python", ["3.11", "3.12", "3.13", "3.14"])
-def test_locks_satisfy_what_the_project_asks_for(python, platform):
-    core, dev = pins(CORE, python, platform), pins(DEV, python, platform)
-    for text in PROJECT["project"]["dependencies"] + PROJECT["dependency-groups"]["build"]:
-        assert Requirement(text).specifier.contains(core[Requirement(text).name.lower()]), text
-    for text in asked_by_extras_and_dev():
-        assert Requirement(text).specifier.contains(dev[Requirement(text).name.lower()]), text
+def test_locks_satisfy_what_the_project_asks_for(python, platform, machine):
+    project, groups = PROJECT["project"], PROJECT["dependency-groups"]
+    extras = [texts for name, texts in project["optional-dependencies"].items() if name != "all"]
+    here = place(python, platform, machine)
+    core, dev = pins(CORE, here), pins(DEV, here)
+    for one in holding(asked(project["dependencies"], groups["build"]), here):
+        assert one.specifier.contains(core[one.name.lower()]), one
+    for one in holding(asked(*extras, groups["dev"]), here):
+        assert one.specifier.contains(dev[one.name.lower()]), one
     assert core.items() <= dev.items()
 
 
