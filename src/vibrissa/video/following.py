@@ -95,6 +95,7 @@ class _State(NamedTuple):
     """What is known of one whisker before a frame is read."""
 
     expected: Rows
+    course: Rows
     before: Image
     motion: Rows
     ceiling: float
@@ -129,11 +130,11 @@ def centrelines(
     for block in blocks:
         background = _background(search, block.shape[1:])
         if not states:
-            states = [_start(block[0], background, search, seed) for seed in seeds]
+            states = [_start(np.ascontiguousarray(block[0]), background, search, seed) for seed in seeds]
         shape = (len(states), *block.shape[:1], block.shape[2])
         row, sd, contrast = np.empty(shape), np.empty(shape), np.empty(shape)
         reason = np.zeros(shape[:2], np.int8)
-        for i, image in enumerate(block):
+        for i, image in enumerate(np.ascontiguousarray(block)):
             for w, state in enumerate(states):
                 states[w], line, reason[w, i] = _step(image, background, search, state)
                 row[w, i], sd[w, i], contrast[w, i] = line
@@ -159,32 +160,45 @@ def _read(
 
 
 def _start(image: Image, background: NDArray[np.float32], search: Search, seed: tuple[float, float]) -> _State:
-    """Find the whisker at a seed: the slope of highest contrast there, then along it to both ends."""
+    """Find the whisker at a seed, along it to both ends."""
     height, width = image.shape
-    column, row = seed
-    if not (0 <= column <= width - 1 and 0 <= row <= height - 1):
+    if not (0 <= seed[0] <= width - 1 and 0 <= seed[1] <= height - 1):
         raise InputError("seed", f"must lie in the image of {width} × {height} pixels", seed)
-    columns = np.arange(width)
-    near = np.abs(columns - column) <= SMOOTH
-    best, line, followed = 0.0, np.full(width, np.nan), 0
+    if background.size:
+        _refuse_whisker_in(background, image, search, seed)
+    line, contrast = _find(image, background, search, seed)
+    if np.count_nonzero(~np.isnan(line)) < FEWEST:
+        raise InputError("seed", "must lie on a whisker", seed, "take a point on a clear stretch, or set polarity")
+    return _State(*_expect(line, np.full(width, np.nan), search), image, np.zeros(3), _ceiling(contrast))
+
+
+def _find(
+    image: Image, background: NDArray[np.float32], search: Search, seed: tuple[float, float]
+) -> tuple[Rows, Rows]:
+    """The line through a seed and its contrast: from the slope of highest contrast, on to both ends."""
+    columns = np.arange(image.shape[1])
+    near = np.abs(columns - seed[0]) <= SMOOTH
+    unknown = np.full(columns.size, np.nan)
+    best, line, strength, followed = 0.0, unknown, unknown, 0
     for slope in SLOPES:
-        expected = _limited(np.where(near, row + slope * (columns - column), np.nan), search)
+        expected = _limited(np.where(near, seed[1] + slope * (columns - seed[0]), np.nan), search)
         found, _, contrast = _read(image, background, search, expected, SEED_REACH)
         if np.nansum(contrast) > best:
-            best, line = float(np.nansum(contrast)), found
-    while (count := int(np.count_nonzero(~np.isnan(line)))) > followed:
+            best, line, strength = float(np.nansum(contrast)), found, contrast
+    while (count := int(np.count_nonzero(~np.isnan(line)))) > max(followed, SMOOTH // 2):
         followed = count
-        line, _, contrast = _read(image, background, search, _limited(_expect(line), search), SEED_REACH)
-    if followed < FEWEST:
-        raise InputError("seed", "must lie on a whisker", seed, "take a point on a clear stretch, or set polarity")
-    _refuse_whisker_in_background(background, search, line, contrast)
-    return _State(_limited(_expect(line), search), image, np.zeros(3), _ceiling(contrast))
+        line, _, strength = _read(image, background, search, _expect(line, unknown, search)[0], SEED_REACH)
+    return line, strength
 
 
-def _refuse_whisker_in_background(background: NDArray[np.float32], search: Search, line: Rows, contrast: Rows) -> None:
-    if not background.size:
-        return
-    itself = _read(background, np.zeros((0, 0), np.float32), search, line, 1)[2]
+def _refuse_whisker_in(
+    background: NDArray[np.float32], image: Image, search: Search, seed: tuple[float, float]
+) -> None:
+    """A whisker that stands out against what is above and below it must not stand in the background too."""
+    space = np.zeros((0, 0), np.float32)
+    line, contrast = _find(image, space, search, seed)
+    grey = np.rint(np.clip(background, 0, np.iinfo(image.dtype).max)).astype(image.dtype)
+    itself = _read(grey, space, search, line, 1)[2]
     if np.nansum(itself) > SAME * np.nansum(contrast):
         raise InputError(
             "background",
@@ -205,32 +219,45 @@ def _limited(expected: Rows, search: Search) -> Rows:
     return np.where((columns >= search.columns[0]) & (columns <= search.columns[1]), expected, np.nan)
 
 
-def _expect(row: Rows) -> Rows:
-    """Smooth course of a followed line, and ``GROW`` columns straight on at either end."""
+def _expect(row: Rows, course: Rows, search: Search) -> tuple[Rows, Rows]:
+    """Where a line is expected next, and its course as far as it was ever followed.
+
+    Beyond an end of the followed line its former course is carried along, as a hidden part comes back where
+    it was; beyond that, ``GROW`` columns straight on. After a swing the former course tells nothing.
+    """
     measured = np.flatnonzero(~np.isnan(row))
     first, last = measured[0], measured[-1]
     value, slope = local_quadratic(row, SMOOTH)
-    value, slope = value[measured], slope[measured]
     columns = np.arange(row.size)
-    course = np.interp(columns, measured, value)
-    # the slope at the very end of a local quadratic is noisy: take it as the mean over half its window
-    course += np.minimum(columns - first, 0) * np.nanmean(slope[:SMOOTH])
-    course += np.maximum(columns - last, 0) * np.nanmean(slope[-SMOOTH:])
-    return np.where((columns >= first - GROW) & (columns <= last + GROW), course, np.nan)
+    within = (columns >= first) & (columns <= last)
+    known = measured[~np.isnan(value[measured])]
+    now = np.where(within, np.interp(columns, known, value[known]), np.nan)
+    if not search.swing:
+        now = np.where(columns < first, course + (now[first] - course[first]), now)
+        now = np.where(columns > last, course + (now[last] - course[last]), now)
+    seen = np.flatnonzero(~np.isnan(now))
+    first, last = seen[0], seen[-1]
+    # the slope at the very end of a local quadratic is noisy: take its mean over half the window
+    ends = np.nanmean(slope[known[:SMOOTH]]), np.nanmean(slope[known[-SMOOTH:]])
+    before, beyond = (columns < first) & (columns >= first - GROW), (columns > last) & (columns <= last + GROW)
+    expected = np.where(before, now[first] + ends[0] * (columns - first), now)
+    expected = np.where(beyond, now[last] + ends[1] * (columns - last), expected)
+    return _limited(expected, search), now
 
 
 def _step(
     image: Image, background: NDArray[np.float32], search: Search, state: _State
 ) -> tuple[_State, tuple[Rows, Rows, Rows], int]:
     """Read one whisker in the next frame; a lost one is expected where its neighbours went."""
-    expected, motion, reach = state.expected, state.motion, search.search
+    expected, motion = state.expected, state.motion
     if search.swing:
         shift, motion, _ = swing_of(
             state.before, image, background, _sign(search), expected, 0.7 * motion, search.swing, state.ceiling
         )
-        expected = expected + shift
-    line = _read(image, background, search, _limited(expected, search), reach)
+        expected = _limited(expected + shift, search)
+    line = _read(image, background, search, expected, search.search)
     if np.count_nonzero(~np.isnan(line[0])) >= FEWEST:
-        return _State(_limited(_expect(line[0]), search), image, motion, state.ceiling), line, 0
+        expected, course = _expect(line[0], state.course, search)
+        return _State(expected, course, image, motion, state.ceiling), line, 0
     nothing = np.full_like(expected, np.nan)
-    return _State(expected, image, motion, state.ceiling), (nothing, nothing, nothing), 1
+    return _State(expected, state.course, image, motion, state.ceiling), (nothing, nothing, nothing), 1

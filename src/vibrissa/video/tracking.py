@@ -272,8 +272,11 @@ def read_nodes(row, sd, column, height, furthest, spacing, count):  # type: igno
             x[i] = np.interp(s, arc[first : last + 1], np.arange(first, last + 1))
             j = min(int(x[i]), last - 1)
             f = x[i] - j
-            y[i] = (1 - f) * row[j] + f * row[j + 1]
-            y_sd[i] = np.sqrt((1 - f) ** 2 * sd[j] ** 2 + f**2 * sd[j + 1] ** 2)
+            if f == 0:
+                y[i], y_sd[i] = row[j], sd[j]
+            else:
+                y[i] = (1 - f) * row[j] + f * row[j + 1]
+                y_sd[i] = np.sqrt((1 - f) ** 2 * sd[j] ** 2 + f**2 * sd[j + 1] ** 2)
             if np.isnan(y[i]):
                 x[i] = np.nan
     return x, y, y_sd
