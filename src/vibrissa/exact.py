@@ -72,7 +72,7 @@ def cone_kappa(contact: float, n_modes: int, boundary: Boundary = "pinned") -> A
 
     Boundary conditions V(1) = V'(1) = 0 at the base and, at s = ε, V = V'' = 0 (``pinned``; [Boubenec2014]_
     prints V' = 0 beside "null bending moment": a lost prime) or V'' = (s⁴V'')' = 0 (``free``). In
-    ξ = 2√κ(1 − √ε) neighbouring roots stand 2.8 to 3.3 apart for every ε, and the first beyond 1.8,
+    ξ = 2√κ(1 − √ε) neighbouring roots stand 2.4 to 3.3 apart for every ε, and the first beyond 1.8,
     so a scan with unit step from ξ = 1 can skip none.
 
     Parameters
