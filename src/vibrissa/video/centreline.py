@@ -18,6 +18,7 @@ BACKGROUND_ROWS = 15  # height of the closing: three times the width of a whiske
 ALONG = 4  # columns on either side over which the closing's input is averaged
 STIFFNESS = 2.0  # cost of a step of one row against the expected course, in standard deviations of the noise
 TETHER = 0.2  # cost of a distance of one row from the expected course, squared, likewise
+JUMP = 2.5  # rows against the expected course between two ends of a gap above which they are two whiskers
 SMOOTH = 15  # columns on either side in the local quadratic that gives slope and prediction
 
 
@@ -232,14 +233,14 @@ def _level(background, path):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _chain(visible, gap):  # type: ignore[no-untyped-def]
-    """Keep the longest chain of visible columns with no gap longer than ``gap``."""
+def _chain(visible, offset, gap):  # type: ignore[no-untyped-def]
+    """Keep the longest chain of visible columns with no gap longer than ``gap`` and no jump over ``JUMP`` rows."""
     best_count, best_first, best_last = 0, 0, -1
     count, first, last = 0, 0, -1
     for j in range(visible.size):
         if not visible[j]:
             continue
-        if count == 0 or j - last - 1 > gap:
+        if count == 0 or j - last - 1 > gap or (j - last > 1 and abs(offset[j] - offset[last]) > JUMP):
             count, first = 0, j
         count += 1
         last = j
@@ -278,7 +279,7 @@ def contrast_band(image, background, sign, centre, first, half):  # type: ignore
 
 
 @njit(cache=True)
-def read_line(image, background, sign, expected, search, threshold, gap):  # type: ignore[no-untyped-def]
+def read_line(image, background, sign, expected, ceiling, search, threshold, gap):  # type: ignore[no-untyped-def]
     """Centreline in one frame within ``search`` rows of the expected rows.
 
     Parameters
@@ -291,6 +292,8 @@ def read_line(image, background, sign, expected, search, threshold, gap):  # typ
         1 for a dark whisker, −1 for a bright one.
     expected : (width,) array
         Where the whisker is expected [px]; NaN in columns not to be read.
+    ceiling : (width,) array
+        Contrast above which a line attracts no more [grey levels], so that a darker neighbour does not win.
     search : int
         Rows to search on either side.
     threshold : float
@@ -315,12 +318,15 @@ def read_line(image, background, sign, expected, search, threshold, gap):  # typ
     guide = smooth_along(contrast, 1)
     low = np.maximum(half - search, 2 - centre + half)
     high = np.minimum(half + search, height - 3 - centre + half)
-    path = best_path(guide, low, high, STIFFNESS * noise, TETHER * noise)
+    path = best_path(
+        np.minimum(guide, ceiling[first:stop].astype(np.float32)), low, high, STIFFNESS * noise, TETHER * noise
+    )
     if not background.size:
         contrast += _level(level, path) - level
     rows, sds, sums = barycentres(contrast - offset, guide, path, noise)
     mean = smooth_along(sums.reshape(1, -1).astype(np.float32), 3)[0]
-    kept = _chain((mean > threshold * noise * np.sqrt(5)) & ~np.isnan(rows), gap)
+    visible = (mean > threshold * noise * np.sqrt(5)) & ~np.isnan(rows)
+    kept = _chain(visible, rows + centre - half - expected[first:stop], gap)
     for j in range(kept.size):
         if kept[j]:
             row[first + j] = rows[j] + centre[j] - half

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -20,9 +21,14 @@ GROW = 10  # columns beyond either end of the followed line that are read in the
 GAP = 12  # longest run of lost columns within one whisker
 FEWEST = 25  # columns below which a line is not called a whisker
 SEED_REACH = 4  # rows around a seed in which its whisker is sought
+GROW_REACH = 2  # rows about the straight continuation in which the first line is carried on
 SLOPES = np.linspace(-2, 2, 41)  # of the whisker at its seed [rows per column]
+CARRY = 0.7  # share of its last motion that a swinging whisker is expected to repeat
 SAME = 0.3  # contrast of a background along the whisker, over the frame's, above which it holds the whisker
-REASONS = ("followed", "too faint or hidden", "not sure where it went", "base end hidden")
+ALIKE = (0.5, 2.0)  # contrast of the line over this whisker's own, outside of which it is another or a crossing
+ADAPT = 0.02  # share of a new frame in a whisker's own contrast
+APART = 2.0  # distance [px] below which two lines are one
+REASONS = ("followed", "too faint or hidden", "contrast of another", "on another whisker's line", "base end hidden")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +104,7 @@ class _State(NamedTuple):
     course: Rows
     before: Image
     motion: Rows
-    ceiling: float
+    typical: Rows
 
 
 def centrelines(
@@ -135,9 +141,14 @@ def centrelines(
         row, sd, contrast = np.empty(shape), np.empty(shape), np.empty(shape)
         reason = np.zeros(shape[:2], np.int8)
         for i, image in enumerate(np.ascontiguousarray(block)):
+            lines = []
             for w, state in enumerate(states):
-                states[w], line, reason[w, i] = _step(image, background, search, state)
-                row[w, i], sd[w, i], contrast[w, i] = line
+                states[w], line, reason[w, i] = _seek(image, background, search, state)
+                lines.append(line)
+            _part(lines, states, reason[:, i])
+            for w, line in enumerate(lines):
+                states[w] = _settle(states[w], line, reason[w, i], search)
+                row[w, i], sd[w, i], contrast[w, i] = line if reason[w, i] == 0 else (np.nan, np.nan, np.nan)
         yield Centrelines(row, sd, contrast, reason)
 
 
@@ -154,9 +165,18 @@ def _sign(search: Search) -> float:
 
 
 def _read(
-    image: Image, background: NDArray[np.float32], search: Search, expected: Rows, reach: int
+    image: Image,
+    background: NDArray[np.float32],
+    search: Search,
+    expected: Rows,
+    reach: int,
+    typical: Rows | None = None,
 ) -> tuple[Rows, Rows, Rows]:
-    return read_line(image, background, _sign(search), expected, reach, search.threshold, GAP)
+    ceiling = np.full(expected.size, np.inf)
+    if typical is not None:
+        # a line of 2 px full width at half maximum has a peak of half its sum
+        ceiling = np.where(np.isnan(typical), np.inf, np.maximum(typical, 0) / 2)
+    return read_line(image, background, _sign(search), expected, ceiling, reach, search.threshold, GAP)
 
 
 def _start(image: Image, background: NDArray[np.float32], search: Search, seed: tuple[float, float]) -> _State:
@@ -169,7 +189,7 @@ def _start(image: Image, background: NDArray[np.float32], search: Search, seed: 
     line, contrast = _find(image, background, search, seed)
     if np.count_nonzero(~np.isnan(line)) < FEWEST:
         raise InputError("seed", "must lie on a whisker", seed, "take a point on a clear stretch, or set polarity")
-    return _State(*_expect(line, np.full(width, np.nan), search), image, np.zeros(3), _ceiling(contrast))
+    return _State(*_expect(line, np.full(width, np.nan), search), image, np.zeros(3), _smooth_contrast(contrast))
 
 
 def _find(
@@ -179,15 +199,21 @@ def _find(
     columns = np.arange(image.shape[1])
     near = np.abs(columns - seed[0]) <= SMOOTH
     unknown = np.full(columns.size, np.nan)
-    best, line, strength, followed = 0.0, unknown, unknown, 0
-    for slope in SLOPES:
-        expected = _limited(np.where(near, seed[1] + slope * (columns - seed[0]), np.nan), search)
-        found, _, contrast = _read(image, background, search, expected, SEED_REACH)
+    best, line, strength = 0.0, unknown, unknown
+    for slope, off in product(SLOPES, range(-SEED_REACH, SEED_REACH + 1)):
+        course = seed[1] + off + slope * (columns - seed[0])
+        found, _, contrast = _read(image, background, search, _limited(np.where(near, course, np.nan), search), 1)
         if np.nansum(contrast) > best:
             best, line, strength = float(np.nansum(contrast)), found, contrast
-    while (count := int(np.count_nonzero(~np.isnan(line)))) > max(followed, SMOOTH // 2):
-        followed = count
-        line, _, strength = _read(image, background, search, _expect(line, unknown, search)[0], SEED_REACH)
+    longest, stalled = 0, 0
+    course = line
+    # a faint stretch may cost columns once: give up when nothing was gained three times
+    while stalled < 3 and np.count_nonzero(~np.isnan(course)) > SMOOTH // 2:
+        course, _, contrast = _read(image, background, search, _expect(course, unknown, search)[0], GROW_REACH)
+        count = int(np.count_nonzero(~np.isnan(course)))
+        stalled = 0 if count > longest else stalled + 1
+        if count > longest:
+            longest, line, strength = count, course, contrast
     return line, strength
 
 
@@ -207,9 +233,9 @@ def _refuse_whisker_in(
         )
 
 
-def _ceiling(contrast: Rows) -> float:
-    # a line of 2 px full width at half maximum has a peak of half its sum
-    return float(3.0 * np.nanmedian(contrast) / 2)
+def _smooth_contrast(contrast: Rows) -> Rows:
+    """Contrast along a line, smooth; NaN where fewer than 5 columns were measured nearby."""
+    return local_quadratic(contrast, SMOOTH)[0]
 
 
 def _limited(expected: Rows, search: Search) -> Rows:
@@ -245,19 +271,47 @@ def _expect(row: Rows, course: Rows, search: Search) -> tuple[Rows, Rows]:
     return _limited(expected, search), now
 
 
-def _step(
+def _seek(
     image: Image, background: NDArray[np.float32], search: Search, state: _State
 ) -> tuple[_State, tuple[Rows, Rows, Rows], int]:
-    """Read one whisker in the next frame; a lost one is expected where its neighbours went."""
+    """Read one whisker in the next frame; the state is that of a lost one, carried along with its neighbours."""
     expected, motion = state.expected, state.motion
     if search.swing:
+        # three times the peak of the line is no whisker
+        ceiling = 1.5 * float(np.nanmedian(state.typical))
         shift, motion, _ = swing_of(
-            state.before, image, background, _sign(search), expected, 0.7 * motion, search.swing, state.ceiling
+            state.before, image, background, _sign(search), expected, CARRY * motion, search.swing, ceiling
         )
         expected = _limited(expected + shift, search)
-    line = _read(image, background, search, expected, search.search)
-    if np.count_nonzero(~np.isnan(line[0])) >= FEWEST:
-        expected, course = _expect(line[0], state.course, search)
-        return _State(expected, course, image, motion, state.ceiling), line, 0
-    nothing = np.full_like(expected, np.nan)
-    return _State(expected, state.course, image, motion, state.ceiling), (nothing, nothing, nothing), 1
+    line = _read(image, background, search, expected, search.search, state.typical)
+    state = state._replace(expected=expected, before=image, motion=motion)
+    if np.count_nonzero(~np.isnan(line[0])) < FEWEST:
+        return state, line, 1
+    common = ~np.isnan(line[2]) & ~np.isnan(state.typical)
+    if common.any():
+        ratio = np.median(line[2][common] / state.typical[common])
+        if not ALIKE[0] < ratio < ALIKE[1]:
+            return state, line, 2
+    return state, line, 0
+
+
+def _part(lines: Sequence[tuple[Rows, Rows, Rows]], states: Sequence[_State], reason: NDArray[np.int8]) -> None:
+    """Where two whiskers were read on one line, leave it to the one that was expected nearer to it."""
+    for v in range(len(lines)):
+        for w in range(v):
+            common = ~np.isnan(lines[v][0]) & ~np.isnan(lines[w][0])
+            if reason[v] or reason[w] or np.count_nonzero(common) < FEWEST:
+                continue
+            if np.median(np.abs(lines[v][0] - lines[w][0])[common]) < APART:
+                off = [np.nanmedian(np.abs(lines[k][0] - states[k].expected)) for k in (v, w)]
+                reason[v if off[0] > off[1] else w] = 3
+
+
+def _settle(state: _State, line: tuple[Rows, Rows, Rows], reason: int, search: Search) -> _State:
+    """State after a frame: as found if the whisker was followed, as carried along if it was lost."""
+    if reason:
+        return state
+    expected, course = _expect(line[0], state.course, search)
+    found = _smooth_contrast(line[2])
+    typical = np.where(np.isnan(state.typical), found, state.typical + ADAPT * (found - state.typical))
+    return state._replace(expected=expected, course=course, typical=np.where(np.isnan(typical), state.typical, typical))
