@@ -114,11 +114,8 @@ def test_half_a_movie_is_an_error_that_counts_its_frames(tmp_path, suffix, codec
             container.mux(stream.encode(av.VideoFrame.from_ndarray(image, format="gray").reformat(format=pixels)))
         container.mux(stream.encode())
     assert sum(len(block) for block in read_blocks(path)) == 40
-    read = 0
     with pytest.raises(InputError, match=r"is cut off or damaged, got 1\d readable frames of 40"):
-        for block in read_blocks(cut_in_half(path), 1):
-            read += len(block)
-    assert 10 <= read < 20
+        list(read_blocks(cut_in_half(path), 1))
 
 
 def test_half_an_mp4_whose_index_is_at_the_end_is_no_movie(tmp_path):

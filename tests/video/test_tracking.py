@@ -5,13 +5,14 @@ import json
 import line_movie
 import numpy as np
 import pytest
-from real_data import real
+from real_data import real, whisk_segments
 
 from vibrissa.errors import InputError
 from vibrissa.quantities import require
 from vibrissa.video.centreline import SMOOTH, local_quadratic
-from vibrissa.video.following import Search, centrelines
+from vibrissa.video.following import centrelines
 from vibrissa.video.movie import read_blocks
+from vibrissa.video.search import Search
 from vibrissa.video.tracking import Calibration, track
 
 SEED = (250, 226)
@@ -253,3 +254,50 @@ def test_scatter_on_a_still_is_that_of_the_paper(still, seed, well_lit, faint):
     assert scatter(well_lit) < 0.06
     if faint is not None:
         assert scatter(faint) < 0.2
+
+
+MOUSE_SEEDS = [(120, 187), (120, 197), (120, 218), (120, 229)]
+MOUSE_BASES = [193.0, 197.5, 211.0, 217.0]  # rows at column 60 in the first frames
+CALM = 165  # frames before the mouse begins to whisk
+
+
+@pytest.fixture(scope="module")
+def mouse():
+    return next(read_blocks(real("whiskiwrap-movies/test_video2.mp4"), 260))
+
+
+def test_four_whiskers_of_a_mouse_agree_with_whisk(mouse):
+    """A dense field at a contrast of 12 grey levels, MPEG-4: two of the whiskers are 4 px apart at the base."""
+    segments = [
+        s
+        for s in whisk_segments(real("whiskiwrap-movies/test_video2.whiskers"))
+        if s.frame < CALM and s.x[0] < 60 and np.hypot(np.diff(s.x), np.diff(s.y)).sum() > 80
+    ]
+    (lines,) = centrelines([mouse[:CALM]], seeds=MOUSE_SEEDS, search=Search(columns=(60, 180), search=2, threshold=3.0))
+    for row, base in zip(lines.row, MOUSE_BASES, strict=True):
+        # half the distance to the next whisker, which WHISK has too
+        own = [s for s in segments if abs(np.interp(60, s.x, s.y) - base) < 2.2]
+        assert len({s.frame for s in own}) > 90
+        distance = []
+        for s in own:
+            columns = np.flatnonzero(~np.isnan(row[s.frame]))
+            columns = columns[(columns >= s.x[0]) & (columns <= s.x[-1])]
+            if columns.size > 40:
+                distance.append(np.median(np.abs(row[s.frame, columns] - np.interp(columns, s.x, s.y))))
+        assert len(distance) >= 0.95 * len(own)
+        # WHISK's own scatter is 0.14 px and more at a ten times higher contrast
+        assert np.median(distance) < 0.4
+        # 1 px: another whisker is 4 px away; a few of WHISK's segments change over to the neighbour themselves
+        assert np.mean(np.array(distance) < 1) > 0.95
+
+
+def test_whisking_mouse_is_followed_into_its_first_sweep_and_then_said_to_be_lost(mouse):
+    """From frame 170 on whiskers turn by up to 12° between frames, through one another."""
+    seeds = MOUSE_SEEDS[:1]
+    data = track([mouse], seeds=seeds, calibration=CALIBRATION, columns=(60, 180), search=2, swing=32, threshold=3.0)
+    seen = ~np.isnan(data.y.values[0]).all(axis=1)
+    assert seen[: CALM + 10].all()
+    swung = (data.y.values[0, CALM + 10] - data.y.values[0, CALM - 1]) / CALIBRATION.pixel_size
+    assert np.nanmin(swung) < -40  # the tip has gone forward, up in the image
+    runs = json.loads(data.attrs["lost"])[0]
+    assert sum(last - first + 1 for first, last, _ in runs) == np.count_nonzero(~seen)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import product
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from vibrissa.errors import InputError
 from vibrissa.video.centreline import SMOOTH, local_quadratic, read_line
 from vibrissa.video.motion import swing_of
+from vibrissa.video.search import Search
 
 Rows = NDArray[np.float64]
 Image = NDArray[Any]
@@ -24,56 +24,19 @@ SEED_REACH = 4  # rows around a seed in which its whisker is sought
 GROW_REACH = 2  # rows about the straight continuation in which the first line is carried on
 SLOPES = np.linspace(-2, 2, 41)  # of the whisker at its seed [rows per column]
 CARRY = 0.7  # share of its last motion that a swinging whisker is expected to repeat
+PATIENCE = 10  # frames for which a lost swinging whisker is sought; then its neighbours could be taken for it
 SAME = 0.3  # contrast of a background along the whisker, over the frame's, above which it holds the whisker
 ALIKE = (0.5, 2.0)  # contrast of the line over this whisker's own, outside of which it is another or a crossing
 ADAPT = 0.02  # share of a new frame in a whisker's own contrast
 APART = 2.0  # distance [px] below which two lines are one
-REASONS = ("followed", "too faint or hidden", "contrast of another", "on another whisker's line", "base end hidden")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Search:
-    """How whiskers are sought in a frame.
-
-    Attributes
-    ----------
-    polarity : {"dark", "bright"}
-        Whether whiskers are darker or brighter than what is behind them.
-    background : "space" or (height, width) array
-        The image without the whisker, or "space": estimated in every frame, by closing across 15 rows.
-    columns : (int, int) or None
-        First and last column that are read; None for all.
-    search : int
-        Largest distance of the line from where it is expected, in one column [px].
-    swing : int
-        Largest shift of the far end between two frames [px]; 0 for small vibrations.
-    threshold : float
-        Signal to noise of the five-pixel contrast, averaged over 7 columns, below which a column is lost.
-    """
-
-    polarity: Literal["dark", "bright"] = "dark"
-    background: str | NDArray[np.generic] = "space"
-    columns: tuple[int, int] | None = None
-    search: int = 4
-    swing: int = 0
-    threshold: float = 4.0
-
-    def __post_init__(self) -> None:
-        if self.polarity not in ("dark", "bright"):
-            raise InputError("polarity", "must be 'dark' or 'bright'", repr(self.polarity))
-        if isinstance(self.background, str) and self.background != "space":
-            raise InputError(
-                "background",
-                "must be 'space' or an image without the whisker",
-                repr(self.background),
-                "a mean over time holds the whisker itself, and what is left is a derivative of its vibration",
-            )
-        if self.search < 1:
-            raise InputError("search", "must be at least 1 pixel", self.search)
-        if self.swing < 0:
-            raise InputError("swing", "must not be negative", self.swing)
-        if not self.threshold > 0:
-            raise InputError("threshold", "must be positive", self.threshold)
+REASONS = (
+    "followed",
+    "too faint or hidden",
+    "contrast of another",
+    "on another whisker's line",
+    "swung out of reach",
+    "base end hidden",
+)
 
 
 class Centrelines(NamedTuple):
@@ -105,6 +68,7 @@ class _State(NamedTuple):
     before: Image
     motion: Rows
     typical: Rows
+    missed: int
 
 
 def centrelines(
@@ -189,7 +153,8 @@ def _start(image: Image, background: NDArray[np.float32], search: Search, seed: 
     line, contrast = _find(image, background, search, seed)
     if np.count_nonzero(~np.isnan(line)) < FEWEST:
         raise InputError("seed", "must lie on a whisker", seed, "take a point on a clear stretch, or set polarity")
-    return _State(*_expect(line, np.full(width, np.nan), search), image, np.zeros(3), _smooth_contrast(contrast))
+    expected, course = _expect(line, np.full(width, np.nan), search)
+    return _State(expected, course, image, np.zeros(3), _smooth_contrast(contrast), 0)
 
 
 def _find(
@@ -276,6 +241,9 @@ def _seek(
 ) -> tuple[_State, tuple[Rows, Rows, Rows], int]:
     """Read one whisker in the next frame; the state is that of a lost one, carried along with its neighbours."""
     expected, motion = state.expected, state.motion
+    if search.swing and state.missed >= PATIENCE:
+        nothing = np.full_like(expected, np.nan)
+        return state, (nothing, nothing, nothing), 4
     if search.swing:
         # three times the peak of the line is no whisker
         ceiling = 1.5 * float(np.nanmedian(state.typical))
@@ -310,7 +278,7 @@ def _part(lines: Sequence[tuple[Rows, Rows, Rows]], states: Sequence[_State], re
 def _settle(state: _State, line: tuple[Rows, Rows, Rows], reason: int, search: Search) -> _State:
     """State after a frame: as found if the whisker was followed, as carried along if it was lost."""
     if reason:
-        return state
+        return state._replace(missed=state.missed + 1)
     expected, course = _expect(line[0], state.course, search)
     found = _smooth_contrast(line[2])
     typical = np.where(np.isnan(state.typical), found, state.typical + ADAPT * (found - state.typical))

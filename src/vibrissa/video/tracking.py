@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from vibrissa.errors import InputError
 from vibrissa.quantities import dataset
 from vibrissa.video.centreline import SMOOTH, local_quadratic
-from vibrissa.video.following import REASONS, Centrelines, Image, Search, centrelines
+from vibrissa.video.following import REASONS, Centrelines, Image, centrelines
+from vibrissa.video.search import Search
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -81,7 +82,7 @@ def track(
     calibration : Calibration
         Frame rate and pixel size.
     polarity, background, columns, search, swing, threshold
-        See :class:`vibrissa.video.following.Search`.
+        See :class:`vibrissa.video.search.Search`.
     node_spacing : float, optional
         Arc length between nodes [m]; 5 pixels if not given. Nodes reach as far as the line in the first frame.
     skin : sequence of (column, row), optional

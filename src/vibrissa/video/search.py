@@ -1,0 +1,55 @@
+"""How whiskers are sought in a movie: the settings that tracking takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from numpy.typing import NDArray
+
+from vibrissa.errors import InputError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Search:
+    """How whiskers are sought in a frame.
+
+    Attributes
+    ----------
+    polarity : {"dark", "bright"}
+        Whether whiskers are darker or brighter than what is behind them.
+    background : "space" or (height, width) array
+        The image without the whisker, or "space": estimated in every frame, by closing across 15 rows.
+    columns : (int, int) or None
+        First and last column that are read; None for all.
+    search : int
+        Largest distance of the line from where it is expected, in one column [px].
+    swing : int
+        Largest shift of the far end between two frames [px]; 0 for small vibrations.
+    threshold : float
+        Signal to noise of the five-pixel contrast, averaged over 7 columns, below which a column is lost.
+    """
+
+    polarity: Literal["dark", "bright"] = "dark"
+    background: str | NDArray[Any] = "space"
+    columns: tuple[int, int] | None = None
+    search: int = 4
+    swing: int = 0
+    threshold: float = 4.0
+
+    def __post_init__(self) -> None:
+        if self.polarity not in ("dark", "bright"):
+            raise InputError("polarity", "must be 'dark' or 'bright'", repr(self.polarity))
+        if isinstance(self.background, str) and self.background != "space":
+            raise InputError(
+                "background",
+                "must be 'space' or an image without the whisker",
+                repr(self.background),
+                "a mean over time holds the whisker itself, and what is left is a derivative of its vibration",
+            )
+        if self.search < 1:
+            raise InputError("search", "must be at least 1 pixel", self.search)
+        if self.swing < 0:
+            raise InputError("swing", "must not be negative", self.swing)
+        if not self.threshold > 0:
+            raise InputError("threshold", "must be positive", self.threshold)
