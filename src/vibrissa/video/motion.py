@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from vibrissa.video.centreline import contrast_band, smooth_along
+from vibrissa.video.band import contrast_band, smooth_along
 
 CONTEXT = 25  # rows of neighbourhood on either side that are compared
 EVERY = 4  # columns between those compared

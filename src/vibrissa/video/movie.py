@@ -10,22 +10,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache
 from pathlib import Path
 
 import av
 import numpy as np
-from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
 from vibrissa.files import written_whole
 from vibrissa.video import tiff
-
-Frames = NDArray[np.uint8] | NDArray[np.uint16]
+from vibrissa.video.grey import Frames, grey_levels, kind_of
 
 LOSSLESS = frozenset({"ffv1", "rawvideo", "huffyuv", "ffvhuff", "utvideo", "png", "bmp", "tiff"})
-RGB = frozenset({"rgb24", "bgr24", "rgba", "bgra", "rgb0", "bgr0", "0rgb", "0bgr", "argb", "abgr", "gbrp", "pal8"})
-TO_GREY = "ffmpeg -i IN -pix_fmt gray -c:v ffv1 OUT.mkv makes it grey"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,7 +131,7 @@ def read_blocks(path: str | Path, frames: int = 256) -> Iterator[Frames]:
         block = np.empty((frames, movie.height, movie.width), movie.dtype)
         filled = 0
         for frame in _frames(container, path):
-            block[filled] = _grey(frame, movie)
+            block[filled] = grey_levels(frame, path, movie.bits, movie.expanded)
             filled += 1
             if filled == frames:
                 yield block
@@ -257,53 +252,19 @@ def _ends_early(container: av.container.InputContainer, last: av.VideoFrame) -> 
 
 def _describe(path: Path, container: av.container.InputContainer, frame: av.VideoFrame) -> Movie:
     stream = container.streams.video[0]
-    name = frame.format.name
-    planar_luma = name.startswith(("gray", "yuv", "nv")) and frame.format.components[0].plane == 0
-    packed = name.startswith(("yuyv", "yvyu", "grayf"))
-    if not (name in RGB or (planar_luma and not packed)):
-        raise InputError(str(path), "must have a pixel format with a plane of grey levels", name, TO_GREY)
-    full = name.startswith(("gray", "yuvj")) or name in RGB or frame.color_range == av.video.reformatter.ColorRange.JPEG
+    bits, expanded = kind_of(frame, path)
     return Movie(
         path=path,
         width=frame.width,
         height=frame.height,
-        bits=8 if name in RGB else frame.format.components[0].bits,
+        bits=bits,
         codec=stream.codec_context.name,
         lossy=stream.codec_context.name not in LOSSLESS,
-        expanded=not full,
+        expanded=expanded,
         playback_rate=float(stream.average_rate) if stream.average_rate else float("nan"),
         frame_count=_announced(container) or 1,
         frame_count_is_estimate=stream.frames == 0,
     )
-
-
-def _grey(frame: av.VideoFrame, movie: Movie) -> Frames:
-    """Grey levels (height, width) of one frame."""
-    if frame.format.name in RGB:
-        return _grey_of_rgb(frame, movie)
-    order = ">" if frame.format.is_big_endian else "<"
-    stored = np.dtype(np.uint8) if movie.bits == 8 else np.dtype(f"{order}u2")
-    plane = frame.planes[0]
-    # a line is padded to the codec's stride
-    luma = np.frombuffer(memoryview(plane), stored).reshape(-1, plane.line_size // stored.itemsize)
-    luma = luma[: movie.height, : movie.width]
-    return _full_range(movie.bits)[luma] if movie.expanded else luma
-
-
-@cache
-def _full_range(bits: int) -> Frames:
-    """Grey level for every limited-range luma: 16 to 235 (at 8 bits) becomes 0 to 255."""
-    unit = 2 ** (bits - 8)
-    black, span, white = 16 * unit, 219 * unit, 2**bits - 1
-    levels = np.clip((np.arange(white + 1) - black) * (white / span), 0, white)
-    return np.rint(levels).astype(np.uint8 if bits == 8 else np.uint16)
-
-
-def _grey_of_rgb(frame: av.VideoFrame, movie: Movie) -> Frames:
-    rgb = frame.to_ndarray(format="rgb24").astype(np.uint8, copy=False)
-    if not (np.array_equal(rgb[..., 0], rgb[..., 1]) and np.array_equal(rgb[..., 0], rgb[..., 2])):
-        raise InputError(str(movie.path), "must be grey", f"colours in {frame.format.name}", TO_GREY)
-    return rgb[..., 0]
 
 
 def _uniform(blocks: Iterable[Frames]) -> Iterator[Frames]:

@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 import tifffile
-from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
+from vibrissa.video.grey import Frames
 
-Frames = NDArray[np.uint8] | NDArray[np.uint16]
 SUFFIXES = frozenset({".tif", ".tiff"})
 
 

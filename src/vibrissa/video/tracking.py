@@ -127,19 +127,13 @@ def track(
     arc = np.full((len(seeds), x.shape[2]), np.nan)
     for w, origin in enumerate(origins):
         arc[w, : origin.count] = np.arange(origin.count) * spacing * calibration.pixel_size
+    reason = np.concatenate([part[3] for part in parts], axis=1)
     attrs = {
-        "frame": "image",
-        "frame_rate": calibration.frame_rate,
-        "pixel_size": calibration.pixel_size,
-        "background": "space" if isinstance(background, str) else "image",
-        "polarity": polarity,
+        **_attributes(calibration, how),
         "base": base,
-        "search": search,
-        "swing": swing,
-        "threshold": threshold,
         "seeds": json.dumps([[float(c), float(r)] for c, r in seeds]),
         "arc_length_from": "skin" if skin is not None else "base end of the line in the first frame",
-        "lost": json.dumps(_lost(np.concatenate([part[3] for part in parts], axis=1))),
+        "lost": json.dumps(_lost(reason)),
     }
     time = np.arange(x.shape[1]) / calibration.frame_rate
     return dataset(
@@ -153,6 +147,19 @@ def track(
         y_sd=y_sd,
         arc_length=arc,
     )
+
+
+def _attributes(calibration: Calibration, how: Search) -> dict[str, Any]:
+    return {
+        "frame": "image",
+        "frame_rate": calibration.frame_rate,
+        "pixel_size": calibration.pixel_size,
+        "background": "space" if isinstance(how.background, str) else "image",
+        "polarity": how.polarity,
+        "search": how.search,
+        "swing": how.swing,
+        "threshold": how.threshold,
+    }
 
 
 @dataclass(frozen=True)
