@@ -301,3 +301,11 @@ def test_whisking_mouse_is_followed_into_its_first_sweep_and_then_said_to_be_los
     assert np.nanmin(swung) < -40  # the tip has gone forward, up in the image
     runs = json.loads(data.attrs["lost"])[0]
     assert sum(last - first + 1 for first, last, _ in runs) == np.count_nonzero(~seen)
+
+
+def test_lost_whisker_is_not_taken_up_again_from_a_neighbour(mouse):
+    """Without ``swing`` the whiskers are lost as the mouse begins to whisk; others then pass where they were."""
+    lines = list(centrelines([mouse], seeds=MOUSE_SEEDS, search=Search(columns=(60, 180), search=2, threshold=3.0)))
+    lost = lines[0].reason[:, 200:] > 0
+    # 240 chances for a passing whisker to lie along the whole course within 1 px: it does, in about 1 %
+    assert lost.mean() > 0.95

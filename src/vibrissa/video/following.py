@@ -25,6 +25,7 @@ GROW_REACH = 2  # rows about the straight continuation in which the first line i
 SLOPES = np.linspace(-2, 2, 41)  # of the whisker at its seed [rows per column]
 CARRY = 0.7  # share of its last motion that a swinging whisker is expected to repeat
 PATIENCE = 10  # frames for which a lost swinging whisker is sought; then its neighbours could be taken for it
+REGAIN = 1.0  # root mean square distance [px] from where it was lost within which a whisker is taken up again
 SAME = 0.3  # contrast of a background along the whisker, over the frame's, above which it holds the whisker
 ALIKE = (0.5, 2.0)  # contrast of the line over this whisker's own, outside of which it is another or a crossing
 ADAPT = 0.02  # share of a new frame in a whisker's own contrast
@@ -34,7 +35,7 @@ REASONS = (
     "too faint or hidden",
     "contrast of another",
     "on another whisker's line",
-    "swung out of reach",
+    "not sure that it is back",
     "base end hidden",
 )
 
@@ -255,12 +256,21 @@ def _seek(
     state = state._replace(expected=expected, before=image, motion=motion)
     if np.count_nonzero(~np.isnan(line[0])) < FEWEST:
         return state, line, 1
+    if state.missed and not _where_it_was(line[0], state):
+        return state, line, 4
     common = ~np.isnan(line[2]) & ~np.isnan(state.typical)
     if common.any():
         ratio = np.median(line[2][common] / state.typical[common])
         if not ALIKE[0] < ratio < ALIKE[1]:
             return state, line, 2
     return state, line, 0
+
+
+def _where_it_was(row: Rows, state: _State) -> bool:
+    """Whether a lost whisker is back: at least half of its columns, where they were expected."""
+    off = (row - state.expected)[~np.isnan(row)]
+    half = np.count_nonzero(~np.isnan(state.course)) / 2
+    return bool(off.size >= half and np.sqrt(np.mean(off**2)) < REGAIN)
 
 
 def _part(lines: Sequence[tuple[Rows, Rows, Rows]], states: Sequence[_State], reason: NDArray[np.int8]) -> None:
