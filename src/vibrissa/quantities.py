@@ -42,7 +42,11 @@ QUANTITIES: dict[str, Quantity] = {
     "x_sd": Quantity(("time", "node"), "m", "standard deviation of x"),
     "y_sd": Quantity(("time", "node"), "m", "standard deviation of y"),
     "arc_length": Quantity(("node",), "m", "arc length from the skin"),
+    "point_displacement": Quantity(("time",), "m", "transverse displacement of one point of the shaft"),
     "displacement": Quantity(("time", "node"), "m", "transverse displacement about the mean profile"),
+    "frames": Quantity(("whisker",), "1", "frames in the movie"),
+    "frames_followed": Quantity(("whisker",), "1", "frames in which the whisker was followed"),
+    "median_length": Quantity(("whisker",), "m", "arc length followed, median over frames"),
     # modes
     "contact": Quantity((), "1", "position ε of the contact along the shaft, over L"),
     "kappa": Quantity(("mode",), "1", "adimensional resonant angular frequency κ"),
@@ -69,13 +73,64 @@ QUANTITIES: dict[str, Quantity] = {
     "variance_explained": Quantity(("mode",), "1", "share of the displacement's variance in this mode"),
     "envelope": Quantity(("mode", "time"), "1", "envelope A of a mode, over L"),
     "phase": Quantity(("mode", "time"), "rad", "phase of a mode"),
-    # spectra
-    "power": Quantity(("mode", "frequency"), "s", "one-sided power spectral density"),
+    # spectra and resonance; `fit` tells which signal and which forcing
+    "fit": Quantity(("fit",), "1", "signal and forcing of the fit"),
+    "power": Quantity(("mode", "frequency"), "1/Hz", "one-sided power spectral density, over L²"),
+    "power_fit": Quantity(("mode", "frequency"), "1/Hz", "fitted power spectral density, over L²"),
+    "resonant_frequency_low": Quantity(("mode",), "Hz", "resonant frequency, lower end of the 95 % interval"),
+    "resonant_frequency_high": Quantity(("mode",), "Hz", "resonant frequency, upper end of the 95 % interval"),
     "damping": Quantity(("mode",), "1", "damping ratio ζ"),
+    "damping_low": Quantity(("mode",), "1", "damping ratio, lower end of the 95 % interval"),
+    "damping_high": Quantity(("mode",), "1", "damping ratio, upper end of the 95 % interval"),
     # the follicle
     "base_curvature": Quantity(("time",), "1/m", "curvature at the base"),
     "base_moment": Quantity(("time",), "N m", "bending moment at the base"),
+    # pictures
+    "row": Quantity(("row",), "1", "row of the image, down"),
+    "column": Quantity(("column",), "1", "column of the image"),
+    "image": Quantity(("row", "column"), "1", "grey level"),
+    # what figures draw
+    "line_column": Quantity(("node",), "1", "column of the centreline [pixel]"),
+    "line_row": Quantity(("node",), "1", "row of the centreline [pixel]"),
+    "node_motion": Quantity(("time", "trace"), "m", "y of a node about its mean"),
+    "trace_arc": Quantity(("trace",), "m", "arc length of the node"),
+    "deformation": Quantity(("s",), "m", "transverse displacement at one instant"),
+    "mode_part": Quantity(("mode", "s"), "m", "share of a mode in the deformation"),
+    "mode_displacement_true": Quantity(("mode", "time"), "1", "true mode displacement, over L"),
+    "power_true": Quantity(("mode", "frequency"), "1/Hz", "power spectral density of the true signal, over L²"),
+    "power_white_fit": Quantity(("mode", "frequency"), "1/Hz", "fit with white forcing (Eq. 5), over L²"),
+    "envelope_found": Quantity(("mode", "time"), "1", "envelope found, over its mean"),
+    "envelope_predicted": Quantity(("mode", "time"), "1", "envelope predicted, over the mean of the one found"),
+    "correlation": Quantity(("mode",), "1", "correlation of the two envelopes"),
     # geometry
+    "length": Quantity((), "m", "length L of the nontruncated cone"),
+    "cone_angle": Quantity((), "rad", "cone angle α, base radius over L"),
+    "tip": Quantity((), "1", "position of the physical tip, over L"),
+    "base_radius": Quantity((), "m", "radius at the base"),
+    "physical_length": Quantity((), "m", "length of the whisker itself"),
+    "timescale": Quantity((), "s", "timescale k = (2L/α)√(ρ/E)"),
+    "youngs_modulus": Quantity((), "Pa", "Young's modulus E"),
+    "density": Quantity((), "kg/m³", "density ρ"),
+    "length_se": Quantity((), "m", "standard error of L"),
+    "cone_angle_se": Quantity((), "rad", "standard error of α"),
+    "base_radius_se": Quantity((), "m", "standard error of the base radius"),
+    "tip_se": Quantity((), "1", "standard error of the tip's position"),
+    "timescale_se": Quantity((), "s", "standard error of k"),
+    "residual_sd": Quantity((), "m", "standard deviation of the diameters about the line"),
+    "r_squared": Quantity((), "1", "share of the diameters' variance on the line"),
+    "points": Quantity((), "1", "number of diameters"),
+    # the atlas: means over the whiskers of one position
+    "position": Quantity(("position",), "1", "row and column on the snout"),
+    "n_whiskers": Quantity(("position",), "1", "whiskers with length and base diameter"),
+    "n_cones": Quantity(("position",), "1", "whiskers whose cone is known"),
+    "mean_arc_length": Quantity(("position",), "m", "arc length from skin to tip"),
+    "mean_length": Quantity(("position",), "m", "length L of the nontruncated cone"),
+    "sd_length": Quantity(("position",), "m", "standard deviation of L"),
+    "mean_base_diameter": Quantity(("position",), "m", "base diameter"),
+    "mean_cone_angle": Quantity(("position",), "rad", "cone angle α"),
+    "sd_cone_angle": Quantity(("position",), "rad", "standard deviation of α"),
+    "mean_tip": Quantity(("position",), "1", "position of the physical tip, over L"),
+    "first_resonance_in_air": Quantity(("position",), "Hz", "first resonance of the mean cone, free tip"),
     "distance": Quantity(("point",), "m", "distance from the base along the shaft"),
     "diameter": Quantity(("point",), "m", "diameter of the shaft"),
     # neurons
@@ -83,6 +138,14 @@ QUANTITIES: dict[str, Quantity] = {
     "spike_trial": Quantity(("spike",), "1", "trial of a spike"),
     "firing_rate": Quantity(("bin",), "Hz", "firing rate averaged over trials"),
     "bin_envelope": Quantity(("bin",), "m", "envelope averaged over the bin"),
+    "bin_envelope_true": Quantity(("bin",), "m", "true envelope averaged over the bin"),
+    # truth against found; the unit stands in quantity_unit
+    "quantity": Quantity(("entry",), "1", "name of the quantity"),
+    "quantity_unit": Quantity(("entry",), "1", "unit of the quantity"),
+    "truth": Quantity(("entry",), "1", "true value"),
+    "found": Quantity(("entry",), "1", "value found"),
+    "found_low": Quantity(("entry",), "1", "lower end of the 95 % interval"),
+    "found_high": Quantity(("entry",), "1", "upper end of the 95 % interval"),
 }
 
 
@@ -97,9 +160,7 @@ def _dims(name: str, values: np.ndarray, lead: tuple[str, ...]) -> tuple[str, ..
     raise InputError(name, f"must have dimensions {core} or {lead + core}", f"shape {values.shape}")
 
 
-def dataset(
-    attrs: Mapping[str, Any] | None = None, *, lead: tuple[str, ...] = (), **variables: Any
-) -> xr.Dataset:
+def dataset(attrs: Mapping[str, Any] | None = None, *, lead: tuple[str, ...] = (), **variables: Any) -> xr.Dataset:
     """Label arrays with the dimensions, units and long names of the one table.
 
     Parameters
@@ -151,6 +212,4 @@ def require(data: xr.Dataset, *names: str) -> None:
         if not set(quantity.dims) <= set(found.dims):
             raise InputError(f"variable {name!r}", f"must have dimensions {quantity.dims}", str(found.dims))
         if found.attrs.get("units", quantity.unit) != quantity.unit:
-            raise InputError(
-                f"variable {name!r}", f"must be in {quantity.unit!r}", repr(found.attrs["units"])
-            )
+            raise InputError(f"variable {name!r}", f"must be in {quantity.unit!r}", repr(found.attrs["units"]))

@@ -35,7 +35,8 @@ def normal_displacement(profile: xr.Dataset) -> tuple[Array, Array]:
     Parameters
     ----------
     profile : Dataset
-        One whisker: ``x``, ``y`` (time, node) [m], ``arc_length`` (node) [m]. NaN where lost.
+        One whisker: ``x``, ``y`` (time, node) [m], ``arc_length`` (node) [m]. NaN where lost. If there is ``y_sd``,
+        nodes without one (extrapolated, not measured) are left out.
 
     Returns
     -------
@@ -53,6 +54,8 @@ def normal_displacement(profile: xr.Dataset) -> tuple[Array, Array]:
     x, y = profile.x.values, profile.y.values
     if x.ndim != 2:
         raise InputError("profile", "must be of one whisker", f"dimensions {profile.x.dims}", "select one")
+    if "y_sd" in profile:
+        x = np.where(np.isfinite(profile.y_sd.values), x, np.nan)
     visible = np.isfinite(x).mean(axis=0) >= 0.5
     if visible.sum() < 3 * _PROFILE_DEGREE:
         raise InputError(

@@ -76,7 +76,7 @@ class Curve:
     def at(self, values: Array, log_x: ArrayLike) -> Array:
         """Interpolate one of the arrays at ln x."""
         z = 2 * np.asarray(log_x, float) / self.span - 1
-        return chebyshev.chebval(z, _vandermonde_inverse() @ values)
+        return np.asarray(chebyshev.chebval(z, _vandermonde_inverse() @ values), float)
 
 
 @cache

@@ -42,7 +42,8 @@ def spike_counts(spikes: xr.Dataset, *, n_trials: int, start: float, n_bins: int
         raise InputError("spike_trial", f"must lie between 0 and {n_trials - 1}", f"{trial.min()}…{trial.max()}")
     if not bin_width > 0:
         raise InputError("bin width", "must be positive (s)", bin_width)
-    column = np.floor((spikes.spike_time.values - start) / bin_width).astype(int)
+    # the margin puts a spike on an edge into the bin that starts there: 0.29/0.01 is 28.999…
+    column = np.floor((spikes.spike_time.values - start) / bin_width + 1e-9).astype(int)
     inside = (column >= 0) & (column < n_bins)
     counts = np.zeros((n_trials, n_bins), int)
     np.add.at(counts, (trial[inside], column[inside]), 1)

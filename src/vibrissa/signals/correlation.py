@@ -39,6 +39,7 @@ def lagged_correlation(signal: Array, reference: Array, max_lag: int) -> tuple[N
 
 
 def _pearson(a: Array, b: Array) -> float:
+    if np.ptp(a) == 0 or np.ptp(b) == 0:  # a constant less its mean leaves round-off, which correlates with anything
+        return np.nan
     a, b = a - a.mean(), b - b.mean()
-    scale = float(np.sqrt((a @ a) * (b @ b)))
-    return float(a @ b) / scale if scale > 0 else np.nan
+    return float(a @ b) / float(np.sqrt((a @ a) * (b @ b)))

@@ -45,7 +45,8 @@ class Troughs:
                 "must have one width for each position",
                 f"{self.position.shape}, {self.width.shape}",
             )
-        if not (np.all(np.isfinite(self.position)) and np.all(self.width > 0) and self.depth > 0):
+        finite = np.isfinite([*self.position, *self.width, self.depth]).all()
+        if not (finite and np.all(self.width > 0) and self.depth > 0):
             raise InputError("texture", "must have finite positions, positive widths and a positive depth")
         gap = self.position[1:] - (self.position + self.width)[:-1]
         if not np.all(gap > 0):

@@ -1,0 +1,342 @@
+"""The command line: one command per verb. Heavy imports stand inside the commands."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import App, CycloptsError, Parameter
+
+from vibrissa import __version__
+from vibrissa.errors import ConvergenceError, InputError
+from vibrissa.whisker import Whisker
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from vibrissa.study.backward import Progress
+
+app = App(name="vibrissa", help="From surface to spikes: how a rat's whisker feels fine texture.", version=__version__)
+
+Json = Annotated[
+    bool, Parameter(name="--json", negative="", help="Print one JSON object (SI units) instead of a table.")
+]
+Out = Annotated[Path | None, Parameter(help="Write the results as a dataset (NetCDF).")]
+OfWhisker = Annotated[Whisker | None, Parameter(help="The whisker's geometry and material (SI units).")]
+Atlas = Annotated[str | None, Parameter(help="Take a measured rat whisker instead: C2, beta, …")]
+
+
+@app.command
+def run(study: Path | None = None, *, out: Path = Path("vibrissa-out"), json: Json = False) -> None:
+    """Run a study: the main job. Without one, the built-in virtual experiment.
+
+    Parameters
+    ----------
+    study
+        Study file (TOML).
+    out
+        Folder for datasets and report; made if absent.
+    """
+    from vibrissa.study.settings import read_study
+    from vibrissa.study.study import run_study
+
+    with _progress() as progress:
+        verdict = run_study(read_study(study), out, progress=progress)
+    print(f"vibrissa: the report is {out / 'report.html'}", file=sys.stderr)
+    _show(verdict, None, json, None)
+
+
+@app.command
+def track(
+    movie: Path,
+    *,
+    frame_rate: float,
+    pixel_size: float,
+    seed: list[str],
+    base: Literal["left", "right"] = "left",
+    polarity: Literal["dark", "bright"] = "dark",
+    swing: int = 0,
+    out: Path | None = None,
+    json: Json = False,
+) -> None:
+    """Track whiskers in a movie: centrelines at nodes of fixed arc length.
+
+    Parameters
+    ----------
+    movie
+        AVI, MP4, MKV or multi-page TIFF, grey.
+    frame_rate
+        Frames per second of the acquisition [Hz]; a file knows its playback rate only.
+    pixel_size
+        Side of a pixel in the plane of the whiskers [m].
+    seed
+        COLUMN,ROW of a point of a whisker in the first frame [pixels]; once for each whisker.
+    base
+        Side of the image on which the whiskers leave the skin.
+    polarity
+        Whiskers darker or brighter than what is behind them.
+    swing
+        Largest shift of a whisker's far end between two frames [pixels]; 0 for small vibrations.
+    out
+        Dataset to write (NetCDF); MOVIE's name with .nc in the current folder by default.
+    """
+    from vibrissa.files import save
+    from vibrissa.study.backward import followed, track_file
+    from vibrissa.study.settings import MovieFile
+
+    seeds = tuple(_pixel(text) for text in seed)
+    settings = MovieFile(
+        path=str(movie),
+        frame_rate=frame_rate,
+        pixel_size=pixel_size,
+        seeds=seeds,
+        base=base,
+        polarity=polarity,
+        swing=swing,
+    )
+    with _progress() as progress:
+        profile = track_file(settings, Path(), progress)
+    out = out or Path(movie.name).with_suffix(".nc")
+    save(profile, out)
+    print(f"vibrissa: the profiles are in {out}", file=sys.stderr)
+    _show(followed(profile), None, json, None)
+
+
+@app.command
+def decompose(
+    profile: Path,
+    *,
+    contact: float,
+    whisker: OfWhisker = None,
+    atlas: Atlas = None,
+    which: int = 0,
+    count: int = 3,
+    method: Literal["least-squares", "paper2014"] = "least-squares",
+    out: Out = None,
+    json: Json = False,
+) -> None:
+    """Modal amplitudes, envelopes, resonances and damping of one tracked whisker.
+
+    Resonances are fitted with the forcing taken for white (Eq. 5); a study that knows its texture does better.
+
+    Parameters
+    ----------
+    profile
+        Dataset written by `vibrissa track`; arc length counts from the skin.
+    contact
+        Position of the contact, over the length of the nontruncated cone.
+    which
+        Which of the tracked whiskers, from 0.
+    count
+        Number of modes.
+    method
+        Least squares on the visible nodes, or the paper's projection of an extrapolated profile.
+    """
+    import xarray as xr
+
+    from vibrissa.files import load
+    from vibrissa.study.backward import analyse
+
+    tracks = load(profile)
+    if not 0 <= which < tracks.sizes.get("whisker", 0):
+        raise InputError("--which", f"must name one of the {tracks.sizes.get('whisker', 0)} tracked whiskers", which)
+    cone = _cone(whisker, atlas)
+    if cone is None:
+        raise InputError("whisker", "must be given", remedy="--whisker.length and --whisker.cone-angle, or --atlas")
+    results = analyse(tracks.isel(whisker=which), cone, contact, n_modes=count, method=method)
+    data = xr.merge([*reversed(results.values())], combine_attrs="override").assign_attrs(results["modal"].attrs)
+    names = ("kappa", "variance_explained", *_with_ends("resonant_frequency"), *_with_ends("damping"))
+    _show(data, [name for name in names if name in data], json, out)
+
+
+@app.command
+def modes(
+    *,
+    contact: float | None = None,
+    count: int = 3,
+    boundary: Literal["pinned", "free"] = "pinned",
+    whisker: OfWhisker = None,
+    atlas: Atlas = None,
+    out: Out = None,
+    json: Json = False,
+) -> None:
+    """Resonant modes of a whisker: pinned at a contact, or with a free tip.
+
+    Parameters
+    ----------
+    contact
+        Position of the contact (or of the free end), over the length of the nontruncated cone.
+        May be left out for a free tip: the whisker's own tip, or the whole cone.
+    count
+        Number of modes.
+    boundary
+        What holds at the contact.
+    """
+    from vibrissa.mechanics.modes import eigenmodes, resonances
+
+    cone = _cone(whisker, atlas)
+    if contact is None:
+        if boundary == "pinned":
+            raise InputError("--contact", "must be given for a pinned whisker", remedy="for example --contact 0.3")
+        contact = cone.tip if cone else 0.0
+    data = (
+        resonances(cone, contact, count, boundary=boundary) if cone else eigenmodes(contact, count, boundary=boundary)
+    )
+    _show(data, ["contact", "kappa", *(["resonant_frequency"] if cone else [])], json, out)
+
+
+@app.command(name="whisker")
+def whisker_command(
+    diameters: Path, *, physical_length: float | None = None, out: Out = None, json: Json = False
+) -> None:
+    """Geometry of a whisker from measured diameters: length of the cone and cone angle, with standard errors.
+
+    Parameters
+    ----------
+    diameters
+        CSV with columns distance,diameter in metres (or distance_mm, diameter_um), from the base.
+    physical_length
+        Length of the whisker itself [m], if measured; the last measured distance by default.
+    """
+    from vibrissa.study.geometry import fit_dataset
+
+    _show(fit_dataset(diameters, physical_length), None, json, out)
+
+
+@app.command(name="atlas")
+def atlas_command(name: str | None = None, *, out: Out = None, json: Json = False) -> None:
+    """Measured rat whiskers by row and column, with the first resonance of each in air.
+
+    Parameters
+    ----------
+    name
+        One of them only: C2, beta, …
+    """
+    from vibrissa.study.geometry import atlas_dataset
+
+    _show(atlas_dataset(name), None, json, out)
+
+
+def main() -> None:
+    """Run the command line; bad input is one line on stderr and exit code 2."""
+    try:
+        app(print_error=False, exit_on_error=False)
+    except CycloptsError as error:
+        _refuse(f"{' '.join(str(error).split())}; see --help")
+    except (InputError, ConvergenceError) as error:
+        _refuse(str(error))
+    except KeyboardInterrupt:
+        sys.exit(130)
+
+
+def _refuse(line: str) -> None:
+    print(f"vibrissa: {line}", file=sys.stderr)
+    sys.exit(2)
+
+
+def _pixel(text: str) -> tuple[float, float]:
+    try:
+        column, row = map(float, text.split(","))
+    except ValueError:
+        raise InputError("--seed", "must be COLUMN,ROW", repr(text), "for example --seed 120,187") from None
+    return column, row
+
+
+def _cone(whisker: Whisker | None, atlas: str | None) -> Whisker | None:
+    if whisker is not None and atlas is not None:
+        raise InputError("whisker", "must be given once", remedy="either --whisker.length and the rest, or --atlas")
+    if atlas is None:
+        return whisker
+    from vibrissa.whisker import atlas_whisker
+
+    return atlas_whisker(atlas)
+
+
+def _with_ends(name: str) -> tuple[str, str, str]:
+    return name, f"{name}_low", f"{name}_high"
+
+
+@contextmanager
+def _progress() -> Iterator[Progress]:
+    """Progress bars on stderr, one per stage; none when stderr is no terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description:<26}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, disable=not console.is_terminal) as bars:
+        stages: dict[str, Any] = {}
+
+        def tell(stage: str, done: int, total: int) -> None:
+            if stage not in stages:
+                for task in stages.values():
+                    bars.update(task, total=bars.tasks[task].completed or 1, completed=bars.tasks[task].completed or 1)
+                stages[stage] = bars.add_task(stage, total=total or None)
+            bars.update(stages[stage], completed=done)
+
+        yield tell
+
+
+def _show(data: xr.Dataset, names: Sequence[str] | None, json: bool, out: Path | None) -> None:
+    """Write the dataset if asked, then print the named variables as JSON or as a table."""
+    from vibrissa.files import save
+
+    if out is not None:
+        save(data, out)
+    wanted = list(names) if names is not None else [str(name) for name in (*data.coords, *data.data_vars)]
+    if json:
+        _print_json({name: data[name].values for name in wanted})
+    else:
+        _print_tables(data, wanted)
+
+
+def _print_json(values: dict[str, Any]) -> None:
+    """One JSON object; NaN becomes null, "not measured"."""
+    import json
+
+    import numpy as np
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, np.ndarray | np.generic):
+            return plain(value.tolist())
+        if isinstance(value, list):
+            return [plain(one) for one in value]
+        return None if isinstance(value, float) and not np.isfinite(value) else value
+
+    print(json.dumps({name: plain(value) for name, value in values.items()}))
+
+
+def _print_tables(data: xr.Dataset, names: Sequence[str]) -> None:
+    """Scalars one by one, then one table for each dimension."""
+    columns: dict[str, list[str]] = {}
+    for name in names:
+        dims = data[name].dims
+        if not dims:
+            print(f"{data[name].attrs.get('long_name', name)}: {_cell(data[name].item())} {_unit(data, name)}".rstrip())
+        elif len(dims) == 1:
+            columns.setdefault(str(dims[0]), []).append(name)
+    for dim, group in columns.items():
+        heads = [dim, *(f"{name} {_unit(data, name)}".strip() for name in group if name != dim)]
+        cells = [data[dim].values if dim in data.coords else range(data.sizes[dim])]
+        cells += [data[name].values for name in group if name != dim]
+        rows = [heads, *([_cell(value) for value in row] for row in zip(*cells, strict=True))]
+        widths = [max(len(row[i]) for row in rows) for i in range(len(heads))]
+        print("\n".join("  ".join(c.rjust(w) for c, w in zip(row, widths, strict=True)) for row in rows))
+
+
+def _unit(data: xr.Dataset, name: str) -> str:
+    unit = data[name].attrs.get("units", "1")
+    return "" if unit == "1" else f"[{unit}]"
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return "–" if value != value else f"{value:.6g}"
+    return str(value.item() if hasattr(value, "item") else value) if not isinstance(value, str) else value
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""The paper's figures: ``compute`` does the science, ``draw`` only draws."""

@@ -1,0 +1,143 @@
+"""The report: one self-contained HTML page with figures, tables and what was assumed."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from vibrissa import __version__
+from vibrissa.figures import fig3, fig4, fig5, fig6, fig8
+from vibrissa.study.backward import followed
+from vibrissa.study.settings import Study
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Results = Mapping[str, "xr.Dataset"]
+
+# What a figure shows, which results it needs, and what to say of it.
+FIGURES: list[tuple[str, ModuleType, tuple[str, ...]]] = [
+    ("Tracking", fig3, ("still", "profile")),
+    ("Decomposition", fig4, ("modal",)),
+    ("Spectra", fig5, ("spectra_white", "resonance_white")),
+    ("Envelopes", fig6, ("modal",)),
+    ("One neuron", fig8, ("spikes", "response")),
+]
+
+
+class Picture(NamedTuple):
+    """A figure of the report: its heading, its PNG in base64 or why it is left out."""
+
+    heading: str
+    png: str
+    left_out: str
+
+
+def write_report(study: Study, results: Results, path: Path) -> None:
+    """Write the report of a study.
+
+    Parameters
+    ----------
+    study : Study
+        What was asked.
+    results : mapping of Datasets
+        What came out.
+    path : Path
+        HTML file to write.
+    """
+    from jinja2 import Environment, PackageLoader, select_autoescape
+
+    environment = Environment(loader=PackageLoader("vibrissa.study"), autoescape=select_autoescape())
+    page = environment.get_template("report.html").render(
+        study=study,
+        version=__version__,
+        verdict=_verdict(results),
+        tracks=_tracks(results["profile"]),
+        pictures=[_picture(study, results, *figure) for figure in FIGURES],
+    )
+    path.write_text(page, encoding="utf-8")
+
+
+def _picture(study: Study, results: Results, heading: str, figure: ModuleType, needs: tuple[str, ...]) -> Picture:
+    missing = [name for name in needs if name not in results]
+    if heading == "Envelopes" and "modal" in results and "envelope" not in results["modal"]:
+        missing = ["envelope"]
+    if missing:
+        return Picture(heading, "", why_left_out(study, results))
+    buffer = io.BytesIO()
+    figure.draw(figure.compute(results)).savefig(buffer, format="png", metadata={"Software": None})
+    return Picture(heading, base64.b64encode(buffer.getvalue()).decode(), "")
+
+
+def why_left_out(study: Study, results: Results) -> str:
+    """Say why the modal sections, or the unit, are not in the report."""
+    if study.whisker is None or study.posture is None:
+        parts = [name for name, part in (("[whisker]", study.whisker), ("[posture]", study.posture)) if part is None]
+        return (
+            f"Left out: the study file has no {' and no '.join(parts)}. Modes need the whisker's length and cone angle, "
+            "and where it touches a surface."
+        )
+    if "left_out" in results.get("modal", _Nothing).attrs:
+        return f"Left out: {results['modal'].attrs['left_out']}."
+    return "Left out: the study file has no [recording]."
+
+
+class _Nothing:
+    attrs: Mapping[str, str] = {}
+
+
+def _verdict(results: Results) -> list[dict[str, Any]]:
+    """Rows of truth | found | error; the error is relative to the truth, and the interval says if it holds the truth."""
+    if "verdict" not in results:
+        return []
+    table = results["verdict"]
+    rows = []
+    for i in range(table.sizes["entry"]):
+        truth, found, low, high = (float(table[name][i]) for name in ("truth", "found", "found_low", "found_high"))
+        rows.append(
+            {
+                "quantity": str(table.quantity.values[i]),
+                "unit": "" if str(table.quantity_unit.values[i]) == "1" else str(table.quantity_unit.values[i]),
+                "truth": f"{truth:.5g}",
+                "found": f"{found:.5g}",
+                "error": f"{100 * (found / truth - 1):+.2f} %",
+                "interval": f"{low:.5g} – {high:.5g}" if np.isfinite(low) else "",
+                "inside": "" if not np.isfinite(low) else "yes" if low <= truth <= high else "no",
+            }
+        )
+    return rows
+
+
+def _tracks(profile: xr.Dataset) -> list[dict[str, Any]]:
+    """How far each whisker was followed, and which frames were lost and why."""
+    table = followed(profile)
+    count = table.sizes["whisker"]
+    names = json.loads(profile.attrs.get("names", "[]")) or [str(i) for i in range(count)]
+    lost = json.loads(profile.attrs["lost"])
+    frames = int(table.frames[0])
+    rows = []
+    for i in range(count):
+        why = [f"{first}–{last}: {reason}" if last > first else f"{first}: {reason}" for first, last, reason in lost[i]]
+        rows.append(
+            {
+                "name": names[i],
+                "followed": f"{int(table.frames_followed[i])} of {frames}",
+                "length": f"{1e3 * float(table.median_length[i]):.2f}",
+                "sd": f"{1e6 * float(np.nanmedian(profile.y_sd.values[i])):.1f}",
+                "lost": why,
+            }
+        )
+    return rows
+
+
+def template_folder() -> Path:
+    """Folder of the report's template."""
+    return Path(str(files("vibrissa.study"))) / "templates"

@@ -1,0 +1,207 @@
+"""The study file: which movie or which virtual experiment, and what is known of it."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import tomllib
+import types
+import typing
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any, Literal
+
+from vibrissa.errors import InputError
+from vibrissa.mechanics.profile import Posture
+from vibrissa.mechanics.superposition import Scan
+from vibrissa.neural.virtual import HingeUnit
+from vibrissa.video.camera import Camera
+from vibrissa.whisker import Whisker
+
+
+@dataclass(frozen=True, kw_only=True)
+class MovieFile:
+    """A recorded movie and how to track it.
+
+    Attributes
+    ----------
+    path : str
+        The movie, relative to the study file.
+    frame_rate : float
+        Rate of acquisition [Hz]; a container's own rate is a playback rate and is never used.
+    pixel_size : float
+        Side of a pixel in the plane of the whiskers [m].
+    seeds : ((column, row), ...)
+        A point of each whisker in the first frame [pixels].
+    names : (str, ...)
+        Names of the whiskers; numbers by default.
+    base : {"left", "right"}
+        Side of the image on which the whiskers leave the skin.
+    polarity : {"dark", "bright"}
+        Whiskers darker or brighter than what is behind them.
+    swing : float
+        Largest shift of a whisker's far end between two frames [pixels]; 0 for small vibrations.
+    columns : (first, last), optional
+        Columns that are searched [pixels]; all by default.
+    """
+
+    path: str
+    frame_rate: float
+    pixel_size: float
+    seeds: tuple[tuple[float, float], ...]
+    names: tuple[str, ...] = ()
+    base: Literal["left", "right"] = "left"
+    polarity: Literal["dark", "bright"] = "dark"
+    swing: int = 0
+    columns: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Film:
+    """A virtual movie of one whisker.
+
+    Attributes
+    ----------
+    n_frames : int
+        Number of frames.
+    subframes : int
+        Instants averaged in each exposure.
+    seed : int
+        Seed of the pixel noise.
+    camera : Camera
+        The virtual camera.
+    """
+
+    n_frames: int
+    subframes: int = 3
+    seed: int = 0
+    camera: Camera = dataclasses.field(default_factory=Camera)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Grating:
+    """A random square-wave grating; see :func:`vibrissa.texture.surface.random_grating`."""
+
+    length: float
+    seed: int = 0
+    reading: Literal["telegraph", "widths"] = "telegraph"
+    mean_period: float = 0.6e-3
+    depth: float = 35e-6
+
+
+@dataclass(frozen=True, kw_only=True)
+class UnitRecording:
+    """A simulated unit, driven by the envelope of the whisker's displacement near its base.
+
+    Attributes
+    ----------
+    n_trials : int
+        Repeats of the sweep.
+    seed : int
+        Seed of the spikes.
+    distance : float
+        Distance from the base at which the displacement is taken [m].
+    bin_width : float
+        Width of the time bins [s].
+    unit : HingeUnit
+        The unit's truth.
+    """
+
+    n_trials: int = 40
+    seed: int = 0
+    distance: float = 5e-3
+    bin_width: float = 0.01
+    unit: HingeUnit = dataclasses.field(default_factory=HingeUnit)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """What a study file says. Either ``movie`` or ``film``; ``film`` needs the four that make the motion.
+
+    Attributes
+    ----------
+    name, about : str
+        Title and a sentence for the report.
+    assumptions : (str, ...)
+        What is assumed, not measured; the report repeats it.
+    n_modes : int
+        Modes that are decomposed and fitted.
+    movie, film, whisker, posture, scan, texture, recording
+        The parts; absent ones are left out, and the report says so.
+    folder : Path
+        Where the file's relative paths start.
+    """
+
+    name: str
+    about: str = ""
+    assumptions: tuple[str, ...] = ()
+    n_modes: int = 3
+    movie: MovieFile | None = None
+    film: Film | None = None
+    whisker: Whisker | None = None
+    posture: Posture | None = None
+    scan: Scan | None = None
+    texture: Grating | None = None
+    recording: UnitRecording | None = None
+    folder: Path = Path()
+
+    def __post_init__(self) -> None:
+        if (self.movie is None) == (self.film is None):
+            raise InputError("study", "must have either a [movie] or a [film]")
+        needed = {"whisker": self.whisker, "posture": self.posture, "scan": self.scan, "texture": self.texture}
+        missing = [f"[{name}]" for name, part in needed.items() if part is None]
+        if self.film is not None and missing:
+            raise InputError("[film]", f"must come with {', '.join(missing)}", remedy="they make the motion it shows")
+
+
+def read_study(path: str | Path | None = None) -> Study:
+    """Read a study file (TOML); without one, the built-in virtual experiment.
+
+    Raises
+    ------
+    InputError
+        If the file is missing or no TOML, a key is unknown (the nearest right one is named), or a value is bad.
+    """
+    if path is None:
+        text = resources.files("vibrissa.data").joinpath("experiment.toml").read_text(encoding="utf-8")
+        return _validated(tomllib.loads(text), "built-in experiment", Path())
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(str(path), "must be an existing study file (TOML)")
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(str(path), "must be TOML", remedy=str(error)) from error
+    return _validated(table, str(path), path.parent)
+
+
+def _validated(table: dict[str, Any], source: str, folder: Path) -> Study:
+    from pydantic import TypeAdapter, ValidationError
+
+    _check_keys(Study, table, source)
+    try:
+        return TypeAdapter(Study).validate_python({**table, "folder": folder})
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(map(str, first["loc"]))
+        cause = first.get("ctx", {}).get("error", first["msg"])
+        raise InputError(f"{source}: {place or 'study'}", f"is not valid ({cause})") from error
+
+
+def _check_keys(cls: Any, table: dict[str, Any], where: str) -> None:
+    """Refuse a key that no field has, and name the nearest right one."""
+    hints = typing.get_type_hints(cls)
+    known = [field.name for field in dataclasses.fields(cls) if field.name != "folder"]
+    for key, value in table.items():
+        if key not in known:
+            near = difflib.get_close_matches(key, known, n=1, cutoff=0.4)
+            cure = f"did you mean {near[0]!r}?" if near else f"it knows {', '.join(known)}"
+            raise InputError(f"{where}: key {key!r}", "is unknown", remedy=cure)
+        part = next((one for one in _members(hints[key]) if dataclasses.is_dataclass(one)), None)
+        if part is not None and isinstance(value, dict):
+            _check_keys(part, value, f"{where}: [{key}]")
+
+
+def _members(hint: Any) -> tuple[Any, ...]:
+    return typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)

@@ -1,0 +1,180 @@
+"""Run a study: forward where it is virtual, backward on its movie, both held against each other."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibrissa.errors import InputError
+from vibrissa.files import save
+from vibrissa.mechanics.modes import resonances
+from vibrissa.mechanics.resonance import fit_modes
+from vibrissa.neural.coupling import bin_means
+from vibrissa.neural.response import spike_counts
+from vibrissa.quantities import dataset
+from vibrissa.signals.envelope import analytic_envelope
+from vibrissa.study.backward import Progress, analyse, counted, followed, still_of, track_file
+from vibrissa.study.report import write_report
+from vibrissa.study.settings import Film, Study, UnitRecording
+from vibrissa.study.verdict import hold_against
+from vibrissa.study.virtual import exposed_signals, film_motion, lay_out, predicted_motion, record_unit
+from vibrissa.video.movie import read_blocks, write_movie
+from vibrissa.video.tracking import Calibration, track
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from vibrissa.mechanics.superposition import Prediction
+    from vibrissa.whisker import Whisker
+
+Datasets = dict[str, "xr.Dataset"]
+
+NODE_SPACING = 116e-6  # [m] the paper's median
+
+
+def run_study(study: Study, out: str | Path, *, progress: Progress | None = None) -> xr.Dataset:
+    """Run a study and write its datasets (NetCDF), its movie if virtual, its verdict and its report.
+
+    Parameters
+    ----------
+    study : Study
+        From :func:`vibrissa.study.settings.read_study`.
+    out : path
+        Folder of the results; made if absent, files of the same name replaced, only once all went well.
+    progress : callable, optional
+        Called with (stage, done, total); total 0 where it is not known.
+
+    Returns
+    -------
+    Dataset
+        The verdict, truth against found; for a recorded movie, how far each whisker was followed.
+
+    Raises
+    ------
+    InputError
+        If an input is bad or the folder cannot be written.
+    """
+    out = Path(out)
+    _writable(out)
+    work = out.with_name(f".{out.name}.{os.getpid()}.part")
+    try:
+        work.mkdir()
+        results = _results(study, work, progress or (lambda *_: None))
+        write_report(study, results, work / "report.html")
+        for name, data in results.items():
+            save(data, work / f"{name}.nc")
+        out.mkdir(exist_ok=True)
+        for made in sorted(work.iterdir()):
+            os.replace(made, out / made.name)
+    except OSError as error:
+        raise InputError(str(out), f"could not be written ({error.strerror or error})") from error
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+    return results.get("verdict", followed(results["profile"]))
+
+
+def _writable(out: Path) -> None:
+    if not out.absolute().parent.is_dir():
+        raise InputError(str(out.parent), "must be an existing folder", remedy="make it, or choose another --out")
+    if out.exists() and not out.is_dir():
+        raise InputError(str(out), "must be a folder", remedy="choose another --out")
+
+
+def _results(study: Study, work: Path, progress: Progress) -> Datasets:
+    """Every dataset the study's parts allow, in the order of the work."""
+    results: Datasets = {}
+    prediction = None
+    if study.film is not None:
+        progress("predicting", 0, 0)
+        prediction = predicted_motion(study)
+        distance = (study.recording or UnitRecording()).distance
+        results["prediction"] = exposed_signals(prediction, study.film, distance)
+        profile, still = _filmed(prediction, study.film, work / "movie.mkv", progress)
+    elif study.movie is not None:
+        profile = track_file(study.movie, study.folder, progress)
+        still = still_of(study.folder / study.movie.path)
+    else:
+        raise InputError("study", "must have either a [movie] or a [film]")
+    results |= {"profile": profile, "still": still}
+    if study.whisker is not None and study.posture is not None:
+        progress("decomposing and fitting", 0, 0)
+        results |= _modal(study, profile.isel(whisker=0), study.whisker, study.posture.contact, prediction)
+    if study.recording is not None and "modal" in results:
+        progress("recording one unit", 0, 0)
+        results |= _recorded(study.recording, results)
+    if prediction is not None and "resonance" in results:
+        results["verdict"] = hold_against(study, prediction, results)
+    return results
+
+
+def _filmed(prediction: Prediction, film: Film, path: Path, progress: Progress) -> tuple[xr.Dataset, xr.Dataset]:
+    """Film the motion to a lossless movie, then track that file."""
+    scene = lay_out(prediction, film)
+    frames = counted(film_motion(prediction, film, scene), "filming", film.n_frames, progress)
+    write_movie(path, frames, playback_rate=25)
+    pixel = film.camera.pixel_size
+    middle = len(scene.s) // 3
+    profile = track(
+        counted(read_blocks(path), "tracking", film.n_frames, progress),
+        seeds=[(scene.x[middle] / pixel, scene.y[middle] / pixel)],
+        skin=[(scene.x[0] / pixel, scene.y[0] / pixel)],
+        calibration=Calibration(frame_rate=film.camera.frame_rate, pixel_size=pixel),
+        node_spacing=NODE_SPACING,
+    )
+    return profile, still_of(path)
+
+
+def _modal(
+    study: Study, profile: xr.Dataset, whisker: Whisker, contact: float, prediction: Prediction | None
+) -> Datasets:
+    """Decomposition and resonances; where the texture is known, also by its forcing and on the true signal."""
+    results = analyse(profile, whisker, contact, n_modes=study.n_modes)
+    if prediction is None or study.film is None or "resonance_white" not in results:
+        return results
+    expected = resonances(whisker, contact, study.n_modes).resonant_frequency.values
+    true = exposed_signals(prediction, study.film, 0.0).isel(mode=slice(study.n_modes))
+    for name, signal in (("", results["modal"]), ("_true", true)):
+        exposure = study.film.camera.exposure
+        fit, spectra = fit_modes(signal, expected, prediction=prediction, exposure=exposure)
+        results |= {f"resonance{name}": fit, f"spectra{name}": spectra}
+    return results
+
+
+def _recorded(recording: UnitRecording, results: Datasets) -> Datasets:
+    """Spikes of a unit driven by the true motion where it is known, else by the tracked one."""
+    modal = results["modal"]
+    time = modal.time.values
+    found = _displacement_at(modal, recording.distance)
+    drive = results["prediction"].point_displacement.values if "prediction" in results else found
+    spikes = record_unit(recording, time, drive)
+    width = recording.bin_width
+    n_bins = int(np.floor((time[-1] - time[0]) / width + 1e-9))
+    bins: dict[str, Any] = {"start": float(time[0]), "n_bins": n_bins, "bin_width": width}
+    counts = spike_counts(spikes, n_trials=recording.n_trials, **bins)
+    response = dataset(
+        {"bin_width": width, "n_trials": recording.n_trials},
+        bin=time[0] + width * np.arange(n_bins),
+        firing_rate=counts.mean(axis=0) / width,
+        bin_envelope=bin_means(time, analytic_envelope(found)[0], **bins),
+        bin_envelope_true=bin_means(time, analytic_envelope(drive)[0], **bins),
+    )
+    return {"spikes": spikes, "response": response}
+
+
+def _displacement_at(modal: xr.Dataset, distance: float) -> NDArray[np.float64]:
+    """Tracked displacement at a distance from the skin [m], between the two nodes about it."""
+    seen = modal.dropna("node", subset=["displacement"])
+    arc = seen.arc_length.values
+    if not arc.min() <= distance <= arc.max():
+        raise InputError(
+            "recording.distance", f"must lie on the tracked shaft, {arc.min():.4g}–{arc.max():.4g} m", distance
+        )
+    right = int(np.searchsorted(arc, distance).clip(1, len(arc) - 1))
+    share = (distance - arc[right - 1]) / (arc[right] - arc[right - 1])
+    values = seen.displacement.values
+    return (1 - share) * values[:, right - 1] + share * values[:, right]
