@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -26,11 +26,29 @@ _SMALLEST_TURN = 0.02  # [rad] below it a mean profile does not tell its concave
 _END_NODES = 25  # nodes (about 3 mm) that extrapolate the profile in the paper's form
 
 
-def normal_displacement(profile: xr.Dataset) -> tuple[Array, Array]:
-    """Displacement of each node along the normal of the mean profile.
+class Motion(NamedTuple):
+    """Motion of the nodes about the mean profile, whose normal n points to its concave side.
 
-    The normal points to the concave side of the mean profile, which is n = (−sin θ, cos θ), away from the
-    substrate, in whichever way the camera turns or mirrors the scene.
+    That side is away from the substrate, so n = (−sin θ, cos θ) whichever way the camera turns or mirrors the scene.
+
+    Attributes
+    ----------
+    along_normal, along_shaft : (T, N) arrays
+        n·(r − mean r), and the same along the tangent from skin to tip [m]; NaN where lost.
+    curvature : (N,) array
+        Curvature of the mean profile towards n [1/m].
+    visible : (N,) array of bool
+        Nodes measured in at least half of the frames; the others are all NaN.
+    """
+
+    along_normal: Array
+    along_shaft: Array
+    curvature: Array
+    visible: NDArray[np.bool_]
+
+
+def node_motion(profile: xr.Dataset) -> Motion:
+    """Split the motion of each node into its parts along and across the mean profile.
 
     Parameters
     ----------
@@ -38,20 +56,13 @@ def normal_displacement(profile: xr.Dataset) -> tuple[Array, Array]:
         One whisker: ``x``, ``y`` (time, node) [m], ``arc_length`` (node) [m]. NaN where lost. If there is ``y_sd``,
         nodes without one (extrapolated, not measured) are left out.
 
-    Returns
-    -------
-    displacement : (T, N) array
-        n·(r − mean r) [m]; NaN where lost.
-    visible : (N,) array of bool
-        Nodes seen in at least half of the frames; the others are all NaN.
-
     Raises
     ------
     InputError
         If too few nodes are visible, or the mean profile is too straight to tell its concave side.
     """
     require(profile, "x", "y", "arc_length")
-    x, y = profile.x.values, profile.y.values
+    x, y, arc = profile.x.values, profile.y.values, profile.arc_length.values
     if x.ndim != 2:
         raise InputError("profile", "must be of one whisker", f"dimensions {profile.x.dims}", "select one")
     if "y_sd" in profile:
@@ -61,19 +72,18 @@ def normal_displacement(profile: xr.Dataset) -> tuple[Array, Array]:
         raise InputError(
             "profile", f"must have {3 * _PROFILE_DEGREE} nodes seen in half the frames", int(visible.sum())
         )
-    arc = profile.arc_length.values
-    mean_x, mean_y = np.nanmean(x[:, visible], axis=0), np.nanmean(y[:, visible], axis=0)
-    fit_x, fit_y = (Polynomial.fit(arc[visible], mean, _PROFILE_DEGREE) for mean in (mean_x, mean_y))
+    mean = [np.nanmean(values[:, visible], axis=0) for values in (x, y)]
+    fit_x, fit_y = (Polynomial.fit(arc[visible], values, _PROFILE_DEGREE) for values in mean)
     angle = np.unwrap(np.arctan2(fit_y.deriv()(arc[visible]), fit_x.deriv()(arc[visible])))
     turn = angle[-1] - angle[0]
     if abs(turn) < _SMALLEST_TURN:
         raise InputError("mean profile", f"must turn by {_SMALLEST_TURN} rad to tell its concave side", f"{turn:.3g}")
-    displacement = np.full(x.shape, np.nan)
-    side = np.sign(turn)
-    displacement[:, visible] = side * (
-        np.cos(angle) * (y[:, visible] - mean_y) - np.sin(angle) * (x[:, visible] - mean_x)
-    )
-    return displacement, visible
+    side, cos, sin = np.sign(turn), np.cos(angle), np.sin(angle)
+    across, along, curvature = np.full(x.shape, np.nan), np.full(x.shape, np.nan), np.full(arc.shape, np.nan)
+    dx, dy = x[:, visible] - mean[0], y[:, visible] - mean[1]
+    across[:, visible], along[:, visible] = side * (cos * dy - sin * dx), cos * dx + sin * dy
+    curvature[visible] = side * (fit_y.deriv(2)(arc[visible]) * cos - fit_x.deriv(2)(arc[visible]) * sin)
+    return Motion(across, along, curvature, visible)
 
 
 def decompose(
@@ -90,7 +100,8 @@ def decompose(
     Eq. (15) of [Boubenec2014]_, u(s, t) = Σ_i q_i(t) V_i(s), is solved for q by least squares on the visible nodes,
     weighted by their residual variance (``least-squares``, default), or by the projection of
     Eq. (14) of [Boubenec2014]_, q_i = ∫ u s² V_i ds, of a profile extrapolated to skin and contact (``paper2014``).
-    Since the mean is taken away, these are q + Q(d) − mean, not q alone.
+    Since the mean is taken away, these are q + Q(d) − mean, not q alone. A node, at fixed arc length, slips along the
+    mean profile as the whisker bends; the displacement used is that on the fixed normal, where the model has it.
 
     Parameters
     ----------
@@ -119,20 +130,21 @@ def decompose(
         If the profile leaves [ε, 1] or too few nodes are visible.
     """
     check_contact(contact)
-    displacement, visible = normal_displacement(profile)
+    motion = node_motion(profile)
     s = 1 - profile.arc_length.values / whisker.length
-    visible = visible & (s >= contact) & (s <= 1)
+    visible = motion.visible & (s >= contact) & (s <= 1)
     kappa = cone_kappa(contact, n_modes + extra_modes)
     shapes = cone_modes(kappa, contact, s[visible])
-    u = displacement[:, visible] / whisker.length
+    u = _on_fixed_normals(motion, visible, shapes, cone_modes(kappa, contact, s[visible], derivative=1), whisker)
     if method == "least-squares":
-        weight = _node_weights(u, shapes)
-        q, sd = _least_squares(u, shapes, weight)
+        q, sd = _least_squares(u, shapes, _node_weights(u, shapes))
     elif method == "paper2014":
         q = _projection(u, s[visible], kappa, contact)
         sd = np.full(q.shape, np.nan)
     else:
         raise InputError("method", "must be 'least-squares' or 'paper2014'", repr(method))
+    displacement = np.full(motion.along_normal.shape, np.nan)
+    displacement[:, visible] = whisker.length * u
     return dataset(
         {"method": method, "whisker_length": whisker.length},
         time=profile.time.values,
@@ -146,6 +158,21 @@ def decompose(
         displacement=displacement,
         variance_explained=_variance_explained(u, shapes, n_modes),
     )
+
+
+def _on_fixed_normals(
+    motion: Motion, visible: NDArray[np.bool_], shapes: Array, slopes: Array, whisker: Whisker
+) -> Array:
+    """Displacement over L where the whisker crosses the fixed normals of its mean profile, (T, N).
+
+    A node that slipped by τ along the shaft stands off the normal by τ w' + κτ²/2, to second order; w' comes from
+    a first fit. The whisker's own bending makes it slip by the integral of curvature × displacement.
+    """
+    w, slip = motion.along_normal[:, visible] / whisker.length, motion.along_shaft[:, visible] / whisker.length
+    q, _ = _least_squares(w, shapes, np.ones(w.shape[1]))
+    along_shaft = -q.T @ slopes  # s falls from skin to tip
+    u = w - slip * along_shaft - motion.curvature[visible] * whisker.length * slip**2 / 2
+    return u - np.nanmean(u, axis=0)
 
 
 def _least_squares(u: Array, shapes: Array, weight: Array) -> tuple[Array, Array]:
