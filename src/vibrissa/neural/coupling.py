@@ -54,10 +54,12 @@ def maximal_correlation(rate: Array, envelope: Array, *, max_lag: int = 1) -> tu
     Returns
     -------
     correlation : float
-        Pearson's r at the best lag.
+        Pearson's r at the best lag; NaN, at lag 0, where one of them is constant, as for a silent unit.
     lag : int
         That lag, in bins.
     """
     lags, r = lagged_correlation(rate, envelope, max_lag)
+    if np.isnan(r).all():
+        return np.nan, 0
     best = int(np.nanargmax(r))
     return float(r[best]), int(lags[best])

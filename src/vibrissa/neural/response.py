@@ -14,7 +14,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def spike_counts(spikes: xr.Dataset, *, n_trials: int, start: float, n_bins: int, bin_width: float) -> NDArray[np.int64]:
+def spike_counts(
+    spikes: xr.Dataset, *, n_trials: int, start: float, n_bins: int, bin_width: float
+) -> NDArray[np.int64]:
     """Spikes of each trial in each half-open bin [start + k·width, start + (k+1)·width).
 
     Parameters

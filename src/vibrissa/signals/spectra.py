@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 from scipy.signal import periodogram
 from scipy.stats import norm
 
@@ -17,8 +16,7 @@ Array = NDArray[np.float64]
 Line = Callable[[float, float], Array]
 
 _NEIGHBOURS = 2  # bins on either side that a Hann taper correlates with one bin, and no more
-_SIMPLEX = np.diag([0.003, 0.03, 0.03, 0.05])  # about half a standard error of ln f, ln ζ, ln gain, ln lowest
-_ANGLE = 2 * np.pi
+_ITERATIONS = 200
 
 
 def power_spectrum(signal: Array, sampling_rate: float) -> tuple[Array, Array]:
@@ -148,31 +146,52 @@ def fit_resonance(
         values = shape(float(resonance), float(zeta))
         return np.log(scale) + np.log(gain * (values - values.min()) / reference + lowest)
 
-    def loss(theta: Array) -> float:
-        log_s = log_spectrum(theta)
-        return float(np.sum(log_s + p * np.exp(-log_s)))
-
     reference = float(shape(guess, 0.1).mean())
-    bounds = [(np.log(band[0] * guess), np.log(band[1] * guess)), (np.log(1e-3), np.log(0.95)), (-12, 12), (-25, 2)]
-    starts = [np.array([np.log(guess), np.log(zeta), 0.0, -2.0]) for zeta in (0.05, 0.15, 0.4)]
-    fits = [minimize(loss, start, method="L-BFGS-B", bounds=bounds) for start in starts]
-    best = min(fits, key=lambda fit: fit.fun)
-    simplex = best.x + np.vstack([np.zeros(4), _SIMPLEX])
-    options = {"xatol": 1e-5, "fatol": 1e-6, "initial_simplex": simplex}  # far below a standard error
-    best = minimize(loss, best.x, method="Nelder-Mead", bounds=bounds, options=options)
-    if np.any([abs(best.x[i] - end) < 1e-6 for i in (0, 1) for end in bounds[i]]):
-        raise ConvergenceError("resonance fit (maximum on the border)", float(best.fun), int(best.nit))
-    sd = _sandwich_sd(log_spectrum, best.x, p, free_floor=best.x[3] > bounds[3][0] + 1)
-    gain = float(np.exp(best.x[2])) * scale / reference
-    floor = float(np.exp(best.x[3])) * scale - gain * shape(*np.exp(best.x[:2]).tolist()).min()
-    return _resonance(best.x, sd, gain, floor)
+    low, high = np.log([[band[0] * guess, 1e-3, 1e-6, 1e-11], [band[1] * guess, 0.95, 1e6, 10]])
+    starts = [np.log([guess, zeta, 1.0, 0.1]) for zeta in (0.05, 0.15, 0.4)]
+    best, loss = min((_scoring(log_spectrum, p, start, low, high) for start in starts), key=lambda fit: fit[1])
+    if np.any((best[:2] <= low[:2]) | (best[:2] >= high[:2])):
+        raise ConvergenceError("resonance fit (maximum on the border)", loss, _ITERATIONS)
+    sd = _sandwich_sd(log_spectrum, best, p, free_floor=best[3] > low[3] + 1)
+    gain = float(np.exp(best[2])) * scale / reference
+    floor = float(np.exp(best[3])) * scale - gain * shape(*np.exp(best[:2]).tolist()).min()
+    return _resonance(best, sd, gain, floor)
+
+
+def _scoring(
+    log_spectrum: Callable[[Array], Array], p: Array, theta: Array, low: Array, high: Array
+) -> tuple[Array, float]:
+    """Least Σ ln S + P/S by Fisher scoring: JᵀJ is its expected curvature. Returns θ and the loss there."""
+    log_s, resistance = log_spectrum(theta), 1e-3
+    loss = float(np.sum(log_s + p * np.exp(-log_s)))
+    for _ in range(_ITERATIONS):
+        jacobian = _jacobian(log_spectrum, theta)
+        slope, curvature = jacobian.T @ (p * np.exp(-log_s) - 1), jacobian.T @ jacobian
+        stiff = np.diag(np.diag(curvature) + 1e-12)
+        while resistance < 1e8:
+            trial = np.clip(theta + np.linalg.solve(curvature + resistance * stiff, slope), low, high)
+            log_trial = log_spectrum(trial)
+            new = float(np.sum(log_trial + p * np.exp(-log_trial)))
+            if new < loss:
+                break
+            resistance *= 10
+        else:  # no way down
+            return theta, loss
+        arrived = loss - new < 1e-8  # of a loss in which one standard error is worth 0.5
+        theta, log_s, loss, resistance = trial, log_trial, new, max(resistance / 10, 1e-6)
+        if arrived:
+            return theta, loss
+    raise ConvergenceError("resonance fit", float(np.abs(slope).max()), _ITERATIONS)
+
+
+def _jacobian(log_spectrum: Callable[[Array], Array], theta: Array) -> Array:
+    return np.stack([(log_spectrum(theta + h) - log_spectrum(theta - h)) / 2e-5 for h in 1e-5 * np.eye(4)], axis=1)
 
 
 def _sandwich_sd(log_spectrum: Callable[[Array], Array], theta: Array, p: Array, *, free_floor: bool) -> Array:
     """Standard deviations of ln f and ln ζ, robust to the distribution of P/S."""
     used = 4 if free_floor else 3  # a floor that fits 0 is no parameter
-    step = 1e-5 * np.eye(4)[:used]
-    jacobian = np.stack([(log_spectrum(theta + h) - log_spectrum(theta - h)) / 2e-5 for h in step], axis=1)
+    jacobian = _jacobian(log_spectrum, theta)[:, :used]
     bread = np.linalg.inv(jacobian.T @ jacobian)
     leverage = np.sum(jacobian @ bread * jacobian, axis=1)  # a fitted bin's own residual comes out small by this
     score = jacobian * ((p * np.exp(-log_spectrum(theta)) - 1) / np.maximum(1 - leverage, 0.2))[:, None]

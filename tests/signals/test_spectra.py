@@ -1,0 +1,121 @@
+"""Spectra and the resonance fitted to them: normalisation, and intervals that cover."""
+
+import numpy as np
+import pytest
+from driven import driven_by, transfer, white_driven
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vibrissa.errors import InputError
+from vibrissa.signals.spectra import fit_resonance, lorentzian, power_spectrum
+
+RATE = 1500.0
+
+
+@settings(deadline=None, max_examples=30)
+@given(seed=st.integers(0, 10**6), count=st.integers(30, 300), rate=st.floats(1, 1e4))
+def test_power_sums_to_the_variance_of_the_tapered_signal(seed, count, rate):
+    x = np.random.default_rng(seed).normal(size=count)
+    frequency, power = power_spectrum(x, rate)
+    taper = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(count) / count)
+    centred = (x - x.mean()) * taper
+    assert power.sum() * frequency[1] == pytest.approx(np.sum(centred**2) / np.sum(taper**2), rel=1e-10)
+
+
+def test_half_the_spectrum_of_a_unit_sine_sums_to_a_quarter():
+    frequency, power = power_spectrum(np.sin(2 * np.pi * 50 * np.arange(3000) / RATE), RATE)
+    assert power.sum() * frequency[1] / 2 == pytest.approx(0.25, rel=1e-9)
+    assert frequency[power.argmax()] == pytest.approx(50)
+
+
+@settings(deadline=None, max_examples=20)
+@given(seed=st.integers(0, 10**6), gain=st.floats(0.01, 100), offset=st.floats(-10, 10))
+def test_power_scales_as_the_square_and_forgets_the_mean(seed, gain, offset):
+    x = np.random.default_rng(seed).normal(size=(2, 128))
+    one, other = power_spectrum(x, RATE)[1], power_spectrum(gain * x + offset, RATE)[1]
+    np.testing.assert_allclose(other, gain**2 * one, rtol=1e-6, atol=1e-12 * (gain + abs(offset)) ** 2)
+
+
+def test_white_noise_has_a_flat_spectrum():
+    power = power_spectrum(2 * np.random.default_rng(1).normal(size=(40, 4096)), RATE)[1][:, 2:-2]
+    level = 4 / (RATE / 2)
+    thirds = [part.mean() / level for part in np.array_split(power, 3, axis=1)]
+    np.testing.assert_allclose(thirds, 1, atol=0.03)  # 40 × 680 bins, two by two alike: 0.9 %
+
+
+def test_line_is_the_squared_transfer_of_the_oscillator():
+    f = np.linspace(10, 300, 50)
+    np.testing.assert_allclose(lorentzian(f)(120.0, 0.11), np.abs(transfer(f, 120.0, 0.11)) ** 2, rtol=1e-12)
+
+
+def check_calibration(fits, frequency, damping):
+    for name, truth in (("frequency", frequency), ("damping", damping)):
+        value, low, high = (np.array([getattr(fit, name + end) for fit in fits]) for end in ("", "_low", "_high"))
+        covered = np.mean((low <= truth) & (truth <= high))
+        assert 0.87 <= covered, f"{name}: {covered}"  # nominal 0.95, 0.91 to 0.95 over 400 seeds; ± 0.04 by chance
+        standard_error = value.std() / np.sqrt(len(fits))
+        assert abs(value.mean() - truth) < 3 * standard_error, name
+
+
+@pytest.mark.parametrize(
+    ("frequency", "damping", "noise", "seed"), [(120.0, 0.11, 0.05, 1), (120.0, 0.11, 0.5, 2), (90.0, 0.05, 0.0, 3)]
+)
+def test_intervals_cover_the_truth_under_white_forcing(frequency, damping, noise, seed):
+    rng = np.random.default_rng(seed)
+    x = white_driven(100, 5250, RATE, frequency, damping, rng)  # 3.5 s, a sweep of the paper
+    x = x / x.std() + noise * rng.normal(size=x.shape)
+    bins, power = power_spectrum(x, RATE)
+    check_calibration([fit_resonance(bins, row, guess=1.1 * frequency) for row in power], frequency, damping)
+
+
+def known_line(force, bins):
+    def on(frequency):
+        first = int(np.searchsorted(bins, frequency[0]))
+        return lambda f, zeta: power_spectrum(driven_by(force, RATE, f, zeta), RATE)[1][first:][: len(frequency)]
+
+    return on
+
+
+def fit_with_known_force(seed, noise, n_samples=900):
+    rng = np.random.default_rng(seed)
+    force = rng.normal(size=n_samples)
+    x = driven_by(force, RATE, 120.0, 0.11)
+    bins, power = power_spectrum(x / x.std() + noise * rng.normal(size=n_samples), RATE)
+    return fit_resonance(bins, power, guess=125.0, line=known_line(force, bins)), fit_resonance(
+        bins, power, guess=125.0
+    )
+
+
+def test_intervals_cover_the_truth_under_a_known_force_and_are_narrower():
+    known, white = zip(*(fit_with_known_force(seed, 0.2) for seed in range(60)), strict=True)
+    check_calibration(known, 120.0, 0.11)
+    for name in ("frequency", "damping"):
+        spread = [np.std([getattr(fit, name) for fit in fits]) for fits in (known, white)]
+        assert spread[0] < 0.4 * spread[1]  # knowing the force leaves the measurement's noise alone
+
+
+def test_exact_line_is_found_exactly():
+    bins = np.fft.rfftfreq(5250, 1 / RATE)
+    fit = fit_resonance(bins, 3e-9 * lorentzian(bins)(97.0, 0.08) + 1e-8, guess=105.0)
+    assert fit.frequency == pytest.approx(97.0, rel=1e-4)
+    assert fit.damping == pytest.approx(0.08, rel=1e-3)
+    assert fit.gain == pytest.approx(3e-9, rel=1e-2)
+    assert fit.floor == pytest.approx(1e-8, rel=1e-2)
+    assert fit.frequency_low <= fit.frequency <= fit.frequency_high
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e5])
+def test_fit_does_not_depend_on_the_unit(unit):
+    x = white_driven(1, 3000, RATE, 120.0, 0.11, np.random.default_rng(9))[0]
+    one, other = (fit_resonance(*power_spectrum(x * k, RATE), guess=115.0) for k in (1.0, unit))
+    assert other.frequency == pytest.approx(one.frequency, rel=1e-4)
+    assert other.damping == pytest.approx(one.damping, rel=1e-3)
+    assert other.gain == pytest.approx(unit**2 * one.gain, rel=1e-2)
+
+
+def test_spectra_that_cannot_be_fitted_are_refused():
+    with pytest.raises(InputError, match="no NaN"):
+        power_spectrum(np.array([0.0, np.nan, 1.0]), RATE)
+    bins = np.linspace(0, 750, 100)
+    with pytest.raises(InputError, match="20 bins"):
+        fit_resonance(bins, np.ones(100), guess=100.0)
