@@ -1,0 +1,112 @@
+"""Results on disk: round trip, equal bytes, whole or not at all."""
+
+import os
+import time
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from vibrissa.errors import InputError
+from vibrissa.files import load, save, written_whole
+from vibrissa.quantities import dataset
+
+
+def result():
+    return dataset(
+        {"method": "least-squares", "n_trials": 3, "friction": 0.4},
+        time=np.arange(50) / 1500,
+        mode=[1, 2],
+        mode_amplitude=np.random.default_rng(1).normal(size=(2, 50)),
+        contact=0.29,
+        kappa=[1.0, np.nan],
+        spike_time=[0.1, 0.2, 0.3],
+        spike_trial=[0, 0, 2],
+    )
+
+
+def test_what_is_saved_is_loaded(tmp_path):
+    save(result(), tmp_path / "result.nc")
+    assert load(tmp_path / "result.nc").identical(result())
+
+
+def test_nothing_spiked_is_loaded_as_nothing(tmp_path):
+    silent = dataset(spike_time=np.zeros(0), spike_trial=np.zeros(0, int))
+    save(silent, tmp_path / "silent.nc")
+    assert load(tmp_path / "silent.nc").identical(silent)
+
+
+def test_equal_results_give_equal_bytes(tmp_path):
+    save(result(), tmp_path / "one.nc")
+    time.sleep(1.1)  # a clock in the file would show
+    save(result(), tmp_path / "two.nc")
+    assert (tmp_path / "one.nc").read_bytes() == (tmp_path / "two.nc").read_bytes()
+
+
+def test_a_result_replaces_the_one_before(tmp_path):
+    save(dataset(contact=0.1), tmp_path / "result.nc")
+    save(dataset(contact=0.2), tmp_path / "result.nc")
+    assert float(load(tmp_path / "result.nc").contact) == 0.2
+    assert os.listdir(tmp_path) == ["result.nc"]
+
+
+def test_full_disk_leaves_what_was_there(tmp_path, monkeypatch):
+    target = tmp_path / "result.nc"
+    save(dataset(contact=0.1), target)
+    before = target.read_bytes()
+
+    def full(self, path, **_):
+        path.write_bytes(b"half")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
+    with pytest.raises(InputError, match=r"result\.nc could not be written .No space left on device"):
+        save(dataset(contact=0.2), target)
+    assert target.read_bytes() == before
+    assert os.listdir(tmp_path) == ["result.nc"]
+
+
+@pytest.mark.parametrize("failure", [ValueError, KeyboardInterrupt])
+def test_failure_of_any_kind_leaves_no_half_file(tmp_path, failure):
+    def interrupted():
+        with written_whole(tmp_path / "picture.png") as temporary:
+            assert temporary.suffix == ".png"
+            temporary.write_bytes(b"half")
+            raise failure
+
+    with pytest.raises(failure):
+        interrupted()
+    assert os.listdir(tmp_path) == []
+
+
+def test_missing_folder_is_told_with_its_remedy(tmp_path):
+    with pytest.raises(InputError, match="nowhere must be an existing folder; make it"):
+        save(dataset(contact=0.1), tmp_path / "nowhere" / "result.nc")
+
+
+def test_folder_in_the_place_of_the_result_is_refused(tmp_path):
+    (tmp_path / "result.nc").mkdir()
+    with pytest.raises(InputError, match="could not be written"):
+        save(dataset(contact=0.1), tmp_path / "result.nc")
+    assert os.listdir(tmp_path) == ["result.nc"]
+
+
+def test_missing_file_is_told(tmp_path):
+    with pytest.raises(InputError, match="must be an existing file"):
+        load(tmp_path / "absent.nc")
+
+
+@pytest.mark.parametrize("content", [b"", b"time,x\n0,1\n", b"\x89HDF\r\n\x1a\n" + bytes(100)])
+def test_files_that_are_no_netcdf_are_told(tmp_path, content):
+    (tmp_path / "other.nc").write_bytes(content)
+    with pytest.raises(InputError, match="must be a NetCDF file") as failure:
+        load(tmp_path / "other.nc")
+    assert "\n" not in str(failure.value)
+
+
+def test_truncated_result_is_told(tmp_path):
+    save(result(), tmp_path / "result.nc")
+    whole = (tmp_path / "result.nc").read_bytes()
+    (tmp_path / "result.nc").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(InputError, match="must be a NetCDF file"):
+        load(tmp_path / "result.nc")

@@ -1,0 +1,70 @@
+"""The one table: what it labels and what it refuses."""
+
+import numpy as np
+import pytest
+
+from vibrissa import __version__
+from vibrissa.errors import InputError
+from vibrissa.quantities import QUANTITIES, dataset, require
+
+
+@pytest.mark.parametrize("name", QUANTITIES)
+def test_every_quantity_is_labelled_with_its_unit_and_dimensions(name):
+    quantity = QUANTITIES[name]
+    data = dataset(**{name: np.zeros([2] * len(quantity.dims))})
+    assert data[name].dims == quantity.dims
+    assert data[name].attrs == {"units": quantity.unit, "long_name": quantity.long_name}
+    require(data, name)
+
+
+def test_dimensions_that_are_given_become_coordinates():
+    data = dataset(mode=[1, 2], kappa=[3.0, 4.0], contact=0.3)
+    assert list(data.coords) == ["mode"]
+    assert set(data.data_vars) == {"kappa", "contact"}
+    assert float(data.kappa.sel(mode=2)) == 4.0
+    assert data.attrs == {"vibrissa_version": __version__}
+
+
+def test_whiskers_may_lead():
+    data = dataset(lead=("whisker",), kappa=np.zeros((3, 2)), contact=[0.1, 0.2, 0.3], mode=[1, 2])
+    assert data.kappa.dims == ("whisker", "mode")
+    assert data.contact.dims == ("whisker",)
+    assert data["mode"].dims == ("mode",)
+    require(data, "kappa", "contact")
+
+
+@pytest.mark.parametrize(
+    ("call", "rule"),
+    [
+        (lambda: dataset(stiffness=1.0), "stiffness must stand in quantities"),
+        (lambda: dataset(kappa=1.0), r"kappa must have dimensions \('mode',\)"),
+        (lambda: dataset(kappa=np.zeros((2, 2))), "kappa must have dimensions"),
+        (lambda: dataset(lead=("whisker", "trial"), contact=[0.1]), "contact must have dimensions"),
+    ],
+)
+def test_arrays_that_do_not_fit_the_table_are_refused(call, rule):
+    with pytest.raises(InputError, match=rule):
+        call()
+
+
+def test_lengths_that_disagree_are_refused():
+    with pytest.raises(ValueError, match="mode"):
+        dataset(mode=[1, 2, 3], kappa=[1.0, 2.0])
+
+
+def test_what_is_required_must_be_there_in_its_unit():
+    data = dataset(time=[0.0, 1.0], excursion=[0.0, 0.1])
+    require(data, "time", "excursion")
+    with pytest.raises(InputError, match=r"'kappa' is missing.*excursion"):
+        require(data, "excursion", "kappa")
+    with pytest.raises(InputError, match="must have dimensions"):
+        require(data.isel(time=0), "excursion")
+    data.excursion.attrs["units"] = "mm"
+    with pytest.raises(InputError, match="must be in '1', got 'mm'"):
+        require(data, "excursion")
+
+
+def test_refusals_are_one_line():
+    with pytest.raises(InputError) as failure:
+        require(dataset(contact=0.1), "kappa")
+    assert "\n" not in str(failure.value)
