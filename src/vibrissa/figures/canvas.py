@@ -2,17 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import wraps
 from importlib.resources import as_file, files
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
-TRUTH, FOUND, OTHER = "0.35", "C0", "C1"
+TRUTH, FOUND, OTHER = "0.72", "C0", "C1"  # the truth lies behind, broad and pale
+Draw = Callable[["xr.Dataset"], "Figure"]
+
+
+def house_style(draw: Draw) -> Draw:
+    """Run a ``draw`` function in the house's style."""
+
+    @wraps(draw)
+    def styled(data: xr.Dataset) -> Figure:
+        from matplotlib import style
+
+        with as_file(files("vibrissa.figures") / "style.mplstyle") as path, style.context(path):
+            return draw(data)
+
+    return styled
 
 
 def new_figure(width: float, height: float, rows: int = 1, columns: int = 1, **layout: Any) -> tuple[Figure, Any]:
-    """Figure and its axes in the house's style, tied to no window.
+    """Figure and its axes, tied to no window.
 
     Parameters
     ----------
@@ -28,9 +45,7 @@ def new_figure(width: float, height: float, rows: int = 1, columns: int = 1, **l
     figure, axes
         As ``Figure.subplots`` gives them, never squeezed.
     """
-    from matplotlib import style
     from matplotlib.figure import Figure
 
-    with as_file(files("vibrissa.figures") / "style.mplstyle") as path, style.context(path):
-        figure = Figure(figsize=(width, height))
-        return figure, figure.subplots(rows, columns, squeeze=False, **layout)
+    figure = Figure(figsize=(width, height))
+    return figure, figure.subplots(rows, columns, squeeze=False, **layout)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.figures.canvas import new_figure
+from vibrissa.figures.canvas import house_style, new_figure
 from vibrissa.quantities import dataset
 
 if TYPE_CHECKING:
@@ -29,8 +29,8 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     Returns
     -------
     Dataset
-        ``image`` (row, column); ``line_column``, ``line_row`` (whisker, node) [pixels]; ``node_motion`` (time, trace) [m]
-        of the first whisker, about its mean; ``trace_arc`` (trace) [m].
+        ``image`` (row, column); ``line_column``, ``line_row`` (whisker, node) [pixels]; ``node_motion`` (time, trace)
+        of the first whisker, about its mean, ``trace_arc`` (trace) [m].
     """
     still, profile = study["still"], study["profile"]
     pixel = profile.attrs["pixel_size"]
@@ -54,11 +54,12 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     )
 
 
+@house_style
 def draw(data: xr.Dataset) -> Figure:
     """Frame above, node motion below, traces one above the other from the skin (bottom) to the tip (top)."""
     figure, axes = new_figure(7.2, 5.4, 2, 1, height_ratios=[1.1, 1])
     picture, traces = axes[:, 0]
-    picture.imshow(data.image, vmin=0, vmax=max(200, float(data.image.max())), aspect="equal")
+    picture.imshow(data.image, vmin=0, aspect="equal")
     for i in range(data.sizes["whisker"]):
         picture.plot(data.line_column[i], data.line_row[i], ":", color=f"C{(i + 1) % 6}", lw=1.6, label=f"whisker {i}")
     picture.set(xlabel="column [pixel]", ylabel="row [pixel]", title="First frame and its centrelines")

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibrissa.exact import cone_modes
-from vibrissa.figures.canvas import FOUND, TRUTH, new_figure
+from vibrissa.figures.canvas import FOUND, TRUTH, house_style, new_figure
 from vibrissa.quantities import dataset
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     parts = q[:, instant, None] * cone_modes(modal.kappa.values, contact, s[seen]) * length
     start = max(0, min(instant - 100, len(modal.time) - 2))
     stop = start + int(np.searchsorted(modal.time.values - modal.time.values[0], SHOWN))
-    columns = {}
+    columns: dict[str, Any] = {}
     if "prediction" in study:
         true = study["prediction"].mode_displacement.values[: len(q)]
         columns["mode_displacement_true"] = (true - true.mean(axis=1, keepdims=True))[:, start:stop]
@@ -58,6 +58,7 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     )
 
 
+@house_style
 def draw(data: xr.Dataset) -> Figure:
     """Deformation and modes on the left, amplitudes on the right."""
     n = data.sizes["mode"]
@@ -74,10 +75,10 @@ def draw(data: xr.Dataset) -> Figure:
     shape.legend()
     for i, axis in enumerate(axes[:, 1]):
         if "mode_displacement_true" in data:
-            axis.plot(data.time, 1e3 * data.mode_displacement_true[i], color=TRUTH, lw=2.0, label="truth")
+            axis.plot(data.time, 1e3 * data.mode_displacement_true[i], color=TRUTH, lw=2.6, label="truth")
         axis.plot(data.time, 1e3 * data.mode_displacement[i], color=FOUND, lw=0.9, label="found")
         share = 100 * float(data.variance_explained[i])
         axis.set(ylabel=f"mode {i + 1}\n[10⁻³ L]", title=f"{share:.2g} % of the variance")
-    axes[0, 1].legend(ncols=2, loc="lower right")
+    axes[0, 1].legend(ncols=2, loc="upper right")
     axes[-1, 1].set_xlabel("time [s]")
     return figure

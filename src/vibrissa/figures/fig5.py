@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, new_figure
+from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, house_style, new_figure
 from vibrissa.quantities import dataset
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     Parameters
     ----------
     study : mapping
-        ``spectra_white`` and ``resonance_white``; where the texture is known ``spectra``, ``resonance``, ``spectra_true``.
+        ``spectra_white``, ``resonance_white``; where the texture is known ``spectra``, ``resonance``, ``spectra_true``.
 
     Returns
     -------
@@ -37,7 +37,9 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     columns = {"power": white.power, "power_white_fit": white.power_fit}
     if "spectra" in study:
         columns |= {"power_fit": study["spectra"].power_fit, "power_true": study["spectra_true"].power}
-    smoothed = {name: _running_mean(values.values, max(1, round(SMOOTH / step))) for name, values in columns.items()}
+    smoothed: dict[str, Any] = {
+        name: _running_mean(values.values, max(1, round(SMOOTH / step))) for name, values in columns.items()
+    }
     return dataset(
         {"forcing": best.attrs["forcing"]},
         mode=white.mode.values,
@@ -57,21 +59,22 @@ def _running_mean(power: np.ndarray, half: int) -> np.ndarray:
     return out
 
 
+@house_style
 def draw(data: xr.Dataset) -> Figure:
     """One panel for each mode, on logarithmic axes."""
     n = data.sizes["mode"]
-    figure, axes = new_figure(7.2, 2.9, 1, n)
+    figure, axes = new_figure(7.8, 3.2, 1, n)
     known = data.attrs["forcing"] == "texture"
     for i, axis in enumerate(axes[0]):
         if known:
-            axis.loglog(data.frequency, data.power_true[i], color=TRUTH, lw=2.2, label="truth")
+            axis.loglog(data.frequency, data.power_true[i], color=TRUTH, lw=3, label="truth")
         axis.loglog(data.frequency, data.power[i], color=FOUND, lw=0.9, label="tracked")
         if known:
             axis.loglog(data.frequency, data.power_fit[i], "k--", lw=1.2, label="fit, texture known")
         axis.loglog(data.frequency, data.power_white_fit[i], color=OTHER, lw=1.2, label="fit, white (Eq. 5)")
         f, zeta = float(data.resonant_frequency[i]), float(data.damping[i])
         axis.axvline(f, color="0.7", lw=0.7, zorder=0)
-        axis.set(xlabel="frequency [Hz]", xlim=(10, None), title=f"mode {i + 1}: {f:.1f} Hz, ζ = {zeta:.3f}")
+        axis.set(xlabel="frequency [Hz]", xlim=(10, None), title=f"mode {i + 1}\n{f:.1f} Hz, ζ = {zeta:.3f}")
     axes[0, 0].set_ylabel("power density [L²/Hz]")
     axes[0, 0].legend(loc="lower left")
     return figure

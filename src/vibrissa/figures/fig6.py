@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.figures.canvas import FOUND, TRUTH, new_figure
+from vibrissa.figures.canvas import FOUND, TRUTH, house_style, new_figure
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MODES = 2
+SHOWN = 0.6  # [s] drawn of the whole
 
 
 def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
@@ -33,7 +34,7 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """
     found = study["modal"].envelope.values[:MODES]
     scale = found.mean(axis=1, keepdims=True)
-    columns = {}
+    columns: dict[str, Any] = {}
     if "prediction" in study:
         predicted, _ = analytic_envelope(study["prediction"].mode_displacement.values[: len(found)])
         columns["envelope_predicted"] = predicted / scale
@@ -44,6 +45,7 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     )
 
 
+@house_style
 def draw(data: xr.Dataset) -> Figure:
     """One panel for each mode."""
     n = data.sizes["mode"]
@@ -51,10 +53,11 @@ def draw(data: xr.Dataset) -> Figure:
     for i, axis in enumerate(axes[:, 0]):
         title = f"mode {i + 1}"
         if "envelope_predicted" in data:
-            axis.plot(data.time, data.envelope_predicted[i], color=TRUTH, lw=2.2, label="predicted from the texture")
-            title += f": correlation {float(data.correlation[i]):.4f}"
+            axis.plot(data.time, data.envelope_predicted[i], color=TRUTH, lw=3, label="predicted from the texture")
+            title += f": correlation {float(data.correlation[i]):.4f} over the whole sweep"
         axis.plot(data.time, data.envelope_found[i], color=FOUND, lw=0.9, label="found in the movie")
         axis.set(ylabel="envelope / its mean", ylim=(0, None), title=title)
+    axes[0, 0].set_xlim(float(data.time[0]), min(float(data.time[0]) + SHOWN, float(data.time[-1])))
     axes[0, 0].legend(ncols=2, loc="upper right")
     axes[-1, 0].set_xlabel("time [s]")
     return figure

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from vibrissa.figures.canvas import FOUND, OTHER, new_figure
+from vibrissa.figures.canvas import FOUND, OTHER, house_style, new_figure
 from vibrissa.neural.coupling import maximal_correlation
 from vibrissa.quantities import dataset
 
@@ -42,6 +40,7 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     )
 
 
+@house_style
 def draw(data: xr.Dataset) -> Figure:
     """Raster, rate and envelope over time; rate against envelope on the right."""
     figure, axes = new_figure(7.2, 4.2, 3, 2, width_ratios=[2.2, 1])
@@ -62,5 +61,5 @@ def draw(data: xr.Dataset) -> Figure:
     pairs = (before[: len(before) - shift], after[shift:]) if shift >= 0 else (before[-shift:], after[:shift])
     scatter.plot(1e6 * pairs[0], pairs[1], "o", ms=2.5, color="0.4", alpha=0.6)
     scatter.set(xlabel="envelope [µm]", ylabel="firing rate [Hz]", xlim=(0, None), ylim=(0, None))
-    scatter.set_title(f"r = {data.attrs['correlation']:.3f}, rate {np.abs(shift) * width * 1e3:.0f} ms later")
+    scatter.set_title(f"r = {data.attrs['correlation']:.3f}\nat a lag of {shift * width * 1e3:.0f} ms")
     return figure

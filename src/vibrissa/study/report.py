@@ -6,7 +6,6 @@ import base64
 import io
 import json
 from collections.abc import Mapping
-from importlib.resources import files
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -82,8 +81,8 @@ def why_left_out(study: Study, results: Results) -> str:
     if study.whisker is None or study.posture is None:
         parts = [name for name, part in (("[whisker]", study.whisker), ("[posture]", study.posture)) if part is None]
         return (
-            f"Left out: the study file has no {' and no '.join(parts)}. Modes need the whisker's length and cone angle, "
-            "and where it touches a surface."
+            f"Left out: the study file has no {' and no '.join(parts)}. "
+            "Modes need the whisker's length and cone angle, and where it touches a surface."
         )
     if "left_out" in results.get("modal", _Nothing).attrs:
         return f"Left out: {results['modal'].attrs['left_out']}."
@@ -95,7 +94,7 @@ class _Nothing:
 
 
 def _verdict(results: Results) -> list[dict[str, Any]]:
-    """Rows of truth | found | error; the error is relative to the truth, and the interval says if it holds the truth."""
+    """Rows of truth, found and relative error; ``inside`` says whether the interval holds the truth."""
     if "verdict" not in results:
         return []
     table = results["verdict"]
@@ -136,8 +135,3 @@ def _tracks(profile: xr.Dataset) -> list[dict[str, Any]]:
             }
         )
     return rows
-
-
-def template_folder() -> Path:
-    """Folder of the report's template."""
-    return Path(str(files("vibrissa.study"))) / "templates"
