@@ -138,12 +138,12 @@ def test_shear_at_the_base_needs_the_taper():
 
 
 def test_frequencies_move_smoothly_with_the_contact():
-    # a skipped root would make every later κ leap; ξ = 2√κ(1 − √ε) changes by less than 0.2 between neighbours here
-    contact = np.geomspace(0.005, 0.9, 120)
+    # a skipped root would make every later κ leap; ξ = 2√κ(1 − √ε) changes by less than 0.25 between neighbours here
+    contact = np.geomspace(0.005, 0.9, 80)
     for boundary in BOUNDARIES:
         kappa = np.array([cone_kappa(e, 40, boundary) for e in contact])
         xi = 2 * np.sqrt(kappa) * (1 - np.sqrt(contact))[:, None]
-        assert np.abs(np.diff(xi, axis=0)).max() < 0.2
+        assert np.abs(np.diff(xi, axis=0)).max() < 0.25
         assert 2.4 < np.diff(xi, axis=1).min() < np.diff(xi, axis=1).max() < 3.3  # a scan by 1 sees every root
 
 
@@ -154,7 +154,7 @@ def test_quadrature_is_exact_for_powers_of_the_root_of_s():
         assert weights @ s ** (power / 2) == pytest.approx(exact, rel=1e-13)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, derandomize=True, max_examples=30)
 @given(
     q0=st.floats(-2, 2),
     v0=st.floats(-100, 100),

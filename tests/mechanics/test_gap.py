@@ -114,7 +114,7 @@ def test_excursion_at_jump_grows_as_the_square_of_narrow_gaps():
     np.testing.assert_allclose(np.divide(error[:-1], error[1:]), 2, atol=0.1)  # first order in λ
 
 
-@settings(deadline=None, max_examples=15)
+@settings(deadline=None, derandomize=True, max_examples=15)
 @given(contact=st.floats(0.12, 0.5), base_angle=st.floats(0.3, 1.2), width=st.floats(1e-3, 0.03))
 def test_contact_jumps_before_the_land_would_carry_it(contact, base_angle, width):
     jump = excursion_at_jump(Posture(contact=contact, base_angle=base_angle), width)

@@ -47,7 +47,7 @@ def test_loads_of_the_table(contact):
     np.testing.assert_allclose(found, LOADS[contact], rtol=2e-3, atol=6e-5)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, derandomize=True, max_examples=25)
 @given(contact=contacts, base_angle=angles, friction=frictions)
 def test_marching_with_the_load_lands_on_the_base(contact, base_angle, friction):
     posture = Posture(contact=contact, base_angle=base_angle, friction=friction)
@@ -60,7 +60,7 @@ def test_marching_with_the_load_lands_on_the_base(contact, base_angle, friction)
     np.testing.assert_allclose([flat.contact_distance, flat.base_distance], [x[-1], y[-1]], atol=1e-10)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, derandomize=True, max_examples=25)
 @given(contact=contacts, base_angle=angles, friction=frictions)
 def test_moment_at_the_base_balances_the_contact_force(contact, base_angle, friction):
     s = np.append(contact, 1 - (1 - contact) * 0.02 * np.arange(8)[::-1])
@@ -79,7 +79,7 @@ def test_moment_at_the_base_of_the_reference_posture():
     np.testing.assert_allclose(found, [0.545672, 0.584211, 0.490152], atol=6e-7)  # MODEL.md, "Statics"
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, derandomize=True, max_examples=30)
 @given(contact=st.floats(0.02, 0.5), base_angle=angles, cut=st.floats(0.6, 0.98), friction=frictions)
 def test_cutting_a_whisker_higher_up_leaves_a_whisker(contact, base_angle, cut, friction):
     # the part between contact and s = σ is itself a stationary cone of length σ
@@ -91,7 +91,7 @@ def test_cutting_a_whisker_higher_up_leaves_a_whisker(contact, base_angle, cut, 
     np.testing.assert_allclose(part.profile_y * cut, whole.profile_y, atol=1e-11)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, derandomize=True, max_examples=30)
 @given(contact=contacts, base_angle=st.floats(0.05, 1.3), friction=st.floats(0, 0.8))
 def test_curve_touches_the_flat_and_bends_away_from_it(contact, base_angle, friction):
     flat = stationary_profile(Posture(contact=contact, base_angle=base_angle, friction=friction))
@@ -101,7 +101,7 @@ def test_curve_touches_the_flat_and_bends_away_from_it(contact, base_angle, fric
     assert np.hypot(flat.contact_distance, flat.base_distance) < 1 - contact  # a chord is shorter than its arc
 
 
-@settings(deadline=None, max_examples=20)
+@settings(deadline=None, derandomize=True, max_examples=20)
 @given(contact=contacts, base_angle=st.floats(0.05, 1.5), step=st.floats(1e-3, 0.02))
 def test_a_steeper_base_needs_more_force(contact, base_angle, step):
     low, high = (

@@ -46,7 +46,7 @@ def test_excursion_is_a_lopsided_sawtooth():
     np.testing.assert_allclose([(d[1] - d[0]) / (middle[1] - middle[0]), (d[3] - d[2]) / (middle[3] - middle[2])], rate)
 
 
-@settings(deadline=None, max_examples=8)
+@settings(deadline=None, derandomize=True, max_examples=8)
 @given(seed=st.integers(0, 10**6), speed=st.floats(0.01, 0.5))
 def test_contact_is_back_on_every_land(seed, speed):
     edge = np.cumsum(np.random.default_rng(seed).uniform(5e-5, 1e-3, 40))
@@ -165,7 +165,7 @@ def test_texture_is_the_sum_of_its_gaps():
     np.testing.assert_allclose(whole, sum(each), atol=1e-9 * np.abs(whole).max())  # d₂'s table
 
 
-@settings(deadline=None, max_examples=4)
+@settings(deadline=None, derandomize=True, max_examples=4)
 @given(shift=st.floats(0, 0.05), speed=st.floats(0.03, 0.4))
 def test_moving_the_texture_delays_the_answer(shift, speed):
     moved = Troughs(position=SEVERAL.position + shift, width=SEVERAL.width)
@@ -175,7 +175,7 @@ def test_moving_the_texture_delays_the_answer(shift, speed):
     np.testing.assert_allclose(there, here, atol=1e-11)
 
 
-@settings(deadline=None, max_examples=4)
+@settings(deadline=None, derandomize=True, max_examples=4)
 @given(scale=st.floats(0.2, 5))
 def test_whisker_texture_and_speed_scale_together(scale):
     # lengths × a at a fixed cone angle: k × a, so the same adimensional motion at times × a

@@ -9,7 +9,7 @@ from vibrissa.errors import InputError
 from vibrissa.signals.correlation import lagged_correlation
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, derandomize=True, max_examples=30)
 @given(seed=st.integers(0, 10**6), delay=st.integers(-5, 5))
 def test_positive_lag_means_the_signal_comes_after(seed, delay):
     noise = np.random.default_rng(seed).normal(size=120)
@@ -19,7 +19,7 @@ def test_positive_lag_means_the_signal_comes_after(seed, delay):
     assert r.max() == pytest.approx(1, abs=1e-12)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, derandomize=True, max_examples=30)
 @given(seed=st.integers(0, 10**6), gain=st.floats(0.1, 10), offset=st.floats(-5, 5))
 def test_correlation_is_pearsons_and_exchanging_the_two_mirrors_it(seed, gain, offset):
     a, b = np.random.default_rng(seed).normal(size=(2, 40))

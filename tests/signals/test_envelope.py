@@ -40,7 +40,7 @@ def test_phase_is_that_of_the_carrier():
     np.testing.assert_allclose(offset - np.round(offset.mean() / (2 * np.pi)) * 2 * np.pi, 0, atol=5e-3)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, derandomize=True, max_examples=25)
 @given(seed=st.integers(0, 10**6), gain=st.floats(0.01, 100), offset=st.floats(-50, 50))
 def test_envelope_scales_with_the_signal_and_forgets_its_mean(seed, gain, offset):
     signal = np.random.default_rng(seed).normal(size=300)
@@ -51,7 +51,7 @@ def test_envelope_scales_with_the_signal_and_forgets_its_mean(seed, gain, offset
     np.testing.assert_allclose(turn[one > 1e-3], 1, atol=1e-7 * (1 + abs(offset) / gain))
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, derandomize=True, max_examples=25)
 @given(seed=st.integers(0, 10**6))
 def test_envelope_touches_the_signal_from_above_and_mirrors_in_time(seed):
     signal = np.random.default_rng(seed).normal(size=257)

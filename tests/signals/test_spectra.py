@@ -12,7 +12,7 @@ from vibrissa.signals.spectra import fit_resonance, lorentzian, power_spectrum
 RATE = 1500.0
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, derandomize=True, max_examples=30)
 @given(seed=st.integers(0, 10**6), count=st.integers(30, 300), rate=st.floats(1, 1e4))
 def test_power_sums_to_the_variance_of_the_tapered_signal(seed, count, rate):
     x = np.random.default_rng(seed).normal(size=count)
@@ -28,7 +28,7 @@ def test_half_the_spectrum_of_a_unit_sine_sums_to_a_quarter():
     assert frequency[power.argmax()] == pytest.approx(50)
 
 
-@settings(deadline=None, max_examples=20)
+@settings(deadline=None, derandomize=True, max_examples=20)
 @given(seed=st.integers(0, 10**6), gain=st.floats(0.01, 100), offset=st.floats(-10, 10))
 def test_power_scales_as_the_square_and_forgets_the_mean(seed, gain, offset):
     x = np.random.default_rng(seed).normal(size=(2, 128))
@@ -87,7 +87,7 @@ def fit_with_known_force(seed, noise, n_samples=900):
 
 
 def test_intervals_cover_the_truth_under_a_known_force_and_are_narrower():
-    known, white = zip(*(fit_with_known_force(seed, 0.2) for seed in range(60)), strict=True)
+    known, white = zip(*(fit_with_known_force(seed, 0.2) for seed in range(40)), strict=True)
     check_calibration(known, 120.0, 0.11)
     for name in ("frequency", "damping"):
         spread = [np.std([getattr(fit, name) for fit in fits]) for fits in (known, white)]

@@ -58,8 +58,10 @@ def ring(t: Array, event: Array, jump: Array, kick: Array, omega: Array, zeta: A
     Raises
     ------
     InputError
-        If ω ≤ 0 or ζ is outside [0, 1).
+        If ω ≤ 0, ζ is outside [0, 1), or times do not ascend.
     """
+    if np.any(np.diff(t) < 0) or np.any(np.diff(event) < 0):
+        raise InputError("times of samples and events", "must ascend")
     if not np.all(omega > 0):
         raise InputError("omega", "must be positive", omega.min())
     if not np.all((zeta >= 0) & (zeta < 1)):
