@@ -54,11 +54,12 @@ def main(n_seeds: int, path: Path) -> None:
         print(f"{len(done)} of {n_seeds} seeds", file=sys.stderr, flush=True)
     for name in list(done[0])[1:]:
         values = np.array([float(row[name]) for row in done])
-        error = values.std(ddof=1) / np.sqrt(len(values))
+        spread = values.std(ddof=1)
+        error = spread / np.sqrt(len(values))
         if name.endswith("[inside]"):
             print(f"{name:70s} {values.mean():8.3f}")
         else:
-            print(f"{name:70s} {values.mean():+.6f} ± {error:.6f}  sd {values.std(ddof=1):.6f}  {values.mean() / error:+.2f}")
+            print(f"{name:70s} {values.mean():+.6f} ± {error:.6f}  sd {spread:.6f}  {values.mean() / error:+.2f}")
 
 
 if __name__ == "__main__":

@@ -207,23 +207,31 @@ def whisker_command(
 
 
 @app.command(name="atlas")
-def atlas_command(name: str | None = None, *, out: Out = None, json: Json = False) -> None:
+def atlas_command(
+    name: str | None = None,
+    *,
+    resonances: Annotated[bool, Parameter(negative="")] = False,
+    out: Out = None,
+    json: Json = False,
+) -> None:
     """Measured rat whiskers by row and column, with the first resonance of each in air.
 
     Parameters
     ----------
     name
         One of them only: C2, beta, …
+    resonances
+        Instead, the single whiskers whose resonances were measured, beside what their own geometry predicts.
     """
-    from vibrissa.study.geometry import atlas_dataset
+    from vibrissa.study.geometry import atlas_dataset, measured_resonances
 
-    _show(atlas_dataset(name), None, json, out)
+    _show(measured_resonances() if resonances else atlas_dataset(name), None, json, out)
 
 
 def main() -> None:
     """Run the command line; bad input is one line on stderr and exit code 2."""
     try:
-        app(print_error=False, exit_on_error=False)
+        app(sys.argv[1:], print_error=False, exit_on_error=False)
     except CycloptsError as error:
         _refuse(f"{' '.join(str(error).split())}; see --help")
     except (InputError, ConvergenceError) as error:

@@ -39,6 +39,4 @@ class ConvergenceError(RuntimeError):
 
     def __init__(self, problem: str, residual: float, iterations: int, remedy: str = "") -> None:
         cure = f"; {remedy}" if remedy else ""
-        super().__init__(
-            f"{problem} did not converge: residual {residual:.3g} after {iterations} iterations{cure}"
-        )
+        super().__init__(f"{problem} did not converge: residual {residual:.3g} after {iterations} iterations{cure}")

@@ -27,9 +27,7 @@ def written_whole(path: str | Path) -> Iterator[Path]:
     """
     path = Path(path)
     if not path.parent.is_dir():
-        raise InputError(
-            str(path.parent), "must be an existing folder", remedy="make it, or choose another --out"
-        )
+        raise InputError(str(path.parent), "must be an existing folder", remedy="make it, or choose another --out")
     temporary = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     try:
         yield temporary
@@ -41,9 +39,13 @@ def written_whole(path: str | Path) -> Iterator[Path]:
 
 
 def save(data: xr.Dataset, path: str | Path) -> None:
-    """Write a dataset as NetCDF (netCDF-4 through h5netcdf), whole or not at all."""
+    """Write a dataset as NetCDF (netCDF-4 through h5netcdf), whole or not at all.
+
+    The file is built in memory first: the HDF5 library crashes where a disk fills up under it.
+    """
+    content = data.to_netcdf(engine="h5netcdf")
     with written_whole(path) as temporary:
-        data.to_netcdf(temporary, engine="h5netcdf")
+        temporary.write_bytes(content)
 
 
 def load(path: str | Path) -> xr.Dataset:

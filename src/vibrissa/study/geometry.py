@@ -10,7 +10,15 @@ import numpy as np
 
 from vibrissa.exact import cone_kappa
 from vibrissa.quantities import dataset
-from vibrissa.whisker import AtlasEntry, Whisker, atlas, atlas_whisker, from_diameters, read_diameters
+from vibrissa.whisker import (
+    AtlasEntry,
+    Whisker,
+    atlas,
+    atlas_whisker,
+    from_diameters,
+    isolated_whiskers,
+    read_diameters,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,6 +82,34 @@ def atlas_dataset(name: str | None = None) -> xr.Dataset:
         position=np.array([entry.name for entry in entries]),
         first_resonance_in_air=np.array([_in_air(entry) for entry in entries]),
         **columns,
+    )
+
+
+def measured_resonances() -> xr.Dataset:
+    """Measured resonances of isolated rat whiskers beside what each one's own geometry predicts.
+
+    Returns
+    -------
+    Dataset
+        ``measured_first``, ``_second``, ``_third`` (under vibration of the base) and ``measured_first_impulse`` [Hz];
+        ``predicted_first``, ``_second``, ``_third`` [Hz] of the free cone cut at its measured tip, E = 3.74 GPa,
+        ρ = 1140 kg/m³, nothing fitted; ``measured_damping`` (position). NaN where not measured.
+    """
+    measured = [one for one in isolated_whiskers() if np.isfinite(one.frequency_1)]
+    table = np.array([(one.frequency_1, one.frequency_2, one.frequency_3) for one in measured])
+    scale = [2 * np.pi * one.whisker.timescale for one in measured]
+    predicted = [cone_kappa(one.tip, 3, "free") / k for one, k in zip(measured, scale, strict=True)]
+    return dataset(
+        {"source": "Hartmann et al. 2003, doi 10.1523/JNEUROSCI.23-16-06510.2003"},
+        position=np.array([one.name for one in measured]),
+        predicted_first=np.array(predicted)[:, 0],
+        measured_first=table[:, 0],
+        measured_first_impulse=np.array([one.frequency_impulse for one in measured]),
+        predicted_second=np.array(predicted)[:, 1],
+        measured_second=table[:, 1],
+        predicted_third=np.array(predicted)[:, 2],
+        measured_third=table[:, 2],
+        measured_damping=np.array([one.damping for one in measured]),
     )
 
 

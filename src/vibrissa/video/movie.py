@@ -283,7 +283,8 @@ def _uniform(blocks: Iterable[Frames]) -> Iterator[Frames]:
 
 
 def _encode(path: Path, blocks: Iterator[Frames], playback_rate: float) -> None:
-    with av.open(str(path), "w") as container:
+    exact = {"fflags": "+bitexact"}  # no random identifier: equal movies are equal files
+    with av.open(str(path), "w", container_options=exact) as container:
         stream = container.add_stream("ffv1", rate=Fraction(playback_rate).limit_denominator(100_000))
         for block in blocks:
             layout = "gray" if block.dtype == np.uint8 else "gray16le"

@@ -1,0 +1,5 @@
+"""``python -m vibrissa``."""
+
+from vibrissa.cli import main
+
+main()
