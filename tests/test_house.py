@@ -47,7 +47,6 @@ finally:
 """
 
 
-@pytest.mark.skipif(importlib.util.find_spec("vibrissa.cli") is None, reason="no command line yet")
 def test_help_imports_nothing_heavy():
     done = subprocess.run([sys.executable, "-c", HELP], capture_output=True, text=True, check=True)
     heavy = {"scipy", "matplotlib", "xarray", "pandas", "numba", "dask", "av", "tifffile", "pydantic", "h5py"}
