@@ -56,6 +56,7 @@ def track(
     frame_rate: float,
     pixel_size: float,
     seed: list[str],
+    skin: list[str] | None = None,
     base: Literal["left", "right"] = "left",
     polarity: Literal["dark", "bright"] = "dark",
     swing: int = 0,
@@ -74,6 +75,9 @@ def track(
         Side of a pixel in the plane of the whiskers [m].
     seed
         COLUMN,ROW of a point of a whisker in the first frame [pixels]; once for each whisker.
+    skin
+        COLUMN,ROW of the point where a whisker leaves the skin [pixels]; once for each whisker, or not at all: then arc
+        length counts from where each is first seen.
     base
         Side of the image on which the whiskers leave the skin.
     polarity
@@ -87,12 +91,13 @@ def track(
     from vibrissa.study.backward import followed, track_file
     from vibrissa.study.settings import MovieFile
 
-    seeds = tuple(_pixel(text) for text in seed)
+    seeds = tuple(_pixel(text, "--seed") for text in seed)
     settings = MovieFile(
         path=str(movie),
         frame_rate=frame_rate,
         pixel_size=pixel_size,
         seeds=seeds,
+        skin=tuple(_pixel(text, "--skin") for text in skin) if skin else None,
         base=base,
         polarity=polarity,
         swing=swing,
@@ -245,11 +250,11 @@ def _refuse(line: str) -> None:
     sys.exit(2)
 
 
-def _pixel(text: str) -> tuple[float, float]:
+def _pixel(text: str, option: str) -> tuple[float, float]:
     try:
         column, row = map(float, text.split(","))
     except ValueError:
-        raise InputError("--seed", "must be COLUMN,ROW", repr(text), "for example --seed 120,187") from None
+        raise InputError(option, "must be COLUMN,ROW", repr(text), f"for example {option} 120,187") from None
     return column, row
 
 

@@ -61,6 +61,7 @@ def track_file(movie: MovieFile, folder: Path, progress: Progress) -> xr.Dataset
         counted(read_blocks(path), "tracking", total, progress),
         seeds=movie.seeds,
         calibration=Calibration(frame_rate=movie.frame_rate, pixel_size=movie.pixel_size),
+        skin=movie.skin,
         polarity=movie.polarity,
         base=movie.base,
         swing=movie.swing,

@@ -36,6 +36,8 @@ class MovieFile:
         A point of each whisker in the first frame [pixels].
     names : (str, ...)
         Names of the whiskers; numbers by default.
+    skin : ((column, row), ...), optional
+        Where each whisker leaves the skin [pixels]; by default where each is first seen.
     base : {"left", "right"}
         Side of the image on which the whiskers leave the skin.
     polarity : {"dark", "bright"}
@@ -51,6 +53,7 @@ class MovieFile:
     pixel_size: float
     seeds: tuple[tuple[float, float], ...]
     names: tuple[str, ...] = ()
+    skin: tuple[tuple[float, float], ...] | None = None
     base: Literal["left", "right"] = "left"
     polarity: Literal["dark", "bright"] = "dark"
     swing: int = 0
