@@ -84,13 +84,9 @@ def why_left_out(study: Study, results: Results) -> str:
             f"Left out: the study file has no {' and no '.join(parts)}. "
             "Modes need the whisker's length and cone angle, and where it touches a surface."
         )
-    if "left_out" in results.get("modal", _Nothing).attrs:
+    if "modal" in results and "left_out" in results["modal"].attrs:
         return f"Left out: {results['modal'].attrs['left_out']}."
     return "Left out: the study file has no [recording]."
-
-
-class _Nothing:
-    attrs: Mapping[str, str] = {}
 
 
 def _verdict(results: Results) -> list[dict[str, Any]]:

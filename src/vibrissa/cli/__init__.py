@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from cyclopts import App, CycloptsError, Parameter
 
 from vibrissa import __version__
+from vibrissa.cli.output import progress_bars, show
 from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.whisker import Whisker
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from vibrissa.study.backward import Progress
 
 app = App(name="vibrissa", help="From surface to spikes: how a rat's whisker feels fine texture.", version=__version__)
 
@@ -43,10 +37,10 @@ def run(study: Path | None = None, *, out: Path = Path("vibrissa-out"), json: Js
     from vibrissa.study.settings import read_study
     from vibrissa.study.study import run_study
 
-    with _progress() as progress:
+    with progress_bars() as progress:
         verdict = run_study(read_study(study), out, progress=progress)
     print(f"vibrissa: the report is {out / 'report.html'}", file=sys.stderr)
-    _show(verdict, None, json, None)
+    show(verdict, None, json, None)
 
 
 @app.command
@@ -102,12 +96,12 @@ def track(
         polarity=polarity,
         swing=swing,
     )
-    with _progress() as progress:
+    with progress_bars() as progress:
         profile = track_file(settings, Path(), progress)
     out = out or Path(movie.name).with_suffix(".nc")
     save(profile, out)
     print(f"vibrissa: the profiles are in {out}", file=sys.stderr)
-    _show(followed(profile), None, json, None)
+    show(followed(profile), None, json, None)
 
 
 @app.command
@@ -154,7 +148,7 @@ def decompose(
     results = analyse(tracks.isel(whisker=which), cone, contact, n_modes=count, method=method)
     data = xr.merge([*reversed(results.values())], combine_attrs="override").assign_attrs(results["modal"].attrs)
     names = ("kappa", "variance_explained", *_with_ends("resonant_frequency"), *_with_ends("damping"))
-    _show(data, [name for name in names if name in data], json, out)
+    show(data, [name for name in names if name in data], json, out)
 
 
 @app.command
@@ -190,7 +184,7 @@ def modes(
     data = (
         resonances(cone, contact, count, boundary=boundary) if cone else eigenmodes(contact, count, boundary=boundary)
     )
-    _show(data, ["contact", "kappa", *(["resonant_frequency"] if cone else [])], json, out)
+    show(data, ["contact", "kappa", *(["resonant_frequency"] if cone else [])], json, out)
 
 
 @app.command(name="whisker")
@@ -208,7 +202,7 @@ def whisker_command(
     """
     from vibrissa.study.geometry import fit_dataset
 
-    _show(fit_dataset(diameters, physical_length), None, json, out)
+    show(fit_dataset(diameters, physical_length), None, json, out)
 
 
 @app.command(name="atlas")
@@ -230,7 +224,7 @@ def atlas_command(
     """
     from vibrissa.study.geometry import atlas_dataset, measured_resonances
 
-    _show(measured_resonances() if resonances else atlas_dataset(name), None, json, out)
+    show(measured_resonances() if resonances else atlas_dataset(name), None, json, out)
 
 
 def main() -> None:
@@ -270,86 +264,3 @@ def _cone(whisker: Whisker | None, atlas: str | None) -> Whisker | None:
 
 def _with_ends(name: str) -> tuple[str, str, str]:
     return name, f"{name}_low", f"{name}_high"
-
-
-@contextmanager
-def _progress() -> Iterator[Progress]:
-    """Progress bars on stderr, one per stage; none when stderr is no terminal."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (TextColumn("{task.description:<26}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    console = Console(stderr=True)
-    with Progress(*columns, console=console, disable=not console.is_terminal) as bars:
-        stages: dict[str, Any] = {}
-
-        def tell(stage: str, done: int, total: int) -> None:
-            if stage not in stages:
-                for task in stages.values():
-                    bars.update(task, total=bars.tasks[task].completed or 1, completed=bars.tasks[task].completed or 1)
-                stages[stage] = bars.add_task(stage, total=total or None)
-            bars.update(stages[stage], completed=done)
-
-        yield tell
-
-
-def _show(data: xr.Dataset, names: Sequence[str] | None, json: bool, out: Path | None) -> None:
-    """Write the dataset if asked, then print the named variables as JSON or as a table."""
-    from vibrissa.files import save
-
-    if out is not None:
-        save(data, out)
-    wanted = list(names) if names is not None else [str(name) for name in (*data.coords, *data.data_vars)]
-    if json:
-        _print_json({name: data[name].values for name in wanted})
-    else:
-        _print_tables(data, wanted)
-
-
-def _print_json(values: dict[str, Any]) -> None:
-    """One JSON object; NaN becomes null, "not measured"."""
-    import json
-
-    import numpy as np
-
-    def plain(value: Any) -> Any:
-        if isinstance(value, np.ndarray | np.generic):
-            return plain(value.tolist())
-        if isinstance(value, list):
-            return [plain(one) for one in value]
-        return None if isinstance(value, float) and not np.isfinite(value) else value
-
-    print(json.dumps({name: plain(value) for name, value in values.items()}))
-
-
-def _print_tables(data: xr.Dataset, names: Sequence[str]) -> None:
-    """Scalars one by one, then one table for each dimension."""
-    columns: dict[str, list[str]] = {}
-    for name in names:
-        dims = data[name].dims
-        if not dims:
-            print(f"{data[name].attrs.get('long_name', name)}: {_cell(data[name].item())} {_unit(data, name)}".rstrip())
-        elif len(dims) == 1:
-            columns.setdefault(str(dims[0]), []).append(name)
-    for dim, group in columns.items():
-        heads = [dim, *(f"{name} {_unit(data, name)}".strip() for name in group if name != dim)]
-        cells = [data[dim].values if dim in data.coords else range(data.sizes[dim])]
-        cells += [data[name].values for name in group if name != dim]
-        rows = [heads, *([_cell(value) for value in row] for row in zip(*cells, strict=True))]
-        widths = [max(len(row[i]) for row in rows) for i in range(len(heads))]
-        print("\n".join("  ".join(c.rjust(w) for c, w in zip(row, widths, strict=True)) for row in rows))
-
-
-def _unit(data: xr.Dataset, name: str) -> str:
-    unit = data[name].attrs.get("units", "1")
-    return "" if unit == "1" else f"[{unit}]"
-
-
-def _cell(value: Any) -> str:
-    if isinstance(value, float):
-        return "–" if value != value else f"{value:.6g}"
-    return str(value.item() if hasattr(value, "item") else value) if not isinstance(value, str) else value
-
-
-if __name__ == "__main__":
-    main()

@@ -1,0 +1,92 @@
+"""What commands print: JSON or tables on stdout, progress on stderr."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from vibrissa.study.backward import Progress
+
+
+@contextmanager
+def progress_bars() -> Iterator[Progress]:
+    """Progress bars on stderr, one per stage; none when stderr is no terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description:<26}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, disable=not console.is_terminal) as bars:
+        stages: dict[str, Any] = {}
+
+        def tell(stage: str, done: int, total: int) -> None:
+            if stage not in stages:
+                for task in stages.values():
+                    bars.update(task, total=bars.tasks[task].completed or 1, completed=bars.tasks[task].completed or 1)
+                stages[stage] = bars.add_task(stage, total=total or None)
+            bars.update(stages[stage], completed=done)
+
+        yield tell
+
+
+def show(data: xr.Dataset, names: Sequence[str] | None, json: bool, out: Path | None) -> None:
+    """Write the dataset if asked, then print the named variables as JSON or as a table."""
+    from vibrissa.files import save
+
+    if out is not None:
+        save(data, out)
+    wanted = list(names) if names is not None else [str(name) for name in (*data.coords, *data.data_vars)]
+    if json:
+        _print_json({name: data[name].values for name in wanted})
+    else:
+        _print_tables(data, wanted)
+
+
+def _print_json(values: dict[str, Any]) -> None:
+    """One JSON object; NaN becomes null, "not measured"."""
+    import json
+
+    import numpy as np
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, np.ndarray | np.generic):
+            return plain(value.tolist())
+        if isinstance(value, list):
+            return [plain(one) for one in value]
+        return None if isinstance(value, float) and not np.isfinite(value) else value
+
+    print(json.dumps({name: plain(value) for name, value in values.items()}))
+
+
+def _print_tables(data: xr.Dataset, names: Sequence[str]) -> None:
+    """Scalars one by one, then one table for each dimension."""
+    columns: dict[str, list[str]] = {}
+    for name in names:
+        dims = data[name].dims
+        if not dims:
+            print(f"{data[name].attrs.get('long_name', name)}: {_cell(data[name].item())} {_unit(data, name)}".rstrip())
+        elif len(dims) == 1:
+            columns.setdefault(str(dims[0]), []).append(name)
+    for dim, group in columns.items():
+        heads = [dim, *(f"{name} {_unit(data, name)}".strip() for name in group if name != dim)]
+        cells = [data[dim].values if dim in data.coords else range(data.sizes[dim])]
+        cells += [data[name].values for name in group if name != dim]
+        rows = [heads, *([_cell(value) for value in row] for row in zip(*cells, strict=True))]
+        widths = [max(len(row[i]) for row in rows) for i in range(len(heads))]
+        print("\n".join("  ".join(c.rjust(w) for c, w in zip(row, widths, strict=True)) for row in rows))
+
+
+def _unit(data: xr.Dataset, name: str) -> str:
+    unit = data[name].attrs.get("units", "1")
+    return "" if unit == "1" else f"[{unit}]"
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return "–" if value != value else f"{value:.6g}"
+    return str(value.item() if hasattr(value, "item") else value) if not isinstance(value, str) else value
