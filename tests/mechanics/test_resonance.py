@@ -1,0 +1,70 @@
+"""Resonance and damping come back from the model's own signals, if the texture's forcing is known."""
+
+import numpy as np
+import pytest
+
+from vibrissa.errors import InputError
+from vibrissa.mechanics.profile import Posture
+from vibrissa.mechanics.resonance import fit_modes
+from vibrissa.mechanics.superposition import Scan, predict, predicted_signals
+from vibrissa.texture.surface import random_grating
+from vibrissa.whisker import Whisker
+
+WHISKER = Whisker(length=0.04, cone_angle=1.5e-3)
+POSTURE = Posture(contact=0.29, base_angle=1.2)
+TIME = np.arange(4000) / 2000
+
+
+def prediction(seed, *, jump="continuous"):
+    texture = random_grating(0.25, rng=np.random.default_rng(seed))
+    return predict(WHISKER, POSTURE, texture, Scan(speed=0.1, damping=0.11, jump=jump), n_modes=3)
+
+
+def noisy(signals, seed, share=0.01):
+    clean = signals.mode_displacement.values
+    noise = np.random.default_rng(seed).normal(size=clean.shape) * share * clean.std(axis=1, keepdims=True)
+    return signals.assign(mode_displacement=signals.mode_displacement + noise)
+
+
+@pytest.mark.parametrize("jump", ["continuous", "ramp-limit", "paper2014"])
+def test_a_known_texture_gives_back_what_was_put_in(jump):
+    truth = prediction(0, jump=jump)
+    signals = noisy(predicted_signals(truth, TIME), 1)
+    fit, _ = fit_modes(signals, 1.03 * truth.omega / (2 * np.pi), prediction=truth)  # a guess that is 3 % off
+    np.testing.assert_allclose(fit.resonant_frequency, truth.omega / (2 * np.pi), rtol=1e-3)
+    np.testing.assert_allclose(fit.damping, 0.11, rtol=0.02)
+
+
+def test_white_forcing_errs_by_several_per_cent_where_the_texture_is_not_white():
+    known, white = [], []
+    for seed in range(6):
+        truth = prediction(seed)
+        signals = noisy(predicted_signals(truth, TIME), seed).isel(mode=[0])
+        guess = truth.omega[:1] / (2 * np.pi)
+        known.append(fit_modes(signals, guess, prediction=truth)[0].resonant_frequency.item() / guess[0] - 1)
+        white.append(fit_modes(signals, guess)[0].resonant_frequency.item() / guess[0] - 1)
+    assert np.abs(known).max() < 1e-3
+    assert 0.02 < np.abs(np.mean(white)) < 0.15  # −7 … +7 % for mode 1, by speed and texture
+
+
+def test_each_side_of_the_shutter_is_the_same_only_if_it_is_told():
+    truth = prediction(2)
+    exposure, parts = 0.45e-3, 21  # a long shutter, so that what it takes away is seen
+    fine = (TIME[:, None] + exposure * ((np.arange(parts) + 0.5) / parts - 0.5)).ravel()
+    exposed = predicted_signals(truth, fine).mode_displacement.values.reshape(3, len(TIME), parts).mean(axis=2)
+    signals = predicted_signals(truth, TIME).assign(mode_displacement=(("mode", "time"), exposed))
+    guess = truth.omega / (2 * np.pi)
+    told = fit_modes(signals, guess, prediction=truth, exposure=exposure)[0].damping.values
+    untold = fit_modes(signals, guess, prediction=truth)[0].damping.values
+    assert abs(told[1] / 0.11 - 1) < abs(untold[1] / 0.11 - 1)
+    np.testing.assert_allclose(told[:2], 0.11, rtol=0.02)
+
+
+def test_lost_or_uneven_samples_are_refused():
+    truth = prediction(0)
+    signals = predicted_signals(truth, TIME)
+    guess = truth.omega / (2 * np.pi)
+    with pytest.raises(InputError, match="must have no NaN"):
+        fit_modes(signals.assign(mode_displacement=signals.mode_displacement.where(signals.time > 0.1)), guess)
+    with pytest.raises(InputError, match="must be evenly sampled"):
+        fit_modes(signals.isel(time=np.r_[0:1000, 1005:2000]), guess)
