@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -26,35 +26,25 @@ _SMALLEST_TURN = 0.02  # [rad] below it a mean profile does not tell its concave
 _END_NODES = 25  # nodes (about 3 mm) that extrapolate the profile in the paper's form
 
 
-class Motion(NamedTuple):
-    """Motion of the nodes about the mean profile, whose normal n points to its concave side.
+def normal_displacement(profile: xr.Dataset) -> tuple[Array, NDArray[np.bool_]]:
+    """Displacement of each node along the normal of the mean profile.
 
-    That side is away from the substrate, so n = (−sin θ, cos θ) whichever way the camera turns or mirrors the scene.
-
-    Attributes
-    ----------
-    along_normal, along_shaft : (T, N) arrays
-        n·(r − mean r), and the same along the tangent from skin to tip [m]; NaN where lost.
-    curvature : (N,) array
-        Curvature of the mean profile towards n [1/m].
-    visible : (N,) array of bool
-        Nodes measured in at least half of the frames; the others are all NaN.
-    """
-
-    along_normal: Array
-    along_shaft: Array
-    curvature: Array
-    visible: NDArray[np.bool_]
-
-
-def node_motion(profile: xr.Dataset) -> Motion:
-    """Split the motion of each node into its parts along and across the mean profile.
+    The normal points to the concave side of the mean profile. That side is away from the substrate, so it is
+    n = (−sin θ, cos θ), whichever way the camera turns or mirrors the scene. Since the shaft does not stretch, a node
+    at fixed arc length is one point of it.
 
     Parameters
     ----------
     profile : Dataset
         One whisker: ``x``, ``y`` (time, node) [m], ``arc_length`` (node) [m]. NaN where lost. If there is ``y_sd``,
         nodes without one (extrapolated, not measured) are left out.
+
+    Returns
+    -------
+    displacement : (T, N) array
+        n·(r − mean r) [m]; NaN where lost.
+    visible : (N,) array of bool
+        Nodes measured in at least half of the frames; the others are all NaN.
 
     Raises
     ------
@@ -78,12 +68,10 @@ def node_motion(profile: xr.Dataset) -> Motion:
     turn = angle[-1] - angle[0]
     if abs(turn) < _SMALLEST_TURN:
         raise InputError("mean profile", f"must turn by {_SMALLEST_TURN} rad to tell its concave side", f"{turn:.3g}")
-    side, cos, sin = np.sign(turn), np.cos(angle), np.sin(angle)
-    across, along, curvature = np.full(x.shape, np.nan), np.full(x.shape, np.nan), np.full(arc.shape, np.nan)
+    displacement = np.full(x.shape, np.nan)
     dx, dy = x[:, visible] - mean[0], y[:, visible] - mean[1]
-    across[:, visible], along[:, visible] = side * (cos * dy - sin * dx), cos * dx + sin * dy
-    curvature[visible] = side * (fit_y.deriv(2)(arc[visible]) * cos - fit_x.deriv(2)(arc[visible]) * sin)
-    return Motion(across, along, curvature, visible)
+    displacement[:, visible] = np.sign(turn) * (np.cos(angle) * dy - np.sin(angle) * dx)
+    return displacement, visible
 
 
 def decompose(
@@ -100,8 +88,7 @@ def decompose(
     Eq. (15) of [Boubenec2014]_, u(s, t) = Σ_i q_i(t) V_i(s), is solved for q by least squares on the visible nodes,
     weighted by their residual variance (``least-squares``, default), or by the projection of
     Eq. (14) of [Boubenec2014]_, q_i = ∫ u s² V_i ds, of a profile extrapolated to skin and contact (``paper2014``).
-    Since the mean is taken away, these are q + Q(d) − mean, not q alone. A node, at fixed arc length, slips along the
-    mean profile as the whisker bends; the displacement used is that on the fixed normal, where the model has it.
+    Since the mean is taken away, these are q + Q(d) − mean, not q alone.
 
     Parameters
     ----------
@@ -130,12 +117,12 @@ def decompose(
         If the profile leaves [ε, 1] or too few nodes are visible.
     """
     check_contact(contact)
-    motion = node_motion(profile)
+    displacement, visible = normal_displacement(profile)
     s = 1 - profile.arc_length.values / whisker.length
-    visible = motion.visible & (s >= contact) & (s <= 1)
+    visible = visible & (s >= contact) & (s <= 1)
     kappa = cone_kappa(contact, n_modes + extra_modes)
     shapes = cone_modes(kappa, contact, s[visible])
-    u = _on_fixed_normals(motion, visible, shapes, cone_modes(kappa, contact, s[visible], derivative=1), whisker)
+    u = displacement[:, visible] / whisker.length
     if method == "least-squares":
         q, sd = _least_squares(u, shapes, _node_weights(u, shapes))
     elif method == "paper2014":
@@ -143,8 +130,6 @@ def decompose(
         sd = np.full(q.shape, np.nan)
     else:
         raise InputError("method", "must be 'least-squares' or 'paper2014'", repr(method))
-    displacement = np.full(motion.along_normal.shape, np.nan)
-    displacement[:, visible] = whisker.length * u
     return dataset(
         {"method": method, "whisker_length": whisker.length},
         time=profile.time.values,
@@ -158,21 +143,6 @@ def decompose(
         displacement=displacement,
         variance_explained=_variance_explained(u, shapes, n_modes),
     )
-
-
-def _on_fixed_normals(
-    motion: Motion, visible: NDArray[np.bool_], shapes: Array, slopes: Array, whisker: Whisker
-) -> Array:
-    """Displacement over L where the whisker crosses the fixed normals of its mean profile, (T, N).
-
-    A node that slipped by τ along the shaft stands off the normal by τ w' + κτ²/2, to second order; w' comes from
-    a first fit. The whisker's own bending makes it slip by the integral of curvature × displacement.
-    """
-    w, slip = motion.along_normal[:, visible] / whisker.length, motion.along_shaft[:, visible] / whisker.length
-    q, _ = _least_squares(w, shapes, np.ones(w.shape[1]))
-    along_shaft = -q.T @ slopes  # s falls from skin to tip
-    u = w - slip * along_shaft - motion.curvature[visible] * whisker.length * slip**2 / 2
-    return u - np.nanmean(u, axis=0)
 
 
 def _least_squares(u: Array, shapes: Array, weight: Array) -> tuple[Array, Array]:

@@ -53,6 +53,8 @@ class Scene:
         Points of the shaft, from the base (1) to the physical tip, at most a pixel apart.
     x, y : (N,) arrays
         Stationary profile in the image frame [m]; the shaft beyond the contact is straight.
+    angle : (N,) array
+        Angle θ to the substrate [rad].
     normal_x, normal_y : (N,) arrays
         The normal n = (−sin θ, cos θ) of the substrate's frame, in the image frame (y down).
     """
@@ -60,8 +62,19 @@ class Scene:
     s: Array
     x: Array
     y: Array
+    angle: Array
     normal_x: Array
     normal_y: Array
+
+    @property
+    def tangent_x(self) -> Array:
+        """The tangent t = (cos θ, sin θ), towards the base, in the image frame."""
+        return -self.normal_y
+
+    @property
+    def tangent_y(self) -> Array:
+        """Its other component."""
+        return self.normal_x
 
 
 def lay_out(prediction: Prediction, film: Film) -> Scene:
@@ -80,6 +93,7 @@ def lay_out(prediction: Prediction, film: Film) -> Scene:
         s,
         x - (x.min() + x.max()) / 2 + middle_x,
         y - (y.min() + y.max()) / 2 + middle_y,
+        angle,
         -np.sin(angle + turn),
         -np.cos(angle + turn),
     )
@@ -88,20 +102,24 @@ def lay_out(prediction: Prediction, film: Film) -> Scene:
 def film_motion(prediction: Prediction, film: Film, scene: Scene) -> Iterator[NDArray[np.uint8]]:
     """Frames of the predicted motion, rendered block by block.
 
-    Beyond the contact the shaft goes on straight, along its slope there.
+    The shaft does not stretch: with a transverse displacement u it slips along itself by w, dw/ds = u dθ/ds, w = 0 at
+    the base. Beyond the contact it goes on straight, along its slope there.
 
     Yields
     ------
     (T, height, width) array of uint8
         At most 250 frames.
     """
-    shape, tail = _shape_matrix(prediction, scene.s)
+    shape, steady = _shape_matrix(prediction, scene.s)
+    slip, steady_slip = _slip(shape, scene.angle), _slip(steady, scene.angle)
     times = exposure_times(film.camera, film.n_frames, film.subframes)
     for first in range(0, film.n_frames, _CHUNK):
         t = times[first * film.subframes : (first + _CHUNK) * film.subframes]
         d, q = prediction.amplitudes(t)
-        u = (d[:, None] * tail + q.T @ shape) * prediction.whisker.length
-        x, y = scene.x + u * scene.normal_x, scene.y + u * scene.normal_y
+        u = (d[:, None] * steady + q.T @ shape) * prediction.whisker.length
+        w = (d[:, None] * steady_slip + q.T @ slip) * prediction.whisker.length
+        x = scene.x + u * scene.normal_x + w * scene.tangent_x
+        y = scene.y + u * scene.normal_y + w * scene.tangent_y
         yield from render(
             x[None],
             y[None],
@@ -111,6 +129,12 @@ def film_motion(prediction: Prediction, film: Film, scene: Scene) -> Iterator[ND
             diameter=2 * prediction.whisker.base_radius * scene.s,
             first_frame=first,
         )
+
+
+def _slip(u: Array, angle: Array) -> Array:
+    """Slip −∫_s^1 u dθ along the tangent, for displacements u (..., N) on points from the base outwards."""
+    steps = (u[..., 1:] + u[..., :-1]) / 2 * np.diff(angle)
+    return np.concatenate([np.zeros((*u.shape[:-1], 1)), np.cumsum(steps, axis=-1)], axis=-1)
 
 
 def _shape_matrix(prediction: Prediction, s: Array) -> tuple[Array, Array]:
