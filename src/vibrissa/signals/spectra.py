@@ -196,7 +196,7 @@ def _sandwich_sd(log_spectrum: Callable[[Array], Array], theta: Array, p: Array,
     leverage = np.sum(jacobian @ bread * jacobian, axis=1)  # a fitted bin's own residual comes out small by this
     score = jacobian * ((p * np.exp(-log_spectrum(theta)) - 1) / np.maximum(1 - leverage, 0.2))[:, None]
     alone = score.T @ score
-    cross = sum(score[lag:].T @ score[:-lag] for lag in range(1, _NEIGHBOURS + 1))
+    cross = np.sum([score[lag:].T @ score[:-lag] for lag in range(1, _NEIGHBOURS + 1)], axis=0)
     variance = [np.diag(bread @ middle @ bread)[:2] for middle in (alone, alone + cross + cross.T)]
     return np.sqrt(np.max(variance, axis=0))  # neighbours that seem to help do so by chance
 
