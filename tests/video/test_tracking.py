@@ -173,20 +173,6 @@ def test_each_seed_follows_its_own_whisker(truth, frames):
     assert np.nanmedian(apart) == pytest.approx(40, abs=0.05)
 
 
-def test_whisker_that_swings_further_than_its_neighbour_is_away_is_followed(truth):
-    """A fan of three lines, 14 px apart, that swings by up to 12 px per frame."""
-    t, column = np.arange(40)[:, None], np.arange(line_movie.WIDTH)
-    u = (column - line_movie.FIRST) / (line_movie.LAST - line_movie.FIRST)
-    middle = 220 + 45 * u * np.sin(2 * np.pi * t / 24)
-    assert np.abs(np.diff(middle[:, line_movie.LAST])).max() > 11
-    rng = np.random.default_rng(3)
-    fan = np.min([line_movie.movie(middle + d, rng) for d in (-14, 0, 14)], axis=0)
-    lines = next(centrelines([fan], seeds=[(250, 220)], search=Search(swing=24)))
-    off = (lines.row[0] - middle)[:, INNER]
-    assert np.nanquantile(np.abs(off), 0.99) < 1
-    assert np.isnan(off).mean() < 0.05
-
-
 @pytest.mark.parametrize("seed", [(-1, 200), (500, 200), (250, 450)])
 def test_seed_outside_the_image_is_refused(frames, seed):
     with pytest.raises(InputError, match="must lie in the image of 500 × 450"):
@@ -214,9 +200,8 @@ def test_bad_settings_are_told(frames):
     refused("polarity must be", polarity="grey")
     refused("base must be", base="top")
     refused("node_spacing must be positive", node_spacing=-1e-4)
-    refused("one point for each of the 1 seeds", skin=[])
+    refused("one point for each of the 1 whiskers", skin=[])
     refused("search must be at least 1", search=0)
-    refused("swing must not be negative", swing=-1)
     refused("threshold must be positive", threshold=0.0)
     with pytest.raises(InputError, match="at least one frame"):
         track([], seeds=[SEED], calibration=CALIBRATION)
@@ -291,20 +276,8 @@ def test_four_whiskers_of_a_mouse_agree_with_whisk(mouse):
         assert np.mean(np.array(distance) < 1) > 0.95
 
 
-def test_whisking_mouse_is_followed_into_its_first_sweep_and_then_said_to_be_lost(mouse):
-    """From frame 170 on whiskers turn by up to 12° between frames, through one another."""
-    seeds = MOUSE_SEEDS[:1]
-    data = track([mouse], seeds=seeds, calibration=CALIBRATION, columns=(60, 180), search=2, swing=32, threshold=3.0)
-    seen = ~np.isnan(data.y.values[0]).all(axis=1)
-    assert seen[: CALM + 10].all()
-    swung = (data.y.values[0, CALM + 10] - data.y.values[0, CALM - 1]) / CALIBRATION.pixel_size
-    assert np.nanmin(swung) < -40  # the tip has gone forward, up in the image
-    runs = json.loads(data.attrs["lost"])[0]
-    assert sum(last - first + 1 for first, last, _ in runs) == np.count_nonzero(~seen)
-
-
 def test_lost_whisker_is_not_taken_up_again_from_a_neighbour(mouse):
-    """Without ``swing`` the whiskers are lost as the mouse begins to whisk; others then pass where they were."""
+    """Without marks whiskers are lost as the mouse begins to whisk; others then pass where they were."""
     lines = list(centrelines([mouse], seeds=MOUSE_SEEDS, search=Search(columns=(60, 180), search=2, threshold=3.0)))
     lost = lines[0].reason[:, 200:] > 0
     # 240 chances for a passing whisker to lie along the whole course within 1 px: it does, in about 1 %

@@ -53,7 +53,6 @@ def track(
     skin: list[str] | None = None,
     base: Literal["left", "right"] = "left",
     polarity: Literal["dark", "bright"] = "dark",
-    swing: int = 0,
     out: Path | None = None,
     json: Json = False,
 ) -> None:
@@ -76,8 +75,6 @@ def track(
         Side of the image on which the whiskers leave the skin.
     polarity
         Whiskers darker or brighter than what is behind them.
-    swing
-        Largest shift of a whisker's far end between two frames [pixels]; 0 for small vibrations.
     out
         Dataset to write (NetCDF); MOVIE's name with .nc in the current folder by default.
     """
@@ -94,7 +91,6 @@ def track(
         skin=tuple(_pixel(text, "--skin") for text in skin) if skin else None,
         base=base,
         polarity=polarity,
-        swing=swing,
     )
     with progress_bars() as progress:
         profile = track_file(settings, Path(), progress)

@@ -58,14 +58,16 @@ def track_file(movie: MovieFile, folder: Path, progress: Progress) -> xr.Dataset
     path = folder / movie.path
     total = open_movie(path).frame_count or 0
     profile = track(
-        counted(read_blocks(path), "tracking", total, progress),
+        lambda: counted(read_blocks(path), "tracking", total, progress),
         seeds=movie.seeds,
         calibration=Calibration(frame_rate=movie.frame_rate, pixel_size=movie.pixel_size),
         skin=movie.skin,
         polarity=movie.polarity,
         base=movie.base,
-        swing=movie.swing,
         columns=movie.columns,
+        search=movie.search,
+        threshold=movie.threshold,
+        whisking=movie.whisking,
     )
     if movie.names:
         profile.attrs["names"] = json.dumps(movie.names)

@@ -17,6 +17,7 @@ from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.superposition import Scan
 from vibrissa.neural.virtual import HingeUnit
 from vibrissa.video.camera import Camera
+from vibrissa.video.whisking import Whisking
 from vibrissa.whisker import Whisker
 
 
@@ -33,7 +34,7 @@ class MovieFile:
     pixel_size : float
         Side of a pixel in the plane of the whiskers [m].
     seeds : ((column, row), ...)
-        A point of each whisker in the first frame [pixels].
+        A point of each whisker in the first frame [pixels]; none if they are marked in ``whisking``.
     names : (str, ...)
         Names of the whiskers; numbers by default.
     skin : ((column, row), ...), optional
@@ -42,22 +43,28 @@ class MovieFile:
         Side of the image on which the whiskers leave the skin.
     polarity : {"dark", "bright"}
         Whiskers darker or brighter than what is behind them.
-    swing : float
-        Largest shift of a whisker's far end between two frames [pixels]; 0 for small vibrations.
     columns : (first, last), optional
         Columns that are searched [pixels]; all by default.
+    search : int
+        Largest distance of the line from where it is expected, in one column [pixels].
+    threshold : float
+        Signal to noise of the contrast below which a column is lost.
+    whisking : Whisking, optional
+        The fan of the pad and marks of the whiskers, instead of seeds, if they swing through one another.
     """
 
     path: str
     frame_rate: float
     pixel_size: float
-    seeds: tuple[tuple[float, float], ...]
+    seeds: tuple[tuple[float, float], ...] = ()
     names: tuple[str, ...] = ()
     skin: tuple[tuple[float, float], ...] | None = None
     base: Literal["left", "right"] = "left"
     polarity: Literal["dark", "bright"] = "dark"
-    swing: int = 0
     columns: tuple[int, int] | None = None
+    search: int = 4
+    threshold: float = 4.0
+    whisking: Whisking | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
 from vibrissa.video.centreline import SMOOTH, local_quadratic, read_line
-from vibrissa.video.motion import swing_of
 from vibrissa.video.search import Search
 
 Rows = NDArray[np.float64]
@@ -23,8 +22,6 @@ FEWEST = 25  # columns below which a line is not called a whisker
 SEED_REACH = 4  # rows around a seed in which its whisker is sought
 GROW_REACH = 2  # rows about the straight continuation in which the first line is carried on
 SLOPES = np.linspace(-2, 2, 41)  # of the whisker at its seed [rows per column]
-CARRY = 0.7  # share of its last motion that a swinging whisker is expected to repeat
-PATIENCE = 10  # frames for which a lost swinging whisker is sought; then its neighbours could be taken for it
 REGAIN = 1.0  # root mean square distance [px] from where it was lost within which a whisker is taken up again
 SAME = 0.3  # contrast of a background along the whisker, over the frame's, above which it holds the whisker
 ALIKE = (0.5, 2.0)  # contrast of the line over this whisker's own, outside of which it is another or a crossing
@@ -37,7 +34,9 @@ REASONS = (
     "on another whisker's line",
     "not sure that it is back",
     "base end hidden",
+    "not sure which one",
 )
+UNSURE = len(REASONS) - 1
 
 
 class Centrelines(NamedTuple):
@@ -66,8 +65,6 @@ class _State(NamedTuple):
 
     expected: Rows
     course: Rows
-    before: Image
-    motion: Rows
     typical: Rows
     missed: int
 
@@ -99,7 +96,7 @@ def centrelines(
     search = search or Search()
     states: list[_State] = []
     for block in blocks:
-        background = _background(search, block.shape[1:])
+        background = background_of(search, block.shape[1:])
         if not states:
             states = [_start(np.ascontiguousarray(block[0]), background, search, seed) for seed in seeds]
         shape = (len(states), *block.shape[:1], block.shape[2])
@@ -108,7 +105,7 @@ def centrelines(
         for i, image in enumerate(np.ascontiguousarray(block)):
             lines = []
             for w, state in enumerate(states):
-                states[w], line, reason[w, i] = _seek(image, background, search, state)
+                line, reason[w, i] = _seek(image, background, search, state)
                 lines.append(line)
             _part(lines, states, reason[:, i])
             for w, line in enumerate(lines):
@@ -117,7 +114,8 @@ def centrelines(
         yield Centrelines(row, sd, contrast, reason)
 
 
-def _background(search: Search, shape: tuple[int, ...]) -> NDArray[np.float32]:
+def background_of(search: Search, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """The image without the whisker, or an array of size 0 if it is to be estimated."""
     if isinstance(search.background, str):
         return np.zeros((0, 0), np.float32)
     if search.background.shape != shape:
@@ -125,11 +123,12 @@ def _background(search: Search, shape: tuple[int, ...]) -> NDArray[np.float32]:
     return np.ascontiguousarray(search.background, np.float32)
 
 
-def _sign(search: Search) -> float:
+def sign_of(search: Search) -> float:
+    """1 for dark whiskers, −1 for bright ones."""
     return 1.0 if search.polarity == "dark" else -1.0
 
 
-def _read(
+def read(
     image: Image,
     background: NDArray[np.float32],
     search: Search,
@@ -137,11 +136,12 @@ def _read(
     reach: int,
     typical: Rows | None = None,
 ) -> tuple[Rows, Rows, Rows]:
+    """Row, standard deviation and contrast of the line within ``reach`` rows of the expected rows."""
     ceiling = np.full(expected.size, np.inf)
     if typical is not None:
         # a line of 2 px full width at half maximum has a peak of half its sum
         ceiling = np.where(np.isnan(typical), np.inf, np.maximum(typical, 0) / 2)
-    return read_line(image, background, _sign(search), expected, ceiling, reach, search.threshold, GAP)
+    return read_line(image, background, sign_of(search), expected, ceiling, reach, search.threshold, GAP)
 
 
 def _start(image: Image, background: NDArray[np.float32], search: Search, seed: tuple[float, float]) -> _State:
@@ -155,7 +155,7 @@ def _start(image: Image, background: NDArray[np.float32], search: Search, seed: 
     if np.count_nonzero(~np.isnan(line)) < FEWEST:
         raise InputError("seed", "must lie on a whisker", seed, "take a point on a clear stretch, or set polarity")
     expected, course = _expect(line, np.full(width, np.nan), search)
-    return _State(expected, course, image, np.zeros(3), _smooth_contrast(contrast), 0)
+    return _State(expected, course, _smooth_contrast(contrast), 0)
 
 
 def _find(
@@ -168,14 +168,22 @@ def _find(
     best, line, strength = 0.0, unknown, unknown
     for slope, off in product(SLOPES, range(-SEED_REACH, SEED_REACH + 1)):
         course = seed[1] + off + slope * (columns - seed[0])
-        found, _, contrast = _read(image, background, search, _limited(np.where(near, course, np.nan), search), 1)
+        found, _, contrast = read(image, background, search, limited(np.where(near, course, np.nan), search), 1)
         if np.nansum(contrast) > best:
             best, line, strength = float(np.nansum(contrast)), found, contrast
+    return grow(image, background, search, line, strength)
+
+
+def grow(
+    image: Image, background: NDArray[np.float32], search: Search, line: Rows, strength: Rows
+) -> tuple[Rows, Rows]:
+    """Carry a line and its contrast on to both ends."""
+    unknown = np.full(line.size, np.nan)
     longest, stalled = 0, 0
     course = line
     # a faint stretch may cost columns once: give up when nothing was gained three times
     while stalled < 3 and np.count_nonzero(~np.isnan(course)) > SMOOTH // 2:
-        course, _, contrast = _read(image, background, search, _expect(course, unknown, search)[0], GROW_REACH)
+        course, _, contrast = read(image, background, search, _expect(course, unknown, search)[0], GROW_REACH)
         count = int(np.count_nonzero(~np.isnan(course)))
         stalled = 0 if count > longest else stalled + 1
         if count > longest:
@@ -190,7 +198,7 @@ def _refuse_whisker_in(
     space = np.zeros((0, 0), np.float32)
     line, contrast = _find(image, space, search, seed)
     grey = np.rint(np.clip(background, 0, np.iinfo(image.dtype).max)).astype(image.dtype)
-    itself = _read(grey, space, search, line, 1)[2]
+    itself = read(grey, space, search, line, 1)[2]
     if np.nansum(itself) > SAME * np.nansum(contrast):
         raise InputError(
             "background",
@@ -204,7 +212,8 @@ def _smooth_contrast(contrast: Rows) -> Rows:
     return local_quadratic(contrast, SMOOTH)[0]
 
 
-def _limited(expected: Rows, search: Search) -> Rows:
+def limited(expected: Rows, search: Search) -> Rows:
+    """Expected rows, NaN outside the columns that are read."""
     if search.columns is None:
         return expected
     columns = np.arange(expected.size)
@@ -215,7 +224,7 @@ def _expect(row: Rows, course: Rows, search: Search) -> tuple[Rows, Rows]:
     """Where a line is expected next, and its course as far as it was ever followed.
 
     Beyond an end of the followed line its former course is carried along, as a hidden part comes back where
-    it was; beyond that, ``GROW`` columns straight on. After a swing the former course tells nothing.
+    it was; beyond that, ``GROW`` columns straight on.
     """
     measured = np.flatnonzero(~np.isnan(row))
     first, last = measured[0], measured[-1]
@@ -224,9 +233,8 @@ def _expect(row: Rows, course: Rows, search: Search) -> tuple[Rows, Rows]:
     within = (columns >= first) & (columns <= last)
     known = measured[~np.isnan(value[measured])]
     now = np.where(within, np.interp(columns, known, value[known]), np.nan)
-    if not search.swing:
-        now = np.where(columns < first, course + (now[first] - course[first]), now)
-        now = np.where(columns > last, course + (now[last] - course[last]), now)
+    now = np.where(columns < first, course + (now[first] - course[first]), now)
+    now = np.where(columns > last, course + (now[last] - course[last]), now)
     seen = np.flatnonzero(~np.isnan(now))
     first, last = seen[0], seen[-1]
     # the slope at the very end of a local quadratic is noisy: take its mean over half the window
@@ -234,36 +242,24 @@ def _expect(row: Rows, course: Rows, search: Search) -> tuple[Rows, Rows]:
     before, beyond = (columns < first) & (columns >= first - GROW), (columns > last) & (columns <= last + GROW)
     expected = np.where(before, now[first] + ends[0] * (columns - first), now)
     expected = np.where(beyond, now[last] + ends[1] * (columns - last), expected)
-    return _limited(expected, search), now
+    return limited(expected, search), now
 
 
 def _seek(
     image: Image, background: NDArray[np.float32], search: Search, state: _State
-) -> tuple[_State, tuple[Rows, Rows, Rows], int]:
-    """Read one whisker in the next frame; the state is that of a lost one, carried along with its neighbours."""
-    expected, motion = state.expected, state.motion
-    if search.swing and state.missed >= PATIENCE:
-        nothing = np.full_like(expected, np.nan)
-        return state, (nothing, nothing, nothing), 4
-    if search.swing:
-        # three times the peak of the line is no whisker
-        ceiling = 1.5 * float(np.nanmedian(state.typical))
-        shift, motion, _ = swing_of(
-            state.before, image, background, _sign(search), expected, CARRY * motion, search.swing, ceiling
-        )
-        expected = _limited(expected + shift, search)
-    line = _read(image, background, search, expected, search.search, state.typical)
-    state = state._replace(expected=expected, before=image, motion=motion)
+) -> tuple[tuple[Rows, Rows, Rows], int]:
+    """Read one whisker in the next frame, and tell by a place in ``REASONS`` whether it is the one."""
+    line = read(image, background, search, state.expected, search.search, state.typical)
     if np.count_nonzero(~np.isnan(line[0])) < FEWEST:
-        return state, line, 1
+        return line, 1
     if state.missed and not _where_it_was(line[0], state):
-        return state, line, 4
+        return line, 4
     common = ~np.isnan(line[2]) & ~np.isnan(state.typical)
     if common.any():
         ratio = np.median(line[2][common] / state.typical[common])
         if not ALIKE[0] < ratio < ALIKE[1]:
-            return state, line, 2
-    return state, line, 0
+            return line, 2
+    return line, 0
 
 
 def _where_it_was(row: Rows, state: _State) -> bool:

@@ -24,8 +24,6 @@ class Search:
         First and last column that are read; None for all.
     search : int
         Largest distance of the line from where it is expected, in one column [px].
-    swing : int
-        Largest shift of the far end between two frames [px]; 0 for small vibrations.
     threshold : float
         Signal to noise of the five-pixel contrast, averaged over 7 columns, below which a column is lost.
     """
@@ -34,7 +32,6 @@ class Search:
     background: str | NDArray[Any] = "space"
     columns: tuple[int, int] | None = None
     search: int = 4
-    swing: int = 0
     threshold: float = 4.0
 
     def __post_init__(self) -> None:
@@ -49,7 +46,5 @@ class Search:
             )
         if self.search < 1:
             raise InputError("search", "must be at least 1 pixel", self.search)
-        if self.swing < 0:
-            raise InputError("swing", "must not be negative", self.swing)
         if not self.threshold > 0:
             raise InputError("threshold", "must be positive", self.threshold)

@@ -1,0 +1,60 @@
+"""Sixty evenly spaced frames of a tracked movie: python make_contact_sheet.py STUDY.toml PROFILE.nc OUT.jpg."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import xarray as xr
+from scipy.ndimage import gaussian_filter
+
+from vibrissa.study.settings import read_study
+from vibrissa.video.movie import read_blocks
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+FRAMES, ACROSS = 60, 10
+COLOURS = ("red", "deepskyblue", "lime", "orange", "magenta")
+EVERY = 2  # nodes between two dots, so that the whisker stays visible
+
+
+def sheet(study: str, profile: str, out: str, chosen: list[int] | None = None) -> None:
+    """Draw the contact sheet; ``chosen`` are other frames than the evenly spaced ones."""
+    settings = read_study(study)
+    data = xr.load_dataset(profile)
+    x, y = (data[name].values / data.attrs["pixel_size"] for name in ("x", "y"))
+    frames = chosen or np.linspace(0, x.shape[1] - 1, FRAMES).round().astype(int).tolist()
+    left, right = np.nanmin(x) - 5, np.nanquantile(x, 0.9) + 5
+    top, bottom = np.nanmin(y) - 5, np.nanmax(y) + 5
+    names = json.loads(data.attrs.get("names", "[]")) or [str(w) for w in data.whisker.values]
+    down = -(-len(frames) // ACROSS)
+    tall = 2.4 * (bottom - top) / (right - left)
+    figure, axes = plt.subplots(down, ACROSS, figsize=(ACROSS * 2.4, down * tall + 0.4))
+    wanted = iter(sorted(set(frames)))
+    images, done, frame = {}, 0, next(wanted)
+    for block in read_blocks(Path(settings.folder) / settings.movie.path):
+        while frame is not None and frame < done + len(block):
+            images[frame] = block[frame - done].copy()
+            frame = next(wanted, None)
+        done += len(block)
+    for axis, f in zip(axes.flat, frames, strict=False):
+        grey = gaussian_filter(images[f].astype(float), 0.7) + 10
+        axis.imshow(grey / gaussian_filter(grey, 8), cmap="gray", vmin=0.82, vmax=1.06)
+        for w, colour in zip(range(x.shape[0]), COLOURS, strict=False):
+            axis.plot(x[w, f, ::EVERY], y[w, f, ::EVERY], ".", color=colour, markersize=2.6, markeredgewidth=0)
+        axis.set(xlim=(left, right), ylim=(bottom, top))
+        axis.text(right - 2, top + 2, str(f), color="blue", fontsize=8, ha="right", va="top")
+    for axis in axes.flat:
+        axis.axis("off")
+    title = ", ".join(f"{colour}: {name}" for name, colour in zip(names, COLOURS, strict=False))
+    figure.suptitle(f"{settings.name} — {title}", fontsize=10, y=0.997, va="top")
+    figure.subplots_adjust(0, 0, 1, 1 - 0.3 / (down * tall + 0.4), 0.01, 0.01)
+    figure.savefig(out, dpi=150, pil_kwargs={"quality": 82})
+
+
+if __name__ == "__main__":
+    sheet(*sys.argv[1:4])
