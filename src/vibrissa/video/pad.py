@@ -47,7 +47,7 @@ class Chain(NamedTuple):
     angle, offset : (T,) arrays
         Its line at the fan's middle radius [°], distance from the pivot [px]; NaN where there is none.
     seen : (T,) array of bool
-        Whether there is a line in the frame; where not, angle and offset are interpolated.
+        Whether there is a line in the frame; the other two are interpolated where not.
     margin : (T,) array
         Cost of the cheapest chain that is elsewhere in that frame, over the cost of this one.
     """
@@ -147,16 +147,15 @@ def _pairs(lines, motion, centre):  # type: ignore[no-untyped-def]
                     there = lines[t + g, j]
                     if not there[2] > 0:
                         break
-                    deviation = (there[0] - angle) / g
-                    sd = OFF[0] + SWINGING * abs(angle - lines[t, i, 0]) / g
-                    u, v = deviation / sd, (there[1] - lines[t, i, 1]) / OFF[1]
+                    deviation, wider = (there[0] - angle) / g, SWINGING * abs(angle - lines[t, i, 0]) / g
+                    u, v = deviation / (OFF[0] + wider), (there[1] - lines[t, i, 1]) / OFF[1]
                     if abs(deviation) > APART * 2 / (1 + g) or abs(v) > 4:
                         continue
                     w = np.log(there[2] / lines[t, i, 2]) / OFF[2]
                     cost = 0.5 * (u * u + min(v * v / g, MOST_OFF[0]) + min(w * w, MOST_OFF[1])) + HIDDEN * (g - 1)
                     start.append((t, i))
                     stop.append((t + g, j))
-                    values.append((deviation, cost, TURN + SWINGING * abs(angle - lines[t, i, 0]) / g))
+                    values.append((deviation, cost, TURN + wider))
     return start, stop, values
 
 
@@ -288,16 +287,14 @@ def chain(lines: Values, links: Links, marks: NDArray[np.int64]) -> Chain:
         return _one_after_the_other(early, late, frames <= marks[n - 1, 0], frames >= marks[n, 0])
     total = ahead + back
     ends = ahead + np.where(links.stop[:, 0] >= marks[-1, 0], END * (frames[-1] - links.stop[:, 0]), np.inf)
+    nothing = np.full(frames.size, np.nan)
     if not np.isfinite(ends).any():
-        nothing = np.full(frames.size, np.nan)
         return Chain(nothing, nothing, np.zeros(frames.size, np.bool_), nothing)
-    k, nodes = int(np.argmin(ends)), []
-    least = ends[k]
+    least, k, nodes = ends.min(), int(np.argmin(ends)), []
     while k >= 0:
-        nodes.append(links.stop[k])
-        first = links.start[k]
+        nodes += [links.stop[k], links.start[k]]
         k = came[k]
-    t, i = np.array([first, *nodes[::-1]]).T
+    t, i = np.unique(nodes, axis=0).T
     angle, offset = (np.interp(frames, t, lines[t, i, v], left=np.nan, right=np.nan) for v in range(2))
     seen = np.isin(frames, t)
     return Chain(angle, offset, seen, _margins(links.start, links.stop, total - least, lines, angle, seen))
