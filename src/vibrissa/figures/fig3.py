@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -40,7 +41,9 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     chosen = seen[np.linspace(0.1 * len(seen), 0.9 * len(seen), NODES).astype(int)] if len(seen) else seen
     shown = slice(0, int(np.searchsorted(profile.time.values - profile.time.values[0], SHOWN)))
     motion = y[:, chosen] - np.nanmean(y[:, chosen], axis=0)
+    numbers = [f"whisker {i}" for i in range(profile.sizes["whisker"])]
     return dataset(
+        {"names": json.dumps(json.loads(profile.attrs.get("names", "[]")) or numbers)},
         lead=("whisker",),
         whisker=profile.whisker.values,
         row=still.row.values,
@@ -60,8 +63,10 @@ def draw(data: xr.Dataset) -> Figure:
     figure, axes = new_figure(7.2, 5.4, 2, 1, height_ratios=[1.1, 1])
     picture, traces = axes[:, 0]
     picture.imshow(data.image, vmin=0, aspect="equal")
-    for i in range(data.sizes["whisker"]):
-        picture.plot(data.line_column[i], data.line_row[i], ":", color=f"C{(i + 1) % 6}", lw=1.6, label=f"whisker {i}")
+    names = json.loads(data.attrs["names"])
+    for i, name in enumerate(names):
+        label = name if np.isfinite(data.line_row[i]).any() else f"{name} (not seen in this frame)"
+        picture.plot(data.line_column[i], data.line_row[i], ":", color=f"C{(i + 1) % 6}", lw=1.6, label=label)
     picture.set(xlabel="column [pixel]", ylabel="row [pixel]", title="First frame and its centrelines")
     picture.legend(loc="upper right", labelcolor="0.1", framealpha=0.7, frameon=True)
     motion = 1e6 * data.node_motion.values
@@ -69,7 +74,7 @@ def draw(data: xr.Dataset) -> Figure:
     for i, arc in enumerate(data.trace_arc.values):
         traces.plot(data.time, motion[:, i] + i * step, label=f"{1e3 * arc:.1f}")
     traces.set(
-        xlabel="time [s]", ylabel="y about its mean, down [µm]", title="Motion of single nodes (shifted), whisker 0"
+        xlabel="time [s]", ylabel="y about its mean, down [µm]", title=f"Motion of single nodes (shifted), {names[0]}"
     )
     traces.legend(title="arc length [mm]", loc="center left", bbox_to_anchor=(1, 0.5), reverse=True)
     return figure
