@@ -122,7 +122,7 @@ def _filmed(prediction: Prediction, film: Film, path: Path, progress: Progress) 
     profile = track(
         counted(read_blocks(path), "tracking", film.n_frames, progress),
         seeds=[(scene.x[middle] / pixel, scene.y[middle] / pixel)],
-        skin=[(scene.x[0] / pixel, scene.y[0] / pixel)],
+        skin=[(scene.skin[0] / pixel, scene.skin[1] / pixel)],
         calibration=Calibration(frame_rate=film.camera.frame_rate, pixel_size=pixel),
         node_spacing=NODE_SPACING,
     )

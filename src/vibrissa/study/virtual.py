@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _CHUNK = 250  # frames rendered at a time, so that memory does not grow with the movie
+_FOLLICLE = 1.5e-3  # [m] of shaft seen below the skin: a blunt end there would bend the centreline of the base
 
 
 def predicted_motion(study: Study) -> Prediction:
@@ -50,9 +51,9 @@ class Scene:
     Attributes
     ----------
     s : (N,) array
-        Points of the shaft, from the base (1) to the physical tip, at most a pixel apart.
+        Points of the shaft at most a pixel apart, from inside the follicle (above 1) to the physical tip.
     x, y : (N,) arrays
-        Stationary profile in the image frame [m]; the shaft beyond the contact is straight.
+        Stationary profile in the image frame [m]; straight beyond the contact and inside the follicle.
     angle : (N,) array
         Angle θ to the substrate [rad].
     normal_x, normal_y : (N,) arrays
@@ -65,6 +66,12 @@ class Scene:
     angle: Array
     normal_x: Array
     normal_y: Array
+
+    @property
+    def skin(self) -> tuple[float, float]:
+        """Where the shaft leaves the skin, s = 1 [m]."""
+        base = int(np.argmin(np.abs(self.s - 1)))
+        return float(self.x[base]), float(self.y[base])
 
     @property
     def tangent_x(self) -> Array:
@@ -81,11 +88,13 @@ def lay_out(prediction: Prediction, film: Film) -> Scene:
     """Place the stationary profile in the middle of the virtual camera's image."""
     whisker, posture, camera = prediction.whisker, prediction.posture, film.camera
     count = int(np.ceil((1 - whisker.tip) * whisker.length / camera.pixel_size)) + 1
-    s = np.linspace(1, whisker.tip, count)
-    on_curve = np.maximum(s, posture.contact)
-    profile = stationary_profile(posture, on_curve)
-    along = (profile.profile_x.values + np.minimum(s - posture.contact, 0)) * whisker.length
-    up, angle = profile.profile_y.values * whisker.length, profile.angle.values
+    outside, step = np.linspace(1, whisker.tip, count, retstep=True)
+    inside = np.arange(1 - step, 1 + _FOLLICLE / whisker.length, -step)[::-1]
+    s = np.concatenate([inside, outside])
+    profile = stationary_profile(posture, np.clip(s, posture.contact, 1))
+    angle, straight = profile.angle.values, np.minimum(s - posture.contact, 0) + np.maximum(s - 1, 0)
+    along = (profile.profile_x.values + straight * np.cos(angle)) * whisker.length
+    up = (profile.profile_y.values + straight * np.sin(angle)) * whisker.length
     turn = np.pi - np.arctan2(float(profile.base_distance), float(profile.contact_distance))
     x, y = np.cos(turn) * along - np.sin(turn) * up, -np.sin(turn) * along - np.cos(turn) * up
     middle_x, middle_y = ((size - 1) / 2 * camera.pixel_size for size in (camera.width, camera.height))
@@ -140,7 +149,7 @@ def _slip(u: Array, angle: Array) -> Array:
 def _shape_matrix(prediction: Prediction, s: Array) -> tuple[Array, Array]:
     """Mode shapes (M, N) and Ū (N,), continued beyond the contact along their slope there."""
     contact = prediction.posture.contact
-    inside = np.maximum(s, contact)
+    inside = np.clip(s, contact, 1)
     beyond = np.minimum(s - contact, 0)
     slope = cone_modes(prediction.kappa, contact, np.array([contact]), derivative=1)
     shapes = cone_modes(prediction.kappa, contact, inside) + slope * beyond
