@@ -48,7 +48,7 @@ QUANTITIES: dict[str, Quantity] = {
     "frames_followed": Quantity(("whisker",), "1", "frames in which the whisker was followed"),
     "median_length": Quantity(("whisker",), "m", "arc length followed, median over frames"),
     # modes
-    "contact": Quantity((), "1", "position ε of the contact along the shaft, over L"),
+    "contact": Quantity((), "1", "position ε of the contact or free end, over L, 0 at the tip of the cone"),
     "kappa": Quantity(("mode",), "1", "adimensional resonant angular frequency κ"),
     "resonant_frequency": Quantity(("mode",), "Hz", "resonant frequency κ/(2πk)"),
     "mode_shape": Quantity(("mode", "s"), "1", "mode shape V, orthonormal under s²"),

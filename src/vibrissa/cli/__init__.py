@@ -122,7 +122,7 @@ def decompose(
     profile
         Dataset written by `vibrissa track`; arc length counts from the skin.
     contact
-        Position of the contact, over the length of the nontruncated cone.
+        Position of the contact over the length of the nontruncated cone: 0 at the cone's tip, 1 at the base.
     which
         Which of the tracked whiskers, from 0.
     count
@@ -133,9 +133,11 @@ def decompose(
     import xarray as xr
 
     from vibrissa.files import load
+    from vibrissa.quantities import require
     from vibrissa.study.backward import analyse
 
     tracks = load(profile)
+    require(tracks, "x", "y", "arc_length", "whisker")
     if not 0 <= which < tracks.sizes.get("whisker", 0):
         raise InputError("--which", f"must name one of the {tracks.sizes.get('whisker', 0)} tracked whiskers", which)
     cone = _cone(whisker, atlas)
@@ -143,6 +145,14 @@ def decompose(
         raise InputError("whisker", "must be given", remedy="--whisker.length and --whisker.cone-angle, or --atlas")
     results = analyse(tracks.isel(whisker=which), cone, contact, n_modes=count, method=method)
     data = xr.merge([*reversed(results.values())], combine_attrs="override").assign_attrs(results["modal"].attrs)
+    for one in results.values():
+        if "left_out" in one.attrs:
+            print(f"vibrissa: left out: {one.attrs['left_out']}", file=sys.stderr)
+    if "resonance_white" in results:
+        print(
+            "vibrissa: the forcing is taken for white (Eq. 5); a study that knows its texture does better",
+            file=sys.stderr,
+        )
     names = ("kappa", "variance_explained", *_with_ends("resonant_frequency"), *_with_ends("damping"))
     show(data, [name for name in names if name in data], json, out)
 
@@ -163,7 +173,8 @@ def modes(
     Parameters
     ----------
     contact
-        Position of the contact (or of the free end), over the length of the nontruncated cone.
+        Position of the contact (or of the free end) over the length of the nontruncated cone: 0 at the cone's tip,
+        1 at the base.
         May be left out for a free tip: the whisker's own tip, or the whole cone.
     count
         Number of modes.
@@ -228,7 +239,8 @@ def main() -> None:
     try:
         app(sys.argv[1:], print_error=False, exit_on_error=False)
     except CycloptsError as error:
-        _refuse(f"{' '.join(str(error).split())}; see --help")
+        line = " ".join(str(error).split()).replace("requires an argument", "must be given, with its value")
+        _refuse(f"{line.rstrip('.')}; see --help")
     except (InputError, ConvergenceError) as error:
         _refuse(str(error))
     except KeyboardInterrupt:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.errors import InputError
+from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.mechanics.superposition import Prediction, mode_amplitudes
 from vibrissa.quantities import dataset, require
 from vibrissa.signals.spectra import Line, Resonance, fit_resonance, lorentzian, power_spectrum
@@ -80,7 +80,8 @@ def fit_modes(
     Returns
     -------
     resonance : Dataset
-        ``resonant_frequency``, ``damping`` (mode) and the ends of their 95 % intervals; attribute ``forcing``.
+        ``resonant_frequency``, ``damping`` (mode) and the ends of their 95 % intervals; attribute ``forcing``. NaN
+        where a fit found no maximum; the attribute ``left_out`` then says which and why.
     spectra : Dataset
         ``frequency``, ``power`` and ``power_fit`` (mode, frequency); ``power_fit`` is NaN outside the fitted band.
     """
@@ -89,23 +90,32 @@ def fit_modes(
     if not np.all(np.isfinite(signal)):
         raise InputError("mode_displacement", "must have no NaN to be fitted", remedy="cut it to where it was followed")
     frequency, power = power_spectrum(signal, _sampling_rate(time))
-    fits, drawn = [], np.full(power.shape, np.nan)
+    fits: list[Resonance | None] = []
+    left_out, drawn = [], np.full(power.shape, np.nan)
     for i, start in enumerate(guess):
         line = lorentzian if prediction is None else texture_line(prediction, i, time, exposure)
-        fit = fit_resonance(frequency, power[i], guess=float(start), line=line)
+        try:
+            fit = fit_resonance(frequency, power[i], guess=float(start), line=line)
+        except ConvergenceError as error:
+            left_out.append(f"mode {i + 1}: {error}")
+            fits.append(None)
+            continue
         band = (frequency >= 0.5 * start) & (frequency <= 1.6 * start)
         drawn[i, band] = fit.gain * line(frequency[band])(fit.frequency, fit.damping) + fit.floor
         fits.append(fit)
     forcing: Forcing = "white" if prediction is None else "texture"
     mode = modal.mode.values[: len(fits)]
     spectra = dataset({"forcing": forcing}, mode=mode, frequency=frequency, power=power, power_fit=drawn)
-    return _labelled(fits, mode, forcing), spectra
+    resonance = _labelled(fits, mode, forcing)
+    if left_out:
+        resonance.attrs["left_out"] = "; ".join(left_out)
+    return resonance, spectra
 
 
-def _labelled(fits: list[Resonance], mode: Array, forcing: Forcing) -> xr.Dataset:
+def _labelled(fits: list[Resonance | None], mode: Array, forcing: Forcing) -> xr.Dataset:
     names = {"resonant_frequency": "frequency", "damping": "damping"}
     columns: dict[str, Any] = {
-        name + end: [getattr(fit, short + end) for fit in fits]
+        name + end: [getattr(fit, short + end) if fit else np.nan for fit in fits]
         for name, short in names.items()
         for end in ("", "_low", "_high")
     }

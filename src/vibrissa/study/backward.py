@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.errors import ConvergenceError
 from vibrissa.mechanics.decomposition import Method, decompose
 from vibrissa.mechanics.modes import resonances
 from vibrissa.mechanics.resonance import fit_modes
@@ -117,7 +116,7 @@ def analyse(
     -------
     dict of Datasets
         ``modal`` with ``envelope`` and ``phase``; ``resonance_white`` and ``spectra_white`` (Eq. 5). Where frames were
-        lost, or a fit fails, there are no envelopes or resonances and the attribute ``left_out`` of ``modal`` says why.
+        lost there are no envelopes or resonances, and the attribute ``left_out`` of ``modal`` says so.
     """
     modal = decompose(profile, whisker, contact, n_modes=n_modes, method=method)
     lost = int(np.count_nonzero(~np.isfinite(modal.mode_displacement.values).all(axis=0)))
@@ -128,9 +127,5 @@ def analyse(
     labelled = dataset(mode=modal.mode.values, time=modal.time.values, envelope=envelope, phase=phase)
     modal = modal.merge(labelled, combine_attrs="override")
     expected = resonances(whisker, contact, n_modes).resonant_frequency.values
-    try:
-        resonance, spectra = fit_modes(modal, expected)
-    except ConvergenceError as error:
-        modal.attrs["left_out"] = f"resonances: {error}"
-        return {"modal": modal}
+    resonance, spectra = fit_modes(modal, expected)
     return {"modal": modal, "resonance_white": resonance, "spectra_white": spectra}

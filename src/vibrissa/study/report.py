@@ -32,6 +32,9 @@ FIGURES: list[tuple[str, ModuleType, tuple[str, ...]]] = [
 ]
 
 
+WHITE = "forcing taken for white"
+
+
 class Picture(NamedTuple):
     """A figure of the report: its heading, its PNG in base64 or why it is left out."""
 
@@ -54,11 +57,13 @@ def write_report(study: Study, results: Results, path: Path) -> None:
     """
     from jinja2 import Environment, PackageLoader, select_autoescape
 
+    rows = _verdict(results)
     environment = Environment(loader=PackageLoader("vibrissa.study"), autoescape=select_autoescape())
     page = environment.get_template("report.html").render(
         study=study,
         version=__version__,
-        verdict=_verdict(results),
+        verdict=[row for row in rows if WHITE not in row["quantity"]],
+        white=[row for row in rows if WHITE in row["quantity"]],
         tracks=_tracks(results["profile"]),
         pictures=[_picture(study, results, *figure) for figure in FIGURES],
     )
@@ -102,8 +107,8 @@ def _verdict(results: Results) -> list[dict[str, Any]]:
                 "quantity": str(table.quantity.values[i]),
                 "unit": "" if str(table.quantity_unit.values[i]) == "1" else str(table.quantity_unit.values[i]),
                 "truth": f"{truth:.5g}",
-                "found": f"{found:.5g}",
-                "error": f"{100 * (found / truth - 1):+.2f} %",
+                "found": f"{found:.5g}" if np.isfinite(found) else "no fit",
+                "error": f"{100 * (found / truth - 1):+.2f} %" if np.isfinite(found) else "",
                 "interval": f"{low:.5g} – {high:.5g}" if np.isfinite(low) else "",
                 "inside": "" if not np.isfinite(low) else "yes" if low <= truth <= high else "no",
             }

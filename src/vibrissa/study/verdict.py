@@ -74,7 +74,7 @@ def _agreement_rows(results: dict[str, xr.Dataset]) -> list[Row]:
     for i in range(len(found)):
         a, b = found[i], true[i] - true[i].mean()
         envelope_a, envelope_b = analytic_envelope(a)[0], analytic_envelope(b)[0]
-        rows.append(Row(f"rms displacement, mode {i + 1}", "1", float(b.std()), float(a.std())))
+        rows.append(Row(f"rms displacement over L, mode {i + 1}", "1", float(b.std()), float(a.std())))
         rows.append(Row(f"correlation of displacement, mode {i + 1}", "1", 1.0, float(np.corrcoef(a, b)[0, 1])))
         r = float(np.corrcoef(envelope_a, envelope_b)[0, 1])
         rows.append(Row(f"correlation of envelope, mode {i + 1}", "1", 1.0, r))
@@ -85,4 +85,4 @@ def _unit_rows(response: xr.Dataset) -> list[Row]:
     rate = response.firing_rate.values
     true, _ = maximal_correlation(rate, response.bin_envelope_true.values)
     found, _ = maximal_correlation(rate, response.bin_envelope.values)
-    return [Row("correlation of firing rate and envelope", "1", true, found)]
+    return [Row("correlation of firing rate with the true | tracked envelope", "1", true, found)]

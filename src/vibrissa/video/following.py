@@ -148,14 +148,19 @@ def _start(image: Image, background: NDArray[np.float32], search: Search, seed: 
     """Find the whisker at a seed, along it to both ends."""
     height, width = image.shape
     if not (0 <= seed[0] <= width - 1 and 0 <= seed[1] <= height - 1):
-        raise InputError("seed", f"must lie in the image of {width} × {height} pixels", seed)
+        raise InputError("seed", f"must lie in the image of {width} × {height} pixels", _written(seed))
     if background.size:
         _refuse_whisker_in(background, image, search, seed)
     line, contrast = _find(image, background, search, seed)
     if np.count_nonzero(~np.isnan(line)) < FEWEST:
-        raise InputError("seed", "must lie on a whisker", seed, "take a point on a clear stretch, or set polarity")
+        remedy = "take a point on a clear stretch, or set polarity"
+        raise InputError("seed", "must lie on a whisker", _written(seed), remedy)
     expected, course = _expect(line, np.full(width, np.nan), search)
     return _State(expected, course, _smooth_contrast(contrast), 0)
+
+
+def _written(seed: tuple[float, float]) -> str:
+    return f"column {seed[0]:g}, row {seed[1]:g}"
 
 
 def _find(

@@ -15,6 +15,8 @@ from vibrissa.video.following import REASONS, Centrelines
 
 Values = NDArray[np.float64]
 REACH = 20  # columns by which the base end may draw back behind its place in the first frame, else arc is unknown
+SKIN_REACH = 5.0  # distance of the skin point from the line [px]
+BASE_END = 30  # measured columns that tell where the line comes from
 BASE_HIDDEN = REASONS.index("base end hidden")
 
 
@@ -82,12 +84,30 @@ def _origin(
     column, height = (first, np.nan) if skin is None else skin[w]
     if skin is not None and base == "right":
         column = row.size - 1 - column
+    if skin is not None and not longest:
+        _refuse_skin_off_line(row, float(column), float(height))
     # the base of a whisker that whisks moves, and its line is known to be straight there
     furthest = max(first, column) + (2 * REACH if longest else REACH)
     _, arc = arc_length(row, column, height, furthest)
     # no line that runs from column to column at less than 60° is longer than twice the image is wide
     reach = 2 * row.size if longest else np.nanmax(arc)
     return _Origin(float(column), float(height), furthest, int(reach / spacing) + 1)
+
+
+def _refuse_skin_off_line(row: Values, column: float, height: float) -> None:
+    """Refuse a skin point that the line, carried straight on from its base end, passes at a distance."""
+    seen = np.flatnonzero(~np.isnan(row))
+    slope, at_zero = np.polyfit(seen[:BASE_END], row[seen[:BASE_END]], 1)
+    off = (
+        abs(height - (at_zero + slope * column))
+        if column < seen[0]
+        else np.min(np.hypot(seen - column, row[seen] - height))
+    )
+    if off > SKIN_REACH + abs(min(column - seen[0], 0)) / 2:
+        place = f"column {column:g} from the base's side, row {height:g}"
+        raise InputError(
+            "skin", "must lie where the whisker leaves the skin", place, f"its line passes {off:.0f} pixels away"
+        )
 
 
 def _at_nodes(

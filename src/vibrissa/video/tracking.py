@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 SPACING = 5  # default distance of the nodes [px]
 
 
+LARGEST_PIXEL = 1e-3  # [m] a whisker seen in coarser pixels is no centreline; millimetres given for metres are
+
+
 @dataclass(frozen=True, kw_only=True)
 class Calibration:
     """What turns frames and pixels into seconds and metres; a movie file knows neither.
@@ -46,6 +49,10 @@ class Calibration:
             value = getattr(self, name)
             if not (np.isfinite(value) and value > 0):
                 raise InputError(f"Calibration.{name}", "must be positive and finite", value, remedy)
+        if self.pixel_size > LARGEST_PIXEL:
+            raise InputError(
+                "Calibration.pixel_size", f"must be at most {LARGEST_PIXEL} m", self.pixel_size, "give it in m"
+            )
 
 
 def track(

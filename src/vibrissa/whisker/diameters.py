@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+LONGEST, THINNEST, THICKEST = 1.0, 1e-6, 1e-2  # [m] beyond these a unit is wrong
 CONE_ONLY = "the model is for a cone only, one that thins from base to tip"
 DIAMETER_COLUMNS = {"distance": 1.0, "distance_mm": 1e-3, "diameter": 1.0, "diameter_um": 1e-6}
 
@@ -125,6 +126,13 @@ def _checked_points(distance: ArrayLike, diameter: ArrayLike) -> tuple[Array, Ar
         wrong = np.flatnonzero(~((values >= 0) & np.isfinite(values)))
         if wrong.size:
             raise InputError(f"{name} of point {wrong[0] + 1}", "must be finite, not negative", values[wrong[0]])
+    if x.size and not (x.max() <= LONGEST and THINNEST <= d.max() <= THICKEST):
+        raise InputError(
+            "distances and diameters",
+            f"must reach at most {LONGEST} m and {THINNEST} to {THICKEST} m",
+            f"{x.max():g} and {d.max():g}",
+            "columns distance_mm and diameter_um take millimetres and micrometres",
+        )
     if np.unique(x).size < 3:
         raise InputError("diameters", "must be measured at 3 different distances at least", np.unique(x).size)
     return x, d
