@@ -3,7 +3,8 @@
 .venv/bin/python benchmarks/recovery.py [SEEDS, at least 2] [OUT.csv]
 
 Each seed makes a new texture and new pixel noise, films it, tracks it, decomposes it and fits it. Seeds already in
-OUT.csv are not run again; two run at a time, for about 25 s. The table at the end is mean error, its standard error, and their ratio.
+OUT.csv are not run again; two run at a time, for about 25 s. The table at the end is mean error, its standard error,
+and their ratio.
 """
 
 import csv
@@ -60,9 +61,8 @@ def main(n_seeds: int, path: Path) -> None:
         if name.endswith("[inside]"):
             print(f"{name:70s} {values.mean():8.3f}  n {len(values)}")
         else:
-            print(
-                f"{name:70s} {values.mean():+.6f} ± {error:.6f}  sd {spread:.6f}  {values.mean() / error:+.2f}  n {len(values)}"
-            )
+            ratio = values.mean() / error
+            print(f"{name:70s} {values.mean():+.6f} ± {error:.6f}  sd {spread:.6f}  {ratio:+.2f}  n {len(values)}")
 
 
 if __name__ == "__main__":

@@ -38,10 +38,14 @@ def draw(results):
     axes[0, 1].set(ylabel="power density [L²/Hz]", ylim=(1e-13, None))
     axes[0, 1].legend(loc="lower left")
 
+    lag = 1e3 * unit.attrs["lag"] * unit.attrs["bin_width"]
     centre = unit.bin + unit.attrs["bin_width"] / 2
     axes[1, 1].plot(centre, unit.firing_rate / unit.firing_rate.max(), color=OTHER, label="firing rate of one unit")
     axes[1, 1].plot(centre, unit.bin_envelope / unit.bin_envelope.max(), color=FOUND, label="envelope near the base")
-    axes[1, 1].set(title=f"4  A neuron follows the envelope: r = {unit.attrs['correlation']:.2f}", xlabel="time [s]")
+    axes[1, 1].set(
+        title=f"4  A neuron follows the envelope, {lag:.0f} ms later: r = {unit.attrs['correlation']:.2f}",
+        xlabel="time [s]",
+    )
     axes[1, 1].set(ylabel="over its maximum", ylim=(0, 1.3), xlim=(0, 1))
     axes[1, 1].legend(loc="upper right", ncols=2)
     return figure
