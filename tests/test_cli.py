@@ -139,8 +139,22 @@ BAD = {
         ["decompose", movie, "--contact", "0.3", "--atlas", "C2"],
         "must be a NetCDF file",
     ),
+    "millimetres as micrometres": lambda movie, tmp: (["whisker", wrong_unit(tmp)], "diameter_um take"),
+    "skin off the whisker": lambda movie, tmp: (
+        ["track", movie, *CALIBRATION, "--seed", "60,32", "--skin", "10,50"],
+        "skin must lie where the whisker leaves the skin",
+    ),
+    "pixels in millimetres": lambda movie, tmp: (
+        ["track", movie, "--frame-rate", "500", "--pixel-size", "0.1", "--seed", "60,32"],
+        "give it in m",
+    ),
     "cylinder": lambda movie, tmp: (["whisker", cylinder(tmp)], "cone only"),
 }
+
+
+def wrong_unit(tmp):
+    (tmp / "unit.csv").write_text("distance_mm,diameter_um\n0,0.12\n10,0.09\n20,0.06\n30,0.03\n")
+    return tmp / "unit.csv"
 
 
 def cylinder(tmp):

@@ -126,13 +126,6 @@ def _checked_points(distance: ArrayLike, diameter: ArrayLike) -> tuple[Array, Ar
         wrong = np.flatnonzero(~((values >= 0) & np.isfinite(values)))
         if wrong.size:
             raise InputError(f"{name} of point {wrong[0] + 1}", "must be finite, not negative", values[wrong[0]])
-    if x.size and not (x.max() <= LONGEST and THINNEST <= d.max() <= THICKEST):
-        raise InputError(
-            "distances and diameters",
-            f"must reach at most {LONGEST} m and {THINNEST} to {THICKEST} m",
-            f"{x.max():g} and {d.max():g}",
-            "columns distance_mm and diameter_um take millimetres and micrometres",
-        )
     if np.unique(x).size < 3:
         raise InputError("diameters", "must be measured at 3 different distances at least", np.unique(x).size)
     return x, d
@@ -194,7 +187,7 @@ def read_diameters(path: str | Path) -> xr.Dataset:
     Raises
     ------
     InputError
-        Names the file and the line: a missing column, a cell that is no number, or is negative.
+        Names the file and the line: a missing column, a cell that is no number or negative; a unit that cannot be.
     """
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
@@ -206,6 +199,10 @@ def read_diameters(path: str | Path) -> xr.Dataset:
     if not values:
         raise InputError(str(path), "must hold at least one line of numbers below its header")
     distance, diameter = np.array(values).T
+    if distance.max() > LONGEST or not THINNEST <= diameter.max() <= THICKEST:
+        rule = f"must reach at most {LONGEST:g} m and a diameter of {THINNEST:g} to {THICKEST:g} m"
+        remedy = "columns distance_mm and diameter_um take millimetres and micrometres"
+        raise InputError(str(path), rule, f"{distance.max():g} m and {diameter.max():g} m", remedy)
     return dataset(distance=distance, diameter=diameter)
 
 
