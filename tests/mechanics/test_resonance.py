@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
-from vibrissa.errors import InputError
+from vibrissa.errors import ConvergenceError, InputError
+from vibrissa.mechanics import resonance
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.resonance import fit_modes
 from vibrissa.mechanics.superposition import Scan, predict, predicted_signals
+from vibrissa.signals.spectra import fit_resonance
 from vibrissa.texture.surface import random_grating
 from vibrissa.whisker import Whisker
 
@@ -68,3 +70,22 @@ def test_lost_or_uneven_samples_are_refused():
         fit_modes(signals.assign(mode_displacement=signals.mode_displacement.where(signals.time > 0.1)), guess)
     with pytest.raises(InputError, match="must be evenly sampled"):
         fit_modes(signals.isel(time=np.r_[0:1000, 1005:2000]), guess)
+
+
+def test_a_mode_whose_fit_has_no_maximum_is_not_measured_and_the_others_are(monkeypatch):
+    truth = prediction(0)
+    signals = noisy(predicted_signals(truth, TIME), 1)
+    guess = truth.omega / (2 * np.pi)
+    whole, _ = fit_modes(signals, guess, prediction=truth)
+
+    def fails_for_mode_2(frequency, power, *, guess, line):
+        if 300 < guess < 400:
+            raise ConvergenceError("resonance fit", 1.0, 3)
+        return fit_resonance(frequency, power, guess=guess, line=line)
+
+    monkeypatch.setattr(resonance, "fit_resonance", fails_for_mode_2)
+    fit, spectra = fit_modes(signals, guess, prediction=truth)
+    np.testing.assert_array_equal(fit.damping.values[[0, 2]], whole.damping.values[[0, 2]])
+    assert np.isnan([fit[name].values[1] for name in ("resonant_frequency", "damping_low", "damping_high")]).all()
+    assert fit.attrs["left_out"].startswith("mode 2: resonance fit did not converge")
+    assert np.isnan(spectra.power_fit[1]).all()
