@@ -17,9 +17,10 @@ from vibrissa.video.movie import read_blocks
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-FRAMES, ACROSS = 60, 10
+FRAMES, ACROSS = 60, 6
 COLOURS = ("red", "deepskyblue", "lime", "orange", "magenta")
-EVERY = 2  # nodes between two dots, so that the whisker stays visible
+EVERY = 3  # nodes between two dots, so that the whisker stays visible
+BOX = {"facecolor": "white", "edgecolor": "none", "pad": 1}  # behind the number, where the arm is black
 
 
 def sheet(study: str, profile: str, out: str, chosen: list[int] | None = None) -> None:
@@ -28,8 +29,8 @@ def sheet(study: str, profile: str, out: str, chosen: list[int] | None = None) -
     data = xr.load_dataset(profile)
     x, y = (data[name].values / data.attrs["pixel_size"] for name in ("x", "y"))
     frames = chosen or np.linspace(0, x.shape[1] - 1, FRAMES).round().astype(int).tolist()
-    left, right = np.nanmin(x) - 5, np.nanquantile(x, 0.9) + 5
-    top, bottom = np.nanmin(y) - 5, np.nanmax(y) + 5
+    left, right = np.nanmin(x) - 5, np.nanquantile(x, 0.98) + 5
+    top, bottom = np.nanquantile(y, 0.005) - 5, np.nanmax(y) + 5
     names = json.loads(data.attrs.get("names", "[]")) or [str(w) for w in data.whisker.values]
     down = -(-len(frames) // ACROSS)
     tall = 2.4 * (bottom - top) / (right - left)
@@ -45,9 +46,9 @@ def sheet(study: str, profile: str, out: str, chosen: list[int] | None = None) -
         grey = gaussian_filter(images[f].astype(float), 0.7) + 10
         axis.imshow(grey / gaussian_filter(grey, 8), cmap="gray", vmin=0.82, vmax=1.06)
         for w, colour in zip(range(x.shape[0]), COLOURS, strict=False):
-            axis.plot(x[w, f, ::EVERY], y[w, f, ::EVERY], ".", color=colour, markersize=2.6, markeredgewidth=0)
+            axis.plot(x[w, f, ::EVERY], y[w, f, ::EVERY], ".", color=colour, markersize=3.2, markeredgewidth=0)
         axis.set(xlim=(left, right), ylim=(bottom, top))
-        axis.text(right - 2, top + 2, str(f), color="blue", fontsize=8, ha="right", va="top")
+        axis.text(right - 4, top + 4, str(f), color="blue", fontsize=8, ha="right", va="top", bbox=BOX)
     for axis in axes.flat:
         axis.axis("off")
     title = ", ".join(f"{colour}: {name}" for name, colour in zip(names, COLOURS, strict=False))
