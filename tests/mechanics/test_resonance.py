@@ -89,3 +89,19 @@ def test_a_mode_whose_fit_has_no_maximum_is_not_measured_and_the_others_are(monk
     assert np.isnan([fit[name].values[1] for name in ("resonant_frequency", "damping_low", "damping_high")]).all()
     assert fit.attrs["left_out"].startswith("mode 2: resonance fit did not converge")
     assert np.isnan(spectra.power_fit[1]).all()
+
+
+def test_what_folds_back_at_a_slow_camera_is_in_the_model_too():
+    """The jumps of d go far above half the frame rate; a shutter put on afterwards misses what they fold back."""
+    truth = prediction(3)
+    exposure, parts = 1 / 3000, 24
+    fine = (TIME[:, None] + exposure * ((np.arange(parts) + 0.5) / parts - 0.5)).ravel()
+    exposed = predicted_signals(truth, fine).mode_displacement.values.reshape(3, len(TIME), parts).mean(axis=2)
+    signals = predicted_signals(truth, TIME).assign(mode_displacement=(("mode", "time"), exposed))
+    guess = truth.omega / (2 * np.pi)
+    fit, _ = fit_modes(signals, guess, prediction=truth, exposure=exposure)
+    np.testing.assert_allclose(fit.resonant_frequency, guess, rtol=6e-4)
+    np.testing.assert_allclose(fit.damping, 0.11, rtol=6e-3)
+    exact, _ = fit_modes(signals, guess, prediction=truth, exposure=exposure, instants=parts)
+    np.testing.assert_allclose(exact.resonant_frequency, guess, rtol=1e-6)
+    np.testing.assert_allclose(exact.damping, 0.11, rtol=1e-5)

@@ -21,8 +21,7 @@ def truth(frames: int, amplitude: float = 0.3) -> np.ndarray:
 def movie(row: np.ndarray, rng: np.random.Generator, noise: float = 3.0) -> np.ndarray:
     """Frames (frames, HEIGHT, WIDTH) of uint8: contrast 110 at the base to 40 at the tip, noise SD 3."""
     column, height = np.arange(WIDTH), np.arange(HEIGHT)[:, None]
-    u = np.clip((column - FIRST) / (LAST - FIRST), 0, 1)
-    contrast = np.where((column >= FIRST) & (column <= LAST), 110 - 70 * u, 0)
+    contrast = np.where((column >= FIRST) & (column <= LAST), contrast_of(column), 0)
     background = 184 + 0.03 * (height - 225) + 0.02 * (column - 250)
     out = np.empty((len(row), HEIGHT, WIDTH), np.uint8)
     for i, centre in enumerate(row):
@@ -31,3 +30,18 @@ def movie(row: np.ndarray, rng: np.random.Generator, noise: float = 3.0) -> np.n
         image = background - contrast * line + noise * rng.standard_normal((HEIGHT, WIDTH))
         out[i] = np.clip(np.rint(image), 0, 255)
     return out
+
+
+def contrast_of(column: np.ndarray) -> np.ndarray:
+    """Peak of the line's contrast [grey levels]."""
+    return 110 - 70 * np.clip((column - FIRST) / (LAST - FIRST), 0, 1)
+
+
+def bound_of(contrast: float, noise: float = 3.0) -> float:
+    """Cramér–Rao bound of the row of a line of known width: σ/(A √Σ g'²), with Σ g'² = √π/(2 SIGMA) [px]."""
+    return noise / contrast * np.sqrt(2 * SIGMA / np.sqrt(np.pi))
+
+
+def bound(row: np.ndarray) -> np.ndarray:
+    """The bound in every frame and column, (frames, WIDTH)."""
+    return np.broadcast_to([bound_of(contrast) for contrast in contrast_of(np.arange(WIDTH))], row.shape)

@@ -19,12 +19,17 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Forcing = Literal["texture", "white"]
 
+PARTS = 5  # instants of one exposure: what is above half the frame rate folds back in the model as in the movie
 
-def texture_line(prediction: Prediction, mode: int, time: Array, exposure: float = 0.0) -> Callable[[Array], Line]:
+
+def texture_line(
+    prediction: Prediction, mode: int, time: Array, *, exposure: float = 0.0, instants: int = PARTS
+) -> Callable[[Array], Line]:
     """Line of one mode's displacement q + c d under the forcing of a known texture.
 
-    The model's signal is made anew for each (ω, ζ) and goes through the same taper as the measured one, so leakage
-    and finite length are the same on both sides. White forcing (Eq. 5) errs by several per cent in ω.
+    The model's signal is made anew for each (ω, ζ) and goes through the same shutter, sampling and taper as the
+    measured one, so leakage, aliases and finite length are the same on both sides. White forcing (Eq. 5) errs by
+    several per cent in ω.
 
     Parameters
     ----------
@@ -36,6 +41,8 @@ def texture_line(prediction: Prediction, mode: int, time: Array, exposure: float
         Times of the measured samples [s], even.
     exposure : float
         Time over which each sample averages [s].
+    instants : int
+        Instants of each exposure whose mean stands for it.
 
     Returns
     -------
@@ -43,18 +50,18 @@ def texture_line(prediction: Prediction, mode: int, time: Array, exposure: float
         frequency → (resonant frequency [Hz], ζ) → power.
     """
     rate = _sampling_rate(time)
-    steady = prediction.c[mode] * prediction.events.excursion(time)
+    instants = instants if exposure else 1
+    t = (time[:, None] + exposure * ((np.arange(instants) + 0.5) / instants - 0.5)).ravel()
+    steady = prediction.c[mode] * prediction.events.excursion(t)
     coupling = prediction.c[mode : mode + 1]
 
     def on(frequency: Array) -> Line:
-        shutter = np.sinc(frequency * exposure) ** 2
-
         def line(resonance: float, zeta: float) -> Array:
             omega = np.array([2 * np.pi * resonance])
-            q = mode_amplitudes(prediction.events, time, coupling, omega, zeta, prediction.scan.jump)[0]
-            grid, power = power_spectrum(q + steady, rate)
+            q = mode_amplitudes(prediction.events, t, coupling, omega, zeta, prediction.scan.jump)[0]
+            grid, power = power_spectrum((q + steady).reshape(-1, instants).mean(axis=1), rate)
             first = int(np.searchsorted(grid, frequency[0]))
-            return power[first : first + len(frequency)] * shutter
+            return power[first : first + len(frequency)]
 
         return line
 
@@ -62,7 +69,12 @@ def texture_line(prediction: Prediction, mode: int, time: Array, exposure: float
 
 
 def fit_modes(
-    modal: xr.Dataset, guess: Array, *, prediction: Prediction | None = None, exposure: float = 0.0
+    modal: xr.Dataset,
+    guess: Array,
+    *,
+    prediction: Prediction | None = None,
+    exposure: float = 0.0,
+    instants: int = PARTS,
 ) -> tuple[xr.Dataset, xr.Dataset]:
     """Resonant frequency and damping of each mode, and the spectra they were fitted to.
 
@@ -76,6 +88,8 @@ def fit_modes(
         Knows the texture's forcing; without it the forcing is taken for white (Eq. 5, the paper's way).
     exposure : float
         Time over which each sample averages [s].
+    instants : int
+        Instants of each exposure whose mean stands for it; those of a virtual film, if it is one.
 
     Returns
     -------
@@ -93,7 +107,11 @@ def fit_modes(
     fits: list[Resonance | None] = []
     left_out, drawn = [], np.full(power.shape, np.nan)
     for i, start in enumerate(guess):
-        line = lorentzian if prediction is None else texture_line(prediction, i, time, exposure)
+        line = (
+            lorentzian
+            if prediction is None
+            else texture_line(prediction, i, time, exposure=exposure, instants=instants)
+        )
         try:
             fit = fit_resonance(frequency, power[i], guess=float(start), line=line)
         except ConvergenceError as error:

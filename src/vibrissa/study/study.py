@@ -139,8 +139,8 @@ def _modal(
     expected = resonances(whisker, contact, study.n_modes).resonant_frequency.values
     true = exposed_signals(prediction, study.film, 0.0).isel(mode=slice(study.n_modes))
     for name, signal in (("", results["modal"]), ("_true", true)):
-        exposure = study.film.camera.exposure
-        fit, spectra = fit_modes(signal, expected, prediction=prediction, exposure=exposure)
+        shutter: dict[str, Any] = {"exposure": study.film.camera.exposure, "instants": study.film.subframes}
+        fit, spectra = fit_modes(signal, expected, prediction=prediction, **shutter)
         results |= {f"resonance{name}": fit, f"spectra{name}": spectra}
     return results
 

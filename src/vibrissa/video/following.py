@@ -45,7 +45,7 @@ class Centrelines(NamedTuple):
     Attributes
     ----------
     row : (whisker, T, width) array
-        Row of the five-pixel barycentre in each column [px]; the first pixel's centre is 0, down is positive.
+        Row of the line in each column [px]; the first pixel's centre is 0, down is positive.
     sd : (whisker, T, width) array
         Standard deviation of ``row`` that the pixel noise gives [px].
     contrast : (whisker, T, width) array
@@ -141,7 +141,8 @@ def read(
     if typical is not None:
         # a line of 2 px full width at half maximum has a peak of half its sum
         ceiling = np.where(np.isnan(typical), np.inf, np.maximum(typical, 0) / 2)
-    return read_line(image, background, sign_of(search), expected, ceiling, reach, search.threshold, GAP)
+    match = search.estimator == "matched"
+    return read_line(image, background, sign_of(search), expected, ceiling, reach, search.threshold, GAP, match)
 
 
 def _start(image: Image, background: NDArray[np.float32], search: Search, seed: tuple[float, float]) -> _State:

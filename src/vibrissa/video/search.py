@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
+
+Estimator = Literal["matched", "barycentre"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,6 +28,9 @@ class Search:
         Largest distance of the line from where it is expected, in one column [px].
     threshold : float
         Signal to noise of the five-pixel contrast, averaged over 7 columns, below which a column is lost.
+    estimator : {"matched", "barycentre"}
+        What places the line in a column: the profile of 2.6 px full width that fits best, or the five-pixel
+        barycentre of the paper.
     """
 
     polarity: Literal["dark", "bright"] = "dark"
@@ -33,6 +38,7 @@ class Search:
     columns: tuple[int, int] | None = None
     search: int = 4
     threshold: float = 4.0
+    estimator: Estimator = "matched"
 
     def __post_init__(self) -> None:
         if self.polarity not in ("dark", "bright"):
@@ -44,6 +50,8 @@ class Search:
                 repr(self.background),
                 "a mean over time holds the whisker itself, and what is left is a derivative of its vibration",
             )
+        if self.estimator not in get_args(Estimator):
+            raise InputError("estimator", "must be 'matched' or 'barycentre'", repr(self.estimator))
         if self.search < 1:
             raise InputError("search", "must be at least 1 pixel", self.search)
         if not self.threshold > 0:

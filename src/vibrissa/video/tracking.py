@@ -14,7 +14,7 @@ from vibrissa.errors import InputError
 from vibrissa.quantities import dataset
 from vibrissa.video.following import REASONS, Image, centrelines
 from vibrissa.video.nodes import profile
-from vibrissa.video.search import Search
+from vibrissa.video.search import Estimator, Search
 from vibrissa.video.whisking import Whisking, whisking_centrelines
 
 if TYPE_CHECKING:
@@ -68,14 +68,16 @@ def track(
     columns: tuple[int, int] | None = None,
     search: int = 4,
     threshold: float = 4.0,
+    estimator: Estimator = "matched",
     whisking: Whisking | None = None,
 ) -> xr.Dataset:
     """Track whiskers that run across the image from column to column (turn the frames of others first).
 
-    In every column the centreline is the five-pixel barycentre of the contrast; nodes stand at fixed arc
-    length, measured along a local quadratic over 31 columns (a sum over the raw steps is too long), and take
-    the raw barycentres of the two columns about them. Between the skin and the base end of what is seen, the
-    whisker is taken as straight: nodes there have a position but no standard deviation.
+    In every column the centreline is where a line's profile fits the contrast best, or its five-pixel
+    barycentre; nodes stand at fixed arc length, measured along a local quadratic over 31 columns (a sum over
+    the raw steps is too long), and take the raw rows of the two columns about them. Between the skin and the
+    base end of what is seen, the whisker is taken as straight: nodes there have a position but no standard
+    deviation.
 
     Parameters
     ----------
@@ -87,7 +89,7 @@ def track(
         Small vibrations need no more; whiskers that whisk are marked in ``whisking`` instead.
     calibration : Calibration
         Frame rate and pixel size.
-    polarity, background, columns, search, threshold
+    polarity, background, columns, search, threshold, estimator
         See :class:`vibrissa.video.search.Search`.
     node_spacing : float, optional
         Arc length between nodes [m]; 5 pixels if not given. Nodes reach as far as the line in the first frame,
@@ -124,7 +126,14 @@ def track(
     count = len(seeds) if whisking is None else len(whisking.marks)
     if skin is not None and len(skin) != count:
         raise InputError("skin", f"must have one point for each of the {count} whiskers", len(skin))
-    how = Search(polarity=polarity, background=background, columns=columns, search=search, threshold=threshold)
+    how = Search(
+        polarity=polarity,
+        background=background,
+        columns=columns,
+        search=search,
+        threshold=threshold,
+        estimator=estimator,
+    )
     if whisking is None:
         lines = centrelines(blocks() if callable(blocks) else blocks, seeds=seeds, search=how)
         where = {"seeds": json.dumps([[float(c), float(r)] for c, r in seeds])}
@@ -171,6 +180,7 @@ def _attributes(calibration: Calibration, how: Search) -> dict[str, Any]:
         "polarity": how.polarity,
         "search": how.search,
         "threshold": how.threshold,
+        "estimator": how.estimator,
     }
 
 
