@@ -1,14 +1,22 @@
-"""The damped oscillator of one mode, set ringing by events (Eqs. 3, 4 and 7)."""
+"""Damped oscillators that forces and events set in motion (Eqs. 3, 4, 6 and 7)."""
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vibrissa.errors import InputError
 
 Array = NDArray[np.float64]
+
+TABLE = 64  # samples that one state serves before it is turned on
+_BLOCK = 16  # samples written together: a fixed count is what the compiler unrolls
+_LONG = 4.0  # ωT from which the downward recursion is always taken
+_SERIES = 38  # terms that a series over ωT < 4 needs beyond the force's own, to 1e-17
+_NOTHING = 345.0  # exp(−345) = 1e-150: below that a mode is at rest, and numbers too small for their format are slow
 
 
 def green_function(t: Array, omega: float, zeta: float) -> Array:
@@ -60,34 +68,279 @@ def ring(t: Array, event: Array, jump: Array, kick: Array, omega: Array, zeta: A
     InputError
         If ω ≤ 0, ζ is outside [0, 1), or times do not ascend.
     """
-    if np.any(np.diff(t) < 0) or np.any(np.diff(event) < 0):
-        raise InputError("times of samples and events", "must ascend")
-    if not np.all(omega > 0):
-        raise InputError("omega", "must be positive", omega.min())
+    return excite(t, event, jump, kick, np.empty((*np.shape(jump), 0)), omega, zeta)
+
+
+def excite(
+    t: ArrayLike,
+    event: Array,
+    step: Array,
+    kick: Array,
+    force: Array,
+    omega: ArrayLike,
+    zeta: ArrayLike,
+    *,
+    order: Literal[0, 1] = 0,
+) -> Array:
+    """Exact motion of oscillators under forces that are polynomial between events, at rest before the first.
+
+    Eq. (6) of the paper, q̈ + 2ζωq̇ + ω²q = f, where f = −Q̈ (printed without one of its dots). Between events q is a
+    polynomial that follows f plus a free decay; the state z of the latter turns as exp(−(ζω + iΩ)t). One pass,
+    linear in events and samples.
+
+    Parameters
+    ----------
+    t : (T,) array
+        Times asked for [s], ascending.
+    event : (E,) array
+        Times of the events [s], ascending; an event at a sample acts before it.
+    step, kick : (M, E) arrays
+        Steps of q and of q̇ [1/s] at each event.
+    force : (M, E, n) array
+        f_i(t) = Σ_k force[i, e, k] (t − t_e)^k [s^−(k+2)] from event e to the next; n = 0 for none.
+    omega, zeta : (M,) arrays or floats
+        Resonant angular frequencies [rad/s] and damping ratios.
+    order : {0, 1}
+        Of the derivative returned: q, or q̇ [1/s].
+
+    Returns
+    -------
+    (M, T) array
+        q or q̇, 0 before the first event.
+
+    Raises
+    ------
+    InputError
+        If ω ≤ 0, ζ is outside [0, 1), or times do not ascend.
+    """
+    t, event = ascending(t), ascending(event)
+    omega, zeta = oscillators(omega, zeta, len(step))
+    out = np.empty(len(step) * t.size + TABLE)
+    parts = (event, np.ascontiguousarray(step), np.ascontiguousarray(kick), np.ascontiguousarray(force), omega, zeta)
+    even, first = grid(t, event)
+    run = _excite_even if even else _excite_anywhere
+    run(t, first, *parts, order == 1, out)
+    return rows(out, len(step), t.size)
+
+
+def oscillators(omega: ArrayLike, zeta: ArrayLike, n_modes: int) -> tuple[Array, Array]:
+    """ω and ζ, (M,) each, if they are oscillators."""
+    omega, zeta = np.asarray(omega, dtype=float), np.asarray(zeta, dtype=float)
+    if {omega.shape, zeta.shape} - {(), (n_modes,)}:
+        raise InputError("omega and damping", f"must have one value, or one for each of {n_modes} modes")
+    if not np.all((omega > 0) & np.isfinite(omega)):
+        raise InputError("omega", "must be positive", omega)
     if not np.all((zeta >= 0) & (zeta < 1)):
         raise InputError("damping", "must lie in [0, 1)", zeta)
-    return _ring(t, event, jump, kick, omega, zeta)
+    return np.full(n_modes, omega), np.full(n_modes, zeta)
 
 
-@njit(cache=True)
-def _ring(t, event, jump, kick, omega, zeta):  # type: ignore[no-untyped-def]
-    # q + i(q̇ + ζωq)/Ω turns as exp(−(ζω + iΩ)t): its real part is the free decay.
-    n_modes = omega.size
-    q = np.zeros((n_modes, t.size))
-    for i in range(n_modes):
-        decay = zeta[i] * omega[i]
-        big_omega = omega[i] * np.sqrt(1 - zeta[i] ** 2)
-        pole = -(decay + 1j * big_omega)
-        state = 0j
-        now = t[0]
-        e = 0
-        for j in range(t.size):
-            while e < event.size and event[e] <= t[j]:
-                state = state * np.exp(pole * (event[e] - now)) if state != 0 else 0j
-                state += jump[i, e] + 1j * (kick[i, e] + decay * jump[i, e]) / big_omega
-                now = event[e]
-                e += 1
-            state = state * np.exp(pole * (t[j] - now))
-            now = t[j]
-            q[i, j] = state.real
-    return q
+def ascending(t: ArrayLike) -> Array:
+    """Times, if they are a finite ascending row."""
+    t = np.ascontiguousarray(t, dtype=float)
+    if t.ndim != 1 or not _ascends(t):
+        raise InputError("times of samples and events", "must ascend and be finite")
+    return t
+
+
+def grid(t: Array, event: Array) -> tuple[bool, NDArray[np.int64]]:
+    """Whether samples are evenly spaced, and the first one at or after each event, (E,)."""
+    even = bool(_is_even(t))
+    return even, _first_even(t, event) if even else np.searchsorted(t, event)
+
+
+def rows(out: Array, n_modes: int, n_samples: int) -> Array:
+    """The motion of each mode: blocks may overrun the end of a row, where the next row then writes."""
+    return out[: n_modes * n_samples].reshape(n_modes, n_samples)
+
+
+@njit(cache=True, error_model="numpy")
+def _ascends(t):  # type: ignore[no-untyped-def]
+    wrong = 0
+    for j in range(t.size - 1):
+        wrong += not t[j] <= t[j + 1]
+    return wrong == 0 and (t.size == 0 or np.isfinite(t[0] + t[-1]))
+
+
+@njit(cache=True, error_model="numpy")
+def _is_even(t):  # type: ignore[no-untyped-def]
+    if t.size < 2 or t[0] == t[-1]:
+        return False
+    # to the rounding of linspace and of arange/rate, in units of the last place
+    spacing = (t[-1] - t[0]) / (t.size - 1)
+    slack = 4 * 2.3e-16 * max(abs(t[0]), abs(t[-1]))
+    wrong = 0
+    for j in range(t.size):
+        wrong += not abs(t[j] - (t[0] + j * spacing)) <= slack
+    return wrong == 0
+
+
+@njit(cache=True, error_model="numpy")
+def _first_even(t, event):  # type: ignore[no-untyped-def]
+    # where it must be, put right by the one sample that rounding may cost
+    first = np.empty(event.size, np.int64)
+    pace = (t.size - 1) / (t[-1] - t[0])
+    for e in range(event.size):
+        j = int(min(max((event[e] - t[0]) * pace, 0.0), t.size - 1.0))
+        while j > 0 and t[j - 1] >= event[e]:
+            j -= 1
+        while j < t.size and t[j] < event[e]:
+            j += 1
+        first[e] = j
+    return first
+
+
+@njit(cache=True, error_model="numpy")
+def _turn(x, y, decay, big_omega, tau):  # type: ignore[no-untyped-def]
+    # (x + iy) exp(−(ζω + iΩ)τ)
+    if decay * tau > _NOTHING:
+        return 0.0, 0.0
+    size = np.exp(-decay * tau)
+    c, s = size * np.cos(big_omega * tau), size * np.sin(big_omega * tau)
+    return x * c + y * s, y * c - x * s
+
+
+@njit(cache=True, error_model="numpy")
+def horner(p, terms, tau):  # type: ignore[no-untyped-def]
+    """Value and rate of a polynomial: Σ_k p[k] τ^k and its derivative, k < terms."""
+    value = rate = 0.0
+    for k in range(terms - 1, -1, -1):
+        rate = rate * tau + value
+        value = value * tau + p[k]
+    return value, rate
+
+
+@njit(cache=True, error_model="numpy")
+def _particular(force, omega, zeta, span, p):  # type: ignore[no-untyped-def]
+    # p̈ + 2ζωṗ + ω²p = f from the top coefficient down; returns how many coefficients p has
+    n = force.size
+    while n > 0 and force[n - 1] == 0:
+        n -= 1
+    size = reach = 0.0
+    p[n] = p[n + 1] = 0.0
+    for k in range(n - 1, -1, -1):
+        p[k] = (force[k] - 2 * zeta * omega * (k + 1) * p[k + 1] - (k + 1) * (k + 2) * p[k + 2]) / omega**2
+        size, reach = size * span + abs(p[k]), reach * span + abs(force[k])
+    # f that changes faster than the mode makes p vast, to be cancelled by the free decay: digits would be lost
+    if n == 0 or omega * span >= _LONG or size * (1 + (omega * span) ** 2) <= 1e3 * reach * span**2:
+        return n
+    return _series(force, n, omega, zeta, span, p)
+
+
+@njit(cache=True, error_model="numpy")
+def _series(force, n, omega, zeta, span, p):  # type: ignore[no-untyped-def]
+    # the solution from rest as a power series: nothing cancels while ωT is small
+    p[0] = p[1] = 0.0
+    power, size = span, 0.0
+    for k in range(n + _SERIES - 2):
+        f = force[k] if k < n else 0.0
+        p[k + 2] = (f - 2 * zeta * omega * (k + 1) * p[k + 1] - omega**2 * p[k]) / ((k + 1) * (k + 2))
+        last, power = abs(p[k + 1]) * power, power * span
+        size = max(size, abs(p[k + 2]) * power)
+        if k > n and last + abs(p[k + 2]) * power <= 1e-18 * size:
+            return k + 1
+    return n + _SERIES
+
+
+@njit(cache=True, error_model="numpy")
+def _enter(force, i, e, step, kick, end, omega, zeta, span, rate, p):  # type: ignore[no-untyped-def]
+    # A new stretch: its polynomial, the change of the free state at its start, where the polynomial will end.
+    terms = _particular(force[i, e], omega, zeta, span, p) if force.shape[2] > 0 else 0
+    x = step + end[0] - (p[0] if terms > 0 else 0.0)
+    v = kick + end[1] - (p[1] if terms > 1 else 0.0)
+    end = horner(p, terms, span)
+    decay, big_omega = zeta * omega, omega * np.sqrt(1 - zeta**2)
+    y = (v + decay * x) / big_omega
+    if rate:
+        terms = max(terms - 1, 0)
+        for k in range(terms):
+            p[k] = (k + 1) * p[k + 1]
+        x, y = -decay * x + big_omega * y, -big_omega * x - decay * y
+    return terms, x, y, end
+
+
+@njit(cache=True, error_model="numpy")
+def _span(event, e, last):  # type: ignore[no-untyped-def]
+    return event[e + 1] - event[e] if e + 1 < event.size else max(last - event[e], 0.0)
+
+
+@njit(cache=True, error_model="numpy")
+def _excite_anywhere(t, first, event, step, kick, force, omega, zeta, rate, out):  # type: ignore[no-untyped-def]
+    p = np.empty(force.shape[2] + _SERIES)
+    for i in range(omega.size):
+        decay, big_omega = zeta[i] * omega[i], omega[i] * np.sqrt(1 - zeta[i] ** 2)
+        row = out[i * t.size : (i + 1) * t.size]
+        row[: first[0] if event.size else t.size] = 0.0
+        x = y = 0.0
+        end = (0.0, 0.0)
+        for e in range(event.size):
+            if first[e] == t.size:
+                break
+            stop = first[e + 1] if e + 1 < event.size else t.size
+            span = _span(event, e, t[-1])
+            terms, dx, dy, end = _enter(force, i, e, step[i, e], kick[i, e], end, omega[i], zeta[i], span, rate, p)
+            x, y = x + dx, y + dy
+            for j in range(first[e], stop):
+                tau = t[j] - event[e]
+                row[j] = _turn(x, y, decay, big_omega, tau)[0] + horner(p, terms, tau)[0]
+            x, y = _turn(x, y, decay, big_omega, span)
+
+
+@njit(cache=True, error_model="numpy")
+def _excite_even(t, first, event, step, kick, force, omega, zeta, rate, out):  # type: ignore[no-untyped-def]
+    p, value = np.empty(force.shape[2] + _SERIES), np.empty(TABLE)
+    spacing = (t[-1] - t[0]) / (t.size - 1)
+    cosine, sine = np.empty(TABLE + 1), np.empty(TABLE + 1)
+    for i in range(omega.size):
+        decay, big_omega = zeta[i] * omega[i], omega[i] * np.sqrt(1 - zeta[i] ** 2)
+        for k in range(TABLE + 1):
+            cosine[k], sine[k] = _turn(1.0, 0.0, decay, big_omega, k * spacing)
+        j = first[0] if event.size else t.size
+        out[i * t.size : i * t.size + j] = 0.0
+        x = y = 0.0
+        end = (0.0, 0.0)
+        for e in range(event.size):
+            if j == t.size:
+                break
+            stop = first[e + 1] if e + 1 < event.size else t.size
+            terms, dx, dy, end = _enter(
+                force, i, e, step[i, e], kick[i, e], end, omega[i], zeta[i], _span(event, e, t[-1]), rate, p
+            )
+            dx, dy = _turn(dx, dy, decay, big_omega, t[j] - event[e])
+            x, y = _write_free(out, i * t.size + j, stop - j, x + dx, y + dy, cosine, sine)
+            if terms > 0:
+                add_polynomial(out, i * t.size + j, stop - j, p, terms, t[j] - event[e], spacing, value)
+            j = stop
+
+
+# The two writers go in whole blocks, the second adding to the first: what overruns is written again by who comes next.
+
+
+@njit(cache=True, error_model="numpy")
+def _write_free(out, start, count, x, y, cosine, sine):  # type: ignore[no-untyped-def]
+    while count > 0:
+        served = min(TABLE, count)
+        for b in range(0, served, _BLOCK):
+            block = out[start + b : start + b + _BLOCK]
+            for k in range(_BLOCK):
+                block[k] = x * cosine[b + k] - y * sine[b + k]
+        x, y = x * cosine[served] - y * sine[served], x * sine[served] + y * cosine[served]
+        if abs(x) + abs(y) < 1e-150:  # as _NOTHING
+            x = y = 0.0
+        start, count = start + served, count - served
+    return x, y
+
+
+@njit(cache=True, error_model="numpy")
+def add_polynomial(out, start, count, p, terms, tau, spacing, value):  # type: ignore[no-untyped-def]
+    """Add Σ_m p[m] (τ + k·spacing)^m to sample start + k of a flat record, k < count, in whole blocks."""
+    for b in range(0, count, TABLE):
+        block, begin = out[start + b : start + b + TABLE], tau + b * spacing
+        for k in range(TABLE):
+            value[k] = p[terms - 1]
+        for m in range(terms - 2, -1, -1):
+            c = p[m]
+            for k in range(TABLE):
+                value[k] = value[k] * (begin + k * spacing) + c
+        for k in range(TABLE):
+            block[k] += value[k]
