@@ -289,8 +289,8 @@ def equilibria_at_height(height: ArrayLike, base_angle: ArrayLike, friction: flo
     """Equilibria on the flat of whiskers whose base is held at given heights and angles.
 
     At fixed θ_b, H falls strictly with ε, from sin θ_b at ε → 0 (all the bending at the tip) to 0 at ε = 1, so ε is
-    unique: seen on grids for −1000 ≤ μ ≤ 1000, not proved. Below μ = −0.27, at large θ_b, the range ends at the least ε that can
-    stand at θ_b.
+    unique: seen on grids for −1000 ≤ μ ≤ 1000, not proved. Below μ = −0.27, at large θ_b, the range ends at the least
+    ε that can stand at θ_b.
 
     Parameters
     ----------
