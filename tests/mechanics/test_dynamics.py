@@ -92,14 +92,12 @@ def test_any_drive_goes_through_a_spline_with_error_of_order_four():
     assert np.log2(spline_error(51) / spline_error(101)) == pytest.approx(4, abs=0.4)
 
 
-@pytest.mark.parametrize("speed", [1.0, 30.0, 1000.0])
-def test_drive_much_faster_than_the_mode_costs_no_digits(speed):
-    # Q = (νt)^9 for νt < 1, then back to 0: while ωt ≪ 1 the whisker's inertia alone counts, so q = −Q
-    nu, omega = 1e4 * speed, 10.0
-    drive = Drive([0.0], np.append(np.zeros(9), nu**9)[None, None], [0.0])
+@pytest.mark.parametrize("ratio", [1.0, 10.0, 1e3, 1e6])
+def test_drive_much_faster_than_the_mode_costs_no_digits(ratio):
+    omega, nu = 10.0, 10.0 * ratio
+    drive = Drive([0.0], np.append(np.zeros(9), nu**9)[None, None], [0.0])  # Q = (νt)^9, for νt < 1
     t = np.linspace(0.1, 1, 50) / nu
     q, rate = vibrate(t, drive, omega, 0.1)
-    np.testing.assert_allclose(q[0] / drive(t)[0], -1, atol=1e-3)
     path = solve_ivp(
         lambda x, y: [y[1], -72 * x**7 - 2 * 0.1 * omega / nu * y[1] - (omega / nu) ** 2 * y[0]],
         (0, 1),
@@ -215,6 +213,9 @@ def test_mode_at_rest_after_a_long_pause_wakes_as_new():
     t = np.arange(200_000) / 20e3
     drive = Drive([0.001, 9.5], [[[1.0, 0.0, 0.0], [1.0, 0.0, 30.0]]], [0.0])
     q = amplitudes(t, drive, 2180.0, 0.4)[0]
+    expected = np.where(t >= 0.001, free_decay(np.maximum(t - 0.001, 0), -1.0, 0.0, 2180.0, 0.4), 0)
+    envelope = np.exp(-0.4 * 2180.0 * t)
+    assert np.all(np.abs(q - expected)[t < 0.38] <= 1e-9 * envelope[t < 0.38])  # down to 1e-144
     assert not np.any((q != 0) & (np.abs(q) < 1e-300))
     alone = amplitudes(t, Drive([9.5], [[[0.0, 0.0, 30.0]]], [0.0]), 2180.0, 0.4)[0]
     np.testing.assert_allclose(q[t > 5], alone[t > 5], atol=1e-15)
