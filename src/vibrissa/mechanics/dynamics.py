@@ -137,17 +137,14 @@ def vibrate(
         If times do not ascend, or ω, ζ or the rule are out of range.
     """
     step, kick = _steps(drive, omega, zeta, jump)
-    force = _force(drive)
-    return (
-        excite(t, drive.time, step, kick, force, omega, zeta),
-        excite(t, drive.time, step, kick, force, omega, zeta, order=1),
-    )
+    q, rate = excite(t, drive.time, step, kick, _force(drive), omega, zeta, orders=(0, 1))
+    return q, rate
 
 
 def amplitudes(t: ArrayLike, drive: Drive, omega: ArrayLike, zeta: ArrayLike, jump: JumpRule = "continuous") -> Array:
     """Vibration q of every mode, (M, T) over L, without its rate; see :func:`vibrate`."""
     step, kick = _steps(drive, omega, zeta, jump)
-    return excite(t, drive.time, step, kick, _force(drive), omega, zeta)
+    return excite(t, drive.time, step, kick, _force(drive), omega, zeta)[0]
 
 
 def _steps(drive: Drive, omega: ArrayLike, zeta: ArrayLike, jump: JumpRule) -> tuple[Array, Array]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 import numpy as np
@@ -68,7 +69,7 @@ def ring(t: Array, event: Array, jump: Array, kick: Array, omega: Array, zeta: A
     InputError
         If ω ≤ 0, ζ is outside [0, 1), or times do not ascend.
     """
-    return excite(t, event, jump, kick, np.empty((*np.shape(jump), 0)), omega, zeta)
+    return excite(t, event, jump, kick, np.empty((*np.shape(jump), 0)), omega, zeta)[0]
 
 
 def excite(
@@ -80,7 +81,7 @@ def excite(
     omega: ArrayLike,
     zeta: ArrayLike,
     *,
-    order: Literal[0, 1] = 0,
+    orders: tuple[Literal[0, 1], ...] = (0,),
 ) -> Array:
     """Exact motion of oscillators under forces that are polynomial between events, at rest before the first.
 
@@ -100,13 +101,13 @@ def excite(
         f_i(t) = Σ_k force[i, e, k] (t − t_e)^k [s^−(k+2)] from event e to the next; n = 0 for none.
     omega, zeta : (M,) arrays or floats
         Resonant angular frequencies [rad/s] and damping ratios.
-    order : {0, 1}
-        Of the derivative returned: q, or q̇ [1/s].
+    orders : tuple of {0, 1}
+        Of the derivatives asked for: q, q̇ [1/s].
 
     Returns
     -------
-    (M, T) array
-        q or q̇, 0 before the first event.
+    (O, M, T) array
+        q, q̇ or both, 0 before the first event.
 
     Raises
     ------
@@ -115,12 +116,14 @@ def excite(
     """
     t, event = ascending(t), ascending(event)
     omega, zeta = oscillators(omega, zeta, len(step))
-    out = np.empty(len(step) * t.size + TABLE)
+    size = len(step) * t.size
+    out = np.empty(len(orders) * size + TABLE)
     parts = (event, np.ascontiguousarray(step), np.ascontiguousarray(kick), np.ascontiguousarray(force), omega, zeta)
     even, first = grid(t, event)
     run = _excite_even if even else _excite_anywhere
-    run(t, first, *parts, order == 1, out)
-    return rows(out, len(step), t.size)
+    for place, order in enumerate(orders):
+        run(t, first, *parts, order == 1, out[place * size :])
+    return rows(out, len(orders), len(step), t.size)
 
 
 def oscillators(omega: ArrayLike, zeta: ArrayLike, n_modes: int) -> tuple[Array, Array]:
@@ -149,9 +152,9 @@ def grid(t: Array, event: Array) -> tuple[bool, NDArray[np.int64]]:
     return even, _first_even(t, event) if even else np.searchsorted(t, event)
 
 
-def rows(out: Array, n_modes: int, n_samples: int) -> Array:
-    """The motion of each mode: blocks may overrun the end of a row, where the next row then writes."""
-    return out[: n_modes * n_samples].reshape(n_modes, n_samples)
+def rows(out: Array, *shape: int) -> Array:
+    """The rows of a flat record: blocks may overrun the end of a row, where the next row then writes."""
+    return out[: math.prod(shape)].reshape(shape)
 
 
 @njit(cache=True, error_model="numpy")
