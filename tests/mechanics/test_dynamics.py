@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 from scipy.integrate import solve_ivp
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, PPoly
 
 from vibrissa.errors import InputError
 from vibrissa.exact import free_decay
@@ -188,6 +188,15 @@ def test_drive_is_what_its_polynomials_say_on_any_grid():
             for i in range(2)
         ]  # fmt: skip
         np.testing.assert_allclose(drive(t), expected, rtol=1e-12, atol=1e-12)
+
+
+def test_drive_follows_piecewise_polynomials_and_their_last_piece_goes_on():
+    pieces = PPoly([[1.0, -2.0], [0.5, 3.0], [4.0, 5.0]], [0.0, 1.0, 3.0])
+    t = np.array([-1.0, 0.0, 0.5, 1.0, 2.9, 3.5])
+    for before, rest in ((None, 4.0), ([9.0], 9.0)):
+        np.testing.assert_allclose(Drive.from_piecewise(pieces, before)(t), [np.where(t < 0, rest, pieces(t))])
+    with pytest.raises(InputError, match="breakpoints"):
+        Drive.from_piecewise(PPoly([[1.0, 2.0]], [1.0, 0.5, 0.0]))
 
 
 @settings(deadline=None, derandomize=True, max_examples=20)
