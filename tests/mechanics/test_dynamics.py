@@ -218,6 +218,15 @@ def test_long_record_of_an_undamped_mode_keeps_its_phase():
     np.testing.assert_allclose(q, expected, atol=2e-11)  # 6000 turns of 1e-16, and ω t rounds at 1e-12
 
 
+def test_late_record_with_an_event_at_every_sample_loses_nothing_to_the_last_place_of_t():
+    t = 1000 + np.arange(5000) / 20e3
+    walk = np.cumsum(np.random.default_rng(0).normal(size=(2, t.size)), axis=1)
+    drive = Drive.from_samples(t, walk)
+    even = amplitudes(t, drive, OMEGA, 0.11)
+    uneven = amplitudes(np.insert(t, 1, t[0] + 1e-5), drive, OMEGA, 0.11)
+    np.testing.assert_allclose(even, np.delete(uneven, 1, axis=1), atol=1e-9 * np.abs(even).max())
+
+
 def test_mode_at_rest_after_a_long_pause_wakes_as_new():
     t = np.arange(200_000) / 20e3
     drive = Drive([0.001, 9.5], [[[1.0, 0.0, 0.0], [1.0, 0.0, 30.0]]], [0.0])

@@ -225,7 +225,7 @@ def _particular(force, omega, zeta, span, p):  # type: ignore[no-untyped-def]
         p[k] = (force[k] - 2 * zeta * omega * (k + 1) * p[k + 1] - (k + 1) * (k + 2) * p[k + 2]) / omega**2
         size, reach = size * span + abs(p[k]), reach * span + abs(force[k])
     # f that changes faster than the mode makes p vast, to be cancelled by the free decay: digits would be lost
-    if n == 0 or omega * span >= _LONG or size * (1 + (omega * span) ** 2) <= 1e3 * reach * span**2:
+    if n == 0 or omega * span >= _LONG or size * (1 + (omega * span) ** 2) <= 100 * reach * span**2:
         return n
     return _series(force, n, omega, zeta, span, p)
 
@@ -300,19 +300,24 @@ def _excite_even(t, first, event, step, kick, force, omega, zeta, rate, out):  #
             cosine[k], sine[k] = _turn(1.0, 0.0, decay, big_omega, k * spacing)
         j = first[0] if event.size else t.size
         out[i * t.size : i * t.size + j] = 0.0
-        x = y = 0.0
+        x = y = passed = 0.0
         end = (0.0, 0.0)
         for e in range(event.size):
             if j == t.size:
                 break
             stop = first[e + 1] if e + 1 < event.size else t.size
+            lead = t[j] - event[e]
+            if e > 0:  # the grid's steps miss the time between events by the last place of t: turn by that much more
+                slip = event[e] - event[e - 1] + lead - passed
+                x, y = x + slip * (big_omega * y - decay * x), y - slip * (big_omega * x + decay * y)
+            passed = lead + (stop - j) * spacing
             terms, dx, dy, end = _enter(
                 force, i, e, step[i, e], kick[i, e], end, omega[i], zeta[i], _span(event, e, t[-1]), rate, p
             )
-            dx, dy = _turn(dx, dy, decay, big_omega, t[j] - event[e])
+            dx, dy = _turn(dx, dy, decay, big_omega, lead)
             x, y = _write_free(out, i * t.size + j, stop - j, x + dx, y + dy, cosine, sine)
             if terms > 0:
-                add_polynomial(out, i * t.size + j, stop - j, p, terms, t[j] - event[e], spacing, value)
+                add_polynomial(out, i * t.size + j, stop - j, p, terms, lead, spacing, value)
             j = stop
 
 
@@ -337,6 +342,10 @@ def _write_free(out, start, count, x, y, cosine, sine):  # type: ignore[no-untyp
 @njit(cache=True, error_model="numpy")
 def add_polynomial(out, start, count, p, terms, tau, spacing, value):  # type: ignore[no-untyped-def]
     """Add Σ_m p[m] (τ + k·spacing)^m to sample start + k of a flat record, k < count, in whole blocks."""
+    if count < _BLOCK // 2:
+        for k in range(count):
+            out[start + k] += horner(p, terms, tau + k * spacing)[0]
+        return
     for b in range(0, count, TABLE):
         block, begin = out[start + b : start + b + TABLE], tau + b * spacing
         for k in range(TABLE):
