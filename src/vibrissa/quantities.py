@@ -84,7 +84,47 @@ QUANTITIES: dict[str, Quantity] = {
     "damping_high": Quantity(("mode",), "1", "damping ratio, upper end of the 95 % interval"),
     # the follicle
     "base_curvature": Quantity(("time",), "1/m", "curvature at the base"),
+    "base_curvature_quasi_static": Quantity(("time",), "1/m", "curvature at the base, quasi-static part"),
+    "base_curvature_vibration": Quantity(("time",), "1/m", "curvature at the base, vibration"),
+    "base_curvature_rate": Quantity(("time",), "1/(m s)", "rate of the curvature at the base"),
+    "base_curvature_quasi_static_rate": Quantity(
+        ("time",), "1/(m s)", "rate of the curvature at the base, quasi-static part"
+    ),
+    "base_curvature_vibration_rate": Quantity(("time",), "1/(m s)", "rate of the curvature at the base, vibration"),
     "base_moment": Quantity(("time",), "N m", "bending moment at the base"),
+    "base_moment_quasi_static": Quantity(("time",), "N m", "bending moment at the base, quasi-static part"),
+    "base_moment_vibration": Quantity(("time",), "N m", "bending moment at the base, vibration"),
+    "base_moment_rate": Quantity(("time",), "N m/s", "rate of the bending moment at the base"),
+    "base_moment_quasi_static_rate": Quantity(
+        ("time",), "N m/s", "rate of the bending moment at the base, quasi-static part"
+    ),
+    "base_moment_vibration_rate": Quantity(("time",), "N m/s", "rate of the bending moment at the base, vibration"),
+    "transverse_force": Quantity(("time",), "N", "force on the follicle along the normal of the shaft"),
+    "transverse_force_quasi_static": Quantity(
+        ("time",), "N", "force on the follicle along the normal of the shaft, quasi-static part"
+    ),
+    "transverse_force_vibration": Quantity(
+        ("time",), "N", "force on the follicle along the normal of the shaft, vibration"
+    ),
+    "transverse_force_rate": Quantity(
+        ("time",), "N/s", "rate of the force on the follicle along the normal of the shaft"
+    ),
+    "transverse_force_quasi_static_rate": Quantity(
+        ("time",), "N/s", "rate of the force on the follicle along the normal of the shaft, quasi-static part"
+    ),
+    "transverse_force_vibration_rate": Quantity(
+        ("time",), "N/s", "rate of the force on the follicle along the normal of the shaft, vibration"
+    ),
+    "axial_force": Quantity(("time",), "N", "force along the shaft into the follicle"),
+    "axial_force_quasi_static": Quantity(("time",), "N", "force along the shaft into the follicle, quasi-static part"),
+    "axial_force_vibration": Quantity(("time",), "N", "force along the shaft into the follicle, vibration"),
+    "axial_force_rate": Quantity(("time",), "N/s", "rate of the force along the shaft into the follicle"),
+    "axial_force_quasi_static_rate": Quantity(
+        ("time",), "N/s", "rate of the force along the shaft into the follicle, quasi-static part"
+    ),
+    "axial_force_vibration_rate": Quantity(
+        ("time",), "N/s", "rate of the force along the shaft into the follicle, vibration"
+    ),
     # pictures
     "row": Quantity(("row",), "1", "row of the image, down"),
     "column": Quantity(("column",), "1", "column of the image"),

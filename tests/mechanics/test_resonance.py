@@ -7,7 +7,8 @@ from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.mechanics import resonance
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.resonance import fit_modes
-from vibrissa.mechanics.superposition import Scan, predict, predicted_signals
+from vibrissa.mechanics.sampled import predicted_signals
+from vibrissa.mechanics.superposition import Scan, predict
 from vibrissa.signals.spectra import fit_resonance
 from vibrissa.texture.surface import random_grating
 from vibrissa.whisker import Whisker

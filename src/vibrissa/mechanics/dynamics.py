@@ -114,6 +114,9 @@ def vibrate(
 ) -> tuple[Array, Array]:
     """Vibration of every mode and its rate; :func:`amplitudes` gives the first alone, in half the time.
 
+    After a jump of the drive q rings as Eq. (8) of [Boubenec2014]_ says, from −ΔQ, Eq. (9) of [Boubenec2014]_, and, for
+    the rate, −ΔQ̇, Eq. (10) of [Boubenec2014]_; both are printed without the minus.
+
     Parameters
     ----------
     t : (T,) array

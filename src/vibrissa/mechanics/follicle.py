@@ -1,4 +1,4 @@
-"""What the follicle feels: curvature and moment at the base (Eq. 16)."""
+"""What the follicle feels: curvature, bending moment and forces at the base (Eq. 16)."""
 
 from __future__ import annotations
 
@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 from vibrissa.exact import cone_modes
 
 if TYPE_CHECKING:
+    from vibrissa.mechanics.superposition import Prediction
     from vibrissa.whisker import Whisker
 
 Array = NDArray[np.float64]
+
+PARTS = ("", "_quasi_static", "_vibration")
 
 
 def base_curvature(whisker: Whisker, kappa: Array, contact: float, amplitude: Array) -> Array:
@@ -56,3 +59,53 @@ def base_moment(whisker: Whisker, curvature: Array) -> Array:
         Moment [N m], of the sign of the curvature.
     """
     return whisker.youngs_modulus * np.pi / 4 * whisker.base_radius**4 * curvature
+
+
+def force_unit(whisker: Whisker) -> float:
+    """Unit of force of the model, πEα⁴L²/4 [N]."""
+    return float(np.pi / 4 * whisker.youngs_modulus * whisker.cone_angle**4 * whisker.length**2)
+
+
+def shear(kappa: Array, contact: float, amplitude: Array) -> Array:
+    """Transverse force of the vibration on the follicle, (u''' + 4u'')(1) over πEα⁴L²/4, (T,): the taper counts."""
+    one = np.ones(1)
+    bending, third = (cone_modes(kappa, contact, one, derivative=order)[:, 0] for order in (2, 3))
+    return (third + 4 * bending) @ amplitude
+
+
+def contact_shear(kappa: Array, contact: float, amplitude: Array) -> Array:
+    """Load of the vibration on the contact, Σ q_i ε⁴ V_i'''(ε) over πEα⁴L²/4, (T,)."""
+    third = cone_modes(kappa, contact, np.array([contact]), derivative=3)[:, 0]
+    return contact**4 * third @ amplitude
+
+
+def follicle_signals(prediction: Prediction, t: Array) -> dict[str, Array]:
+    """Curvature, moment and forces at the base and their rates, whole and apart, at times t [s].
+
+    The quasi-static part is whole: the posture on the flat and what the excursion changes of it. Its rate has no value
+    where the contact jumps; what is given is that of the ramp which begins there. Straight modes carry no axial
+    vibration: that part, and with it the whole, is not modelled and NaN.
+
+    Returns
+    -------
+    dict of (T,) arrays
+        ``base_curvature`` [1/m], ``base_moment`` [N m], ``transverse_force`` [N] along n(1), ``axial_force`` [N] into
+        the follicle, each also with ``_quasi_static`` and ``_vibration``; ``…_rate`` of each [1/s more].
+    """
+    whisker, kappa, contact = prediction.whisker, prediction.kappa, prediction.posture.contact
+    unit, n = force_unit(whisker), len(kappa)
+    drive, rates = prediction.drive(t)[n:], prediction.drive.rate(t)[n:]
+    signals: dict[str, Array] = {}
+    for end, q, steady in zip(("", "_rate"), prediction.vibration(t), (drive, rates), strict=True):
+        bending = base_curvature(whisker, kappa, contact, q)
+        slow = steady[0] / whisker.length
+        _put(signals, "base_curvature", end, slow, bending)
+        _put(signals, "base_moment", end, base_moment(whisker, slow), base_moment(whisker, bending))
+        _put(signals, "transverse_force", end, unit * steady[1], unit * shear(kappa, contact, q))
+        _put(signals, "axial_force", end, unit * steady[2], np.full(len(t), np.nan))
+    return signals
+
+
+def _put(signals: dict[str, Array], name: str, end: str, slow: Array, vibration: Array) -> None:
+    for part, values in zip(PARTS, (slow + vibration, slow, vibration), strict=True):
+        signals[name + part + end] = values

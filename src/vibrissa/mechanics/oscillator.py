@@ -85,8 +85,8 @@ def excite(
 ) -> Array:
     """Exact motion of oscillators under forces that are polynomial between events, at rest before the first.
 
-    Eq. (6) of the paper, q̈ + 2ζωq̇ + ω²q = f, where f = −Q̈ (printed without one of its dots). Between events q is a
-    polynomial that follows f plus a free decay; the state z of the latter turns as exp(−(ζω + iΩ)t). One pass,
+    Eq. (6) of [Boubenec2014]_, q̈ + 2ζωq̇ + ω²q = f, where f = −Q̈ (printed without one of its dots). Between events q is
+    a polynomial that follows f plus a free decay; the state z of the latter turns as exp(−(ζω + iΩ)t). One pass,
     linear in events and samples.
 
     Parameters

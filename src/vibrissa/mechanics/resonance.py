@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.errors import ConvergenceError, InputError
-from vibrissa.mechanics.superposition import Prediction, mode_amplitudes
+from vibrissa.mechanics.dynamics import Drive, amplitudes
+from vibrissa.mechanics.superposition import Prediction
 from vibrissa.quantities import dataset, require
 from vibrissa.signals.spectra import Line, Resonance, fit_resonance, lorentzian, power_spectrum
 
@@ -25,7 +26,7 @@ PARTS = 5  # instants of one exposure: what is above half the frame rate folds b
 def texture_line(
     prediction: Prediction, mode: int, time: Array, *, exposure: float = 0.0, instants: int = PARTS
 ) -> Callable[[Array], Line]:
-    """Line of one mode's displacement q + c d under the forcing of a known texture.
+    """Line of one mode's displacement q + Q(d) under the forcing of a known texture.
 
     The model's signal is made anew for each (ω, ζ) and goes through the same shutter, sampling and taper as the
     measured one, so leakage, aliases and finite length are the same on both sides. White forcing (Eq. 5) errs by
@@ -52,13 +53,13 @@ def texture_line(
     rate = _sampling_rate(time)
     instants = instants if exposure else 1
     t = (time[:, None] + exposure * ((np.arange(instants) + 0.5) / instants - 0.5)).ravel()
-    steady = prediction.c[mode] * prediction.events.excursion(t)
-    coupling = prediction.c[mode : mode + 1]
+    whole = prediction.mode_drive
+    drive = Drive(whole.time, whole.coefficients[mode : mode + 1], whole.before[mode : mode + 1])
+    steady = drive(t)[0]
 
     def on(frequency: Array) -> Line:
         def line(resonance: float, zeta: float) -> Array:
-            omega = np.array([2 * np.pi * resonance])
-            q = mode_amplitudes(prediction.events, t, coupling, omega, zeta, prediction.scan.jump)[0]
+            q = amplitudes(t, drive, 2 * np.pi * resonance, zeta, prediction.scan.jump)[0]
             grid, power = power_spectrum((q + steady).reshape(-1, instants).mean(axis=1), rate)
             first = int(np.searchsorted(grid, frequency[0]))
             return power[first : first + len(frequency)]

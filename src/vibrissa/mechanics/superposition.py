@@ -3,35 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from functools import cached_property
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
-from vibrissa.exact import cone_kappa, cone_modes
-from vibrissa.mechanics.follicle import base_curvature
-from vibrissa.mechanics.gap import UnitResponse, coupling, excursions_at_jump, unit_response
-from vibrissa.mechanics.oscillator import ring
+from vibrissa.exact import cone_modes
+from vibrissa.mechanics.dynamics import Drive, JumpRule, amplitudes, vibrate
+from vibrissa.mechanics.gap import excursions_at_jump
 from vibrissa.mechanics.profile import Posture
-from vibrissa.quantities import dataset
+from vibrissa.mechanics.response import Form, Response, quasi_static, slip
 from vibrissa.texture.surface import Troughs
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from vibrissa.whisker import Whisker
 
 Array = NDArray[np.float64]
-JumpRule = Literal["continuous", "ramp-limit", "paper2014"]
-
-# q̇ after a jump Δq of the quasi-static part, in units of −ζωΔq
-_RECOIL = {"continuous": 0.0, "ramp-limit": 2.0, "paper2014": 1.0}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Scan:
-    """How the texture is drawn past the whisker.
+    """How the texture is drawn past the whisker, and how the answer is reckoned.
 
     Attributes
     ----------
@@ -41,20 +35,25 @@ class Scan:
         Damping ratio ζ of every mode, in [0, 1).
     jump : {"continuous", "ramp-limit", "paper2014"}
         What the velocity does where the contact jumps: displacement and velocity of the whole whisker continuous
-        (default); the limit of ever steeper ramps, q̇ = −2ζωΔq; Eq. (13) as printed, q̇ = −ζωΔq.
+        (default); the limit of ever steeper ramps, q̇ = −2ζωΔq; Eq. (13) as printed, q̇ = −ζωΔq. On the ramps between
+        jumps Eq. (6) holds under every rule: damping acts on the vibration.
+    response : {"exact", "linear"}
+        Quasi-static part: Q_i(d) of the profile held by the edge (default), or the paper's c_i d.
     """
 
     speed: float
     damping: float
     jump: JumpRule = "continuous"
+    response: Form = "exact"
 
     def __post_init__(self) -> None:
         if not (self.speed > 0 and np.isfinite(self.speed)):
             raise InputError("Scan.speed", "must be positive (m/s)", self.speed)
         if not 0 <= self.damping < 1:
             raise InputError("Scan.damping", "must lie in [0, 1)", self.damping)
-        if self.jump not in _RECOIL:
-            raise InputError("Scan.jump", f"must be one of {', '.join(_RECOIL)}", repr(self.jump))
+        for name, value, rule in (("jump", self.jump, JumpRule), ("response", self.response, Form)):
+            if value not in get_args(rule):
+                raise InputError(f"Scan.{name}", f"must be one of {', '.join(get_args(rule))}", repr(value))
 
 
 @dataclass(frozen=True)
@@ -74,6 +73,12 @@ class Events:
     time: Array
     drop: Array
     rate: Array
+
+    @property
+    def gaps(self) -> tuple[Array, Array]:
+        """Excursions d₂ before and d₂ − λ after each jump, over L, (J,) each."""
+        before = self.rate[0] * (self.time[1::3] - self.time[0::3])
+        return before, before + self.drop[1::3]
 
     def excursion(self, t: Array) -> Array:
         """d(t) over L at times t [s], (T,)."""
@@ -103,34 +108,31 @@ def trough_events(texture: Troughs, whisker: Whisker, posture: Posture, speed: f
     )
 
 
-def mode_amplitudes(events: Events, t: Array, c: Array, omega: Array, damping: float, jump: JumpRule) -> Array:
-    """Vibration amplitudes q_i(t) that the contact's history excites, linear response.
+def drive(events: Events, response: Response) -> Drive:
+    """Everything quasi-static as polynomials of time, from event to event.
 
-    A change of slope of d kicks q̇ by −c_i Δḋ: Eq. (12) of [Boubenec2014]_. A drop of d by λ lets q jump
-    by +c_i λ: Eq. (13) of [Boubenec2014]_, since ΔU_qs = −λŪ and q takes −ΔU_qs (whose minus its general form
-    lacks); q̇ follows the rule.
-
-    Parameters
-    ----------
-    events : Events
-        The contact's history.
-    t : (T,) array
-        Times [s], ascending.
-    c, omega : (M,) arrays
-        Couplings [1] and resonant angular frequencies [rad/s].
-    damping : float
-        Damping ratio ζ.
-    jump : JumpRule
-        See :class:`Scan`.
+    On the ramps d is linear in time, so each piece of the response is a polynomial of time; where d passes from one
+    piece to the next there is an event without a step.
 
     Returns
     -------
-    (M, T) array
-        q_i over L.
+    Drive
+        Rows as in :class:`vibrissa.mechanics.response.Response`.
     """
-    step = -c[:, None] * events.drop
-    kick = -c[:, None] * events.rate - _RECOIL[jump] * damping * omega[:, None] * step
-    return ring(t, events.time, step, kick, omega, np.full(len(omega), float(damping)))
+    speed = events.rate[0]
+    before, after = events.gaps
+    borders = np.array([piece.high for piece in response.pieces[:-1]])
+    rising = [(events.time[0::3][before > b] + b / speed, b) for b in borders if b > 0]
+    falling = [(events.time[2::3][after < b] + b / speed, b) for b in borders if b < 0]
+    time = np.concatenate([events.time, *(t for t, _ in (*rising, *falling))])
+    start = [np.stack([0 * after, after, 0 * after], axis=1).ravel()]
+    d = np.concatenate([*start, *(np.full(len(t), b) for t, b in (*rising, *falling))])
+    rate = np.full(len(time), speed)
+    rate[2 : len(events.time) : 3] = 0.0
+    order = np.argsort(time, kind="stable")
+    coefficients = response.taylor(d[order])
+    coefficients *= rate[order][:, None] ** np.arange(coefficients.shape[2])
+    return Drive(time[order], coefficients, response(np.zeros(1))[:, 0])
 
 
 @dataclass(frozen=True)
@@ -139,101 +141,143 @@ class Prediction:
 
     Attributes
     ----------
-    whisker, posture, scan
+    whisker, posture, scan, texture
         What was asked.
     events : Events
         The contact's history.
-    response : UnitResponse
-        The quasi-static shape Ū.
-    kappa, c : (M,) arrays
-        Adimensional frequencies and couplings of the modes used.
+    response : Response
+        The quasi-static response to it.
     """
 
     whisker: Whisker
     posture: Posture
     scan: Scan
+    texture: Troughs
     events: Events
-    response: UnitResponse
-    kappa: Array
-    c: Array
+    response: Response
+
+    @property
+    def kappa(self) -> Array:
+        """Adimensional frequencies of the modes, (M,)."""
+        return self.response.kappa
+
+    @property
+    def c(self) -> Array:
+        """Linear couplings c_i of the modes to the excursion, (M,)."""
+        return self.response.c
 
     @property
     def omega(self) -> Array:
         """Resonant angular frequencies [rad/s], (M,)."""
         return self.kappa / self.whisker.timescale
 
-    def amplitudes(self, t: Array) -> tuple[Array, Array]:
-        """Excursion d (T,) and vibration amplitudes q (M, T) at times t [s], over L."""
-        q = mode_amplitudes(self.events, t, self.c, self.omega, self.scan.damping, self.scan.jump)
-        return self.events.excursion(t), q
+    @cached_property
+    def drive(self) -> Drive:
+        """Quasi-static amplitudes of the modes, then what the follicle and the contact feel of them."""
+        return drive(self.events, self.response)
+
+    @cached_property
+    def mode_drive(self) -> Drive:
+        """Quasi-static amplitudes Q_i of the modes."""
+        n = len(self.kappa)
+        return Drive(self.drive.time, self.drive.coefficients[:n], self.drive.before[:n])
+
+    def amplitudes(self, t: Array) -> Array:
+        """Vibration amplitudes q_i(t) that the contact's history excites, over L, (M, T).
+
+        A change of slope of d kicks q̇: Eq. (12) of [Boubenec2014]_, in the linear response by −c_i Δḋ. A drop of d
+        lets q jump: Eq. (13) of [Boubenec2014]_, in the linear response by +c_i λ, since ΔU_qs = −λŪ and q takes −ΔU_qs
+        (whose minus its general form lacks); q̇ follows the rule.
+        """
+        return amplitudes(t, self.mode_drive, self.omega, self.scan.damping, self.scan.jump)
+
+    def mode_displacement(self, t: Array) -> Array:
+        """What a movie shows of each mode before its mean is taken away, q_i + Q_i(d), over L, (M, T)."""
+        return self.amplitudes(t) + self.mode_drive(t)
+
+    def vibration(self, t: Array) -> tuple[Array, Array]:
+        """Vibration amplitudes q, over L, and q̇ [1/s], (M, T) each."""
+        return vibrate(t, self.mode_drive, self.omega, self.scan.damping, self.scan.jump)
 
     def displacement(self, t: Array, s: Array) -> Array:
         """Transverse displacement of the points s about the stationary profile, over L.
 
         Eq. (19) of [Boubenec2014]_, which lacks the time: R(s, t) = Σ_j r_{λ_j}(s, t − x_j/v), the sum over
-        gaps of d(t) Ū(s) + Σ_i q_i(t) V_i(s).
+        gaps of U_qs(s, t) − U₁(s) + Σ_i q_i(t) V_i(s).
 
         Parameters
         ----------
         t : (T,) array
             Times [s].
         s : (S,) array
-            Positions in [ε, 1].
+            Positions; below ε the free end, straight.
 
         Returns
         -------
         (T, S) array
             Along n = (−sin θ, cos θ), away from the substrate.
         """
-        d, q = self.amplitudes(t)
-        shapes = cone_modes(self.kappa, self.posture.contact, s)
-        return d[:, None] * self.response.displacement(s) + q.T @ shapes
+        return self.response.displacement(self.events.excursion(t), s) + self.amplitudes(t).T @ self._shapes(s)
+
+    def position(self, t: Array, s: Array) -> tuple[Array, Array]:
+        """Position of the points s from the base, along the substrate and up, over L, (T, S) each.
+
+        The vibration moves them along the normal of the profile on the flat, and along the shaft as far as it must not
+        stretch.
+        """
+        x, y = self.response.position(self.events.excursion(t), s)
+        angle, q = self.response.flat.angle(s), self.amplitudes(t).T
+        shapes = self._shapes(s)
+        u, w = q @ shapes, q @ slip(shapes, angle, s)
+        return x - u * np.sin(angle) + w * np.cos(angle), y + u * np.cos(angle) + w * np.sin(angle)
+
+    def _shapes(self, s: Array) -> Array:
+        """V_i(s), (M, S), going on straight below the contact."""
+        contact = self.posture.contact
+        slope = cone_modes(self.kappa, contact, np.array([contact]), derivative=1)
+        return cone_modes(self.kappa, contact, np.clip(s, contact, 1)) + slope * np.minimum(s - contact, 0)
 
 
-def predict(whisker: Whisker, posture: Posture, texture: Troughs, scan: Scan, *, n_modes: int = 12) -> Prediction:
+def predict(
+    whisker: Whisker,
+    posture: Posture,
+    texture: Troughs,
+    scan: Scan,
+    *,
+    n_modes: int = 12,
+    response: Response | None = None,
+) -> Prediction:
     """Prepare the prediction for one whisker, posture, texture and scan.
+
+    Parameters
+    ----------
+    whisker, posture, texture, scan
+        What is drawn past what.
+    n_modes : int
+        Number of modes.
+    response : Response, optional
+        Of an earlier prediction with the same posture and form, if it reaches as far: textures in a batch share it.
 
     Raises
     ------
     InputError
-        If the contact lies beyond the whisker's tip, or the posture beyond the fold.
+        If the contact lies beyond the whisker's tip, the posture beyond the fold, or a gap is too wide for it.
     """
     if posture.contact < whisker.tip:
         raise InputError(
             "Posture.contact", f"must not lie beyond the whisker's tip at {whisker.tip:.4g}", posture.contact
         )
-    response = unit_response(posture)
     events = trough_events(texture, whisker, posture, scan.speed)
-    kappa = cone_kappa(posture.contact, n_modes)
-    return Prediction(whisker, posture, scan, events, response, kappa, coupling(response, n_modes))
+    before, after = events.gaps
+    reach = float(after.min()), float(before.max())
+    if response is None:
+        response = quasi_static(posture, reach, form=scan.response, n_modes=n_modes)
+    elif not _serves(response, posture, scan, n_modes, reach):
+        raise InputError("response", "must be of the same posture, form and modes, and reach as far", reach)
+    return Prediction(whisker, posture, scan, texture, events, response)
 
 
-def predicted_signals(prediction: Prediction, t: Array) -> xr.Dataset:
-    """Signals of a prediction at times t.
-
-    Parameters
-    ----------
-    prediction : Prediction
-        From :func:`predict`.
-    t : (T,) array
-        Times [s]; 0 is the moment x = 0 meets the contact.
-
-    Returns
-    -------
-    Dataset
-        ``excursion`` d, ``mode_amplitude`` q, ``mode_displacement`` q + c d (what a movie shows, before its mean
-        is taken away), ``kappa``, ``resonant_frequency`` [Hz], ``coupling``; ``base_curvature`` of the vibration [1/m].
-    """
-    d, q = prediction.amplitudes(t)
-    return dataset(
-        {"response": "linear", "jump": prediction.scan.jump, "damping": prediction.scan.damping},
-        time=t,
-        mode=np.arange(1, len(q) + 1),
-        excursion=d,
-        mode_amplitude=q,
-        mode_displacement=q + prediction.c[:, None] * d,
-        kappa=prediction.kappa,
-        resonant_frequency=prediction.omega / (2 * np.pi),
-        coupling=prediction.c,
-        base_curvature=base_curvature(prediction.whisker, prediction.kappa, prediction.posture.contact, q),
-    )
+def _serves(response: Response, posture: Posture, scan: Scan, n_modes: int, reach: tuple[float, float]) -> bool:
+    low, high = response.reach
+    same = (response.posture, response.form, len(response.c)) == (posture, scan.response, n_modes)
+    return same and (response.form == "linear" or (low <= reach[0] and reach[1] <= high))

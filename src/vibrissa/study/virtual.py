@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.exact import cone_modes
-from vibrissa.mechanics.profile import stationary_profile
 from vibrissa.mechanics.superposition import Prediction, predict
 from vibrissa.neural.virtual import simulate_spikes
 from vibrissa.quantities import dataset
@@ -52,83 +50,65 @@ class Scene:
     ----------
     s : (N,) array
         Points of the shaft at most a pixel apart, from inside the follicle (above 1) to the physical tip.
+    length : float
+        L [m].
+    turn : float
+        Angle by which the substrate's frame is turned [rad].
+    skin : (float, float)
+        Where the shaft leaves the skin, s = 1, in the image frame (y down) [m].
     x, y : (N,) arrays
         Stationary profile in the image frame [m]; straight beyond the contact and inside the follicle.
-    angle : (N,) array
-        Angle θ to the substrate [rad].
-    normal_x, normal_y : (N,) arrays
-        The normal n = (−sin θ, cos θ) of the substrate's frame, in the image frame (y down).
     """
 
     s: Array
+    length: float
+    turn: float
+    skin: tuple[float, float]
     x: Array
     y: Array
-    angle: Array
-    normal_x: Array
-    normal_y: Array
 
-    @property
-    def skin(self) -> tuple[float, float]:
-        """Where the shaft leaves the skin, s = 1 [m]."""
-        base = int(np.argmin(np.abs(self.s - 1)))
-        return float(self.x[base]), float(self.y[base])
+    def place(self, along: Array, up: Array) -> tuple[Array, Array]:
+        """Positions from the base in the substrate's frame, over L, in the image frame [m]."""
+        x, y = _turned(self.length * along, self.length * up, self.turn)
+        return x + self.skin[0], y + self.skin[1]
 
-    @property
-    def tangent_x(self) -> Array:
-        """The tangent t = (cos θ, sin θ), towards the base, in the image frame."""
-        return -self.normal_y
 
-    @property
-    def tangent_y(self) -> Array:
-        """Its other component."""
-        return self.normal_x
+def _turned(along: Array, up: Array, turn: float) -> tuple[Array, Array]:
+    return np.cos(turn) * along - np.sin(turn) * up, -np.sin(turn) * along - np.cos(turn) * up
 
 
 def lay_out(prediction: Prediction, film: Film) -> Scene:
     """Place the stationary profile in the middle of the virtual camera's image."""
-    whisker, posture, camera = prediction.whisker, prediction.posture, film.camera
+    whisker, camera, flat = prediction.whisker, film.camera, prediction.response.flat
     count = int(np.ceil((1 - whisker.tip) * whisker.length / camera.pixel_size)) + 1
     outside, step = np.linspace(1, whisker.tip, count, retstep=True)
     inside = np.arange(1 - step, 1 + _FOLLICLE / whisker.length, -step)[::-1]
     s = np.concatenate([inside, outside])
-    profile = stationary_profile(posture, np.clip(s, posture.contact, 1))
-    angle, straight = profile.angle.values, np.minimum(s - posture.contact, 0) + np.maximum(s - 1, 0)
-    along = (profile.profile_x.values + straight * np.cos(angle)) * whisker.length
-    up = (profile.profile_y.values + straight * np.sin(angle)) * whisker.length
-    turn = np.pi - np.arctan2(float(profile.base_distance), float(profile.contact_distance))
-    x, y = np.cos(turn) * along - np.sin(turn) * up, -np.sin(turn) * along - np.cos(turn) * up
-    middle_x, middle_y = ((size - 1) / 2 * camera.pixel_size for size in (camera.width, camera.height))
-    return Scene(
-        s,
-        x - (x.min() + x.max()) / 2 + middle_x,
-        y - (y.min() + y.max()) / 2 + middle_y,
-        angle,
-        -np.sin(angle + turn),
-        -np.cos(angle + turn),
+    along, up = (whisker.length * values for values in flat.position(s))
+    turn = float(np.pi - np.arctan2(flat.base[1], flat.base[0]))
+    x, y = _turned(along, up, turn)
+    skin_x, skin_y = (
+        float((size - 1) / 2 * camera.pixel_size - (values.min() + values.max()) / 2)
+        for size, values in ((camera.width, x), (camera.height, y))
     )
+    return Scene(s, whisker.length, turn, (skin_x, skin_y), x + skin_x, y + skin_y)
 
 
 def film_motion(prediction: Prediction, film: Film, scene: Scene) -> Iterator[NDArray[np.uint8]]:
     """Frames of the predicted motion, rendered block by block.
 
-    The shaft does not stretch: with a transverse displacement u it slips along itself by w, dw/ds = u dθ/ds, w = 0 at
-    the base. Beyond the contact it goes on straight, along its slope there.
+    The shaft does not stretch; beyond the contact it goes on straight, along its slope there.
 
     Yields
     ------
     (T, height, width) array of uint8
         At most 250 frames.
     """
-    shape, steady = _shape_matrix(prediction, scene.s)
-    slip, steady_slip = _slip(shape, scene.angle), _slip(steady, scene.angle)
     times = exposure_times(film.camera, film.n_frames, film.subframes)
     for first in range(0, film.n_frames, _CHUNK):
         t = times[first * film.subframes : (first + _CHUNK) * film.subframes]
-        d, q = prediction.amplitudes(t)
-        u = (d[:, None] * steady + q.T @ shape) * prediction.whisker.length
-        w = (d[:, None] * steady_slip + q.T @ slip) * prediction.whisker.length
-        x = scene.x + u * scene.normal_x + w * scene.tangent_x
-        y = scene.y + u * scene.normal_y + w * scene.tangent_y
+        along, up = prediction.position(t, scene.s)
+        x, y = scene.place(along, up)
         yield from render(
             x[None],
             y[None],
@@ -138,23 +118,6 @@ def film_motion(prediction: Prediction, film: Film, scene: Scene) -> Iterator[ND
             diameter=2 * prediction.whisker.base_radius * scene.s,
             first_frame=first,
         )
-
-
-def _slip(u: Array, angle: Array) -> Array:
-    """Slip −∫_s^1 u dθ along the tangent, for displacements u (..., N) on points from the base outwards."""
-    steps = (u[..., 1:] + u[..., :-1]) / 2 * np.diff(angle)
-    return np.concatenate([np.zeros((*u.shape[:-1], 1)), np.cumsum(steps, axis=-1)], axis=-1)
-
-
-def _shape_matrix(prediction: Prediction, s: Array) -> tuple[Array, Array]:
-    """Mode shapes (M, N) and Ū (N,), continued beyond the contact along their slope there."""
-    contact = prediction.posture.contact
-    inside = np.clip(s, contact, 1)
-    beyond = np.minimum(s - contact, 0)
-    slope = cone_modes(prediction.kappa, contact, np.array([contact]), derivative=1)
-    shapes = cone_modes(prediction.kappa, contact, inside) + slope * beyond
-    response = prediction.response.displacement(inside)
-    return shapes, response + prediction.response.contact_angle * beyond
 
 
 def exposed_signals(prediction: Prediction, film: Film, distance: float) -> xr.Dataset:
@@ -176,22 +139,20 @@ def exposed_signals(prediction: Prediction, film: Film, distance: float) -> xr.D
         ``point_displacement`` (time) [m].
     """
     t = exposure_times(film.camera, film.n_frames, film.subframes)
-    d, q = prediction.amplitudes(t)
-    length = prediction.whisker.length
-    point = np.array([1 - distance / length])
-    shape, steady = _shape_matrix(prediction, point)
+    q, point = prediction.amplitudes(t), np.array([1 - distance / prediction.whisker.length])
+    displacement = prediction.displacement(t, point)[:, 0] * prediction.whisker.length
 
     def exposed(values: Array) -> Array:
         return values.reshape(*values.shape[:-1], film.n_frames, film.subframes).mean(axis=-1)
 
     return dataset(
-        {"response": "linear", "jump": prediction.scan.jump, "distance": distance},
+        {"response": prediction.scan.response, "jump": prediction.scan.jump, "distance": distance},
         time=np.arange(film.n_frames) / film.camera.frame_rate,
         mode=np.arange(1, len(q) + 1),
-        excursion=exposed(d),
+        excursion=exposed(prediction.events.excursion(t)),
         mode_amplitude=exposed(q),
-        mode_displacement=exposed(q + prediction.c[:, None] * d),
-        point_displacement=exposed(length * (d * steady[0] + shape[:, 0] @ q)),
+        mode_displacement=exposed(prediction.mode_displacement(t)),
+        point_displacement=exposed(displacement),
         kappa=prediction.kappa,
         resonant_frequency=prediction.omega / (2 * np.pi),
         coupling=prediction.c,

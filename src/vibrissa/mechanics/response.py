@@ -1,0 +1,281 @@
+"""The quasi-static response to the excursion of the contact, as polynomials in d: exact, or linear (Eq. 11)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from math import factorial
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from vibrissa.errors import InputError
+from vibrissa.exact import cone_kappa, cone_modes
+from vibrissa.mechanics.edge import Held, hold, on_the_flat
+from vibrissa.mechanics.gap import UnitResponse, coupling, unit_response
+from vibrissa.mechanics.profile import Posture
+
+Array = NDArray[np.float64]
+Form = Literal["exact", "linear"]
+
+_NODES = 12  # Chebyshev nodes of one piece
+_TAIL = 1e-10  # last coefficients over the largest, above which a piece is halved
+_NARROWEST = 1e-3  # [L] a piece is not halved below this
+_PANEL = 48  # Gauss nodes in each of the two panels of Q, and 4 more for each mode
+
+FOLLICLE = ("base_curvature", "transverse_force", "axial_force", "contact_load")
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Polynomials in d on one interval.
+
+    Attributes
+    ----------
+    low, high : float
+        Ends of the interval, over L.
+    coefficients : (K, n) array
+        Chebyshev coefficients of each row.
+    held : tuple of Held
+        Profiles at the Chebyshev nodes that made them; none where the response is linear.
+    """
+
+    low: float
+    high: float
+    coefficients: Array
+    held: tuple[Held, ...] = ()
+
+    def taylor(self, d: Array) -> Array:
+        """Coefficients of the powers of a small step from each d, (K, len(d), n)."""
+        stretch = 2 / (self.high - self.low)
+        z = stretch * (d - self.low) - 1
+        out = np.empty((len(self.coefficients), len(d), self.coefficients.shape[1]))
+        for k in range(out.shape[2]):
+            rows = chebyshev.chebder(self.coefficients, k, scl=stretch, axis=1)
+            out[..., k] = chebyshev.chebval(z, rows.T) / factorial(k)
+        return out
+
+
+@dataclass(frozen=True)
+class Response:
+    """What the excursion of the contact does to the whisker, without its vibration.
+
+    Attributes
+    ----------
+    posture : Posture
+        On the flat.
+    form : {"exact", "linear"}
+        Q_i(d), or c_i d.
+    unit : UnitResponse
+        The linearised response, Ū.
+    kappa, c : (M,) arrays
+        Adimensional frequencies of the modes, and linear couplings c_i.
+    flat : Held
+        Profile on the flat.
+    pieces : tuple of Piece
+        Rows: Q_i of M modes, over L; then ``FOLLICLE``, whole: curvature at the base, over 1/L, transverse and axial
+        force at the base and vertical load on the contact, over πEα⁴L²/4.
+    """
+
+    posture: Posture
+    form: Form
+    unit: UnitResponse
+    kappa: Array
+    c: Array
+    flat: Held
+    pieces: tuple[Piece, ...]
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Least and largest d, over L."""
+        return self.pieces[0].low, self.pieces[-1].high
+
+    def __call__(self, d: Array) -> Array:
+        """All rows at excursions d, (K, len(d))."""
+        return self.taylor(d)[..., 0]
+
+    def taylor(self, d: Array) -> Array:
+        """Coefficients of the powers of a small step from each d within the piece above it, (K, len(d), n)."""
+        out = np.zeros((len(self.c) + len(FOLLICLE), len(d), self.pieces[0].coefficients.shape[1]))
+        for piece, here in self._shared(d):
+            out[:, here] = piece.taylor(d[here])
+        return out
+
+    def _shared(self, d: Array) -> list[tuple[Piece, NDArray[np.bool_]]]:
+        """Each piece, and which of the excursions it serves."""
+        which = np.searchsorted([piece.high for piece in self.pieces[:-1]], d, side="right")
+        return [(piece, which == p) for p, piece in enumerate(self.pieces)]
+
+    def position(self, d: Array, s: Array) -> tuple[Array, Array]:
+        """Position of points of the shaft from the base, along the substrate and up, over L, (len(d), S).
+
+        Below the contact the free end goes on straight. Of the linear response, displaced by d Ū along the normal and
+        slipping along the shaft, which does not stretch.
+        """
+        x, y = np.empty((len(d), len(s))), np.empty((len(d), len(s)))
+        if self.form == "linear":
+            angle = self.flat.angle(s)
+            u = d[:, None] * self._unit_at(s)
+            w = slip(u, angle, s)
+            x0, y0 = self.flat.position(s)
+            return x0 - u * np.sin(angle) + w * np.cos(angle), y0 + u * np.cos(angle) + w * np.sin(angle)
+        for piece, here in self._shared(d):
+            basis = chebyshev.chebvander(2 * (d[here] - piece.low) / (piece.high - piece.low) - 1, _NODES - 1)
+            at_nodes = np.array([held.position(s) for held in piece.held])
+            fit = basis @ np.linalg.inv(chebyshev.chebvander(_unit_nodes(), _NODES - 1))
+            x[here], y[here] = fit @ at_nodes[:, 0], fit @ at_nodes[:, 1]
+        return x, y
+
+    def displacement(self, d: Array, s: Array) -> Array:
+        """Transverse displacement n₁·(r − r₁) about the profile on the flat, over L, (len(d), S)."""
+        if self.form == "linear":
+            return d[:, None] * self._unit_at(s)
+        angle, (x0, y0) = self.flat.angle(s), self.flat.position(s)
+        x, y = self.position(d, s)
+        return np.cos(angle) * (y - y0) - np.sin(angle) * (x - x0)
+
+    def _unit_at(self, s: Array) -> Array:
+        """Ū, going on straight below the contact."""
+        contact = self.posture.contact
+        unit = self.unit.displacement(np.clip(s, contact, 1))
+        return np.asarray(unit + self.unit.contact_angle * np.minimum(s - contact, 0), float)
+
+
+def slip(u: Array, angle: Array, s: Array) -> Array:
+    """Slip along the tangent, dw/ds = u dθ/ds with w = 0 at the base, that keeps the shaft's length, (…, S).
+
+    Parameters
+    ----------
+    u : (…, S) array
+        Transverse displacement at points s.
+    angle, s : (S,) arrays
+        Angle θ, and the points, in any one order.
+    """
+    steps = (u[..., 1:] + u[..., :-1]) / 2 * np.diff(angle)
+    along = np.concatenate([np.zeros((*u.shape[:-1], 1)), np.cumsum(steps, axis=-1)], axis=-1)
+    return along - along[..., [int(np.argmin(np.abs(s - 1)))]]
+
+
+def quasi_static(
+    posture: Posture,
+    reach: tuple[float, float],
+    *,
+    form: Form = "exact",
+    n_modes: int = 12,
+) -> Response:
+    """Tabulate the response of a posture.
+
+    Parameters
+    ----------
+    posture : Posture
+        On the flat.
+    reach : (float, float)
+        Least (at most 0) and largest (at least 0) excursion, over L.
+    form : {"exact", "linear"}
+        ``exact``: Q_i(d) = ∫ s² (U_qs(d) − U₁) V_i ds of the profile held by the edge. ``linear``: c_i d,
+        the paper's U_qs = U₁ + d(t) Ū(s); wide gaps and large base angles are over-estimated by it.
+    n_modes : int
+        Number of modes.
+
+    Raises
+    ------
+    InputError
+        On or beyond the fold, or if the posture cannot follow as far as ``reach``.
+    """
+    if form not in get_args(Form):
+        raise InputError("response", "must be 'exact' or 'linear'", repr(form))
+    unit, flat, kappa = unit_response(posture), on_the_flat(posture), cone_kappa(posture.contact, n_modes)
+    c = coupling(unit, n_modes)
+    if form == "linear":
+        pieces = [_linear_piece(unit, flat, c, reach)]
+    else:
+        rows = partial(_rows, flat, kappa)
+        behind = _pieces(flat, rows, reach[0], 0.0) if reach[0] < 0 else []
+        pieces = [*behind, *(_pieces(flat, rows, 0.0, reach[1]) if reach[1] > 0 else [])]
+    return Response(posture, form, unit, kappa, c, flat, tuple(pieces))
+
+
+def _unit_nodes() -> Array:
+    return np.asarray(np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES), float)
+
+
+def _pieces(flat: Held, rows: Callable[[Held], Array], low: float, high: float) -> list[Piece]:
+    """Pieces between two excursions, halved until their polynomials have converged."""
+    z = _unit_nodes()
+    d = (low + high) / 2 + (high - low) / 2 * z
+    profiles: dict[int, Held] = {}
+    held = flat
+    for i in np.argsort(np.abs(d)).tolist():
+        profiles[i] = held = hold(flat, float(d[i]), held)
+    ordered = tuple(profiles[i] for i in range(_NODES))
+    coefficients = chebyshev.chebfit(z, np.array([rows(one) for one in ordered]), _NODES - 1).T
+    if _converged(coefficients) or high - low < _NARROWEST:
+        return [Piece(low, high, coefficients, ordered)]
+    middle = (low + high) / 2
+    return _pieces(flat, rows, low, middle) + _pieces(flat, rows, middle, high)
+
+
+def _converged(coefficients: Array) -> bool:
+    """Whether the last coefficients are small, those of modes beside the largest mode's."""
+    size, tail = np.abs(coefficients).max(axis=1), np.abs(coefficients[:, -2:]).max(axis=1)
+    size[: -len(FOLLICLE)] = size[: -len(FOLLICLE)].max(initial=0)
+    return bool(np.all(tail <= _TAIL * size))
+
+
+def _rows(flat: Held, kappa: Array, held: Held) -> Array:
+    """One column of the table: everything at one excursion."""
+    friction = flat.posture.friction_angle
+    follicle = [
+        held.base_curvature,
+        held.transverse_force,
+        held.axial_force,
+        held.contact_force * np.cos(friction + held.contact_angle),
+    ]
+    return np.concatenate([_amplitudes(flat, kappa, held), follicle])
+
+
+def displaced(flat: Held, held: Held, s: Array) -> Array:
+    """Transverse displacement n₁·(r − r₁) of points of the shaft about the profile on the flat, over L."""
+    angle = flat.angle(s)
+    (x, y), (x1, y1) = held.position(s), flat.position(s)
+    return -np.sin(angle) * (x - x1) + np.cos(angle) * (y - y1)
+
+
+def _amplitudes(flat: Held, kappa: Array, held: Held) -> Array:
+    """Q_i = ∫_ε^1 s² n₁·(r − r₁) V_i ds, in two panels: the free end is straight."""
+    contact = flat.posture.contact
+    z, w = np.polynomial.legendre.leggauss(_PANEL + 4 * len(kappa))
+    total = np.zeros(len(kappa))
+    for low, high in ((contact, max(held.contact, contact)), (max(held.contact, contact), 1.0)):
+        s = (low + high) / 2 + (high - low) / 2 * z
+        weight = (high - low) / 2 * w * s**2
+        total += cone_modes(kappa, contact, s) @ (weight * displaced(flat, held, s))
+    return total
+
+
+def _linear_piece(unit: UnitResponse, flat: Held, c: Array, reach: tuple[float, float]) -> Piece:
+    """Everything's tangent at d = 0."""
+    low, high = min(reach[0], -1e-3), max(reach[1], 1e-3)
+    slope = np.concatenate([c, _follicle_slope(unit, flat)])
+    value = np.concatenate([np.zeros_like(c), _rows(flat, np.zeros(0), flat)])
+    return Piece(low, high, np.stack([value + slope * (low + high) / 2, slope * (high - low) / 2], axis=1))
+
+
+def _follicle_slope(unit: UnitResponse, flat: Held) -> Array:
+    """Derivatives of ``FOLLICLE`` by d, from the derivatives of ε, θ_ε and Λ̂ and the balance of moments."""
+    phi, force = flat.posture.friction_angle, flat.contact_force
+    gain = unit.load * flat.contact**2 + 2 * flat.curve.load * flat.contact * unit.contact
+    turn, to_force = unit.contact_angle, flat.posture.base_angle - phi
+    distance, height = flat.base
+    lever = distance * np.cos(phi) + height * np.sin(phi)  # moment = Λ [(D + d) cos(φ + θ_ε) + H sin(φ + θ_ε)]
+    return np.array(
+        [
+            gain * lever + force * (np.cos(phi) + turn * (height * np.cos(phi) - distance * np.sin(phi))),
+            gain * np.cos(to_force) + force * np.sin(to_force) * turn,
+            gain * np.sin(to_force) - force * np.cos(to_force) * turn,
+            gain * np.cos(phi) - force * np.sin(phi) * turn,
+        ]
+    )
