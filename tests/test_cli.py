@@ -8,25 +8,8 @@ import sys
 import numpy as np
 import pytest
 
-from vibrissa import cli
 from vibrissa.files import load
 from vibrissa.video.movie import write_movie
-
-
-@pytest.fixture
-def vibrissa(monkeypatch, capsys):
-    """Run the command line in this process; give exit code, stdout, stderr."""
-
-    def call(*words):
-        monkeypatch.setattr(sys, "argv", ["vibrissa", *map(str, words)])
-        code = 0
-        try:
-            cli.main()
-        except SystemExit as stop:
-            code = stop.code or 0
-        return code, *capsys.readouterr()
-
-    return call
 
 
 @pytest.fixture

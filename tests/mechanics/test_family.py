@@ -258,14 +258,17 @@ def test_a_stub_is_a_uniform_rod():
         (lambda: equilibria(0.3, 1.0, 0.4), r"two \(N,\) arrays"),
         (lambda: equilibria([0.3], [1.0], np.nan), "friction must lie between −1000 and 1000, got nan"),
         (lambda: equilibria([0.3], [1.0], -np.inf), "friction must lie between"),
-        (lambda: equilibria_at_height([0.3, -0.1], [1.0, 1.0], 0.4), r"height\[1\] must lie between 0 and 1"),
-        (lambda: equilibria_at_height([0.3], [1.0, 1.0], 0.4), "height and base_angle"),
-        (lambda: equilibria_at_height([0.3, np.nan], [1.0, 1.0], 0.4), r"height\[1\].*nan"),
+        (lambda: equilibria_at_height([0.3, -0.1], [1.0, 1.0], 0.4), r"base_distance\[1\] must lie between 0 and 1"),
+        (lambda: equilibria_at_height([0.3], [1.0, 1.0], 0.4), "base_distance and base_angle"),
+        (lambda: equilibria_at_height([0.3, np.nan], [1.0, 1.0], 0.4), r"base_distance\[1\].*nan"),
         # out of reach: a straight whisker ends at sin θ_b
-        (lambda: equilibria_at_height([0.3, 0.85], [1.0, 1.0], 0.4), r"height\[1\] .* 0 and 0.841471 over L.* 0.85"),
+        (
+            lambda: equilibria_at_height([0.3, 0.85], [1.0, 1.0], 0.4),
+            r"base_distance\[1\] .* 0 and 0.841471 over L.* 0.85",
+        ),
         # dragged towards the base with μ = −1, the shaft lines up with the force first
         (lambda: equilibria([0.1, 0.1], [0.9, 1.3], -1.0), r"base_angle\[1\] must lie between 0 and 0.96.* 1.3"),
-        (lambda: equilibria_at_height([0.1, 0.6], [1.3, 1.3], -1.0), r"height\[1\] must lie between 0 and 0.2"),
+        (lambda: equilibria_at_height([0.1, 0.6], [1.3, 1.3], -1.0), r"base_distance\[1\] must lie between 0 and 0.2"),
         (lambda: equilibria_at_height([0.1], [1.0], -5.0), r"base_angle\[0\] must lie between 0 and 0.39"),
     ],
 )
@@ -279,7 +282,7 @@ def test_the_largest_height_told_is_the_limit_of_what_is_found():
         equilibria_at_height([0.6], [1.3], -1.0)
     top = float(str(refusal.value).split(" 0 and ")[1].split()[0])
     assert equilibria_at_height([0.999 * top], [1.3], -1.0).base_distance[0] == pytest.approx(0.999 * top, rel=1e-12)
-    with pytest.raises(InputError, match="height"):
+    with pytest.raises(InputError, match="base_distance"):
         equilibria_at_height([1.001 * top], [1.3], -1.0)
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import App, CycloptsError, Parameter
 
@@ -12,6 +13,9 @@ from vibrissa import __version__
 from vibrissa.cli.output import progress_bars, show
 from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.whisker import Whisker
+
+if TYPE_CHECKING:
+    from vibrissa.mechanics.profile import Posture
 
 app = App(name="vibrissa", help="From surface to spikes: how a rat's whisker feels fine texture.", version=__version__)
 
@@ -140,9 +144,7 @@ def decompose(
     require(tracks, "x", "y", "arc_length", "whisker")
     if not 0 <= which < tracks.sizes.get("whisker", 0):
         raise InputError("--which", f"must name one of the {tracks.sizes.get('whisker', 0)} tracked whiskers", which)
-    cone = _cone(whisker, atlas)
-    if cone is None:
-        raise InputError("whisker", "must be given", remedy="--whisker.length and --whisker.cone-angle, or --atlas")
+    cone = _needed(whisker, atlas)
     results = analyse(tracks.isel(whisker=which), cone, contact, n_modes=count, method=method)
     data = xr.merge([*reversed(results.values())], combine_attrs="override").assign_attrs(results["modal"].attrs)
     for one in results.values():
@@ -192,6 +194,138 @@ def modes(
         resonances(cone, contact, count, boundary=boundary) if cone else eigenmodes(contact, count, boundary=boundary)
     )
     show(data, ["contact", "kappa", *(["resonant_frequency"] if cone else [])], json, out)
+
+
+@app.command
+def profile(
+    *,
+    contact: float | None = None,
+    base_distance: float | None = None,
+    base_angle: float,
+    friction: float = 0.4,
+    contact_distance: float | None = None,
+    whisker: OfWhisker = None,
+    atlas: Atlas = None,
+    out: Out = None,
+    json: Json = False,
+) -> None:
+    """Stationary profile of a whisker held at its base, its contact on the flat or on an edge (Eq. 1).
+
+    Lengths are over the length L of the nontruncated cone. With a whisker, forces also in newtons.
+
+    Parameters
+    ----------
+    contact
+        Position of the contact along the shaft: 0 at the cone's tip, 1 at the base.
+    base_distance
+        Instead: height of the base above the substrate.
+    base_angle
+        Angle of the shaft at the base to the substrate [rad].
+    friction
+        Coefficient of friction of the substrate, dragged away from the base.
+    contact_distance
+        Distance of an edge from the base along the substrate: the whisker is held there, its base kept.
+    """
+    from vibrissa.mechanics.crossing import held_profile
+
+    cone = _cone(whisker, atlas)
+    data = held_profile(
+        _posture(contact, base_distance, base_angle, friction), contact_distance=contact_distance, whisker=cone
+    )
+    show(data, [str(name) for name in data.data_vars if not data[name].dims], json, out)
+
+
+@app.command
+def gap(
+    *,
+    contact: float | None = None,
+    base_distance: float | None = None,
+    base_angle: float,
+    gap_width: float,
+    friction: float = 0.4,
+    count: int = 3,
+    out: Out = None,
+    json: Json = False,
+) -> None:
+    """A gap crossed: when the contact jumps, and how far the linear response is from the exact one (Eq. 11).
+
+    Lengths are over the length L of the nontruncated cone.
+
+    Parameters
+    ----------
+    contact, base_distance, base_angle, friction
+        As in `vibrissa profile`.
+    gap_width
+        Width of the gap.
+    count
+        Number of modes.
+    """
+    from vibrissa.mechanics.crossing import crossing
+
+    data = crossing(_posture(contact, base_distance, base_angle, friction), gap_width, n_modes=count)
+    show(data, [str(name) for name in data.data_vars if "s" not in data[name].dims], json, out)
+
+
+@app.command
+def scan(
+    texture: Path,
+    *,
+    contact: float | None = None,
+    base_distance: float | None = None,
+    base_angle: float,
+    friction: float = 0.4,
+    scan_speed: float,
+    damping: float = 0.11,
+    sampling_rate: float = 20000.0,
+    response: Literal["exact", "linear"] = "exact",
+    jump: Literal["continuous", "ramp-limit", "paper2014"] = "continuous",
+    reverse: Annotated[bool, Parameter(negative="")] = False,
+    count: int = 12,
+    node: list[float] | None = None,
+    whisker: OfWhisker = None,
+    atlas: Atlas = None,
+    out: Out = None,
+    json: Json = False,
+) -> None:
+    """A texture drawn past a whisker: its vibration, what the follicle feels, and how far the assumptions hold.
+
+    Time 0 is the moment x = 0 meets the contact; the record ends when the ringing after the last gap has died away.
+
+    Parameters
+    ----------
+    texture
+        CSV with columns position,width in metres (and depth, if it is not 35 µm): the edge of each gap that meets the
+        contact first, in order of arrival.
+    contact, base_distance, base_angle, friction
+        As in `vibrissa profile`.
+    scan_speed
+        Speed of the texture [m/s].
+    damping
+        Damping ratio of every mode.
+    sampling_rate
+        Samples per second [Hz].
+    response
+        Quasi-static response of the profile held by the edge, or the paper's linear one.
+    jump
+        What the velocity does where the contact jumps.
+    reverse
+        Scan the texture in the other direction: its last edge meets the contact first.
+    count
+        Number of modes.
+    node
+        Distance from the base of a point of the shaft whose motion is wanted [m]; once for each.
+    """
+    from vibrissa.mechanics.sampled import scanned
+    from vibrissa.mechanics.superposition import Scan, predict
+    from vibrissa.texture.io import read_troughs
+
+    cone, troughs = _needed(whisker, atlas), read_troughs(texture)
+    if reverse:
+        troughs = troughs.reversed(float(troughs.position[0] + troughs.end[-1]))
+    how = Scan(speed=scan_speed, damping=damping, jump=jump, response=response)
+    prediction = predict(cone, _posture(contact, base_distance, base_angle, friction), troughs, how, n_modes=count)
+    data = scanned(prediction, sampling_rate, nodes=node)
+    show(data, [str(name) for name in data.data_vars if not {"time", "trough"} & set(data[name].dims)], json, out)
 
 
 @app.command(name="whisker")
@@ -245,6 +379,9 @@ def main() -> None:
         _refuse(str(error))
     except KeyboardInterrupt:
         sys.exit(130)
+    except BrokenPipeError:  # who reads our output has heard enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(1)
 
 
 def _refuse(line: str) -> None:
@@ -268,6 +405,23 @@ def _cone(whisker: Whisker | None, atlas: str | None) -> Whisker | None:
     from vibrissa.whisker import atlas_whisker
 
     return atlas_whisker(atlas)
+
+
+def _needed(whisker: Whisker | None, atlas: str | None) -> Whisker:
+    cone = _cone(whisker, atlas)
+    if cone is None:
+        raise InputError("whisker", "must be given", remedy="--whisker.length and --whisker.cone-angle, or --atlas")
+    return cone
+
+
+def _posture(contact: float | None, base_distance: float | None, base_angle: float, friction: float) -> Posture:
+    from vibrissa.mechanics.profile import Posture
+
+    if contact is None and base_distance is not None:
+        return Posture.at_height(base_distance, base_angle, friction)
+    if contact is None or base_distance is not None:
+        raise InputError("posture", "must be given once", remedy="either --contact or --base-distance")
+    return Posture(contact=contact, base_angle=base_angle, friction=friction)
 
 
 def _with_ends(name: str) -> tuple[str, str, str]:

@@ -313,7 +313,7 @@ def equilibria_at_height(height: ArrayLike, base_angle: ArrayLike, friction: flo
     ConvergenceError
         If the table or a load does not converge.
     """
-    height, base_angle = _postures(height, "height", base_angle, friction)
+    height, base_angle = _postures(height, "base_distance", base_angle, friction)
     table = family(float(friction))
     too_steep = base_angle > (steepest := _largest_angle(table, 1.0))
     if too_steep.any():
@@ -325,5 +325,5 @@ def equilibria_at_height(height: ArrayLike, base_angle: ArrayLike, friction: flo
         i = int((~arrived).argmax())
         top = _largest_height(table, base_angle[i])
         rule = f"must lie between 0 and {top:.6g} over L for the base angle {base_angle[i]:g} and friction {friction:g}"
-        raise InputError(f"height[{i}]", rule, height[i])
+        raise InputError(f"base_distance[{i}]", rule, height[i])
     return _solve_all(table, contact, base_angle)[0]

@@ -9,7 +9,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 from scipy.optimize import root
 
-from vibrissa.errors import ConvergenceError, InputError
+from vibrissa.errors import InputError
 from vibrissa.exact import cone_kappa, cone_modes, shaft_quadrature
 from vibrissa.mechanics.profile import Curve, Posture, curve, flat_curve
 
@@ -137,11 +137,13 @@ def excursion_at_jump(posture: Posture, gap_width: float) -> float:
 
     Raises
     ------
-    ConvergenceError
-        If no such posture is found, as for a gap wider than the whisker can sag into.
+    InputError
+        If the gap is not narrower than the base is far, or so wide that no profile held by its far edge meets the near.
     """
     flat, phi = flat_curve(posture), posture.friction_angle
-    height = posture.contact * flat.y[-1]
+    height, distance = posture.contact * flat.y[-1], posture.contact * float(flat.x[-1])
+    if not 0 < gap_width < distance:
+        raise InputError("gap_width", f"must lie between 0 and the base's distance {distance:.4g} (over L)", gap_width)
 
     def held(unknown: Array) -> tuple[Curve, float, float]:
         load, log_x = unknown
@@ -165,8 +167,11 @@ def excursion_at_jump(posture: Posture, gap_width: float) -> float:
     found = root(mismatch, guess, tol=1e-14)
     residual = float(np.abs(mismatch(found.x)).max())
     if not residual < 1e-11:
-        raise ConvergenceError(f"jump over a gap of width {gap_width:.4g} L", residual, int(found.nfev))
-    return base(found.x)[1] - posture.contact * float(flat.x[-1])
+        rule = "must be narrow enough for a profile from its far edge to meet the near one"
+        raise InputError(
+            "gap_width", rule, f"{gap_width:.4g} L", "narrow the gap, lower the base angle or raise the contact"
+        )
+    return base(found.x)[1] - distance
 
 
 def excursions_at_jump(posture: Posture, gap_widths: Array) -> Array:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
 
 from vibrissa.errors import ConvergenceError, InputError
+from vibrissa.mechanics.family import equilibria, equilibria_at_height
 from vibrissa.quantities import dataset
 
 if TYPE_CHECKING:
@@ -48,6 +49,18 @@ class Posture:
             raise InputError("Posture.base_angle", "must lie between 0 and π/2 rad", self.base_angle)
         if not np.isfinite(self.friction):
             raise InputError("Posture.friction", "must be a finite number", self.friction)
+
+    @classmethod
+    def at_height(cls, base_distance: float, base_angle: float, friction: float = 0.4) -> Self:
+        """Posture of a base held at height H (over L): the contact ε that stands under it.
+
+        Raises
+        ------
+        InputError
+            If no contact does; the message tells the heights within reach.
+        """
+        found = equilibria_at_height([base_distance], [base_angle], friction)
+        return cls(contact=float(found.contact[0]), base_angle=base_angle, friction=friction)
 
     @property
     def friction_angle(self) -> float:
@@ -157,8 +170,8 @@ def flat_curve(posture: Posture) -> Curve:
         If no load is found that gives θ_b.
     """
     span, phi = -np.log(posture.contact), posture.friction_angle
-    x = np.exp(span)
-    load = posture.base_angle / (np.cos(phi) * (1 / 6 - 1 / (2 * x**2) + 1 / (3 * x**3)))  # small angles
+    start = equilibria([posture.contact], [posture.base_angle], posture.friction)
+    load = float(start.contact_force[0]) / posture.contact**2
     for _ in range(_ITERATIONS):
         solution = curve(load, span, phi)
         step = (solution.psi[-1] - posture.base_angle) / solution.psi_load[-1]

@@ -26,7 +26,7 @@ _TAIL = 1e-10  # last coefficients over the largest, above which a piece is halv
 _NARROWEST = 1e-3  # [L] a piece is not halved below this
 _PANEL = 48  # Gauss nodes in each of the two panels of Q, and 4 more for each mode
 
-FOLLICLE = ("base_curvature", "transverse_force", "axial_force", "contact_load")
+FOLLICLE = ("base_curvature", "transverse_force", "axial_force", "contact_load", "contact_angle")
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Response:
         Profile on the flat.
     pieces : tuple of Piece
         Rows: Q_i of M modes, over L; then ``FOLLICLE``, whole: curvature at the base, over 1/L, transverse and axial
-        force at the base and vertical load on the contact, over πEα⁴L²/4.
+        force at the base and vertical load on the contact, over πEα⁴L²/4, and the angle θ_ε [rad].
     """
 
     posture: Posture
@@ -233,6 +233,7 @@ def _rows(flat: Held, kappa: Array, held: Held) -> Array:
         held.transverse_force,
         held.axial_force,
         held.contact_force * np.cos(friction + held.contact_angle),
+        held.contact_angle,
     ]
     return np.concatenate([_amplitudes(flat, kappa, held), follicle])
 
@@ -277,5 +278,6 @@ def _follicle_slope(unit: UnitResponse, flat: Held) -> Array:
             gain * np.cos(to_force) + force * np.sin(to_force) * turn,
             gain * np.sin(to_force) - force * np.cos(to_force) * turn,
             gain * np.cos(phi) - force * np.sin(phi) * turn,
+            turn,
         ]
     )

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vibrissa.errors import InputError
+from vibrissa.mechanics.diagnostics import diagnostics
 from vibrissa.mechanics.follicle import follicle_signals
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
@@ -17,6 +20,10 @@ if TYPE_CHECKING:
     from vibrissa.mechanics.superposition import Prediction
 
 Array = NDArray[np.float64]
+
+_RINGING = 7.0  # decay times of the slowest mode after the last gap: to a thousandth
+_MOST_SAMPLES = 2_000_000  # [1] of one record: 12 modes of them are a gigabyte
+_LONGEST_RINGING = 1.0  # [s] without damping it would never end
 
 
 def predicted_signals(prediction: Prediction, t: Array, *, nodes: Array | None = None) -> xr.Dataset:
@@ -59,3 +66,38 @@ def predicted_signals(prediction: Prediction, t: Array, *, nodes: Array | None =
         coupling=prediction.c,
         **more,
     )
+
+
+def scanned(prediction: Prediction, sampling_rate: float, *, nodes: Sequence[float] | None = None) -> xr.Dataset:
+    """The whole scan, from time 0 until the ringing after the last gap has died away, with its diagnostics.
+
+    Parameters
+    ----------
+    prediction : Prediction
+        From :func:`vibrissa.mechanics.superposition.predict`.
+    sampling_rate : float
+        [Hz].
+    nodes : sequence of float, optional
+        Distances from the base of points whose motion is wanted [m].
+
+    Raises
+    ------
+    InputError
+        If the sampling rate is not positive or the record too long, or a node is not on the whisker.
+    """
+    if not (sampling_rate > 0 and np.isfinite(sampling_rate)):
+        raise InputError("sampling_rate", "must be positive (Hz)", sampling_rate)
+    whisker, decay = prediction.whisker, prediction.scan.damping * prediction.omega[0]
+    end = prediction.events.time[-1] + min(_RINGING / max(decay, 1e-300), _LONGEST_RINGING)
+    count = np.floor(end * sampling_rate) + 1
+    if count > _MOST_SAMPLES:
+        raise InputError(
+            "scan", f"must have at most {_MOST_SAMPLES} samples", f"{count:.3g}", "lower the sampling rate"
+        )
+    points = None if nodes is None else np.asarray(nodes, float)
+    longest = (1 - whisker.tip) * whisker.length
+    if points is not None and not np.all((points >= 0) & (points <= longest)):
+        raise InputError("node", f"must lie on the whisker, 0 to {longest:.4g} m from the base", str(nodes))
+    t = np.arange(int(count)) / sampling_rate
+    signals = predicted_signals(prediction, t, nodes=points)
+    return signals.merge(diagnostics(prediction, t), combine_attrs="override")

@@ -1,0 +1,99 @@
+"""Where the model's assumptions stand: linearity, the free end, the fold, lift-off, the whisker's own weight."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibrissa.mechanics.follicle import contact_shear
+from vibrissa.mechanics.response import FOLLICLE, Response, quasi_static
+from vibrissa.quantities import dataset
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from vibrissa.mechanics.superposition import Prediction
+    from vibrissa.whisker import Whisker
+
+Array = NDArray[np.float64]
+
+GRAVITY = 9.81  # [m/s²]
+
+
+def own_weight(whisker: Whisker) -> float:
+    """Own weight in the unit of the contact force, 4ρgL/(3Eα²): the weight of the cone over πEα⁴L²/4."""
+    return 4 * whisker.density * GRAVITY * whisker.length / (3 * whisker.youngs_modulus * whisker.cone_angle**2)
+
+
+def diagnostics(prediction: Prediction, t: Array) -> xr.Dataset:
+    """How far the assumptions of a prediction hold.
+
+    Parameters
+    ----------
+    prediction : Prediction
+        To be judged.
+    t : (T,) array
+        Times at which the load on the contact is looked at [s].
+
+    Returns
+    -------
+    Dataset
+        ``linearity`` (mode): exact over linear jump of the mode, root mean square over the gaps, with the sign of the
+        mean; ``mechanism`` (mode): λω/v at the mean width: far above 1 the jumps (Eq. 13) drive the mode, far below 1
+        the ramps (Eq. 12). ``free_end_length`` [m]; over the gaps (trough): ``free_end_dip`` [m], depth of the free end
+        below the land behind the gap just after the jump, λ sin θ_ε, and ``single_contact``: whether the free end is
+        shorter than λ and hangs less deep than the gap. ``fold_determinant``; ``weight_ratio``, own weight over contact
+        force; ``least_contact_load`` over its value at rest, and ``lift_off``, the share of times at which it is not
+        positive.
+    """
+    whisker, scan, posture = prediction.whisker, prediction.scan, prediction.posture
+    width = prediction.texture.width
+    exact = _exact(prediction)
+    before, after = prediction.events.gaps
+    angle = exact(after)[len(exact.c) + FOLLICLE.index("contact_angle")]
+    free = (posture.contact - whisker.tip) * whisker.length
+    load = _contact_load(prediction, t)
+    return dataset(
+        {"response": scan.response, "jump": scan.jump},
+        mode=np.arange(1, len(exact.c) + 1),
+        trough=np.arange(len(width)),
+        linearity=_linearity(exact, before, after),
+        mechanism=width.mean() * prediction.omega / scan.speed,
+        free_end_length=free,
+        free_end_dip=width * np.sin(angle),
+        single_contact=(free < width) & (free * np.sin(angle) < prediction.texture.depth),
+        fold_determinant=prediction.response.unit.determinant,
+        weight_ratio=own_weight(whisker) / exact.flat.contact_force,
+        least_contact_load=load.min() / _at_rest(exact),
+        lift_off=np.mean(load <= 0),
+    )
+
+
+def _exact(prediction: Prediction) -> Response:
+    """The exact response, whichever the prediction was made with."""
+    response = prediction.response
+    if response.form == "exact":
+        return response
+    before, after = prediction.events.gaps
+    return quasi_static(response.posture, (float(after.min()), float(before.max())), n_modes=len(response.c))
+
+
+def _linearity(exact: Response, before: Array, after: Array) -> Array:
+    """Exact over linear jump of each mode, root mean square over the gaps, (M,)."""
+    n = len(exact.c)
+    jump, linear = exact(before)[:n] - exact(after)[:n], exact.c[:, None] * (before - after)
+    size = np.sqrt(np.mean(jump**2, axis=1) / np.mean(linear**2, axis=1))
+    return np.sign(np.mean(jump / linear, axis=1)) * size
+
+
+def _contact_load(prediction: Prediction, t: Array) -> Array:
+    """Vertical load on the contact, quasi-static and of the vibration, over πEα⁴L²/4, (T,)."""
+    row = len(prediction.kappa) + FOLLICLE.index("contact_load")
+    slow = prediction.drive(t)[row]
+    return slow + contact_shear(prediction.kappa, prediction.posture.contact, prediction.amplitudes(t))
+
+
+def _at_rest(response: Response) -> float:
+    return float(response(np.zeros(1))[len(response.c) + FOLLICLE.index("contact_load"), 0])
