@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from math import factorial
 from typing import Literal, get_args
 
@@ -192,6 +192,8 @@ def quasi_static(
     if form == "linear":
         pieces = [_linear_piece(unit, flat, c, reach)]
     else:
+        for end in reach:
+            hold(flat, end)  # refuse at once what cannot be reached
         rows = partial(_rows, flat, kappa)
         behind = _pieces(flat, rows, reach[0], 0.0) if reach[0] < 0 else []
         pieces = [*behind, *(_pieces(flat, rows, 0.0, reach[1]) if reach[1] > 0 else [])]
@@ -200,6 +202,12 @@ def quasi_static(
 
 def _unit_nodes() -> Array:
     return np.asarray(np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES), float)
+
+
+@cache
+def _gauss(count: int) -> tuple[Array, Array]:
+    z, w = np.polynomial.legendre.leggauss(count)
+    return z, w
 
 
 def _pieces(flat: Held, rows: Callable[[Held], Array], low: float, high: float) -> list[Piece]:
@@ -248,7 +256,7 @@ def displaced(flat: Held, held: Held, s: Array) -> Array:
 def _amplitudes(flat: Held, kappa: Array, held: Held) -> Array:
     """Q_i = ∫_ε^1 s² n₁·(r − r₁) V_i ds, in two panels: the free end is straight."""
     contact = flat.posture.contact
-    z, w = np.polynomial.legendre.leggauss(_PANEL + 4 * len(kappa))
+    z, w = _gauss(_PANEL + 4 * len(kappa))
     total = np.zeros(len(kappa))
     for low, high in ((contact, max(held.contact, contact)), (max(held.contact, contact), 1.0)):
         s = (low + high) / 2 + (high - low) / 2 * z
