@@ -1,15 +1,21 @@
 """A whole texture: what the contact does, and what the whisker answers."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+from scipy.interpolate import make_interp_spline
 
 from vibrissa.errors import InputError
+from vibrissa.exact import cone_kappa, cone_modes
+from vibrissa.mechanics.edge import hold, on_the_flat
 from vibrissa.mechanics.gap import excursion_at_jump
 from vibrissa.mechanics.oscillator import green_function
 from vibrissa.mechanics.profile import Posture
+from vibrissa.mechanics.response import quasi_static
 from vibrissa.mechanics.sampled import predicted_signals
 from vibrissa.mechanics.superposition import Scan, predict, trough_events
 from vibrissa.texture.surface import Troughs
@@ -204,10 +210,219 @@ def test_movie_shows_vibration_and_excursion_together():
     np.testing.assert_allclose(signals.resonant_frequency * 2 * np.pi * WHISKER.timescale, signals.kappa)
 
 
+# The exact response
+
+
+@cache
+def exact_response(low=-0.0255, high=1.3e-3):
+    return quasi_static(POSTURE, (low, high), n_modes=3)
+
+
+def exact(texture, jump="continuous", speed=0.12, damping=0.11):
+    return predict(WHISKER, POSTURE, texture, scan(jump, speed, damping, "exact"), n_modes=3, response=exact_response())
+
+
+@cache
+def amplitude_of_held_profiles():
+    """Q_i(d) as a spline of order 9 through profiles held one by one, with quadrature of its own."""
+    contact, flat, kappa = 0.29, on_the_flat(POSTURE), cone_kappa(0.29, 3)
+    node, weight = np.polynomial.legendre.leggauss(60)
+    excursions, rows = np.linspace(-0.0152, 8e-4, 61), []
+    for d in excursions.tolist():
+        held, row = hold(flat, d), np.zeros(3)
+        for low, high in ((contact, max(contact, held.contact)), (max(contact, held.contact), 1.0)):
+            s = (low + high) / 2 + (high - low) / 2 * node
+            shift, angle = np.subtract(held.position(s), flat.position(s)), flat.angle(s)
+            u = np.cos(angle) * shift[1] - np.sin(angle) * shift[0]
+            row += cone_modes(kappa, contact, s) @ ((high - low) / 2 * weight * s**2 * u)
+        rows.append(row)
+    return make_interp_spline(excursions, np.array(rows), k=9)
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_exact_answer_is_that_of_brute_force(rule):
+    texture, t, speed = troughs(SEVERAL.position[:3], SEVERAL.width[:3]), np.linspace(0, 0.05, 500), 0.12
+    prediction, amplitude = exact(texture, rule, speed), amplitude_of_held_profiles()
+    slope, bend = amplitude.derivative(), amplitude.derivative(2)
+    rest, rate, omega = amplitude(0.0), speed / 0.04, prediction.omega
+    legs = [(0.0, 0.0, 0.0)]  # start, d there, rate of d
+    for (t1, t2, t3), width in zip(prediction.events.time.reshape(-1, 3), texture.width / 0.04, strict=True):
+        legs += [(t1, 0.0, rate), (t2, rate * (t2 - t1) - width, rate), (t3, 0.0, 0.0)]
+    state, found, before = np.zeros(6), np.zeros((3, t.size)), (rest, 0.0)
+    for (start, d, v), stop in zip(legs, [*(leg[0] for leg in legs[1:]), t[-1] + 1e-9], strict=True):
+        fall = before[0] - amplitude(d)
+        state[:3] += fall
+        state[3:] += before[1] - slope(d) * v - RULES[rule] * 0.11 * omega * fall
+
+        def motion(when, y, start=start, d=d, v=v):
+            force = -bend(d + v * (when - start)) * v**2
+            return np.concatenate([y[3:], force - 2 * 0.11 * omega * y[3:] - omega**2 * y[:3]])
+
+        path = solve_ivp(motion, (start, stop), state, method="DOP853", dense_output=True, rtol=1e-11, atol=1e-14)
+        inside = (t >= start) & (t < stop)
+        if inside.any():
+            found[:, inside] = path.sol(t[inside])[:3]
+        state, end = path.y[:, -1].copy(), d + v * (stop - start)
+        before = amplitude(end), slope(end) * v
+    np.testing.assert_allclose(prediction.amplitudes(t), found, atol=1e-8 * np.abs(found).max())
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_exact_motion_is_continuous_at_every_event(rule):
+    """Whole displacement at t₁, t₂ and t₃; whole velocity where the contact does not jump, or by the rule."""
+    prediction = exact(SEVERAL, rule)
+    event = prediction.drive.time  # with the borders between pieces
+    beside = np.stack([np.nextafter(event, -np.inf), event], axis=1).ravel()
+    q, q_rate = prediction.vibration(beside)
+    total, velocity = q + prediction.mode_drive(beside), q_rate + prediction.mode_drive.rate(beside)
+    size = np.abs(total).max(axis=1, keepdims=True)
+    assert np.all(np.abs(total[:, 1::2] - total[:, 0::2]) < 1e-9 * size.max())
+    delta = q[:, 1::2] - q[:, 0::2]
+    expected = -RULES[rule] * 0.11 * prediction.omega[:, None] * delta
+    error = np.abs(velocity[:, 1::2] - velocity[:, 0::2] - expected)
+    assert np.all(error < 1e-6 * np.abs(velocity).max(axis=1, keepdims=True))
+    jumps = np.isin(event, prediction.events.time[1::3])
+    assert len(event) > 12
+    assert np.abs(delta[:, jumps]).min() > 1e4 * np.abs(delta[:, ~jumps]).max()
+
+
+def test_narrow_gaps_are_linear_and_what_is_left_falls_with_the_width():
+    # slower as they are narrower, so that the vibration has the same time to answer
+    t, error = np.linspace(0, 0.05, 400), []
+    for scale in (1 / 4, 1 / 8, 1 / 16, 1 / 32):
+        texture, speed = Troughs(position=SEVERAL.position * scale, width=SEVERAL.width * scale), 0.12 * scale
+        one = exact(texture, speed=speed).amplitudes(t)
+        other = predict(WHISKER, POSTURE, texture, scan(speed=speed), n_modes=3).amplitudes(t)
+        error.append(np.abs(one - other).max(axis=1) / np.abs(other).max(axis=1))
+    order = np.log2(np.divide(error[:-1], error[1:]))
+    np.testing.assert_allclose(order, 1, atol=0.15)
+    np.testing.assert_allclose(order[-1], 1, atol=0.04)
+
+
+def test_exact_answers_to_gaps_add_up_too():
+    # d visits one gap at a time, and the vibration is linear in Q
+    t, s = np.linspace(0, 0.06, 200), np.linspace(0.2, 1, 9)
+    whole = exact(SEVERAL)
+    each = [exact(troughs([x], [w])) for x, w in zip(SEVERAL.position, SEVERAL.width, strict=True)]
+    # to d₂'s table; the shape near the contact to that of profiles, at each gap's d = 0 too
+    for motion, share in ((lambda one: one.amplitudes(t), 1e-8), (lambda one: one.displacement(t, s), 1e-6)):
+        expected = sum(motion(one) for one in each)
+        np.testing.assert_allclose(motion(whole), expected, rtol=0, atol=share * np.abs(expected).max())
+
+
+def test_exact_answer_does_not_grow_with_the_gap_as_the_linear_one():
+    wide = exact(troughs([1e-3], [1e-3]))
+    linear = predict(WHISKER, POSTURE, wide.texture, scan(), n_modes=3)
+    beside = np.stack([np.nextafter(wide.events.time[1], 0), wide.events.time[1]])
+    jump = [np.diff(one.amplitudes(beside), axis=1)[:, 0] for one in (wide, linear)]
+    np.testing.assert_allclose(jump[0] / jump[1], [0.722, 0.412, -0.169], atol=6e-4)  # MODEL.md, "A gap"
+
+
+def test_where_the_polynomials_are_cut_does_not_matter():
+    t = np.linspace(0, 0.06, 300)
+    wide = quasi_static(POSTURE, (-0.031, 2e-3), n_modes=3)
+    one = exact(SEVERAL)
+    other = predict(WHISKER, POSTURE, SEVERAL, scan(response="exact"), n_modes=3, response=wide)
+    assert len(one.drive.time) != len(SEVERAL.width) * 3
+    assert not np.array_equal(one.drive.time, other.drive.time)
+    for ask in (lambda p: p.amplitudes(t), lambda p: p.mode_drive(t), lambda p: p.vibration(t)[1]):
+        np.testing.assert_allclose(ask(other), ask(one), atol=1e-8 * np.abs(ask(one)).max())
+
+
+def test_drive_follows_the_response_along_the_sawtooth():
+    prediction = exact(SEVERAL)
+    t = np.linspace(0, 0.05, 997)
+    expected = prediction.response(prediction.events.excursion(t))
+    size = np.abs(expected).max(axis=1, keepdims=True)
+    assert np.all(np.abs(prediction.drive(t) - expected) < 1e-9 * size)
+    rate = prediction.response.taylor(prediction.events.excursion(t))[..., 1] * 3.0
+    moving = np.searchsorted(prediction.events.time, t, side="right") % 3 != 0  # not on a land
+    error = np.abs(prediction.drive.rate(t) - rate * moving)
+    assert np.all(error < 1e-6 * np.abs(rate).max(axis=1, keepdims=True))
+
+
+@pytest.mark.parametrize("form", ["exact", "linear"])
+def test_predictions_share_a_response(form):
+    t = np.linspace(0, 0.05, 100)
+    first = predict(WHISKER, POSTURE, SEVERAL, scan(response=form), n_modes=3)
+    again = predict(WHISKER, POSTURE, SEVERAL, scan(response=form), n_modes=3, response=first.response)
+    assert again.response is first.response
+    np.testing.assert_array_equal(again.amplitudes(t), first.amplitudes(t))
+    for speed in (0.05, 0.07, 0.1, 0.13, 0.2, 0.3):  # the same gaps reach as far at any speed
+        predict(WHISKER, POSTURE, SEVERAL, scan(speed=speed, response=form), n_modes=3, response=first.response)
+
+
+@pytest.mark.parametrize("form", ["exact", "linear"])
+def test_position_is_the_displacement_along_the_normal(form):
+    given = exact_response() if form == "exact" else None
+    prediction = predict(WHISKER, POSTURE, SEVERAL, scan(response=form), n_modes=3, response=given)
+    t, s = np.linspace(0, 0.04, 40), np.linspace(0.1, 1, 300)
+    flat = on_the_flat(POSTURE)
+    angle, (x0, y0), (x, y) = flat.angle(s), flat.position(s), prediction.position(t, s)
+    along_normal = np.cos(angle) * (y - y0) - np.sin(angle) * (x - x0)
+    r = prediction.displacement(t, s)
+    np.testing.assert_allclose(along_normal, r, atol=1e-12)
+    np.testing.assert_allclose(x[0], x0, atol=1e-12)  # before the first gap
+    np.testing.assert_allclose([x[:, -1], y[:, -1]], 0, atol=1e-9)  # the base
+    free = s < 0.28
+    for values in (x, y, r):  # the end beyond the contact is straight
+        assert np.abs(np.diff(values[:, free], 2, axis=1)).max() < 1e-9
+
+
+@pytest.mark.parametrize("form", ["exact", "linear"])
+def test_shaft_stretches_to_second_order_only(form):
+    t, s, stretch = np.linspace(0, 0.04, 120), np.linspace(0.2, 1, 1500), []
+    for scale in (1 / 4, 1 / 8, 1 / 16):
+        texture = Troughs(position=SEVERAL.position * scale, width=SEVERAL.width * scale)
+        given = exact_response() if form == "exact" else None
+        how = scan(response=form, speed=0.12 * scale)
+        x, y = predict(WHISKER, POSTURE, texture, how, n_modes=3, response=given).position(t, s)
+        stretch.append(np.abs(np.hypot(np.diff(x), np.diff(y)) / np.diff(s) - 1).max())
+    np.testing.assert_allclose(np.log2(np.divide(stretch[:-1], stretch[1:])), 2, atol=0.35)
+
+
+@pytest.mark.parametrize(
+    ("other", "rule"),
+    [
+        ({"texture": troughs([1e-3], [1.1e-3])}, "reach as far"),
+        ({"posture": Posture(contact=0.3, base_angle=1.2)}, "the same posture"),
+        ({"scan": scan()}, "the same posture, form"),
+        ({"n_modes": 4}, "form and modes"),
+    ],
+)
+def test_response_of_another_prediction_is_refused(other, rule):
+    asked = {"posture": POSTURE, "texture": ONE, "scan": scan(response="exact"), "n_modes": 3} | other
+    posture, texture, how = asked.pop("posture"), asked.pop("texture"), asked.pop("scan")
+    with pytest.raises(InputError, match=rule):
+        predict(WHISKER, posture, texture, how, **asked, response=exact_response())
+
+
+@pytest.mark.parametrize("width", [4e-3, 8e-3, 0.03])
+@pytest.mark.parametrize("posture", [POSTURE, Posture(contact=0.15, base_angle=1.4)])
+@pytest.mark.parametrize("form", ["exact", "linear"])
+def test_gap_too_wide_for_the_posture_is_told_in_one_line(posture, width, form):
+    with pytest.raises(InputError, match=r"narrow the gap|must lie between 0 and") as told:
+        predict(WHISKER, posture, troughs([1e-3], [width]), scan(response=form), n_modes=3)
+    assert "\n" not in str(told.value)
+    assert "L" in str(told.value)
+
+
 @pytest.mark.parametrize(
     ("call", "rule"),
     [
         (lambda: scan(speed=0.0), "Scan.speed"),
+        (lambda: scan(speed=-0.1), "Scan.speed"),
+        (lambda: scan(speed=np.nan), "Scan.speed"),
+        (lambda: scan(damping=-1e-9), "Scan.damping"),
+        (lambda: scan(damping=1.5), "Scan.damping"),
+        (lambda: scan(response="cubic"), "Scan.response must be one of exact, linear, got 'cubic'"),
+        (lambda: troughs([], []), "at least one gap"),
+        (lambda: troughs([1e-3, np.nan], [1e-4, 1e-4]), "finite"),
+        (lambda: troughs([1e-3, 2e-3], [1e-4, np.nan]), "finite"),
+        (lambda: troughs([1e-3, 2e-3], [1e-4, 0.0]), "positive widths"),
+        (lambda: troughs([1e-3, 1.05e-3], [1e-4, 1e-4]), "do not overlap, got gap 2"),
+        (lambda: troughs([2e-3, 1e-3], [1e-4, 1e-4]), "ascending"),
+        (lambda: predict(WHISKER, Posture(contact=0.1, base_angle=1.45), ONE, scan(response="exact")), "fold"),
         (lambda: scan(speed=np.inf), "Scan.speed"),
         (lambda: scan(damping=1.0), "Scan.damping"),
         (lambda: scan(damping=np.nan), "Scan.damping"),
