@@ -174,24 +174,42 @@ def excursion_at_jump(posture: Posture, gap_width: float) -> float:
     return base(found.x)[1] - distance
 
 
-def excursions_at_jump(posture: Posture, gap_widths: Array) -> Array:
-    """d₂ for many gaps, from a Chebyshev table of d₂/λ² (smooth, see :func:`excursion_at_jump`).
+@dataclass(frozen=True)
+class JumpTable:
+    """d₂ of every gap width in an interval, as a Chebyshev series of d₂/λ², which is smooth.
 
-    Parameters
+    Attributes
     ----------
-    posture : Posture
-        Posture on the flat.
-    gap_widths : (J,) array
-        Widths λ, over L.
-
-    Returns
-    -------
-    (J,) array
-        d₂ over L.
+    low, high : float
+        Widths λ over L.
+    coefficients : (n,) array
+        Chebyshev coefficients.
     """
-    low, high = 0.9 * gap_widths.min(), 1.1 * gap_widths.max()
+
+    low: float
+    high: float
+    coefficients: Array
+
+    def __call__(self, gap_widths: Array) -> Array:
+        """d₂ over L, (J,), of widths (J,) in [low, high]; see :func:`excursion_at_jump`."""
+        z = (2 * gap_widths - self.low - self.high) / (self.high - self.low)
+        return gap_widths**2 * np.asarray(chebyshev.chebval(z, self.coefficients), float)
+
+
+def jump_table(posture: Posture, gap_widths: Array) -> JumpTable:
+    """Table that serves all these widths, over L.
+
+    Raises
+    ------
+    InputError
+        If one of them is too wide for the posture.
+    """
+    low, high = 0.9 * float(np.min(gap_widths)), 1.1 * float(np.max(gap_widths))
     z = np.cos(np.pi * (np.arange(_TABLE) + 0.5) / _TABLE)
-    node = (low + high) / 2 + (high - low) / 2 * z
-    ratio = [excursion_at_jump(posture, width) / width**2 for width in node]
-    coefficient = chebyshev.chebfit(z, ratio, _TABLE - 1)
-    return gap_widths**2 * chebyshev.chebval((2 * gap_widths - low - high) / (high - low), coefficient)
+    ratio = [excursion_at_jump(posture, width) / width**2 for width in (low + high) / 2 + (high - low) / 2 * z]
+    return JumpTable(low, high, chebyshev.chebfit(z, ratio, _TABLE - 1))
+
+
+def excursions_at_jump(posture: Posture, gap_widths: Array) -> Array:
+    """d₂ for many gaps, over L, (J,), by a :func:`jump_table` of their widths over L."""
+    return jump_table(posture, gap_widths)(gap_widths)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache, cached_property, partial
 from math import factorial
 from typing import Literal, get_args
 
@@ -50,13 +50,20 @@ class Piece:
 
     def taylor(self, d: Array) -> Array:
         """Coefficients of the powers of a small step from each d, (K, len(d), n)."""
-        stretch = 2 / (self.high - self.low)
-        z = stretch * (d - self.low) - 1
-        out = np.empty((len(self.coefficients), len(d), self.coefficients.shape[1]))
-        for k in range(out.shape[2]):
-            rows = chebyshev.chebder(self.coefficients, k, scl=stretch, axis=1)
-            out[..., k] = chebyshev.chebval(z, rows.T) / factorial(k)
-        return out
+        rows, n = self.coefficients.shape
+        z = 2 * (d - self.low) / (self.high - self.low) - 1
+        values = self._derivatives @ chebyshev.chebvander(z, n - 1).T
+        return np.ascontiguousarray(values.reshape(n, rows, len(d)).transpose(1, 2, 0))
+
+    @cached_property
+    def _derivatives(self) -> Array:
+        """Chebyshev coefficients of the k-th derivatives by d over k!, (n · K, n), k the slower index."""
+        rows, n = self.coefficients.shape
+        out = np.zeros((n, rows, n))
+        for k in range(n):
+            scale = 2 / (self.high - self.low)
+            out[k, :, : n - k] = chebyshev.chebder(self.coefficients, k, scl=scale, axis=1) / factorial(k)
+        return out.reshape(n * rows, n)
 
 
 @dataclass(frozen=True)

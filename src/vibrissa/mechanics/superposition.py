@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from vibrissa.errors import InputError
 from vibrissa.exact import cone_modes
 from vibrissa.mechanics.dynamics import Drive, JumpRule, amplitudes, vibrate
-from vibrissa.mechanics.gap import excursions_at_jump
+from vibrissa.mechanics.gap import JumpTable, jump_table
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.response import Form, Response, quasi_static, slip
 from vibrissa.texture.surface import Troughs
@@ -90,14 +91,16 @@ class Events:
         return total(self.drop) + total(self.rate) * t - total(self.rate * self.time)
 
 
-def trough_events(texture: Troughs, whisker: Whisker, posture: Posture, speed: float) -> Events:
+def trough_events(
+    texture: Troughs, whisker: Whisker, posture: Posture, speed: float, jumps: JumpTable | None = None
+) -> Events:
     """When an edge takes the contact along (t₁), when the contact jumps (t₂), when it is back on the flat (t₃).
 
     t₂ − t₁ = d₂/v, t₃ − t₁ = λ/v (the paper's "t₃ = λ/v").
     """
     width = texture.width / whisker.length
     start = texture.position / speed
-    jump = excursions_at_jump(posture, width) * whisker.length / speed
+    jump = (jumps or jump_table(posture, width))(width) * whisker.length / speed
     time = np.stack([start, start + jump, start + texture.width / speed], axis=1)
     rate = np.full(len(width), speed / whisker.length)
     none = np.zeros(len(width))
@@ -246,6 +249,7 @@ def predict(
     *,
     n_modes: int = 12,
     response: Response | None = None,
+    jumps: JumpTable | None = None,
 ) -> Prediction:
     """Prepare the prediction for one whisker, posture, texture and scan.
 
@@ -255,8 +259,8 @@ def predict(
         What is drawn past what.
     n_modes : int
         Number of modes.
-    response : Response, optional
-        Of an earlier prediction with the same posture and form, if it reaches as far: textures in a batch share it.
+    response, jumps : Response, JumpTable, optional
+        Tables of the same posture that reach as far, made for a batch: see :func:`predict_all`.
 
     Raises
     ------
@@ -267,7 +271,7 @@ def predict(
         raise InputError(
             "Posture.contact", f"must not lie beyond the whisker's tip at {whisker.tip:.4g}", posture.contact
         )
-    events = trough_events(texture, whisker, posture, scan.speed)
+    events = trough_events(texture, whisker, posture, scan.speed, jumps)
     before, after = events.gaps
     reach = float(after.min()), float(before.max())
     if response is None:
@@ -277,7 +281,22 @@ def predict(
     return Prediction(whisker, posture, scan, texture, events, response)
 
 
+def predict_all(
+    whisker: Whisker, posture: Posture, textures: Sequence[Troughs], scan: Scan, *, n_modes: int = 12
+) -> list[Prediction]:
+    """Predictions for a batch of textures under one posture, whose tables are made once; see :func:`predict`."""
+    widths = np.concatenate([texture.width for texture in textures]) / whisker.length
+    jumps, widest = jump_table(posture, widths), widths.max(keepdims=True)
+    deepest = float(jumps(widest)[0])
+    slack = 1 + 1e-9  # rounding in the textures' own times
+    reach = (deepest - float(widest[0])) * slack, deepest * slack
+    response = quasi_static(posture, reach, form=scan.response, n_modes=n_modes)
+    tables: dict[str, Any] = {"response": response, "jumps": jumps}
+    return [predict(whisker, posture, texture, scan, n_modes=n_modes, **tables) for texture in textures]
+
+
 def _serves(response: Response, posture: Posture, scan: Scan, n_modes: int, reach: tuple[float, float]) -> bool:
     low, high = response.reach
     same = (response.posture, response.form, len(response.c)) == (posture, scan.response, n_modes)
-    return same and (response.form == "linear" or (low <= reach[0] and reach[1] <= high))
+    slack = 1e-9 * (high - low)  # rounding in the times of the events, which differ with the speed
+    return same and (response.form == "linear" or (low - slack <= reach[0] and reach[1] <= high + slack))
