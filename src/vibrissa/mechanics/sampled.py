@@ -42,13 +42,13 @@ def predicted_signals(prediction: Prediction, t: Array, *, nodes: Array | None =
     -------
     Dataset
         ``excursion`` d; ``mode_amplitude`` q; ``mode_displacement`` q + Q(d), what a movie shows before its mean is
-        taken away, and its ``envelope`` on an even grid; ``kappa``, ``resonant_frequency`` [Hz], ``coupling``; what
+        taken away, and its ``envelope`` on an even grid of 4 or more; ``kappa``, ``resonant_frequency`` [Hz], ``coupling``; what
         :func:`vibrissa.mechanics.follicle.follicle_signals` gives; ``displacement`` (time, node) [m] along the normal.
     """
     scan, whisker = prediction.scan, prediction.whisker
     shown = prediction.mode_displacement(t)
     more: dict[str, Any] = dict(follicle_signals(prediction, t))
-    if len(t) > 2 and np.allclose(np.diff(t), (t[-1] - t[0]) / (len(t) - 1), rtol=1e-6, atol=0):
+    if len(t) > 3 and np.allclose(np.diff(t), (t[-1] - t[0]) / (len(t) - 1), rtol=1e-6, atol=0):
         more["envelope"] = analytic_envelope(shown)[0]
     if nodes is not None:
         motion = prediction.displacement(t, 1 - nodes / whisker.length) * whisker.length
