@@ -42,8 +42,9 @@ def predicted_signals(prediction: Prediction, t: Array, *, nodes: Array | None =
     -------
     Dataset
         ``excursion`` d; ``mode_amplitude`` q; ``mode_displacement`` q + Q(d), what a movie shows before its mean is
-        taken away, and its ``envelope`` on an even grid of 4 or more; ``kappa``, ``resonant_frequency`` [Hz], ``coupling``; what
-        :func:`vibrissa.mechanics.follicle.follicle_signals` gives; ``displacement`` (time, node) [m] along the normal.
+        taken away, and its ``envelope`` on an even grid of 4 times or more; ``kappa``, ``resonant_frequency`` [Hz],
+        ``coupling``; what :func:`vibrissa.mechanics.follicle.follicle_signals` gives; ``displacement`` (time, node) [m]
+        along the normal.
     """
     scan, whisker = prediction.scan, prediction.whisker
     shown = prediction.mode_displacement(t)
