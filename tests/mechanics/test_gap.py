@@ -6,9 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shooting import held_by_an_edge, jump_over
 
-from vibrissa.errors import ConvergenceError, InputError
+from vibrissa.errors import InputError
 from vibrissa.exact import cone_kappa, cone_modes, shaft_quadrature
-from vibrissa.mechanics.gap import coupling, excursion_at_jump, excursions_at_jump, unit_response
+from vibrissa.mechanics.edge import hold, on_the_flat
+from vibrissa.mechanics.gap import coupling, excursion_at_jump, excursions_at_jump, jump_table, unit_response
 from vibrissa.mechanics.profile import Posture, stationary_profile
 
 REFERENCE = Posture(contact=0.29, base_angle=1.2)
@@ -104,6 +105,28 @@ def test_contact_jumps_where_the_marched_profile_meets_the_near_edge(contact, ba
     assert excursion_at_jump(posture, width) == pytest.approx(witness, abs=1e-9 * max(1, 0.1 / width))
 
 
+@pytest.mark.parametrize(
+    ("posture", "width"),
+    [(REFERENCE, 0.0075), (REFERENCE, 0.025), (LOWER, 0.015), (Posture(contact=0.15, base_angle=1.4), 0.03)],
+)
+def test_profile_carried_on_first_touches_the_near_edge_at_the_jump(posture, width):
+    """Another way to d₂: the excursion is imposed, and the height over the near edge looked at."""
+    flat, jump = on_the_flat(posture), excursion_at_jump(posture, width)
+
+    def over(d, across):
+        held = hold(flat, d)
+        s = held.contact + np.linspace(0, 0.08, 4001)
+        x, y = held.position(s)
+        return np.interp(across, x + held.base[0], y + held.base[1])  # flat.base[1] is H, kept
+
+    assert over(jump, width) == pytest.approx(0, abs=1e-9)
+    sag = -over(jump, 0.5 * width)
+    assert sag > 0  # between the edges it hangs in the gap
+    heights = [over(share * jump, width) for share in (0.0, 0.3, 0.6, 0.9)]
+    assert np.all(np.diff(heights) < 0)
+    assert heights[-1] > 0
+
+
 def test_excursion_at_jump_grows_as_the_square_of_narrow_gaps():
     # the cubic sag −Λ cos φ/(6ε⁴)·x(λ² − x²) gives θ_ε; d follows through dθ_ε/dd
     response = unit_response(REFERENCE)
@@ -142,6 +165,14 @@ def test_no_response_is_given_beyond_the_fold(contact, fold):
         unit_response(Posture(contact=contact, base_angle=fold + 1e-3))
 
 
-def test_gap_wider_than_the_whisker_can_cross_is_told():
-    with pytest.raises((ConvergenceError, InputError)):
-        excursion_at_jump(REFERENCE, 0.6)
+@pytest.mark.parametrize("width", [0.6, 0.45, 0.0, -0.01, np.nan, np.inf])
+def test_gap_that_the_whisker_cannot_cross_is_told(width):
+    with pytest.raises(InputError, match="gap_width must") as told:
+        excursion_at_jump(REFERENCE, width)
+    assert "\n" not in str(told.value)
+
+
+def test_one_table_serves_a_batch():
+    width = np.random.default_rng(5).uniform(2e-3, 0.03, 9)
+    batch = jump_table(REFERENCE, np.array([2e-3, 0.03]))(width)
+    np.testing.assert_allclose(batch, [excursion_at_jump(REFERENCE, w) for w in width], rtol=1e-7)

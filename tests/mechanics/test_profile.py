@@ -60,6 +60,13 @@ def test_marching_with_the_load_lands_on_the_base(contact, base_angle, friction)
     np.testing.assert_allclose([flat.contact_distance, flat.base_distance], [x[-1], y[-1]], atol=1e-10)
 
 
+@pytest.mark.parametrize(("contact", "base_angle", "friction"), [(0.3, 1.0, 5.0), (0.1, 1.5, 20.0), (0.2, 0.5, -0.9)])
+def test_marching_agrees_at_extreme_friction_too(contact, base_angle, friction):
+    flat = stationary_profile(Posture(contact=contact, base_angle=base_angle, friction=friction))
+    end = march(contact, 0.0, float(flat.contact_force), np.arctan(friction))[[0, 2, 3], -1]
+    np.testing.assert_allclose(end, [base_angle, flat.contact_distance, flat.base_distance], atol=1e-9)
+
+
 @settings(deadline=None, derandomize=True, max_examples=25)
 @given(contact=contacts, base_angle=angles, friction=frictions)
 def test_moment_at_the_base_balances_the_contact_force(contact, base_angle, friction):
@@ -130,7 +137,13 @@ def test_small_angles_reach_the_linear_beam_at_the_right_order(friction, order):
         (lambda: Posture(contact=0.0, base_angle=1.0), "Posture.contact"),
         (lambda: Posture(contact=1.0, base_angle=1.0), "Posture.contact"),
         (lambda: Posture(contact=np.nan, base_angle=1.0), "Posture.contact"),
+        (lambda: Posture(contact=-0.3, base_angle=1.0), "Posture.contact"),
         (lambda: Posture(contact=0.3, base_angle=0.0), "Posture.base_angle"),
+        (lambda: Posture(contact=0.3, base_angle=-1.0), "Posture.base_angle"),
+        (lambda: Posture(contact=0.3, base_angle=np.nan), "Posture.base_angle"),
+        (lambda: Posture(contact=0.3, base_angle=1.0, friction=np.nan), "Posture.friction"),
+        (lambda: stationary_profile(Posture(contact=0.3, base_angle=1.0), [0.4, np.nan]), "s must lie"),
+        (lambda: stationary_profile(Posture(contact=0.3, base_angle=1.0), [1.01]), "s must lie"),
         (lambda: Posture(contact=0.3, base_angle=1.6), "Posture.base_angle"),
         (lambda: Posture(contact=0.3, base_angle=1.0, friction=np.inf), "Posture.friction"),
         (lambda: stationary_profile(Posture(contact=0.3, base_angle=1.0), [0.2]), "s must lie"),
