@@ -46,7 +46,7 @@ def diagnostics(prediction: Prediction, t: Array) -> xr.Dataset:
         below the land behind the gap just after the jump, λ sin θ_ε, and ``single_contact``: whether the free end is
         shorter than λ and hangs less deep than the gap. ``fold_determinant``; ``weight_ratio``, own weight over contact
         force; ``least_contact_load`` over its value at rest, and ``lift_off``, the share of times at which it is not
-        positive.
+        positive; a jump sets all modes ringing, so the first depends on how many are taken.
     """
     whisker, scan, posture = prediction.whisker, prediction.scan, prediction.posture
     width = prediction.texture.width

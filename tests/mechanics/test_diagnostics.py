@@ -1,0 +1,78 @@
+"""How far the assumptions hold: numbers of MODEL.md, and what each diagnostic must say in a plain case."""
+
+import numpy as np
+import pytest
+
+from vibrissa.mechanics.crossing import crossing, held_profile
+from vibrissa.mechanics.diagnostics import diagnostics, own_weight
+from vibrissa.mechanics.profile import Posture
+from vibrissa.mechanics.superposition import Scan, predict
+from vibrissa.texture.surface import Troughs
+from vibrissa.whisker import Whisker
+
+WHISKER = Whisker(length=0.04, cone_angle=1.5e-3)
+POSTURE = Posture(contact=0.29, base_angle=1.2)
+TIME = np.arange(4000) / 20000
+
+
+def judged(width, *, speed=0.1, whisker=WHISKER, depth=35e-6, response="exact", count=3):
+    position = 1e-3 + 2e-2 * np.arange(len(width))  # far apart
+    texture = Troughs(position=position, width=np.array(width), depth=depth)
+    scan = Scan(speed=speed, damping=0.11, response=response)
+    prediction = predict(whisker, POSTURE, texture, scan, n_modes=count)
+    return diagnostics(prediction, TIME)
+
+
+def test_free_end_dips_below_the_land_behind_the_gap():
+    dip = judged([0.3e-3, 0.6e-3, 1e-3]).free_end_dip.values
+    np.testing.assert_allclose(dip, [16e-6, 59e-6, 152e-6], atol=0.5e-6)
+
+
+def test_one_contact_holds_only_for_a_short_free_end_over_a_deep_gap():
+    short = Whisker(length=0.04, cone_angle=1.5e-3, tip=0.285)  # 0.2 mm beyond the contact
+    assert judged([0.3e-3, 0.1e-3], whisker=short).single_contact.values.tolist() == [True, False]
+    assert not judged([1e-3], whisker=short, depth=1e-6).single_contact.any()
+    assert not judged([1e-3]).single_contact.any()
+
+
+@pytest.mark.parametrize("response", ["exact", "linear"])
+def test_linearity_of_one_gap_is_that_of_the_crossing(response):
+    found = judged([0.6e-3], response=response).linearity.values
+    np.testing.assert_allclose(found, [0.813, 0.607, 0.221], atol=6e-4)
+    np.testing.assert_allclose(crossing(POSTURE, 0.015).linearity, found, rtol=1e-6)
+
+
+def test_narrow_gaps_are_answered_linearly():
+    near, nearer = (1 - judged([width]).linearity.values for width in (4e-6, 2e-6))
+    np.testing.assert_allclose(near / nearer, 2, rtol=0.02)  # of first order in λ
+
+
+def test_mechanism_compares_the_time_over_a_gap_with_the_period():
+    slow, fast = (judged([0.6e-3], speed=speed).mechanism.values for speed in (0.05, 0.2))
+    np.testing.assert_allclose(slow, 4 * fast)
+    assert slow[0] == pytest.approx(0.6e-3 * 2 * np.pi * 123.149 / 0.05, rel=1e-4)
+
+
+def test_a_whisker_at_rest_keeps_its_load_and_a_fast_one_lifts_off():
+    still = judged([1e-6], speed=0.01)
+    assert still.least_contact_load == pytest.approx(1, abs=0.01)
+    assert still.lift_off == 0
+    wild = judged([1.2e-3], count=12)
+    assert wild.least_contact_load < 0
+    assert wild.lift_off > 0
+
+
+def test_own_weight_is_that_of_the_cone():
+    steel = Whisker(length=0.2, cone_angle=5e-3, youngs_modulus=2e11, density=7850)
+    weight = 7850 * 9.81 * np.pi / 3 * (5e-3 * 0.2) ** 2 * 0.2
+    unit = np.pi / 4 * 2e11 * 5e-3**4 * 0.2**2
+    assert own_weight(steel) == pytest.approx(weight / unit, rel=1e-12)
+
+
+def test_crossing_meets_the_near_edge_and_keeps_the_base():
+    data = crossing(POSTURE, 0.015)
+    before = held_profile(POSTURE, contact_distance=float(data.contact_distance[1]))
+    at_edge = np.interp(0.015, before.profile_x, before.profile_y)
+    assert abs(at_edge) < 2e-6  # over L, between 201 points
+    np.testing.assert_allclose(data.base_distance, 0.461768821, rtol=1e-8)
+    np.testing.assert_allclose(data.held_excursion, np.array([0, 4.707761e-4, 4.707761e-4 - 0.015]), rtol=1e-6)
