@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-TRUTH, FOUND, OTHER = "0.72", "C0", "C1"  # the truth lies behind, broad and pale
+TRUTH, FOUND, OTHER = "0.72", "#0072B2", "#D55E00"  # the truth lies behind, broad and pale
 Draw = Callable[["xr.Dataset"], "Figure"]
 
 
