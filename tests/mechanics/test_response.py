@@ -24,10 +24,16 @@ def tabulated(posture, form="exact", n_modes=3):
     return quasi_static(posture, REACH[posture], form=form, n_modes=n_modes)
 
 
+@cache
+def unknown_by_shooting(posture, excursion):
+    """(ε, θ_ε, Λ)."""
+    return tuple(held_by_an_edge(posture, stationary_profile(posture), excursion, np.array([0.9]))[1])
+
+
 def displaced_by_shooting(posture, excursion, s):
-    """n₁·(r − r₁) at points s, and the new contact; beyond it the shaft is straight."""
+    """n₁·(r − r₁) at points s; beyond the new contact the shaft is straight."""
     flat, phi = stationary_profile(posture), posture.friction_angle
-    _, (contact, turn, load) = held_by_an_edge(posture, flat, excursion, np.array([0.9]))
+    contact, turn, load = unknown_by_shooting(posture, excursion)
     everywhere = np.union1d(s, [1.0])
     angle, _, x1, y1 = march(posture.contact, 0.0, float(flat.contact_force), phi, points=everywhere)[:, : len(s)]
     on_curve = np.union1d(s[s > contact], [contact, 1.0])
@@ -37,18 +43,18 @@ def displaced_by_shooting(posture, excursion, s):
     # the base stands at (D, H) from where the contact stood, and D + d from where it stands
     base = np.array([float(flat.contact_distance), float(flat.base_distance)])
     shift_x, shift_y = along - x[-1] - (x1 - base[0]), up - y[-1] - (y1 - base[1])
-    return np.cos(angle) * shift_y - np.sin(angle) * shift_x, contact
+    return np.cos(angle) * shift_y - np.sin(angle) * shift_x
 
 
 def amplitudes_by_shooting(posture, excursion, n_modes=3):
     """Q_i = ∫_ε^1 s² n₁·(r − r₁) V_i ds by Simpson's rule on each side of the new contact."""
     contact = posture.contact
-    _, new = displaced_by_shooting(posture, excursion, np.array([0.9]))
+    new = unknown_by_shooting(posture, excursion)[0]
     kappa, total = cone_kappa(contact, n_modes), np.zeros(n_modes)
     for low, high in ((contact, max(new, contact)), (max(new, contact), 1.0)):
         if high > low:
-            s = np.linspace(low, high, 1001)
-            shift, _ = displaced_by_shooting(posture, excursion, s)
+            s = np.linspace(low, high, 501)
+            shift = displaced_by_shooting(posture, excursion, s)
             total += simpson(s**2 * shift * cone_modes(kappa, contact, s), x=s, axis=1)
     return total
 
