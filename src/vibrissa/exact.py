@@ -7,6 +7,7 @@ V ∝ z⁻²F₂(z), V' ∝ z⁻³F₃(z), V'' ∝ z⁻⁴F₄(z), because (1/z 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -145,13 +146,21 @@ def cone_modes(kappa: Array, contact: float, s: Array, boundary: Boundary = "pin
     (M, S) array
         V normalised by ∫_ε^1 s² V_i V_j ds = δ_ij, with V''(1) > 0.
     """
+    kappa = np.asarray(kappa, float)
+    coefficient = _normalised(tuple(kappa.tolist()), float(contact), boundary)
+    return _shape(kappa, contact, np.asarray(s, float), coefficient, derivative)
+
+
+@lru_cache(maxsize=64)
+def _normalised(kappas: tuple[float, ...], contact: float, boundary: Boundary) -> Array:
+    """(M, 4) coefficients that make the modes orthonormal, with V''(1) > 0."""
+    kappa = np.array(kappas)
     coefficient = _coefficients(kappa, contact, boundary)
     nodes, weights = shaft_quadrature(contact, 80 + 8 * len(kappa))
     shape = _shape(kappa, contact, nodes, coefficient, 0)
     norm = np.sqrt(np.sum(weights * nodes**2 * shape**2, axis=1))
     bending = _shape(kappa, contact, np.ones(1), coefficient, 2)[:, 0]
-    scale = np.sign(bending) / norm
-    return scale[:, None] * _shape(kappa, contact, np.asarray(s, float), coefficient, derivative)
+    return np.asarray((np.sign(bending) / norm)[:, None] * coefficient)
 
 
 def _coefficients(kappa: Array, contact: float, boundary: Boundary) -> Array:
