@@ -1,12 +1,16 @@
 """Counts of spikes, by hand."""
 
+import warnings
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.stats import sem
 
 from vibrissa.errors import InputError
-from vibrissa.neural.response import spike_counts
+from vibrissa.neural.response import bin_edges, psth, raster, spike_counts
+from vibrissa.neural.spikes import spike_table
 from vibrissa.quantities import dataset
 
 
@@ -52,5 +56,77 @@ def test_no_spikes_are_counted_as_none():
     ],
 )
 def test_impossible_counts_are_refused(call, rule):
+    with pytest.raises(InputError, match=rule):
+        call()
+
+
+# Rasters and histograms
+
+
+def test_raster_by_hand():
+    rows = raster(spikes([0.3, 0.1, 0.2], [2, 0, 2]), n_trials=4)
+    assert [row.tolist() for row in rows] == [[0.1], [], [0.2, 0.3], []]
+
+
+def test_histogram_by_hand_with_bins_of_any_width():
+    table = spikes([-0.5, 0.0, 0.1, 0.5, 1.9, 2.0], [0, 0, 1, 0, 1, 1])
+    found = psth(table, [-1, 0, 0.5, 2], n_trials=2)
+    np.testing.assert_array_equal(found.spike_count, [[1, 1, 1], [0, 1, 1]])  # 2.0 is the end, half-open
+    np.testing.assert_allclose(found.firing_rate, [0.5, 2, 2 / 3])
+    np.testing.assert_allclose(found.firing_rate_se, [0.5, 0, 0])
+    assert found.bin.values.tolist() == [-1, 0, 0.5]
+    assert found.bin_stop.values.tolist() == [0, 0.5, 2]
+
+
+def test_standard_error_is_that_of_the_mean_over_trials():
+    rng = np.random.default_rng(5)
+    found = psth(spikes(rng.uniform(0, 1, 300), rng.integers(0, 7, 300)), bin_edges(0, 1, 0.1), n_trials=7)
+    np.testing.assert_allclose(found.firing_rate_se, sem(found.spike_count.values / 0.1, axis=0))
+
+
+def test_units_lead_the_histogram():
+    table = spike_table(np.array([0.1, 0.2, 0.7]), np.array([1, 1, 0]), ["a", "b"], trial=np.array([0, 1, 1]))
+    found = psth(table, [0, 0.5, 1], n_trials=2)
+    assert found.firing_rate.dims == ("unit", "bin")
+    np.testing.assert_allclose(found.firing_rate, [[0, 1], [2, 0]])
+    assert found.unit_name.values.tolist() == ["a", "b"]
+
+
+@settings(deadline=None, derandomize=True, max_examples=40)
+@given(seed=st.integers(0, 10**6), start=st.sampled_from([0.0, -0.3, 0.1]), width=st.sampled_from([0.01, 0.1, 0.05]))
+def test_even_bins_count_as_before(seed, start, width):
+    rng = np.random.default_rng(seed)
+    table = spikes(start + np.concatenate([rng.uniform(-1, 3, 50), width * np.arange(40)]), rng.integers(0, 3, 90))
+    found = psth(table, bin_edges(start, start + 30 * width, width), n_trials=3).spike_count
+    np.testing.assert_array_equal(found, spike_counts(table, n_trials=3, start=start, n_bins=30, bin_width=width))
+
+
+def test_histogram_agrees_with_elephant():
+    statistics = pytest.importorskip("elephant.statistics")
+    neo, pq = pytest.importorskip("neo"), pytest.importorskip("quantities")
+    rng = np.random.default_rng(6)
+    time, trial = rng.uniform(0, 2, 500), rng.integers(0, 9, 500)
+    trains = [neo.SpikeTrain(np.sort(time[trial == k]) * pq.s, t_stop=2.0) for k in range(9)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        theirs = statistics.time_histogram(trains, bin_size=10 * pq.ms, output="rate").rescale("Hz").magnitude[:, 0]
+    ours = psth(spikes(time, trial), bin_edges(0, 2, 0.01), n_trials=9).firing_rate
+    np.testing.assert_allclose(ours, theirs, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("call", "rule"),
+    [
+        (lambda: psth(spikes([0.1], [0]), [0, 1]), "number of trials must be at least 1.*give n_trials"),
+        (lambda: psth(spikes([0.1], [3]), [0, 1], n_trials=3), "spike_trial"),
+        (lambda: psth(spikes([0.1], [0]), [0, 0], n_trials=1), "edges of bins"),
+        (lambda: psth(spikes([0.1], [0]), [0, np.nan], n_trials=1), "edges of bins"),
+        (lambda: bin_edges(0, 1, 0.3), "must divide the window 0 to 1 s"),
+        (lambda: bin_edges(0, 1, -0.1), "must divide"),
+        (lambda: bin_edges(0, np.inf, 0.1), "must divide"),
+        (lambda: raster(spikes([0.1], [3]), n_trials=3), "spike_trial"),
+    ],
+)
+def test_impossible_histograms_are_refused(call, rule):
     with pytest.raises(InputError, match=rule):
         call()

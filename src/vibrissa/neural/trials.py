@@ -1,0 +1,203 @@
+"""When the stimulus was presented, and which spikes belong to which presentation."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibrissa.errors import InputError
+from vibrissa.neural.spikes import LONGEST, spike_table
+from vibrissa.neural.table import Array, Table, read_table
+from vibrissa.quantities import dataset, require
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def trial_table(start: Array, stop: Array, stimulus: Any = None, attrs: dict[str, Any] | None = None) -> xr.Dataset:
+    """Label trials.
+
+    Parameters
+    ----------
+    start, stop : (R,) arrays
+        Onset and end of each trial on the session's clock [s]; onsets ascend.
+    stimulus : (R,) array of str, optional
+        What was presented.
+    attrs : mapping, optional
+        What else to tell.
+
+    Returns
+    -------
+    Dataset
+        ``trial_start``, ``trial_stop`` and ``trial_stimulus`` (trial).
+
+    Raises
+    ------
+    InputError
+        At the first trial that is not finite, does not last, or does not start after the one before it.
+    """
+    start, stop = np.asarray(start, float), np.asarray(stop, float)
+    for wrong, rule in (
+        (~(np.isfinite(start) & np.isfinite(stop)), "must start and stop at finite times"),
+        (~(start < stop), "must stop after its start"),
+        (np.diff(start, prepend=-np.inf) <= 0, "must start after the one before it"),
+    ):
+        if wrong.any():
+            k = int(np.flatnonzero(wrong)[0])
+            raise InputError(f"trial {k}", rule, f"{start[k]:.6g} to {stop[k]:.6g} s")
+    named: dict[str, Any] = {} if stimulus is None else {"trial_stimulus": np.array(stimulus, str)}
+    return dataset({"n_trials": start.size, **(attrs or {})}, trial_start=start, trial_stop=stop, **named)
+
+
+def read_trials(path: str | Path, *, only: tuple[str, str] | None = None) -> xr.Dataset:
+    """Trials from a file of comma-separated values, one line for each.
+
+    Parameters
+    ----------
+    path : path
+        UTF-8 text below a header with the columns ``start`` and ``stop`` [s], or ``start_ms`` and ``stop_ms``, and, if
+        known, ``stimulus``. Other columns may be there.
+    only : (column, value), optional
+        Keep the lines with that value in that column: the protocol of interest among interleaved ones.
+
+    Returns
+    -------
+    Dataset
+        See :func:`trial_table`.
+
+    Raises
+    ------
+    InputError
+        Names file and line; or no line has the value wanted, and those that occur are named.
+    """
+    table = read_table(path, ("start|start_ms", "stop|stop_ms"), ("stimulus",))
+    start, stop = _seconds(table, "start"), _seconds(table, "stop")
+    table.refuse_first(~(start < stop), "stop" if "stop" in table.columns else "stop_ms", "must be after the start")
+    kept = np.ones(start.size, bool) if only is None else _with_value(table, *only)
+    if not kept.any():
+        raise InputError(str(path), "must have a line for each trial below its header", "none")
+    later = np.zeros(start.size, bool)
+    later[np.flatnonzero(kept)[1:]] = np.diff(start[kept]) <= 0
+    table.refuse_first(later, "start" if "start" in table.columns else "start_ms", "must be after the trial before it")
+    stimulus = np.array(table.columns["stimulus"], str)[kept] if "stimulus" in table.columns else None
+    attrs = {"source": Path(path).name, "trials_left_out": int((~kept).sum())}
+    return trial_table(start[kept], stop[kept], stimulus, attrs)
+
+
+def _seconds(table: Table, name: str) -> Array:
+    column = name if name in table.columns else f"{name}_ms"
+    time = table.numbers(column) / (1e3 if column.endswith("_ms") else 1.0)
+    table.refuse_first(np.abs(time) > LONGEST, column, f"must be at most {LONGEST:g} s", "give times in seconds")
+    return time
+
+
+def _with_value(table: Table, column: str, value: str) -> NDArray[np.bool_]:
+    if column not in table.columns:
+        raise InputError(table.path, f"must have a column {column}", remedy=f"it has {', '.join(table.columns)}")
+    kept = np.array([cell == value for cell in table.columns[column]], bool)
+    if not kept.any():
+        found = ", ".join(sorted(set(table.columns[column]))[:9])
+        raise InputError(f"{table.path}, {column}", f"must be {value!r} on a line", remedy=f"it is {found}")
+    return kept
+
+
+def trials_at(onsets: Array, duration: float, *, stimulus: Any = None) -> xr.Dataset:
+    """Trials of one duration, from the times of an event.
+
+    Parameters
+    ----------
+    onsets : (R,) array
+        Times of the event that starts each trial [s].
+    duration : float
+        Length of each trial [s].
+    stimulus : (R,) array of str, optional
+        What was presented.
+
+    Returns
+    -------
+    Dataset
+        See :func:`trial_table`.
+    """
+    if not 0 < duration < np.inf:
+        raise InputError("duration of a trial", "must be positive (s)", duration)
+    return trial_table(onsets, np.asarray(onsets, float) + duration, stimulus)
+
+
+def cut_into_trials(spikes: xr.Dataset, trials: xr.Dataset, window: tuple[float, float] | None = None) -> xr.Dataset:
+    """Give each spike to the trials in whose window it falls, timed from the trial's onset.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        Spikes on the session's clock, without ``spike_trial``; see :func:`vibrissa.neural.spikes.spike_table`.
+    trials : Dataset
+        See :func:`trial_table`.
+    window : (start, stop), optional
+        Window about the onset [s], half-open: (−0.5, 10.5) keeps half a second of spontaneous firing on either side.
+        Default: from the start to the stop of each trial.
+
+    Returns
+    -------
+    Dataset
+        ``spike_time`` from the onset, ``spike_trial``, ``spike_unit``, what is known of the units, and the trials.
+        ``spikes_outside`` counts spikes that fall into no window, ``spikes_shared`` those in two of them, kept twice.
+        Where the units' intervals of observation are known, ``unit_observed`` (unit, trial) tells whether the window
+        lies within one of them.
+
+    Raises
+    ------
+    InputError
+        If the spikes are in trials already, or the window is empty.
+    """
+    require(spikes, "spike_time", "spike_unit", "unit_name")
+    require(trials, "trial_start", "trial_stop")
+    if "spike_trial" in spikes:
+        raise InputError("spikes", "must be on the session's clock", "spikes in trials", "they are cut already")
+    start, low, high = trials.trial_start.values, *_windows(trials, window)
+    time, order = np.sort(spikes.spike_time.values), np.argsort(spikes.spike_time.values, kind="stable")
+    first, last = np.searchsorted(time, low), np.searchsorted(time, high)
+    trial = np.repeat(np.arange(start.size), last - first)
+    place = np.arange(trial.size) - np.repeat(np.cumsum(last - first) - last, last - first)
+    taken = order[place]
+    times_taken = np.bincount(taken, minlength=time.size)
+    attrs = spikes.attrs | {
+        "n_trials": start.size,
+        "spikes_outside": int((times_taken == 0).sum()),
+        "spikes_shared": int((times_taken > 1).sum()),
+    }
+    if window is not None:
+        attrs |= {"window_start": float(window[0]), "window_stop": float(window[1])}
+    about = {str(name): v.values for name, v in spikes.variables.items() if v.dims == ("unit",) and name != "unit_name"}
+    if "interval_unit" in spikes:
+        about["unit_observed"] = _observed(spikes, low, high)
+    cut = spike_table(
+        spikes.spike_time.values[taken] - start[trial],
+        spikes.spike_unit.values[taken],
+        [str(name) for name in spikes.unit_name.values],
+        trial=trial,
+        attrs=attrs,
+        **about,
+    )
+    told = {name: spikes.attrs[name] for name in ("spikes_out_of_order", "spikes_repeated") if name in spikes.attrs}
+    return cut.assign({name: v for name, v in trials.data_vars.items() if v.dims == ("trial",)}).assign_attrs(told)
+
+
+def _windows(trials: xr.Dataset, window: tuple[float, float] | None) -> tuple[Array, Array]:
+    """Start and stop of each trial's window [s] on the session's clock."""
+    if window is None:
+        return trials.trial_start.values, trials.trial_stop.values
+    if not -np.inf < window[0] < window[1] < np.inf:
+        raise InputError("window", "must be a start and a later stop (s)", window)
+    return trials.trial_start.values + window[0], trials.trial_start.values + window[1]
+
+
+def _observed(spikes: xr.Dataset, low: Array, high: Array) -> NDArray[np.bool_]:
+    """Whether each unit was observed throughout each window, in one of its intervals."""
+    observed = np.zeros((spikes.sizes["unit"], low.size), bool)
+    intervals = (spikes[f"interval_{name}"].values for name in ("unit", "start", "stop"))
+    for unit, start, stop in zip(*intervals, strict=True):
+        observed[unit] |= (start <= low) & (high <= stop)
+    return observed
