@@ -1,5 +1,6 @@
 """A whole texture: what the contact does, and what the whisker answers."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -15,7 +16,7 @@ from vibrissa.mechanics.edge import hold, on_the_flat
 from vibrissa.mechanics.gap import excursion_at_jump, jump_table
 from vibrissa.mechanics.oscillator import green_function
 from vibrissa.mechanics.profile import Posture
-from vibrissa.mechanics.response import quasi_static
+from vibrissa.mechanics.response import Piece, quasi_static
 from vibrissa.mechanics.sampled import predicted_signals
 from vibrissa.mechanics.superposition import Scan, predict, trough_events
 from vibrissa.texture.surface import Troughs
@@ -334,6 +335,24 @@ def test_where_the_polynomials_are_cut_does_not_matter():
     assert not np.array_equal(one.drive.time, other.drive.time)
     for ask in (lambda p: p.amplitudes(t), lambda p: p.mode_drive(t), lambda p: p.vibration(t)[1]):
         np.testing.assert_allclose(ask(other), ask(one), atol=1e-8 * np.abs(ask(one)).max())
+
+
+def halves(piece):
+    middle = (piece.low + piece.high) / 2
+    for low, high in ((piece.low, middle), (middle, piece.high)):
+        z = np.cos(np.pi * (np.arange(12) + 0.5) / 12)
+        values = piece.taylor((low + high) / 2 + (high - low) / 2 * z)[..., 0]
+        yield Piece(low, high, np.polynomial.chebyshev.chebfit(z, values.T, 11).T)
+
+
+def test_borders_passed_on_either_ramp_leave_no_trace():
+    t, whole = np.linspace(0, 0.06, 300), exact(SEVERAL)
+    pieces = tuple(half for piece in whole.response.pieces for half in halves(piece))
+    assert sum(0 < piece.high < 1.2e-3 for piece in pieces) > 0  # one on the way up, too
+    cut = replace(whole, response=replace(whole.response, pieces=pieces))
+    assert len(cut.drive.time) > len(whole.drive.time)
+    for ask in (lambda p: p.amplitudes(t), lambda p: p.mode_drive(t), lambda p: p.vibration(t)[1]):
+        np.testing.assert_allclose(ask(cut), ask(whole), rtol=0, atol=1e-9 * np.abs(ask(whole)).max())
 
 
 def test_drive_follows_the_response_along_the_sawtooth():
