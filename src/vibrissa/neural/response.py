@@ -129,7 +129,7 @@ def bin_edges(start: float, stop: float, bin_width: float) -> NDArray[np.float64
     n_bins = round((stop - start) / bin_width) if 0 < bin_width < np.inf and np.isfinite(stop - start) else 0
     if n_bins < 1 or abs(start + n_bins * bin_width - stop) > 1e-6 * bin_width:
         raise InputError("bin width", f"must divide the window {start:g} to {stop:g} s", bin_width)
-    return start + bin_width * np.arange(n_bins + 1)
+    return start + bin_width * np.arange(n_bins + 1, dtype=np.float64)
 
 
 def _n_trials(spikes: xr.Dataset, n_trials: int | None) -> int:
