@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple, Protocol
+
 import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
+from vibrissa.neural.nulls import Lags, Record, circular_correlogram
 from vibrissa.signals.correlation import lagged_correlation
 
 Array = NDArray[np.float64]
@@ -63,3 +66,69 @@ def maximal_correlation(rate: Array, envelope: Array, *, max_lag: int = 1) -> tu
         return np.nan, 0
     best = int(np.nanargmax(r))
     return float(r[best]), int(lags[best])
+
+
+class Coupling(NamedTuple):
+    """Correlation of many units with one envelope, and how often chance does as well.
+
+    Attributes
+    ----------
+    correlation : (U,) array
+        Largest Pearson's r over the lags; NaN where the rate is constant, as in a silent unit.
+    lag : (U,) array
+        That lag [bins], positive where the rate comes after the envelope; 0 where the correlation is NaN.
+    p_value : (U,) array
+        (1 + chance values at least as large) / (1 + chance values); NaN where the correlation is.
+    """
+
+    correlation: Array
+    lag: NDArray[np.int64]
+    p_value: Array
+
+
+class Null(Protocol):
+    """What chance does: gives the values the observed correlation is compared with."""
+
+    def values(self, record: Record, unit: int, correlogram: Array, lags: Lags) -> Array:
+        """Give the chance values of one unit, whose correlogram at all circular shifts is given."""
+        ...
+
+
+def envelope_coupling(record: Record, null: Null, *, lags: Lags = (-1, 1)) -> Coupling:
+    """Whether the envelope drives the units: largest correlation over a few lags against what chance gives.
+
+    Parameters
+    ----------
+    record : Record
+        Rates and envelope.
+    null : Null
+        :class:`Circular`, :class:`PseudoTexture` or :class:`Paper2014`.
+    lags : (int, int)
+        First and last lag tried [bins], both included; positive where the rate comes after the envelope. Lags wrap,
+        which touches no pair that counts where the masks leave out the ends.
+
+    Returns
+    -------
+    Coupling
+        For each unit.
+
+    Raises
+    ------
+    InputError
+        If the lags are not in order.
+    """
+    if not -len(record.envelope) // 4 < lags[0] <= lags[1] < len(record.envelope) // 4:
+        raise InputError("lags", "must ascend, and stay within a quarter of the record", lags)
+    tried = np.arange(lags[0], lags[1] + 1)
+    every = circular_correlogram(record.rates, record.rate_valid, record.envelope, record.envelope_valid)
+    r = every[:, tried]
+    best = np.where(np.isnan(r), -np.inf, r).argmax(-1)
+    observed = r[np.arange(len(r)), best]
+    p = np.full(len(r), np.nan)
+    for unit in np.flatnonzero(np.isfinite(observed)).tolist():
+        p[unit] = _p_value(observed[unit], null.values(record, unit, every[unit], lags))
+    return Coupling(observed, np.where(np.isnan(observed), 0, tried[best]), p)
+
+
+def _p_value(observed: float, chance: Array) -> float:
+    return float((1 + np.sum(chance >= observed - 1e-12)) / (1 + chance.size))  # the margin is round-off
