@@ -1,0 +1,185 @@
+"""Sorted spikes and events from Plexon (.plx) and NeuroExplorer (.nex) files, through neo."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from pathlib import Path
+from reprlib import repr as short
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibrissa.errors import InputError
+from vibrissa.neural.spikes import LONGEST, spike_table
+from vibrissa.neural.table import Array
+from vibrissa.quantities import dataset
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FORMATS = {  # module and class of neo, and the bytes a file starts with
+    ".plx": ("neo.rawio.plexonrawio", "PlexonRawIO", b"PLEX"),
+    ".nex": ("neo.rawio.neuroexplorerrawio", "NeuroExplorerRawIO", b"NEX1"),
+}
+WAY_OUT = {
+    ".pl2": "open it in Offline Sorter and export .plx, or convert it to NWB",
+    ".nex5": "export .nex from NeuroExplorer, or convert it to NWB",
+}
+PLX_HEADER, PLX_COUNTS = 7504, 256  # bytes of a .plx file's first header, and where its counts of spikes begin
+EVER = 1e9  # [s] neo leaves out what comes after the last block of a file unless told when to stop
+DAMAGED = "copy it again from where it was recorded, or export it anew"
+
+
+def read_plexon(path: str | Path, *, event: str | None = None) -> xr.Dataset:
+    """Sorted spikes from a .plx or .nex file, on the session's clock, and the times of an event.
+
+    Parameters
+    ----------
+    path : path
+        The file. Other formats of these makers are refused with a way out.
+    event : str, optional
+        Name of an event channel, the one that marks the onsets of trials.
+
+    Returns
+    -------
+    Dataset
+        See :func:`vibrissa.neural.spikes.spike_table`. Units are named ``channel,unit`` in a .plx file (``3,1``), by
+        their variable in a .nex file. Unsorted spikes (unit 0; variables like ``sig001U``) are left out and counted
+        in ``spikes_unsorted``; variables that repeat spikes with their waveforms (``sig001a_wf``) are passed over.
+        ``event_channels`` names the channels of events. With an event, ``event_time`` [s] and ``event_label``
+        (event), the label being the code of a strobed event: see :func:`vibrissa.neural.trials.trials_at`.
+
+    Raises
+    ------
+    InputError
+        If neo is not installed; if the file is not there, not of these formats, truncated or damaged; if there is no
+        such event.
+    """
+    reader = _open(path)
+    with _one_line(path):
+        named = [(_name(reader, k), _spike_times(reader, k)) for k in range(reader.spike_channels_count())]
+        channels = [str(name) for name in reader.header["event_channels"]["name"]]
+    for name, time in named:
+        _refuse_times(path, f"unit {name}", time)
+    named = [(name, time) for name, time in named if name.removesuffix("_wf") not in dict(named) or name[-3:] != "_wf"]
+    units = [(name, time) for name, time in named if not _unsorted(name)]
+    attrs = {
+        "source": Path(path).name,
+        "spikes_unsorted": sum(time.size for name, time in named if _unsorted(name)),
+        "event_channels": ",".join(channels),
+    }
+    table = spike_table(
+        np.concatenate([time for _, time in units] or [np.zeros(0)]),
+        np.repeat(np.arange(len(units)), [time.size for _, time in units]),
+        [name for name, _ in units],
+        attrs=attrs,
+    )
+    return table if event is None else table.assign(_events(reader, path, channels, event).data_vars)
+
+
+def _open(path: str | Path) -> Any:
+    """Give neo's reader of the file, its header parsed and its length checked."""
+    path = Path(path)
+    kind = path.suffix.lower()
+    if kind not in FORMATS:
+        raise InputError(str(path), "must be a .plx or .nex file", remedy=WAY_OUT.get(kind, "other files: CSV or NWB"))
+    if not path.is_file():
+        raise InputError(str(path), "must be an existing file")
+    module, name, magic = FORMATS[kind]
+    with path.open("rb") as file:
+        if file.read(4) != magic:
+            raise InputError(str(path), f"must be a {kind} file", remedy=f"it does not start with {magic.decode()}")
+    try:
+        make = getattr(import_module(module), name)
+    except ImportError as error:
+        raise InputError(str(path), "needs neo", remedy="pip install 'vibrissa[neuro]'") from error
+    with _one_line(path):
+        reader = make(str(path), **({"progress_bar": False} if kind == ".plx" else {}))
+        reader.parse_header()
+        _refuse_truncated(reader, path)
+    return reader
+
+
+@contextmanager
+def _one_line(path: str | Path) -> Iterator[None]:
+    """Turn whatever fails inside a reader into one line."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError(str(path), f"is truncated or damaged ({short(str(error))})", remedy=DAMAGED) from error
+
+
+def _refuse_truncated(reader: Any, path: Path) -> None:
+    """Refuse a file that ends within a block or variable, or holds fewer spikes than its header tells of."""
+    size = path.stat().st_size
+    if path.suffix.lower() == ".plx":
+        blocks = [one for kind in reader._data_blocks.values() for one in kind.values() if one.size]
+        end = max(int(one["pos"][-1] + one["size"][-1]) for one in blocks)
+        with path.open("rb") as file:
+            told = read_counts(file.read(PLX_HEADER))
+        found = sum(one.size for one in reader._data_blocks[1].values())
+    else:
+        end = max((int(one["offset"]) + _length(one) for one in reader._entity_headers), default=0)
+        told = found = 0
+    if end > size:
+        raise InputError(str(path), f"is truncated: it should reach byte {end}", f"{size} bytes", DAMAGED)
+    if found < told:
+        raise InputError(str(path), f"is truncated: it should hold {told} spikes", found, DAMAGED)
+
+
+def read_counts(header: bytes) -> int:
+    """Spikes that the header of a .plx file tells of; channels beyond 129 are not among them."""
+    return int(np.frombuffer(header, "<i4", 650, PLX_COUNTS).clip(0).sum())
+
+
+def _length(entity: Any) -> int:
+    """Least bytes of a .nex variable's data; damage shows in a negative number."""
+    n, points = int(entity["n"]), int(entity["NPointsWave"])
+    if n < 0:
+        raise ValueError(f"a variable of {n} entries")
+    each = {0: 4 * n, 1: 4 * n, 2: 8 * n, 3: n * (4 + 2 * points), 5: 8 * n + 2 * points, 6: 4 * n}
+    return each.get(int(entity["type"]), 0)
+
+
+def _name(reader: Any, k: int) -> str:
+    """Name of a unit: ``channel,unit`` where neo's id tells them, else the variable's name."""
+    channel = reader.header["spike_channels"][k]
+    plexon = re.fullmatch(r"ch(\d+)#(\d+)", channel["id"])
+    return f"{plexon[1]},{plexon[2]}" if plexon else str(channel["name"]).strip()
+
+
+def _unsorted(name: str) -> bool:
+    return name.endswith(",0") or re.fullmatch(r"(sig|SPK)\w*\d+U", name) is not None
+
+
+def _spike_times(reader: Any, k: int) -> Array:
+    ticks = reader.get_spike_timestamps(0, 0, k, None, EVER)
+    return np.asarray(reader.rescale_spike_timestamp(ticks, "float64"), float)
+
+
+def _refuse_times(path: str | Path, what: str, time: Array) -> None:
+    if not (np.abs(time) <= LONGEST).all():
+        raise InputError(f"{path}, {what}", "must have finite times in a session", remedy=DAMAGED)
+
+
+def _events(reader: Any, path: str | Path, channels: list[str], event: str) -> xr.Dataset:
+    """Times and labels of an event."""
+    if event not in channels:
+        raise InputError(f"event {event!r}", f"must be one of {path}", remedy=f"it has {', '.join(channels) or 'none'}")
+    k = channels.index(event)
+    with _one_line(path):
+        ticks, _, labels = reader.get_event_timestamps(0, 0, k, None, EVER)
+        time = np.asarray(reader.rescale_event_timestamp(ticks, "float64", k), float)
+    _refuse_times(path, f"event {event}", time)
+    if not time.size:
+        raise InputError(f"event {event!r}", f"must occur in {path}", "never")
+    order = np.argsort(time, kind="stable")
+    return dataset(event_time=time[order], event_label=np.array(labels, str)[order])
