@@ -50,15 +50,15 @@ def test_spikes_written_after_a_later_block_are_kept(tmp_path):
 
 def test_events_start_trials(plx):
     spikes = read_plexon(plx, event="Start")
-    assert spikes.event_time.values.tolist() == [1.0, 2.0]
-    cut = cut_into_trials(spikes, trials_at(spikes.event_time, 1.0), (-0.5, 1.0))
+    assert spikes.marker_time.values.tolist() == [1.0, 2.0]
+    cut = cut_into_trials(spikes, trials_at(spikes.marker_time, 1.0), (-0.5, 1.0))
     np.testing.assert_allclose(of_unit(cut, "1,1").spike_time, [0.0])
     assert of_unit(cut, "1,1").spike_trial.values.tolist() == [1]
 
 
 def test_codes_of_strobed_events_are_kept(plx):
     spikes = read_plexon(plx, event="Strobed")
-    assert spikes.event_label.values.tolist() == ["17", "300"]
+    assert spikes.marker_label.values.tolist() == ["17", "300"]
 
 
 def test_unknown_and_absent_events_are_refused(plx, tmp_path):
@@ -80,7 +80,7 @@ def test_sorted_spikes_of_a_nex_file(tmp_path):
     assert spikes.unit_name.values.tolist() == ["sig001a", "Neuron_U", "sig002b_wf"]
     np.testing.assert_array_equal(of_unit(spikes, "sig001a").spike_time, [0.001, 0.002])
     assert spikes.attrs["spikes_unsorted"] == 3
-    assert spikes.event_time.values.tolist() == [0.5, 1.0]
+    assert spikes.marker_time.values.tolist() == [0.5, 1.0]
 
 
 @pytest.mark.parametrize("kind", ["plx", "nex"])

@@ -50,8 +50,8 @@ def read_plexon(path: str | Path, *, event: str | None = None) -> xr.Dataset:
         See :func:`vibrissa.neural.spikes.spike_table`. Units are named ``channel,unit`` in a .plx file (``3,1``), by
         their variable in a .nex file. Unsorted spikes (unit 0; variables like ``sig001U``) are left out and counted
         in ``spikes_unsorted``; variables that repeat spikes with their waveforms (``sig001a_wf``) are passed over.
-        ``event_channels`` names the channels of events. With an event, ``event_time`` [s] and ``event_label``
-        (event), the label being the code of a strobed event: see :func:`vibrissa.neural.trials.trials_at`.
+        ``event_channels`` names the channels of events. With an event, ``marker_time`` [s] and ``marker_label``
+        (marker), the label being the code of a strobed event: see :func:`vibrissa.neural.trials.trials_at`.
 
     Raises
     ------
@@ -182,4 +182,4 @@ def _events(reader: Any, path: str | Path, channels: list[str], event: str) -> x
     if not time.size:
         raise InputError(f"event {event!r}", f"must occur in {path}", "never")
     order = np.argsort(time, kind="stable")
-    return dataset(event_time=time[order], event_label=np.array(labels, str)[order])
+    return dataset(marker_time=time[order], marker_label=np.array(labels, str)[order])
