@@ -9,15 +9,8 @@ from scipy.stats import kstest
 from vibrissa.errors import InputError
 from vibrissa.neural.refractoriness import Refractoriness
 from vibrissa.neural.response import spike_counts
-from vibrissa.neural.virtual import (
-    HingeUnit,
-    PhaseUnit,
-    SlowState,
-    adapting,
-    draw_spikes,
-    simulate_spikes,
-    unrelated_feature,
-)
+from vibrissa.neural.virtual import HingeUnit, PhaseUnit, draw_spikes, simulate_spikes
+from vibrissa.neural.wandering import SlowState, adapting, unrelated_feature
 from vibrissa.signals.correlation import lagged_correlation
 
 UNIT = HingeUnit(threshold=40e-6, slope=2.5e5, baseline=5.0, latency=0.0)
@@ -200,6 +193,7 @@ def test_spikes_are_in_order_in_the_window_and_the_seeds(seed, n_trials, start, 
         (lambda: SlowState(depth=1.0), r"SlowState\.depth"),
         (lambda: SlowState(timescale=0.0), r"SlowState\.timescale"),
         (lambda: SlowState(trial_sd=np.nan), r"SlowState\.trial_sd"),
+        (lambda: draw_spikes(TIME[:1], TIME[:1], 1, rng=np.random.default_rng(0)), "at least 2 samples"),
         (lambda: draw_spikes(TIME, -TIME, 1, rng=np.random.default_rng(0)), "rate and gain"),
         (lambda: draw_spikes(TIME, TIME, 2, rng=np.random.default_rng(0), gain=np.ones((1, 3))), r"gain must have"),
     ],
@@ -207,3 +201,13 @@ def test_spikes_are_in_order_in_the_window_and_the_seeds(seed, n_trials, start, 
 def test_bad_input_is_one_line(make, match):
     with pytest.raises(InputError, match=match):
         make()
+
+
+def test_uneven_and_even_grids_tell_the_same_rate():
+    even = np.linspace(0, 2, 201)
+    uneven = np.sort(np.append(even, 1.003))
+    rate = 20 * np.abs(np.sin(even))
+    when, trial = draw_spikes(even, rate, 50, rng=np.random.default_rng(11))
+    same, of = draw_spikes(uneven, np.interp(uneven, even, rate), 50, rng=np.random.default_rng(11))
+    np.testing.assert_array_equal(when, same)
+    np.testing.assert_array_equal(trial, of)
