@@ -1,0 +1,139 @@
+"""The verb `replay`: the command of a 24-whisker stimulator."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+
+from vibrissa.cli.output import show
+from vibrissa.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from vibrissa.stimulus.array import Spread
+
+
+def replay(
+    inputs: list[Path],
+    *,
+    out: Path,
+    distance: float = 5e-3,
+    which: int = 0,
+    duration: float = 10.0,
+    sampling_rate: float = 20000.0,
+    low: float = 0.1,
+    high: float = 83.0,
+    order: int = 4,
+    norm: Literal["phase", "delay", "mag"] = "phase",
+    causal: Annotated[bool, Parameter(negative="")] = False,
+    fade: float = 0.05,
+    scale: float = 1.0,
+    delays: str = "even",
+    separation: float = 0.1,
+    seed: int = 0,
+    travel: float | None = None,
+    speed: float | None = None,
+    acceleration: float | None = None,
+    encoding: Literal["float32", "int24", "int16"] = "float32",
+    full_scale: float | None = None,
+    measured: Path | None = None,
+    measured_whisker: str = "alpha",
+    json: Annotated[
+        bool, Parameter(name="--json", negative="", help="Print one JSON object (SI units) instead of a table.")
+    ] = False,
+) -> None:
+    """Replay a whisker's motion on 24 whiskers: textures joined, filtered to the stimulator's band, shifted in time.
+
+    The command is a loop: it is filtered as if repeated for ever, and the copies are shifted circularly.
+
+    Parameters
+    ----------
+    inputs
+        One for each texture, in order: a prediction (`vibrissa scan … --node 0.005`), tracked profiles, or a CSV with
+        the columns time,displacement in seconds and metres.
+    out
+        Command to write: .nc, .wav, .npy or .csv, and beside it a .json that says what it holds.
+    distance
+        Of the point from the base whose motion is replayed [m].
+    which
+        Which of the tracked whiskers, from 0.
+    duration
+        Of the command [s].
+    sampling_rate
+        Samples per second [Hz].
+    low, high
+        Corners of the band [Hz].
+    order
+        Order of the Bessel filter.
+    norm
+        What the corners mean: midpoint of the phase, delay, or -3 dB.
+    causal
+        Filter once forwards, with its delay; otherwise forwards and backwards, without.
+    fade
+        Overlap of neighbouring textures [s].
+    scale
+        Factor on the command.
+    delays
+        Of the copies: even, random, least (correlated), or 24 times in seconds with commas between.
+    separation
+        Least time between delays that are random or least [s].
+    seed
+        Of random delays.
+    travel
+        Of the stimulator, to either side of rest [m].
+    speed
+        Of the stimulator [m/s].
+    acceleration
+        Of the stimulator [m/s²].
+    encoding
+        Of samples in WAV.
+    full_scale
+        Displacement at full scale in WAV [m]; the command's peak by default.
+    measured
+        Motion of the stimulator to compare: a CSV with time,displacement from the command's start, or a command.
+    measured_whisker
+        The whisker that was measured.
+    """
+    import xarray as xr
+
+    from vibrissa.stimulus.array import Limits, replay_command
+    from vibrissa.stimulus.band import Band
+    from vibrissa.stimulus.export import Sound, write_command
+    from vibrissa.stimulus.fidelity import compare_file
+    from vibrissa.stimulus.waveform import read_motion
+
+    sound = Sound(encoding=encoding, full_scale=full_scale)
+    data = replay_command(
+        [read_motion(path, distance=distance, which=which) for path in inputs],
+        duration=duration,
+        sampling_rate=sampling_rate,
+        band=Band(low=low, high=high, order=order, norm=norm, causal=causal),
+        fade=fade,
+        scale=scale,
+        delays=_delays(delays),
+        separation=separation,
+        seed=seed,
+        limits=Limits(travel=travel, speed=speed, acceleration=acceleration),
+    )
+    if measured is not None:
+        data = xr.merge([data, compare_file(data, measured, measured_whisker)], combine_attrs="drop_conflicts")
+    write_command(data, out, sound=sound)
+    print(f"vibrissa: the command is in {out}, what it holds in {out}.json", file=sys.stderr)
+    for note in filter(None, (data.attrs["correlation_note"], data.attrs["resonance_note"])):
+        print(f"vibrissa: {note}", file=sys.stderr)
+    long = {"time", "coherence_frequency"}
+    show(data, [str(name) for name in data.data_vars if not long & set(data[name].dims)], json, None)
+
+
+def _delays(text: str) -> Spread | Sequence[float]:
+    spreads: dict[str, Spread] = {"even": "even", "random": "random", "least": "least"}
+    if text in spreads:
+        return spreads[text]
+    try:
+        return [float(one) for one in text.split(",")]
+    except ValueError:
+        raise InputError("--delays", "must be even, random, least, or times in s with commas between", text) from None

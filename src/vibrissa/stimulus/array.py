@@ -1,0 +1,279 @@
+"""The 24 whiskers: circularly shifted copies of one loop, and what the stimulator can do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibrissa.errors import InputError
+from vibrissa.quantities import dataset
+from vibrissa.stimulus.band import RESONANCES, Band
+from vibrissa.stimulus.delays import (
+    Whole,
+    circular_correlation,
+    correlation_note,
+    even_shifts,
+    least_shifts,
+    pair_correlations,
+    random_shifts,
+)
+from vibrissa.stimulus.waveform import Motion, joined, samples, seam_steps
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+Spread = Literal["even", "random", "least"]
+
+# The 24 most caudal: the straddlers and four columns of five rows. The paper gives their number, not their names.
+WHISKERS = tuple(
+    name
+    for row, straddler in zip("ABCDE", ("alpha", "beta", "gamma", "delta", None), strict=True)
+    for name in (*([straddler] if straddler else []), *(f"{row}{column}" for column in range(1, 5)))
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """What the stimulator can do; None where it is not known.
+
+    Attributes
+    ----------
+    travel : float or None
+        Largest displacement to either side of rest [m].
+    speed : float or None
+        Largest speed [m/s].
+    acceleration : float or None
+        Largest acceleration [m/s²].
+    """
+
+    travel: float | None = None
+    speed: float | None = None
+    acceleration: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in asdict(self).items():
+            if value is not None and not 0 < value < np.inf:
+                raise InputError(f"Limits.{name}", "must be positive", value)
+
+
+def shifts_of(delays: Sequence[float], length: int, sampling_rate: float) -> Whole:
+    """Shifts [samples] of given delays [s], one for each whisker, in [0, record) and no two alike."""
+    values = np.asarray(delays, float)
+    if values.shape != (len(WHISKERS),):
+        raise InputError("delays", f"must be {len(WHISKERS)} times in s, one for each whisker", values.size)
+    wrong = ~((values >= 0) & (values < length / sampling_rate))
+    if wrong.any():
+        name, value = WHISKERS[int(np.argmax(wrong))], values[np.argmax(wrong)]
+        rule = f"must lie in the record, 0 to below {length / sampling_rate:g} s"
+        raise InputError(f"delay of {name}", rule, f"{value:g} s")
+    return np.round(values * sampling_rate).astype(np.int64) % length
+
+
+def rate_of(loop: Array, sampling_rate: float, times: int = 1) -> Array:
+    """Time derivative of a loop, by its Fourier series: unit/s, or unit/s² for ``times`` = 2."""
+    series = np.fft.rfft(loop) * (2j * np.pi * np.fft.rfftfreq(len(loop), 1 / sampling_rate)) ** times
+    return np.fft.irfft(series, len(loop))
+
+
+def refuse_beyond(loop: Array, shifts: Whole, sampling_rate: float, limits: Limits, scale: float = 1.0) -> None:
+    """Refuse a command that the stimulator cannot follow; nothing is ever clipped.
+
+    Raises
+    ------
+    InputError
+        Names the whisker that is first beyond a limit, when, by how much, and the scale that would fit all limits.
+    """
+    kinds = ("travel", "m", 0), ("speed", "m/s", 1), ("acceleration", "m/s²", 2)
+    found = {
+        kind: (np.abs(rate_of(loop, sampling_rate, times) if times else loop), unit) for kind, unit, times in kinds
+    }
+    bounds = {kind: limit for kind, limit in asdict(limits).items() if limit is not None}
+    shares = {kind: limit / float(found[kind][0].max()) for kind, limit in bounds.items()}
+    if not shares or min(shares.values()) >= 1:
+        return
+    kind = min(shares, key=lambda one: shares[one])
+    values, unit = found[kind]
+    at = (int(np.argmax(values)) + shifts) % len(loop)
+    first = int(np.argmin(at))
+    where = f"{kind} of {WHISKERS[first]} at {at[first] / sampling_rate:.4f} s"
+    fitting = np.floor(scale * shares[kind] * 1e4 * (1 - 1e-12)) / 1e4
+    remedy = f"--scale {fitting:.4g} would fit, or raise --{kind}"
+    raise InputError(where, f"must be at most {bounds[kind]:.6g} {unit}", f"{values.max():.6g} {unit}", remedy)
+
+
+def replay_command(
+    motions: Sequence[Motion],
+    *,
+    duration: float = 10.0,
+    sampling_rate: float = 20000.0,
+    band: Band | None = None,
+    fade: float = 0.05,
+    scale: float = 1.0,
+    delays: Spread | Sequence[float] = "even",
+    separation: float = 0.1,
+    seed: int = 0,
+    limits: Limits | None = None,
+) -> xr.Dataset:
+    """Command of the 24-whisker stimulator that replays the motion of one whisker on textures.
+
+    As in the Methods of [Boubenec2014]_, "Multiwhisker stimulation": textures one after the other for 10 s, Bessel
+    filtered to 0.1–83 Hz, shifted in time from whisker to whisker. Here the record is a loop and the shifts are
+    circular: copy(t) = loop((t − delay) mod duration).
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+        Motion 5 mm from the base, one for each texture.
+    duration, sampling_rate : float
+        Of the command [s], [Hz].
+    band : Band, optional
+        The filter; zero-phase, of order 4 by default.
+    fade : float
+        Overlap of neighbouring textures [s].
+    scale : float
+        Factor on the command.
+    delays : {"even", "random", "least"} or sequence of float
+        How the copies are spread, or the delay of each whisker [s].
+    separation : float
+        Least time between two delays that are random or searched for [s].
+    seed : int
+        Of random delays.
+    limits : Limits, optional
+        Of the stimulator.
+
+    Returns
+    -------
+    Dataset
+        ``command`` (whisker, time) [m], 0 at rest; ``delay``, ``start_value``, ``copy_correlation``;
+        ``largest_correlation``, ``rms_correlation``, ``peak_travel``, ``peak_speed``, ``peak_acceleration``; at
+        ``frequency`` what the filter does to resonances; at each ``seam`` its steps over the largest elsewhere.
+    """
+    band, limits = band or Band(), limits or Limits()
+    _refuse_settings(motions, scale, separation, seed, band)
+    length = samples(duration, sampling_rate)
+    raw, seams = joined(motions, duration, sampling_rate, fade=fade)
+    loop = scale * band.filtered(raw, sampling_rate)
+    correlation = circular_correlation(loop)
+    shifts = _shifts(delays, correlation, sampling_rate, round(separation * sampling_rate), seed)
+    refuse_beyond(loop, shifts, sampling_rate, limits, scale)
+    command = loop[(np.arange(length) - shifts[:, None]) % length]
+    pairs = _correlations(correlation, shifts)
+    note = correlation_note(correlation, float(pairs["largest_correlation"]), len(WHISKERS))
+    lost = resonance_note(motions, band, sampling_rate)
+    settings = _settings(motions, band, delays, separation, seed, limits)
+    numbers = {"duration": duration, "sampling_rate": sampling_rate, "fade": fade, "scale": scale}
+    step, bend = seam_steps(loop, seams, fade, sampling_rate)
+    rough_step, rough_bend = seam_steps(raw, seams, fade, sampling_rate)
+    return dataset(
+        {**settings, **numbers, "correlation_note": note, "resonance_note": lost},
+        whisker=np.array(WHISKERS),
+        time=np.arange(length) / sampling_rate,
+        command=command,
+        delay=shifts / sampling_rate,
+        start_value=command[:, 0],
+        **pairs,
+        **_peaks(loop, sampling_rate),
+        **_on_resonances(motions, band, sampling_rate),
+        seam=np.arange(1, len(seams) + 1),
+        seam_time=seams,
+        seam_step=step,
+        seam_bend=bend,
+        seam_step_unfiltered=rough_step,
+        seam_bend_unfiltered=rough_bend,
+    )
+
+
+def resonance_note(motions: Sequence[Motion], band: Band, sampling_rate: float) -> str:
+    """What the filter leaves of the whisker's first resonance, in one line; empty where it is half or more."""
+    known = [motion.resonance for motion in motions if 0 < motion.resonance < sampling_rate / 2]
+    if not known:
+        return ""
+    gain = float(np.abs(band.response(np.array([max(known)]), sampling_rate))[0])
+    if gain >= 0.5:
+        return ""
+    way = "" if band.causal and band.norm == "mag" else ", or filter less (--causal, --norm mag)"
+    text = f"the whisker's first resonance, {max(known):.3g} Hz, passes the band with gain {gain:.2g}"
+    return f"{text}: slower motion is replayed for the most part; take a whisker that rings lower{way}"
+
+
+def _refuse_settings(motions: Sequence[Motion], scale: float, separation: float, seed: int, band: Band) -> None:
+    if not motions:
+        raise InputError("inputs", "must be at least one")
+    if not 0 < scale < np.inf:
+        raise InputError("scale", "must be positive", scale)
+    if not 0 <= separation < np.inf:
+        raise InputError("separation", "must be zero or positive (s)", separation)
+    if seed < 0:
+        raise InputError("seed", "must be zero or positive", seed)
+    for motion in motions:
+        if motion.sampling_rate < 4 * band.high:  # a cubic spline keeps 1 % up to a quarter of the rate
+            raise InputError(
+                f"{motion.source}: sampling rate", f"must be at least {4 * band.high:g} Hz", motion.sampling_rate
+            )
+
+
+def _shifts(delays: Spread | Sequence[float], correlation: Array, rate: float, separation: int, seed: int) -> Whole:
+    count, length = len(WHISKERS), len(correlation)
+    if not isinstance(delays, str):
+        return shifts_of(delays, length, rate)
+    if delays == "even":
+        return even_shifts(count, length)
+    if delays == "random":
+        return random_shifts(count, length, separation, rng=np.random.default_rng(seed))
+    if delays == "least":
+        return least_shifts(correlation, count, separation)
+    raise InputError("delays", f"must be {', '.join(get_args(Spread))} or {count} times in s", repr(delays))
+
+
+def _correlations(correlation: Array, shifts: Whole) -> dict[str, Any]:
+    pairs = np.abs(pair_correlations(correlation, shifts))
+    np.fill_diagonal(pairs, 0)
+    rms = float(np.sqrt(np.mean(correlation**2)))
+    return {"copy_correlation": pairs.max(1), "largest_correlation": float(pairs.max()), "rms_correlation": rms}
+
+
+def _peaks(loop: Array, rate: float) -> dict[str, Any]:
+    speed, acceleration = (float(np.abs(rate_of(loop, rate, times)).max()) for times in (1, 2))
+    return {"peak_travel": float(np.abs(loop).max()), "peak_speed": speed, "peak_acceleration": acceleration}
+
+
+def _on_resonances(motions: Sequence[Motion], band: Band, rate: float) -> dict[str, Any]:
+    known = [motion.resonance for motion in motions if 0 < motion.resonance < rate / 2 - 1]
+    frequency = np.unique([band.high, *(one for one in RESONANCES if one < rate / 2 - 1), *known])
+    response = band.response(frequency, rate)
+    return {
+        "frequency": frequency,
+        "band_gain": np.abs(response),
+        "band_phase": np.angle(response),
+        "band_group_delay": band.group_delay(frequency, rate),
+    }
+
+
+def _settings(
+    motions: Sequence[Motion],
+    band: Band,
+    delays: Spread | Sequence[float],
+    separation: float,
+    seed: int,
+    limits: Limits,
+) -> dict[str, str | float]:
+    spread = delays if isinstance(delays, str) else "given"
+    chosen: dict[str, str | float] = {"delays": spread}
+    if spread != "even" and spread != "given":
+        chosen["separation"] = separation
+    if spread == "random":
+        chosen["seed"] = seed
+    return {
+        "sources": ", ".join(motion.source for motion in motions),
+        "filter": band.description,
+        **{f"filter_{name}": int(value) if isinstance(value, bool) else value for name, value in asdict(band).items()},
+        **chosen,
+        **{f"limit_{name}": "none" if value is None else value for name, value in asdict(limits).items()},
+        "copies": "circular: copy(t) = loop((t - delay) mod duration)",
+        "zero": "displacement 0 is the resting position",
+    }

@@ -1,0 +1,110 @@
+"""Delays between circularly shifted copies of one loop, and how the copies correlate."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibrissa.errors import InputError
+
+Array = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+UNCORRELATED = 0.1  # largest |r| between copies that are called uncorrelated
+_LAGS = 20_000  # lags among which the search for delays chooses
+_SWEEPS = 20  # over all whiskers; the search mostly rests after 5
+
+
+def circular_correlation(loop: Array) -> Array:
+    """Correlation of a loop with its circularly shifted copies at every lag: exact, by the Fourier series.
+
+    Parameters
+    ----------
+    loop : (T,) array
+        One period, any unit.
+
+    Returns
+    -------
+    (T,) array
+        Pearson's r between the loop and itself shifted by 0, 1, … samples.
+    """
+    power = np.abs(np.fft.rfft(loop - loop.mean())) ** 2
+    product = np.fft.irfft(power, len(loop))
+    if not product[0] > 0:
+        raise InputError("stimulus", "must move within the band", "a constant")
+    return product / product[0]
+
+
+def pair_correlations(correlation: Array, shifts: Whole) -> Array:
+    """Pearson's r of every pair of copies, (W, W) array, from :func:`circular_correlation` and their shifts."""
+    return correlation[(shifts[:, None] - shifts[None, :]) % len(correlation)]
+
+
+def even_shifts(count: int, length: int) -> Whole:
+    """Shifts of ``count`` copies spread evenly over a loop of ``length`` samples, to the nearest sample."""
+    return np.round(np.arange(count) * length / count).astype(np.int64)
+
+
+def random_shifts(count: int, length: int, separation: int, *, rng: np.random.Generator) -> Whole:
+    """Random shifts, any two at least ``separation`` samples apart around the loop; the first copy's is 0.
+
+    Uniform among all such sets: the gaps between neighbours are the separation and a random partition of the rest.
+    """
+    free = _free(count, length, separation)
+    cuts = np.sort(rng.integers(0, free + 1, count - 1))
+    shifts = np.arange(1, count) * separation + cuts
+    return np.concatenate([[0], rng.permutation(shifts)]).astype(np.int64)
+
+
+def least_shifts(correlation: Array, count: int, separation: int) -> Whole:
+    """Shifts that make the largest |r| between copies small, any two ``separation`` samples apart.
+
+    Each copy in turn goes where its largest |r| with those placed is least; then each is lifted and placed again
+    until none moves. A good set, not surely the best of all.
+
+    Parameters
+    ----------
+    correlation : (T,) array
+        From :func:`circular_correlation`.
+    count, separation : int
+        Number of copies; least distance between two of them [samples].
+    """
+    stride = max(len(correlation) // _LAGS, 1)
+    size = len(correlation) // stride
+    apart = -(-separation // stride)
+    _free(count, size, apart)
+    cost = np.abs(correlation[: size * stride : stride]).copy()
+    if apart:
+        cost[np.minimum(np.arange(size), size - np.arange(size)) < apart] = np.inf
+    chosen = even_shifts(count, size).tolist()
+    for _ in range(_SWEEPS):
+        before = list(chosen)
+        for index in range(1, count):
+            others = [np.roll(cost, shift) for shift in chosen[:index] + chosen[index + 1 :]]
+            worst = np.max(others, axis=0)
+            best = int(np.argmin(worst))
+            chosen[index] = best if worst[best] < worst[chosen[index]] else chosen[index]
+        if chosen == before:
+            break
+    return np.array(chosen, np.int64) * stride
+
+
+def _free(count: int, length: int, separation: int) -> int:
+    free = length - count * separation
+    if separation < 0 or free < 0:
+        remedy = "lower the separation or record longer"
+        raise InputError("separation", f"must leave room for {count} copies in the record", separation, remedy)
+    return free
+
+
+def correlation_note(correlation: Array, largest: float, count: int) -> str:
+    """Why copies are not uncorrelated, in one line; empty where the largest |r| is below 0.1."""
+    if largest < UNCORRELATED:
+        return ""
+    share = float(np.mean(np.abs(correlation) >= UNCORRELATED))
+    rms = float(np.sqrt(np.mean(correlation**2)))
+    text = f"largest |r| between copies is {largest:.3f}, not below {UNCORRELATED:g}"
+    if share * count < 1:
+        return f"{text}: these delays meet peaks of the autocorrelation; --delays least avoids them"
+    often = f"|r| reaches {UNCORRELATED:g} at {share:.0%} of all lags (rms {rms:.3f})"
+    return f"{text}: {often}; record longer, or less regular textures"

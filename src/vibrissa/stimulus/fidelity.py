@@ -1,0 +1,157 @@
+"""Commanded against measured motion of the stimulator."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.signal import coherence, correlate, correlation_lags
+
+from vibrissa.errors import InputError
+from vibrissa.quantities import dataset
+from vibrissa.signals.correlation import lagged_correlation
+from vibrissa.stimulus.band import Band
+from vibrissa.stimulus.export import read_command
+from vibrissa.stimulus.waveform import Motion, even_rate, read_motion
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+
+PRINTED = 0.991  # r between command and motion, in the Methods of the paper
+
+
+def compare(
+    commanded: Array,
+    measured: Array,
+    sampling_rate: float,
+    *,
+    band: Band | None = None,
+    longest_lag: float = 0.05,
+    resolution: float = 2.0,
+) -> xr.Dataset:
+    """How well the stimulator followed its command.
+
+    Parameters
+    ----------
+    commanded, measured : (T,) arrays
+        On one grid [m]; any zero, which is taken away.
+    sampling_rate : float
+        [Hz].
+    band : Band, optional
+        Frequencies of the coherence.
+    longest_lag : float
+        Searched to either side [s].
+    resolution : float
+        Of the coherence [Hz].
+
+    Returns
+    -------
+    Dataset
+        ``replay_correlation``, Pearson's r as recorded, and ``replay_correlation_aligned`` at ``replay_lag`` [s],
+        positive where the motion comes after the command; ``replay_gain``, least squares at that lag; ``replay_error``,
+        rms of motion − command as recorded [m]; ``replay_residual``, rms after lag and gain [m]; ``replay_coherence``
+        (coherence_frequency) and its mean over the band, weighted by the command's power.
+
+    Raises
+    ------
+    InputError
+        If lengths differ, samples are not measured, one does not move, or the record is short.
+    """
+    band = band or Band()
+    c, m = _centred(commanded, measured, sampling_rate, longest_lag, resolution)
+    lag, fine, best = _lag(c, m, round(longest_lag * sampling_rate))
+    reach = len(c) - abs(lag)
+    early, late = c[max(-lag, 0) :][:reach], m[max(lag, 0) :][:reach]
+    gain = float(early @ late / (early @ early))
+    segment = min(round(sampling_rate / resolution), len(c) // 4)
+    frequency, shared = coherence(c, m, sampling_rate, nperseg=segment)
+    use = (frequency >= max(band.low, frequency[1])) & (frequency <= band.high)
+    weight = np.interp(frequency[use], np.fft.rfftfreq(len(c), 1 / sampling_rate), np.abs(np.fft.rfft(c)) ** 2)
+    return dataset(
+        {"printed_correlation": PRINTED, "printed_in": "Boubenec 2014, Methods, command against actual motion"},
+        replay_correlation=float(c @ m / np.sqrt((c @ c) * (m @ m))),
+        replay_correlation_aligned=best,
+        replay_lag=fine / sampling_rate,
+        replay_gain=gain,
+        replay_error=float(np.sqrt(np.mean((m - c) ** 2))),
+        replay_residual=float(np.sqrt(np.mean((late - gain * early) ** 2))),
+        coherence_frequency=frequency[use],
+        replay_coherence=shared[use],
+        replay_coherence_mean=float(np.average(shared[use], weights=weight)),
+    )
+
+
+def _centred(
+    commanded: Array, measured: Array, rate: float, longest_lag: float, resolution: float
+) -> tuple[Array, Array]:
+    for name, value in (("sampling_rate", rate), ("longest_lag", longest_lag), ("resolution", resolution)):
+        if not 0 < value < np.inf:
+            raise InputError(name, "must be positive", value)
+    if commanded.shape != measured.shape or commanded.ndim != 1:
+        shapes = f"{commanded.shape}, {measured.shape}"
+        raise InputError("commanded and measured", "must be one record each, of equal length", shapes)
+    if len(commanded) < 4 * longest_lag * rate + 16:
+        raise InputError(
+            "record", f"must last at least {4 * longest_lag + 16 / rate:g} s", f"{len(commanded) / rate:g} s"
+        )
+    for name, signal in (("commanded", commanded), ("measured", measured)):
+        if not np.all(np.isfinite(signal)):
+            raise InputError(name, "must be finite", f"{np.sum(~np.isfinite(signal))} samples not measured")
+        if np.ptp(signal) == 0:
+            raise InputError(name, "must move", "a constant")
+    return commanded - commanded.mean(), measured - measured.mean()
+
+
+def _lag(c: Array, m: Array, longest: int) -> tuple[int, float, float]:
+    """Lag of the best correlation: whole samples, refined by a parabola, and r there."""
+    lags = correlation_lags(len(m), len(c))
+    near = np.abs(lags) <= longest
+    whole = int(lags[near][np.argmax(correlate(m, c, method="fft")[near])])
+    reach = len(c) - abs(whole)
+    _, r = lagged_correlation(m[max(whole, 0) :][:reach], c[max(-whole, 0) :][:reach], 1)
+    bend = r[0] - 2 * r[1] + r[2]
+    shift = 0.5 * (r[0] - r[2]) / bend if bend < 0 else 0.0
+    return whole, whole + float(np.clip(shift, -1, 1)), float(r[1])
+
+
+def compare_file(data: xr.Dataset, path: str | Path, whisker: str) -> xr.Dataset:
+    """Command of one whisker against its motion in a file, over the time both last; as :func:`compare`.
+
+    Parameters
+    ----------
+    data : Dataset
+        With ``command`` (whisker, time).
+    path : path
+        Text (``.csv``) with the columns time,displacement, its first sample at the start of the command, at any even
+        rate (brought to the command's by a cubic spline); or a file of all whiskers, as a command is written.
+    whisker : str
+        The whisker that was measured.
+    """
+    names = data["whisker"].values.tolist()
+    if whisker not in names:
+        raise InputError("measured whisker", f"must be one of {', '.join(names)}", whisker)
+    rate = even_rate(data["time"].to_numpy(), "command")
+    motion = _measured(path, whisker)
+    count = min(data.sizes["time"], int(motion.duration * rate + 1e-6) + 1)
+    measured = motion.displacement[:count]
+    if abs(motion.sampling_rate / rate - 1) > 1e-9:
+        grid = np.arange(len(motion.displacement)) / motion.sampling_rate
+        measured = CubicSpline(grid, motion.displacement)(np.arange(count) / rate)
+    commanded = data["command"].sel(whisker=whisker).to_numpy()[:count]
+    corners = {"low": data.attrs["filter_low"], "high": data.attrs["filter_high"]} if "filter_low" in data.attrs else {}
+    return compare(commanded, measured, rate, band=Band(**corners)).assign_attrs(measured_whisker=whisker)
+
+
+def _measured(path: str | Path, whisker: str) -> Motion:
+    if Path(path).suffix.lower() == ".csv" and not Path(f"{path}.json").is_file():
+        return read_motion(path)
+    found = read_command(path)
+    if whisker not in found["whisker"].values.tolist():
+        raise InputError(str(path), f"must hold the whisker {whisker}")
+    rate = even_rate(found["time"].to_numpy(), str(path))
+    return Motion(displacement=found["command"].sel(whisker=whisker).to_numpy(), sampling_rate=rate, source=str(path))
