@@ -176,3 +176,25 @@ def test_one_table_serves_a_batch():
     width = np.random.default_rng(5).uniform(2e-3, 0.03, 9)
     batch = jump_table(REFERENCE, np.array([2e-3, 0.03]))(width)
     np.testing.assert_allclose(batch, [excursion_at_jump(REFERENCE, w) for w in width], rtol=1e-7)
+
+
+@pytest.mark.parametrize("width", [0.05, 0.06])
+def test_a_gap_that_leads_beyond_the_fold_is_refused(width):
+    with pytest.raises(InputError, match="narrow"):
+        excursion_at_jump(Posture(contact=0.15, base_angle=1.4), width)
+
+
+def test_a_wide_gap_that_the_posture_follows_is_not_refused():
+    jump = excursion_at_jump(REFERENCE, 0.12)
+    held = hold(on_the_flat(REFERENCE), jump)
+    x, y = held.position(np.linspace(held.contact, 1, 20001))
+    height = np.interp(0.12, x + held.base[0], y + held.base[1])  # of the profile over the near edge
+    assert abs(height) < 1e-9
+    assert held.determinant < 0
+
+
+def test_a_table_serves_no_width_outside_of_it():
+    table = jump_table(REFERENCE, np.array([0.005, 0.01]))
+    with pytest.raises(InputError, match="interval"):
+        table(np.array([0.02]))
+    np.testing.assert_allclose(table(np.array([0.0075])), 1.234763e-4, rtol=1e-6)

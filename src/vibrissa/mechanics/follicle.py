@@ -86,6 +86,10 @@ def follicle_signals(prediction: Prediction, t: Array) -> dict[str, Array]:
     where the contact jumps; what is given is that of the ramp which begins there. Straight modes carry no axial
     vibration: that part, and with it the whole, is not modelled and NaN.
 
+    In the exact response the point of the shaft that stood at ε leaves the ground as the edge slides on, which no
+    pinned mode follows: Q_i falls only as 1/i, and the first millisecond after a jump of curvature, moment and force
+    grows with the number of modes. It is the burst of a band that ends at the highest mode taken.
+
     Returns
     -------
     dict of (T,) arrays

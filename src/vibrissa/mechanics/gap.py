@@ -11,10 +11,12 @@ from scipy.optimize import root
 
 from vibrissa.errors import InputError
 from vibrissa.exact import cone_kappa, cone_modes, shaft_quadrature
+from vibrissa.mechanics.edge import Held
 from vibrissa.mechanics.profile import Curve, Posture, curve, flat_curve
 
 Array = NDArray[np.float64]
 
+_ROOM = 1.3  # ln x of the family's member, over that on the flat: the contact slides towards the tip on the way
 _TABLE = 14  # Chebyshev nodes for d₂(λ)/λ², smooth in λ: 1e-9 up to λ = 0.05 L
 
 
@@ -138,7 +140,8 @@ def excursion_at_jump(posture: Posture, gap_width: float) -> float:
     Raises
     ------
     InputError
-        If the gap is not narrower than the base is far, or so wide that no profile held by its far edge meets the near.
+        If the gap is not narrower than the base is far, or so wide that no profile held by its far edge meets the near
+        one, or none before the fold.
     """
     flat, phi = flat_curve(posture), posture.friction_angle
     height, distance = posture.contact * flat.y[-1], posture.contact * float(flat.x[-1])
@@ -147,7 +150,7 @@ def excursion_at_jump(posture: Posture, gap_width: float) -> float:
 
     def held(unknown: Array) -> tuple[Curve, float, float]:
         load, log_x = unknown
-        wide = curve(load, 1.05 * flat.span, phi)
+        wide = curve(load, _ROOM * flat.span, phi)
         near_x, near_y = wide.at(wide.x, log_x), wide.at(wide.y, log_x)
         contact = gap_width / np.hypot(near_x, near_y)
         return wide, float(contact), float(-np.arctan2(near_y, near_x))
@@ -166,11 +169,13 @@ def excursion_at_jump(posture: Posture, gap_width: float) -> float:
     guess = np.array([flat.load, np.log1p(gap_width / posture.contact)])
     found = root(mismatch, guess, tol=1e-14)
     residual = float(np.abs(mismatch(found.x)).max())
+    remedy = "narrow the gap, lower the base angle or raise the contact"
     if not residual < 1e-11:
         rule = "must be narrow enough for a profile from its far edge to meet the near one"
-        raise InputError(
-            "gap_width", rule, f"{gap_width:.4g} L", "narrow the gap, lower the base angle or raise the contact"
-        )
+        raise InputError("gap_width", rule, f"{gap_width:.4g} L", remedy)
+    member, contact, turn = held(found.x)
+    if not Held(posture, 0.0, contact, turn, curve(member.load, -np.log(contact), phi)).determinant < 0:
+        raise InputError("gap_width", "must be crossed before the fold", f"{gap_width:.4g} L", remedy)
     return base(found.x)[1] - distance
 
 
@@ -192,6 +197,9 @@ class JumpTable:
 
     def __call__(self, gap_widths: Array) -> Array:
         """d₂ over L, (J,), of widths (J,) in [low, high]; see :func:`excursion_at_jump`."""
+        if not np.all((gap_widths >= self.low) & (gap_widths <= self.high)):
+            rule = f"must lie in the table's interval, {self.low:.4g} to {self.high:.4g} (over L)"
+            raise InputError("gap_width", rule, f"{gap_widths.min():.4g} to {gap_widths.max():.4g}")
         z = (2 * gap_widths - self.low - self.high) / (self.high - self.low)
         return gap_widths**2 * np.asarray(chebyshev.chebval(z, self.coefficients), float)
 
@@ -204,7 +212,7 @@ def jump_table(posture: Posture, gap_widths: Array) -> JumpTable:
     InputError
         If one of them is too wide for the posture.
     """
-    low, high = 0.9 * float(np.min(gap_widths)), 1.1 * float(np.max(gap_widths))
+    low, high = 0.999 * float(np.min(gap_widths)), 1.001 * float(np.max(gap_widths))
     z = np.cos(np.pi * (np.arange(_TABLE) + 0.5) / _TABLE)
     ratio = [excursion_at_jump(posture, width) / width**2 for width in (low + high) / 2 + (high - low) / 2 * z]
     return JumpTable(low, high, chebyshev.chebfit(z, ratio, _TABLE - 1))
