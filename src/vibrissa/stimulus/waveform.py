@@ -275,7 +275,8 @@ def _shares(durations: Sequence[float], duration: float, overlap: float) -> Arra
 
 def _piece(motion: Motion, count: int, overlap: int, rate: float) -> Array:
     """``count`` samples from the middle of a motion, faded in and out [m]."""
-    start = (motion.duration - (count - 1) / rate) / 2
+    middle = (motion.duration - (count - 1) / rate) / 2
+    start = np.floor(middle * motion.sampling_rate) / motion.sampling_rate  # on a sample: nothing to interpolate
     t = np.clip(start + np.arange(count) / rate, 0, motion.duration)
     grid = np.arange(len(motion.displacement)) / motion.sampling_rate
     cut = CubicSpline(grid, motion.displacement)(t)

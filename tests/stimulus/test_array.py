@@ -1,0 +1,145 @@
+"""The command of 24 whiskers: copies, limits, and what it says about itself."""
+
+import numpy as np
+import pytest
+
+from vibrissa.errors import InputError
+from vibrissa.stimulus.array import WHISKERS, Limits, rate_of, replay_command
+from vibrissa.stimulus.band import Band
+from vibrissa.stimulus.waveform import Motion
+
+RATE = 1000.0
+QUICK = {"duration": 10.0, "sampling_rate": RATE}
+
+
+def noise(seed, resonance=np.nan, rate=RATE):
+    moved = Band(low=1.0).filtered(np.random.default_rng(seed).normal(0, 1e-5, round(4 * rate)), rate)
+    return Motion(displacement=moved, sampling_rate=rate, source=f"texture {seed}", resonance=resonance)
+
+
+MOTIONS = [noise(seed) for seed in range(3)]
+
+
+def test_24_whiskers_are_four_straddlers_and_four_columns_of_five_rows():
+    assert len(set(WHISKERS)) == 24
+    assert {"alpha", "beta", "gamma", "delta", "A1", "E4", "C2"} <= set(WHISKERS)
+
+
+@pytest.mark.parametrize("delays", ["even", "random", "least"])
+def test_every_whisker_moves_as_the_first_after_its_delay(delays):
+    data = replay_command(MOTIONS, **QUICK, delays=delays, seed=3)
+    assert data.command.dims == ("whisker", "time")
+    assert data.command.shape == (24, 10000)
+    for copy, delay in zip(data.command.values, data.delay.values, strict=True):
+        np.testing.assert_array_equal(copy, np.roll(data.command.values[0], round(delay * RATE)))
+    np.testing.assert_array_equal(data.start_value, data.command[:, 0])
+
+
+@pytest.mark.parametrize("delays", ["even", "random", "least"])
+def test_the_copies_are_uncorrelated_as_told(delays):
+    data = replay_command(MOTIONS, **QUICK, delays=delays)
+    r = np.abs(np.corrcoef(data.command.values) - np.eye(24))
+    np.testing.assert_allclose(data.largest_correlation, r.max(), atol=1e-12)
+    np.testing.assert_allclose(data.copy_correlation, r.max(1), atol=1e-12)
+    assert r.max() < 0.1 or delays == "random"  # the copies of the paper are "uncorrelated"
+    assert (data.attrs["correlation_note"] == "") == (r.max() < 0.1)
+
+
+def test_the_command_is_zero_at_rest_and_lies_in_the_band():
+    data = replay_command(MOTIONS, **QUICK)
+    assert np.abs(data.command.mean("time")).max() < 1e-18
+    power = np.abs(np.fft.rfft(data.command.values[0])) ** 2
+    assert power[2000:].sum() < 1e-3 * power.sum()  # above 200 Hz
+
+
+def test_the_scale_scales_and_the_filter_is_stated():
+    once, twice = (replay_command(MOTIONS, **QUICK, scale=scale) for scale in (1.0, 2.0))
+    np.testing.assert_allclose(twice.command, 2 * once.command)
+    assert "order 4, norm phase, zero-phase" in once.attrs["filter"]
+    assert "causal" in replay_command(MOTIONS, **QUICK, band=Band(causal=True)).attrs["filter"]
+    np.testing.assert_allclose(once.frequency, [69, 83, 88, 89])
+    np.testing.assert_allclose(once.band_gain, np.abs(Band().response(once.frequency.values, RATE)))
+
+
+def test_a_resonance_that_the_band_takes_away_is_told():
+    lost = replay_command([noise(0, 123.0), *MOTIONS], **QUICK)
+    assert 123.0 in lost.frequency
+    assert "first resonance, 123 Hz, passes the band with gain 0.0" in lost.attrs["resonance_note"]
+    assert replay_command([noise(0, 40.0), *MOTIONS], **QUICK).attrs["resonance_note"] == ""
+
+
+def test_the_derivative_of_a_sine_is_a_cosine():
+    t = np.arange(1000) / RATE
+    w = 2 * np.pi * 20
+    np.testing.assert_allclose(rate_of(np.sin(w * t), RATE), w * np.cos(w * t), atol=1e-9)
+    np.testing.assert_allclose(rate_of(np.sin(w * t), RATE, 2), -(w**2) * np.sin(w * t), atol=1e-7)
+
+
+@pytest.mark.parametrize(("kind", "unit"), [("travel", "m"), ("speed", "m/s"), ("acceleration", "m/s²")])
+def test_a_command_beyond_a_limit_is_refused_with_the_scale_that_fits(kind, unit):
+    free = replay_command(MOTIONS, **QUICK)
+    peak = float(free[f"peak_{kind}"])
+    with pytest.raises(
+        InputError, match=rf"{kind} of \w+ at [\d.]+ s must be at most .* {unit}, got .*--scale 0.8 would"
+    ) as e:
+        replay_command(MOTIONS, **QUICK, limits=Limits(**{kind: 0.80001 * peak}))
+    words = str(e.value).split()
+    name, at = words[2], float(words[4])
+    values = free.command.sel(whisker=name).values
+    times = {"travel": 0, "speed": 1, "acceleration": 2}[kind]
+    moved = np.abs(rate_of(values, RATE, times) if times else values)
+    assert moved[round(at * RATE)] == pytest.approx(peak)
+    fitting = replay_command(MOTIONS, **QUICK, limits=Limits(**{kind: 0.80001 * peak}), scale=0.8)
+    np.testing.assert_allclose(fitting.command, 0.8 * free.command)  # not clipped
+
+
+def test_of_several_limits_the_scale_fits_all():
+    free = replay_command(MOTIONS, **QUICK)
+    limits = Limits(travel=0.7 * float(free.peak_travel), speed=0.5 * float(free.peak_speed))
+    with pytest.raises(InputError, match=r"speed of .*--scale (0.5|0.4999)"):
+        replay_command(MOTIONS, **QUICK, limits=limits)
+
+
+def test_given_delays_are_kept():
+    delays = np.arange(24) * 0.3
+    np.testing.assert_allclose(replay_command(MOTIONS, **QUICK, delays=delays).delay, delays, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"delays": [0.0] * 23 + [10.0]}, "delay of E4 must lie in the record, 0 to below 10 s, got 10 s"),
+        ({"delays": [-0.1] + [0.0] * 23}, "delay of alpha must lie in the record"),
+        ({"delays": [np.nan] * 24}, "delay of alpha"),
+        ({"delays": [0.0, 1.0]}, "delays must be 24 times"),
+        ({"delays": "odd"}, "delays must be even, random, least"),
+        ({"delays": "random", "separation": 0.5}, "room for 24 copies"),
+        ({"separation": -1.0}, "separation must be zero or positive"),
+        ({"scale": 0.0}, "scale must be positive"),
+        ({"seed": -1}, "seed must be zero or positive"),
+        ({"sampling_rate": 160.0}, "sampling_rate must be above 166 Hz"),
+        ({"duration": np.nan}, "duration must be positive"),
+    ],
+)
+def test_settings_out_of_range_are_refused(values, words):
+    with pytest.raises(InputError, match=words):
+        replay_command(MOTIONS, **(QUICK | values))
+
+
+def test_limits_and_motions_out_of_range_are_refused():
+    with pytest.raises(InputError, match=r"Limits\.speed must be positive, got 0"):
+        Limits(speed=0.0)
+    with pytest.raises(InputError, match="must be at least one"):
+        replay_command([], **QUICK)
+    with pytest.raises(InputError, match="sampling rate must be at least 332 Hz"):
+        replay_command([noise(0, rate=300.0)], **QUICK)
+    with pytest.raises(InputError, match="must move"):
+        replay_command([Motion(displacement=np.zeros(20000), sampling_rate=RATE)], **QUICK)
+
+
+def test_given_delays_that_are_alike_are_told_as_correlated():
+    delays = np.arange(24) * 0.3
+    delays[5] = delays[4]
+    data = replay_command(MOTIONS, **QUICK, delays=delays)
+    assert float(data.largest_correlation) == pytest.approx(1)
+    assert "these delays meet peaks" in data.attrs["correlation_note"]

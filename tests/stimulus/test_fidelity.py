@@ -1,0 +1,101 @@
+"""Command against motion: simulated stimulators of known transfer."""
+
+import numpy as np
+import pytest
+from scipy.signal import bilinear, lfilter
+
+from vibrissa.errors import InputError
+from vibrissa.quantities import dataset
+from vibrissa.stimulus.array import WHISKERS
+from vibrissa.stimulus.band import Band
+from vibrissa.stimulus.export import write_command
+from vibrissa.stimulus.fidelity import compare, compare_file
+
+RATE = 5000.0
+COMMAND = 1e-5 * Band(causal=True, low=1.0).filtered(np.random.default_rng(0).normal(size=50000), RATE)
+
+
+def delayed(signal, time):
+    f = np.fft.rfftfreq(len(signal), 1 / RATE)
+    return np.fft.irfft(np.fft.rfft(signal) * np.exp(-2j * np.pi * f * time), len(signal))
+
+
+def test_a_perfect_stimulator_is_perfect():
+    data = compare(COMMAND, COMMAND + 3e-6, RATE)
+    for name in ("replay_correlation", "replay_correlation_aligned", "replay_gain", "replay_coherence_mean"):
+        assert float(data[name]) == pytest.approx(1)
+    assert float(data.replay_lag) == pytest.approx(0, abs=1e-9)
+    assert float(data.replay_error) < 1e-18
+
+
+@pytest.mark.parametrize("lag", [-3.13e-3, 0.4e-3, 1.47e-3])
+@pytest.mark.parametrize("gain", [0.8, 1.1])
+def test_gain_and_lag_are_found_to_a_fraction_of_a_sample(gain, lag):
+    data = compare(COMMAND, gain * delayed(COMMAND, lag), RATE)
+    assert float(data.replay_lag) == pytest.approx(lag, abs=4e-6)
+    assert float(data.replay_gain) == pytest.approx(gain, rel=2e-3)
+    assert float(data.replay_correlation_aligned) > 0.999
+    assert float(data.replay_correlation) < float(data.replay_correlation_aligned) + 1e-12
+
+
+def test_noise_lowers_correlation_and_coherence_by_its_share_of_the_power():
+    noise = np.random.default_rng(1).normal(size=len(COMMAND)) * COMMAND.std() * 0.136
+    data = compare(COMMAND, COMMAND + noise, RATE)
+    assert float(data.replay_correlation) == pytest.approx(1 / np.sqrt(1 + 0.136**2), abs=5e-4)
+    assert float(data.replay_correlation) == pytest.approx(data.attrs["printed_correlation"], abs=1e-3)
+    assert float(data.replay_error) == pytest.approx(noise.std(), rel=1e-3)
+    # white noise to 2.5 kHz, the command to about 40 Hz: in the band hardly any of it is left
+    assert 0.99 < float(data.replay_coherence_mean) < 1
+
+
+def test_a_second_order_actuator_lags_by_its_group_delay_at_low_frequency():
+    omega, zeta = 2 * np.pi * 400, 0.7
+    b, a = bilinear([omega**2], [1, 2 * zeta * omega, omega**2], RATE)
+    looped = lfilter(b, a, np.tile(COMMAND, 2))[len(COMMAND) :]
+    data = compare(COMMAND, looped, RATE)
+    assert float(data.replay_lag) == pytest.approx(2 * zeta / omega, rel=0.02)
+    assert float(data.replay_gain) == pytest.approx(1, abs=0.01)
+    assert float(data.replay_coherence.min()) > 0.99
+    assert float(data.replay_correlation) > 0.98
+
+
+def command():
+    copies = np.array([np.roll(COMMAND, 2000 * k) for k in range(24)])
+    return dataset(whisker=np.array(WHISKERS), time=np.arange(len(COMMAND)) / RATE, command=copies)
+
+
+def test_a_measured_file_at_another_rate_is_brought_to_the_commands(tmp_path):
+    t = np.arange(20000) / 2000.0
+    motion = np.interp(t, np.arange(len(COMMAND)) / RATE, 0.9 * delayed(np.roll(COMMAND, 2000 * 2), 1e-3))
+    np.savetxt(tmp_path / "m.csv", np.c_[t, motion], delimiter=",", header="time,displacement", comments="")
+    data = compare_file(command(), tmp_path / "m.csv", "A2")
+    assert float(data.replay_lag) == pytest.approx(1e-3, abs=2e-5)
+    assert float(data.replay_gain) == pytest.approx(0.9, rel=5e-3)
+    assert data.attrs["measured_whisker"] == "A2"
+    assert float(compare_file(command(), tmp_path / "m.csv", "A1").replay_correlation_aligned) < 0.5
+
+
+def test_a_measured_command_of_all_whiskers_is_compared_by_name(tmp_path):
+    write_command(command(), tmp_path / "m.npy")
+    assert float(compare_file(command(), tmp_path / "m.npy", "C2").replay_correlation) == pytest.approx(1)
+    with pytest.raises(InputError, match="measured whisker must be one of alpha"):
+        compare_file(command(), tmp_path / "m.npy", "Z9")
+
+
+@pytest.mark.parametrize(
+    ("commanded", "measured", "words"),
+    [
+        (COMMAND, COMMAND[:-1], "of equal length"),
+        (COMMAND[:100], COMMAND[:100], "record must last at least"),
+        (COMMAND, np.where(np.arange(50000) == 7, np.nan, COMMAND), "measured must be finite, got 1 samples"),
+        (np.zeros(50000), COMMAND, "commanded must move"),
+    ],
+)
+def test_records_that_cannot_be_compared_are_refused(commanded, measured, words):
+    with pytest.raises(InputError, match=words):
+        compare(commanded, measured, RATE)
+
+
+def test_settings_that_are_not_positive_are_refused():
+    with pytest.raises(InputError, match="longest_lag must be positive"):
+        compare(COMMAND, COMMAND, RATE, longest_lag=0.0)
