@@ -1,0 +1,115 @@
+"""The verb replay: from a prediction to a command, and one line for bad input."""
+
+import json
+
+import numpy as np
+import pytest
+from cyclopts import App
+
+from vibrissa import cli
+from vibrissa.cli.replay import replay
+from vibrissa.files import load
+from vibrissa.stimulus.export import read_command
+from vibrissa.texture.io import write_troughs
+from vibrissa.texture.surface import random_grating
+
+RATE = 1000.0
+QUICK = ("--duration", "6", "--sampling-rate", "1000")
+
+
+@pytest.fixture
+def call(vibrissa, monkeypatch):
+    """Run the verb as the command line does, whether or not it is registered."""
+    alone = App(name="vibrissa")
+    alone.command(replay)
+
+    def run(*words):
+        with monkeypatch.context() as patch:
+            patch.setattr(cli, "app", alone)
+            return vibrissa("replay", *words)
+
+    return run
+
+
+@pytest.fixture
+def textures(tmp_path):
+    paths = [tmp_path / f"t{seed}.csv" for seed in range(2)]
+    for seed, path in enumerate(paths):
+        moved = np.random.default_rng(seed).normal(0, 1e-5, 4000)
+        table = np.c_[np.arange(4000) / RATE, moved]
+        np.savetxt(path, table, delimiter=",", header="time,displacement", comments="")
+    return paths
+
+
+def test_textures_become_a_command_with_its_sidecar(call, textures, tmp_path):
+    code, out, err = call(*textures, *QUICK, "--out", tmp_path / "c.nc", "--json")
+    told = json.loads(out)
+    data = load(tmp_path / "c.nc")
+    assert code == 0
+    assert data.command.shape == (24, 6000)
+    assert told["largest_correlation"] == float(data.largest_correlation)
+    assert len(told["seam_step"]) == 2
+    assert "the command is in" in err
+    assert (tmp_path / "c.nc.json").is_file()
+
+
+def test_the_options_reach_the_command(call, textures, tmp_path):
+    out = tmp_path / "c.wav"
+    words = ("--order", "2", "--norm", "mag", "--causal", "--delays", "random", "--seed", "5", "--encoding", "int24")
+    assert call(*textures, *QUICK, *words, "--full-scale", "1e-3", "--scale", "2", "--out", out)[0] == 0
+    facts = json.loads((tmp_path / "c.wav.json").read_text())
+    assert (facts["encoding"], facts["full_scale"], facts["attributes"]["seed"]) == ("int24", 1e-3, 5)
+    assert "order 2, norm mag, causal" in facts["attributes"]["filter"]
+    given = ",".join(map(str, facts["variables"]["delay"]["values"]))
+    call(*textures, *QUICK, *words[:5], "--delays", given, "--scale", "2", "--out", tmp_path / "d.npy")
+    a, b = read_command(out).command, read_command(tmp_path / "d.npy").command
+    np.testing.assert_allclose(a, b, atol=1e-3 / 2**23)
+
+
+def test_the_measured_motion_is_compared(call, textures, tmp_path):
+    call(*textures, *QUICK, "--out", tmp_path / "c.nc")
+    motion = 0.95 * np.roll(load(tmp_path / "c.nc").command.sel(whisker="C2").values, 1)
+    table = np.c_[np.arange(6000) / RATE, motion]
+    np.savetxt(tmp_path / "m.csv", table, delimiter=",", header="time,displacement", comments="")
+    words = ("--measured", tmp_path / "m.csv", "--measured-whisker", "C2", "--json")
+    told = json.loads(call(*textures, *QUICK, "--out", tmp_path / "d.nc", *words)[1])
+    assert told["replay_lag"] == pytest.approx(1e-3, abs=1e-5)
+    assert told["replay_gain"] == pytest.approx(0.95, rel=1e-3)
+    assert load(tmp_path / "d.nc").attrs["measured_whisker"] == "C2"
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--travel", "1e-6"), "travel of"),
+        (("--delays", "some"), "--delays must be even, random, least, or times"),
+        (("--fade", "3"), "fade must be positive and below 1.5 s"),
+        (("--order", "0"), "order must be a whole number"),
+        (("--measured-whisker", "Z1", "--measured", "T0"), "measured whisker must be one of"),
+    ],
+)
+def test_bad_input_is_one_line_and_no_file(call, textures, tmp_path, words, message):
+    words = [textures[0] if word == "T0" else word for word in words]
+    code, out, err = call(*textures, *QUICK, *words, "--out", tmp_path / "c.nc")
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+    assert not (tmp_path / "c.nc").exists()
+
+
+def test_from_surface_to_command(vibrissa, call, tmp_path):
+    write_troughs(random_grating(0.12, rng=np.random.default_rng(1)), tmp_path / "t.csv")
+    cone = ("--whisker.length", "0.05", "--whisker.cone-angle", "1.2e-3")
+    posture = ("--contact", "0.29", "--base-angle", "1.2", "--scan-speed", "0.1", "--sampling-rate", "4000")
+    scan = (*posture, *cone, "--node", "0.005", "--out", tmp_path / "r.nc")
+    assert vibrissa("scan", tmp_path / "t.csv", *scan)[0] == 0
+    code, out, err = call(
+        tmp_path / "r.nc", "--duration", "1", "--out", tmp_path / "c.npy", "--separation", "0", "--json"
+    )
+    assert code == 0, err
+    told = json.loads(out)
+    first = float(load(tmp_path / "r.nc").resonant_frequency[0])
+    sidecar = json.loads((tmp_path / "c.npy.json").read_text())
+    assert first in sidecar["variables"]["frequency"]["values"]
+    assert 1e-7 < told["peak_travel"] < 1e-3
+    assert "largest |r|" in err  # 1 s holds too little for 24 copies
