@@ -72,7 +72,7 @@ def test_the_sidecar_says_what_the_file_holds(command, tmp_path):
     assert facts["versions"]["vibrissa"] == __version__
     said = facts["attributes"]
     assert (said["seed"], said["delays"], said["limit_travel"], said["limit_speed"]) == (4, "random", 1e-3, "none")
-    assert (said["filter_order"], said["filter_norm"], said["filter_causal"], said["scale"]) == (4, "phase", 0, 1.0)
+    assert (said["filter_order"], said["filter_norm"], said["filter_causal"], said["scale"]) == (4, "mag", 1, 1.0)
     assert facts["variables"]["delay"]["values"] == command.delay.values.tolist()
     assert facts["variables"]["frequency"]["values"] == [69.0, 70.0, 83.0, 88.0, 89.0]
 

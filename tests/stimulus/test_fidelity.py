@@ -12,7 +12,7 @@ from vibrissa.stimulus.export import write_command
 from vibrissa.stimulus.fidelity import compare, compare_file
 
 RATE = 5000.0
-COMMAND = 1e-5 * Band(causal=True, low=1.0).filtered(np.random.default_rng(0).normal(size=50000), RATE)
+COMMAND = 1e-5 * Band(low=1.0, norm="phase").filtered(np.random.default_rng(0).normal(size=50000), RATE)
 
 
 def delayed(signal, time):

@@ -55,11 +55,23 @@ def test_textures_become_a_command_with_its_sidecar(call, textures, tmp_path):
 
 def test_the_options_reach_the_command(call, textures, tmp_path):
     out = tmp_path / "c.wav"
-    words = ("--order", "2", "--norm", "mag", "--causal", "--delays", "random", "--seed", "5", "--encoding", "int24")
+    words = (
+        "--order",
+        "2",
+        "--norm",
+        "phase",
+        "--zero-phase",
+        "--delays",
+        "random",
+        "--seed",
+        "5",
+        "--encoding",
+        "int24",
+    )
     assert call(*textures, *QUICK, *words, "--full-scale", "1e-3", "--scale", "2", "--out", out)[0] == 0
     facts = json.loads((tmp_path / "c.wav.json").read_text())
     assert (facts["encoding"], facts["full_scale"], facts["attributes"]["seed"]) == ("int24", 1e-3, 5)
-    assert "order 2, norm mag, causal" in facts["attributes"]["filter"]
+    assert "order 2, norm phase, zero-phase" in facts["attributes"]["filter"]
     given = ",".join(map(str, facts["variables"]["delay"]["values"]))
     call(*textures, *QUICK, *words[:5], "--delays", given, "--scale", "2", "--out", tmp_path / "d.npy")
     a, b = read_command(out).command, read_command(tmp_path / "d.npy").command

@@ -28,8 +28,8 @@ def replay(
     low: float = 0.1,
     high: float = 83.0,
     order: int = 4,
-    norm: Literal["phase", "delay", "mag"] = "phase",
-    causal: Annotated[bool, Parameter(negative="")] = False,
+    norm: Literal["phase", "delay", "mag"] = "mag",
+    causal: Annotated[bool, Parameter(negative="--zero-phase")] = True,
     fade: float = 0.05,
     scale: float = 1.0,
     delays: str = "even",
@@ -72,7 +72,7 @@ def replay(
     norm
         What the corners mean: midpoint of the phase, delay, or -3 dB.
     causal
-        Filter once forwards, with its delay; otherwise forwards and backwards, without.
+        Filter once forwards, with its delay; with --zero-phase forwards and backwards, without delay, the gain squared.
     fade
         Overlap of neighbouring textures [s].
     scale

@@ -132,7 +132,7 @@ def replay_command(
     duration, sampling_rate : float
         Of the command [s], [Hz].
     band : Band, optional
-        The filter; zero-phase, of order 4 by default.
+        The filter; of order 4, −3 dB at its corners, causal by default.
     fade : float
         Overlap of neighbouring textures [s].
     scale : float

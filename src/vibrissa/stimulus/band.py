@@ -22,7 +22,10 @@ _HIGHEST_ORDER = 10  # above it the sections of a 0.1 Hz corner at 20 kHz lose t
 class Band:
     """Bessel band-pass of the stimulator.
 
-    The paper gives the corners; order, norm and causality are not printed.
+    The paper gives the corners; order, norm and causality are not printed. The default is the reading that agrees
+    with "the replayed stimulus was dominated by the fundamental resonant mode": corners of a bandwidth are at −3 dB,
+    and the filter is applied once. Of a simulated whisker that rings at 88 Hz, 63 % of the power lies within 30 % of
+    the resonance; 56 % after this filter, 42 % after it forwards and backwards, 35 % and 12 % with ``phase``.
 
     Attributes
     ----------
@@ -40,8 +43,8 @@ class Band:
     low: float = 0.1
     high: float = 83.0
     order: int = 4
-    norm: Norm = "phase"
-    causal: bool = False
+    norm: Norm = "mag"
+    causal: bool = True
 
     def __post_init__(self) -> None:
         if not 0 < self.low < self.high < np.inf:
