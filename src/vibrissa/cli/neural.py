@@ -1,0 +1,100 @@
+"""The verb neural: spikes against the envelope of their stimulus."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TABLE = ("unit_name", "significant", "p_value", "threshold", "threshold_low", "threshold_high", "slope", "latency")
+
+
+def neural(
+    *,
+    spikes: Path,
+    stimulus: Path,
+    trials: int,
+    null: Literal["circular", "paper2014"] = "circular",
+    fit: Literal["forward", "paper2014"] = "forward",
+    first_segment: Literal["flat-first", "free-first"] = "flat-first",
+    level: float = 0.01,
+    bin_width: float = 0.01,
+    skip: float = 1.0,
+    window: tuple[float, float] | None = None,
+    band: tuple[float, float] | None = None,
+    delay: list[float] | None = None,
+    spontaneous: tuple[float, float] | None = None,
+    seed: int = 0,
+    out: Annotated[Path | None, Parameter(help="Write the results as a dataset (NetCDF).")] = None,
+    json: Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object (SI units).")] = False,
+) -> None:
+    """Whether the envelope of a stimulus drives each unit: from which threshold, how steeply, how late.
+
+    Parameters
+    ----------
+    spikes
+        CSV with columns unit,trial,spike_time: any name, from 0, seconds from the stimulus' onset.
+    stimulus
+        CSV with columns time,displacement in seconds and metres: one presentation, as played (filtered).
+    trials
+        Presentations, those without a spike included.
+    null
+        Chance: all circular shifts, adjusted over units, or the paper's 300 shuffles, not adjusted.
+    fit
+        A hinge seen through the bins, of continuous latency, or the paper's two segments at the best whole shift.
+    first_segment
+        Of the paper's fit: flat, or with a slope of its own.
+    level
+        Largest p-value (adjusted, for the circular null) that counts as significant.
+    bin_width
+        Width of the bins [s].
+    skip
+        Time left out at the start, while units adapt [s].
+    window
+        START STOP of the part of the stimulus that is analysed [s]; spikes outside are left out.
+    band
+        LOW HIGH of the carrier whose envelope is taken [Hz]; all of the displacement by default.
+    delay
+        Delay at which another whisker had the same stimulus [s]; once for each.
+    spontaneous
+        START STOP of a window without stimulus [s], for the spontaneous rate.
+    seed
+        Seed of the resampled trials and shuffles.
+    """
+    from vibrissa.cli.output import show
+    from vibrissa.neural.analysis import EnvelopeAnalysis, analyse_units
+    from vibrissa.neural.inputs import read_spikes, read_stimulus
+
+    how = EnvelopeAnalysis(
+        null=null,
+        fit=fit,
+        first_segment=first_segment,
+        level=level,
+        bin_width=bin_width,
+        skip=skip,
+        window=window,
+        band=band,
+        delays=tuple(delay or ()),
+        spontaneous=spontaneous,
+        seed=seed,
+    )
+    data = analyse_units(read_spikes(spikes), read_stimulus(stimulus), trials, how)
+    show(data, [] if json else [*TABLE, "identified", "reason"], False, out)
+    if json:
+        _print_units(data)
+
+
+def _print_units(data: xr.Dataset) -> None:
+    """One JSON object with a list of units; NaN becomes null, "not measured"."""
+    import json
+
+    def plain(value: Any) -> Any:
+        return None if value != value else value
+
+    columns = {str(name).replace("unit_name", "unit"): data[name].values.tolist() for name in data.data_vars}
+    rows = zip(*columns.values(), strict=True)
+    print(json.dumps({"units": [dict(zip(columns, map(plain, row), strict=True)) for row in rows]}))

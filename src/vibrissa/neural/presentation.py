@@ -1,0 +1,128 @@
+"""The stimulus as the units meet it: its envelope, and the bins in which rate and envelope are compared."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, sosfiltfilt
+
+from vibrissa.errors import InputError
+from vibrissa.neural.coupling import bin_means
+from vibrissa.neural.hinge import Drive
+from vibrissa.quantities import require
+from vibrissa.signals.envelope import analytic_envelope
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+Window = tuple[float, float]
+
+EDGE_PERIODS = 3  # of the carrier, left out at both ends: there the analytic signal knows one side only
+
+
+@dataclass(frozen=True, kw_only=True)
+class Presentation:
+    """Envelope of the stimulus, and the bins it is compared in.
+
+    Attributes
+    ----------
+    time, envelope : (T,) arrays
+        Times [s] and envelope [m].
+    edges : (K + 1,) array
+        Edges of the bins [s].
+    rate_valid, envelope_valid : (K,) arrays of bool
+        Bins after the onset; bins away from the ends of the record.
+    edge : float
+        Time left out at both ends of the record [s].
+    """
+
+    time: Array
+    envelope: Array
+    edges: Array
+    rate_valid: NDArray[np.bool_]
+    envelope_valid: NDArray[np.bool_]
+    edge: float
+
+    @classmethod
+    def of(
+        cls,
+        stimulus: xr.Dataset,
+        *,
+        bin_width: float = 0.01,
+        skip: float = 1.0,
+        window: Window | None = None,
+        band: Window | None = None,
+    ) -> Presentation:
+        """Take the envelope and lay the bins.
+
+        The envelope is that of the displacement less its mean, or of its band. At both ends, 3 periods of the carrier
+        (its mean frequency, weighted by power) are left out.
+
+        Parameters
+        ----------
+        stimulus : Dataset
+            ``time`` and ``point_displacement``.
+        bin_width, skip, window, band
+            As in :class:`vibrissa.neural.analysis.EnvelopeAnalysis`.
+
+        Raises
+        ------
+        InputError
+            If the window leaves the stimulus, or less than 100 bins; if the band is none.
+        """
+        require(stimulus, "time", "point_displacement")
+        time, displacement = stimulus.time.values, stimulus.point_displacement.values
+        step = (time[-1] - time[0]) / (time.size - 1)
+        start, stop = window or (time[0], time[-1] + step)
+        if start < time[0] - step / 2 or stop > time[-1] + 1.5 * step:
+            raise InputError("window", f"must lie within the stimulus, {time[0]:g} to {time[-1]:g} s", (start, stop))
+        carrier = _banded(displacement, band, step)
+        edge = EDGE_PERIODS / _mean_frequency(carrier, step)
+        n_bins = int(np.floor((stop - start) / bin_width + 1e-6))
+        edges: Array = start + bin_width * np.arange(n_bins + 1, dtype=float)
+        starts, stops = edges[:-1], edges[1:]
+        near = 1e-6 * bin_width
+        first, last = time[0] + edge, time[-1] + step - edge
+        presentation = cls(
+            time=time,
+            envelope=analytic_envelope(carrier)[0],
+            edges=edges,
+            rate_valid=starts >= start + skip - near,
+            envelope_valid=(starts >= first - near) & (stops <= last + near),
+            edge=edge,
+        )
+        if np.sum(presentation.rate_valid & presentation.envelope_valid) < 100:
+            raise InputError(
+                "window", "must leave at least 100 bins after the skip", n_bins, "less skip, longer window"
+            )
+        return presentation
+
+    def binned(self) -> Array:
+        """Envelope averaged over each bin [m]."""
+        width, n = self.edges[1] - self.edges[0], len(self.edges) - 1
+        return bin_means(self.time, self.envelope, start=float(self.edges[0]), n_bins=n, bin_width=float(width))
+
+    def drive(self) -> Drive:
+        """Give the envelope seen through the bins after the onset, at any latency up to 30 ms."""
+        longest = 0.03
+        early = self.edges[:-1] - longest >= self.time[0] + self.edge - 1e-9
+        valid = self.rate_valid & self.envelope_valid & early
+        return Drive(time=self.time, envelope=self.envelope, edges=self.edges, valid=valid, latencies=(0.0, longest))
+
+
+def _banded(displacement: Array, band: Window | None, step: float) -> Array:
+    if band is None:
+        return displacement - displacement.mean()
+    if not 0 < band[0] < band[1] < 0.5 / step:
+        raise InputError("band", f"must lie between 0 and {0.5 / step:g} Hz", band)
+    return sosfiltfilt(butter(2, band, "bandpass", fs=1 / step, output="sos"), displacement)
+
+
+def _mean_frequency(signal: Array, step: float) -> float:
+    """Mean frequency [Hz], weighted by power."""
+    power = np.abs(np.fft.rfft(signal * np.hanning(signal.size))) ** 2
+    return float(np.fft.rfftfreq(signal.size, step) @ power / power.sum())
