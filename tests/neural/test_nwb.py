@@ -136,6 +136,16 @@ def test_units_of_others_are_named_by_their_ids(tmp_path):
     assert set(spikes.data_vars) | set(spikes.coords) == {"spike_time", "spike_unit", "unit_name", "unit_id"}
 
 
+def test_names_that_recur_are_refused_and_ids_may_be_taken(tmp_path):
+    spikes = known_units().drop_vars("unit_quality")
+    write_nwb(spikes.rename(unit_whisker="unit_quality"), tmp_path / "a.nwb", SESSION)
+    with pytest.raises(InputError, match=r"quality must tell each unit from the others; .*names='id'"):
+        read_nwb(tmp_path / "a.nwb", names="quality")
+    assert read_nwb(tmp_path / "a.nwb", names="id").unit_name.values.tolist() == ["3", "8", "21"]
+    with pytest.raises(InputError, match="must have a column depth; it has unit_name"):
+        read_nwb(tmp_path / "a.nwb", names="depth")
+
+
 def test_other_tables_of_intervals_may_hold_the_trials(tmp_path):
     trials = read_nwb_trials(stranger(tmp_path / "a.nwb", epochs=True), table="epochs")
     assert trials.trial_start.values.tolist() == [1.0, 3.0]

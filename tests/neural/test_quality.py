@@ -96,6 +96,10 @@ def units():
     return spike_table(np.concatenate(times), index, ["fast", "slow", "close", "mute", "many"], unit_quality=quality)
 
 
+def labelled(label):
+    return spike_table(np.zeros(0), np.zeros(0, int), ["a"], unit_quality=np.array([label]))
+
+
 def test_reasons_by_hand():
     found = unit_quality(units(), 10.0, window="session")
     np.testing.assert_allclose(found.unit_rate, [10, 0.2, 10.1, 0, 10.1])
@@ -147,6 +151,10 @@ def test_trials_not_observed_do_not_count():
         (lambda: unit_quality(units(), 10.0, window="all"), "window must be 'session' or 'stimulus'"),
         (lambda: unit_quality(units(), 0.0, window="session"), "duration must be positive"),
         (lambda: unit_quality(units().assign(spike_trial=("spike", np.zeros(304, int))), 1, window="session"), "n_tr"),
+        (
+            lambda: unit_quality(labelled("good"), 1.0, window="session"),
+            "quality of unit a must be SU or MU, got 'good'",
+        ),
         (lambda: Inclusion(min_rate=-1), "Inclusion.min_rate"),
         (lambda: snr_smallest(SHAPE, [1.0]), "waveforms must be"),
         (lambda: snr_mean([SHAPE], [np.nan]), "noise must be"),

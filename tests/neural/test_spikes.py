@@ -71,6 +71,17 @@ def test_few_spikes_outside_the_record_are_kept_and_told(file):
     assert spikes.attrs["spikes_outside"] == 2
 
 
+def test_trials_may_count_from_one(file):
+    path = file("time,trial,unit\n0.9,2,a\n0.1,1,b\n")
+    with pytest.raises(InputError, match="line 3, trial must be 0 on a line, got '1'; say first_trial=1"):
+        read_csv(path)  # else a silent trial 0 would thin the rate
+    spikes = read_csv(path, first_trial=1)
+    assert spikes.spike_trial.values.tolist() == [1, 0]
+    assert spikes.attrs["n_trials"] == 2
+    with pytest.raises(InputError, match="whole number from 2"):
+        read_csv(path, first_trial=2)
+
+
 def test_line_without_a_time_tells_of_silence(file):
     spikes = read_csv(file("time,trial,unit\n,7,silent\n0.1,0,a\n"))
     assert spikes.unit_name.values.tolist() == ["silent", "a"]

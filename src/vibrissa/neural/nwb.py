@@ -97,21 +97,22 @@ def _pynwb() -> Any:
 # Reading
 
 
-def read_nwb(path: str | Path) -> xr.Dataset:
+def read_nwb(path: str | Path, *, names: str | None = None) -> xr.Dataset:
     """Spikes of the units table of an NWB file, on the session's clock.
 
     Parameters
     ----------
     path : path
         The file.
+    names : str, optional
+        Column that names the units, or ``"id"``; default: ``unit_name`` where there is such a column, else their ids.
 
     Returns
     -------
     Dataset
-        See :func:`vibrissa.neural.spikes.spike_table`. Units are named by the column ``unit_name``, or else by their
-        id, which ``unit_id`` keeps. ``unit_quality``, ``unit_whisker`` and ``snr_smallest`` where the file has the
-        columns quality, whisker and snr; ``interval_start``, ``interval_stop`` and ``interval_unit`` where it tells
-        when each unit was observed.
+        See :func:`vibrissa.neural.spikes.spike_table`. ``unit_id`` keeps the ids. ``unit_quality``, ``unit_whisker``
+        and ``snr_smallest`` where the file has the columns quality, whisker and snr; ``interval_start``,
+        ``interval_stop`` and ``interval_unit`` where it tells when each unit was observed.
 
     Raises
     ------
@@ -126,22 +127,35 @@ def read_nwb(path: str | Path) -> xr.Dataset:
         ids = np.asarray(units.id[:], int)
         times = [np.asarray(units.spike_times_index[k], float) for k in range(ids.size)]
         about = _about_units(units)
+        named = _names(units, path, names)
         intervals = _intervals(units)
     for one, time in zip(ids, times, strict=True):
         if not (np.abs(time) <= LONGEST).all():
             raise InputError(f"{path}, unit {one}", "must have finite spike times in seconds", f"{np.max(time):.6g}")
-    names = [str(name) for name in about.pop("unit_name", ids)]
     unit = np.repeat(np.arange(ids.size), [time.size for time in times])
     time = np.concatenate([*times, np.zeros(0)])
-    table = spike_table(time, unit, names, attrs={"source": Path(path).name}, unit_id=ids, **about)
+    table = spike_table(time, unit, named, attrs={"source": Path(path).name}, unit_id=ids, **about)
     return table.assign(intervals)
+
+
+def _names(units: Any, path: str | Path, column: str | None) -> list[str]:
+    """Names of the units; each once."""
+    if column is None:
+        column = "unit_name" if "unit_name" in units.colnames else "id"
+    if column != "id" and column not in units.colnames:
+        raise InputError(f"{path}, units", f"must have a column {column}", remedy=f"it has {', '.join(units.colnames)}")
+    names = [str(name) for name in (units.id if column == "id" else units[column])[:]]
+    if len(set(names)) < len(names):
+        remedy = "name them by their ids: names='id'"
+        raise InputError(f"{path}, {column}", "must tell each unit from the others", remedy=remedy)
+    return names
 
 
 def _about_units(units: Any) -> dict[str, Any]:
     """Columns with one value for each unit, by the variable each is."""
     about = {}
     for column, (name, _) in UNIT_COLUMNS.items():
-        if column in units.colnames and np.ndim(units[column][:]) == 1:
+        if column in units.colnames and name != "unit_name" and np.ndim(units[column][:]) == 1:
             values = np.asarray(units[column][:])
             if name == "snr_smallest" and values.dtype.kind not in "fiu":
                 continue

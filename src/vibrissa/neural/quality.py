@@ -201,12 +201,23 @@ def unit_quality(
         | _snrs((waveforms or {}).get(name))
         for unit, name in enumerate(names)
     ]
-    single = spikes.unit_quality.values != "MU" if "unit_quality" in spikes else np.ones(len(names), bool)
+    single = _single(spikes)
     reasons = [_reason(row, rules, bool(one)) for row, one in zip(rows, single, strict=True)]
     columns: dict[str, Any] = {key: [row[key] for row in rows] for key in (rows[0] if rows else ())}
     attrs = {"window": window, "duration": duration, "refractory_period": rules.refractory_period}
     kept, reason = np.array([not one for one in reasons], bool), np.array(reasons, str)
     return dataset(attrs, unit_name=np.array(names, str), kept=kept, reason=reason, **columns)
+
+
+def _single(spikes: xr.Dataset) -> NDArray[np.bool_]:
+    """Whether each unit is a single one."""
+    if "unit_quality" not in spikes:
+        return np.ones(spikes.sizes["unit"], bool)
+    quality = spikes.unit_quality.values
+    for name, one in zip(spikes.unit_name.values, quality, strict=True):
+        if one not in ("SU", "MU"):
+            raise InputError(f"quality of unit {name}", "must be SU or MU", repr(str(one)), "rename the labels")
+    return np.asarray(quality == "SU")
 
 
 def _observed(spikes: xr.Dataset, duration: float) -> Array:

@@ -79,23 +79,27 @@ def spike_table(
     )
 
 
-def read_csv(path: str | Path, *, duration: float | None = None) -> xr.Dataset:
+def read_csv(path: str | Path, *, duration: float | None = None, first_trial: int | None = None) -> xr.Dataset:
     """Spikes from a file of comma-separated values, one line for each.
 
     Parameters
     ----------
     path : path
         UTF-8 text below a header with the columns ``time`` [s] or ``time_ms`` [ms], ``unit`` (any name) and, if
-        ``time`` counts from the onset of a trial, ``trial`` (from 0). ``whisker`` (the principal one) and ``quality``
-        (SU, MU) may be there, with one value for each unit. A line without a time tells that its unit was recorded,
-        and its trial presented, without a spike. Other columns are left alone and named in ``columns_left_alone``.
+        ``time`` counts from the onset of a trial, ``trial`` (its number). ``whisker`` (the principal one) and
+        ``quality`` (SU, MU) may be there, with one value for each unit. A line without a time tells that its unit was
+        recorded, and its trial presented, without a spike. Other columns are left alone and named in
+        ``columns_left_alone``.
     duration : float, optional
         Length of the session or of the trials [s].
+    first_trial : int, optional
+        Number of the first trial, which becomes 0. Where it is not given, the file must have a trial 0: whether the
+        first of a file that begins with trial 1 is trial 1, or trial 0 was silent, only you know.
 
     Returns
     -------
     Dataset
-        See :func:`spike_table`; ``n_trials`` is one above the largest trial in the file. With a duration,
+        See :func:`spike_table`; ``n_trials`` reaches to the largest trial in the file. With a duration,
         ``spikes_outside`` counts the spikes before 0 or from the duration on, which are kept.
 
     Raises
@@ -106,7 +110,7 @@ def read_csv(path: str | Path, *, duration: float | None = None) -> xr.Dataset:
     """
     table = read_table(path, ("time|time_ms", "unit"), ("trial", *ABOUT_UNITS))
     time = _seconds(table, "time")
-    trial = _trials(table) if "trial" in table.columns else None
+    trial = _trials(table, first_trial) if "trial" in table.columns else None
     cells = table.columns["unit"]
     unnamed = np.array([not cell or not cell.isprintable() for cell in cells], bool)
     table.refuse_first(unnamed, "unit", "must name a unit in printable signs")
@@ -132,10 +136,14 @@ def _seconds(table: Table, name: str) -> Array:
     return time
 
 
-def _trials(table: Table) -> NDArray[np.int64]:
-    trial = table.numbers("trial")
+def _trials(table: Table, first: int | None) -> NDArray[np.int64]:
+    """Trials from 0."""
+    trial = table.numbers("trial") - (first or 0)
     wrong = (trial != np.floor(trial)) | (trial < 0) | (trial >= MOST_TRIALS)
-    table.refuse_first(wrong, "trial", f"must be a whole number from 0 to {MOST_TRIALS - 1}", "trials count from 0")
+    table.refuse_first(wrong, "trial", f"must be a whole number from {first or 0} to {MOST_TRIALS - 1}")
+    if first is None and trial.size and trial.min() > 0:
+        remedy = "say first_trial=1 if trials count from 1; if trial 0 was silent, give it a line without a time"
+        table.refuse_first(trial == trial.min(), "trial", "must be 0 on a line", remedy)
     return trial.astype(int)
 
 
