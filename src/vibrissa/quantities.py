@@ -249,6 +249,8 @@ QUANTITIES: dict[str, Quantity] = {
     "marker_time": Quantity(("marker",), "s", "time of a recorded event on the session's clock"),
     "marker_label": Quantity(("marker",), "1", "label of a recorded event"),
     "unit_id": Quantity(("unit",), "1", "number of a unit in its file"),
+    "unit_electrode": Quantity(("unit",), "1", "electrode nearest to a unit, from 0 along the shanks"),
+    "unit_waveform": Quantity(("unit", "sample"), "V", "mean waveform of a unit"),
     "replayed_envelope": Quantity(("whisker", "time"), "m", "envelope of the command"),
     "spike_count": Quantity(("trial", "bin"), "1", "spikes of a trial in a bin"),
     "firing_rate_se": Quantity(("bin",), "Hz", "standard error of the firing rate over trials"),
@@ -263,7 +265,7 @@ QUANTITIES: dict[str, Quantity] = {
     # the stimulator: commands, what the filter does to resonances, command against motion
     "command": Quantity(("whisker", "time"), "m", "displacement commanded, 0 at rest"),
     "delay": Quantity(("whisker",), "s", "delay of the copy, circular"),
-    "start_value": Quantity(("whisker",), "m", "displacement commanded at time 0"),
+    "start_value": Quantity(("whisker",), "m", "displacement commanded at the first sample"),
     "copy_correlation": Quantity(("whisker",), "1", "largest |r| with any other copy"),
     "largest_correlation": Quantity((), "1", "largest |r| between two copies"),
     "rms_correlation": Quantity((), "1", "rms of the loop's circular autocorrelation over all lags"),

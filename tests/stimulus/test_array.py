@@ -7,8 +7,10 @@ from vibrissa.errors import InputError
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.sampled import scanned
 from vibrissa.mechanics.superposition import Scan, predict
-from vibrissa.stimulus.array import WHISKERS, Limits, rate_of, replay_command
+from vibrissa.stimulus.array import replay_command
 from vibrissa.stimulus.band import Band
+from vibrissa.stimulus.delays import WHISKERS
+from vibrissa.stimulus.limits import Limits, rate_of
 from vibrissa.stimulus.waveform import Motion, motion_at
 from vibrissa.texture.surface import random_grating
 from vibrissa.whisker import Whisker
@@ -85,6 +87,28 @@ def test_the_replayed_stimulus_is_dominated_by_the_fundamental_mode():
     near = np.abs(np.fft.rfftfreq(8000, 1 / 4000) / 88 - 1) < 0.3
     assert power[near].sum() > 0.5 * power.sum()
     assert data.attrs["resonance_note"] == ""
+
+
+def test_a_ramp_leads_from_rest_into_the_loop_and_back():
+    plain, led = (replay_command(MOTIONS, **QUICK, ramp=ramp) for ramp in (0.0, 0.5))
+    assert led.command.shape == (24, 11000)
+    np.testing.assert_array_equal(led.command.values[:, 500:-500], plain.command)
+    np.testing.assert_allclose(led.time[[0, 500, -1]], [-0.5, 0, 10.499])
+    assert np.abs(led.start_value).max() == 0
+    ends = led.command.values[:, [0, 1, -2, -1]]
+    assert np.abs(ends).max() < 1e-3 * float(plain.peak_travel)
+    joints = np.abs(np.diff(led.command.values, axis=1))[:, [498, 499, 500, -502, -501, -500]]
+    assert joints.max() <= float(plain.peak_speed) / RATE
+
+
+def test_a_ramp_too_steep_is_refused():
+    free = replay_command(MOTIONS, **QUICK)
+    limits = Limits(acceleration=1.01 * float(free.peak_acceleration))
+    replay_command(MOTIONS, **QUICK, limits=limits, ramp=0.5)
+    with pytest.raises(InputError, match=r"acceleration of \w+ in the ramp at -?[\d.]+ s must be .*lengthen --ramp"):
+        replay_command(MOTIONS, **QUICK, limits=limits, ramp=0.004)
+    with pytest.raises(InputError, match="ramp must lie between 0 and the duration"):
+        replay_command(MOTIONS, **QUICK, ramp=11.0)
 
 
 def test_the_derivative_of_a_sine_is_a_cosine():

@@ -9,8 +9,10 @@ from scipy.io import wavfile
 from vibrissa import __version__
 from vibrissa.errors import InputError
 from vibrissa.quantities import dataset
-from vibrissa.stimulus.array import WHISKERS, Limits, replay_command
+from vibrissa.stimulus.array import replay_command
+from vibrissa.stimulus.delays import WHISKERS
 from vibrissa.stimulus.export import Sound, encoded, read_command, write_command
+from vibrissa.stimulus.limits import Limits
 from vibrissa.stimulus.waveform import Motion
 
 
@@ -18,7 +20,14 @@ from vibrissa.stimulus.waveform import Motion
 def command():
     moved = np.random.default_rng(0).normal(0, 1e-5, 6000)
     motion = Motion(displacement=moved, sampling_rate=1000.0, source="noise", resonance=70.0)
-    settings = {"duration": 5.0, "sampling_rate": 1000.0, "delays": "random", "seed": 4, "separation": 0.05}
+    settings = {
+        "duration": 5.0,
+        "sampling_rate": 1000.0,
+        "delays": "random",
+        "seed": 4,
+        "separation": 0.05,
+        "ramp": 0.5,
+    }
     return replay_command([motion], **settings, limits=Limits(travel=1e-3))
 
 
@@ -54,7 +63,7 @@ def test_other_readers_see_24_channels_at_the_sampling_rate(command, tmp_path, e
     write_command(command, tmp_path / "c.wav", sound=Sound(encoding=encoding, full_scale=1e-4))
     rate, values = wavfile.read(tmp_path / "c.wav")
     top = {"float32": 1.0, "int24": (2**23 - 1) * 256.0, "int16": 2**15 - 1.0}[encoding]
-    assert (rate, values.shape, values.dtype) == (1000, (5000, 24), np.dtype(kind))
+    assert (rate, values.shape, values.dtype) == (1000, (6000, 24), np.dtype(kind))
     np.testing.assert_allclose(values.T / top * 1e-4, command.command, atol=1e-4 / (2**15 - 1))
 
 
@@ -67,7 +76,7 @@ def test_integers_are_little_endian_and_the_full_scale_is_the_largest():
 def test_the_sidecar_says_what_the_file_holds(command, tmp_path):
     write_command(command, tmp_path / "c.wav")
     facts = json.loads((tmp_path / "c.wav.json").read_text())
-    assert (facts["unit"], facts["sampling_rate"], facts["samples"]) == ("m", 1000.0, 5000)
+    assert (facts["unit"], facts["sampling_rate"], facts["samples"]) == ("m", 1000.0, 6000)
     assert facts["full_scale"] == peak(command)
     assert facts["versions"]["vibrissa"] == __version__
     said = facts["attributes"]
@@ -104,7 +113,7 @@ def test_what_a_format_cannot_hold_is_refused_and_nothing_is_written(command, tm
 def test_files_that_are_no_commands_are_refused(command, tmp_path):
     write_command(command, tmp_path / "c.npy")
     np.save(tmp_path / "c.npy", np.zeros((24, 7)))
-    with pytest.raises(InputError, match="must hold 24 whiskers, 5000 samples"):
+    with pytest.raises(InputError, match="must hold 24 whiskers, 6000 samples"):
         read_command(tmp_path / "c.npy")
     (tmp_path / "c.npy").write_bytes(b"nothing")
     with pytest.raises(InputError, match="must be a command written by vibrissa"):

@@ -6,8 +6,8 @@ from scipy.signal import bilinear, lfilter
 
 from vibrissa.errors import InputError
 from vibrissa.quantities import dataset
-from vibrissa.stimulus.array import WHISKERS
 from vibrissa.stimulus.band import Band
+from vibrissa.stimulus.delays import WHISKERS
 from vibrissa.stimulus.export import write_command
 from vibrissa.stimulus.fidelity import compare, compare_file
 

@@ -31,6 +31,7 @@ def replay(
     norm: Literal["phase", "delay", "mag"] = "mag",
     causal: Annotated[bool, Parameter(negative="--zero-phase")] = True,
     fade: float = 0.05,
+    ramp: float = 0.0,
     scale: float = 1.0,
     delays: str = "even",
     separation: float = 0.1,
@@ -75,6 +76,8 @@ def replay(
         Filter once forwards, with its delay; with --zero-phase forwards and backwards, without delay, the gain squared.
     fade
         Overlap of neighbouring textures [s].
+    ramp
+        From rest into the loop and out of it again [s], before and after; none for a loop played on and on.
     scale
         Factor on the command.
     delays
@@ -100,10 +103,11 @@ def replay(
     """
     import xarray as xr
 
-    from vibrissa.stimulus.array import Limits, replay_command
+    from vibrissa.stimulus.array import replay_command
     from vibrissa.stimulus.band import Band
     from vibrissa.stimulus.export import Sound, write_command
     from vibrissa.stimulus.fidelity import compare_file
+    from vibrissa.stimulus.limits import Limits
     from vibrissa.stimulus.waveform import read_motion
 
     sound = Sound(encoding=encoding, full_scale=full_scale)
@@ -113,6 +117,7 @@ def replay(
         sampling_rate=sampling_rate,
         band=Band(low=low, high=high, order=order, norm=norm, causal=causal),
         fade=fade,
+        ramp=ramp,
         scale=scale,
         delays=_delays(delays),
         separation=separation,

@@ -1,9 +1,9 @@
-"""The 24 whiskers: circularly shifted copies of one loop, and what the stimulator can do."""
+"""The 24 whiskers: circularly shifted copies of one loop."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
@@ -13,6 +13,7 @@ from vibrissa.errors import InputError
 from vibrissa.quantities import dataset
 from vibrissa.stimulus.band import RESONANCES, Band
 from vibrissa.stimulus.delays import (
+    WHISKERS,
     Whole,
     circular_correlation,
     correlation_note,
@@ -21,6 +22,7 @@ from vibrissa.stimulus.delays import (
     pair_correlations,
     random_shifts,
 )
+from vibrissa.stimulus.limits import Limits, ramped, rate_of, refuse_beyond, refuse_ramps
 from vibrissa.stimulus.waveform import Motion, joined, samples, seam_steps
 
 if TYPE_CHECKING:
@@ -28,37 +30,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Spread = Literal["even", "random", "least"]
-
-# The 24 most caudal: the straddlers and four columns of five rows. The paper gives their number, not their names.
-WHISKERS = tuple(
-    name
-    for row, straddler in zip("ABCDE", ("alpha", "beta", "gamma", "delta", None), strict=True)
-    for name in (*([straddler] if straddler else []), *(f"{row}{column}" for column in range(1, 5)))
-)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Limits:
-    """What the stimulator can do; None where it is not known.
-
-    Attributes
-    ----------
-    travel : float or None
-        Largest displacement to either side of rest [m].
-    speed : float or None
-        Largest speed [m/s].
-    acceleration : float or None
-        Largest acceleration [m/s²].
-    """
-
-    travel: float | None = None
-    speed: float | None = None
-    acceleration: float | None = None
-
-    def __post_init__(self) -> None:
-        for name, value in asdict(self).items():
-            if value is not None and not 0 < value < np.inf:
-                raise InputError(f"Limits.{name}", "must be positive", value)
 
 
 def shifts_of(delays: Sequence[float], length: int, sampling_rate: float) -> Whole:
@@ -74,38 +45,6 @@ def shifts_of(delays: Sequence[float], length: int, sampling_rate: float) -> Who
     return np.round(values * sampling_rate).astype(np.int64) % length
 
 
-def rate_of(loop: Array, sampling_rate: float, times: int = 1) -> Array:
-    """Time derivative of a loop, by its Fourier series: unit/s, or unit/s² for ``times`` = 2."""
-    series = np.fft.rfft(loop) * (2j * np.pi * np.fft.rfftfreq(len(loop), 1 / sampling_rate)) ** times
-    return np.fft.irfft(series, len(loop))
-
-
-def refuse_beyond(loop: Array, shifts: Whole, sampling_rate: float, limits: Limits, scale: float = 1.0) -> None:
-    """Refuse a command that the stimulator cannot follow; nothing is ever clipped.
-
-    Raises
-    ------
-    InputError
-        Names the whisker that is first beyond a limit, when, by how much, and the scale that would fit all limits.
-    """
-    kinds = ("travel", "m", 0), ("speed", "m/s", 1), ("acceleration", "m/s²", 2)
-    found = {
-        kind: (np.abs(rate_of(loop, sampling_rate, times) if times else loop), unit) for kind, unit, times in kinds
-    }
-    bounds = {kind: limit for kind, limit in asdict(limits).items() if limit is not None}
-    shares = {kind: limit / float(found[kind][0].max()) for kind, limit in bounds.items()}
-    if not shares or min(shares.values()) >= 1:
-        return
-    kind = min(shares, key=lambda one: shares[one])
-    values, unit = found[kind]
-    at = (int(np.argmax(values)) + shifts) % len(loop)
-    first = int(np.argmin(at))
-    where = f"{kind} of {WHISKERS[first]} at {at[first] / sampling_rate:.4f} s"
-    fitting = np.floor(scale * shares[kind] * 1e4 * (1 - 1e-12)) / 1e4
-    remedy = f"--scale {fitting:.4g} would fit, or raise --{kind}"
-    raise InputError(where, f"must be at most {bounds[kind]:.6g} {unit}", f"{values.max():.6g} {unit}", remedy)
-
-
 def replay_command(
     motions: Sequence[Motion],
     *,
@@ -113,6 +52,7 @@ def replay_command(
     sampling_rate: float = 20000.0,
     band: Band | None = None,
     fade: float = 0.05,
+    ramp: float = 0.0,
     scale: float = 1.0,
     delays: Spread | Sequence[float] = "even",
     separation: float = 0.1,
@@ -135,6 +75,9 @@ def replay_command(
         The filter; of order 4, −3 dB at its corners, causal by default.
     fade : float
         Overlap of neighbouring textures [s].
+    ramp : float
+        From rest into the loop and back [s], before time 0 and after ``duration``; 0 for a loop that is played on and
+        on. Without it the command starts at ``start_value``, a step from rest that no limit is held against.
     scale : float
         Factor on the command.
     delays : {"even", "random", "least"} or sequence of float
@@ -156,23 +99,27 @@ def replay_command(
     band, limits = band or Band(), limits or Limits()
     _refuse_settings(motions, scale, separation, seed, band)
     length = samples(duration, sampling_rate)
+    if not 0 <= ramp <= duration:
+        raise InputError("ramp", f"must lie between 0 and the duration of {duration:g} s", ramp)
     raw, seams = joined(motions, duration, sampling_rate, fade=fade)
     loop = scale * band.filtered(raw, sampling_rate)
     correlation = circular_correlation(loop)
     shifts = _shifts(delays, correlation, sampling_rate, round(separation * sampling_rate), seed)
     refuse_beyond(loop, shifts, sampling_rate, limits, scale)
-    command = loop[(np.arange(length) - shifts[:, None]) % length]
+    lead = round(ramp * sampling_rate)
+    command = ramped(loop[(np.arange(length) - shifts[:, None]) % length], lead)
+    refuse_ramps(command, lead, sampling_rate, limits)
     pairs = _correlations(correlation, shifts)
     note = correlation_note(correlation, float(pairs["largest_correlation"]), len(WHISKERS))
     lost = resonance_note(motions, band, sampling_rate)
     settings = _settings(motions, band, delays, separation, seed, limits)
-    numbers = {"duration": duration, "sampling_rate": sampling_rate, "fade": fade, "scale": scale}
+    numbers = {"duration": duration, "sampling_rate": sampling_rate, "fade": fade, "ramp": ramp, "scale": scale}
     step, bend = seam_steps(loop, seams, fade, sampling_rate)
     rough_step, rough_bend = seam_steps(raw, seams, fade, sampling_rate)
     return dataset(
         {**settings, **numbers, "correlation_note": note, "resonance_note": lost},
         whisker=np.array(WHISKERS),
-        time=np.arange(length) / sampling_rate,
+        time=np.arange(-lead, length + lead) / sampling_rate,
         command=command,
         delay=shifts / sampling_rate,
         start_value=command[:, 0],

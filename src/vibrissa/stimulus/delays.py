@@ -10,6 +10,12 @@ from vibrissa.errors import InputError
 Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
 
+# The 24 most caudal: the straddlers and four columns of five rows. The paper gives their number, not their names.
+WHISKERS = tuple(
+    name
+    for row, straddler in zip("ABCDE", ("alpha", "beta", "gamma", "delta", None), strict=True)
+    for name in (*([straddler] if straddler else []), *(f"{row}{column}" for column in range(1, 5)))
+)
 UNCORRELATED = 0.1  # largest |r| between copies that are called uncorrelated
 _LAGS = 20_000  # lags among which the search for delays chooses
 _SWEEPS = 20  # over all whiskers; the search mostly rests after 5

@@ -101,7 +101,7 @@ def read_command(path: str | Path) -> xr.Dataset:
     names = np.array(facts["whiskers"])
     if values.shape != (len(names), facts["samples"]):
         raise InputError(str(path), f"must hold {len(names)} whiskers, {facts['samples']} samples", values.shape)
-    time = np.arange(facts["samples"]) / facts["sampling_rate"]
+    time = facts["start"] + np.arange(facts["samples"]) / facts["sampling_rate"]
     return dataset(facts["attributes"], whisker=names, time=time, command=values)
 
 
@@ -123,6 +123,7 @@ def _facts(data: xr.Dataset, path: Path, rate: float) -> dict[str, Any]:
         "holds": "displacement commanded, (whisker, time)",
         "unit": "m",
         "sampling_rate": round(rate, 6),
+        "start": float(data["time"][0]),
         "samples": data.sizes["time"],
         "whiskers": data["whisker"].values.tolist(),
         "versions": _versions(),
@@ -148,7 +149,7 @@ def _sidecar(path: Path) -> dict[str, Any]:
             raise InputError(str(one), "must be an existing file", remedy="a command is read with its sidecar")
     try:
         facts = json.loads(beside.read_text("utf-8"))
-        return {name: facts[name] for name in ("sampling_rate", "samples", "whiskers", "attributes")} | facts
+        return {name: facts[name] for name in ("sampling_rate", "start", "samples", "whiskers", "attributes")} | facts
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(str(beside), "must be a sidecar written by vibrissa") from error
 
