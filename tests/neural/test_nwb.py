@@ -28,6 +28,8 @@ def units(**more):
 
 def known_units():
     about = {"unit_quality": np.array(["SU", "MU", "SU"]), "unit_whisker": np.array(["C2", "C2", "D1"])}
+    about["unit_electrode"] = np.array([0, 0, 31])
+    about["unit_waveform"] = 1e-5 * np.random.default_rng(2).normal(size=(3, 32))
     spikes = units(unit_id=np.array([3, 8, 21]), snr_smallest=np.array([4.5, np.nan, 6.7]), **about)
     return spikes.assign(
         interval_start=("interval", [0.0, 0.0, 40.0, 0.0]),
@@ -81,6 +83,9 @@ def test_layout_is_that_of_the_archives(tmp_path):
         assert file.units.colnames[:2] == ("unit_name", "quality")
         assert file.units["spike_times"].target.description
         assert file.units.resolution == 2.5e-5
+        electrodes = file.electrodes.to_dataframe()
+        assert electrodes.group_name.tolist() == [f"shank{k // 4}" for k in range(32)]
+        assert file.units["electrodes"][2].index.tolist() == [31]
         template = file.stimulus_template["command"]
         assert (template.unit, template.rate, template.data.shape) == ("meters", 1000.0, (2000, 3))
         np.testing.assert_array_equal(template.data[:].T, replay().command)
@@ -195,6 +200,8 @@ def test_samples_are_no_seconds(tmp_path):
         (lambda path: write_nwb(spike_table(np.array([1.0, 1]), np.zeros(2, int), ["a"]), path, SESSION), "fire twice"),
         (lambda path: write_nwb(units(), path, SESSION, command=replay().isel(time=[0, 1, 5])), "sampled evenly"),
         (lambda path: write_nwb(units(), path, SESSION, command=replay().isel(time=[0])), "sampled evenly"),
+        (lambda path: write_nwb(known_units(), path, Session(start=SESSION.start, **ABOUT, sites=1)), "from 0 to 7"),
+        (lambda _: Session(start=SESSION.start, **ABOUT, shanks=0), "Session.shanks"),
         (lambda _: Session(start=datetime(2014, 5, 7), **ABOUT), "time zone"),
         (lambda _: Session(start=SESSION.start, **ABOUT | {"age": "3 months"}), "Session.age"),
         (lambda _: Session(start=SESSION.start, **ABOUT | {"age": "P"}), "Session.age"),

@@ -55,7 +55,13 @@ class Session:
     species : str
         Latin binomial.
     resolution : float
-        Least step between spike times [s].
+        Least step between spike times, and between samples of waveforms [s].
+    probe : str
+        What the electrodes are on.
+    location : str
+        Where they were.
+    shanks, sites : int
+        Shanks of the probe, and electrodes on each.
     """
 
     identifier: str
@@ -66,6 +72,10 @@ class Session:
     sex: str = "M"
     species: str = "Rattus norvegicus"
     resolution: float = 2.5e-5
+    probe: str = "silicon probe"
+    location: str = "barrel cortex"
+    shanks: int = 8
+    sites: int = 4
 
     def __post_init__(self) -> None:
         for name in ("identifier", "description", "subject"):
@@ -77,6 +87,8 @@ class Session:
             raise InputError("Session.age", "must be a duration of ISO 8601", repr(self.age), "P90D is 90 days")
         if self.sex not in ("M", "F", "O", "U"):
             raise InputError("Session.sex", "must be M, F, O or U", repr(self.sex))
+        if self.shanks < 1 or self.sites < 1:
+            raise InputError("Session.shanks and sites", "must be at least 1", (self.shanks, self.sites))
         if not 0 < self.resolution < np.inf:
             raise InputError("Session.resolution", "must be positive (s)", self.resolution)
 
@@ -112,7 +124,8 @@ def read_nwb(path: str | Path, *, names: str | None = None) -> xr.Dataset:
     Dataset
         See :func:`vibrissa.neural.spikes.spike_table`. ``unit_id`` keeps the ids. ``unit_quality``, ``unit_whisker``
         and ``snr_smallest`` where the file has the columns quality, whisker and snr; ``interval_start``,
-        ``interval_stop`` and ``interval_unit`` where it tells when each unit was observed.
+        ``interval_stop`` and ``interval_unit`` where it tells when each unit was observed; ``unit_waveform`` where it
+        has mean waveforms of one electrode, ``unit_electrode`` where each unit has one electrode.
 
     Raises
     ------
@@ -160,6 +173,12 @@ def _about_units(units: Any) -> dict[str, Any]:
             if name == "snr_smallest" and values.dtype.kind not in "fiu":
                 continue
             about[name] = values.astype(float) if name == "snr_smallest" else values.astype(str)
+    if "waveform_mean" in units.colnames and np.ndim(units["waveform_mean"][:]) == 2:
+        about["unit_waveform"] = np.asarray(units["waveform_mean"][:], float)
+    if units.electrodes is not None:
+        ends = np.asarray(units.electrodes_index.data[:], int)
+        if (np.diff(ends, prepend=0) == 1).all():
+            about["unit_electrode"] = np.asarray(units.electrodes_index.target.data[:], int)
     return about
 
 
@@ -287,7 +306,9 @@ def write_nwb(
             "spikes", "must be on the session's clock", "spikes in trials", "write them uncut, with trials="
         )
     file = _file(pynwb, session)
-    _add_units(pynwb, file, spikes, session.resolution)
+    if "unit_electrode" in spikes:
+        _add_probe(file, session)
+    _add_units(pynwb, file, spikes, session)
     template = None if command is None else _add_command(pynwb, file, command)
     if trials is not None:
         _add_trials(pynwb, file, trials, template)
@@ -314,9 +335,27 @@ def _file(pynwb: Any, session: Session) -> Any:
     )
 
 
-def _add_units(pynwb: Any, file: Any, spikes: xr.Dataset, resolution: float) -> None:
+def _add_probe(file: Any, session: Session) -> None:
+    """Electrodes in order along the shanks, from 0."""
+    probe = file.create_device(name="probe", description=session.probe)
+    for shank in range(session.shanks):
+        group = file.create_electrode_group(
+            name=f"shank{shank}", description=f"shank {shank} of the probe", location=session.location, device=probe
+        )
+        for _ in range(session.sites):
+            file.add_electrode(group=group, location=session.location)
+
+
+def _add_units(pynwb: Any, file: Any, spikes: xr.Dataset, session: Session) -> None:
     """Units with their spike times, and what is known of them."""
-    units = pynwb.misc.Units(name="units", description="sorted units", resolution=resolution)
+    placed = "unit_electrode" in spikes
+    units = pynwb.misc.Units(
+        name="units",
+        description="sorted units",
+        resolution=session.resolution,
+        waveform_rate=1 / session.resolution,
+        electrode_table=file.electrodes if placed else None,
+    )
     known = {column: (name, text) for column, (name, text) in UNIT_COLUMNS.items() if name in spikes}
     for column, (_, text) in known.items():
         units.add_column(name=column, description=text)
@@ -326,9 +365,21 @@ def _add_units(pynwb: Any, file: Any, spikes: xr.Dataset, resolution: float) -> 
         time = np.sort(spikes.spike_time.values[spikes.spike_unit.values == k])
         _refuse_repeated(time, str(spikes.unit_name.values[k]))
         row = {column: spikes[name].values[k].item() for column, (name, _) in known.items()}
-        when = {"obs_intervals": _intervals_of(spikes, k)} if observed else {}
-        units.add_unit(id=int(one), spike_times=time, **row, **when)
+        if observed:
+            row["obs_intervals"] = _intervals_of(spikes, k)
+        if placed:
+            row["electrodes"] = [_electrode(spikes, k, session)]
+        if "unit_waveform" in spikes:
+            row["waveform_mean"] = spikes.unit_waveform.values[k]
+        units.add_unit(id=int(one), spike_times=time, **row)
     file.units = units
+
+
+def _electrode(spikes: xr.Dataset, unit: int, session: Session) -> int:
+    number, last = int(spikes.unit_electrode.values[unit]), session.shanks * session.sites - 1
+    if not 0 <= number <= last:
+        raise InputError("unit_electrode", f"must be from 0 to {last}", number, "give Session.shanks and Session.sites")
+    return number
 
 
 def _refuse_repeated(time: Array, name: str) -> None:
