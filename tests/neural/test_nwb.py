@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vibrissa.errors import InputError
-from vibrissa.neural.nwb import Session, read_nwb, read_nwb_trials, write_nwb
+from vibrissa.neural.nwb import read_nwb, read_nwb_trials
+from vibrissa.neural.nwb_writer import Session, write_nwb
 from vibrissa.neural.spikes import spike_table
 from vibrissa.neural.trials import cut_into_trials, trial_table, trials_at
 from vibrissa.quantities import dataset

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from vibrissa.neural.coupling import bin_means
-from vibrissa.neural.nwb import Session, read_nwb, read_nwb_trials, write_nwb
+from vibrissa.neural.nwb import read_nwb, read_nwb_trials
+from vibrissa.neural.nwb_writer import Session, write_nwb
 from vibrissa.neural.quality import unit_quality
 from vibrissa.neural.response import bin_edges, psth
 from vibrissa.neural.spikes import of_unit, read_csv, spike_table, write_csv
