@@ -136,6 +136,12 @@ def test_a_command_beyond_a_limit_is_refused_with_the_scale_that_fits(kind, unit
     np.testing.assert_allclose(fitting.command, 0.8 * free.command)  # not clipped
 
 
+def test_the_scale_that_fits_is_told_however_small():
+    free = replay_command(MOTIONS, **QUICK)
+    with pytest.raises(InputError, match=r"--scale 1.234e-07 would fit"):
+        replay_command(MOTIONS, **QUICK, limits=Limits(travel=1.2345e-7 * float(free.peak_travel)))
+
+
 def test_of_several_limits_the_scale_fits_all():
     free = replay_command(MOTIONS, **QUICK)
     limits = Limits(travel=0.7 * float(free.peak_travel), speed=0.5 * float(free.peak_speed))

@@ -103,6 +103,10 @@ def test_what_a_format_cannot_hold_is_refused_and_nothing_is_written(command, tm
         write_command(odd, tmp_path / "c.wav")
     with pytest.raises(InputError, match=r"must end in .nc, .wav, .npy, .csv, got '.mat'"):
         write_command(command, tmp_path / "c.mat")
+    for value, words in ((0.0, "must move"), (np.nan, "must be finite")):
+        still = command.assign(command=command.command.copy(data=np.full_like(command.command, value)))
+        with pytest.raises(InputError, match=words):
+            write_command(still, tmp_path / "c.wav")
     with pytest.raises(InputError, match="existing folder"):
         write_command(command, tmp_path / "no" / "c.npy")
     with pytest.raises(InputError, match="variable 'command' is missing"):

@@ -97,6 +97,7 @@ def test_a_short_motion_gives_what_it_has_and_the_others_the_rest():
         ([4.0], 3.0, 2.0, "fade must be positive and below"),
         ([4.0], -1.0, 0.05, "duration must be positive"),
         ([4.0], 3.00001, 0.05, "whole number"),
+        ([4.0], 3e6, 0.05, "at most 2000000 samples"),
     ],
 )
 def test_motions_that_cannot_fill_the_loop_are_refused(durations, duration, fade, words):
@@ -150,6 +151,13 @@ def test_text_is_read_in_the_units_of_its_header(tmp_path):
     np.testing.assert_allclose(plain.displacement, u, rtol=1e-15)
     np.testing.assert_allclose(scaled.displacement, u, rtol=1e-12)
     assert scaled.sampling_rate == pytest.approx(RATE)
+
+
+def test_dimensions_that_are_not_understood_are_refused():
+    data = prediction([5e-3], np.zeros((9, 1)))
+    np.testing.assert_array_equal(motion_at(data.transpose(), 5e-3).displacement, np.zeros(9))
+    with pytest.raises(InputError, match="time and node alone, got trial as well"):
+        motion_at(data.expand_dims(trial=2), 5e-3)
 
 
 def refusals(tmp_path):

@@ -75,6 +75,8 @@ def write_command(data: xr.Dataset, path: str | Path, *, sound: Sound | None = N
         An unknown ending, a sampling rate or size that WAV does not know, a command beyond the full scale.
     """
     require(data, "command", "time", "whisker")
+    if not np.all(np.isfinite(data["command"])):
+        raise InputError("command", "must be finite")
     path = Path(path)
     write = _writer(path)
     rate = even_rate(data["time"].to_numpy(), "command")
@@ -157,6 +159,8 @@ def _sidecar(path: Path) -> dict[str, Any]:
 def _sound_facts(data: xr.Dataset, rate: float, sound: Sound) -> dict[str, Any]:
     peak = float(np.abs(data["command"]).max())
     full = sound.full_scale or peak
+    if not full > 0:
+        raise InputError("command", "must move, to have a full scale in WAV", peak, "give --full-scale")
     if peak > full:
         remedy = f"--full-scale {peak * 1.001:.4g} or above, or a smaller --scale"
         raise InputError("command", f"must stay within the full scale of {full:.6g} m", f"{peak:.6g} m", remedy)

@@ -64,7 +64,8 @@ def refuse_beyond(loop: Array, shifts: Whole, sampling_rate: float, limits: Limi
     at = (int(np.argmax(values)) + shifts) % len(loop)
     first = int(np.argmin(at))
     where = f"{kind} of {WHISKERS[first]} at {at[first] / sampling_rate:.4f} s"
-    fitting = np.floor(scale * shares[kind] * 1e4 * (1 - 1e-12)) / 1e4
+    digit = 10.0 ** (np.floor(np.log10(scale * shares[kind])) - 3)
+    fitting = digit * np.floor(scale * shares[kind] / digit * (1 - 1e-12))
     remedy = f"--scale {fitting:.4g} would fit, or raise --{kind}"
     raise InputError(where, f"must be at most {bounds[kind]:.6g} {unit}", f"{values.max():.6g} {unit}", remedy)
 

@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 LARGEST = 5e-3  # [m] of displacement 5 mm from the base; beyond it a unit is wrong
 _NEAR = 1e-6  # [m] a node this close is at the distance
 _APART = 2e-3  # [m] widest spacing of nodes between which the shaft is taken for straight
+_MOST_SAMPLES = 2_000_000  # [1] of one whisker: 24 of them are 0.4 gigabytes
 _UNEVEN = 0.01  # of a sampling interval
 _COLUMNS = {"time": 1.0, "time_ms": 1e3, "displacement": 1.0, "displacement_mm": 1e3, "displacement_um": 1e6}
 
@@ -121,9 +122,13 @@ def motion_at(data: xr.Dataset, distance: float, *, which: int = 0, source: str 
             raise InputError(f"{source}: whisker", f"must be one of 0 to {data.sizes['whisker'] - 1}", which)
         data = data.isel(whisker=which)
     require(data, "time", "arc_length", *(["displacement"] if "displacement" in data else ["x", "y"]))
+    extra = set(data["displacement" if "displacement" in data else "x"].dims) - {"time", "node"}
+    if extra:
+        raise InputError(source, "must have dimensions time and node alone", f"{', '.join(map(str, extra))} as well")
     rate = even_rate(data["time"].to_numpy().astype(float), source)
     moved = data["displacement"].transpose("time", "node").to_numpy() if "displacement" in data else _normal(data)
-    first = float(data["resonant_frequency"].values.flat[0]) if "resonant_frequency" in data else np.nan
+    known = data["resonant_frequency"].to_numpy().ravel() if "resonant_frequency" in data else np.array([])
+    first = float(known[0]) if known.size else np.nan
     motion = _between(moved.astype(float), data["arc_length"].to_numpy(), distance, source)
     return Motion(displacement=motion, sampling_rate=rate, source=source, resonance=first)
 
@@ -254,6 +259,10 @@ def samples(duration: float, sampling_rate: float) -> int:
         if not 0 < value < np.inf:
             raise InputError(name, "must be positive", value)
     count = round(duration * sampling_rate)
+    if count > _MOST_SAMPLES:
+        raise InputError(
+            "command", f"must have at most {_MOST_SAMPLES} samples", f"{count:.3g}", "lower --sampling-rate"
+        )
     if abs(count - duration * sampling_rate) > 1e-6 or count < 8:
         raise InputError("duration", "must be a whole number of at least 8 samples", f"{duration * sampling_rate:.9g}")
     return count
