@@ -196,6 +196,17 @@ def test_what_trials_do_not_tell_is_said(grid, truth, why):
     assert re.search(why, weakness(grid, samples))
 
 
+def test_rate_that_rises_from_nothing_has_no_threshold_that_is_told():
+    said = 0
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        grid = HingeGrid.of(presented(rng))
+        counts = answers(grid.drive, Hinge(0.0, 1.5e5, 0.012, 5.0), 50, rng)
+        fit = forward_fit(grid, counts.sum(0).astype(float), 50 * WIDTH)
+        said += bool(weakness(grid, bootstrap_fits(grid, counts, WIDTH, fit, rng=rng)))
+    assert said >= 9
+
+
 # The paper's fit
 
 

@@ -83,6 +83,11 @@ class Drive:
         """Least envelope that counts, and the one exceeded 2 % of the time [m]: thresholds lie between them."""
         return float(self._counted().min()), float(np.quantile(self._counted(), 0.98))
 
+    def told(self) -> tuple[float, float]:
+        """Envelopes exceeded 95 % and 5 % of the time [m]: beyond them too few bins tell on which side they are."""
+        low, high = np.quantile(self._counted(), [0.05, 0.95])
+        return float(low), float(high)
+
     def spread(self) -> float:
         """Standard deviation of the envelope that counts [m]."""
         return float(self._counted().std())

@@ -213,8 +213,8 @@ def weakness(grid: HingeGrid, samples: Array) -> str:
         The first reason found.
     """
     low, high = np.quantile(samples, ENDS, axis=1)
-    least, most = grid.drive.range()
-    seen = f"the envelope's range, {least:.3g} to {most:.3g} m"
+    least, most = grid.drive.told()
+    seen = f"the envelope's range, {least:.3g} to {most:.3g} m for 90 % of the time"
     if not low[1] > 0:
         return "slope not above 0"
     if low[0] <= least:
