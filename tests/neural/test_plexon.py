@@ -108,6 +108,15 @@ def test_file_cut_between_blocks_is_refused_by_its_own_counts(plx):
         read_plexon(plx)
 
 
+def test_header_that_tells_of_billions_of_channels_is_refused_at_once(plx):
+    data = bytearray(plx.read_bytes())
+    for at in (140, 144, 148):
+        data[at : at + 4] = b"\xff\xff\xff\x7f"
+    plx.write_bytes(data)
+    with pytest.raises(InputError, match="truncated: it should reach byte"):
+        read_plexon(plx)
+
+
 @pytest.mark.parametrize("kind", ["plx", "nex"])
 def test_damaged_files_are_read_or_refused(tmp_path, kind):
     rng = np.random.default_rng(1)

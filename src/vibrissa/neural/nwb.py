@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.errors import InputError
-from vibrissa.neural.spikes import LONGEST, spike_table
+from vibrissa.neural.spikes import spike_table
+from vibrissa.neural.table import LONGEST
 from vibrissa.neural.trials import trial_table
 
 if TYPE_CHECKING:

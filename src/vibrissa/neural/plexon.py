@@ -9,13 +9,15 @@ from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from reprlib import repr as short
+from struct import Struct
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
-from vibrissa.neural.spikes import LONGEST, spike_table
-from vibrissa.neural.table import Array
+from vibrissa.neural.spikes import spike_table
+from vibrissa.neural.table import LONGEST, Array
 from vibrissa.quantities import dataset
 
 if TYPE_CHECKING:
@@ -29,7 +31,11 @@ WAY_OUT = {
     ".pl2": "open it in Offline Sorter and export .plx, or convert it to NWB",
     ".nex5": "export .nex from NeuroExplorer, or convert it to NWB",
 }
-PLX_HEADER, PLX_COUNTS = 7504, 256  # bytes of a .plx file's first header, and where its counts of spikes begin
+# bytes of a .plx file: its first header, where the numbers of channels and the counts of spikes stand in it, the
+# headers of a channel of spikes, of events, of signals; the header of a block (kind, time, channel, unit, waveform)
+PLX_HEADER, PLX_CHANNELS, PLX_COUNTS, PLX_CHANNEL_HEADERS = 7504, 140, 256, (1020, 296, 296)
+PLX_BLOCK = Struct("<HHIHHHH")
+NEX_HEADER, NEX_VARIABLE = 544, 208  # bytes of a .nex file's first header, and of that of a variable
 EVER = 1e9  # [s] neo leaves out what comes after the last block of a file unless told when to stop
 DAMAGED = "copy it again from where it was recorded, or export it anew"
 
@@ -98,9 +104,9 @@ def _open(path: str | Path) -> Any:
     except ImportError as error:
         raise InputError(str(path), "needs neo", remedy="pip install 'vibrissa[neuro]'") from error
     with _one_line(path):
+        _refuse_truncated(path)
         reader = make(str(path), **({"progress_bar": False} if kind == ".plx" else {}))
         reader.parse_header()
-        _refuse_truncated(reader, path)
     return reader
 
 
@@ -117,36 +123,46 @@ def _one_line(path: str | Path) -> Iterator[None]:
         raise InputError(str(path), f"is truncated or damaged ({short(str(error))})", remedy=DAMAGED) from error
 
 
-def _refuse_truncated(reader: Any, path: Path) -> None:
+def _refuse_truncated(path: Path) -> None:
     """Refuse a file that ends within a block or variable, or holds fewer spikes than its header tells of."""
-    size = path.stat().st_size
-    if path.suffix.lower() == ".plx":
-        blocks = [one for kind in reader._data_blocks.values() for one in kind.values() if one.size]
-        end = max(int(one["pos"][-1] + one["size"][-1]) for one in blocks)
-        with path.open("rb") as file:
-            told = read_counts(file.read(PLX_HEADER))
-        found = sum(one.size for one in reader._data_blocks[1].values())
-    else:
-        end = max((int(one["offset"]) + _length(one) for one in reader._entity_headers), default=0)
-        told = found = 0
-    if end > size:
-        raise InputError(str(path), f"is truncated: it should reach byte {end}", f"{size} bytes", DAMAGED)
+    data = np.memmap(path, "u1", "r")
+    end, found, told = (_plx_end if path.suffix.lower() == ".plx" else _nex_end)(data)
+    if end > data.size:
+        raise InputError(str(path), f"is truncated: it should reach byte {end}", f"{data.size} bytes", DAMAGED)
     if found < told:
         raise InputError(str(path), f"is truncated: it should hold {told} spikes", found, DAMAGED)
 
 
-def read_counts(header: bytes) -> int:
-    """Spikes that the header of a .plx file tells of; channels beyond 129 are not among them."""
-    return int(np.frombuffer(header, "<i4", 650, PLX_COUNTS).clip(0).sum())
+def _plx_end(data: NDArray[np.uint8]) -> tuple[int, int, int]:
+    """Byte at which the last block of a .plx file ends, spikes in its blocks, and spikes its header tells of."""
+    channels = np.frombuffer(data[PLX_CHANNELS : PLX_CHANNELS + 12], "<i4").clip(0)
+    told = np.frombuffer(data[PLX_COUNTS : PLX_COUNTS + 4 * 650], "<i4").clip(0)  # channels beyond 129 are not in it
+    end, found = int(PLX_HEADER + channels @ np.array(PLX_CHANNEL_HEADERS)), 0
+    while end < data.size:
+        if end + PLX_BLOCK.size > data.size:
+            return end + PLX_BLOCK.size, found, int(told.sum())
+        kind, *_, waves, words = PLX_BLOCK.unpack_from(data.data, end)
+        found += kind == 1
+        end += PLX_BLOCK.size + 2 * waves * words
+    return end, found, int(told.sum())
 
 
-def _length(entity: Any) -> int:
-    """Least bytes of a .nex variable's data; damage shows in a negative number."""
-    n, points = int(entity["n"]), int(entity["NPointsWave"])
-    if n < 0:
-        raise ValueError(f"a variable of {n} entries")
-    each = {0: 4 * n, 1: 4 * n, 2: 8 * n, 3: n * (4 + 2 * points), 5: 8 * n + 2 * points, 6: 4 * n}
-    return each.get(int(entity["type"]), 0)
+def _nex_end(data: NDArray[np.uint8]) -> tuple[int, int, int]:
+    """Byte at which the last variable of a .nex file ends; it tells of no spikes twice."""
+    number = int(np.frombuffer(data[280:284], "<i4")[0])
+    end = NEX_HEADER + NEX_VARIABLE * number
+    if end > data.size:
+        return end, 0, 0
+    for start in range(NEX_HEADER, end, NEX_VARIABLE):
+        (kind,), (begin, n), (points,) = (
+            np.frombuffer(data[start + at : start + at + 4 * m], "<i4").tolist()
+            for at, m in ((0, 1), (72, 2), (128, 1))
+        )
+        each = {0: 4 * n, 1: 4 * n, 2: 8 * n, 3: n * (4 + 2 * points), 5: 8 * n + 2 * points, 6: 4 * n}
+        if n < 0:
+            raise ValueError(f"a variable of {n} entries")
+        end = max(end, begin % 2**32 + each.get(kind, 0))
+    return end, 0, 0
 
 
 def _name(reader: Any, k: int) -> str:

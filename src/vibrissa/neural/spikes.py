@@ -19,7 +19,6 @@ from vibrissa.quantities import dataset, require
 if TYPE_CHECKING:
     import xarray as xr
 
-LONGEST = 1e7  # [s] beyond these 115 days a time is no time
 MOST_TRIALS = 1_000_000
 ABOUT_UNITS = {"whisker": "unit_whisker", "quality": "unit_quality"}  # columns with one value for each unit
 
@@ -109,7 +108,7 @@ def read_csv(path: str | Path, *, duration: float | None = None, first_trial: in
         that mostly lie outside it, as those in milliseconds do.
     """
     table = read_table(path, ("time|time_ms", "unit"), ("trial", *ABOUT_UNITS))
-    time = _seconds(table, "time")
+    time = table.seconds("time", blanks=True)
     trial = _trials(table, first_trial) if "trial" in table.columns else None
     cells = table.columns["unit"]
     unnamed = np.array([not cell or not cell.isprintable() for cell in cells], bool)
@@ -125,15 +124,6 @@ def read_csv(path: str | Path, *, duration: float | None = None, first_trial: in
         attrs["n_trials"] = int(trial.max(initial=-1)) + 1
         trial = trial[fired]
     return spike_table(time[fired], unit[fired], names, trial=trial, attrs=attrs, **_about(table, unit, names))
-
-
-def _seconds(table: Table, name: str) -> Array:
-    """Times [s] of a column in seconds or, where its name ends in _ms, in milliseconds; NaN where the cell is empty."""
-    column = name if name in table.columns else f"{name}_ms"
-    values = table.numbers(column, blanks=True)
-    time = values / 1e3 if column.endswith("_ms") else values
-    table.refuse_first(np.abs(time) > LONGEST, column, f"must be at most {LONGEST:g} s", "give times in seconds")
-    return time
 
 
 def _trials(table: Table, first: int | None) -> NDArray[np.int64]:
@@ -164,8 +154,9 @@ def _outside(table: Table, time: Array, duration: float) -> int:
             if fits.sum() == outside.sum()
             else ("give times in seconds, from the start of the session or of the trial")
         )
-        column = "time" if "time" in table.columns else "time_ms"
-        table.refuse_first(outside, column, f"and most others lie outside the {duration:g} s of the record", remedy)
+        table.refuse_first(
+            outside, table.column("time"), f"and most others lie outside the {duration:g} s of the record", remedy
+        )
     return int(outside.sum())
 
 

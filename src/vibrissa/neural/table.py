@@ -17,6 +17,7 @@ from vibrissa.errors import InputError
 
 Array = NDArray[np.float64]
 
+LONGEST = 1e7  # [s] beyond these 115 days a time is no time
 SEPARATORS = "columns are separated by commas, decimals written with a point"
 
 
@@ -73,6 +74,17 @@ class Table:
         blank = np.array([blanks and not cell for cell in cells], bool)
         self.refuse_first(~np.isfinite(values) & ~blank, name, "must be a finite number")
         return values
+
+    def column(self, name: str) -> str:
+        """Name of a column of times as it stands in the file: in seconds, or ending in _ms."""
+        return name if name in self.columns else f"{name}_ms"
+
+    def seconds(self, name: str, *, blanks: bool = False) -> Array:
+        """Times [s] of a column in seconds or, where its name ends in _ms, in milliseconds; as :meth:`numbers`."""
+        column = self.column(name)
+        time = self.numbers(column, blanks=blanks) / (1e3 if column != name else 1.0)
+        self.refuse_first(np.abs(time) > LONGEST, column, f"must be at most {LONGEST:g} s", "give times in seconds")
+        return time
 
 
 def _number(cell: str) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
-from vibrissa.neural.spikes import LONGEST, spike_table
+from vibrissa.neural.spikes import spike_table
 from vibrissa.neural.table import Array, Table, read_table
 from vibrissa.quantities import dataset, require
 
@@ -74,24 +74,17 @@ def read_trials(path: str | Path, *, only: tuple[str, str] | None = None) -> xr.
         Names file and line; or no line has the value wanted, and those that occur are named.
     """
     table = read_table(path, ("start|start_ms", "stop|stop_ms"), ("stimulus",))
-    start, stop = _seconds(table, "start"), _seconds(table, "stop")
-    table.refuse_first(~(start < stop), "stop" if "stop" in table.columns else "stop_ms", "must be after the start")
+    start, stop = table.seconds("start"), table.seconds("stop")
+    table.refuse_first(~(start < stop), table.column("stop"), "must be after the start")
     kept = np.ones(start.size, bool) if only is None else _with_value(table, *only)
     if not kept.any():
         raise InputError(str(path), "must have a line for each trial below its header", "none")
     later = np.zeros(start.size, bool)
     later[np.flatnonzero(kept)[1:]] = np.diff(start[kept]) <= 0
-    table.refuse_first(later, "start" if "start" in table.columns else "start_ms", "must be after the trial before it")
+    table.refuse_first(later, table.column("start"), "must be after the trial before it")
     stimulus = np.array(table.columns["stimulus"], str)[kept] if "stimulus" in table.columns else None
     attrs = {"source": Path(path).name, "trials_left_out": int((~kept).sum())}
     return trial_table(start[kept], stop[kept], stimulus, attrs)
-
-
-def _seconds(table: Table, name: str) -> Array:
-    column = name if name in table.columns else f"{name}_ms"
-    time = table.numbers(column) / (1e3 if column.endswith("_ms") else 1.0)
-    table.refuse_first(np.abs(time) > LONGEST, column, f"must be at most {LONGEST:g} s", "give times in seconds")
-    return time
 
 
 def _with_value(table: Table, column: str, value: str) -> NDArray[np.bool_]:
