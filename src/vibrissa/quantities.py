@@ -69,7 +69,7 @@ QUANTITIES: dict[str, Quantity] = {
     "moment_scaled": Quantity((), "1", "bending moment at the base over πEα⁴L³/4"),
     "transverse_force_scaled": Quantity((), "1", "transverse force on the follicle over πEα⁴L²/4"),
     "axial_force_scaled": Quantity((), "1", "axial force into the follicle over πEα⁴L²/4"),
-    "fold_determinant": Quantity((), "1", "determinant ∂(θ_b, D, H)/∂(ε, θ_ε, Λ), 0 on the fold"),
+    "fold_determinant": Quantity((), "1", "determinant ∂(θ_b, D, H)/∂(ε, θ_ε, Λ), negative before the fold, 0 on it"),
     "static_contact_force": Quantity((), "N", "contact force"),
     "static_moment": Quantity((), "N m", "bending moment at the base, at rest"),
     "static_transverse_force": Quantity((), "N", "transverse force on the follicle, at rest"),
@@ -79,8 +79,10 @@ QUANTITIES: dict[str, Quantity] = {
     "travel": Quantity((), "1", "travel of the texture since the far edge took the contact along, over L"),
     "jump_exact": Quantity(("mode",), "1", "jump of the mode's vibration, exact, over L"),
     "jump_linear": Quantity(("mode",), "1", "jump of the mode's vibration, linear c λ, over L"),
-    "linearity": Quantity(("mode",), "1", "exact over linear jump of the mode"),
-    "mechanism": Quantity(("mode",), "1", "λω/v: above 1 jumps drive the mode, below 1 ramps"),
+    "linearity": Quantity(
+        ("mode",), "1", "exact over linear jump of the mode; of a texture, root mean square over its gaps"
+    ),
+    "mechanism": Quantity(("mode",), "1", "λω/v, λ the mean width: above 1 jumps drive the mode, below 1 ramps"),
     "free_end_length": Quantity((), "m", "length of the free end beyond the contact"),
     "free_end_dip": Quantity(("trough",), "m", "depth of the free end below the land behind the gap after the jump"),
     "single_contact": Quantity(("trough",), "1", "whether the free end clears the land and the bottom of the gap"),
@@ -93,7 +95,7 @@ QUANTITIES: dict[str, Quantity] = {
     "mode_displacement": Quantity(("mode", "time"), "1", "amplitude a movie shows, q + Q(d), over L"),
     "mode_displacement_sd": Quantity(("mode", "time"), "1", "standard deviation of the mode displacement"),
     "variance_explained": Quantity(("mode",), "1", "share of the displacement's variance in this mode"),
-    "envelope": Quantity(("mode", "time"), "1", "envelope A of a mode, over L"),
+    "envelope": Quantity(("mode", "time"), "1", "envelope A of the mode displacement, over L"),
     "phase": Quantity(("mode", "time"), "rad", "phase of a mode"),
     # spectra and resonance; `fit` tells which signal and which forcing
     "fit": Quantity(("fit",), "1", "signal and forcing of the fit"),
@@ -137,10 +139,14 @@ QUANTITIES: dict[str, Quantity] = {
     "transverse_force_vibration_rate": Quantity(
         ("time",), "N/s", "rate of the force on the follicle along the normal of the shaft, vibration"
     ),
-    "axial_force": Quantity(("time",), "N", "force along the shaft into the follicle"),
+    "axial_force": Quantity(("time",), "N", "force along the shaft into the follicle; not modelled, NaN"),
     "axial_force_quasi_static": Quantity(("time",), "N", "force along the shaft into the follicle, quasi-static part"),
-    "axial_force_vibration": Quantity(("time",), "N", "force along the shaft into the follicle, vibration"),
-    "axial_force_rate": Quantity(("time",), "N/s", "rate of the force along the shaft into the follicle"),
+    "axial_force_vibration": Quantity(
+        ("time",), "N", "force along the shaft into the follicle, vibration; not modelled, NaN"
+    ),
+    "axial_force_rate": Quantity(
+        ("time",), "N/s", "rate of the force along the shaft into the follicle; not modelled, NaN"
+    ),
     "axial_force_quasi_static_rate": Quantity(
         ("time",), "N/s", "rate of the force along the shaft into the follicle, quasi-static part"
     ),

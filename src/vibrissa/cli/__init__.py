@@ -20,7 +20,12 @@ if TYPE_CHECKING:
 app = App(name="vibrissa", help="From surface to spikes: how a rat's whisker feels fine texture.", version=__version__)
 
 Json = Annotated[
-    bool, Parameter(name="--json", negative="", help="Print one JSON object (SI units) instead of a table.")
+    bool,
+    Parameter(
+        name="--json",
+        negative="",
+        help="Print one JSON object instead of a table: SI units, or adimensional as the names of `vibrissa` say.",
+    ),
 ]
 Out = Annotated[Path | None, Parameter(help="Write the results as a dataset (NetCDF).")]
 OfWhisker = Annotated[Whisker | None, Parameter(help="The whisker's geometry and material (SI units).")]
@@ -216,15 +221,15 @@ def profile(
     Parameters
     ----------
     contact
-        Position of the contact along the shaft: 0 at the cone's tip, 1 at the base.
+        Position of the contact along the shaft, over L: 0 at the cone's tip, 1 at the base. This or --base-distance.
     base_distance
-        Instead: height of the base above the substrate.
+        Instead: height of the base above the substrate, over L.
     base_angle
-        Angle of the shaft at the base to the substrate [rad].
+        Angle of the shaft at the base to the substrate [rad], below π/2.
     friction
-        Coefficient of friction of the substrate, dragged away from the base.
+        Coefficient of friction of the substrate, which moves away from the base.
     contact_distance
-        Distance of an edge from the base along the substrate: the whisker is held there, its base kept.
+        Distance of an edge from the base along the substrate, over L: the whisker is held there, its base kept.
     """
     from vibrissa.mechanics.crossing import held_profile
 
@@ -232,6 +237,8 @@ def profile(
     data = held_profile(
         _posture(contact, base_distance, base_angle, friction), contact_distance=contact_distance, whisker=cone
     )
+    if not float(data.fold_determinant) < 0:
+        print("vibrissa: beyond the fold: no quasi-static response to an edge exists here", file=sys.stderr)
     show(data, [str(name) for name in data.data_vars if not data[name].dims], json, out)
 
 
@@ -253,10 +260,16 @@ def gap(
 
     Parameters
     ----------
-    contact, base_distance, base_angle, friction
-        As in `vibrissa profile`.
+    contact
+        Position of the contact along the shaft, over L: 0 at the cone's tip, 1 at the base. This or --base-distance.
+    base_distance
+        Instead: height of the base above the substrate, over L.
+    base_angle
+        Angle of the shaft at the base to the substrate [rad], below π/2.
+    friction
+        Coefficient of friction of the substrate, which moves away from the base.
     gap_width
-        Width of the gap.
+        Width of the gap, over L: 0.015 is 0.6 mm for a cone of 40 mm.
     count
         Number of modes.
     """
@@ -280,7 +293,7 @@ def scan(
     response: Literal["exact", "linear"] = "exact",
     jump: Literal["continuous", "ramp-limit", "paper2014"] = "continuous",
     reverse: Annotated[bool, Parameter(negative="")] = False,
-    count: int = 12,
+    count: int = 3,
     node: list[float] | None = None,
     whisker: OfWhisker = None,
     atlas: Atlas = None,
@@ -294,10 +307,16 @@ def scan(
     Parameters
     ----------
     texture
-        CSV with columns position,width in metres (and depth, if it is not 35 µm): the edge of each gap that meets the
-        contact first, in order of arrival.
-    contact, base_distance, base_angle, friction
-        As in `vibrissa profile`.
+        CSV with columns position,width in metres, or position_um,width_um or _mm (and depth, if it is not 35 µm): the
+        edge of each gap that meets the contact first, in order of arrival.
+    contact
+        Position of the contact along the shaft, over L: 0 at the cone's tip, 1 at the base. This or --base-distance.
+    base_distance
+        Instead: height of the base above the substrate, over L.
+    base_angle
+        Angle of the shaft at the base to the substrate [rad], below π/2.
+    friction
+        Coefficient of friction of the substrate, which moves away from the base.
     scan_speed
         Speed of the texture [m/s].
     damping
@@ -309,12 +328,14 @@ def scan(
     jump
         What the velocity does where the contact jumps.
     reverse
-        Scan the texture in the other direction: its last edge meets the contact first.
+        Scan the texture in the other direction: its last edge meets the contact first, as long after time 0 as its
+        first one did.
     count
-        Number of modes.
+        Number of modes. In the exact response the first millisecond of force and moment after a jump grows with it.
     node
         Distance from the base of a point of the shaft whose motion is wanted [m]; once for each.
     """
+    from vibrissa.mechanics.diagnostics import remarks
     from vibrissa.mechanics.sampled import scanned
     from vibrissa.mechanics.superposition import Scan, predict
     from vibrissa.texture.io import read_troughs
@@ -325,6 +346,8 @@ def scan(
     how = Scan(speed=scan_speed, damping=damping, jump=jump, response=response)
     prediction = predict(cone, _posture(contact, base_distance, base_angle, friction), troughs, how, n_modes=count)
     data = scanned(prediction, sampling_rate, nodes=node)
+    for line in remarks(data):
+        print(f"vibrissa: {line}", file=sys.stderr)
     show(data, [str(name) for name in data.data_vars if not {"time", "trough"} & set(data[name].dims)], json, out)
 
 

@@ -13,6 +13,7 @@ from vibrissa.mechanics.follicle import force_unit
 from vibrissa.mechanics.gap import excursion_at_jump
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.response import quasi_static
+from vibrissa.mechanics.superposition import check_tip
 from vibrissa.quantities import dataset
 
 if TYPE_CHECKING:
@@ -54,6 +55,8 @@ def held_profile(
     InputError
         If the edge is out of reach, on or beyond the fold.
     """
+    if whisker is not None:
+        check_tip(posture, whisker)
     held = on_the_flat(posture)
     if contact_distance is not None:
         held = hold(held, contact_distance - held.base[0])

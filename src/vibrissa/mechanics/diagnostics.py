@@ -71,6 +71,24 @@ def diagnostics(prediction: Prediction, t: Array) -> xr.Dataset:
     )
 
 
+def remarks(data: xr.Dataset) -> list[str]:
+    """What :func:`diagnostics` say against a prediction, one line each; none if nothing."""
+    lines = []
+    touching = int((~data.single_contact.values).sum())
+    if touching:
+        deepest, gaps = 1e6 * float(data.free_end_dip.max()), data.sizes["trough"]
+        where = f"at {touching} of {gaps} gaps, dipping by up to {deepest:.0f} µm"
+        lines.append(f"the free end beyond the contact would touch ground {where}; the model has one contact")
+    if data.attrs["response"] == "linear":
+        lines.append(f"the linear response: mode 1 jumps {float(data.linearity[0]):.2f} times as far in the exact one")
+    if float(data.lift_off) > 0:
+        share = 100 * float(data.lift_off)
+        lines.append(f"the contact would lift off in {share:.2g} % of the time, with {data.sizes['mode']} modes")
+    if float(data.weight_ratio) > 0.2:
+        lines.append(f"the whisker's own weight, left out, is {float(data.weight_ratio):.2g} of the contact force")
+    return lines
+
+
 def _exact(prediction: Prediction) -> Response:
     """The exact response, whichever the prediction was made with."""
     response = prediction.response

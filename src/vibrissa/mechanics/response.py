@@ -194,6 +194,8 @@ def quasi_static(
     """
     if form not in get_args(Form):
         raise InputError("response", "must be 'exact' or 'linear'", repr(form))
+    if n_modes < 1:
+        raise InputError("number of modes", "must be at least 1", n_modes)
     unit, flat, kappa = unit_response(posture), on_the_flat(posture), cone_kappa(posture.contact, n_modes)
     c = coupling(unit, n_modes)
     if form == "linear":

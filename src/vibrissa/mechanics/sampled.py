@@ -54,7 +54,19 @@ def predicted_signals(prediction: Prediction, t: Array, *, nodes: Array | None =
     if nodes is not None:
         motion = prediction.displacement(t, 1 - nodes / whisker.length) * whisker.length
         more |= {"node": np.arange(len(nodes)), "arc_length": nodes, "displacement": motion}
-    attrs = {"response": scan.response, "jump": scan.jump, "damping": scan.damping, "scan_speed": scan.speed}
+    posture, texture = prediction.posture, prediction.texture
+    attrs = {
+        "response": scan.response,
+        "jump": scan.jump,
+        "damping": scan.damping,
+        "scan_speed": scan.speed,
+        "contact": posture.contact,
+        "base_angle": posture.base_angle,
+        "friction": posture.friction,
+        **{f"whisker_{name}": float(value) for name, value in vars(whisker).items()},
+        "gaps": len(texture.width),
+        "gap_depth": texture.depth,
+    }
     return dataset(
         attrs,
         time=t,

@@ -241,6 +241,13 @@ class Prediction:
         return cone_modes(self.kappa, contact, np.clip(s, contact, 1)) + slope * np.minimum(s - contact, 0)
 
 
+def check_tip(posture: Posture, whisker: Whisker) -> None:
+    """Refuse a contact that lies beyond the whisker's physical tip."""
+    if posture.contact < whisker.tip:
+        rule = f"must not lie beyond the whisker's tip at {whisker.tip:.4g}"
+        raise InputError("Posture.contact", rule, posture.contact)
+
+
 def predict(
     whisker: Whisker,
     posture: Posture,
@@ -267,10 +274,7 @@ def predict(
     InputError
         If the contact lies beyond the whisker's tip, the posture beyond the fold, or a gap is too wide for it.
     """
-    if posture.contact < whisker.tip:
-        raise InputError(
-            "Posture.contact", f"must not lie beyond the whisker's tip at {whisker.tip:.4g}", posture.contact
-        )
+    check_tip(posture, whisker)
     events = trough_events(texture, whisker, posture, scan.speed, jumps)
     before, after = events.gaps
     reach = float(after.min()), float(before.max())
