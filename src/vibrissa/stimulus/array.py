@@ -110,14 +110,14 @@ def replay_command(
     command = ramped(loop[(np.arange(length) - shifts[:, None]) % length], lead)
     refuse_ramps(command, lead, sampling_rate, limits)
     pairs = _correlations(correlation, shifts)
-    note = correlation_note(correlation, float(pairs["largest_correlation"]), len(WHISKERS))
-    lost = resonance_note(motions, band, sampling_rate)
+    notes = {
+        "correlation_note": correlation_note(correlation, pairs["largest_correlation"], len(WHISKERS)),
+        "resonance_note": resonance_note(motions, band, sampling_rate),
+    }
     settings = _settings(motions, band, delays, separation, seed, limits)
     numbers = {"duration": duration, "sampling_rate": sampling_rate, "fade": fade, "ramp": ramp, "scale": scale}
-    step, bend = seam_steps(loop, seams, fade, sampling_rate)
-    rough_step, rough_bend = seam_steps(raw, seams, fade, sampling_rate)
     return dataset(
-        {**settings, **numbers, "correlation_note": note, "resonance_note": lost},
+        {**settings, **numbers, **notes},
         whisker=np.array(WHISKERS),
         time=np.arange(-lead, length + lead) / sampling_rate,
         command=command,
@@ -126,12 +126,7 @@ def replay_command(
         **pairs,
         **_peaks(loop, sampling_rate),
         **_on_resonances(motions, band, sampling_rate),
-        seam=np.arange(1, len(seams) + 1),
-        seam_time=seams,
-        seam_step=step,
-        seam_bend=bend,
-        seam_step_unfiltered=rough_step,
-        seam_bend_unfiltered=rough_bend,
+        **_seams(raw, loop, seams, fade, sampling_rate),
     )
 
 
@@ -182,6 +177,13 @@ def _correlations(correlation: Array, shifts: Whole) -> dict[str, Any]:
     np.fill_diagonal(pairs, 0)
     rms = float(np.sqrt(np.mean(correlation**2)))
     return {"copy_correlation": pairs.max(1), "largest_correlation": float(pairs.max()), "rms_correlation": rms}
+
+
+def _seams(raw: Array, loop: Array, seams: Array, fade: float, rate: float) -> dict[str, Any]:
+    step, bend = seam_steps(loop, seams, fade, rate)
+    raw_step, raw_bend = seam_steps(raw, seams, fade, rate)
+    found = {"seam": np.arange(1, len(seams) + 1), "seam_time": seams, "seam_step": step, "seam_bend": bend}
+    return found | {"seam_step_unfiltered": raw_step, "seam_bend_unfiltered": raw_bend}
 
 
 def _peaks(loop: Array, rate: float) -> dict[str, Any]:
