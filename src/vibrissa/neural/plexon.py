@@ -71,7 +71,8 @@ def read_plexon(path: str | Path, *, event: str | None = None) -> xr.Dataset:
         channels = [str(name) for name in reader.header["event_channels"]["name"]]
     for name, time in named:
         _refuse_times(path, f"unit {name}", time)
-    named = [(name, time) for name, time in named if name.removesuffix("_wf") not in dict(named) or name[-3:] != "_wf"]
+    names = {name for name, _ in named}
+    named = [(name, time) for name, time in named if not (name.endswith("_wf") and name[:-3] in names)]
     units = [(name, time) for name, time in named if not _unsorted(name)]
     attrs = {
         "source": Path(path).name,
