@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import App, CycloptsError, Parameter
 
 from vibrissa import __version__
+from vibrissa.cli.neural import neural
 from vibrissa.cli.output import progress_bars, show
+from vibrissa.cli.replay import replay
 from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.whisker import Whisker
 
@@ -389,6 +391,10 @@ def atlas_command(
     from vibrissa.study.geometry import atlas_dataset, measured_resonances
 
     show(measured_resonances() if resonances else atlas_dataset(name), None, json, out)
+
+
+app.command(replay)
+app.command(neural)
 
 
 def main() -> None:
