@@ -123,6 +123,23 @@ def test_pseudo_textures_are_the_null_they_are_given():
     assert 0.2 < np.mean(idle.p_value <= 0.4) < 0.6
 
 
+@pytest.mark.parametrize("name", ["poisson", "locked"])
+def test_tail_beyond_all_shifts_is_not_optimistic(name):
+    # 600 idle units: as many below p as p says, within counting error, down to where counting cannot reach
+    rng = np.random.default_rng(10)
+    envelopes = populations.envelopes(600, rng)
+    rates = populations.UNCOUPLED[name](envelopes, 40, rng).astype(float)
+    found = [
+        envelope_coupling(Record.whole(rate, one), Circular(), lags=(0, 3))
+        for rate, one in zip(rates, envelopes, strict=True)
+    ]
+    counted, tail = (np.array([getattr(one, key)[0] for one in found]) for key in ("p_value", "tail_p_value"))
+    assert np.all(tail <= counted)
+    np.testing.assert_array_equal(tail[counted > 2e-3], counted[counted > 2e-3])
+    assert np.sum(tail < 1e-3) <= 4
+    assert np.sum(tail < 1e-4) <= 1
+
+
 def test_silent_units_have_no_p_value_and_do_not_disturb_others():
     rng = np.random.default_rng(9)
     rates, envelope = rng.normal(size=(3, 100)), rng.normal(size=100)
@@ -163,6 +180,15 @@ def test_papers_null_is_too_narrow_for_slow_units():
 @pytest.mark.parametrize("lag", [0, 1, 2])
 def test_weak_units_are_found_at_any_latency(lag):
     assert share_coupled(populations.driven, 200, 60, Circular(), (0, 3), slope=2e4, lag=lag) >= 0.87
+
+
+def test_tail_of_a_driven_unit_lies_far_beyond_what_can_be_counted():
+    rng = np.random.default_rng(11)
+    envelope = populations.envelopes(1, rng)[0]
+    rate = populations.driven(envelope, 60, rng, slope=1e5).astype(float)
+    found = envelope_coupling(Record.whole(rate, envelope), Circular(), lags=(0, 3))
+    assert found.p_value[0] > 1e-3
+    assert found.tail_p_value[0] < 1e-5  # one driven unit among hundreds is found
 
 
 @pytest.mark.parametrize(

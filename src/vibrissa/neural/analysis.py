@@ -141,7 +141,7 @@ def analyse_units(
         envelope_valid=shown.envelope_valid,
     )
     coupling = envelope_coupling(record, how.chance(), lags=how.lags)
-    adjusted = adjusted_p_values(coupling.p_value)
+    adjusted = adjusted_p_values(coupling.tail_p_value)
     significant = (adjusted if how.null == "circular" else coupling.p_value) <= how.level
     rows = _fits(record, counts, shown, coupling, significant, how)
     columns: dict[str, Any] = {name: np.array([row[name] for row in rows]) for name in rows[0]}
