@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from vibrissa.errors import InputError
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -17,7 +19,10 @@ def neural(
     *,
     spikes: Path,
     stimulus: Path,
-    trials: int,
+    trials: int | None = None,
+    event: str | None = None,
+    trial_table: Path | None = None,
+    only: tuple[str, str] | None = None,
     null: Literal["circular", "paper2014"] = "circular",
     fit: Literal["forward", "paper2014"] = "forward",
     first_segment: Literal["flat-first", "free-first"] = "flat-first",
@@ -37,11 +42,18 @@ def neural(
     Parameters
     ----------
     spikes
-        CSV with columns unit,trial,spike_time: any name, from 0, seconds from the stimulus' onset.
+        CSV with columns unit,trial,spike_time: any name, from 0, seconds from the stimulus' onset. Or an NWB file, a
+        Plexon .plx or a NeuroExplorer .nex.
     stimulus
         CSV with columns time,displacement in seconds and metres: one presentation, as played (filtered).
     trials
-        Presentations, those without a spike included.
+        Presentations, those without a spike included; must be given with a CSV, other files tell.
+    event
+        Event channel of a .plx or .nex file that marks the onsets of the stimulus.
+    trial_table
+        Instead, a CSV with columns start,stop [s] and more.
+    only
+        COLUMN VALUE of the table of trials: the protocol wanted, where several are interleaved.
     null
         Chance: all circular shifts, adjusted over units, or the paper's 300 shuffles, not adjusted.
     fit
@@ -67,7 +79,8 @@ def neural(
     """
     from vibrissa.cli.output import show
     from vibrissa.neural.analysis import EnvelopeAnalysis, analyse_units
-    from vibrissa.neural.inputs import read_spikes, read_stimulus
+    from vibrissa.neural.inputs import read_stimulus
+    from vibrissa.neural.recording import recorded_spikes
 
     how = EnvelopeAnalysis(
         null=null,
@@ -82,7 +95,12 @@ def neural(
         spontaneous=spontaneous,
         seed=seed,
     )
-    data = analyse_units(read_spikes(spikes), read_stimulus(stimulus), trials, how)
+    shown = read_stimulus(stimulus)
+    kept = [*(float(t) for t in shown.time.values[[0, -1]]), *(spontaneous or ())]
+    table, told = recorded_spikes(spikes, window=(min(kept), max(kept)), event=event, trials=trial_table, only=only)
+    if (count := told if trials is None else trials) is None:
+        raise InputError("--trials", "must be given with a CSV", remedy="count silent presentations too")
+    data = analyse_units(table, shown, count, how)
     show(data, [] if json else [*TABLE, "identified", "reason"], False, out)
     if json:
         _print_units(data)

@@ -1,0 +1,89 @@
+"""Spikes of a recording, whatever its format, in the trials of one protocol."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vibrissa.errors import InputError
+from vibrissa.neural.inputs import read_spikes
+from vibrissa.neural.trials import cut_into_trials, read_trials, trials_at
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Window = tuple[float, float]
+PLEXON = (".plx", ".nex")
+
+
+def recorded_spikes(
+    path: str | Path,
+    *,
+    window: Window,
+    event: str | None = None,
+    trials: str | Path | None = None,
+    only: tuple[str, str] | None = None,
+) -> tuple[xr.Dataset, int | None]:
+    """Spikes in trials, timed from the onset of the stimulus.
+
+    Parameters
+    ----------
+    path : path
+        NWB (``.nwb``), Plexon or NeuroExplorer (``.plx``, ``.nex``), or CSV with columns unit,trial,spike_time, whose
+        spikes are in trials already.
+    window : (start, stop)
+        Part of each trial that is kept, about its onset [s].
+    event : str, optional
+        Event channel whose marks are the onsets; for Plexon and NeuroExplorer.
+    trials : path, optional
+        Table (CSV: start, stop, …) of the trials, instead of the file's own or of an event.
+    only : (column, value), optional
+        Keep the trials with this value in this column of their table: one protocol among interleaved ones.
+
+    Returns
+    -------
+    spikes : Dataset
+        ``spike_time``, ``spike_trial``, ``spike_unit``, ``unit_name``.
+    n_trials : int or None
+        Trials of the recording; None where the file does not tell, as a CSV does not.
+
+    Raises
+    ------
+    InputError
+        If nothing tells where the trials begin; as the readers do.
+    """
+    kind = Path(path).suffix.lower()
+    if kind not in (".nwb", *PLEXON, ".pl2", ".pl3"):
+        if event or trials or only:
+            raise InputError("--event, --trial-table, --only", "must go with an NWB, .plx or .nex file", str(path))
+        return read_spikes(path), None
+    session, table = _session(path, kind, event, only if trials is None else None, trials is None)
+    if trials is not None:
+        table = read_trials(trials, only=only)
+    assert table is not None
+    spikes = cut_into_trials(session, table, window)
+    return spikes, table.sizes["trial"]
+
+
+def _session(
+    path: str | Path, kind: str, event: str | None, only: tuple[str, str] | None, own_trials: bool
+) -> tuple[xr.Dataset, xr.Dataset | None]:
+    """Spikes on the session's clock and, if wanted, the file's own trials."""
+    if kind == ".nwb":
+        from vibrissa.neural.nwb import read_nwb, read_nwb_trials
+
+        if event is not None:
+            raise InputError(
+                "--event", "must go with a .plx or .nex file", str(path), "an NWB file has tables of trials"
+            )
+        return read_nwb(path), read_nwb_trials(path, only=only) if own_trials else None
+    from vibrissa.neural.plexon import read_plexon
+
+    if own_trials and event is None:
+        raise InputError(
+            str(path), "must be given the onsets of its trials", remedy="--event NAME, or --trial-table FILE"
+        )
+    if only is not None:
+        raise InputError("--only", "must go with a table of trials", remedy="--trial-table FILE")
+    session = read_plexon(path, event=event)
+    return session, trials_at(session.marker_time.values, 1.0) if own_trials else None
