@@ -96,6 +96,18 @@ def test_other_units_change_the_adjusted_p_value_alone(units, spikes, stimulus):
         assert float(alone[name][0]) == float(units[name][0])
 
 
+def test_one_driven_unit_among_many_is_found(stimulus):
+    rng = np.random.default_rng(16)
+    envelope = analytic_envelope(stimulus.point_displacement.values)[0]
+    many = {f"idle {k}": HingeUnit(slope=0.0) for k in range(40)} | {"driven": HingeUnit(slope=1e5)}
+    spikes = join_units(
+        {name: simulate_spikes(unit, stimulus.time.values, envelope, 20, rng=rng) for name, unit in many.items()}
+    )
+    found = analyse_units(spikes, stimulus, 20)
+    assert np.flatnonzero(found.significant.values).tolist() == [40]
+    assert float(found.p_value[40]) * 41 > 0.01  # which counting shifts alone could not tell
+
+
 def test_silent_trials_count(units, spikes, stimulus):
     twice = analyse_units(spikes, stimulus, 2 * N_TRIALS)  # the second half of the trials is silent
     np.testing.assert_allclose(twice.slope[0], units.slope[0] / 2, rtol=0.02)
