@@ -78,7 +78,7 @@ def test_unidentified_units_count_as_driven_but_not_in_the_means(truth):
     data = fig9.compute(units, rng=RNG(0))
     assert data.units_driven.sel(source="here", quality="SU") == 45
     assert data.threshold_mean.sel(source="here", quality="SU") < 50e-6
-    assert "202 units that the envelope drives, 201 have" in data.attrs["caption"]
+    assert "202 units that pass the test, 201 have" in data.attrs["caption"]
 
 
 def test_sessions_that_agree_in_nothing_widen_the_interval(truth):
@@ -113,3 +113,17 @@ def test_drawing_labels_every_axis(data):
     for axis in figure.axes[:6]:
         assert axis.get_ylabel()
         assert axis.get_title(loc="left")
+
+
+def test_caption_counts_what_passes_without_being_driven(truth):
+    units = units_of(truth)
+    units["significant"] = ("unit", units.significant.values | (truth.driven_by == "carrier").values)
+    n = int((truth.driven_by == "carrier").sum())
+    caption = fig9.compute(units, rng=RNG(0), truth=truth).attrs["caption"]
+    assert f"Driven units that pass the test: 202 of 202. Driven by something else, and passing: {n} of {n}" in caption
+    assert "Units locked to the carrier pass where the motion is lopsided" in caption
+
+
+def test_note_ends_the_caption(truth):
+    units = units_of(truth).assign_attrs(note=" Stimulus: none.")
+    assert fig9.compute(units, rng=RNG(0)).attrs["caption"].endswith(" Stimulus: none.")
