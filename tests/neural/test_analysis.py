@@ -126,6 +126,16 @@ def test_one_trial_gives_no_interval_and_says_so(stimulus):
     assert np.isnan(one.threshold_low)
 
 
+def test_few_trials_are_not_trusted(stimulus):
+    envelope = analytic_envelope(stimulus.point_displacement.values)[0]
+    spikes = simulate_spikes(HingeUnit(slope=1e6), stimulus.time.values, envelope, 4, rng=np.random.default_rng(17))
+    one = analyse_units(join_units({"u": spikes}), stimulus, 4).isel(unit=0)
+    assert bool(one.significant)
+    assert not bool(one.identified)
+    assert "4 trials" in str(one.reason.values)
+    assert one.threshold_low < one.threshold < one.threshold_high
+
+
 def test_onset_is_left_out(stimulus):
     rng = np.random.default_rng(15)
     table = spike_table(rng.uniform(0, 1, 4000), np.zeros(4000, int), ["burst"], trial=rng.integers(0, 20, 4000))

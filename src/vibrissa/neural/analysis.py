@@ -28,6 +28,7 @@ Counts = NDArray[np.int64]
 Window = tuple[float, float]
 
 FEWEST_SPIKES = 50  # in the bins that count; fewer tell neither threshold nor slope
+FEWEST_TRIALS = 8  # fewer are resampled in too few ways: intervals come out too narrow
 FITTED = ("threshold", "slope", "latency", "baseline")
 
 
@@ -245,6 +246,8 @@ def _forward(grid: HingeGrid, trial_counts: Array, how: EnvelopeAnalysis, rng: n
         row |= {f"{name}_low": low[k], f"{name}_high": high[k]}
     row["tuning_r_squared_unseen"], row["noise_ceiling"] = cross_validated(grid, trial_counts, width)
     why = weakness(grid, samples)
+    if not why and n < FEWEST_TRIALS:
+        why = f"{n} trials: intervals by resampling fewer than {FEWEST_TRIALS} come out too narrow"
     return {**row, "identified": not why, "reason": why}
 
 

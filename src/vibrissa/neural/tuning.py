@@ -160,7 +160,8 @@ def bootstrap_fits(
     drawn = rng.multinomial(n, np.full(n, 1 / n), n_resamples)
     drawn = np.vstack([np.ones((1, n), int), drawn])
     found = grid.best(drawn @ trial_counts / (n * width), _weights(grid.drive, fit))
-    centred = found[:, 1:] - found[:, :1] + np.array(fit)[:, None]
+    spread = np.sqrt(n / max(n - 1, 1))  # resampled means vary by (n − 1)/n of what means of n trials do
+    centred = spread * (found[:, 1:] - found[:, :1]) + np.array(fit)[:, None]
     least = np.array([grid.thresholds[0], 0, grid.latencies[0], 0])
     most = np.array([grid.thresholds[-1], np.inf, grid.latencies[-1], np.inf])
     return np.clip(centred, least[:, None], most[:, None])
