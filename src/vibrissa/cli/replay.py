@@ -33,7 +33,7 @@ def replay(
     fade: float = 0.05,
     ramp: float = 0.0,
     scale: float = 1.0,
-    delays: str = "even",
+    delays: str = "least",
     separation: float = 0.1,
     seed: int = 0,
     travel: float | None = None,
