@@ -114,6 +114,18 @@ def test_histogram_agrees_with_elephant():
     np.testing.assert_allclose(ours, theirs, atol=1e-9)
 
 
+def test_counts_agree_with_pynapple():
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        nap = pytest.importorskip("pynapple")
+        rng = np.random.default_rng(7)
+        time, trial = rng.uniform(0, 2, 500), rng.integers(0, 9, 500)
+        support = nap.IntervalSet(0, 2)  # told, or it would begin at the first spike
+        theirs = [nap.Ts(np.sort(time[trial == k]), time_support=support).count(0.01).values for k in range(9)]
+    ours = psth(spikes(time, trial), bin_edges(0, 2, 0.01), n_trials=9).spike_count
+    np.testing.assert_array_equal(ours, theirs)
+
+
 @pytest.mark.parametrize(
     ("call", "rule"),
     [

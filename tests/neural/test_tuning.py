@@ -228,7 +228,7 @@ def test_papers_fit_takes_a_latency_between_bins_for_noise():
         assert lag == 1
         found.append(two_segments(envelope[:-1], rate[1:]))
     threshold, slope, _, _, explained = np.mean(found, axis=0)
-    assert 35e-6 < threshold < 41e-6  # from 36 to 40 µm by how unequal the kicks of the stimulus are
+    assert 35e-6 < threshold < 41e-6  # over stimuli 37 ± 1.3 where kicks are equal, of either sign
     assert slope == pytest.approx(1.94e5, abs=1e4)
     assert explained == pytest.approx(0.73, abs=0.05)
 
