@@ -81,3 +81,23 @@ def test_a_csv_without_the_number_of_trials_is_refused(vibrissa, tmp_path):
     code, out, _ = vibrissa("neural", *files, "--trials", 1, "--json")
     assert code == 0
     assert json.loads(out)["units"][0]["significant"] is False
+
+
+def test_a_command_of_the_stimulator_is_a_stimulus(vibrissa, tmp_path):
+    from vibrissa.quantities import dataset
+    from vibrissa.stimulus.export import write_command
+
+    time = np.arange(4000) / 2000
+    motion = 1e-5 * np.sin(400 * time) * (1 + 0.5 * np.sin(9 * time))
+    command = dataset({}, whisker=np.array(["C1", "C2"]), time=time, command=np.stack([motion, -motion]))
+    write_command(command, tmp_path / "c.wav")
+    (tmp_path / "s.csv").write_text("unit,trial,spike_time\na,1,0.5\n")
+    words = ("neural", "--spikes", tmp_path / "s.csv", "--stimulus", tmp_path / "c.wav", "--skip", "0", "--trials", "4")
+    code, out, err = vibrissa(*words, "--whisker", "C2", "--json")
+    assert code == 0
+    assert len(json.loads(out)["units"]) == 1
+    assert "the last 2 of 4 trials hold no spike" in err
+    assert "trials count from 0" in err
+    code, _, err = vibrissa(*words, "--whisker", "E9")
+    assert code == 2
+    assert "must be one of C1, C2" in err

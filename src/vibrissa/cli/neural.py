@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -19,6 +20,7 @@ def neural(
     *,
     spikes: Path,
     stimulus: Path,
+    whisker: str | None = None,
     trials: int | None = None,
     event: str | None = None,
     trial_table: Path | None = None,
@@ -45,7 +47,10 @@ def neural(
         CSV with columns unit,trial,spike_time: any name, from 0, seconds from the stimulus' onset. Or an NWB file, a
         Plexon .plx or a NeuroExplorer .nex.
     stimulus
-        CSV with columns time,displacement in seconds and metres: one presentation, as played (filtered).
+        CSV with columns time,displacement in seconds and metres: one presentation, as played (filtered). Or, with
+        --whisker, the command that `vibrissa replay` wrote.
+    whisker
+        Whisker of that command whose motion is taken: C2, beta, …
     trials
         Presentations, those without a spike included; must be given with a CSV, other files tell.
     event
@@ -95,15 +100,50 @@ def neural(
         spontaneous=spontaneous,
         seed=seed,
     )
-    shown = read_stimulus(stimulus)
+    shown = read_stimulus(stimulus) if whisker is None else _played(stimulus, whisker)
     kept = [*(float(t) for t in shown.time.values[[0, -1]]), *(spontaneous or ())]
     table, told = recorded_spikes(spikes, window=(min(kept), max(kept)), event=event, trials=trial_table, only=only)
     if (count := told if trials is None else trials) is None:
         raise InputError("--trials", "must be given with a CSV", remedy="count silent presentations too")
     data = analyse_units(table, shown, count, how)
+    for line in _remarks(table, shown, count):
+        print(f"vibrissa: {line}", file=sys.stderr)
     show(data, [] if json else [*TABLE, "identified", "reason"], False, out)
     if json:
         _print_units(data)
+
+
+def _played(path: Path, whisker: str) -> xr.Dataset:
+    """Motion of one whisker of a stimulator's command, as a stimulus."""
+    from vibrissa.quantities import dataset
+    from vibrissa.stimulus.export import read_command
+
+    command = read_command(path)
+    names = command.whisker.values.tolist()
+    if whisker not in names:
+        raise InputError("--whisker", f"must be one of {', '.join(names)}", repr(whisker))
+    motion = command.command.sel(whisker=whisker).values
+    return dataset({"source": path.name, "whisker": whisker}, time=command.time.values, point_displacement=motion)
+
+
+def _remarks(spikes: xr.Dataset, stimulus: xr.Dataset, n_trials: int) -> list[str]:
+    """What a reader should know of the input: silent trials, a carrier near half the sampling rate."""
+    import numpy as np
+    from scipy.signal import periodogram
+
+    lines = []
+    last = int(spikes.spike_trial.values.max())
+    if last < n_trials - 1:
+        lines.append(f"the last {n_trials - 1 - last} of {n_trials} trials hold no spike of any unit; check --trials")
+    if 0 not in spikes.spike_trial.values and n_trials > 1:
+        lines.append("trial 0 holds no spike of any unit; trials count from 0")
+    time = stimulus.time.values
+    rate = (len(time) - 1) / (time[-1] - time[0])
+    frequency, power = periodogram(stimulus.point_displacement.values, rate)
+    carrier = float(np.sum(frequency * power) / np.sum(power))
+    if rate < 6 * carrier:
+        lines.append(f"the stimulus, about {carrier:.0f} Hz, is sampled at {rate:.0f} Hz: its envelope may be wrong")
+    return lines
 
 
 def _print_units(data: xr.Dataset) -> None:

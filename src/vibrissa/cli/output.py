@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vibrissa.errors import InputError
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -39,6 +41,8 @@ def show(data: xr.Dataset, names: Sequence[str] | None, json: bool, out: Path | 
     from vibrissa.files import save
 
     if out is not None:
+        if out.suffix != ".nc":
+            raise InputError("--out", "must end in .nc, a NetCDF dataset", str(out))
         save(data, out)
     wanted = list(names) if names is not None else [str(name) for name in (*data.coords, *data.data_vars)]
     if json:
