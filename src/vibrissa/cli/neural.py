@@ -82,7 +82,7 @@ def neural(
     seed
         Seed of the resampled trials and shuffles.
     """
-    from vibrissa.cli.output import show
+    from vibrissa.cli.output import progress_bars, show
     from vibrissa.neural.analysis import EnvelopeAnalysis, analyse_units
     from vibrissa.neural.inputs import read_stimulus
     from vibrissa.neural.recording import recorded_spikes
@@ -102,7 +102,10 @@ def neural(
     )
     shown = read_stimulus(stimulus) if whisker is None else _played(stimulus, whisker)
     kept = [*(float(t) for t in shown.time.values[[0, -1]]), *(spontaneous or ())]
-    table, told = recorded_spikes(spikes, window=(min(kept), max(kept)), event=event, trials=trial_table, only=only)
+    with progress_bars() as progress:
+        table, told = recorded_spikes(
+            spikes, window=(min(kept), max(kept)), event=event, trials=trial_table, only=only, progress=progress
+        )
     if (count := told if trials is None else trials) is None:
         raise InputError("--trials", "must be given with a CSV", remedy="count silent presentations too")
     data = analyse_units(table, shown, count, how)
@@ -131,7 +134,11 @@ def _remarks(spikes: xr.Dataset, stimulus: xr.Dataset, n_trials: int) -> list[st
     import numpy as np
     from scipy.signal import periodogram
 
-    lines = []
+    told = {
+        "spikes_unsorted": "are unsorted (unit 0) and left out",
+        "spikes_outside": "lie in no trial and are left out",
+    }
+    lines = [f"{spikes.attrs[name]} spikes {text}" for name, text in told.items() if spikes.attrs.get(name)]
     last = int(spikes.spike_trial.values.max())
     if last < n_trials - 1:
         lines.append(f"the last {n_trials - 1 - last} of {n_trials} trials hold no spike of any unit; check --trials")

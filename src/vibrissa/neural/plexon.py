@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
@@ -40,7 +40,9 @@ EVER = 1e9  # [s] neo leaves out what comes after the last block of a file unles
 DAMAGED = "copy it again from where it was recorded, or export it anew"
 
 
-def read_plexon(path: str | Path, *, event: str | None = None) -> xr.Dataset:
+def read_plexon(
+    path: str | Path, *, event: str | None = None, progress: Callable[[str, int, int], None] | None = None
+) -> xr.Dataset:
     """Sorted spikes from a .plx or .nex file, on the session's clock, and the times of an event.
 
     Parameters
@@ -49,6 +51,8 @@ def read_plexon(path: str | Path, *, event: str | None = None) -> xr.Dataset:
         The file. Other formats of these makers are refused with a way out.
     event : str, optional
         Name of an event channel, the one that marks the onsets of trials.
+    progress : callable, optional
+        Called with (stage, done, total) after each unit.
 
     Returns
     -------
@@ -67,7 +71,11 @@ def read_plexon(path: str | Path, *, event: str | None = None) -> xr.Dataset:
     """
     reader = _open(path)
     with _one_line(path):
-        named = [(_name(reader, k), _spike_times(reader, k)) for k in range(reader.spike_channels_count())]
+        named, total = [], reader.spike_channels_count()
+        for k in range(total):
+            named.append((_name(reader, k), _spike_times(reader, k)))
+            if progress is not None:
+                progress("reading units", k + 1, total)
         channels = [str(name) for name in reader.header["event_channels"]["name"]]
     for name, time in named:
         _refuse_times(path, f"unit {name}", time)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Window = tuple[float, float]
+Progress = Callable[[str, int, int], None]
 PLEXON = (".plx", ".nex")
 
 
@@ -23,6 +25,7 @@ def recorded_spikes(
     event: str | None = None,
     trials: str | Path | None = None,
     only: tuple[str, str] | None = None,
+    progress: Progress | None = None,
 ) -> tuple[xr.Dataset, int | None]:
     """Spikes in trials, timed from the onset of the stimulus.
 
@@ -39,6 +42,8 @@ def recorded_spikes(
         Table (CSV: start, stop, …) of the trials, instead of the file's own or of an event.
     only : (column, value), optional
         Keep the trials with this value in this column of their table: one protocol among interleaved ones.
+    progress : callable, optional
+        Called with (stage, done, total) while a Plexon or NeuroExplorer file is read.
 
     Returns
     -------
@@ -57,7 +62,7 @@ def recorded_spikes(
         if event or trials or only:
             raise InputError("--event, --trial-table, --only", "must go with an NWB, .plx or .nex file", str(path))
         return read_spikes(path), None
-    session, table = _session(path, kind, event, only if trials is None else None, trials is None)
+    session, table = _session(path, kind, event, only if trials is None else None, trials is None, progress)
     if trials is not None:
         table = read_trials(trials, only=only)
     assert table is not None
@@ -66,7 +71,12 @@ def recorded_spikes(
 
 
 def _session(
-    path: str | Path, kind: str, event: str | None, only: tuple[str, str] | None, own_trials: bool
+    path: str | Path,
+    kind: str,
+    event: str | None,
+    only: tuple[str, str] | None,
+    own_trials: bool,
+    progress: Progress | None,
 ) -> tuple[xr.Dataset, xr.Dataset | None]:
     """Spikes on the session's clock and, if wanted, the file's own trials."""
     if kind == ".nwb":
@@ -85,5 +95,5 @@ def _session(
         )
     if only is not None:
         raise InputError("--only", "must go with a table of trials", remedy="--trial-table FILE")
-    session = read_plexon(path, event=event)
+    session = read_plexon(path, event=event, progress=progress)
     return session, trials_at(session.marker_time.values, 1.0) if own_trials else None
