@@ -66,6 +66,7 @@ def track_file(movie: MovieFile, folder: Path, progress: Progress) -> xr.Dataset
         columns=movie.columns,
         search=movie.search,
         threshold=movie.threshold,
+        estimator=movie.estimator,
         whisking=movie.whisking,
     )
     if movie.names:

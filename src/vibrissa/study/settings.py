@@ -49,6 +49,8 @@ class MovieFile:
         Largest distance of the line from where it is expected, in one column [pixels].
     threshold : float
         Signal to noise of the contrast below which a column is lost.
+    estimator : {"matched", "barycentre"}
+        What places the line in a column; see :class:`vibrissa.video.search.Search`.
     whisking : Whisking, optional
         The fan of the pad and marks of the whiskers, instead of seeds, if they swing through one another.
     """
@@ -64,6 +66,7 @@ class MovieFile:
     columns: tuple[int, int] | None = None
     search: int = 4
     threshold: float = 4.0
+    estimator: Literal["matched", "barycentre"] = "matched"
     whisking: Whisking | None = None
 
 
