@@ -1,0 +1,161 @@
+"""The verbs of one whisker's mechanics: `modes`, `profile`, `gap`, `scan`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from vibrissa.cli.options import Atlas, AtPosture, Json, OfWhisker, Out, cone_of, needed_cone
+from vibrissa.cli.output import show
+from vibrissa.errors import InputError
+
+
+def modes(
+    *,
+    contact: float | None = None,
+    count: int = 3,
+    boundary: Literal["pinned", "free"] = "pinned",
+    whisker: OfWhisker = None,
+    atlas: Atlas = None,
+    out: Out = None,
+    json: Json = False,
+) -> None:
+    """Resonant modes of a whisker: pinned at a contact, or with a free tip.
+
+    Parameters
+    ----------
+    contact
+        Position of the contact (or of the free end) over the length of the nontruncated cone: 0 at the cone's tip,
+        1 at the base.
+        May be left out for a free tip: the whisker's own tip, or the whole cone.
+    count
+        Number of modes.
+    boundary
+        What holds at the contact.
+    """
+    from vibrissa.mechanics.modes import eigenmodes, resonances
+
+    cone = cone_of(whisker, atlas)
+    if contact is None:
+        if boundary == "pinned":
+            raise InputError("--contact", "must be given for a pinned whisker", remedy="for example --contact 0.3")
+        contact = cone.tip if cone else 0.0
+    data = (
+        resonances(cone, contact, count, boundary=boundary) if cone else eigenmodes(contact, count, boundary=boundary)
+    )
+    show(data, ["contact", "kappa", *(["resonant_frequency"] if cone else [])], json, out)
+
+
+def profile(
+    *,
+    at: AtPosture,
+    contact_distance: float | None = None,
+    whisker: OfWhisker = None,
+    atlas: Atlas = None,
+    out: Out = None,
+    json: Json = False,
+) -> None:
+    """Stationary profile of a whisker held at its base, its contact on the flat or on an edge (Eq. 1).
+
+    Lengths are over the length L of the nontruncated cone. With a whisker, forces also in newtons.
+
+    Parameters
+    ----------
+    contact_distance
+        Distance of an edge from the base along the substrate, over L: the whisker is held there, its base kept.
+    """
+    from vibrissa.mechanics.crossing import held_profile
+
+    cone = cone_of(whisker, atlas)
+    data = held_profile(at.posture(), contact_distance=contact_distance, whisker=cone)
+    if not float(data.fold_determinant) < 0:
+        print("vibrissa: beyond the fold: no quasi-static response to an edge exists here", file=sys.stderr)
+    show(data, [str(name) for name in data.data_vars if not data[name].dims], json, out)
+
+
+def gap(
+    *,
+    at: AtPosture,
+    gap_width: float,
+    count: int = 3,
+    out: Out = None,
+    json: Json = False,
+) -> None:
+    """A gap crossed: when the contact jumps, and how far the linear response is from the exact one (Eq. 11).
+
+    Lengths are over the length L of the nontruncated cone.
+
+    Parameters
+    ----------
+    gap_width
+        Width of the gap, over L: 0.015 is 0.6 mm for a cone of 40 mm.
+    count
+        Number of modes.
+    """
+    from vibrissa.mechanics.crossing import crossing
+
+    data = crossing(at.posture(), gap_width, n_modes=count)
+    show(data, [str(name) for name in data.data_vars if "s" not in data[name].dims], json, out)
+
+
+def scan(
+    texture: Path,
+    *,
+    at: AtPosture,
+    scan_speed: float,
+    damping: float = 0.11,
+    sampling_rate: float = 20000.0,
+    response: Literal["exact", "linear"] = "exact",
+    jump: Literal["continuous", "ramp-limit", "paper2014"] = "continuous",
+    reverse: Annotated[bool, Parameter(negative="")] = False,
+    count: int = 3,
+    node: list[float] | None = None,
+    whisker: OfWhisker = None,
+    atlas: Atlas = None,
+    out: Out = None,
+    json: Json = False,
+) -> None:
+    """A texture drawn past a whisker: its vibration, what the follicle feels, and how far the assumptions hold.
+
+    Time 0 is the moment x = 0 meets the contact; the record ends when the ringing after the last gap has died away.
+
+    Parameters
+    ----------
+    texture
+        CSV with columns position,width in metres, or position_um,width_um or _mm (and depth, if it is not 35 µm): the
+        edge of each gap that meets the contact first, in order of arrival.
+    scan_speed
+        Speed of the texture [m/s].
+    damping
+        Damping ratio of every mode.
+    sampling_rate
+        Samples per second [Hz].
+    response
+        Quasi-static response of the profile held by the edge, or the paper's linear one.
+    jump
+        What the velocity does where the contact jumps.
+    reverse
+        Scan the texture in the other direction: its last edge meets the contact first, as long after time 0 as its
+        first one did.
+    count
+        Number of modes. In the exact response the first millisecond of force and moment after a jump grows with it.
+    node
+        Distance from the base of a point of the shaft whose motion is wanted [m]; once for each.
+    """
+    from vibrissa.mechanics.diagnostics import remarks
+    from vibrissa.mechanics.sampled import scanned
+    from vibrissa.mechanics.superposition import Scan, predict
+    from vibrissa.texture.io import read_troughs
+
+    cone, troughs = needed_cone(whisker, atlas), read_troughs(texture)
+    if reverse:
+        troughs = troughs.reversed(float(troughs.position[0] + troughs.end[-1]))
+    how = Scan(speed=scan_speed, damping=damping, jump=jump, response=response)
+    prediction = predict(cone, at.posture(), troughs, how, n_modes=count)
+    data = scanned(prediction, sampling_rate, nodes=node)
+    for line in remarks(data):
+        print(f"vibrissa: {line}", file=sys.stderr)
+    show(data, [str(name) for name in data.data_vars if not {"time", "trough"} & set(data[name].dims)], json, out)
