@@ -8,6 +8,7 @@ import pytest
 import tifffile
 
 from vibrissa.errors import InputError
+from vibrissa.video.container import key_frames
 from vibrissa.video.movie import open_movie, read_blocks, write_movie
 
 FULL = {8: (np.uint8, 255), 12: (np.uint16, 4095), 16: (np.uint16, 65535)}
@@ -49,6 +50,74 @@ def test_what_is_written_is_read_to_the_bit(tmp_path, suffix, bits):
     movie = open_movie(path)
     assert (movie.width, movie.height, movie.frame_count, movie.lossy) == (54, 38, 40, False)
     assert movie.dtype == written.dtype
+
+
+@pytest.mark.parametrize(
+    ("suffix", "codec", "bits"),
+    [
+        (".avi", "ffvhuff", 8),
+        (".avi", "ffvhuff", 16),
+        (".mkv", "h264-lossless", 8),
+        (".mp4", "h264-lossless", 8),
+        (".avi", "h264-lossless", 8),
+    ],
+)
+def test_other_lossless_codecs_are_exact_and_equal_movies_equal_files(tmp_path, suffix, codec, bits):
+    one, other, written = tmp_path / f"one{suffix}", tmp_path / f"other{suffix}", frames(bits)
+    write_movie(one, [written], codec)
+    write_movie(other, [written[:7], written[7:]], codec)
+    np.testing.assert_array_equal(np.concatenate(list(read_blocks(one))), written)
+    assert one.read_bytes() == other.read_bytes()
+
+
+def test_lossy_h264_is_near_and_told(tmp_path):
+    row, column = np.mgrid[:38, :54]
+    smooth = (128 + 60 * np.sin(row / 9) * np.cos(column / 11))[None] + np.arange(12)[:, None, None]
+    written = np.rint(smooth).astype(np.uint8)
+    write_movie(tmp_path / "movie.mp4", [written], "h264")
+    read = np.concatenate(list(read_blocks(tmp_path / "movie.mp4")))
+    assert open_movie(tmp_path / "movie.mp4").lossy
+    assert 0 < np.abs(read.astype(int) - written).max() < 12
+
+
+@pytest.mark.parametrize(("name", "codec"), [("movie.mkv", "ffvhuff"), ("movie.mp4", "ffv1"), ("movie.mkv", "vp9")])
+def test_codec_that_the_container_does_not_hold_is_refused(tmp_path, name, codec):
+    with pytest.raises(InputError, match="must"):
+        write_movie(tmp_path / name, [frames(8)], codec)
+    assert not list(tmp_path.iterdir())
+
+
+def test_h264_takes_eight_bits_and_leaves_no_file(tmp_path):
+    with pytest.raises(InputError, match=r"must be of 8 bits for H\.264"):
+        write_movie(tmp_path / "movie.mp4", [frames(16)], "h264")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("bits", [8, 16])
+def test_numpy_array_is_read_to_the_bit(tmp_path, bits, order):
+    written = frames(bits)
+    np.save(tmp_path / "movie.npy", written.astype(written.dtype.newbyteorder(order)))
+    blocks = list(read_blocks(tmp_path / "movie.npy", 16))
+    np.testing.assert_array_equal(np.concatenate(blocks), written)
+    assert blocks[0].dtype == written.dtype
+    assert open_movie(tmp_path / "movie.npy").frame_count == 40
+
+
+def test_only_a_camera_header_knows_the_frame_rate(tmp_path):
+    write_movie(tmp_path / "movie.mkv", [frames(8)], playback_rate=30)
+    movie = open_movie(tmp_path / "movie.mkv")
+    assert np.isnan(movie.frame_rate)
+    assert movie.playback_rate == 30
+
+
+def test_key_frames_are_those_of_the_encoder(tmp_path):
+    still = np.repeat(frames(8, 1), 40, axis=0)  # else the encoder takes every frame for a new scene
+    path = encode(tmp_path / "movie.mp4", still, "mpeg4", "yuv420p", g="12")
+    np.testing.assert_array_equal(key_frames(path), [0, 12, 24, 36])
+    # B frames are stored after frames that are shown later
+    path = encode(tmp_path / "b.mp4", frames(8), "libx264", "yuv420p", g="10", bf="2", sc_threshold="0", flags="+cgop")
+    np.testing.assert_array_equal(key_frames(path), [0, 10, 20, 30])
 
 
 def test_compressed_pages_of_tiff_are_read(tmp_path):

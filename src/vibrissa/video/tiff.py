@@ -11,13 +11,15 @@ import numpy as np
 import tifffile
 
 from vibrissa.errors import InputError
+from vibrissa.video.about import Movie
 from vibrissa.video.grey import Frames
 
 SUFFIXES = frozenset({".tif", ".tiff"})
+LOSSY = frozenset({6, 7, 33003, 33005, 34712, 34892, 50001, 50002})  # JPEG, JPEG 2000, WebP, JPEG XL, by TIFF's numbers
 
 
-def describe(path: Path) -> tuple[int, int, int, int]:
-    """Number of frames, height, width [px] and bits of a TIFF movie, checked to be grey and whole.
+def describe(path: Path) -> Movie:
+    """Describe a TIFF movie, checked to be grey and whole.
 
     Raises
     ------
@@ -27,7 +29,15 @@ def describe(path: Path) -> tuple[int, int, int, int]:
     with _opened(path) as file:
         count = _checked(file, path)
         page = file.pages[0]
-        return count, page.imagelength, page.imagewidth, page.bitspersample
+        return Movie(
+            path=path,
+            width=page.imagewidth,
+            height=page.imagelength,
+            bits=page.bitspersample,
+            codec="tiff",
+            lossy=page.compression in LOSSY,
+            frame_count=count,
+        )
 
 
 def read_blocks(path: Path, frames: int) -> Iterator[Frames]:
