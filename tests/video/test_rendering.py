@@ -1,5 +1,6 @@
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -122,6 +123,22 @@ def test_rows_and_columns_are_alike(nodes, base, tip):
     turned = replace(camera, width=camera.height, height=camera.width)
     image = expose(*curve(x, y), camera)[0]
     np.testing.assert_allclose(expose(*curve(y, x), turned)[0].T, image, atol=1e-9)
+
+
+CORNERS = st.lists(st.tuples(st.integers(0, 24), st.integers(0, 16)), min_size=2, max_size=8)
+
+
+@settings(deadline=None)
+@given(CORNERS, st.sampled_from([0.25, 1, 4]))
+def test_a_pixel_darkens_with_its_distance_from_the_nearest_point(nodes, spacing):
+    nodes = 1j * spacing + spacing * np.array([column + 1j * row for column, row in nodes])  # hairpins and rests too
+    row, column = np.mgrid[:64, :96]
+    pixel, distance = (column + 1j * row)[..., None], np.inf
+    for start, end in pairwise(nodes):
+        points = start + np.linspace(0, 1, 1 + 16 * math.ceil(abs(end - start))) * (end - start)
+        distance = np.minimum(distance, np.abs(pixel - points).min(axis=-1))  # of points 1/16 pixel apart
+    expected = 110 * np.exp(-(distance**2) / (2 * (PLAIN.blur / FWHM) ** 2))
+    np.testing.assert_allclose(darkening(*curve(nodes.real, nodes.imag))[0], expected, atol=0.1)
 
 
 @settings(deadline=None)

@@ -135,17 +135,6 @@ def illumination(camera: Camera) -> Array:
     return camera.background + camera.gradient[0] * across + camera.gradient[1] * down[:, None]
 
 
-def render_background(camera: Camera) -> Frames:
-    """The scene without whiskers and without noise, as a user would record it by averaging an empty field.
-
-    Returns
-    -------
-    (height, width) array
-        Eight-bit grey levels, rounded.
-    """
-    return digitise(illumination(camera))
-
-
 def digitise(grey: Array) -> Frames:
     """Eight-bit grey levels: rounded to the nearest, clipped to 0–255."""
     return np.clip(np.rint(grey), 0, WHITE).astype(np.uint8)

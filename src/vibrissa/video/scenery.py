@@ -1,0 +1,183 @@
+"""What else a camera sees above a back-lit animal: drifting light, head and fur, the substrate's shadow, an LED.
+
+Places are in the frame ``image``: x along the columns, y down the rows, [m], zero at the centre of the first pixel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from vibrissa.errors import InputError
+from vibrissa.video.camera import counted
+
+__all__ = ["Fur", "Led", "Light", "Scenery", "Shadow"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Light:
+    """Unevenness of the light beyond the plane of ``Camera.gradient``, and its drift; by default neither.
+
+    Attributes
+    ----------
+    vignette : float
+        Share of the light that the corners lack, below 1; it grows as the square of the distance from the middle.
+    drift : float
+        Standard deviation over time of the light's level, and likewise of its change from the middle to the right and
+        to the lower edge, over the level; at most 0.08, so that the light never fails.
+    drift_time : float
+        Period of the fastest part of the drift [s].
+    seed : int
+        Seed of the drift.
+    """
+
+    vignette: float = 0.0
+    drift: float = 0.0
+    drift_time: float = 1.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        _check(self, "vignette", 0 <= self.vignette < 1, "must lie between 0 and 1, below 1")
+        _check(self, "drift", 0 <= self.drift <= 0.08, "must lie between 0 and 0.08")
+        _check(self, "drift_time", 0 < self.drift_time < np.inf, "must be positive and finite", "give it in s")
+        counted("Light.seed", self.seed, least=0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fur:
+    """The head's silhouette at one side of the image, and the fur along its skin; it does not move.
+
+    Hairs stand at random along the skin; their lengths are exponential, so that the hairs that reach a distance fall
+    off as exp(−distance/length). A hair darkens as an infinitely thin whisker does, less and less towards its tip.
+
+    Attributes
+    ----------
+    skin : float
+        Distance of the skin from that side of the image, halfway down [m].
+    side : {"left", "right"}
+        Side of the image at which the head is.
+    bulge : float
+        How much farther the skin stands out halfway down than at the upper and lower edge [m]; a parabola.
+    density : float
+        Hairs per length of skin [1/m].
+    length : float
+        Mean length of a hair [m].
+    spread : float
+        Standard deviation of a hair's angle at its root about the normal of the side [rad].
+    curvature : float
+        Standard deviation of a hair's curvature [1/m].
+    opacity : float
+        Share of the light that a hair takes at its root, on its centreline.
+    head : float
+        Share of the light that the head takes.
+    seed : int
+        Seed of the hairs.
+    """
+
+    skin: float
+    side: Literal["left", "right"] = "left"
+    bulge: float = 0.0
+    density: float = 2.5e4
+    length: float = 0.8e-3
+    spread: float = 0.4
+    curvature: float = 150.0
+    opacity: float = 0.7
+    head: float = 1.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        _check(self, "side", self.side in ("left", "right"), "must be 'left' or 'right'")
+        for name in ("skin", "bulge"):
+            _check(self, name, np.isfinite(getattr(self, name)), "must be finite", "give it in m")
+        for name, unit in (("density", "1/m"), ("length", "m"), ("spread", "rad"), ("curvature", "1/m")):
+            _check(self, name, 0 <= getattr(self, name) < np.inf, "must be finite, not negative", f"give it in {unit}")
+        for name in ("opacity", "head"):
+            _check(self, name, 0 <= getattr(self, name) <= 1, "must lie between 0 and 1")
+        counted("Fur.seed", self.seed, least=0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shadow:
+    """The substrate, whose straight border hides the contact, and the band of shadow before it.
+
+    Attributes
+    ----------
+    substrate : (float, float)
+        A point of the substrate's border, x and y [m].
+    facing : float
+        Direction from the border to the whiskers [rad]: 0 to the right, π/2 down, π to the left, −π/2 up.
+    depth : float
+        How far the shadow reaches from the border [m]; there half of its darkness is left.
+    penumbra : float
+        Standard deviation of the shadow's Gaussian edge [m].
+    opacity : float
+        Share of the light that substrate and shadow take.
+    """
+
+    substrate: tuple[float, float]
+    facing: float
+    depth: float = 3e-3
+    penumbra: float = 0.2e-3
+    opacity: float = 0.95
+
+    def __post_init__(self) -> None:
+        placed = len(self.substrate) == 2 and bool(np.isfinite(self.substrate).all())
+        _check(self, "substrate", placed, "must be two finite values (x, y)", "give them in m")
+        _check(self, "facing", np.isfinite(self.facing), "must be finite", "give it in rad")
+        _check(self, "depth", 0 <= self.depth < np.inf, "must be finite, not negative", "give it in m")
+        _check(self, "penumbra", 0 < self.penumbra < np.inf, "must be positive and finite", "give it in m")
+        _check(self, "opacity", 0 <= self.opacity <= 1, "must lie between 0 and 1")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Led:
+    """A small lamp that tags the frame in which the texture starts; it stands still and stays lit.
+
+    Attributes
+    ----------
+    position : (float, float)
+        Its centre, x and y [m].
+    start : float
+        When it is switched on [s]; frame n is centred on n/frame_rate, and the frame then exposed shows it in part.
+    radius : float
+        Radius of its disc [m].
+    brightness : float
+        Grey levels that it adds.
+    """
+
+    position: tuple[float, float]
+    start: float
+    radius: float = 1e-3
+    brightness: float = 255.0
+
+    def __post_init__(self) -> None:
+        placed = len(self.position) == 2 and bool(np.isfinite(self.position).all())
+        _check(self, "position", placed, "must be two finite values (x, y)", "give them in m")
+        _check(self, "start", np.isfinite(self.start), "must be finite", "give it in s")
+        _check(self, "radius", 0 < self.radius < np.inf, "must be positive and finite", "give it in m")
+        _check(self, "brightness", 0 <= self.brightness < np.inf, "must be finite, not negative")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scenery:
+    """What stands in the field beside the whiskers; by default nothing, in even and steady light.
+
+    Attributes
+    ----------
+    light : Light
+        Unevenness and drift.
+    fur, shadow, led
+        Absent if None.
+    """
+
+    light: Light = field(default_factory=Light)
+    fur: Fur | None = None
+    shadow: Shadow | None = None
+    led: Led | None = None
+
+
+def _check(owner: object, name: str, good: bool, rule: str, remedy: str = "") -> None:
+    if not good:
+        raise InputError(f"{type(owner).__name__}.{name}", rule, getattr(owner, name), remedy)
