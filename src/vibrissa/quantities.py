@@ -435,3 +435,19 @@ def require(data: xr.Dataset, *names: str) -> None:
             raise InputError(f"variable {name!r}", f"must have dimensions {quantity.dims}", str(found.dims))
         if found.attrs.get("units", quantity.unit) != quantity.unit:
             raise InputError(f"variable {name!r}", f"must be in {quantity.unit!r}", repr(found.attrs["units"]))
+
+
+def measured_sd(profile: xr.Dataset) -> xr.DataArray:
+    """Standard deviation of a tracked profile in the direction it was measured in: ``y_sd``, or ``x_sd``.
+
+    Whiskers that run along the rows of the image are measured in y, those along its columns in x. NaN where a node
+    was not measured.
+
+    Raises
+    ------
+    InputError
+        If the profile has neither.
+    """
+    name = "x_sd" if "x_sd" in profile and "y_sd" not in profile else "y_sd"
+    require(profile, name)
+    return profile[name]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vibrissa.mechanics.decomposition import Method, decompose
 from vibrissa.mechanics.modes import resonances
 from vibrissa.mechanics.resonance import fit_modes
-from vibrissa.quantities import dataset
+from vibrissa.quantities import dataset, measured_sd
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.study.settings import MovieFile
 from vibrissa.video.movie import open_movie, read_blocks
@@ -63,7 +63,8 @@ def track_file(movie: MovieFile, folder: Path, progress: Progress) -> xr.Dataset
         skin=movie.skin,
         polarity=movie.polarity,
         base=movie.base,
-        columns=movie.columns,
+        background=_beside(movie.background, folder),
+        region=movie.region,
         search=movie.search,
         threshold=movie.threshold,
         estimator=movie.estimator,
@@ -72,6 +73,11 @@ def track_file(movie: MovieFile, folder: Path, progress: Progress) -> xr.Dataset
     if movie.names:
         profile.attrs["names"] = json.dumps(movie.names)
     return profile
+
+
+def _beside(background: str, folder: Path) -> str | Path:
+    """The background of a movie: a word, or a file relative to the study's folder."""
+    return background if background in ("space", "mean") else folder / background
 
 
 def still_of(path: Path) -> xr.Dataset:
@@ -89,7 +95,7 @@ def followed(profile: xr.Dataset) -> xr.Dataset:
     Dataset
         ``frames_followed``, ``frames`` and ``median_length`` [m] (whisker).
     """
-    seen = np.isfinite(profile.y_sd.values)
+    seen = np.isfinite(measured_sd(profile).values)
     frames = seen.any(axis=2)
     reach = np.where(seen, profile.arc_length.values[:, None, :], -np.inf).max(axis=2)
     length = [np.median(one[ok]) if ok.any() else np.nan for one, ok in zip(reach, frames, strict=True)]

@@ -39,12 +39,15 @@ class MovieFile:
         Names of the whiskers; numbers by default.
     skin : ((column, row), ...), optional
         Where each whisker leaves the skin [pixels]; by default where each is first seen.
-    base : {"left", "right"}
+    base : {"left", "right", "top", "bottom"}
         Side of the image on which the whiskers leave the skin.
     polarity : {"dark", "bright"}
         Whiskers darker or brighter than what is behind them.
-    columns : (first, last), optional
-        Columns that are searched [pixels]; all by default.
+    background : str
+        "space" (estimated in every frame), "mean" (of the movie itself, if no whisker stays in one place), or an image
+        or movie without the whiskers, relative to the study file.
+    region : (first column, first row, last column, last row), optional
+        Part of the image that is searched [pixels]; all by default.
     search : int
         Largest distance of the line from where it is expected, in one column [pixels].
     threshold : float
@@ -61,9 +64,10 @@ class MovieFile:
     seeds: tuple[tuple[float, float], ...] = ()
     names: tuple[str, ...] = ()
     skin: tuple[tuple[float, float], ...] | None = None
-    base: Literal["left", "right"] = "left"
+    base: Literal["left", "right", "top", "bottom"] = "left"
     polarity: Literal["dark", "bright"] = "dark"
-    columns: tuple[int, int] | None = None
+    background: str = "space"
+    region: tuple[int, int, int, int] | None = None
     search: int = 4
     threshold: float = 4.0
     estimator: Literal["matched", "barycentre"] = "matched"

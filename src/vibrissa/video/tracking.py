@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -12,17 +13,19 @@ from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
 from vibrissa.quantities import dataset
-from vibrissa.video.following import REASONS, Image, centrelines
+from vibrissa.video.background import levelled, reference, refuse_still
+from vibrissa.video.following import REASONS, Centrelines, Image, centrelines
 from vibrissa.video.nodes import profile
 from vibrissa.video.search import Estimator, Search
-from vibrissa.video.whisking import Whisking, whisking_centrelines
+from vibrissa.video.turning import Point, Region, Side, View
+from vibrissa.video.whisking import Whisking, whisking_centrelines, within_rows
 
 if TYPE_CHECKING:
     import xarray as xr
 
+Blocks = Iterable[Image] | Callable[[], Iterable[Image]]
+
 SPACING = 5  # default distance of the nodes [px]
-
-
 LARGEST_PIXEL = 1e-3  # [m] a whisker seen in coarser pixels is no centreline; millimetres given for metres are
 
 
@@ -56,49 +59,55 @@ class Calibration:
 
 
 def track(
-    blocks: Iterable[Image] | Callable[[], Iterable[Image]],
+    blocks: Blocks,
     *,
-    seeds: Sequence[tuple[float, float]] = (),
+    seeds: Sequence[Point] = (),
     calibration: Calibration,
     polarity: Literal["dark", "bright"] = "dark",
-    background: str | NDArray[Any] = "space",
+    background: str | Path | NDArray[Any] = "space",
     node_spacing: float | None = None,
-    skin: Sequence[tuple[float, float]] | None = None,
-    base: Literal["left", "right"] = "left",
-    columns: tuple[int, int] | None = None,
+    skin: Sequence[Point] | None = None,
+    base: Side = "left",
+    region: Region | None = None,
     search: int = 4,
     threshold: float = 4.0,
     estimator: Estimator = "matched",
     whisking: Whisking | None = None,
 ) -> xr.Dataset:
-    """Track whiskers that run across the image from column to column (turn the frames of others first).
+    """Track whiskers that run across the image, from the side of their base to the other.
 
     In every column the centreline is where a line's profile fits the contrast best, or its five-pixel
     barycentre; nodes stand at fixed arc length, measured along a local quadratic over 31 columns (a sum over
     the raw steps is too long), and take the raw rows of the two columns about them. Between the skin and the
     base end of what is seen, the whisker is taken as straight: nodes there have a position but no standard
-    deviation.
+    deviation. With the base at the top or bottom, rows are read for columns and columns for rows.
 
     Parameters
     ----------
     blocks : iterable of (T, height, width) arrays of uint8 or uint16, or callable
         The movie, from :func:`vibrissa.video.movie.read_blocks` or from memory; or a function that gives it
-        from the start. Whisking movies are read twice, so an iterator does not do for them.
+        from the start. Movies of whisking, or with a background that is not "space", are read again: an iterator does
+        not do.
     seeds : sequence of (column, row)
-        A point within 4 rows of each whisker in the first frame [px]; the first pixel's centre is (0, 0).
+        A point within 4 pixels of each whisker in the first frame [px]; the first pixel's centre is (0, 0).
         Small vibrations need no more; whiskers that whisk are marked in ``whisking`` instead.
     calibration : Calibration
         Frame rate and pixel size.
-    polarity, background, columns, search, threshold, estimator
+    polarity, search, threshold, estimator
         See :class:`vibrissa.video.search.Search`.
+    background : "space", "mean", path, or (height, width) array
+        What is behind the whiskers; see :func:`vibrissa.video.background.reference`. Frames are brought to
+        the brightness of an image. An attribute names the background.
     node_spacing : float, optional
         Arc length between nodes [m]; 5 pixels if not given. Nodes reach as far as the line in the first frame,
         of whiskers that whisk as far as in any frame.
     skin : sequence of (column, row), optional
-        Where each whisker leaves the skin [px]. If not given, arc length starts at the column of the base end
-        of the line in the first frame in which it is followed, and the attribute ``arc_length_from`` says so.
-    base : {"left", "right"}
+        Where each whisker leaves the skin [px]. If not given, arc length starts at the base end of the line in the
+        first frame in which it is followed, and the attribute ``arc_length_from`` says so.
+    base : {"left", "right", "top", "bottom"}
         Side of the image on which the base is.
+    region : (first column, first row, last column, last row), optional
+        Pixels in which whiskers are read, both ends included; all by default. The fan of ``whisking`` may leave it.
     whisking : Whisking, optional
         The fan of the pad and marks of the whiskers, if they swing through one another.
 
@@ -106,63 +115,53 @@ def track(
     -------
     Dataset
         ``x``, ``y``, ``y_sd`` (whisker, time, node) and ``arc_length`` (whisker, node) [m]: x = column × pixel
-        size, y = row × pixel size, down; time 0 is the first frame. NaN where the whisker was not seen, or
-        where ``node`` passes a whisker's end. The attribute ``lost`` is JSON: for each whisker a list of
-        [first frame, last frame, reason] of the frames without any node.
+        size, y = row × pixel size, down, of the image as it was given; time 0 is the first frame. ``x_sd`` in place of
+        ``y_sd`` where the base is at the top or bottom: columns are measured then, at given rows. NaN where the
+        whisker was not seen, or where ``node`` passes a whisker's end. The attribute ``lost`` is JSON: for each
+        whisker a list of [first frame, last frame, reason] of the frames without any node.
 
     Raises
     ------
     InputError
-        If there are no frames, or as :class:`Search`, :func:`vibrissa.video.following.centrelines` and
-        :func:`vibrissa.video.whisking.whisking_centrelines`.
+        If there are no frames, or as :class:`Search`, :class:`View`, :func:`vibrissa.video.background.reference`,
+        :func:`vibrissa.video.following.centrelines` and :func:`vibrissa.video.whisking.whisking_centrelines`.
     """
-    if base not in ("left", "right"):
-        raise InputError("base", "must be 'left' or 'right'", repr(base))
+    view = View(base=base, region=region, cut=whisking is None)
     spacing = SPACING if node_spacing is None else node_spacing / calibration.pixel_size
     if not spacing > 0:
         raise InputError("node_spacing", "must be positive", node_spacing)
+    count = _count(seeds, whisking, skin)
+    again = whisking is not None or not isinstance(background, str) or background != "space"
+    movie = _from_start(blocks) if again else _once(blocks)
+    image, name = reference(background, movie)
+    how = Search(polarity=polarity, search=search, threshold=threshold, estimator=estimator)
+    origins = None if skin is None else view.points(skin)
+    with view.told():
+        lines = _lines(movie, view, image, how, seeds, whisking)
+        along, across, sd, arc, reason = profile(lines, count, spacing, origins, view.side, whisking is not None)
+    if name == "mean":
+        refuse_still(along, across, arc)
+    attrs = {
+        **_attributes(calibration, how, view, name),
+        **_marked(seeds, whisking),
+        "arc_length_from": "skin" if skin is not None else "base end of the line in the first frame",
+        "lost": json.dumps(_lost(reason)),
+    }
+    x, y = view.back(along, across)
+    return _labelled(attrs, calibration, x=x, y=y, arc_length=arc, **{"x_sd" if view.turned else "y_sd": sd})
+
+
+def _count(seeds: Sequence[Point], whisking: Whisking | None, skin: Sequence[Point] | None) -> int:
+    """Number of whiskers."""
     if bool(seeds) == (whisking is not None):
         raise InputError("seeds", "must be given, or marks in whisking instead")
     count = len(seeds) if whisking is None else len(whisking.marks)
     if skin is not None and len(skin) != count:
         raise InputError("skin", f"must have one point for each of the {count} whiskers", len(skin))
-    how = Search(
-        polarity=polarity,
-        background=background,
-        columns=columns,
-        search=search,
-        threshold=threshold,
-        estimator=estimator,
-    )
-    if whisking is None:
-        lines = centrelines(blocks() if callable(blocks) else blocks, seeds=seeds, search=how)
-        where = {"seeds": json.dumps([[float(c), float(r)] for c, r in seeds])}
-    else:
-        lines = whisking_centrelines(_from_start(blocks), whisking=whisking, search=how)
-        where = {"fan": json.dumps(asdict(whisking.fan)), "marks": json.dumps(whisking.marks)}
-    x, y, y_sd, arc, reason = profile(lines, count, spacing, skin, base, longest=whisking is not None)
-    attrs = {
-        **_attributes(calibration, how),
-        **where,
-        "base": base,
-        "arc_length_from": "skin" if skin is not None else "base end of the line in the first frame",
-        "lost": json.dumps(_lost(reason)),
-    }
-    size = calibration.pixel_size
-    return dataset(
-        attrs,
-        lead=("whisker",),
-        whisker=np.arange(count),
-        time=np.arange(x.shape[1]) / calibration.frame_rate,
-        node=np.arange(x.shape[2]),
-        x=x * size,
-        y=y * size,
-        y_sd=y_sd * size,
-        arc_length=arc * size,
-    )
+    return count
 
 
-def _from_start(blocks: Iterable[Image] | Callable[[], Iterable[Image]]) -> Callable[[], Iterable[Image]]:
+def _from_start(blocks: Blocks) -> Callable[[], Iterable[Image]]:
     """What gives the blocks anew at every call."""
     if callable(blocks):
         return blocks
@@ -171,17 +170,64 @@ def _from_start(blocks: Iterable[Image] | Callable[[], Iterable[Image]]) -> Call
     return lambda: blocks
 
 
-def _attributes(calibration: Calibration, how: Search) -> dict[str, Any]:
+def _once(blocks: Blocks) -> Callable[[], Iterable[Image]]:
+    """What gives the blocks, once at least."""
+    return blocks if callable(blocks) else lambda: blocks
+
+
+def _lines(
+    movie: Callable[[], Iterable[Image]],
+    view: View,
+    image: Image | None,
+    how: Search,
+    seeds: Sequence[Point],
+    whisking: Whisking | None,
+) -> Iterator[Centrelines]:
+    """Centrelines in the view."""
+    if image is not None:
+        movie, image = levelled(movie, image, finer=whisking is None)
+        how = replace(how, background=view.of(image))
+    if whisking is None:
+        return centrelines(view.blocks(movie()), seeds=view.points(seeds), search=how)
+    marked, limits = view.whisking(whisking), view.limits
+    how = replace(how, columns=limits[0])
+    return within_rows(whisking_centrelines(lambda: view.blocks(movie()), whisking=marked, search=how), limits[1])
+
+
+def _attributes(calibration: Calibration, how: Search, view: View, background: str) -> dict[str, Any]:
+    region = {} if view.region is None else {"region": json.dumps(view.region)}
     return {
         "frame": "image",
         "frame_rate": calibration.frame_rate,
         "pixel_size": calibration.pixel_size,
-        "background": "space" if isinstance(how.background, str) else "image",
+        "background": background,
         "polarity": how.polarity,
         "search": how.search,
         "threshold": how.threshold,
         "estimator": how.estimator,
+        "base": view.base,
+        **region,
     }
+
+
+def _marked(seeds: Sequence[Point], whisking: Whisking | None) -> dict[str, str]:
+    """What told the whiskers, as attributes."""
+    if whisking is None:
+        return {"seeds": json.dumps([[float(c), float(r)] for c, r in seeds])}
+    return {"fan": json.dumps(asdict(whisking.fan)), "marks": json.dumps(whisking.marks)}
+
+
+def _labelled(attrs: dict[str, Any], calibration: Calibration, **pixels: NDArray[np.float64]) -> xr.Dataset:
+    """The dataset of places in pixels."""
+    count, frames, nodes = pixels["x"].shape
+    return dataset(
+        attrs,
+        lead=("whisker",),
+        whisker=np.arange(count),
+        time=np.arange(frames) / calibration.frame_rate,
+        node=np.arange(nodes),
+        **{name: values * calibration.pixel_size for name, values in pixels.items()},
+    )
 
 
 def _lost(reason: NDArray[np.int8]) -> list[list[list[Any]]]:

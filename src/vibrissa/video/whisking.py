@@ -140,6 +140,18 @@ def _read_block(block: Image, chains: Sequence[Chain], done: int, fan: Fan, sear
     return Centrelines(row, sd, contrast, reason)
 
 
+def within_rows(lines: Iterable[Centrelines], rows: tuple[int, int] | None) -> Iterator[Centrelines]:
+    """Centrelines between two rows, both included; None for all."""
+    for block in lines:
+        if rows is not None:
+            outside = ~((block.row >= rows[0]) & (block.row <= rows[1]))
+            few = np.count_nonzero(~outside, axis=2) < FEWEST
+            block.reason[few & (block.reason == 0)] = HIDDEN
+            for values in (block.row, block.sd, block.contrast):
+                values[outside | few[..., None]] = np.nan
+        yield block
+
+
 def _one_line(one: Rows, other: Rows) -> bool:
     """Whether two whiskers were read on one line: which of them it is cannot be told."""
     common = ~np.isnan(one) & ~np.isnan(other)
