@@ -17,6 +17,7 @@ from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.superposition import Scan
 from vibrissa.neural.virtual import HingeUnit
 from vibrissa.video.camera import Camera
+from vibrissa.video.scenery import Light
 from vibrissa.video.whisking import Whisking
 from vibrissa.whisker import Whisker
 
@@ -56,6 +57,8 @@ class MovieFile:
         What places the line in a column; see :class:`vibrissa.video.search.Search`.
     whisking : Whisking, optional
         The fan of the pad and marks of the whiskers, instead of seeds, if they swing through one another.
+    substrate : ((column, row), (column, row)), optional
+        Two points of the line along which the whiskers touch the substrate [pixels].
     """
 
     path: str
@@ -72,6 +75,7 @@ class MovieFile:
     threshold: float = 4.0
     estimator: Literal["matched", "barycentre"] = "matched"
     whisking: Whisking | None = None
+    substrate: tuple[tuple[float, float], tuple[float, float]] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,12 +92,25 @@ class Film:
         Seed of the pixel noise.
     camera : Camera
         The virtual camera.
+    light : Light
+        Unevenness and drift of the light; by default neither.
+    fur : bool
+        Whether the head is seen, up to where the whisker leaves the skin, and its fur.
+    shadow : float
+        Depth of the shadow before the substrate [m], of 3 mm in the paper; 0 for a substrate that is not seen.
     """
 
     n_frames: int
     subframes: int = 3
     seed: int = 0
     camera: Camera = dataclasses.field(default_factory=Camera)
+    light: Light = dataclasses.field(default_factory=Light)
+    fur: bool = False
+    shadow: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.shadow < 0.1:
+            raise InputError("Film.shadow", "must lie between 0 and 0.1", self.shadow, "give it in m")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -182,7 +199,7 @@ def read_study(path: str | Path | None = None) -> Study:
     """
     if path is None:
         text = resources.files("vibrissa.data").joinpath("experiment.toml").read_text(encoding="utf-8")
-        return _validated(tomllib.loads(text), "built-in experiment", Path())
+        return validated_study(tomllib.loads(text), "built-in experiment", Path())
     path = Path(path)
     if not path.is_file():
         raise InputError(str(path), "must be an existing study file (TOML)")
@@ -190,10 +207,17 @@ def read_study(path: str | Path | None = None) -> Study:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(str(path), "must be TOML", remedy=str(error)) from error
-    return _validated(table, str(path), path.parent)
+    return validated_study(table, str(path), path.parent)
 
 
-def _validated(table: dict[str, Any], source: str, folder: Path) -> Study:
+def validated_study(table: dict[str, Any], source: str, folder: Path) -> Study:
+    """Study of a table as TOML gives it; ``source`` names it in errors, relative paths start at ``folder``.
+
+    Raises
+    ------
+    InputError
+        As :func:`read_study`.
+    """
     from pydantic import TypeAdapter, ValidationError
 
     _check_keys(Study, table, source)

@@ -111,6 +111,35 @@ def common_base(found: Sequence[Found]) -> Side | None:
     return max(length.items(), key=lambda item: item[1])[0] if length else None
 
 
+def find_seeds(
+    image: NDArray[np.generic],
+    *,
+    polarity: Literal["dark", "bright"] = "dark",
+    base: Side | None = None,
+    region: tuple[int, int, int, int] | None = None,
+) -> tuple[Side, list[Found]]:
+    """Side of the bases, guessed if not given, and the whiskers that run from it, in the order of their seeds there.
+
+    Parameters
+    ----------
+    image, polarity, base, region
+        As in :func:`find_whiskers`.
+
+    Raises
+    ------
+    InputError
+        If no whisker is found, or as :func:`find_whiskers`.
+    """
+    found = find_whiskers(image, polarity=polarity, base=base, region=region)
+    side = base or common_base(found)
+    if side is None:
+        remedy = "give their seeds, or say whether they are dark or bright"
+        raise InputError("whiskers", "must be seen in the first frame to be found", remedy=remedy)
+    across = 1 if side in ("left", "right") else 0
+    fit = [one for one in found if _runs_from(one.line[:, ::-1], side)]
+    return side, sorted(fit, key=lambda one: one.seed[across])
+
+
 def _check(image: NDArray[np.generic], polarity: str, base: str | None) -> None:
     if image.ndim != 2 or min(image.shape) < 32:
         raise InputError("image", "must be (height, width), at least 32 pixels each", image.shape)
@@ -221,7 +250,7 @@ def _gap(one: Rows, other: Rows) -> float:
 
 def _runs_from(line: Rows, base: Side) -> bool:
     """Whether a line can be read column by column from that side (row by row from the top or the bottom)."""
-    down, right = np.abs(line[-1, :2] - line[0, :2])
+    down, right = np.abs(line[-1, :2] - line[0, :2])  # row, column
     along, across = (right, down) if base in ("left", "right") else (down, right)
     return bool(np.degrees(np.arctan2(across, along)) < STEEPEST)
 
