@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from fractions import Fraction
+from itertools import chain
 from math import nan
 from pathlib import Path
 from typing import cast
@@ -42,10 +43,7 @@ def describe(path: Path) -> Movie:
         If it is no movie, has no frames, or its pixels have no exact grey level.
     """
     with _container(path) as container:
-        frame = next(_frames(container, path), None)
-        if frame is None:
-            raise InputError(str(path), "must have at least one frame")
-        return _describe(path, container, frame)
+        return _describe(path, container, _first(_frames(container, path), path))
 
 
 def read_blocks(path: Path, frames: int) -> Iterator[Frames]:
@@ -56,10 +54,12 @@ def read_blocks(path: Path, frames: int) -> Iterator[Frames]:
     InputError
         As :func:`describe`; also if the frame size or the pixel format changes, or the movie is cut off or damaged.
     """
-    movie = describe(path)
     with _container(path) as container:
+        decoded = _frames(container, path)
+        first = _first(decoded, path)
+        movie = _describe(path, container, first)
         block, filled = empty_block(movie, frames), 0
-        for frame in _frames(container, path):
+        for frame in chain([first], decoded):
             block[filled] = grey_levels(frame, path, movie.bits, movie.expanded)
             filled += 1
             if filled == frames:
@@ -150,6 +150,13 @@ def _frames(container: av.container.InputContainer, path: Path) -> Iterator[av.V
         raise _cut_off(path, count, announced) from error
     if frame is not None and (count < stream.frames or _ends_early(container, frame)):
         raise _cut_off(path, count, announced)
+
+
+def _first(frames: Iterator[av.VideoFrame], path: Path) -> av.VideoFrame:
+    frame = next(frames, None)
+    if frame is None:
+        raise InputError(str(path), "must have at least one frame")
+    return frame
 
 
 def _alike(frame: av.VideoFrame, first: av.VideoFrame, path: Path, number: int) -> None:
