@@ -20,7 +20,7 @@ CAMERA = Camera(width=500, height=450)
 DRIFT = Light(drift=0.01)
 UNEVEN = Light(drift=0.01, vignette=0.2)
 FUR = Fur(skin=4e-3, bulge=2e-3)
-SHADOW = Shadow(substrate=(45e-3, 20e-3), facing=np.pi)
+SHADOW = Shadow(substrate=(45e-3, 20e-3), facing=np.pi, depth=3e-3)
 LED = Led(position=(44e-3, 4e-3), start=0.0)
 
 

@@ -206,7 +206,8 @@ def test_the_shadow_hides_what_is_nearer_to_the_substrate_than_its_depth(facing)
 
 
 def test_a_whisker_in_the_shadow_is_dimmed_with_the_light():
-    scenery = Scenery(shadow=Shadow(substrate=(110 * PIXEL, 45 * PIXEL), facing=math.pi), fur=Fur(skin=10 * PIXEL))
+    shadow = Shadow(substrate=(110 * PIXEL, 45 * PIXEL), facing=math.pi, depth=2e-3)
+    scenery = Scenery(shadow=shadow, fur=Fur(skin=10 * PIXEL))
     x, y = whisker(1)
     seen = expose(x, y, CAMERA, scenery=scenery)
     np.testing.assert_allclose(seen, empty(scenery) * expose(x, y, CAMERA) / 184)
@@ -312,11 +313,11 @@ def test_a_profile_that_cannot_be_filmed_is_refused():
         (Fur, {"skin": 0, "density": -1}, r"Fur\.density must be finite, not negative"),
         (Fur, {"skin": 0, "opacity": 2}, r"Fur\.opacity must lie between 0 and 1"),
         (Fur, {"skin": 0, "seed": 0.5}, r"Fur\.seed must be a whole number"),
-        (Shadow, {"substrate": (0, 0, 0), "facing": 0}, r"Shadow\.substrate must be two finite"),
-        (Shadow, {"substrate": (0, 0), "facing": math.inf}, r"Shadow\.facing must be finite"),
+        (Shadow, {"substrate": (0, 0, 0), "facing": 0, "depth": 0}, r"Shadow\.substrate must be two finite"),
+        (Shadow, {"substrate": (0, 0), "facing": math.inf, "depth": 0}, r"Shadow\.facing must be finite"),
         (Shadow, {"substrate": (0, 0), "facing": 0, "depth": -1}, r"Shadow\.depth must be finite, not negative"),
-        (Shadow, {"substrate": (0, 0), "facing": 0, "penumbra": 0}, r"Shadow\.penumbra must be positive"),
-        (Shadow, {"substrate": (0, 0), "facing": 0, "opacity": 1.1}, r"Shadow\.opacity must lie"),
+        (Shadow, {"substrate": (0, 0), "facing": 0, "depth": 0, "penumbra": 0}, r"Shadow\.penumbra must be positive"),
+        (Shadow, {"substrate": (0, 0), "facing": 0, "depth": 0, "opacity": 1.1}, r"Shadow\.opacity must lie"),
         (Led, {"position": (0, math.nan), "start": 0}, r"Led\.position must be two finite"),
         (Led, {"position": (0, 0), "start": math.nan}, r"Led\.start must be finite"),
         (Led, {"position": (0, 0), "start": 0, "radius": 0}, r"Led\.radius must be positive"),

@@ -109,7 +109,8 @@ class Shadow:
     facing : float
         Direction from the border to the whiskers [rad]: 0 to the right, π/2 down, π to the left, −π/2 up.
     depth : float
-        How far the shadow reaches from the border [m]; there half of its darkness is left.
+        How far the shadow reaches from the border [m]; there half of its darkness is left. A whisker that comes in at a
+        slant is hidden over a longer stretch: the paper's 3 mm are of the whisker.
     penumbra : float
         Standard deviation of the shadow's Gaussian edge [m].
     opacity : float
@@ -118,8 +119,8 @@ class Shadow:
 
     substrate: tuple[float, float]
     facing: float
-    depth: float = 3e-3
-    penumbra: float = 0.2e-3
+    depth: float
+    penumbra: float = 0.1e-3
     opacity: float = 0.95
 
     def __post_init__(self) -> None:
