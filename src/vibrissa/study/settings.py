@@ -97,7 +97,8 @@ class Film:
     fur : bool
         Whether the head is seen, up to where the whisker leaves the skin, and its fur.
     shadow : float
-        Depth of the shadow before the substrate [m], of 3 mm in the paper; 0 for a substrate that is not seen.
+        Length of shaft that the substrate's shadow hides before the contact [m], of some 3 mm in the paper; 0 for a
+        substrate that is not seen.
     """
 
     n_frames: int

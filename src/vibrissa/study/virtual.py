@@ -17,6 +17,7 @@ from vibrissa.study.settings import Film, Study, UnitRecording
 from vibrissa.texture.surface import random_grating
 from vibrissa.video.camera import exposure_times
 from vibrissa.video.rendering import render
+from vibrissa.video.scenery import Fur, Scenery, Shadow
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -104,7 +105,7 @@ def film_motion(prediction: Prediction, film: Film, scene: Scene) -> Iterator[ND
     (T, height, width) array of uint8
         At most 250 frames.
     """
-    times = exposure_times(film.camera, film.n_frames, film.subframes)
+    times, scenery = exposure_times(film.camera, film.n_frames, film.subframes), stage(prediction, film, scene)
     for first in range(0, film.n_frames, _CHUNK):
         t = times[first * film.subframes : (first + _CHUNK) * film.subframes]
         along, up = prediction.position(t, scene.s)
@@ -116,8 +117,25 @@ def film_motion(prediction: Prediction, film: Film, scene: Scene) -> Iterator[ND
             seed=film.seed,
             subframes=film.subframes,
             diameter=2 * prediction.whisker.base_radius * scene.s,
+            scenery=scenery,
             first_frame=first,
         )
+
+
+def stage(prediction: Prediction, film: Film, scene: Scene) -> Scenery:
+    """What the film shows beside the whisker: the head up to the skin, the substrate under the contact."""
+    fur = Fur(skin=scene.skin[0], seed=film.seed) if film.fur else None
+    shadow = _shadow(prediction, film.shadow, scene) if film.shadow else None
+    return Scenery(light=film.light, fur=fur, shadow=shadow)
+
+
+def _shadow(prediction: Prediction, hidden: float, scene: Scene) -> Shadow:
+    """Shadow that hides this length of shaft [m] before the contact: low, as the whisker grazes the substrate."""
+    s = prediction.posture.contact + np.array([0, hidden / scene.length])
+    along, up = prediction.response.flat.position(s)
+    x, y = scene.place(along, up)
+    facing = float(np.arctan2(-np.cos(scene.turn), -np.sin(scene.turn)))  # the substrate's "up"
+    return Shadow(substrate=(float(x[0]), float(y[0])), facing=facing, depth=float(up[1] - up[0]) * scene.length)
 
 
 def exposed_signals(prediction: Prediction, film: Film, distance: float) -> xr.Dataset:
