@@ -54,8 +54,8 @@ def read_whiskers(path: str | Path) -> list[Segment]:
     Raises
     ------
     InputError
-        If the file is missing, of another kind, cut off, longer than it says, or holds a segment twice or values that
-        cannot be pixels.
+        If the file is missing, of another kind, cut off, longer than it says, empty, or holds a segment twice or values
+        that cannot be pixels.
     """
     data = existing(path).read_bytes()
     if not data.startswith(WHISKERS):
@@ -68,6 +68,10 @@ def read_whiskers(path: str | Path) -> list[Segment]:
     while at < end:
         segment, at = _segment(path, data, at, end, len(segments))
         segments.append(segment)
+    if not segments:
+        raise InputError(
+            str(path), "must hold at least one segment", remedy="nothing was traced, or the file is cut off"
+        )
     if count != len(segments):
         raise InputError(str(path), f"must hold the {count} segments it counts", len(segments), "the file is damaged")
     if len({(one.frame, one.wid) for one in segments}) < count:
@@ -85,7 +89,8 @@ def _segment(path: str | Path, data: bytes, at: int, end: int, index: int) -> tu
         raise InputError(thing, "must have id, frame and points", f"{wid}, {frame} and {points}", damaged)
     if 16 * points > end - at - 12:
         raise InputError(thing, f"must hold its {points} points", f"{end - at - 12} bytes left", damaged)
-    x, y, thick, score = np.frombuffer(data, "<f4", 4 * points, at + 12).reshape(4, points).astype(float)
+    with np.errstate(invalid="ignore"):  # damaged bytes may be NaN of a kind that NumPy warns of
+        x, y, thick, score = np.frombuffer(data, "<f4", 4 * points, at + 12).reshape(4, points).astype(float)
     refuse_coordinates(thing, x, y)
     return Segment(frame, wid, x, y, thick, score), at + 12 + 16 * points
 

@@ -1,0 +1,263 @@
+"""Track files that are cut, damaged or of another kind: one line each, no hang, nothing silently left out."""
+
+import struct
+
+import h5py
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from vibrissa.errors import InputError
+from vibrissa.video.tracking import Calibration
+from vibrissa.video.tracks import read_tracks
+from vibrissa.video.whisk_files import read_measurements, read_whiskers
+
+CALIBRATION = Calibration(frame_rate=500.0, pixel_size=1e-4)
+
+
+def segment(wid=0, frame=0, points=20, x=None, y=None, says=None) -> bytes:
+    x = np.arange(10.0, 10 + points) if x is None else x
+    y = np.full(points, 5.0) if y is None else y
+    head = struct.pack("<3i", wid, frame, points if says is None else says)
+    return head + np.array([x, y, 2 + 0 * x, 100 + 0 * x], "<f4").tobytes()
+
+
+def whiskers(*segments, count=None, head=b"bwhiskbin1\0\0") -> bytes:
+    return head + b"".join(segments) + struct.pack("<i", len(segments) if count is None else count)
+
+
+def measurements(rows=1, measures=8, says=None, frame=0, follicle=(10.0, 5.0), inner=8, column=4) -> bytes:
+    row = struct.pack("<10i", 0, frame, 0, 0, -5, 5, column, column + 1, 0, inner) + b"y"
+    row += struct.pack("<8d", 19, 100, 0, 0, *follicle, 29, 5) + bytes(64)
+    return b"measv3\0\0" + struct.pack("<2i", rows if says is None else says, measures) + rows * row
+
+
+GOOD = whiskers(segment(), segment(frame=1))
+
+
+def circle_far(points=20):
+    return np.linspace(0, 9e4, points)
+
+
+TRACES = {
+    "empty": (b"", "must be a file of tracked whiskers"),
+    "head alone": (b"bwhiskbin1\0\0", "must hold its count of segments"),
+    "half a head": (b"bwhiskbin1", "must be a .whiskers file of kind bwhiskbin1"),
+    "no segments": (whiskers(), "must hold at least one segment"),
+    "cut in a segment's head": (GOOD[:20], "must have a head of 12 bytes"),
+    "cut in points": (GOOD[:100], "must hold its 20 points"),
+    "cut between segments": (GOOD[: 12 + 332 + 4], "it counts"),
+    "more bytes than told": (GOOD + bytes(16), "must have id, frame and points"),
+    "counts too many": (whiskers(segment(), count=2), "the 2 segments it counts"),
+    "counts below zero": (whiskers(segment(), count=-1), "the -1 segments it counts"),
+    "no points": (whiskers(segment(points=0)), "must have id, frame and points"),
+    "points below zero": (whiskers(segment(says=-20)), "must have id, frame and points"),
+    "points beyond the file": (whiskers(segment(says=2**31 - 1)), "must hold its 2147483647 points"),
+    "frame below zero": (whiskers(segment(frame=-1)), "must have id, frame and points"),
+    "frame beyond reason": (whiskers(segment(), segment(frame=2**31 - 2)), "frame's number may be damaged"),
+    "not a number": (whiskers(segment(x=np.full(20, np.nan))), "finite coordinates"),
+    "infinite": (whiskers(segment(y=np.full(20, np.inf))), "finite coordinates"),
+    "beyond any image": (whiskers(segment(x=np.full(20, 1e30))), "finite coordinates"),
+    "longer than any image": (whiskers(segment(x=circle_far())), "must be a line of at most"),
+    "one point": (whiskers(segment(points=1)), "must be a line of at most"),
+    "one place": (whiskers(segment(x=np.full(20, 7.0))), "must be a line of at most"),
+    "twice the same": (whiskers(segment(), segment()), "each segment of a frame once"),
+    "measurements alone": (measurements(), "give the .whiskers file"),
+    "a picture": (b"\x89PNG\r\n\x1a\n" + bytes(40), "must be a file of tracked whiskers"),
+    "an HDF5 signature alone": (b"\x89HDF\r\n\x1a\n" + bytes(40), "must be a whole HDF5 file"),
+    "a MATLAB head alone": (b"MATLAB 5.0 MAT-file" + bytes(40), "must be a MATLAB file"),
+    "a MATLAB file of today": (b"MATLAB 7.3 MAT-file" + bytes(40), "before version 7.3; save it with -v7"),
+    "a table without rows": (b"scorer,n,n,n\nbodyparts,a,a,a\ncoords,x,y,likelihood\n", "at least one frame"),
+    "a table that is no text": (b"scorer,\xff\xfe\n0,1\n", "must be text"),
+    "a table of labelled pictures": (b"scorer,n,n\nbodyparts,a,a\ncoords,x,y\nimg01.png,1,2\n", "give predictions"),
+}
+
+
+def told(path, **options) -> str:
+    with pytest.raises(InputError) as caught:
+        read_tracks(path, CALIBRATION, **options)
+    message = str(caught.value)
+    assert "\n" not in message
+    assert len(message) < 500
+    return message
+
+
+@pytest.mark.parametrize("case", TRACES)
+def test_bad_file_is_told_in_one_line(case, tmp_path):
+    content, message = TRACES[case]
+    suffix = ".csv" if content.startswith(b"scorer") else ".whiskers"
+    path = tmp_path / f"bad{suffix}"
+    path.write_bytes(content)
+    options = {"identity": "number", "base": "left"} if suffix == ".whiskers" and b"bwhisk" in content[:8] else {}
+    assert message in told(path, **options)
+
+
+MEASURES = {
+    "empty": (b"", "kind measv3"),
+    "older": (b"measV1\0\0" + bytes(100), "measurements_convert"),
+    "head alone": (b"measv3\0\0", "numbers of rows"),
+    "cut": (measurements(rows=2)[:-1], "must hold its 2 rows"),
+    "too long": (measurements() + b"\0", "must hold its 1 rows"),
+    "rows beyond the file": (measurements(says=2**31 - 1), "must hold its 2147483647 rows"),
+    "rows below zero": (measurements(says=-1), "-1 of 8"),
+    "measures beyond reason": (measurements(measures=2**31 - 1), "rows of 8 measures"),
+    "inconsistent": (measurements(inner=7), "measures of WHISK in their order"),
+    "other columns": (measurements(column=0), "measures of WHISK in their order"),
+    "frame below zero": (measurements(frame=-3), "frames and segments from 0"),
+    "twice the same": (measurements(rows=2), "each segment of a frame once"),
+    "of another movie": (measurements(frame=7), "must be measured"),
+    "follicle nowhere": (measurements(follicle=(np.nan, 5.0)), "must have its follicle at pixels"),
+}
+
+
+@pytest.mark.parametrize("case", MEASURES)
+def test_bad_measurements_are_told_in_one_line(case, tmp_path):
+    content, message = MEASURES[case]
+    (tmp_path / "a.whiskers").write_bytes(whiskers(segment()))
+    (tmp_path / "a.measurements").write_bytes(content)
+    assert message in told(tmp_path / "a.whiskers")
+
+
+def test_nothing_measured_is_told_with_the_remedy(tmp_path):
+    (tmp_path / "a.whiskers").write_bytes(GOOD)
+    assert "must have measurements that tell who a segment is; classify" in told(tmp_path / "a.whiskers")
+    assert "one of left, right, top, bottom" in told(tmp_path / "a.whiskers", identity="number")
+
+
+def table(**columns):
+    rows = np.zeros(2, [(name, "<f4" if name.startswith("follicle") else "<u4") for name in columns])
+    for name, values in columns.items():
+        rows[name] = values
+    return rows
+
+
+SUMMARY = {"fid": [0, 1], "wid": [0, 0], "label": [0, 0], "follicle_x": [10, 10], "follicle_y": [5, 5]}
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"pixels_x": None}, "summary, pixels_x, pixels_y"),
+        ({"summary": table(fid=[0, 1])}, "must have the columns follicle_x, follicle_y, wid"),
+        ({"pixels_y": 1}, "pixels for each row"),
+        ({"pixels_y": "short"}, "as many x as y"),
+        ({"summary": table(**{**SUMMARY, "fid": [0, 0]})}, "each segment of a frame once"),
+        ({"summary": table(**{**SUMMARY, "fid": [0, 2**31]})}, "frame's number may be damaged"),
+        ({"summary": np.arange(3.0)}, "must have the columns"),
+        ({"pixels_x": np.array([b"a", b"b"])}, "must hold numbers"),
+    ],
+)
+def test_bad_whiskiwrap_files_are_told_in_one_line(change, message, tmp_path):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        content = {"summary": table(**SUMMARY), "pixels_x": 2, "pixels_y": 2, **change}
+        for name, one in content.items():
+            if isinstance(one, int | str):
+                lists = file.create_dataset(name, (one if isinstance(one, int) else 2,), h5py.vlen_dtype("<f4"))
+                for i in range(lists.shape[0]):
+                    lists[i] = np.arange(10.0, 20.0 if isinstance(one, str) else 30.0, dtype="f4")
+            elif one is not None:
+                file[name] = one
+    assert message in told(tmp_path / "a.h5")
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {"other": 1.0},
+        {"g_tMovieInfo": 1.0},
+        {"g_tMovieInfo": {"SplinePoints": np.ones((2, 2, 5))}},
+        {"g_tMovieInfo": {"SplinePoints": np.empty((3, 2, 0))}},
+        {"g_tMovieInfo": {"SplinePoints": "three"}},
+        {"g_tMovieInfo": {"SplinePoints": np.full((3, 2, 5), np.inf)}},
+        {"g_tMovieInfo": {"SplinePoints": np.zeros((3, 2, 5))}},
+    ],
+)
+def test_bad_matlab_files_are_told_in_one_line(content, tmp_path):
+    savemat(tmp_path / "a.mat", content)
+    told(tmp_path / "a.mat")
+
+
+# Fuzz: any change of bytes is read as some other whole file, or told; it never takes long or fills memory
+
+
+def fuzzed(good: bytes, rng: np.random.Generator) -> bytes:
+    data = bytearray(good)
+    for _ in range(rng.integers(1, 4)):
+        at = int(rng.integers(0, len(data)))
+        match rng.integers(0, 4):
+            case 0:
+                data[at] = int(rng.integers(0, 256))
+            case 1:
+                data[at : at + 4] = struct.pack("<i", int(rng.choice([-1, 0, 1, 2**31 - 1, -(2**31)])))
+            case 2:
+                del data[at : at + int(rng.integers(1, 40))]
+            case _:
+                data[at:at] = rng.bytes(int(rng.integers(1, 40)))
+        data = data or bytearray(b"\0")
+    return bytes(data)
+
+
+def survives(path, content: bytes, read) -> bool:
+    path.write_bytes(content)
+    error = None
+    try:
+        read(path)
+    except InputError as raised:
+        error = raised
+    assert "\n" not in str(error)
+    return error is None
+
+
+def test_fuzzed_whiskers_are_read_or_told(tmp_path):
+    rng = np.random.default_rng(20)
+    good = whiskers(*(segment(frame=f, wid=w, points=12) for f in range(3) for w in range(2)))
+
+    def read(path):
+        read_tracks(path, CALIBRATION, identity="number", base="left")
+
+    passed = [survives(tmp_path / "a.whiskers", fuzzed(good, rng), read) for _ in range(1500)]
+    assert 0 < sum(passed) < len(passed)
+
+
+def test_every_cut_of_a_whole_file_is_told(tmp_path):
+    for good, read in ((GOOD, read_whiskers), (measurements(), read_measurements)):
+        assert survives(tmp_path / "a", good, read)
+        assert not any(survives(tmp_path / "a", good[:end], read) for end in range(len(good)))
+
+
+def test_fuzzed_measurements_are_read_or_told(tmp_path):
+    rng = np.random.default_rng(21)
+    (tmp_path / "a.whiskers").write_bytes(whiskers(segment()))
+
+    def read(_):
+        read_tracks(tmp_path / "a.whiskers", CALIBRATION)
+
+    passed = [survives(tmp_path / "a.measurements", fuzzed(measurements(), rng), read) for _ in range(800)]
+    assert 0 < sum(passed) < len(passed)
+
+
+def test_fuzzed_matlab_files_are_read_or_told(tmp_path):
+    rng = np.random.default_rng(22)
+    splines = 1 + 100 * rng.random((3, 2, 6))
+    savemat(tmp_path / "good.mat", {"g_tMovieInfo": {"SplinePoints": splines}})
+    good = (tmp_path / "good.mat").read_bytes()
+    passed = [
+        survives(tmp_path / "a.mat", fuzzed(good, rng), lambda path: read_tracks(path, CALIBRATION)) for _ in range(400)
+    ]
+    assert 0 < sum(passed) < len(passed)
+
+
+def test_cut_hdf5_files_are_told(tmp_path):
+    with h5py.File(tmp_path / "good.h5", "w") as file:
+        file["summary"] = table(**SUMMARY)
+        for name in ("pixels_x", "pixels_y"):
+            lists = file.create_dataset(name, (2,), h5py.vlen_dtype("<f4"))
+            for i in range(2):
+                lists[i] = np.arange(10.0, 30.0, dtype="f4")
+    good = (tmp_path / "good.h5").read_bytes()
+
+    def read(path):
+        read_tracks(path, CALIBRATION)
+
+    assert survives(tmp_path / "a.h5", good, read)
+    assert not any(survives(tmp_path / "a.h5", good[:end], read) for end in range(8, len(good), 97))
