@@ -9,6 +9,7 @@ standard_normal. What stands still is drawn anew for each movie, so a short movi
 
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from time import process_time
 
 import numpy as np
@@ -46,9 +47,17 @@ def report(case: str, frames: int, run: Callable[[], object]) -> None:
     print(f"{case} | {1 / best:.0f} | {1e3 * best:.2f}")
 
 
-def film(case: str, frames: int, *, count: int = 1, subframes: int = 3, scenery: Scenery | None = None) -> None:
+def film(
+    case: str,
+    frames: int,
+    *,
+    count: int = 1,
+    subframes: int = 3,
+    scenery: Scenery | None = None,
+    camera: Camera = CAMERA,
+) -> None:
     x, y = whiskers(count, frames, subframes)
-    report(case, frames, lambda: drain(render(x, y, CAMERA, seed=0, subframes=subframes, scenery=scenery)))
+    report(case, frames, lambda: drain(render(x, y, camera, seed=0, subframes=subframes, scenery=scenery)))
 
 
 def drain(blocks: Iterator[object]) -> None:
@@ -78,6 +87,7 @@ def main(frames: int) -> None:
     everything = Scenery(light=UNEVEN, fur=FUR, shadow=SHADOW, led=LED)
     film("… and three whiskers", frames, count=3, scenery=everything)
     film("… and 10 instants", frames, count=3, subframes=10, scenery=everything)
+    film("one whisker, 3 instants, noise that grows with the light", frames, camera=replace(CAMERA, shot=0.95))
     report("limit: copy a frame", frames, lambda: copied(frames))
     report("limit: standard_normal alone", frames, lambda: drawn(frames))
 

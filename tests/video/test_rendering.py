@@ -247,6 +247,7 @@ def test_grey_levels_are_rounded_and_clipped():
         ("exposure", 0, "one frame"),
         ("blur", 0.5, "at least 1 pixel"),
         ("noise", -1, "not negative"),
+        ("shot", 1.5, "between 0 and 1"),
         ("background", 300, "within 0–255"),
         ("gradient", (200, 0), "within 0–255"),
         ("contrast", (200, 10), "from 0 to the background 184"),

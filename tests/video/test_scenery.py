@@ -85,6 +85,17 @@ def test_the_movie_carries_this_noise():
     np.testing.assert_array_equal(movie, np.clip(np.rint(light + np.float32(3) * noise), 0, 255))
 
 
+@pytest.mark.parametrize("shot", [0, 0.5, 0.95, 1])
+def test_the_variance_of_the_noise_grows_with_the_light(shot):
+    camera = Camera(width=300, height=200, noise=8, shot=shot, background=120, gradient=(160, 0))  # 40 to 200
+    away = np.repeat(FAR, 20, axis=1)
+    movie = np.concatenate(list(render(away, away, camera, seed=2))).astype(float)
+    variance = (movie - illumination(camera)).reshape(20, 200, 6, 50).var(axis=(0, 1, 3))
+    light = illumination(camera)[0].reshape(6, 50).mean(axis=1)
+    expected = 64 * (1 - shot + shot * light / 120) + 1 / 12
+    np.testing.assert_allclose(variance, expected, rtol=4 * math.sqrt(2 / 200_000))
+
+
 def test_an_odd_number_of_pixels_gets_the_same_noise():
     np.testing.assert_array_equal(sensor_noise(3, 1, 1001), sensor_noise(3, 1, 1004)[:1001])
 

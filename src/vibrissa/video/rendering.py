@@ -94,8 +94,8 @@ def render(
     """Movie of moving whiskers, block by block.
 
     The noise is Gaussian, drawn for each frame from a generator keyed by (seed, frame): equal seeds give equal bytes,
-    whatever the size of the blocks, and a movie made in pieces is the movie made at once. It has the same standard
-    deviation everywhere, in the dark too, and no memory between pixels or frames: see :mod:`vibrissa.video.noise`.
+    whatever the size of the blocks, and a movie made in pieces is the movie made at once. It has no memory between
+    pixels or frames: see :mod:`vibrissa.video.noise`; ``camera.shot`` says how it grows with the light.
 
     Parameters
     ----------
@@ -200,13 +200,21 @@ def _blocks(scene: Scene, seed: int, block: int) -> Iterator[Frames]:
         images = np.empty((count, camera.height, camera.width), np.uint8)
         for index, image in enumerate(images, start):
             words = noise_words(seed, scene.first_frame + index, image.size)
-            _read_out(scene.frame(index).ravel(), words, levels, image.ravel())
+            _read_out(scene.frame(index).ravel(), words, levels, camera.shot, camera.background, image.ravel())
         yield images
 
 
 @compiled
-def _read_out(light: Array, words: NDArray[np.uint64], levels: NDArray[np.float32], image: NDArray[np.uint8]) -> None:
-    """Add the noise of variance 1 to the light, round to the nearest grey level, clip."""
+def _read_out(
+    light: Array,
+    words: NDArray[np.uint64],
+    levels: NDArray[np.float32],
+    shot: float,
+    background: float,
+    image: NDArray[np.uint8],
+) -> None:
+    """Add the noise, its variance 1 − shot + shot·light/background of that of ``levels``; round and clip."""
     for pixel in range(image.size):
         noise = levels[(words[pixel >> 2] >> np.uint64(16 * (pixel & 3))) & np.uint64(0xFFFF)]
-        image[pixel] = np.uint8(min(max(np.rint(light[pixel] + noise), 0.0), WHITE))
+        spread = np.sqrt(1 - shot + shot * light[pixel] / background) if shot > 0 else 1.0
+        image[pixel] = np.uint8(min(max(np.rint(light[pixel] + noise * spread), 0.0), WHITE))
