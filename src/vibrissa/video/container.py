@@ -127,6 +127,9 @@ def _container(path: Path) -> av.container.InputContainer:
     if not container.streams.video:
         container.close()
         raise InputError(str(path), "must contain a video stream")
+    if container.streams.video[0].codec_context is None:
+        container.close()
+        raise InputError(str(path), "must be coded by a codec that FFmpeg knows")
     return container
 
 

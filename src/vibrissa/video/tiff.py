@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 import struct
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,9 @@ from vibrissa.video.grey import Frames
 
 SUFFIXES = frozenset({".tif", ".tiff"})
 LOSSY = frozenset({6, 7, 33003, 33005, 34712, 34892, 50001, 50002})  # JPEG, JPEG 2000, WebP, JPEG XL, by TIFF's numbers
+
+# what tifffile thinks of damaged tags reaches whoever sets up logging, and not the screen
+logging.getLogger("tifffile").addHandler(logging.NullHandler())
 
 
 def describe(path: Path) -> Movie:
@@ -61,11 +66,16 @@ def write(path: Path, blocks: Iterator[Frames]) -> None:
             writer.write(block, photometric="minisblack", contiguous=True, metadata=None)
 
 
-def _opened(path: Path) -> Any:
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """Open a TIFF file; whatever goes wrong in its reading is the file's fault, told in one line."""
     try:
-        return tifffile.TiffFile(path)
-    except (tifffile.TiffFileError, ValueError, OSError, struct.error) as error:
-        raise InputError(str(path), f"must be a TIFF file ({error})") from error
+        with tifffile.TiffFile(path) as file:
+            yield file
+    except InputError:
+        raise
+    except Exception as error:  # damaged tags raise exceptions of every kind
+        raise InputError(str(path), f"must be a whole TIFF file ({error})", remedy="copy it again") from error
 
 
 def _one_run(file: Any) -> bool:
@@ -81,7 +91,8 @@ def _checked(file: Any, path: Path) -> int:
     first = pages[0]
     grey = first.samplesperpixel == 1 and first.photometric == tifffile.PHOTOMETRIC.MINISBLACK
     if not grey:
-        raise InputError(str(path), "must be grey, with black as 0", first.photometric.name.lower())
+        found = getattr(first.photometric, "name", str(first.photometric)).lower()
+        raise InputError(str(path), "must be grey, with black as 0", found)
     if first.dtype not in (np.dtype(np.uint8), np.dtype(np.uint16)):
         raise InputError(str(path), "must have 8 to 16 bits, unsigned", first.dtype)
     for i, page in enumerate(pages):
@@ -125,6 +136,5 @@ def _block(file: Any, path: Path, start: int, stop: int) -> Frames:
     try:
         return np.stack([file.pages[i].asarray() for i in range(start, stop)]).astype(first.dtype, copy=False)
     except Exception as error:  # each decompressor has an exception of its own
-        raise InputError(
-            str(path), f"could not be decoded ({error}) at frames {start} to {stop - 1}", remedy="save it uncompressed"
-        ) from error
+        where = f"at frames {start} to {stop - 1}"
+        raise InputError(str(path), f"could not be decoded ({error}) {where}", remedy="save it uncompressed") from error
