@@ -1,80 +1,227 @@
-"""Figure 3: a frame with its tracked centrelines, and the motion of single nodes."""
+"""Figure 3: the set-up, a frame and its centrelines, the motion of the nodes, and how alike repeated runs are."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from vibrissa.errors import InputError
+from vibrissa.figures import fig3_panels as panels
 from vibrissa.figures.canvas import house_style, new_figure
-from vibrissa.quantities import dataset
+from vibrissa.figures.fig3_caption import SHADOW, caption
+from vibrissa.figures.fig3_motion import (
+    NodeMotion,
+    between,
+    motion_of_truth,
+    node_motion,
+    pooled_share_along,
+    run_correlations,
+    share_along,
+)
+from vibrissa.quantities import dataset, measured_sd
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SHOWN = 0.5  # [s] of motion
+Array = NDArray[np.float64]
+
+SHOWN = 0.3  # [s] of motion
 NODES = 5
+FRAMES = 16  # of the field of motion
+LARGEST = 0.08  # largest motion drawn, over the length of the shaft shown
 
 
 def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """First frame, centrelines in it [pixels], and y of a few nodes about their mean.
+    """Everything Figure 3 shows of a tracked movie, and of the experiment where it is known.
 
     Parameters
     ----------
     study : mapping
-        ``still`` and ``profile``.
+        ``still`` and ``profile``; the motion is that of the first whisker. Where there is ``modal``, its contact ends
+        the shaft; ``true_profile`` gives the truth, ``apparatus`` the set-up, and ``repeats`` the runs of the same scan
+        (``run_motion``, perhaps ``run_motion_true``).
 
     Returns
     -------
     Dataset
-        ``image`` (row, column); ``line_column``, ``line_row`` (whisker, node) [pixels]; ``node_motion`` (time, trace)
-        of the first whisker, about its mean, ``trace_arc`` (trace) [m].
+        B: ``image`` (row, column); ``line_column``, ``line_row`` (whisker, node) [pixels]. C: ``motion_x``,
+        ``motion_y`` (instant, field_node) of successive frames about ``mean_x``, ``mean_y`` [m]; ``along_share`` as
+        tracked, ``along_share_unstretched`` as it follows from the motion across the shaft, and ``along_share_true``
+        (field_node). D: ``node_motion`` (time, trace) [m], the measured coordinate about its mean, ``trace_arc``.
+        E: ``run_motion``, ``run_correlation``, ``run_correlation_others`` (repetition, run). A: as in ``apparatus``.
+        Attributes: ``share_across`` (pooled over the nodes of C), ``share_across_tracked``, ``share_across_true``,
+        ``exaggeration``, ``measured`` (x or y), ``no_field`` (why C and D are missing, or empty), ``caption``.
     """
     still, profile = study["still"], study["profile"]
     pixel = profile.attrs["pixel_size"]
-    first = profile.isel(whisker=0)
-    y = np.where(np.isfinite(first.y_sd.values), first.y.values, np.nan)
-    seen = np.flatnonzero(np.isfinite(y).mean(axis=0) > 0.5)
-    chosen = seen[np.linspace(0.1 * len(seen), 0.9 * len(seen), NODES).astype(int)] if len(seen) else seen
-    shown = slice(0, int(np.searchsorted(profile.time.values - profile.time.values[0], SHOWN)))
-    motion = y[:, chosen] - np.nanmean(y[:, chosen], axis=0)
     numbers = [f"whisker {i}" for i in range(profile.sizes["whisker"])]
-    return dataset(
-        {"names": json.dumps(json.loads(profile.attrs.get("names", "[]")) or numbers)},
-        lead=("whisker",),
-        whisker=profile.whisker.values,
-        row=still.row.values,
-        column=still.column.values,
-        image=still.image.values,
-        line_column=profile.x.values[:, 0] / pixel,
-        line_row=profile.y.values[:, 0] / pixel,
-        time=profile.time.values[shown],
-        node_motion=motion[shown],
-        trace_arc=first.arc_length.values[chosen],
-    )
+    attrs: dict[str, Any] = {"names": json.dumps(json.loads(profile.attrs.get("names", "[]")) or numbers)}
+    columns: dict[str, Any] = {
+        "whisker": profile.whisker.values,
+        "row": still.row.values,
+        "column": still.column.values,
+        "image": still.image.values,
+        "line_column": profile.x.values[:, 0] / pixel,
+        "line_row": profile.y.values[:, 0] / pixel,
+    }
+    for found, told in (_apparatus(study), _motion(study), _runs(study)):
+        columns |= found
+        attrs |= told
+    return dataset(attrs | {"caption": caption(attrs)}, lead=("whisker",), **columns)
+
+
+def _apparatus(study: Mapping[str, xr.Dataset]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Columns and attributes of A."""
+    if "apparatus" not in study:
+        return {}, {}
+    given = study["apparatus"]
+    names = ("shaft_x", "shaft_y", "field_x", "field_y", "trough_start", "trough_width")
+    told = ("base_height", "speed", "depth", "frame_rate")
+    return {name: given[name].values for name in names}, {name: given.attrs[name] for name in told}
+
+
+def _motion(study: Mapping[str, xr.Dataset]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Columns and attributes of C and D."""
+    first = study["profile"].isel(whisker=0)
+    measured = "x" if measured_sd(first).name == "x_sd" else "y"
+    try:
+        motion = node_motion(first)
+    except InputError as error:
+        return {}, {"no_field": str(error), "measured": measured}
+    shown = motion.measured & (motion.arc <= _shaft(study))
+    if not shown.any():
+        return {}, {"no_field": "no node was measured on the base side of the contact", "measured": measured}
+    field, told = _field(motion, shown)
+    lit = shown & (motion.arc <= _shaft(study) - SHADOW)
+    if "modal" in study and lit.any():
+        told["share_across_lit"] = 1 - pooled_share_along(motion.across[:, lit], motion.along_unstretched[:, lit])
+    true = study.get("true_profile")
+    if true is not None:
+        exact = motion_of_truth(true, motion)
+        field["along_share_true"] = share_along(*exact)[shown]
+        told["share_across_true"] = 1 - pooled_share_along(*(values[:, shown] for values in exact))
+    return field | _traces(first, motion, shown, true, measured), told | {"no_field": "", "measured": measured}
+
+
+def _shaft(study: Mapping[str, xr.Dataset]) -> float:
+    """Arc length from the skin to the contact [m], or beyond all nodes where it is not known."""
+    modal = study.get("modal")
+    return np.inf if modal is None else float((1 - modal.contact) * modal.attrs["whisker_length"])
+
+
+def _field(motion: NodeMotion, shown: NDArray[np.bool_]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Displacements of some frames about the one of largest motion, and the shares of the power along the shaft."""
+    across, along, free = (values[:, shown] for values in (motion.across, motion.along, motion.along_unstretched))
+    instant = int(np.argmax(np.nansum(across**2, axis=1)))
+    start = max(0, min(instant - FRAMES // 2, len(across) - FRAMES))
+    frames = slice(start, start + FRAMES)
+    angle, u, w = motion.angle[shown], across[frames], along[frames]
+    largest, reach = float(np.nanmax(np.hypot(u, w))), float(np.ptp(motion.arc[shown]))
+    factor = LARGEST * reach / largest if largest > 0 else 1.0
+    step = 10 ** np.floor(np.log10(factor))
+    columns = {
+        "field_arc": motion.arc[shown],
+        "mean_x": motion.x[shown],
+        "mean_y": motion.y[shown],
+        "motion_x": w * np.cos(angle) - u * np.sin(angle),
+        "motion_y": w * np.sin(angle) + u * np.cos(angle),
+        "along_share": share_along(across, along),
+        "along_share_unstretched": share_along(across, free),
+    }
+    shares = {
+        "share_across": 1 - pooled_share_along(across, free),
+        "share_across_tracked": 1 - pooled_share_along(across, along),
+    }
+    return columns, shares | {"exaggeration": float(max(1, np.floor(factor / step) * step)), "shaft_shown": reach}
+
+
+def _traces(
+    first: xr.Dataset, motion: NodeMotion, shown: NDArray[np.bool_], true: xr.Dataset | None, measured: str
+) -> dict[str, Any]:
+    """The measured coordinate of a few nodes about its mean."""
+    nodes = np.flatnonzero(shown)
+    chosen = nodes[np.linspace(0.1 * len(nodes), 0.9 * len(nodes), NODES).astype(int).clip(0, len(nodes) - 1)]
+    values = first[measured].values[:, motion.nodes[chosen]]
+    time = first.time.values
+    excerpt = slice(0, int(np.searchsorted(time - time[0], SHOWN)))
+    columns = {
+        "time": time[excerpt],
+        "node_motion": (values - np.nanmean(values, axis=0))[excerpt],
+        "trace_arc": motion.arc[chosen],
+    }
+    if true is not None:
+        exact = between(true[measured].values, true.arc_length.values, motion.arc[chosen])
+        columns["node_motion_true"] = exact[excerpt]
+    return columns
+
+
+def _runs(study: Mapping[str, xr.Dataset]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Columns and attributes of E."""
+    repeats = study.get("repeats")
+    if repeats is None:
+        return {}, {}
+    runs = repeats.run_motion.values
+    with_mean, with_others = run_correlations(runs)
+    columns = {
+        "run_time": repeats.run_time.values,
+        "run_motion": runs,
+        "run_correlation": with_mean,
+        "run_correlation_others": with_others,
+    }
+    if "run_motion_true" in repeats:
+        columns["run_correlation_true"] = run_correlations(repeats.run_motion_true.values)[0]
+    told = {name: value for name, value in repeats.attrs.items() if name.startswith(("jitter_", "run_"))}
+    told |= {"repetitions": runs.shape[0], "runs": runs.shape[1]}
+    for name in ("run_correlation", "run_correlation_others", "run_correlation_true"):
+        if name in columns:
+            told |= {f"{name}_mean": float(columns[name].mean()), f"{name}_sd": float(columns[name].std(ddof=1))}
+    return columns, told
 
 
 @house_style
 def draw(data: xr.Dataset) -> Figure:
-    """Frame above, node motion below, traces one above the other from the skin (bottom) to the tip (top)."""
-    figure, axes = new_figure(7.2, 5.4, 2, 1, height_ratios=[1.1, 1])
-    picture, traces = axes[:, 0]
-    picture.imshow(data.image, vmin=0, aspect="equal")
-    names = json.loads(data.attrs["names"])
-    for i, name in enumerate(names):
-        label = name if np.isfinite(data.line_row[i]).any() else f"{name} (not seen in this frame)"
-        picture.plot(data.line_column[i], data.line_row[i], ":", color=f"C{(i + 1) % 6}", lw=1.6, label=label)
-    picture.set(xlabel="column [pixel]", ylabel="row [pixel]", title="First frame and its centrelines")
-    picture.legend(loc="upper right", labelcolor="0.1", framealpha=0.7, frameon=True)
-    motion = 1e6 * data.node_motion.values
-    step = 1.2 * np.nanmax(np.ptp(np.nan_to_num(motion), axis=0), initial=1.0)
-    for i, arc in enumerate(data.trace_arc.values):
-        traces.plot(data.time, motion[:, i] + i * step, label=f"{1e3 * arc:.1f}")
-    traces.set(
-        xlabel="time [s]", ylabel="y about its mean, down [µm]", title=f"Motion of single nodes (shifted), {names[0]}"
-    )
-    traces.legend(title="arc length [mm]", loc="center left", bbox_to_anchor=(1, 0.5), reverse=True)
+    """A set-up, B frame; C field of motion and its share along the shaft; D single nodes; E repeated runs."""
+    given, repeated = "shaft_x" in data, "run_motion" in data
+    heights = [1.05, 1.05, 1.1, 1.15 if repeated else 0.15]
+    figure, axes = new_figure(9.6, 2.8 * sum(heights), 4, 1, height_ratios=heights)
+    widths = [1 if given else 0.4, 1.7], [1.7, 1], [1.0], [2.1, 1] if repeated else [1.0]
+    rows = [_split(figure, axis, row) for axis, row in zip(axes[:, 0], widths, strict=True)]
+    if given:
+        panels.draw_apparatus(rows[0][0], data)
+    else:
+        panels.without(rows[0][0], "A  Set-up", "not given")
+    panels.draw_frame(rows[0][1], data)
+    _draw_motion([*rows[1], *rows[2]], data)
+    if repeated:
+        panels.draw_runs(rows[3][0], data)
+        panels.draw_correlations(rows[3][1], data)
+    else:
+        panels.without(rows[3][0], "E  Repeated runs", "no repeated runs of the same scan")
+    figure.supxlabel(fill(data.attrs["caption"], 165), x=0.01, ha="left", fontsize=8)
     return figure
+
+
+def _draw_motion(axes: list[Axes], data: xr.Dataset) -> None:
+    """Draw C and D, or say why not."""
+    drawn = panels.draw_field, panels.draw_shares, panels.draw_traces
+    titles = "C  Motion about the mean", "C  Share across the shaft", "D  Motion of single nodes"
+    for axis, draw_one, title in zip(axes, drawn, titles, strict=True):
+        if data.attrs["no_field"]:
+            panels.without(axis, title, data.attrs["no_field"])
+        else:
+            draw_one(axis, data)
+
+
+def _split(figure: Figure, axis: Axes, widths: list[float]) -> list[Axes]:
+    """Share a row among panels of these widths."""
+    place = axis.get_subplotspec()
+    axis.remove()
+    cells = place.subgridspec(1, len(widths), width_ratios=widths)  # type: ignore[union-attr]
+    return [figure.add_subplot(cells[i]) for i in range(len(widths))]

@@ -18,6 +18,7 @@ from vibrissa.neural.coupling import bin_means
 from vibrissa.neural.response import spike_counts
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
+from vibrissa.study.apparatus import apparatus, true_profile
 from vibrissa.study.backward import Progress, analyse, counted, followed, still_of, track_file
 from vibrissa.study.report import write_report
 from vibrissa.study.settings import Film, Study, UnitRecording
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 Datasets = dict[str, "xr.Dataset"]
 
 NODE_SPACING = 116e-6  # [m] the paper's median
+_EVERY = 8  # nodes from one to the next whose truth is kept
 
 
 def run_study(study: Study, out: str | Path, *, progress: Progress | None = None) -> xr.Dataset:
@@ -95,6 +97,7 @@ def _results(study: Study, work: Path, progress: Progress) -> Datasets:
         distance = (study.recording or UnitRecording()).distance
         results["prediction"] = exposed_signals(prediction, study.film, distance)
         profile, still = _filmed(prediction, study.film, work / "movie.mkv", progress)
+        results |= _set_up(prediction, study.film, profile)
     elif study.movie is not None:
         profile = track_file(study.movie, study.folder, progress)
         still = still_of(study.folder / study.movie.path)
@@ -127,6 +130,14 @@ def _filmed(prediction: Prediction, film: Film, path: Path, progress: Progress) 
         node_spacing=NODE_SPACING,
     )
     return profile, still_of(path)
+
+
+def _set_up(prediction: Prediction, film: Film, profile: xr.Dataset) -> Datasets:
+    """What was filmed, to be drawn, and where some of the nodes truly were."""
+    scene = lay_out(prediction, film)
+    arc = profile.arc_length.values[0]
+    true = true_profile(prediction, film, scene, arc[np.isfinite(arc)][::_EVERY])
+    return {"apparatus": apparatus(prediction, film, scene), "true_profile": true}
 
 
 def _modal(

@@ -73,6 +73,10 @@ class Scene:
         x, y = _turned(self.length * along, self.length * up, self.turn)
         return x + self.skin[0], y + self.skin[1]
 
+    def unplace(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """Undo ``place``, but in metres: from the image frame to the substrate's, from the base [m]."""
+        return _turned(x - self.skin[0], y - self.skin[1], self.turn)  # turned and mirrored: its own inverse
+
 
 def _turned(along: Array, up: Array, turn: float) -> tuple[Array, Array]:
     return np.cos(turn) * along - np.sin(turn) * up, -np.sin(turn) * along - np.cos(turn) * up

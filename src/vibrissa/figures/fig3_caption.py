@@ -1,0 +1,80 @@
+"""What the caption of Figure 3 says: what is measured, what follows from it, what was set beforehand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrissa.figures.fig3_panels import PAPER_MEAN, PAPER_SD
+
+SHADOW = 3e-3  # [m] of shaft before the contact that the paper's light does not show
+
+
+def caption(told: Mapping[str, Any]) -> str:
+    """Say what of A, C and E there is; ``told`` are the figure's attributes."""
+    parts = []
+    if "base_height" in told:
+        parts.append(
+            f"A: to scale, but for the depth of the grating, {1e6 * told['depth']:.0f} µm; pale, its gaps. The camera "
+            "looks along their edges."
+        )
+    if "share_across" in told:
+        parts.append(_of_motion(told))
+    if "runs" in told:
+        parts.append(_of_runs(told))
+    return " ".join(parts)
+
+
+def _of_motion(told: Mapping[str, Any]) -> str:
+    """C: the shares."""
+    scale = f"{told['exaggeration']:g} times too large" if told["exaggeration"] > 1 else "to scale"
+    percent = {
+        name: f"{100 * value:.1f}\N{NO-BREAK SPACE}%" for name, value in told.items() if name.startswith("share_across")
+    }
+    true = f"; truth {percent['share_across_true']}" if "share_across_true" in told else ""
+    lit = (
+        f" Without the last {1e3 * SHADOW:g} mm before the contact, which the paper's light does not show, it is "
+        f"{percent['share_across_lit']}."
+        if "share_across_lit" in told
+        else ""
+    )
+    return (
+        f"C: displacements about the mean, drawn {scale}. The tracker measures {told['measured']} alone; which point "
+        f"of the line a node is follows from its arc length. So the motion across the mean profile is measured, and "
+        f"the motion along it is what a shaft that does not stretch must do, dw = u dφ. Over the "
+        f"{1e3 * told['shaft_shown']:.1f} mm shown, {percent['share_across']} of the power is across "
+        f"({percent['share_across_tracked']} with the noise of the nodes{true}).{lit}"
+    )
+
+
+def _of_runs(told: Mapping[str, Any]) -> str:
+    """E: the correlations, and what they would be without the run itself in the mean."""
+    n = told["runs"]
+    alike = (5 * PAPER_MEAN**2 - 1) / 4
+    others = alike / np.sqrt((1 + 3 * alike) / 4)
+    found = {
+        name: f"{told[f'{name}_mean']:.3f} ± {told[f'{name}_sd']:.3f}"
+        for name in ("run_correlation", "run_correlation_others", "run_correlation_true")
+        if f"{name}_mean" in told
+    }
+    true = f" ({found['run_correlation_true']} without noise)" if "run_correlation_true" in found else ""
+    return (
+        f"E: {_jitter(told)}Correlations (mean ± SD, {told['repetitions']} × {n} runs): with the mean of all runs "
+        f"{found['run_correlation']}{true}, which holds the run itself, so that runs with nothing in common reach "
+        f"{1 / np.sqrt(n):.2f}; with the mean of the others {found['run_correlation_others']}. "
+        f"The paper's {PAPER_MEAN} would be {others:.2f} with the others, and {alike:.2f} between two runs."
+    )
+
+
+def _jitter(told: Mapping[str, Any]) -> str:
+    if "jitter_clock" not in told:
+        return ""
+    return (
+        f"Virtual movies of one texture. From run to run differ: the start, evenly within "
+        f"±{told['jitter_clock']:g} frame; the speed, by a ripple of {100 * told['jitter_ripple']:g} % at "
+        f"{told['jitter_ripple_frequency']:g} Hz of random phase; the contact ε, by {told['jitter_contact']:g} (SD); "
+        f"the noise. The paper gives none of these: they were set beforehand, not fitted to its "
+        f"{PAPER_MEAN} ± {PAPER_SD}, and leave out heart and breath. "
+    )
