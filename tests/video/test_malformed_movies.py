@@ -116,6 +116,14 @@ def test_movie_whose_name_is_a_pattern_or_a_protocol_is_read(tmp_path):
         np.testing.assert_array_equal(read_or_told(tmp_path / name), images())
 
 
+def test_title_in_another_encoding_does_not_matter(tmp_path):
+    path = written(tmp_path, ".mkv")
+    whole = path.read_bytes()
+    assert whole.count(b"DURATION") == 1
+    path.write_bytes(whole.replace(b"DURATION", b"DURATI\xe6N"))
+    np.testing.assert_array_equal(read_or_told(path), images())
+
+
 def test_folder_without_images_and_missing_file_are_one_line(tmp_path):
     assert "must hold" in read_or_told(tmp_path)
     assert "must be an existing file" in read_or_told(tmp_path / "none.mkv")

@@ -119,7 +119,8 @@ def _layout(block: Frames, codec: str) -> str:
 
 def _container(path: Path) -> av.container.InputContainer:
     try:
-        container = av.open(f"file:{path}")  # a colon in a name makes no protocol
+        # a colon in a name makes no protocol; titles may be in any encoding
+        container = av.open(f"file:{path}", metadata_errors="replace")
     except (av.FFmpegError, OSError) as error:
         raise InputError(
             str(path), f"must be a whole movie ({error.strerror})", remedy="cut off, or another kind of file?"
