@@ -202,7 +202,7 @@ QUANTITIES: dict[str, Quantity] = {
     "run_motion_true": Quantity(("repetition", "run", "run_time"), "m", "true y of one node about its mean"),
     "run_correlation": Quantity(("repetition", "run"), "1", "correlation with the mean of all runs"),
     "run_correlation_others": Quantity(("repetition", "run"), "1", "correlation with the mean of the other runs"),
-    "run_correlation_true": Quantity(("repetition", "run"), "1", "correlation of true motion with the mean of all runs"),
+    "run_correlation_true": Quantity(("repetition", "run"), "1", "correlation of true motion with the mean"),
     "deformation": Quantity(("s",), "m", "transverse displacement at one instant"),
     "mode_part": Quantity(("mode", "s"), "m", "share of a mode in the deformation"),
     "mode_displacement_true": Quantity(("mode", "time"), "1", "true mode displacement, over L"),
