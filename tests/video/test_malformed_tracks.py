@@ -247,6 +247,14 @@ def test_fuzzed_matlab_files_are_read_or_told(tmp_path):
     assert 0 < sum(passed) < len(passed)
 
 
+def test_a_table_that_counts_more_rows_than_the_file_can_hold_is_told(tmp_path):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["summary"] = table(**SUMMARY)
+        for name in ("pixels_x", "pixels_y"):
+            file.create_dataset(name, (2**40,), h5py.vlen_dtype("<f4"), chunks=(1024,))
+    assert "rows that the file can hold" in told(tmp_path / "a.h5")
+
+
 def test_cut_hdf5_files_are_told(tmp_path):
     with h5py.File(tmp_path / "good.h5", "w") as file:
         file["summary"] = table(**SUMMARY)

@@ -105,9 +105,11 @@ def test_a_tracked_movie_comes_back(tmp_path):
     assert not np.any(found & ~measured)  # what stood straight between skin and base end is not written
     assert found.sum() > 0.97 * measured.sum()
     assert np.nanmedian(off(tracked, back)) < 0.05
-    # across the line they agree to the tracker's own noise; along it a slip does not matter
-    dy = (back.y.values[..., :nodes] - tracked.y.values[..., :nodes])[found & measured] / PIXEL
-    assert np.sqrt(np.mean(dy**2)) < 0.05
+    # arc length is measured anew in every frame, so nodes slip a little along the line, and stay on it
+    for frame in range(12):
+        (x, y), (u, v) = ((one.x.values[0, frame] / PIXEL, one.y.values[0, frame] / PIXEL) for one in (tracked, back))
+        at, on = np.isfinite(tracked.y_sd.values[0, frame]), np.isfinite(u)
+        np.testing.assert_allclose(v[on], np.interp(u[on], x[at], y[at]), atol=1e-3)
 
 
 def test_what_is_written_is_told_by_the_file(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,8 @@ def read_whiskiwrap(path: str | Path) -> tuple[list[Segment], dict[tuple[int, in
 
     The tables ``summary`` (``fid``, ``wid``, ``follicle_x``, ``follicle_y`` and, if measured, ``label``),
     ``pixels_x`` and ``pixels_y`` are read. WhiskiWrap writes label 0 for every segment until they are classified;
-    where there is no label, nobody is known.
+    where there is no label, nobody is known. A list whose length is damaged may keep the HDF5 library busy for long:
+    the format has no checksum that would tell.
 
     Returns
     -------
@@ -40,12 +42,20 @@ def read_whiskiwrap(path: str | Path) -> tuple[list[Segment], dict[tuple[int, in
                 if "summary" not in file or "pixels_x" not in file or "pixels_y" not in file:
                     remedy = "write it with the pixels, not summary_only"
                     raise InputError(str(path), "must have the tables summary, pixels_x, pixels_y", list(file), remedy)
-                summary, columns = file["summary"][:], [file[name][:] for name in ("pixels_x", "pixels_y")]
-        except (OSError, RuntimeError, KeyError, ValueError, TypeError, MemoryError) as error:
+                summary, *columns = (_rows(path, file[name]) for name in ("summary", "pixels_x", "pixels_y"))
+        except (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError, MemoryError) as error:
             if isinstance(error, InputError):
                 raise
             raise InputError(str(path), "must be a WhiskiWrap HDF5 file", remedy=str(error)) from error
     return _segments(path, summary, columns), _known(summary)
+
+
+def _rows(path: str | Path, table: Any) -> np.ndarray:
+    """All rows of a table, unless it counts more of them than the file has bytes: damaged counts take forever."""
+    if len(table.shape) != 1 or table.size > Path(path).stat().st_size:
+        rule = "must be a list of rows that the file can hold"
+        raise InputError(f"{path}, {table.name}", rule, f"shape {table.shape}", "the file is damaged")
+    return table[:]
 
 
 def _segments(path: str | Path, summary: np.ndarray, columns: list[np.ndarray]) -> list[Segment]:
