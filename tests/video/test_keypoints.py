@@ -120,6 +120,14 @@ def test_a_table_that_skips_frames_is_refused(tmp_path):
         read_tracks(tmp_path / "a.csv", CALIBRATION)
 
 
+def test_a_cell_that_is_no_number_is_told_in_one_line(tmp_path):
+    pytest.importorskip("movement")
+    deeplabcut(tmp_path / "a.csv")
+    (tmp_path / "a.csv").write_text((tmp_path / "a.csv").read_text().replace("50.0", "fifty", 1))
+    with pytest.raises(InputError, match=r"^[^\n]*must be a file of DeepLabCut; [^\n]*fifty[^\n]*$"):
+        read_tracks(tmp_path / "a.csv", CALIBRATION)
+
+
 def test_without_movement_the_extra_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "movement.io.load_poses", None)
     monkeypatch.setitem(sys.modules, "movement", None)

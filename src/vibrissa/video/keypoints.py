@@ -68,12 +68,13 @@ def read_keypoints(path: str | Path, software: Software) -> Keypoints:
         log = import_module("loguru").logger
         log.disable("movement")
         try:
-            data = (load.from_dlc_file if software == "DeepLabCut" else load.from_sleap_file)(Path(path))
+            return _of(path, (load.from_dlc_file if software == "DeepLabCut" else load.from_sleap_file)(Path(path)))
+        except InputError:
+            raise
         except Exception as error:  # whatever the readers below it raise on a damaged file
             raise InputError(str(path), f"must be a file of {software}", remedy=_first_line(error)) from error
         finally:
             log.enable("movement")
-    return _of(path, data)
 
 
 def _first_line(error: Exception) -> str:
