@@ -76,14 +76,14 @@ def read_blocks(path: Path, frames: int) -> Iterator[Frames]:
     with recording.mraw.open("rb") as file:
         for start in range(0, recording.movie.frame_count, frames):
             count = min(frames, recording.movie.frame_count - start)
-            yield _block(recording, file.read(count * recording.frame_bytes), start, count)
+            stored = np.empty(count * recording.frame_bytes, np.uint8)
+            if file.readinto(memoryview(stored)) != stored.size:
+                raise InputError(str(recording.mraw), "was cut while it was read", f"{start} whole frames")
+            yield _block(recording, stored, count)
 
 
-def _block(recording: _Recording, stored: bytes, start: int, count: int) -> Frames:
+def _block(recording: _Recording, raw: NDArray[np.uint8], count: int) -> Frames:
     movie = recording.movie
-    if len(stored) != count * recording.frame_bytes:
-        raise InputError(str(recording.mraw), "is cut off or damaged", f"no more than {start} frames in whole blocks")
-    raw = np.frombuffer(bytearray(stored), np.uint8)
     if recording.stored_bits == 8:
         return raw.reshape(count, movie.height, movie.width)
     if recording.stored_bits == 12:
