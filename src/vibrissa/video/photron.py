@@ -77,7 +77,7 @@ def read_blocks(path: Path, frames: int) -> Iterator[Frames]:
         for start in range(0, recording.movie.frame_count, frames):
             count = min(frames, recording.movie.frame_count - start)
             stored = np.empty(count * recording.frame_bytes, np.uint8)
-            if file.readinto(memoryview(stored)) != stored.size:
+            if file.readinto(stored.data) != stored.size:
                 raise InputError(str(recording.mraw), "was cut while it was read", f"{start} whole frames")
             yield _block(recording, stored, count)
 
