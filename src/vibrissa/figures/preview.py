@@ -1,0 +1,268 @@
+"""To look at tracking: a movie with the tracked nodes over its frames, and a sheet of a few frames."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibrissa.errors import InputError
+from vibrissa.figures.canvas import house_style, new_figure
+from vibrissa.quantities import dataset, measured_sd
+from vibrissa.video.colour import write_colour
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+Blocks = Iterable[NDArray[Any]]
+Picture = NDArray[np.uint8]
+
+COLOURS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#D55E00")  # told apart on grey, by all eyes
+WIDE = 640  # pixels a frame is magnified to, at least, by a whole factor
+TEXT = 12  # height of the text [px]
+INSET = 40  # side of the part that is magnified [px]
+
+
+def evenly(first: int, last: int, most: int) -> list[int]:
+    """At most ``most`` numbers of frames, evenly from the first to the last."""
+    if not 0 <= first <= last:
+        raise InputError("frames", "must be a first one from 0 on, and a last one not before it", (first, last))
+    if most < 1:
+        raise InputError("most", "must be at least 1", most)
+    return [int(k) for k in np.linspace(first, last, min(most, last - first + 1)).round()]
+
+
+def write_preview(path: str | Path, blocks: Blocks, profile: xr.Dataset, frames: Sequence[int] | None = None) -> int:
+    """Write the overlay movie, H.264 in MP4 or MKV, whole or not at all.
+
+    Parameters
+    ----------
+    path : path
+        File to write.
+    blocks, profile, frames
+        As in :func:`overlay`; 500 frames, evenly, by default.
+
+    Returns
+    -------
+    int
+        Number of frames written.
+    """
+    chosen = evenly(0, profile.sizes["time"] - 1, 500) if frames is None else frames
+    return write_colour(path, overlay(blocks, profile, chosen))
+
+
+def overlay(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int]) -> Iterator[Picture]:
+    """Frames of a movie with what was tracked in them.
+
+    Parameters
+    ----------
+    blocks : iterable of (T, height, width) arrays
+        The movie that was tracked, from its first frame.
+    profile : Dataset
+        From :func:`vibrissa.video.tracking.track`, in the frame ``image``.
+    frames : sequence of int
+        Which of them, rising.
+
+    Yields
+    ------
+    (height, width, 3) array
+        Frame in grey, measured nodes in colour, below it the number of the frame, its time and the whiskers that are
+        lost, with the reason.
+
+    Raises
+    ------
+    InputError
+        If the movie ends before the last of the frames.
+    """
+    columns, rows = seen(profile)
+    names, lost = whisker_names(profile), json.loads(profile.attrs["lost"])
+    low, span = 0.0, 0.0
+    for index, image in chosen_frames(blocks, frames):
+        if not span:
+            low, span = float(image.min()), max(float(np.ptp(image)), 1.0)
+        size = max(1, -(-WIDE // image.shape[1]))
+        grey = np.clip((image.astype(np.float32) - low) * (255 / span), 0, 255).astype(np.uint8)
+        picture = np.repeat(np.repeat(np.repeat(grey[..., None], 3, axis=2), size, axis=0), size, axis=1)
+        for w in range(len(columns)):
+            _dots(picture, columns[w, index], rows[w, index], size, rgb(w))
+        yield np.concatenate([picture, *_captions(index, float(profile.time[index]), names, lost, picture.shape[1])])
+
+
+def chosen_frames(blocks: Blocks, frames: Sequence[int]) -> Iterator[tuple[int, NDArray[Any]]]:
+    """Number and image of some frames of a movie, rising."""
+    wanted, start = list(map(int, frames)), 0
+    for block in blocks:
+        while wanted and wanted[0] < start + len(block):
+            yield wanted[0], block[wanted[0] - start]
+            wanted.pop(0)
+        start += len(block)
+        if not wanted:
+            return
+    raise InputError("movie", f"must have the frame {wanted[0]} that was tracked", f"{start} frames")
+
+
+def seen(profile: xr.Dataset) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Columns and rows of the measured nodes (whisker, time, node) [px]; NaN where none was measured."""
+    measured = np.isfinite(measured_sd(profile).values)
+    pixel = profile.attrs["pixel_size"]
+    return tuple(np.where(measured, profile[name].values / pixel, np.nan) for name in ("x", "y"))  # type: ignore[return-value]
+
+
+def whisker_names(profile: xr.Dataset) -> list[str]:
+    """Names of the whiskers; numbers where they have none."""
+    return json.loads(profile.attrs.get("names", "[]")) or [f"whisker {i}" for i in range(profile.sizes["whisker"])]
+
+
+def rgb(whisker: int) -> NDArray[np.uint8]:
+    """Colour of a whisker."""
+    return np.frombuffer(bytes.fromhex(COLOURS[whisker % len(COLOURS)][1:]), np.uint8)
+
+
+def _dots(picture: Picture, columns: NDArray[np.float64], rows: NDArray[np.float64], size: int, ink: Any) -> None:
+    """Squares of 3 × 3 pixels on the nodes; the whisker stays in sight between them."""
+    ok = np.isfinite(columns)
+    # the centre of the first pixel is (0, 0)
+    c, r = (np.floor((values[ok] + 0.5) * size).astype(int) for values in (columns, rows))
+    for down in (-1, 0, 1):
+        for right in (-1, 0, 1):
+            inside = (r + down >= 0) & (c + right >= 0) & (r + down < len(picture)) & (c + right < picture.shape[1])
+            picture[r[inside] + down, c[inside] + right] = ink
+
+
+def _captions(index: int, time: float, names: list[str], lost: list[Any], width: int) -> list[Picture]:
+    """A strip of text for the frame, and one for each whisker, so that the size stays."""
+    strips = [_strip(f"frame {index}   {time:.4f} s", width, (255, 255, 255))]
+    for w, name in enumerate(names):
+        reason = next((why for first, last, why in lost[w] if first <= index <= last), None)
+        strips.append(_strip(f"{name}: lost, {reason}" if reason else f"{name}: followed", width, tuple(rgb(w))))
+    return strips
+
+
+def _strip(text: str, width: int, ink: tuple[int, ...]) -> Picture:
+    strip = np.zeros((TEXT + 6, width, 3), np.uint8)
+    at = 6
+    for letter in text:
+        mask = _glyph(letter)
+        if at + mask.shape[1] > width:
+            break
+        strip[:, at : at + mask.shape[1]] = (mask[..., None] * np.array(ink, float)).astype(np.uint8)
+        at += mask.shape[1]
+    return strip
+
+
+@cache
+def _glyph(letter: str) -> NDArray[np.float64]:
+    """A letter of a fixed-width face, 0 to 1, in a box of the strip's height."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    height, width = TEXT + 6, round(0.62 * TEXT)
+    figure = Figure(figsize=(width / 100, height / 100), dpi=100)
+    figure.text(0, 0.3, letter, family="DejaVu Sans Mono", fontsize=TEXT * 0.72)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()  # type: ignore[no-untyped-call]
+    return 1 - np.asarray(canvas.buffer_rgba())[:height, :width, 0] / 255  # type: ignore[no-untyped-call]
+
+
+def compute(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int] | None = None) -> xr.Dataset:
+    """Images and measured centrelines of a few frames.
+
+    Parameters
+    ----------
+    blocks, profile, frames
+        As in :func:`overlay`; six frames, evenly, by default.
+
+    Returns
+    -------
+    Dataset
+        ``image`` (time, row, column), ``line_column`` and ``line_row`` (time, whisker, node) [pixels].
+    """
+    chosen = evenly(0, profile.sizes["time"] - 1, 6) if frames is None else list(frames)
+    images = np.stack([image for _, image in chosen_frames(blocks, chosen)])
+    columns, rows = (np.moveaxis(values[:, chosen], 0, 1) for values in seen(profile))
+    attrs = {
+        "names": json.dumps(whisker_names(profile)),
+        "frames": json.dumps(chosen),
+        "pixel_size": profile.attrs["pixel_size"],
+    }
+    height, width = images.shape[1:]
+    time = profile.time.values[chosen]
+    stills = dataset(attrs, lead=("time",), time=time, row=np.arange(height), column=np.arange(width), image=images)
+    whisker = profile.whisker.values
+    lines = dataset(lead=("time", "whisker"), time=time, whisker=whisker, line_column=columns, line_row=rows)
+    return stills.merge(lines, combine_attrs="override")
+
+
+@house_style
+def draw(data: xr.Dataset) -> Figure:
+    """Sheet of frames with their centrelines; a part of each magnified, with the nodes; a scale bar in the first."""
+    count, across = data.sizes["time"], min(3, data.sizes["time"])
+    down = -(-count // across)
+    shape = data.sizes["row"] / data.sizes["column"]
+    figure, axes = new_figure(3.4 * across, (3.4 * shape + 0.35) * down + 0.4, down, across)
+    names, frames = json.loads(data.attrs["names"]), json.loads(data.attrs["frames"])
+    span = {"vmin": float(data.image.min()), "vmax": float(data.image.max())}
+    for k, panel in enumerate(axes.flat):
+        panel.set_axis_off()
+        if k < count:
+            _panel(panel, data.isel(time=k), names, span)
+            panel.set_title(f"frame {frames[k]}, {float(data.time[k]):.4f} s")
+    _scale_bar(axes.flat[0], data)
+    handles = axes.flat[0].lines[: len(names)]
+    figure.legend(handles, names, loc="outside lower center", ncols=min(6, len(names)))
+    return figure
+
+
+def _panel(panel: Any, data: xr.Dataset, names: list[str], span: dict[str, float]) -> None:
+    image, columns, rows = data.image.values, data.line_column.values, data.line_row.values
+    panel.imshow(image, **span)
+    for w in range(len(columns)):
+        panel.plot(columns[w], rows[w], color=COLOURS[w % len(COLOURS)], lw=1.0)
+    measured = np.flatnonzero(np.isfinite(columns).any(axis=1))
+    for k, w in enumerate(sorted(set(range(len(columns))) - {*measured.tolist()})):
+        text = f"{names[w]} not seen"
+        panel.text(0.02, 0.98 - 0.09 * k, text, color=COLOURS[w % len(COLOURS)], va="top", transform=panel.transAxes)
+    if len(measured):
+        _inset(panel, data, int(measured[0]), span)
+
+
+def _inset(panel: Any, data: xr.Dataset, whisker: int, span: dict[str, float]) -> None:
+    """The middle of a whisker magnified, in the corner farthest from the whiskers."""
+    columns, rows = data.line_column.values, data.line_row.values
+    nodes = np.flatnonzero(np.isfinite(columns[whisker]))
+    c, r = columns[whisker, nodes[len(nodes) // 2]], rows[whisker, nodes[len(nodes) // 2]]
+    size = data.sizes["column"], data.sizes["row"]
+    corners = [(0.02, 0.02), (0.63, 0.02), (0.02, 0.60), (0.63, 0.60)]  # of a box of 0.35 × 0.38
+    middles = [((x + 0.175) * size[0], (1 - y - 0.19) * size[1]) for x, y in corners]
+    ok = np.isfinite(columns)
+    room = [np.hypot(columns[ok] - x, rows[ok] - y).min() for x, y in middles]
+    inset = panel.inset_axes([*corners[int(np.argmax(room))], 0.35, 0.38])
+    inset.imshow(data.image.values, **span)
+    for w in range(len(columns)):
+        inset.plot(columns[w], rows[w], ".", color=COLOURS[w % len(COLOURS)], ms=3)
+    inset.set(xlim=(c - INSET / 2, c + INSET / 2), ylim=(r + INSET / 2, r - INSET / 2), xticks=[], yticks=[])
+    for side in inset.spines.values():
+        side.set(visible=True, color="white")
+    half = INSET / 2
+    panel.plot(
+        [c - half, c + half, c + half, c - half, c - half], [r - half, r - half, r + half, r + half, r - half], "w-"
+    )
+
+
+def _scale_bar(panel: Any, data: xr.Dataset) -> None:
+    """A bar of a round length near a quarter of the width, at the bottom."""
+    width = data.sizes["column"] * data.attrs["pixel_size"]
+    decade = 10.0 ** np.floor(np.log10(width / 4))
+    length = max(step * decade for step in (1, 2, 5) if step * decade <= width / 4)
+    pixels = length / data.attrs["pixel_size"]
+    left, row = 0.5 * (data.sizes["column"] - pixels), 0.96 * data.sizes["row"]
+    for ink, thick in (("black", 4.5), ("white", 2.5)):
+        panel.plot([left, left + pixels], [row, row], color=ink, lw=thick, solid_capstyle="butt")
+    box = {"facecolor": "black", "alpha": 0.6, "pad": 1, "edgecolor": "none"}
+    panel.text(left + pixels / 2, row - 6, f"{1e3 * length:g} mm", color="white", ha="center", va="bottom", bbox=box)
