@@ -9,7 +9,7 @@ from real_data import real, whisk_segments
 
 from vibrissa.errors import InputError
 from vibrissa.quantities import require
-from vibrissa.video.centreline import SMOOTH, local_quadratic, matched
+from vibrissa.video.centreline import SMOOTH, local_quadratic
 from vibrissa.video.following import centrelines
 from vibrissa.video.movie import read_blocks
 from vibrissa.video.search import Search
@@ -69,16 +69,6 @@ def test_the_bound_is_the_scatter_of_a_fit_by_maximum_likelihood(truth):
     assert found.std() == pytest.approx(line_movie.bound_of(contrast), rel=0.04)
 
 
-def test_a_line_is_found_in_one_place_wherever_it_is_sought_from():
-    pixel = np.arange(21.0)
-    for centre in np.linspace(9.5, 10.5, 21):
-        contrast = np.repeat(80 * np.exp(-((pixel - centre) ** 2) / (2 * 0.85**2))[:, None], 3, axis=1)
-        contrast = contrast.astype(np.float32)
-        from_either_side = [matched(contrast, contrast, np.full(3, int(k)), 1.0)[0][1] for k in (9, 10, 11)]
-        assert np.ptp(from_either_side) < 1e-6
-        assert from_either_side[0] == pytest.approx(centre, abs=0.002)  # what pixels this coarse leave
-
-
 def test_bias_is_below_a_hundredth_of_a_pixel(error, truth):
     assert abs(error.mean()) < 0.01
     # nor does the pixel grid draw the line to the middle of its pixels
@@ -124,9 +114,10 @@ def test_bright_whisker_is_the_dark_one_turned_over(frames):
 
 
 def test_sixteen_bits_are_eight_bits_scaled(frames):
-    eight = next(centrelines([frames[:3]], seeds=[SEED])).row
-    wide = frames[:3].astype(np.uint16) * 16
-    np.testing.assert_allclose(next(centrelines([wide], seeds=[SEED])).row, eight, atol=1e-4)
+    eight = next(centrelines([frames[:3]], seeds=[SEED])).row[..., INNER]
+    wide = next(centrelines([frames[:3].astype(np.uint16) * 16], seeds=[SEED])).row[..., INNER]
+    np.testing.assert_allclose(wide, eight, atol=0.02)  # a window on the brink between two pixels
+    assert np.median(np.abs(wide - eight)) < 1e-5
 
 
 def test_blocks_do_not_show_in_the_result(frames):
@@ -227,7 +218,7 @@ def test_bad_settings_are_told(frames):
 
     refused("must have the frames' shape", background=np.zeros((4, 5)))
     refused("polarity must be", polarity="grey")
-    refused("base must be", base="top")
+    refused("base must be", base="middle")
     refused("node_spacing must be positive", node_spacing=-1e-4)
     refused("one point for each of the 1 whiskers", skin=[])
     refused("search must be at least 1", search=0)

@@ -176,7 +176,8 @@ def mouse():
     """Rows of the two whiskers of the example, and rows of the lines that they are linked by; over the whole movie."""
     path = real("whiskiwrap-movies/test_video2.mp4")
     movie = read_study(Path(__file__).parents[2] / "examples" / "mouse-field.toml").movie
-    search = Search(columns=movie.columns, search=movie.search, threshold=movie.threshold, estimator=movie.estimator)
+    columns = (movie.region[0], movie.region[2])
+    search = Search(columns=columns, search=movie.search, threshold=movie.threshold)
     parts = list(whisking_centrelines(lambda: read_blocks(path), whisking=movie.whisking, search=search))
     fan = movie.whisking.fan
     found = [fan_lines(image, NO_BACKGROUND, 1.0, fan) for block in read_blocks(path) for image in block]

@@ -9,160 +9,106 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from vibrissa.video.band import contrast_band, smooth_along
+from vibrissa.video.band import SCALE, levels, smooth_along
+from vibrissa.video.estimators import barycentres, matched
+from vibrissa.video.path import best_path
 
-STIFFNESS = 2.0  # cost of a step of one row against the expected course, in standard deviations of the noise
-TETHER = 0.2  # cost of a distance of one row from the expected course, squared, likewise
+STIFFNESS = np.float32(
+    2.0
+)  # cost of a step of one row against the expected course, in standard deviations of the noise
+TETHER = np.float32(0.2)  # cost of a distance of one row from the expected course, squared, likewise
+OUTSIDE = np.float32(-1e9)  # score of rows outside the image
 JUMP = 2.5  # rows against the expected course between two ends of a gap above which they are two whiskers
-PROFILE = 1.1  # SD of the profile that is matched [px]; a sharper one is drawn to the pixels' middles by 0.01 px
-REACH = 4  # rows on either side that are matched
-STEPS = 12  # of Newton's method at most
 SMOOTH = 15  # columns on either side in the local quadratic that gives slope and prediction
+SAMPLE = 70  # columns, or nearly so, that tell the noise
 
 
-@njit(cache=True)
-def best_path(score, low, high, stiffness, tether):  # type: ignore[no-untyped-def]
-    """Rows of the path of highest score through a band, one row per column at most up or down (Viterbi).
-
-    Parameters
-    ----------
-    score : (rows, n) array
-        Contrast [grey levels].
-    low, high : (n,) arrays of int
-        First and last row allowed in each column.
-    stiffness : float
-        Score that a step of one row costs.
-    tether : float
-        Score that a distance of one row from the middle of the band costs, times that distance squared.
-    """
-    rows, n = score.shape
-    cost = tether * (np.arange(rows) - rows // 2) ** 2
-    total = np.full((rows, n), -np.inf, np.float32)
-    step = np.zeros((rows, n), np.int8)
-    for k in range(low[0], high[0] + 1):
-        total[k, 0] = score[k, 0] - cost[k]
-    for j in range(1, n):
-        for k in range(low[j], high[j] + 1):
-            best, move = total[k, j - 1], 0
-            if k > 0 and total[k - 1, j - 1] - stiffness > best:
-                best, move = total[k - 1, j - 1] - stiffness, -1
-            if k + 1 < rows and total[k + 1, j - 1] - stiffness > best:
-                best, move = total[k + 1, j - 1] - stiffness, 1
-            total[k, j] = best + score[k, j] - cost[k]
-            step[k, j] = move
-    path = np.empty(n, np.int64)
-    path[n - 1] = np.argmax(total[:, n - 1])
-    for j in range(n - 1, 0, -1):
-        path[j - 1] = path[j] + step[path[j], j]
-    return path
+@njit(cache=True, nogil=True, fastmath=True)
+def _share_below(values, limit):  # type: ignore[no-untyped-def]
+    count = np.float32(0)
+    for j in range(values.size):
+        count += np.float32(1) if values[j] < limit else np.float32(0)
+    return count / values.size
 
 
-@njit(cache=True)
-def off_line(contrast):  # type: ignore[no-untyped-def]
-    """Offset and noise (standard deviation) of the contrast away from the middle row.
+@njit(cache=True, nogil=True)
+def quantile(values, share):  # type: ignore[no-untyped-def]
+    """Value below which a share of the values lies, by bisection, to 1/4096 of their range."""
+    low, high = np.min(values), np.max(values)
+    for _ in range(12):
+        middle = np.float32(0.5) * (low + high)
+        if _share_below(values, middle) > share:
+            high = middle
+        else:
+            low = middle
+    return np.float32(0.5) * (low + high)
+
+
+@njit(cache=True, nogil=True)
+def off_line(grey, level):  # type: ignore[no-untyped-def]
+    """Offset and noise (standard deviation) of the contrast away from the middle row [grey levels].
 
     The closing of noise lies above the noise's mean; that offset would draw the barycentre to the middle
     of its window, so it is measured and taken away. Other whiskers are on the positive side only, so the
     noise is read from the negative side.
     """
-    rows, n = contrast.shape
-    values = np.empty(rows * (n // 6 + 1), np.float32)
-    count = 0
-    for j in range(0, n, 6):
-        for k in range(rows):
-            if abs(k - rows // 2) > 3:
-                values[count] = contrast[k, j]
-                count += 1
-    values = np.sort(values[:count])
-    offset = values[count // 2]
+    rows, n = grey.shape
+    every = max(1, n // SAMPLE)
+    sample = (n - 1) // every + 1
+    values = np.empty((rows - 7, sample), np.float32)
+    for i in range(rows - 7):
+        k = i if i < rows // 2 - 3 else i + 7
+        for j in range(sample):
+            values[i, j] = np.float32(level[k, every * j]) - np.float32(grey[k, every * j])
+    values = values.reshape(-1)
+    offset = quantile(values, 0.5)
     # 15.87 % of a normal distribution lie below −1 SD; whole grey levels alone have an SD of 0.29
-    return offset, max(offset - values[int(0.1587 * count)], np.float32(0.29))
+    return offset / SCALE, max((offset - quantile(values, 0.1587)) / SCALE, np.float32(0.29))
 
 
-@njit(cache=True)
-def extremum(guide, row, j):  # type: ignore[no-untyped-def]
-    """The highest of three pixels about a row of column j, far enough from the ends for a window of five."""
-    top = row
-    for k in range(max(row - 1, 2), min(row + 2, guide.shape[0] - 2)):
-        if guide[k, j] > guide[top, j]:
-            top = k
+@njit(cache=True, nogil=True)
+def _sum_of_three(level, grey, out):  # type: ignore[no-untyped-def]
+    """Contrast summed over each column and its two neighbours; the end columns stand for those beyond them."""
+    n = out.size
+    for j in range(1, n - 1):
+        out[j] = level[j - 1] - grey[j - 1] + level[j] - grey[j] + level[j + 1] - grey[j + 1]
+    out[0] = 2 * (level[0] - grey[0]) + level[1] - grey[1]
+    out[n - 1] = 2 * (level[n - 1] - grey[n - 1]) + level[n - 2] - grey[n - 2]
+
+
+@njit(cache=True, nogil=True)
+def _guide(grey, level, reach):  # type: ignore[no-untyped-def]
+    """Contrast averaged over three columns [27ths of a grey level], in ``reach`` rows about the middle one."""
+    half = grey.shape[0] // 2
+    out = np.empty((2 * reach + 1, grey.shape[1]), grey.dtype)
+    for k in range(2 * reach + 1):
+        _sum_of_three(level[half - reach + k], grey[half - reach + k], out[k])
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _capped(contrast, ceiling, cost, out):  # type: ignore[no-untyped-def]
+    for j in range(out.size):
+        value = np.float32(contrast[j])
+        out[j] = (ceiling[j] if value > ceiling[j] else value) - cost
+
+
+@njit(cache=True, nogil=True)
+def _tops(guide, path, low):  # type: ignore[no-untyped-def]
+    """Row of the highest of three pixels about the path in each column; ``low`` is the row of the band of guide's 0."""
+    top = np.empty(path.size, np.int64)
+    for j in range(path.size):
+        k = path[j] - low
+        best = k
+        if guide[k - 1, j] > guide[best, j]:
+            best = k - 1
+        if guide[k + 1, j] > guide[best, j]:
+            best = k + 1
+        top[j] = best + low
     return top
 
 
-@njit(cache=True)
-def five_pixel_sum(contrast, top, j):  # type: ignore[no-untyped-def]
-    """Sum of the contrast over five pixels, and its barycentre about the middle one."""
-    total, moment = 0.0, 0.0
-    for d in range(-2, 3):
-        total += contrast[top + d, j]
-        moment += d * contrast[top + d, j]
-    return total, moment / total if total > 0 else np.nan
-
-
-@njit(cache=True)
-def barycentres(contrast, guide, path, noise):  # type: ignore[no-untyped-def]
-    """Five-pixel barycentre about the extremum in each column: row, its standard deviation, and the sum.
-
-    The window is moved once to the pixel nearest to the barycentre, else noise at a faint tip cuts off
-    one flank of the line. Where two windows would do, the one on the side of ``path`` is taken.
-    """
-    rows, n = contrast.shape
-    row, sd, flux = np.full(n, np.nan), np.full(n, np.nan), np.zeros(n)
-    for j in range(n):
-        top = extremum(guide, path[j], j)
-        total, shift = five_pixel_sum(contrast, top, j)
-        if 0.5 < abs(shift) < 2.5 and 2 <= top + round(shift) < rows - 2:
-            top += round(shift)
-            total, shift = five_pixel_sum(contrast, top, j)
-        flux[j] = total
-        if total > 0 and abs(shift) < 2:
-            square = 0.0
-            for d in range(-2, 3):
-                square += (d - shift) ** 2
-            row[j], sd[j] = top + shift, noise * np.sqrt(square) / total
-    return row, sd, flux
-
-
-@njit(cache=True)
-def matched(contrast, guide, path, noise):  # type: ignore[no-untyped-def]
-    """Row in each column where a Gaussian profile of ``PROFILE`` px fits best, its standard deviation, five-pixel sum.
-
-    The maximum of Σ C(k) g(k − c): maximum likelihood in white noise for a line of that width; for one r times as
-    wide the SD is ((r + 1/r)/2)^1.5 of the least possible, 1.1 at r = 0.7 or 1.45. Neither a constant left in the
-    background moves it, nor the place from which it is sought.
-    """
-    rows, n = contrast.shape
-    row, sd, flux = np.full(n, np.nan), np.full(n, np.nan), np.zeros(n)
-    for j in range(n):
-        top = extremum(guide, path[j], j)
-        flux[j], shift = five_pixel_sum(contrast, top, j)
-        shift = min(max(shift, -1.0), 1.0)
-        for _ in range(STEPS):
-            whole = int(np.floor(top + shift + 0.5))
-            if not (shift == shift and REACH <= whole < rows - REACH):
-                shift = np.nan
-                break
-            shift, top = top + shift - whole, whole
-            slope, bend, square = 0.0, 0.0, 0.0
-            for d in range(-REACH, REACH + 1):
-                u = d - shift
-                weight = np.exp(-0.5 * (u / PROFILE) ** 2)
-                slope += contrast[top + d, j] * u * weight
-                bend += contrast[top + d, j] * ((u / PROFILE) ** 2 - 1) * weight
-                square += (u * weight) ** 2
-            if bend >= 0:
-                shift = np.nan
-                break
-            step = min(max(-slope / bend, -0.5), 0.5)
-            shift += step
-            if abs(step) < 1e-4:
-                break
-        if abs(top + shift - path[j]) < 2.5:
-            row[j], sd[j] = top + shift, noise * np.sqrt(square) / -bend
-    return row, sd, flux
-
-
-@njit(cache=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def local_quadratic(row, reach):  # type: ignore[no-untyped-def]
     """Value and slope of a quadratic fitted to the measured rows within ``reach`` columns on either side.
 
@@ -170,42 +116,39 @@ def local_quadratic(row, reach):  # type: ignore[no-untyped-def]
     """
     n = row.size
     value, slope = np.full(n, np.nan), np.full(n, np.nan)
-    for j in range(n):
-        s0 = s1 = s2 = s3 = s4 = t0 = t1 = t2 = 0.0
-        for i in range(max(0, j - reach), min(n, j + reach + 1)):
-            if row[i] == row[i]:
-                u = (i - j) / reach
-                s0 += 1
-                s1 += u
-                s2 += u * u
-                s3 += u * u * u
-                s4 += u * u * u * u
-                t0 += row[i]
-                t1 += row[i] * u
-                t2 += row[i] * u * u
-        det = s0 * (s2 * s4 - s3 * s3) - s1 * (s1 * s4 - s2 * s3) + s2 * (s1 * s3 - s2 * s2)
-        if s0 < 5 or det < 1e-9 * s0**3:
+    # sums of u^k and of row u^k over the measured columns, u = 0 at the present one; they are carried along
+    s0 = s1 = s2 = s3 = s4 = t0 = t1 = t2 = 0.0
+    u, v = float(reach), -float(reach + 1)
+    for j in range(-reach, n):
+        s4 += s0 - 4 * s1 + 6 * s2 - 4 * s3
+        s3 += 3 * s1 - 3 * s2 - s0
+        s2 += s0 - 2 * s1
+        s1 -= s0
+        t2 += t0 - 2 * t1
+        t1 -= t0
+        for i, d, sense in ((j + reach, u, 1.0), (j - reach - 1, v, -1.0)):
+            if 0 <= i < n and row[i] == row[i]:
+                y = sense * row[i]
+                s0 += sense
+                s1 += sense * d
+                s2 += sense * d * d
+                s3 += sense * d * d * d
+                s4 += sense * d * d * d * d
+                t0 += y
+                t1 += y * d
+                t2 += y * d * d
+        if j < 0 or s0 < 5:
             continue
-        value[j] = (t0 * (s2 * s4 - s3 * s3) - s1 * (t1 * s4 - s3 * t2) + s2 * (t1 * s3 - s2 * t2)) / det
-        slope[j] = (s0 * (t1 * s4 - s3 * t2) - t0 * (s1 * s4 - s2 * s3) + s2 * (s1 * t2 - t1 * s2)) / det / reach
+        a, b, c = s2 * s4 - s3 * s3, s1 * s4 - s2 * s3, s1 * s3 - s2 * s2
+        det = s0 * a - s1 * b + s2 * c
+        # of measured columns that lie together, if the window is scaled to one
+        if det > 1e-9 * s0**3 * u**6:
+            value[j] = (t0 * a - t1 * b + t2 * c) / det
+            slope[j] = (t1 * (s0 * s4 - s2 * s2) - t0 * b + t2 * (s1 * s2 - s0 * s3)) / det
     return value, slope
 
 
-@njit(cache=True)
-def _level(background, path):  # type: ignore[no-untyped-def]
-    """Draw the background under the line straight from 5 rows above the path to 5 rows below.
-
-    The closing fills the line up to its lower brim, which under a slope of grey levels is a tilted error.
-    """
-    out = background.copy()
-    for j in range(path.size):
-        above, below = background[path[j] - 5, j], background[path[j] + 5, j]
-        for k in range(path[j] - 4, path[j] + 5):
-            out[k, j] = above + (below - above) * np.float32((k - path[j] + 5) / 10)
-    return out
-
-
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _chain(visible, offset, gap):  # type: ignore[no-untyped-def]
     """Keep the longest chain of visible columns with no gap longer than ``gap`` and no jump over ``JUMP`` rows."""
     best_count, best_first, best_last = 0, 0, -1
@@ -224,7 +167,7 @@ def _chain(visible, offset, gap):  # type: ignore[no-untyped-def]
     return kept
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _inside(expected, height):  # type: ignore[no-untyped-def]
     """First column and the one after the last of the longest run where the expected row is in the image."""
     best_first, best_stop, first = 0, 0, -1
@@ -239,8 +182,8 @@ def _inside(expected, height):  # type: ignore[no-untyped-def]
     return best_first, best_stop
 
 
-@njit(cache=True)
-def read_line(image, background, sign, expected, ceiling, search, threshold, gap, match):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def read_line(image, background, sign, expected, ceiling, search, threshold, gap, match, row, sd, flux):  # type: ignore[no-untyped-def]
     """Centreline in one frame within ``search`` rows of the expected rows.
 
     Parameters
@@ -249,12 +192,13 @@ def read_line(image, background, sign, expected, ceiling, search, threshold, gap
         Grey levels.
     background : (height, width) array
         Grey levels without the whisker, or an array of size 0 to close across rows instead.
-    sign : float
-        1 for a dark whisker, −1 for a bright one.
+    sign : (1,) array of int
+        1 for a dark whisker, −1 for a bright one; of a type that holds 27 times the grey levels.
     expected : (width,) array
         Where the whisker is expected [px]; NaN in columns not to be read.
     ceiling : (width,) array
-        Contrast above which a line attracts no more [grey levels], so that a darker neighbour does not win.
+        Contrast above which a line attracts no more [grey levels], so that a darker neighbour does not win;
+        NaN for any.
     search : int
         Rows to search on either side.
     threshold : float
@@ -263,38 +207,46 @@ def read_line(image, background, sign, expected, ceiling, search, threshold, gap
         Longest run of lost columns within a line; what is beyond a longer one is not this whisker.
     match : bool
         Whether the row is that of the matched profile, or of the five-pixel barycentre.
-
-    Returns
-    -------
     row, sd, flux : (width,) arrays
-        As in :class:`vibrissa.video.following.Centrelines`, for one whisker in one frame.
+        Written: as in :class:`vibrissa.video.following.Centrelines`, for one whisker in one frame.
     """
-    height, width = image.shape
-    row, sd, flux = np.full(width, np.nan), np.full(width, np.nan), np.full(width, np.nan)
+    row[:], sd[:], flux[:] = np.nan, np.nan, np.nan
+    height = image.shape[0]
     first, stop = _inside(expected, height)
     if stop - first < 7:
-        return row, sd, flux
+        return
     centre = np.floor(expected[first:stop] + 0.5).astype(np.int64)
     half = search + 7
-    level, contrast = contrast_band(image, background, sign, centre, first, half)
-    offset, noise = off_line(contrast)
-    guide = smooth_along(contrast, 1)
-    low = np.maximum(half - search, 2 - centre + half)
-    high = np.minimum(half + search, height - 3 - centre + half)
-    path = best_path(
-        np.minimum(guide, ceiling[first:stop].astype(np.float32)), low, high, STIFFNESS * noise, TETHER * noise
-    )
-    if not background.size:
-        contrast += _level(level, path) - level
+    grey, level = levels(image, background, sign, centre, first, half)
+    offset, noise = off_line(grey, level)
+    path, top = _path_and_tops(grey, level, ceiling[first:stop], centre, height, search, noise)
+    closed = background.size == 0
     if match:
-        rows, sds, sums = matched(contrast - offset, guide, path, noise)
+        rows, sds, sums = matched(grey, level, top, path, noise, offset, closed)
     else:
-        rows, sds, sums = barycentres(contrast - offset, guide, path, noise)
-    mean = smooth_along(sums.reshape(1, -1).astype(np.float32), 3)[0]
+        rows, sds, sums, _ = barycentres(grey, level, top, path, noise, offset, closed)
+    mean = smooth_along(sums.reshape(1, -1), 3)[0]
     visible = (mean > threshold * noise * np.sqrt(5)) & ~np.isnan(rows)
     kept = _chain(visible, rows + centre - half - expected[first:stop], gap)
     for j in range(kept.size):
         if kept[j]:
             row[first + j] = rows[j] + centre[j] - half
             sd[first + j], flux[first + j] = sds[j], sums[j]
-    return row, sd, flux
+
+
+@njit(cache=True, nogil=True)
+def _path_and_tops(grey, level, ceiling, centre, height, search, noise):  # type: ignore[no-untyped-def]
+    """Row of the band in which the line runs, and of its extremum, for each column."""
+    half, per_level = grey.shape[0] // 2, np.float32(3 * SCALE)
+    guide = _guide(grey, level, search + 1)
+    score = np.empty((2 * search + 1, centre.size), np.float32)
+    cap = (ceiling * per_level).astype(np.float32)
+    tether = TETHER * noise * per_level
+    for k in range(2 * search + 1):
+        _capped(guide[k + 1], cap, tether * np.float32((k - search) ** 2), score[k])
+        if np.min(centre) + k - search < 2 or np.max(centre) + k - search > height - 3:
+            row = centre + k - search
+            score[k, (row < 2) | (row > height - 3)] = OUTSIDE
+    path = best_path(score, STIFFNESS * noise * per_level)
+    path += half - search
+    return path, _tops(guide, path, half - search - 1)

@@ -11,22 +11,19 @@ from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
 from vibrissa.video.centreline import SMOOTH, local_quadratic, read_line
+from vibrissa.video.kernel import APART as APART
+from vibrissa.video.kernel import FEWEST as FEWEST
+from vibrissa.video.kernel import GAP, expect, follow
 from vibrissa.video.search import Search
 
 Rows = NDArray[np.float64]
 Image = NDArray[Any]
+_State = tuple[Rows, Rows, Rows, NDArray[np.int64]]  # as vibrissa.video.kernel has it
 
-GROW = 10  # columns beyond either end of the followed line that are read in the next frame
-GAP = 12  # longest run of lost columns within one whisker
-FEWEST = 25  # columns below which a line is not called a whisker
 SEED_REACH = 4  # rows around a seed in which its whisker is sought
 GROW_REACH = 2  # rows about the straight continuation in which the first line is carried on
 SLOPES = np.linspace(-2, 2, 41)  # of the whisker at its seed [rows per column]
-REGAIN = 1.0  # root mean square distance [px] from where it was lost within which a whisker is taken up again
 SAME = 0.3  # contrast of a background along the whisker, over the frame's, above which it holds the whisker
-ALIKE = (0.5, 2.0)  # contrast of the line over this whisker's own, outside of which it is another or a crossing
-ADAPT = 0.02  # share of a new frame in a whisker's own contrast
-APART = 2.0  # distance [px] below which two lines are one
 REASONS = (
     "followed",
     "too faint or hidden",
@@ -60,15 +57,6 @@ class Centrelines(NamedTuple):
     reason: NDArray[np.int8]
 
 
-class _State(NamedTuple):
-    """What is known of one whisker before a frame is read."""
-
-    expected: Rows
-    course: Rows
-    typical: Rows
-    missed: int
-
-
 def centrelines(
     blocks: Iterable[Image], *, seeds: Sequence[tuple[float, float]], search: Search | None = None
 ) -> Iterator[Centrelines]:
@@ -94,24 +82,18 @@ def centrelines(
         If a seed is outside the image or has no whisker, or the background is none.
     """
     search = search or Search()
-    states: list[_State] = []
+    state: _State | None = None
     for block in blocks:
         background = background_of(search, block.shape[1:])
-        if not states:
-            states = [_start(np.ascontiguousarray(block[0]), background, search, seed) for seed in seeds]
-        shape = (len(states), *block.shape[:1], block.shape[2])
-        row, sd, contrast = np.empty(shape), np.empty(shape), np.empty(shape)
+        if state is None:
+            state = _start(np.ascontiguousarray(block[0]), background, search, seeds)
+        shape = (len(seeds), len(block), block.shape[2])
+        lines = np.empty(shape), np.empty(shape), np.empty(shape)
         reason = np.zeros(shape[:2], np.int8)
-        for i, image in enumerate(np.ascontiguousarray(block)):
-            lines = []
-            for w, state in enumerate(states):
-                line, reason[w, i] = _seek(image, background, search, state)
-                lines.append(line)
-            _part(lines, states, reason[:, i])
-            for w, line in enumerate(lines):
-                states[w] = _settle(states[w], line, reason[w, i], search)
-                row[w, i], sd[w, i], contrast[w, i] = line if reason[w, i] == 0 else (np.nan, np.nan, np.nan)
-        yield Centrelines(row, sd, contrast, reason)
+        how = search.search, search.threshold, search.estimator == "matched"
+        sign = _sign_for(block, search)
+        follow(np.ascontiguousarray(block), background, sign, how, _columns(search, shape[2]), state, lines, reason)
+        yield Centrelines(*lines, reason)
 
 
 def background_of(search: Search, shape: tuple[int, ...]) -> NDArray[np.float32]:
@@ -134,19 +116,47 @@ def read(
     search: Search,
     expected: Rows,
     reach: int,
-    typical: Rows | None = None,
 ) -> tuple[Rows, Rows, Rows]:
     """Row, standard deviation and contrast of the line within ``reach`` rows of the expected rows."""
-    ceiling = np.full(expected.size, np.inf)
-    if typical is not None:
-        # a line of 2 px full width at half maximum has a peak of half its sum
-        ceiling = np.where(np.isnan(typical), np.inf, np.maximum(typical, 0) / 2)
+    ceiling = np.full(expected.size, np.nan)
+    line = np.empty((3, expected.size))
     match = search.estimator == "matched"
-    return read_line(image, background, sign_of(search), expected, ceiling, reach, search.threshold, GAP, match)
+    sign = _sign_for(image, search)
+    read_line(
+        image, background, sign, expected, ceiling, reach, search.threshold, GAP, match, line[0], line[1], line[2]
+    )
+    return line[0], line[1], line[2]
 
 
-def _start(image: Image, background: NDArray[np.float32], search: Search, seed: tuple[float, float]) -> _State:
-    """Find the whisker at a seed, along it to both ends."""
+def _sign_for(image: Image, search: Search) -> NDArray[np.signedinteger]:
+    """The sign, in a type that holds sums of the image's grey levels."""
+    return np.array([sign_of(search)], np.int16 if image.dtype == np.uint8 else np.int32)
+
+
+def _columns(search: Search, width: int) -> tuple[int, int]:
+    """First and last column that are read."""
+    low, high = search.columns or (0, width - 1)
+    return max(low, 0), min(high, width - 1)
+
+
+def _start(
+    image: Image, background: NDArray[np.float32], search: Search, seeds: Sequence[tuple[float, float]]
+) -> _State:
+    """Find the whiskers at the seeds, along them to both ends."""
+    width = image.shape[1]
+    columns = _columns(search, width)
+    expected, course, typical = np.empty((3, len(seeds), width))
+    for w, seed in enumerate(seeds):
+        line, contrast = _whisker_at(image, background, search, seed)
+        expected[w], course[w] = expect(line, np.full(width, np.nan), *columns)
+        typical[w] = local_quadratic(contrast, SMOOTH)[0]
+    return expected, course, typical, np.zeros(len(seeds), np.int64)
+
+
+def _whisker_at(
+    image: Image, background: NDArray[np.float32], search: Search, seed: tuple[float, float]
+) -> tuple[Rows, Rows]:
+    """Line and contrast of the whisker at a seed."""
     height, width = image.shape
     if not (0 <= seed[0] <= width - 1 and 0 <= seed[1] <= height - 1):
         raise InputError("seed", f"must lie in the image of {width} × {height} pixels", _written(seed))
@@ -156,8 +166,7 @@ def _start(image: Image, background: NDArray[np.float32], search: Search, seed: 
     if np.count_nonzero(~np.isnan(line)) < FEWEST:
         remedy = "take a point on a clear stretch, or set polarity"
         raise InputError("seed", "must lie on a whisker", _written(seed), remedy)
-    expected, course = _expect(line, np.full(width, np.nan), search)
-    return _State(expected, course, _smooth_contrast(contrast), 0)
+    return line, contrast
 
 
 def _written(seed: tuple[float, float]) -> str:
@@ -189,7 +198,9 @@ def grow(
     course = line
     # a faint stretch may cost columns once: give up when nothing was gained three times
     while stalled < 3 and np.count_nonzero(~np.isnan(course)) > SMOOTH // 2:
-        course, _, contrast = read(image, background, search, _expect(course, unknown, search)[0], GROW_REACH)
+        course, _, contrast = read(
+            image, background, search, expect(course, unknown, *_columns(search, line.size))[0], GROW_REACH
+        )
         count = int(np.count_nonzero(~np.isnan(course)))
         stalled = 0 if count > longest else stalled + 1
         if count > longest:
@@ -213,85 +224,9 @@ def _refuse_whisker_in(
         )
 
 
-def _smooth_contrast(contrast: Rows) -> Rows:
-    """Contrast along a line, smooth; NaN where fewer than 5 columns were measured nearby."""
-    return local_quadratic(contrast, SMOOTH)[0]
-
-
 def limited(expected: Rows, search: Search) -> Rows:
     """Expected rows, NaN outside the columns that are read."""
     if search.columns is None:
         return expected
     columns = np.arange(expected.size)
     return np.where((columns >= search.columns[0]) & (columns <= search.columns[1]), expected, np.nan)
-
-
-def _expect(row: Rows, course: Rows, search: Search) -> tuple[Rows, Rows]:
-    """Where a line is expected next, and its course as far as it was ever followed.
-
-    Beyond an end of the followed line its former course is carried along, as a hidden part comes back where
-    it was; beyond that, ``GROW`` columns straight on.
-    """
-    measured = np.flatnonzero(~np.isnan(row))
-    first, last = measured[0], measured[-1]
-    value, slope = local_quadratic(row, SMOOTH)
-    columns = np.arange(row.size)
-    within = (columns >= first) & (columns <= last)
-    known = measured[~np.isnan(value[measured])]
-    now = np.where(within, np.interp(columns, known, value[known]), np.nan)
-    now = np.where(columns < first, course + (now[first] - course[first]), now)
-    now = np.where(columns > last, course + (now[last] - course[last]), now)
-    seen = np.flatnonzero(~np.isnan(now))
-    first, last = seen[0], seen[-1]
-    # the slope at the very end of a local quadratic is noisy: take its mean over half the window
-    ends = np.nanmean(slope[known[:SMOOTH]]), np.nanmean(slope[known[-SMOOTH:]])
-    before, beyond = (columns < first) & (columns >= first - GROW), (columns > last) & (columns <= last + GROW)
-    expected = np.where(before, now[first] + ends[0] * (columns - first), now)
-    expected = np.where(beyond, now[last] + ends[1] * (columns - last), expected)
-    return limited(expected, search), now
-
-
-def _seek(
-    image: Image, background: NDArray[np.float32], search: Search, state: _State
-) -> tuple[tuple[Rows, Rows, Rows], int]:
-    """Read one whisker in the next frame, and tell by a place in ``REASONS`` whether it is the one."""
-    line = read(image, background, search, state.expected, search.search, state.typical)
-    if np.count_nonzero(~np.isnan(line[0])) < FEWEST:
-        return line, 1
-    if state.missed and not _where_it_was(line[0], state):
-        return line, 4
-    common = ~np.isnan(line[2]) & ~np.isnan(state.typical)
-    if common.any():
-        ratio = np.median(line[2][common] / state.typical[common])
-        if not ALIKE[0] < ratio < ALIKE[1]:
-            return line, 2
-    return line, 0
-
-
-def _where_it_was(row: Rows, state: _State) -> bool:
-    """Whether a lost whisker is back: at least half of its columns, where they were expected."""
-    off = (row - state.expected)[~np.isnan(row)]
-    half = np.count_nonzero(~np.isnan(state.course)) / 2
-    return bool(off.size >= half and np.sqrt(np.mean(off**2)) < REGAIN)
-
-
-def _part(lines: Sequence[tuple[Rows, Rows, Rows]], states: Sequence[_State], reason: NDArray[np.int8]) -> None:
-    """Where two whiskers were read on one line, leave it to the one that was expected nearer to it."""
-    for v in range(len(lines)):
-        for w in range(v):
-            common = ~np.isnan(lines[v][0]) & ~np.isnan(lines[w][0])
-            if reason[v] or reason[w] or np.count_nonzero(common) < FEWEST:
-                continue
-            if np.median(np.abs(lines[v][0] - lines[w][0])[common]) < APART:
-                off = [np.nanmedian(np.abs(lines[k][0] - states[k].expected)) for k in (v, w)]
-                reason[v if off[0] > off[1] else w] = 3
-
-
-def _settle(state: _State, line: tuple[Rows, Rows, Rows], reason: int, search: Search) -> _State:
-    """State after a frame: as found if the whisker was followed, as carried along if it was lost."""
-    if reason:
-        return state._replace(missed=state.missed + 1)
-    expected, course = _expect(line[0], state.course, search)
-    found = _smooth_contrast(line[2])
-    typical = np.where(np.isnan(state.typical), found, state.typical + ADAPT * (found - state.typical))
-    return state._replace(expected=expected, course=course, typical=np.where(np.isnan(typical), state.typical, typical))
