@@ -27,6 +27,7 @@ COLOURS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#D55E00")  # 
 WIDE = 640  # pixels a frame is magnified to, at least, by a whole factor
 TEXT = 12  # height of the text [px]
 INSET = 40  # side of the part that is magnified [px]
+BOX = {"facecolor": "black", "alpha": 0.6, "pad": 1, "edgecolor": "none"}  # behind text on a picture
 
 
 def evenly(first: int, last: int, most: int) -> list[int]:
@@ -227,7 +228,8 @@ def _panel(panel: Any, data: xr.Dataset, names: list[str], span: dict[str, float
     measured = np.flatnonzero(np.isfinite(columns).any(axis=1))
     for k, w in enumerate(sorted(set(range(len(columns))) - {*measured.tolist()})):
         text = f"{names[w]} not seen"
-        panel.text(0.02, 0.98 - 0.09 * k, text, color=COLOURS[w % len(COLOURS)], va="top", transform=panel.transAxes)
+        ink = COLOURS[w % len(COLOURS)]
+        panel.text(0.02, 0.98 - 0.09 * k, text, color=ink, va="top", transform=panel.transAxes, bbox=BOX)
     if len(measured):
         _inset(panel, data, int(measured[0]), span)
 
@@ -264,5 +266,4 @@ def _scale_bar(panel: Any, data: xr.Dataset) -> None:
     left, row = 0.5 * (data.sizes["column"] - pixels), 0.96 * data.sizes["row"]
     for ink, thick in (("black", 4.5), ("white", 2.5)):
         panel.plot([left, left + pixels], [row, row], color=ink, lw=thick, solid_capstyle="butt")
-    box = {"facecolor": "black", "alpha": 0.6, "pad": 1, "edgecolor": "none"}
-    panel.text(left + pixels / 2, row - 6, f"{1e3 * length:g} mm", color="white", ha="center", va="bottom", bbox=box)
+    panel.text(left + pixels / 2, row - 6, f"{1e3 * length:g} mm", color="white", ha="center", va="bottom", bbox=BOX)
