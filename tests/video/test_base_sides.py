@@ -141,6 +141,29 @@ def test_whisking_whiskers_of_a_turned_image_are_those_of_the_upright_one(pad):
     np.testing.assert_array_equal(turned.y, upright.x)
 
 
+@pytest.mark.parametrize("base", ["right", "bottom"])
+def test_fan_opens_to_the_left_or_upwards_too(pad, base):
+    angles, movie = pad
+    calibration = Calibration(frame_rate=200.0, pixel_size=1e-4)
+    settings = {"calibration": calibration, "search": 2, "threshold": 3.0}
+    last, pivot = pad_of_mouse.WIDTH - 1, pad_of_mouse.FAN.pivot
+    mirrored = movie[:, :, ::-1] if base == "right" else movie[:, :, ::-1].swapaxes(1, 2)
+    place = (last - pivot[0], pivot[1]) if base == "right" else (pivot[1], last - pivot[0])
+    sector = (130.0, 230.0) if base == "right" else (-140.0, -40.0)
+    fan = Fan(pivot=place, radii=pad_of_mouse.FAN.radii, angles=sector)
+    t, column, row = pad_of_mouse.mark(angles, 3, 0)
+    mark = (t, last - column, row) if base == "right" else (t, row, last - column)
+    data = track([mirrored], whisking=Whisking(fan=fan, marks=((mark,),)), base=base, **settings)
+    along, across = (data.x, data.y) if base == "right" else (data.y, data.x)
+    along, across = last - along.values[0] / 1e-4, across.values[0] / 1e-4
+    truth = pad_of_mouse.rows_of_pad(angles)[3]
+    seen = np.isfinite(measured_sd(data).values[0])
+    off = np.array([np.interp(along[i], np.arange(last + 1), truth[i]) - across[i] for i in range(len(truth))])
+    assert seen.any(axis=1).mean() > 0.5
+    assert np.mean(np.abs(off[seen]) > 1.5) < 0.02
+    assert np.median(np.abs(off[seen])) < 0.15
+
+
 def test_region_of_whisking_whiskers_bounds_them_and_not_the_fan(pad):
     angles, movie = pad
     calibration = Calibration(frame_rate=200.0, pixel_size=1e-4)

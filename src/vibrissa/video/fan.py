@@ -39,7 +39,8 @@ class Fan:
     radii : (inner, outer)
         Distances from the pivot between which whiskers are nearly straight and clear of the fur [px].
     angles : (first, last)
-        Sector of the fan [°]: 0 towards increasing columns, positive towards increasing rows.
+        Sector of the fan [°]: 0 towards increasing columns, positive towards increasing rows; (120, 240) opens to the
+        left.
     """
 
     pivot: tuple[float, float]
@@ -49,8 +50,9 @@ class Fan:
     def __post_init__(self) -> None:
         if not 0 < self.radii[0] < self.radii[1]:
             raise InputError("Fan.radii", "must be positive, the inner one first", self.radii)
-        if not -180 <= self.angles[0] < self.angles[1] <= 180:
-            raise InputError("Fan.angles", "must be two angles in [-180°, 180°], the lower one first", self.angles)
+        if not (-360 <= self.angles[0] < self.angles[1] <= 360 and self.angles[1] - self.angles[0] <= 360):
+            rule = "must be two angles in [-360°, 360°], the lower one first, at most a turn apart"
+            raise InputError("Fan.angles", rule, self.angles)
 
     @property
     def middle(self) -> float:
@@ -174,6 +176,8 @@ def course(fan: Fan, angle: float, offset: float, width: int) -> NDArray[np.floa
 
 
 def angle_at(fan: Fan, point: tuple[float, float], offset: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Angle at the middle radius [°] of lines of some offsets through a point (column, row)."""
+    """Angle at the middle radius [°], within half a turn of the fan's own, of lines of some offsets through a point."""
     x, y = point[0] - fan.pivot[0], point[1] - fan.pivot[1]
-    return np.rad2deg(np.arctan2(y, x) - offset * (1 / np.hypot(x, y) - 1 / fan.middle))
+    angle = np.rad2deg(np.arctan2(y, x) - offset * (1 / np.hypot(x, y) - 1 / fan.middle))
+    own = sum(fan.angles) / 2
+    return own + (angle - own + 180) % 360 - 180
