@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import io
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -12,15 +15,17 @@ from vibrissa.video.whisk_files import Segment, Values, existing, refuse_coordin
 from vibrissa.video.whisk_profile import Known
 
 NOBODY = 0xFFFF  # −1 in the unsigned column
+PATIENCE, PACE = 30.0, 1e6  # [s] and [bytes/s] granted to the HDF5 library, which a damaged list keeps busy for ever
+DAMAGED = (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError, MemoryError)
 
 
 def read_whiskiwrap(path: str | Path) -> tuple[list[Segment], dict[tuple[int, int], Known]]:
     """Segments of a WhiskiWrap HDF5 file, and what it knows of them by frame and number.
 
     The tables ``summary`` (``fid``, ``wid``, ``follicle_x``, ``follicle_y`` and, if measured, ``label``),
-    ``pixels_x`` and ``pixels_y`` are read. WhiskiWrap writes label 0 for every segment until they are classified;
-    where there is no label, nobody is known. A list whose length is damaged may keep the HDF5 library busy for long:
-    the format has no checksum that would tell.
+    ``pixels_x`` and ``pixels_y`` are read, by a process of their own with a limit of time, since damaged lists can
+    neither be told nor read. WhiskiWrap writes label 0 for every segment until they are classified; where there is no
+    label, nobody is known.
 
     Returns
     -------
@@ -34,31 +39,43 @@ def read_whiskiwrap(path: str | Path) -> tuple[list[Segment], dict[tuple[int, in
     InputError
         If the file is missing, no HDF5 file, without these tables, or they do not fit.
     """
+    path = existing(path)
+    limit = PATIENCE + path.stat().st_size / PACE
+    try:
+        reader = subprocess.run([sys.executable, "-m", __name__, str(path)], capture_output=True, timeout=limit)
+    except subprocess.TimeoutExpired as error:
+        raise InputError(str(path), f"must be readable within {limit:.0f} s", remedy="the file is damaged") from error
+    if reader.returncode:
+        line = (reader.stderr.decode(errors="replace").strip().splitlines() or ["the HDF5 library crashed"])[-1]
+        raise InputError(str(path), "must be a WhiskiWrap HDF5 file with its pixels", remedy=line)
+    tables = np.load(io.BytesIO(reader.stdout))
+    columns = [np.split(tables[f"{axis}"], tables[f"{axis}_end"][:-1]) for axis in ("x", "y")]
+    return _segments(path, tables["summary"], columns), _known(tables["summary"])
+
+
+def _write_tables(path: Path, out: Any) -> None:
+    """Write the tables of a file as arrays: the rows, and the pixels one after the other with the end of each list."""
     import h5py
 
-    with existing(path).open("rb") as stream:
-        try:
-            with h5py.File(stream, "r") as file:
-                if "summary" not in file or "pixels_x" not in file or "pixels_y" not in file:
-                    remedy = "write it with the pixels, not summary_only"
-                    raise InputError(str(path), "must have the tables summary, pixels_x, pixels_y", list(file), remedy)
-                summary, *columns = (_rows(path, file[name]) for name in ("summary", "pixels_x", "pixels_y"))
-        except (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError, MemoryError) as error:
-            if isinstance(error, InputError):
-                raise
-            raise InputError(str(path), "must be a WhiskiWrap HDF5 file", remedy=str(error)) from error
-    return _segments(path, summary, columns), _known(summary)
+    with h5py.File(path, "r") as file:
+        if missing := [name for name in ("summary", "pixels_x", "pixels_y") if name not in file]:
+            raise KeyError(f"has no table {', '.join(missing)}; write it with the pixels, not summary_only")
+        tables: dict[str, Any] = {"summary": _rows(path, file["summary"])}
+        for axis in ("x", "y"):
+            lists = [np.atleast_1d(np.asarray(one, float)) for one in _rows(path, file[f"pixels_{axis}"])]
+            tables[axis] = np.concatenate([*lists, np.zeros(0)])
+            tables[f"{axis}_end"] = np.cumsum([one.size for one in lists])
+    np.savez(out, **tables)
 
 
-def _rows(path: str | Path, table: Any) -> np.ndarray:
-    """All rows of a table, unless it counts more of them than the file has bytes: damaged counts take forever."""
-    if len(table.shape) != 1 or table.size > Path(path).stat().st_size:
-        rule = "must be a list of rows that the file can hold"
-        raise InputError(f"{path}, {table.name}", rule, f"shape {table.shape}", "the file is damaged")
+def _rows(path: Path, table: Any) -> np.ndarray:
+    """All rows of a table, unless it counts more of them than the file has bytes: damaged counts take for ever."""
+    if len(table.shape) != 1 or table.size > path.stat().st_size:
+        raise ValueError(f"{table.name} has the shape {table.shape}, more than the file can hold")
     return table[:]
 
 
-def _segments(path: str | Path, summary: np.ndarray, columns: list[np.ndarray]) -> list[Segment]:
+def _segments(path: str | Path, summary: np.ndarray, columns: list[list[Values]]) -> list[Segment]:
     needed = {"fid", "wid", "follicle_x", "follicle_y"}
     if missing := sorted(needed - set(summary.dtype.names or ())):
         raise InputError(f"{path}, summary", f"must have the columns {', '.join(missing)}")
@@ -67,7 +84,7 @@ def _segments(path: str | Path, summary: np.ndarray, columns: list[np.ndarray]) 
         raise InputError(str(path), "must have pixels for each row of summary", counts)
     segments = []
     for i, (frame, wid) in enumerate(zip(summary["fid"].tolist(), summary["wid"].tolist(), strict=True)):
-        x, y = (_numbers(f"{path}, row {i}", column[i]) for column in columns)
+        x, y = (column[i] for column in columns)
         if x.size != y.size or not x.size:
             raise InputError(f"{path}, row {i}", "must have as many x as y", f"{x.size} and {y.size}")
         refuse_coordinates(f"{path}, row {i}", x, y)
@@ -77,14 +94,14 @@ def _segments(path: str | Path, summary: np.ndarray, columns: list[np.ndarray]) 
     return segments
 
 
-def _numbers(thing: str, values: object) -> Values:
-    try:
-        return np.atleast_1d(np.asarray(values, float))
-    except (TypeError, ValueError) as error:
-        raise InputError(thing, "must hold numbers") from error
-
-
 def _known(summary: np.ndarray) -> dict[tuple[int, int], Known]:
     labels = summary["label"].tolist() if "label" in (summary.dtype.names or ()) else [NOBODY] * len(summary)
     rows = zip(*(summary[name].tolist() for name in ("fid", "wid", "follicle_x", "follicle_y")), labels, strict=True)
     return {(frame, wid): Known(-1 if who == NOBODY else who, (x, y)) for frame, wid, x, y, who in rows}
+
+
+if __name__ == "__main__":
+    try:
+        _write_tables(Path(sys.argv[1]), sys.stdout.buffer)
+    except DAMAGED as damage:
+        sys.exit(" ".join(str(damage).split()))
