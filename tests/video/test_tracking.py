@@ -309,6 +309,23 @@ def test_four_whiskers_of_a_mouse_agree_with_whisk(mouse):
         assert np.mean(np.array(distance) < 1) > 0.95
 
 
+def test_dense_field_does_not_hop(mouse):
+    """Scatter about a local quadratic of 21 columns, where WHISK traces the line too; a hop to a neighbour is 4 px."""
+    (lines,) = centrelines([mouse[:CALM]], seeds=MOUSE_SEEDS, search=Search(columns=(60, 180), search=2, threshold=3.0))
+    scatter = []
+    for s in whisk_segments(real("whiskiwrap-movies/test_video2.whiskers")):
+        if s.frame >= CALM or s.x[0] >= 60 or np.hypot(np.diff(s.x), np.diff(s.y)).sum() <= 80:
+            continue
+        columns = np.arange(int(s.x[0]) + 1, int(s.x[-1]))
+        for row in lines.row[:, s.frame]:
+            off = row[columns] - np.interp(columns, s.x, s.y)
+            if np.count_nonzero(~np.isnan(off)) > 40 and np.nanmedian(np.abs(off)) < 1.5:
+                scatter.append(np.nanstd((row - local_quadratic(row, 10)[0])[columns]))
+    assert len(scatter) > 400
+    assert np.median(scatter) < 0.5
+    assert np.mean(np.array(scatter) < 1) > 0.95
+
+
 def test_lost_whisker_is_not_taken_up_again_from_a_neighbour(mouse):
     """Without marks whiskers are lost as the mouse begins to whisk; others then pass where they were."""
     lines = list(centrelines([mouse], seeds=MOUSE_SEEDS, search=Search(columns=(60, 180), search=2, threshold=3.0)))
