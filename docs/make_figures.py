@@ -1,26 +1,46 @@
-"""Draw the model's Figures 2 and 6A–B.
+"""Draw the model's Figures 2 and 6A–B, and Figure 3 of the built-in experiment (two minutes).
 
 python docs/make_figures.py [FOLDER]
 """
 
 import sys
+from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from vibrissa.figures import fig2, fig6_model
+from vibrissa.figures import fig2, fig3, fig6_model
+from vibrissa.files import load
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.superposition import Scan
+from vibrissa.study.repeats import film_repeats
+from vibrissa.study.settings import read_study
+from vibrissa.study.study import run_study
+from vibrissa.study.virtual import predicted_motion
 from vibrissa.whisker import Whisker
 
 WHISKER = Whisker(length=0.040, cone_angle=1.5e-3, tip=0.05)
 POSTURE = Posture(contact=0.29, base_angle=1.2)
 SCAN = Scan(speed=0.1, damping=0.11)
 
+
+def figure_3():
+    """The built-in experiment, and its first 0.3 s again: 20 times five runs."""
+    study = read_study()
+    with TemporaryDirectory() as folder:
+        run_study(study, Path(folder) / "out")
+        results = {path.stem: load(path) for path in (Path(folder) / "out").glob("*.nc")}
+    film = replace(study.film, n_frames=600)
+    results["repeats"] = film_repeats(predicted_motion(study), film, rng=np.random.default_rng(1))
+    return fig3.draw(fig3.compute(results))
+
+
 if __name__ == "__main__":
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent
     figures = {
         "fig2.png": fig2.draw(fig2.compute(POSTURE, WHISKER, 0.6e-3, SCAN)),
+        "fig3.png": figure_3(),
         "fig6ab.png": fig6_model.draw(fig6_model.compute(POSTURE, WHISKER, SCAN, rng=np.random.default_rng(1))),
     }
     for name, figure in figures.items():

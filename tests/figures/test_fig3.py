@@ -180,6 +180,15 @@ def test_panels_without_data_say_so(filmed):
     assert "truth" not in bare.attrs["caption"]
 
 
+def test_without_a_skin_point_no_share_is_told(filmed):
+    profile = filmed["profile"].assign_attrs(arc_length_from="base end of the line in the first frame")
+    data = fig3.compute(filmed | {"profile": profile})
+    assert "along_share" not in data
+    assert "share_across" not in data.attrs
+    assert "not known: without a skin point" in texts(fig3.draw(data))
+    assert "% of the power" not in data.attrs["caption"]
+
+
 def test_a_whisker_that_was_lost_leaves_its_motion_out_and_says_why(filmed):
     lost = filmed["profile"].copy()
     for name in ("x", "y", "y_sd"):

@@ -54,7 +54,8 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
         B: ``image`` (row, column); ``line_column``, ``line_row`` (whisker, node) [pixels]. C: ``motion_x``,
         ``motion_y`` (instant, field_node) of successive frames about ``mean_x``, ``mean_y`` [m]; ``along_share`` as
         tracked, ``along_share_unstretched`` as it follows from the motion across the shaft, and ``along_share_true``
-        (field_node). D: ``node_motion`` (time, trace) [m], the measured coordinate about its mean, ``trace_arc``.
+        (field_node), where arc length starts at a skin point. D: ``node_motion`` (time, trace) [m], the measured
+        coordinate about its mean, ``trace_arc``.
         E: ``run_motion``, ``run_correlation``, ``run_correlation_others`` (repetition, run). A: as in ``apparatus``.
         Attributes: ``share_across`` (pooled over the nodes of C), ``share_across_tracked``, ``share_across_true``,
         ``exaggeration``, ``measured`` (x or y), ``no_field`` (why C and D are missing, or empty), ``caption``.
@@ -99,14 +100,10 @@ def _motion(study: Mapping[str, xr.Dataset]) -> tuple[dict[str, Any], dict[str, 
     if not shown.any():
         return {}, {"no_field": "no node was measured on the base side of the contact", "measured": measured}
     field, told = _field(motion, shown)
-    lit = shown & (motion.arc <= _shaft(study) - SHADOW)
-    if "modal" in study and lit.any():
-        told["share_across_lit"] = 1 - pooled_share_along(motion.across[:, lit], motion.along_unstretched[:, lit])
+    if first.attrs.get("arc_length_from", "skin") == "skin":
+        shares, of_all = _shares(study, motion, shown)
+        field, told = field | shares, told | of_all
     true = study.get("true_profile")
-    if true is not None:
-        exact = motion_of_truth(true, motion)
-        field["along_share_true"] = share_along(*exact)[shown]
-        told["share_across_true"] = 1 - pooled_share_along(*(values[:, shown] for values in exact))
     return field | _traces(first, motion, shown, true, measured), told | {"no_field": "", "measured": measured}
 
 
@@ -117,8 +114,8 @@ def _shaft(study: Mapping[str, xr.Dataset]) -> float:
 
 
 def _field(motion: NodeMotion, shown: NDArray[np.bool_]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Displacements of some frames about the one of largest motion, and the shares of the power along the shaft."""
-    across, along, free = (values[:, shown] for values in (motion.across, motion.along, motion.along_unstretched))
+    """Displacements in some frames about the one of largest motion."""
+    across, along = motion.across[:, shown], motion.along[:, shown]
     instant = int(np.argmax(np.nansum(across**2, axis=1)))
     start = max(0, min(instant - FRAMES // 2, len(across) - FRAMES))
     frames = slice(start, start + FRAMES)
@@ -132,14 +129,29 @@ def _field(motion: NodeMotion, shown: NDArray[np.bool_]) -> tuple[dict[str, Any]
         "mean_y": motion.y[shown],
         "motion_x": w * np.cos(angle) - u * np.sin(angle),
         "motion_y": w * np.sin(angle) + u * np.cos(angle),
-        "along_share": share_along(across, along),
-        "along_share_unstretched": share_along(across, free),
     }
-    shares = {
-        "share_across": 1 - pooled_share_along(across, free),
-        "share_across_tracked": 1 - pooled_share_along(across, along),
-    }
-    return columns, shares | {"exaggeration": float(max(1, np.floor(factor / step) * step)), "shaft_shown": reach}
+    return columns, {"exaggeration": float(max(1, np.floor(factor / step) * step)), "shaft_shown": reach}
+
+
+def _shares(
+    study: Mapping[str, xr.Dataset], motion: NodeMotion, shown: NDArray[np.bool_]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Shares of the power along the shaft: of each node, and of all together."""
+    moves = {"_tracked": (motion.across, motion.along), "": (motion.across, motion.along_unstretched)}
+    if "true_profile" in study:
+        moves["_true"] = motion_of_truth(study["true_profile"], motion)
+    names = {"_tracked": "along_share", "": "along_share_unstretched", "_true": "along_share_true"}
+    columns = {names[which]: share_along(*move)[shown] for which, move in moves.items()}
+    pooled = {f"share_across{which}": _across(move, shown) for which, move in moves.items()}
+    lit = shown & (motion.arc <= _shaft(study) - SHADOW)
+    if "modal" in study and lit.any():
+        pooled["share_across_lit"] = _across(moves[""], lit)
+    return columns, pooled
+
+
+def _across(move: tuple[Array, Array], nodes: NDArray[np.bool_]) -> float:
+    """Share of the power across the shaft, of these nodes together."""
+    return 1 - pooled_share_along(move[0][:, nodes], move[1][:, nodes])
 
 
 def _traces(

@@ -20,7 +20,7 @@ def caption(told: Mapping[str, Any]) -> str:
             f"A: to scale, but for the depth of the grating, {1e6 * told['depth']:.0f} µm; pale, its gaps. The camera "
             "looks along their edges."
         )
-    if "share_across" in told:
+    if "exaggeration" in told:
         parts.append(_of_motion(told))
     if "runs" in told:
         parts.append(_of_runs(told))
@@ -30,6 +30,13 @@ def caption(told: Mapping[str, Any]) -> str:
 def _of_motion(told: Mapping[str, Any]) -> str:
     """C: the shares."""
     scale = f"{told['exaggeration']:g} times too large" if told["exaggeration"] > 1 else "to scale"
+    drawn = (
+        f"C: displacements about the mean, drawn {scale}. The tracker measures {told['measured']} alone; which point "
+    )
+    if "share_across" not in told:
+        return (
+            drawn + "of the line a node is would follow from its arc length, but that has no skin point to start from."
+        )
     percent = {
         name: f"{100 * value:.1f}\N{NO-BREAK SPACE}%" for name, value in told.items() if name.startswith("share_across")
     }
@@ -41,9 +48,8 @@ def _of_motion(told: Mapping[str, Any]) -> str:
         else ""
     )
     return (
-        f"C: displacements about the mean, drawn {scale}. The tracker measures {told['measured']} alone; which point "
-        f"of the line a node is follows from its arc length. So the motion across the mean profile is measured, and "
-        f"the motion along it is what a shaft that does not stretch must do, dw = u dφ. Over the "
+        f"{drawn}of the line a node is follows from its arc length. So the motion across the mean profile is "
+        f"measured, and the motion along it is what a shaft that does not stretch must do, dw = u dφ. Over the "
         f"{1e3 * told['shaft_shown']:.1f} mm shown, {percent['share_across']} of the power is across "
         f"({percent['share_across_tracked']} with the noise of the nodes{true}).{lit}"
     )
@@ -55,7 +61,7 @@ def _of_runs(told: Mapping[str, Any]) -> str:
     alike = (5 * PAPER_MEAN**2 - 1) / 4
     others = alike / np.sqrt((1 + 3 * alike) / 4)
     found = {
-        name: f"{told[f'{name}_mean']:.3f} ± {told[f'{name}_sd']:.3f}"
+        name: f"{told[f'{name}_mean']:.4f} ± {told[f'{name}_sd']:.4f}"
         for name in ("run_correlation", "run_correlation_others", "run_correlation_true")
         if f"{name}_mean" in told
     }

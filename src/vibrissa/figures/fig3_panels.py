@@ -87,6 +87,9 @@ def draw_field(axis: Axes, data: xr.Dataset) -> None:
 
 def draw_shares(axis: Axes, data: xr.Dataset) -> None:
     """Share of the power along the shaft, node by node."""
+    if "along_share" not in data:
+        without(axis, "C  Share across the shaft", "not known: without a skin point no node is fixed to the shaft")
+        return
     arc = 1e3 * data.field_arc
     if "along_share_true" in data:
         axis.plot(arc, 100 * data.along_share_true, color=TRUTH, lw=3.5, label="truth")
@@ -100,12 +103,15 @@ def draw_shares(axis: Axes, data: xr.Dataset) -> None:
 def draw_traces(axis: Axes, data: xr.Dataset) -> None:
     """Motion of a few nodes, one above the other from the skin (bottom) to the tip (top)."""
     motion = 1e6 * data.node_motion.values
-    step = 1.1 * np.nanmax(np.ptp(np.nan_to_num(motion), axis=0), initial=1.0)
+    seen = [trace[np.isfinite(trace)] for trace in motion.T]
+    level = [np.median(trace) if trace.size else 0.0 for trace in seen]  # an excerpt may lie off the movie's mean
+    step = 1.1 * max([1.0, *(np.ptp(trace) for trace in seen if trace.size)])
     for i, arc in enumerate(data.trace_arc.values):
         if "node_motion_true" in data:
             label = "truth" if i == 0 else None
-            axis.plot(data.time, 1e6 * data.node_motion_true[:, i] + i * step, color=TRUTH, lw=2.6, label=label)
-        axis.plot(data.time, motion[:, i] + i * step, color=f"C{i}", lw=0.9)
+            true = 1e6 * data.node_motion_true[:, i] - level[i]
+            axis.plot(data.time, true + i * step, color=TRUTH, lw=2.6, label=label)
+        axis.plot(data.time, motion[:, i] - level[i] + i * step, color=f"C{i}", lw=0.9)
         axis.annotate(
             f"{1e3 * arc:.1f} mm", (1.005, i * step), xycoords=("axes fraction", "data"), va="center", color=f"C{i}"
         )
@@ -115,9 +121,9 @@ def draw_traces(axis: Axes, data: xr.Dataset) -> None:
     bar = max(k * decade for k in (1, 2, 5) if k * decade <= 0.6 * step)
     axis.plot([data.time[0]] * 2, [step / 2 - bar / 2, step / 2 + bar / 2], color="k", lw=3, solid_capstyle="butt")
     axis.text(data.time[0], step / 2, f"  {bar:g} µm", va="center")
-    axis.set(xlabel="time [s]", ylabel=f"{sense},\nabout its mean", xlim=(data.time[0], data.time[-1]), yticks=[])
+    axis.set(xlabel="time [s]", ylabel=sense, xlim=(data.time[0], data.time[-1]), yticks=[])
     axis.spines["left"].set_visible(False)
-    axis.set_title(f"D  Motion of single nodes of {name}, shifted; at the right their arc length from the skin")
+    axis.set_title(f"D  Motion of single nodes of {name}, shifted; at the right their arc length")
     if "node_motion_true" in data:
         axis.legend(loc="upper right")
 
