@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibrissa.video.rendering import Camera, exposure_times, render
+from vibrissa.video.search import Search
 
 FRAMES, WIDTH, HEIGHT = 40, 500, 450
 COLUMNS = np.arange(50, 451)  # of every whisker, base on the left
@@ -29,6 +30,7 @@ class Cell:
     whiskers: int = 1
     crossing: bool = False
     gradient: float = 0.0
+    threshold: float = Search.threshold  # of the tracker, not of the movie
 
     @property
     def file(self) -> str:
@@ -49,6 +51,10 @@ def cells() -> list[Cell]:
     found += [
         Cell(table="noise", name=f"{noise:g}, contrast {c}", noise=noise, contrast=pair)
         for (c, pair), noise in itertools.product(even[1:5], (1.5, 5.0))
+    ]
+    found += [
+        Cell(table="threshold", name=f"3, contrast {c}, noise {noise:g}", contrast=pair, noise=noise, threshold=3.0)
+        for (c, pair), noise in ((even[5], 3.0), (even[4], 5.0))
     ]
     found += [
         Cell(table="blur", name=f"{blur:g}, contrast {c}", blur=blur, contrast=pair)

@@ -34,9 +34,9 @@ HOP = 2.0  # [px] an error beyond it is another line, not a bad reading of this 
 
 def found_by(scene: Scene, estimator: str) -> tuple[np.ndarray, np.ndarray]:
     """Rows and their standard deviations (whisker, frame, column); all NaN if a seed is refused."""
-    lost = np.full(scene.truth.shape, np.nan)
+    lost, search = np.full(scene.truth.shape, np.nan), Search(estimator=estimator, threshold=scene.cell.threshold)
     try:
-        lines = next(iter(centrelines([scene.frames], seeds=seeds_of(scene), search=Search(estimator=estimator))))
+        lines = next(iter(centrelines([scene.frames], seeds=seeds_of(scene), search=search)))
     except InputError:
         return lost, lost
     return lines.row[..., COLUMNS], lines.sd[..., COLUMNS]
@@ -130,28 +130,29 @@ def percent(values: np.ndarray) -> str:
 
 
 def line(name: str, by: str, of: dict[str, np.ndarray]) -> str:
-    """One line of a table; the last two columns are of places near another whisker."""
+    """One line of a table; the last two columns but one are of places near another whisker."""
     figures = [mean(of["sd"]), mean(of["ratio"], 3), mean(of["bias"]), mean(of["fixed"], 3)]
     figures += [mean(of["locking"]), mean(of["p95"], 3)]
     shares = [percent(of[key]) for key in ("inside", "lost", "hopped", "near_lost")]
-    entries = [name, by, f"{np.mean(of['bound']):.4f}", *figures, *shares, mean(of["near_p95"], 2)]
+    rate = f"{FRAMES / np.median(of['seconds']):.0f}"
+    entries = [name, by, f"{np.mean(of['bound']):.4f}", *figures, *shares, mean(of["near_p95"], 2), rate]
     return f"| {' | '.join(entries)} |"
 
 
 HEAD = (
     "| {table} | by | bound | SD | SD/bound | bias | fixed | locking | 95 % | inside [%] | lost [%] | hopped [%] "
-    "| near: lost [%] | near: 95 % |\n" + 14 * "|---" + "|"
+    "| near: lost [%] | near: 95 % | frames/s |\n" + 15 * "|---" + "|"
 )
 
 
-def tables(folder: Path, end: str = ".csv") -> None:
-    """Print what is in the folder."""
-    for table, members in itertools.groupby(cells(), key=lambda cell: cell.table):
+def tables(folder: Path, *ends: str) -> None:
+    """Print the cells of which there are files with all these ends."""
+    there = [cell for cell in cells() if all((folder / f"{cell.file}{end}").is_file() for end in ends)]
+    for table, members in itertools.groupby(there, key=lambda cell: cell.table):
         print("\n" + HEAD.format(table=table))
-        for path, cell in ((folder / f"{cell.file}{end}", cell) for cell in members):
-            if path.is_file():
-                for by, of in read(path).items():
-                    print(line(cell.name, by, of))
+        for cell, end in itertools.product(members, ends):
+            for by, of in read(folder / f"{cell.file}{end}").items():
+                print(line(cell.name, by, of))
 
 
 def main(folder: Path, n_seeds: int) -> None:
@@ -163,7 +164,7 @@ def main(folder: Path, n_seeds: int) -> None:
             missing, pool.map(run, missing, [folder] * len(missing), [n_seeds] * len(missing)), strict=True
         ):
             print(cell.file, file=sys.stderr)
-    tables(folder)
+    tables(folder, ".csv")
 
 
 if __name__ == "__main__":

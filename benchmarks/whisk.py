@@ -6,7 +6,8 @@
 The first traces some of those movies, writes FOLDER/<cell>.whisk.csv, whose cells it does not run again, and prints
 the tables. TRACE is WHISK's program ``trace`` (PyPI: whisk-janelia 1.2.5), beside which ``default.parameters`` must
 stand; it loads FFmpeg 6 even for TIFF files, which a wheel of PyAV 12 brings. Its segments are known by no name: one
-is given to the whisker it runs along, within 2 px in the median over its columns, the longest first.
+is given to the whisker it runs along, within 2 px in the median over its columns, the longest first. As WHISK places a
+point by what it sees over 17 px along the line, the default estimator's rows are given smoothed over as many, too.
 
 The second reads, in every twentieth frame of a recorded movie, each column-wise line of more than 80 columns that WHISK
 traced there (its .whiskers file), from one seed in the middle of that line, and says how far from it what is read lies.
@@ -16,13 +17,16 @@ import os
 import subprocess
 import sys
 import tempfile
+from functools import partial
 from pathlib import Path
+from time import process_time
 from typing import get_args
 
 import numpy as np
 import tifffile
+from scipy.signal import savgol_filter
 from tracking_movies import COLUMNS, FRAMES, Scene, cells, film
-from tracking_truth import score, tables, write
+from tracking_truth import found_by, score, tables, write
 
 from vibrissa.errors import InputError
 from vibrissa.video.following import centrelines
@@ -32,6 +36,7 @@ from vibrissa.video.whisk_files import Segment, read_whiskers
 
 CHOSEN = ("contrast", "noise 5 contrast 75", "speed 2", "whiskers 5", "all")
 ALONG = 2.0  # [px]
+SUPPORT = 17  # columns, WHISK's 2 TLEN + 1
 LONG, EVERY, REACH = 80, 20, 10
 HOP = 2.0  # [px]
 
@@ -74,22 +79,42 @@ def assigned(scene: Scene, segments: list[Segment], first_frame: int) -> np.ndar
     return found
 
 
+def by_whisk(scenes: list[Scene], trace: Path) -> list[dict[str, object]]:
+    """Scores of WHISK's segments."""
+    segments, seconds = traced(scenes, trace)
+    rows: list[dict[str, object]] = []
+    for seed, scene in enumerate(scenes):
+        found = assigned(scene, segments, seed * FRAMES)
+        told = np.full(found.shape, np.nan)
+        rows.append({"seed": seed, "by": "WHISK", "seconds": seconds / len(scenes), **score(scene, found, told)})
+    return rows
+
+
+def smoothed(scenes: list[Scene]) -> list[dict[str, object]]:
+    """Scores of the default estimator's rows, smoothed along the line by a quadratic over as many columns as WHISK."""
+    rows: list[dict[str, object]] = []
+    for seed, scene in enumerate(scenes):
+        start = process_time()
+        found, _ = found_by(scene, Search().estimator)
+        found = savgol_filter(found, SUPPORT, 2, mode="constant", cval=np.nan)  # NaN where any of them is
+        seconds, told = process_time() - start, np.full(found.shape, np.nan)
+        name = f"{Search().estimator}, {SUPPORT} columns"
+        rows.append({"seed": seed, "by": name, "seconds": seconds, **score(scene, found, told)})
+    return rows
+
+
 def side_by_side(folder: Path, trace: Path, n_seeds: int) -> None:
     """Run what is missing, then print the tables."""
     for cell in cells():
-        path = folder / f"{cell.file}.whisk.csv"
-        if path.is_file() or not cell.file.replace("_", " ").startswith(CHOSEN):
+        if not cell.file.replace("_", " ").startswith(CHOSEN):
             continue
         scenes = [film(cell, seed) for seed in range(n_seeds)]
-        segments, seconds = traced(scenes, trace)
-        rows: list[dict[str, object]] = []
-        for seed, scene in enumerate(scenes):
-            found = assigned(scene, segments, seed * FRAMES)
-            told = np.full(found.shape, np.nan)
-            rows.append({"seed": seed, "by": "WHISK", "seconds": seconds / n_seeds, **score(scene, found, told)})
-        write(rows, path)
-        print(path.name, file=sys.stderr)
-    tables(folder, ".whisk.csv")
+        for end, run in ((".smooth.csv", smoothed), (".whisk.csv", partial(by_whisk, trace=trace))):
+            path = folder / f"{cell.file}{end}"
+            if not path.is_file():
+                write(run(scenes), path)
+                print(path.name, file=sys.stderr)
+    tables(folder, ".csv", ".smooth.csv", ".whisk.csv")
 
 
 def long_lines(path: Path) -> list[Segment]:
