@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vibrissa import __version__
 from vibrissa.errors import InputError
@@ -476,6 +477,15 @@ def require(data: xr.Dataset, *names: str) -> None:
             raise InputError(f"variable {name!r}", f"must have dimensions {quantity.dims}", str(found.dims))
         if found.attrs.get("units", quantity.unit) != quantity.unit:
             raise InputError(f"variable {name!r}", f"must be in {quantity.unit!r}", repr(found.attrs["units"]))
+
+
+def measured(profile: xr.Dataset) -> NDArray[np.bool_]:
+    """Whether each node was measured, and not extrapolated or lost, in the shape of ``x``.
+
+    Profiles of other programs tell no standard deviation: what has a position there was measured.
+    """
+    sd = next((name for name in ("y_sd", "x_sd") if name in profile), "x")
+    return np.asarray(np.isfinite(profile[sd].values))
 
 
 def measured_sd(profile: xr.Dataset) -> xr.DataArray:

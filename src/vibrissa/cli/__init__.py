@@ -13,8 +13,10 @@ from vibrissa.cli.geometry import atlas, whisker
 from vibrissa.cli.mechanics import gap, modes, profile, scan
 from vibrissa.cli.neural import neural
 from vibrissa.cli.options import Json
-from vibrissa.cli.output import progress_bars, show
+from vibrissa.cli.output import progress_bars, show, tell
+from vibrissa.cli.pick import pick
 from vibrissa.cli.replay import replay
+from vibrissa.cli.tracks import tracks
 from vibrissa.cli.video import decompose, track
 from vibrissa.errors import ConvergenceError, InputError
 
@@ -37,11 +39,11 @@ def run(study: Path | None = None, *, out: Path = Path("vibrissa-out"), json: Js
 
     with progress_bars() as progress:
         verdict = run_study(read_study(study), out, progress=progress)
-    print(f"vibrissa: the report is {out / 'report.html'}", file=sys.stderr)
+    tell(f"the report is {out / 'report.html'}")
     show(verdict, None, json, None)
 
 
-for verb in (track, decompose, modes, profile, gap, scan, whisker, atlas, replay, neural):
+for verb in (pick, track, tracks, decompose, modes, profile, gap, scan, whisker, atlas, replay, neural):
     app.command(verb)
 
 
@@ -62,5 +64,5 @@ def main() -> None:
 
 
 def _refuse(line: str) -> None:
-    print(f"vibrissa: {line}", file=sys.stderr)
+    tell(line)
     sys.exit(2)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
 from vibrissa.cli.options import Atlas, AtPosture, Json, OfWhisker, Out, cone_of, needed_cone
-from vibrissa.cli.output import show
+from vibrissa.cli.output import show, tell
 from vibrissa.errors import InputError
 
 
@@ -72,7 +71,7 @@ def profile(
     cone = cone_of(whisker, atlas)
     data = held_profile(at.posture(), contact_distance=contact_distance, whisker=cone)
     if not float(data.fold_determinant) < 0:
-        print("vibrissa: beyond the fold: no quasi-static response to an edge exists here", file=sys.stderr)
+        tell("beyond the fold: no quasi-static response to an edge exists here")
     show(data, [str(name) for name in data.data_vars if not data[name].dims], json, out)
 
 
@@ -157,5 +156,5 @@ def scan(
     prediction = predict(cone, at.posture(), troughs, how, n_modes=count)
     data = scanned(prediction, sampling_rate, nodes=node)
     for line in remarks(data):
-        print(f"vibrissa: {line}", file=sys.stderr)
+        tell(line)
     show(data, [str(name) for name in data.data_vars if not {"time", "trough"} & set(data[name].dims)], json, out)

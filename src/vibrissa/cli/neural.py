@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -82,7 +81,7 @@ def neural(
     seed
         Seed of the resampled trials and shuffles.
     """
-    from vibrissa.cli.output import progress_bars, show
+    from vibrissa.cli.output import progress_bars, show, tell
     from vibrissa.neural.analysis import EnvelopeAnalysis, analyse_units
     from vibrissa.neural.inputs import read_stimulus
     from vibrissa.neural.recording import recorded_spikes
@@ -110,7 +109,7 @@ def neural(
         raise InputError("--trials", "must be given with a CSV", remedy="count silent presentations too")
     data = analyse_units(table, shown, count, how)
     for line in _remarks(table, shown, count):
-        print(f"vibrissa: {line}", file=sys.stderr)
+        tell(line)
     show(data, [] if json else [*TABLE, "identified", "reason"], False, out)
     if json:
         _print_units(data)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -41,14 +42,24 @@ def show(data: xr.Dataset, names: Sequence[str] | None, json: bool, out: Path | 
     from vibrissa.files import save
 
     if out is not None:
-        if out.suffix != ".nc":
-            raise InputError("--out", "must end in .nc, a NetCDF dataset", str(out))
+        refuse_suffix(out)
         save(data, out)
     wanted = list(names) if names is not None else [str(name) for name in (*data.coords, *data.data_vars)]
     if json:
         _print_json({name: data[name].values for name in wanted})
     else:
         _print_tables(data, wanted)
+
+
+def tell(line: str) -> None:
+    """Say something on stderr; stdout is for data."""
+    print(f"vibrissa: {line}", file=sys.stderr)
+
+
+def refuse_suffix(out: Path) -> None:
+    """Refuse a file of results that is not named as a dataset."""
+    if out.suffix != ".nc":
+        raise InputError("--out", "must end in .nc, a NetCDF dataset", str(out))
 
 
 def _print_json(values: dict[str, Any]) -> None:

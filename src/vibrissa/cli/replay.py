@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from vibrissa.cli.output import show
+from vibrissa.cli.output import show, tell
 from vibrissa.errors import InputError
 
 if TYPE_CHECKING:
@@ -127,9 +126,9 @@ def replay(
     if measured is not None:
         data = xr.merge([data, compare_file(data, measured, measured_whisker)], combine_attrs="drop_conflicts")
     write_command(data, out, sound=sound)
-    print(f"vibrissa: the command is in {out}, what it holds in {out}.json", file=sys.stderr)
+    tell(f"the command is in {out}, what it holds in {out}.json")
     for note in filter(None, (data.attrs["correlation_note"], data.attrs["resonance_note"])):
-        print(f"vibrissa: {note}", file=sys.stderr)
+        tell(note)
     long = {"time", "coherence_frequency"}
     show(data, [str(name) for name in data.data_vars if not long & set(data[name].dims)], json, None)
 

@@ -2,24 +2,37 @@
 
 from __future__ import annotations
 
-import sys
+import json as json_text
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from vibrissa.cli.options import Atlas, Json, OfWhisker, Out, needed_cone
-from vibrissa.cli.output import progress_bars, show
+from vibrissa.cli.output import progress_bars, refuse_suffix, show, tell
+from vibrissa.cli.points import Point, Side, line_of, pixels_of, points_of
 from vibrissa.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def track(
     movie: Path,
     *,
-    frame_rate: float,
+    frame_rate: float | None = None,
     pixel_size: float,
-    seed: list[str],
+    seed: list[str] | None = None,
     skin: list[str] | None = None,
-    base: Literal["left", "right"] = "left",
+    base: Side | None = None,
     polarity: Literal["dark", "bright"] = "dark",
+    region: str | None = None,
+    background: str = "space",
+    estimator: Literal["matched", "barycentre"] = "matched",
+    search: int = 4,
+    threshold: float = 4.0,
+    substrate: list[str] | None = None,
+    whisker_length: float | None = None,
+    lamp: str | None = None,
+    preview: Path | None = None,
     out: Path | None = None,
     json: Json = False,
 ) -> None:
@@ -28,20 +41,42 @@ def track(
     Parameters
     ----------
     movie
-        AVI, MP4, MKV or multi-page TIFF, grey.
+        Movie: AVI, MP4, MKV, TIFF, folder of images, Photron .cih(x) or .mraw, .npy; grey.
     frame_rate
-        Frames per second of the acquisition [Hz]; a file knows its playback rate only.
+        Frames per second of the acquisition [Hz]; a movie file knows its playback rate only, a camera's header may tell
+        it.
     pixel_size
         Side of a pixel in the plane of the whiskers [m].
     seed
-        COLUMN,ROW of a point of a whisker in the first frame [pixels]; once for each whisker.
+        COLUMN,ROW of a point of a whisker in the first frame [pixels]; once for each whisker. Whiskers are found and
+        counted if it is not given.
     skin
         COLUMN,ROW of the point where a whisker leaves the skin [pixels]; once for each whisker, or not at all: then arc
         length counts from where each is first seen.
     base
-        Side of the image on which the whiskers leave the skin.
+        Side of the image on which the whiskers leave the skin; left by default, or as found with the whiskers.
     polarity
         Whiskers darker or brighter than what is behind them.
+    region
+        C0,R0,C1,R1: first column and row, last column and row that are searched [pixels].
+    background
+        What is behind the whiskers: space (estimated in every frame), mean (of the movie itself, refused where a
+        whisker survives in it), or an image or movie without whiskers.
+    estimator
+        What places the line in a column: the profile that fits best, or the paper's five-pixel barycentre.
+    search
+        Largest distance of the line from where it is expected, in one column [pixels].
+    threshold
+        Signal to noise of the contrast below which a column is lost.
+    substrate
+        COLUMN,ROW of a point of the line along which the whiskers touch the substrate [pixels]; twice. Then skin and
+        contact are extrapolated, and a contact off the line is rejected.
+    whisker_length
+        Length of the nontruncated cone of the whiskers [m], for the contact; without it, the paper's polynomial.
+    lamp
+        C0,R0,C1,R1 of the lamp that lights as the texture arrives [pixels], or `find`.
+    preview
+        Picture of the tracking: .mp4 or .mkv for a movie with the nodes over it, .png for a sheet of six frames.
     out
         Dataset to write (NetCDF); MOVIE's name with .nc in the current folder by default.
     """
@@ -49,22 +84,41 @@ def track(
     from vibrissa.study.backward import followed, track_file
     from vibrissa.study.settings import MovieFile
 
-    seeds = tuple(_pixel(text, "--seed") for text in seed)
+    out = out or Path(movie.name).with_suffix(".nc")
+    refuse_suffix(out)
+    if preview is not None and preview.suffix not in (".mp4", ".mkv", ".png"):
+        raise InputError("--preview", "must end in .mp4, .mkv or .png", str(preview))
+    seeds, area = points_of(seed, "--seed"), pixels_of(region, "--region")
+    if not seeds:
+        seeds, base = _found(movie, polarity, base, area)
     settings = MovieFile(
         path=str(movie),
         frame_rate=frame_rate,
         pixel_size=pixel_size,
         seeds=seeds,
-        skin=tuple(_pixel(text, "--skin") for text in skin) if skin else None,
-        base=base,
+        skin=points_of(skin, "--skin") or None,
+        base=base or "left",
         polarity=polarity,
+        background=background,
+        region=area,
+        search=search,
+        threshold=threshold,
+        estimator=estimator,
+        substrate=line_of(substrate, "--substrate"),
+        whisker_length=whisker_length,
+        lamp="find" if lamp == "find" else pixels_of(lamp, "--lamp"),
     )
     with progress_bars() as progress:
         profile = track_file(settings, Path(), progress)
-    out = out or Path(movie.name).with_suffix(".nc")
+    if preview is not None:
+        _preview(movie, profile, preview)
     save(profile, out)
-    print(f"vibrissa: the profiles are in {out}", file=sys.stderr)
-    show(followed(profile), None, json, None)
+    tell(f"the profiles are in {out}")
+    _remarks(profile)
+    table = followed(profile)
+    if "contact_accepted" in profile:
+        table = table.merge(profile[["contact_arc_length", "contact_arc_length_sd", "contact_accepted"]])
+    show(table, None, json, None)
 
 
 def decompose(
@@ -111,22 +165,51 @@ def decompose(
     data = xr.merge([*reversed(results.values())], combine_attrs="override").assign_attrs(results["modal"].attrs)
     for one in results.values():
         if "left_out" in one.attrs:
-            print(f"vibrissa: left out: {one.attrs['left_out']}", file=sys.stderr)
+            tell(f"left out: {one.attrs['left_out']}")
     if "resonance_white" in results:
-        print(
-            "vibrissa: the forcing is taken for white (Eq. 5); a study that knows its texture does better",
-            file=sys.stderr,
-        )
+        tell("the forcing is taken for white (Eq. 5); a study that knows its texture does better")
     names = ("kappa", "variance_explained", *_with_ends("resonant_frequency"), *_with_ends("damping"))
     show(data, [name for name in names if name in data], json, out)
 
 
-def _pixel(text: str, option: str) -> tuple[float, float]:
-    try:
-        column, row = map(float, text.split(","))
-    except ValueError:
-        raise InputError(option, "must be COLUMN,ROW", repr(text), f"for example {option} 120,187") from None
-    return column, row
+def _remarks(profile: xr.Dataset) -> None:
+    """What was noticed of the movie, and trials that are rejected."""
+    for line in json_text.loads(profile.attrs.get("remarks", "[]")):
+        tell(line)
+    for whisker, reason in enumerate(json_text.loads(profile.attrs.get("rejected", "[]"))):
+        if reason:
+            tell(f"whisker {whisker} is rejected: {reason}")
+    if "led_frame" in profile.attrs:
+        tell(f"the lamp lights in frame {profile.attrs['led_frame']}")
+
+
+def _found(
+    movie: Path, polarity: Literal["dark", "bright"], base: Side | None, region: tuple[int, int, int, int] | None
+) -> tuple[tuple[Point, ...], Side]:
+    """A seed on each whisker of the first frame, and the side of the bases."""
+    from vibrissa.video.finding import find_seeds
+    from vibrissa.video.movie import read_blocks
+
+    image = next(iter(read_blocks(movie, 1)))[0]
+    side, found = find_seeds(image, polarity=polarity, base=base, region=region)
+    seeds = tuple(one.seed for one in found)
+    places = "; ".join(f"{column:g},{row:g}" for column, row in seeds)
+    tell(f"{len(seeds)} whisker{'s' * (len(seeds) != 1)} found from the {side}, seeds {places}")
+    return seeds, side
+
+
+def _preview(movie: Path, profile: xr.Dataset, path: Path) -> None:
+    from vibrissa.figures import preview
+    from vibrissa.files import written_whole
+    from vibrissa.video.movie import read_blocks
+
+    if path.suffix == ".png":
+        figure = preview.draw(preview.compute(read_blocks(movie), profile))
+        with written_whole(path) as temporary:
+            figure.savefig(temporary, format="png")
+    else:
+        preview.write_preview(path, read_blocks(movie), profile)
+    tell(f"the preview is {path}")
 
 
 def _with_ends(name: str) -> tuple[str, str, str]:

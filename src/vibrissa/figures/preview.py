@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
 from vibrissa.figures.canvas import house_style, new_figure
-from vibrissa.quantities import dataset, measured_sd
+from vibrissa.quantities import dataset
+from vibrissa.quantities import measured as measured_nodes
 from vibrissa.video.colour import write_colour
 
 if TYPE_CHECKING:
@@ -110,7 +111,7 @@ def chosen_frames(blocks: Blocks, frames: Sequence[int]) -> Iterator[tuple[int, 
 
 def seen(profile: xr.Dataset) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Columns and rows of the measured nodes (whisker, time, node) [px]; NaN where none was measured."""
-    measured = np.isfinite(measured_sd(profile).values)
+    measured = measured_nodes(profile)
     pixel = profile.attrs["pixel_size"]
     return tuple(np.where(measured, profile[name].values / pixel, np.nan) for name in ("x", "y"))  # type: ignore[return-value]
 

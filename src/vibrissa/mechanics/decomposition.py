@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vibrissa.errors import InputError
 from vibrissa.exact import cone_kappa, cone_modes
 from vibrissa.mechanics.modes import check_contact
-from vibrissa.quantities import dataset, require
+from vibrissa.quantities import dataset, measured, require
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,8 +36,8 @@ def normal_displacement(profile: xr.Dataset) -> tuple[Array, NDArray[np.bool_]]:
     Parameters
     ----------
     profile : Dataset
-        One whisker: ``x``, ``y`` (time, node) [m], ``arc_length`` (node) [m]. NaN where lost. If there is ``y_sd``,
-        nodes without one (extrapolated, not measured) are left out.
+        One whisker: ``x``, ``y`` (time, node) [m], ``arc_length`` (node) [m]. NaN where lost. If there is
+        ``y_sd`` or ``x_sd``, nodes without one (extrapolated, not measured) are left out.
 
     Returns
     -------
@@ -55,8 +55,7 @@ def normal_displacement(profile: xr.Dataset) -> tuple[Array, NDArray[np.bool_]]:
     x, y, arc = profile.x.values, profile.y.values, profile.arc_length.values
     if x.ndim != 2:
         raise InputError("profile", "must be of one whisker", f"dimensions {profile.x.dims}", "select one")
-    if "y_sd" in profile:
-        x = np.where(np.isfinite(profile.y_sd.values), x, np.nan)
+    x = np.where(measured(profile), x, np.nan)
     visible = np.isfinite(x).mean(axis=0) >= 0.5
     if visible.sum() < 3 * _PROFILE_DEGREE:
         raise InputError(

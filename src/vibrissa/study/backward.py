@@ -5,18 +5,24 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vibrissa.errors import InputError
 from vibrissa.mechanics.decomposition import Method, decompose
 from vibrissa.mechanics.modes import resonances
 from vibrissa.mechanics.resonance import fit_modes
-from vibrissa.quantities import dataset, measured_sd
+from vibrissa.quantities import dataset, measured
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.study.settings import MovieFile
+from vibrissa.video.about import Movie
+from vibrissa.video.container import key_frames
+from vibrissa.video.ends import ends
+from vibrissa.video.lamp import led_frame, with_led
 from vibrissa.video.movie import open_movie, read_blocks
+from vibrissa.video.pumping import PumpingWatch
 from vibrissa.video.tracking import Calibration, track
 
 if TYPE_CHECKING:
@@ -52,14 +58,18 @@ def track_file(movie: MovieFile, folder: Path, progress: Progress) -> xr.Dataset
     Returns
     -------
     Dataset
-        ``profile``, with the whiskers' ``names`` (JSON) in its attributes where they have some.
+        ``profile``, with the whiskers' ``names`` (JSON) in its attributes where they have some, and ``remarks`` (JSON)
+        on the movie where there are any; with skin and contact where the substrate is given, and ``led_frame``
+        where a lamp is.
     """
     path = folder / movie.path
-    total = open_movie(path).frame_count or 0
+    about = open_movie(path)
+    calibration = Calibration(frame_rate=_frame_rate(movie, about), pixel_size=movie.pixel_size)
+    watched = _Watched(about, calibration.frame_rate)
     profile = track(
-        lambda: counted(read_blocks(path), "tracking", total, progress),
+        lambda: watched.see(counted(read_blocks(path), "tracking", about.frame_count, progress)),
         seeds=movie.seeds,
-        calibration=Calibration(frame_rate=movie.frame_rate, pixel_size=movie.pixel_size),
+        calibration=calibration,
         skin=movie.skin,
         polarity=movie.polarity,
         base=movie.base,
@@ -72,7 +82,69 @@ def track_file(movie: MovieFile, folder: Path, progress: Progress) -> xr.Dataset
     )
     if movie.names:
         profile.attrs["names"] = json.dumps(movie.names)
-    return profile
+    if remarks := watched.remarks():
+        profile.attrs["remarks"] = json.dumps(remarks, ensure_ascii=False)
+    if movie.lamp is not None:
+        lamp = None if movie.lamp == "find" else movie.lamp
+        profile = with_led(profile, led_frame(counted(read_blocks(path), "lamp", about.frame_count, progress), lamp))
+    return profile if movie.substrate is None else with_ends(profile, movie)
+
+
+def _frame_rate(movie: MovieFile, about: Movie) -> float:
+    """Rate of acquisition [Hz]: as given, else as the camera's header tells it."""
+    if movie.frame_rate is None and not np.isfinite(about.frame_rate):
+        remedy = "give the camera's rate, not the movie's playback rate"
+        raise InputError("frame_rate", f"must be given: {about.path} does not tell it", remedy=remedy)
+    return about.frame_rate if movie.frame_rate is None else movie.frame_rate
+
+
+class _Watched:
+    """What a movie shows while it passes that its reader should know."""
+
+    def __init__(self, about: Movie, frame_rate: float) -> None:
+        self._about, self._frame_rate = about, frame_rate
+        self._pumping: PumpingWatch | None = None
+
+    def see(self, blocks: Iterable[Frames]) -> Iterator[Frames]:
+        """Pass blocks of frames on; those of a lossy codec are watched."""
+        if self._about.lossy:
+            self._pumping = PumpingWatch(self._frame_rate, key_frames(self._about.path))
+        for block in blocks:
+            if self._pumping is not None:
+                self._pumping.see(block)
+            yield block
+
+    def remarks(self) -> list[str]:
+        """One sentence each."""
+        told, remarks = self._about.frame_rate, []
+        if np.isfinite(told) and not np.isclose(told, self._frame_rate):
+            remarks.append(f"the camera's header tells {told:g} frames/s, not {self._frame_rate:g}")
+        if self._about.lossy:
+            remarks.append(f"{self._about.codec} may have altered the grey levels; record without loss")
+        pumping = self._pumping.remark() if self._pumping else None
+        return [*remarks, pumping] if pumping else remarks
+
+
+def with_ends(profile: xr.Dataset, movie: MovieFile) -> xr.Dataset:
+    """The profile with the skin and the contact of every whisker, as :func:`vibrissa.video.ends.ends` finds them.
+
+    The attribute ``rejected`` (JSON) holds a reason for each whisker whose contact is inconsistent with the substrate,
+    "" for the others.
+    """
+    import xarray as xr
+
+    if movie.substrate is None:
+        raise InputError("substrate", "must be given", remedy="two points of the substrate's line")
+    (a, b), size = movie.substrate, movie.pixel_size
+    line = (a[0] * size, a[1] * size), (b[0] * size, b[1] * size)
+    how: dict[str, Any] = {"method": "cone" if movie.whisker_length else "paper2014"}
+    found = [
+        ends(profile.isel(whisker=w), line, whisker_length=movie.whisker_length, **how)
+        for w in range(profile.sizes["whisker"])
+    ]
+    both = xr.concat(found, dim=profile.whisker, combine_attrs="drop_conflicts")
+    told = {"rejected": json.dumps([one.attrs["rejected"] for one in found]), "contact_from": how["method"]}
+    return profile.merge(both).assign_attrs(told, substrate=found[0].attrs["substrate"])
 
 
 def _beside(background: str, folder: Path) -> str | Path:
@@ -95,8 +167,8 @@ def followed(profile: xr.Dataset) -> xr.Dataset:
     Dataset
         ``frames_followed``, ``frames`` and ``median_length`` [m] (whisker).
     """
-    seen = np.isfinite(measured_sd(profile).values)
-    frames = seen.any(axis=2)
+    seen = measured(profile)
+    frames = np.asarray(seen.any(axis=2))
     reach = np.where(seen, profile.arc_length.values[:, None, :], -np.inf).max(axis=2)
     length = [np.median(one[ok]) if ok.any() else np.nan for one, ok in zip(reach, frames, strict=True)]
     return dataset(

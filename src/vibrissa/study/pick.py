@@ -18,7 +18,7 @@ from vibrissa.files import written_whole
 from vibrissa.study.pick_page import serve
 from vibrissa.study.settings import MovieFile, validated_study
 from vibrissa.video.finding import Side, find_seeds
-from vibrissa.video.movie import read_blocks
+from vibrissa.video.movie import open_movie, read_blocks
 from vibrissa.video.tracking import Calibration, track
 
 Point = tuple[float, float]
@@ -55,7 +55,7 @@ def pick(
         Study file to write (TOML).
     frame_rate, pixel_size, seeds, names, skin, substrate, base, polarity
         As in :class:`vibrissa.study.settings.MovieFile`; on the page they can still be changed. Seeds not given are
-        found, and so is the side of the bases.
+        found, and so is the side of the bases; a frame rate not given is that of the camera's header.
     force : bool
         Replace a file that is there.
     page : bool
@@ -76,9 +76,9 @@ def pick(
         If the movie cannot be read, the study is there already, or, without a page, a value is missing or bad.
     """
     _refuse_to_replace(study, force)
-    image = next(iter(read_blocks(movie, 1)))[0]
+    image, known = next(iter(read_blocks(movie, 1)))[0], open_movie(movie).frame_rate
     given = {
-        "frame_rate": frame_rate,
+        "frame_rate": known if frame_rate is None and np.isfinite(known) else frame_rate,
         "pixel_size": pixel_size,
         "seeds": list(seeds),
         "names": list(names),
@@ -162,7 +162,7 @@ def checked(picked: Mapping[str, Any], image: Image) -> dict[str, Any]:
         track(
             [image[None]],
             seeds=movie.seeds,
-            calibration=Calibration(frame_rate=movie.frame_rate, pixel_size=movie.pixel_size),
+            calibration=Calibration(frame_rate=settings["frame_rate"], pixel_size=movie.pixel_size),
             skin=movie.skin,
             base=movie.base,
             polarity=movie.polarity,

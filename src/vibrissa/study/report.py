@@ -14,6 +14,7 @@ import numpy as np
 
 from vibrissa import __version__
 from vibrissa.figures import fig3, fig4, fig5, fig6, fig8
+from vibrissa.quantities import measured_sd
 from vibrissa.study.backward import followed
 from vibrissa.study.settings import Study
 
@@ -131,7 +132,7 @@ def _tracks(profile: xr.Dataset) -> list[dict[str, Any]]:
                 "name": names[i],
                 "followed": f"{int(table.frames_followed[i])} of {frames}",
                 "length": f"{1e3 * float(table.median_length[i]):.2f}",
-                "sd": f"{1e6 * float(np.nanmedian(profile.y_sd.values[i])):.1f}",
+                "sd": f"{1e6 * float(np.nanmedian(measured_sd(profile).values[i])):.1f}",
                 "lost": why,
             }
         )

@@ -30,10 +30,11 @@ class MovieFile:
     ----------
     path : str
         The movie, relative to the study file.
-    frame_rate : float
-        Rate of acquisition [Hz]; a container's own rate is a playback rate and is never used.
     pixel_size : float
         Side of a pixel in the plane of the whiskers [m].
+    frame_rate : float, optional
+        Rate of acquisition [Hz]; a container's own rate is a playback rate and is never used, but a camera's header
+        tells it.
     seeds : ((column, row), ...)
         A point of each whisker in the first frame [pixels]; none if they are marked in ``whisking``.
     names : (str, ...)
@@ -58,12 +59,17 @@ class MovieFile:
     whisking : Whisking, optional
         The fan of the pad and marks of the whiskers, instead of seeds, if they swing through one another.
     substrate : ((column, row), (column, row)), optional
-        Two points of the line along which the whiskers touch the substrate [pixels].
+        Two points of the line along which the whiskers touch the substrate [pixels]; then skin and contact are
+        extrapolated, and a contact off the line is rejected.
+    whisker_length : float, optional
+        Length of the nontruncated cone of the whiskers [m], for the contact; without it, the paper's polynomial.
+    lamp : (first column, first row, last column, last row) or "find", optional
+        Where the lamp is that lights as the texture arrives [pixels].
     """
 
     path: str
-    frame_rate: float
     pixel_size: float
+    frame_rate: float | None = None
     seeds: tuple[tuple[float, float], ...] = ()
     names: tuple[str, ...] = ()
     skin: tuple[tuple[float, float], ...] | None = None
@@ -76,6 +82,8 @@ class MovieFile:
     estimator: Literal["matched", "barycentre"] = "matched"
     whisking: Whisking | None = None
     substrate: tuple[tuple[float, float], tuple[float, float]] | None = None
+    whisker_length: float | None = None
+    lamp: tuple[int, int, int, int] | Literal["find"] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

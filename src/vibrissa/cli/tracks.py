@@ -1,0 +1,92 @@
+"""The verb `tracks`: track files of other programs in, WHISK's out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from vibrissa.cli.options import Json
+from vibrissa.cli.output import refuse_suffix, show, tell
+from vibrissa.cli.points import Side, points_of
+from vibrissa.errors import InputError
+
+
+def tracks(
+    file: Path,
+    *,
+    out: Path,
+    frame_rate: float | None = None,
+    pixel_size: float | None = None,
+    measurements: Path | None = None,
+    identity: Literal["measured", "number", "longest"] | None = None,
+    which: list[int] | None = None,
+    skin: list[str] | None = None,
+    base: Side | None = None,
+    keypoints: list[str] | None = None,
+    least_likelihood: float | None = None,
+    node_spacing: float | None = None,
+    json: Json = False,
+) -> None:
+    """Tracks of other programs to profiles (.nc), or profiles to WHISK's .whiskers.
+
+    Parameters
+    ----------
+    file
+        WHISK .whiskers, WhiskiWrap HDF5, DeepLabCut .csv or .h5, SLEAP .slp or .h5, WhiskerTracker .mat; or a profile
+        (.nc) to write as .whiskers with its .measurements.
+    out
+        Profile to write (.nc), or .whiskers.
+    frame_rate
+        Frames per second of the acquisition [Hz].
+    pixel_size
+        Side of a pixel in the plane of the whiskers [m].
+    measurements
+        WHISK's .measurements; by default the one beside the file.
+    identity
+        Which whisker a segment is: as WHISK measured it, its number in the frame, or the longest line.
+    which
+        Identity of a whisker that is wanted; once for each, all by default.
+    skin
+        COLUMN,ROW of the point where a whisker leaves the skin [pixels]; once for each whisker.
+    base
+        Side of the image on which the whiskers leave the skin, if no measurement tells it.
+    keypoints
+        Names of the keypoints of a whisker, base first, separated by commas; once for each whisker.
+    least_likelihood
+        Keypoints less likely than this are left out; 0.6 of DeepLabCut.
+    node_spacing
+        Arc length between nodes [m].
+    """
+    from vibrissa.files import load, save
+    from vibrissa.study.backward import followed
+    from vibrissa.video.tracking import Calibration
+    from vibrissa.video.tracks import read_tracks
+    from vibrissa.video.whisk_profile import write_whiskers
+
+    if file.suffix == ".nc":
+        if out.suffix != ".whiskers":
+            raise InputError("--out", "must end in .whiskers for a profile", str(out))
+        beside = write_whiskers(load(file), out)
+        tell(f"the tracks are in {out} and {beside}")
+        return
+    refuse_suffix(out)
+    if (frame_rate is None) != (pixel_size is None):
+        raise InputError("calibration", "must have both --frame-rate and --pixel-size, or neither")
+    calibration = None if frame_rate is None else Calibration(frame_rate=frame_rate, pixel_size=pixel_size or 0.0)
+    profile = read_tracks(
+        file,
+        calibration,
+        measurements=measurements,
+        identity=identity,
+        whiskers=which,
+        skin=points_of(skin, "--skin") or None,
+        base=base,
+        keypoints=[names.split(",") for names in keypoints] if keypoints else None,
+        least_likelihood=least_likelihood,
+        node_spacing=node_spacing,
+    )
+    save(profile, out)
+    tell(
+        f"the profiles are in {out}, from {profile.attrs['format']}; arc length from {profile.attrs['arc_length_from']}"
+    )
+    show(followed(profile), None, json, None)
