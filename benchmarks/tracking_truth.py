@@ -129,30 +129,29 @@ def percent(values: np.ndarray) -> str:
     return f"{100 * values.mean():.2f}" if values.size else "–"
 
 
-def line(name: str, by: str, of: dict[str, np.ndarray]) -> str:
-    """One line of a table; the last two columns but one are of places near another whisker."""
+def line(name: str, by: str, of: dict[str, np.ndarray]) -> list[str]:
+    """One line of a table, entries in the order of ``HEAD``."""
     figures = [mean(of["sd"]), mean(of["ratio"], 3), mean(of["bias"]), mean(of["fixed"], 3)]
     figures += [mean(of["locking"]), mean(of["p95"], 3)]
     shares = [percent(of[key]) for key in ("inside", "lost", "hopped", "near_lost")]
     rate = f"{FRAMES / np.median(of['seconds']):.0f}"
-    entries = [name, by, f"{np.mean(of['bound']):.4f}", *figures, *shares, mean(of["near_p95"], 2), rate]
-    return f"| {' | '.join(entries)} |"
+    return [name, by, f"{np.mean(of['bound']):.4f}", *figures, *shares, mean(of["near_p95"], 2), rate]
 
 
-HEAD = (
-    "| {table} | by | bound | SD | SD/bound | bias | fixed | locking | 95 % | inside [%] | lost [%] | hopped [%] "
-    "| near: lost [%] | near: 95 % | frames/s |\n" + 15 * "|---" + "|"
-)
+HEAD = ["by", "bound", "SD", "SD/bound", "bias", "fixed", "locking", "95 %", "inside [%]", "lost [%]", "hopped [%]"]
+HEAD += ["near: lost [%]", "near: 95 %", "frames/s"]
 
 
 def tables(folder: Path, *ends: str) -> None:
-    """Print the cells of which there are files with all these ends."""
+    """Print the cells of which there are files with all these ends; columns without an entry are left out."""
     there = [cell for cell in cells() if all((folder / f"{cell.file}{end}").is_file() for end in ends)]
     for table, members in itertools.groupby(there, key=lambda cell: cell.table):
-        print("\n" + HEAD.format(table=table))
+        lines = [[table, *HEAD]]
         for cell, end in itertools.product(members, ends):
-            for by, of in read(folder / f"{cell.file}{end}").items():
-                print(line(cell.name, by, of))
+            lines += [line(cell.name, *one) for one in read(folder / f"{cell.file}{end}").items()]
+        kept = [column for column in zip(*lines, strict=True) if set(column[1:]) != {"–"}]
+        lines = ["| " + " | ".join(entries) + " |" for entries in zip(*kept, strict=True)]
+        print("", lines[0], len(kept) * "|---" + "|", *lines[1:], sep="\n")
 
 
 def main(folder: Path, n_seeds: int) -> None:

@@ -15,7 +15,8 @@ CONTRASTS = (110, 75, 45, 32, 24, 15)
 LOOKS = {
     "matched": ("#0072B2", "o", "matched profile (default)"),
     "barycentre": ("#D55E00", "s", "five-pixel barycentre"),
-    "WHISK": ("#009E73", "^", "WHISK 1.2.5"),
+    "matched, 17 columns": ("#56B4E9", "v", "matched, smoothed over 17 columns"),
+    "WHISK": ("#009E73", "^", "WHISK 1.2.5, which sees 17 columns"),
 }
 MOST_LOST = 0.5  # share above which a cell is not drawn
 
@@ -31,7 +32,7 @@ def read(folder, end):
 
 
 def cells(rows, by, name):
-    """Contrast, and mean and standard error over seeds of one column of those found by one of the three."""
+    """Contrast, and mean and standard error over seeds of one column of those found by one of them."""
     found = []
     for contrast in CONTRASTS:
         mine = [row for row in rows if row["contrast"] == contrast and row["by"] == by]
@@ -45,12 +46,11 @@ def cells(rows, by, name):
 @house_style
 def draw(rows):
     """Two panels: scatter in time against the bound, and 95 % of the errors."""
-    figure, axes = new_figure(7.5, 3.4, 1, 2, sharex=True)
+    figure, axes = new_figure(7.5, 4.2, 1, 2, sharex=True)
     titles = ("Scatter in time, median over columns", "95 % of the errors' magnitudes")
     for axis, name, times, title in zip(axes.flat, ("sd", "p95"), (1.0, 1.96), titles, strict=True):
         contrast, floor, _ = cells(rows, "matched", "bound")
-        label = "least possible" if times == 1 else "1.96 × least possible"
-        axis.plot(contrast, times * floor, "k--", label=label)
+        axis.plot(contrast, times * floor, "k--", label="least possible from one column (right: 1.96 times that)")
         for by, (colour, marker, named) in LOOKS.items():
             found = cells(rows, by, name)
             if found.size:
@@ -58,13 +58,15 @@ def draw(rows):
         axis.set(xscale="log", yscale="log", title=title, xlabel="contrast of the line [grey levels]")
         axis.set_xticks(CONTRASTS, [str(one) for one in CONTRASTS])
         axis.minorticks_off()
-        ticks = [0.03, 0.05, 0.1, 0.2, 0.4] if times == 1 else [0.05, 0.1, 0.2, 0.4, 0.8]
+        ticks = [0.01, 0.02, 0.05, 0.1, 0.2] if times == 1 else [0.02, 0.05, 0.1, 0.2, 0.5]
         axis.set_yticks(ticks, [f"{one:g}" for one in ticks])
         axis.set_ylabel("SD [px]" if times == 1 else "error [px]")
-        axis.legend(loc="lower left" if times == 1 else "upper right")
+    figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 
 if __name__ == "__main__":
     folder, out = map(Path, sys.argv[1:])
-    draw(read(folder, ".csv") + read(folder, ".whisk.csv")).savefig(out, metadata={"Software": None})
+    draw([row for end in (".csv", ".smooth.csv", ".whisk.csv") for row in read(folder, end)]).savefig(
+        out, metadata={"Software": None}
+    )
