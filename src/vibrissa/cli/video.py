@@ -29,6 +29,7 @@ def track(
     estimator: Literal["matched", "barycentre"] = "matched",
     search: int = 4,
     threshold: float = 4.0,
+    node_spacing: float | None = None,
     substrate: list[str] | None = None,
     whisker_length: float | None = None,
     lamp: str | None = None,
@@ -68,6 +69,8 @@ def track(
         Largest distance of the line from where it is expected, in one column [pixels].
     threshold
         Signal to noise of the contrast below which a column is lost.
+    node_spacing
+        Arc length between nodes [m]; 5 pixels by default.
     substrate
         COLUMN,ROW of a point of the line along which the whiskers touch the substrate [pixels]; twice. Then skin and
         contact are extrapolated, and a contact off the line is rejected.
@@ -104,6 +107,7 @@ def track(
         search=search,
         threshold=threshold,
         estimator=estimator,
+        node_spacing=node_spacing,
         substrate=line_of(substrate, "--substrate"),
         whisker_length=whisker_length,
         lamp="find" if lamp == "find" else pixels_of(lamp, "--lamp"),

@@ -78,6 +78,7 @@ def track_file(movie: MovieFile, folder: Path, progress: Progress) -> xr.Dataset
         search=movie.search,
         threshold=movie.threshold,
         estimator=movie.estimator,
+        node_spacing=movie.node_spacing,
         whisking=movie.whisking,
     )
     if movie.names:

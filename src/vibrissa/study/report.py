@@ -66,6 +66,8 @@ def write_report(study: Study, results: Results, path: Path) -> None:
         verdict=[row for row in rows if WHITE not in row["quantity"]],
         white=[row for row in rows if WHITE in row["quantity"]],
         tracks=_tracks(results["profile"]),
+        contacts=_contacts(results["profile"]),
+        remarks=json.loads(results["profile"].attrs.get("remarks", "[]")),
         pictures=[_picture(study, results, *figure) for figure in FIGURES],
     )
     path.write_text(page, encoding="utf-8")
@@ -121,7 +123,7 @@ def _tracks(profile: xr.Dataset) -> list[dict[str, Any]]:
     """How far each whisker was followed, and which frames were lost and why."""
     table = followed(profile)
     count = table.sizes["whisker"]
-    names = json.loads(profile.attrs.get("names", "[]")) or [str(i) for i in range(count)]
+    names = _names(profile)
     lost = json.loads(profile.attrs["lost"])
     frames = int(table.frames[0])
     rows = []
@@ -137,3 +139,24 @@ def _tracks(profile: xr.Dataset) -> list[dict[str, Any]]:
             }
         )
     return rows
+
+
+def _names(profile: xr.Dataset) -> list[str]:
+    return json.loads(profile.attrs.get("names", "[]")) or [str(i) for i in range(profile.sizes["whisker"])]
+
+
+def _contacts(profile: xr.Dataset) -> list[dict[str, str]]:
+    """Where each whisker touches the substrate, if its line was given, and whether that is consistent with it."""
+    if "contact_accepted" not in profile:
+        return []
+    return [
+        {
+            "name": name,
+            "arc": f"{1e3 * float(profile.contact_arc_length[i]):.2f}",
+            "arc_sd": f"{1e3 * float(profile.contact_arc_length_sd[i]):.2f}",
+            "height": f"{1e6 * float(profile.contact_height[i]):.0f}",
+            "height_sd": f"{1e6 * float(profile.contact_height_sd[i]):.0f}",
+            "verdict": f"no: {reason}" if reason else "yes",
+        }
+        for i, (name, reason) in enumerate(zip(_names(profile), json.loads(profile.attrs["rejected"]), strict=True))
+    ]

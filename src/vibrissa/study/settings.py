@@ -56,6 +56,8 @@ class MovieFile:
         Signal to noise of the contrast below which a column is lost.
     estimator : {"matched", "barycentre"}
         What places the line in a column; see :class:`vibrissa.video.search.Search`.
+    node_spacing : float, optional
+        Arc length between nodes [m]; 5 pixels by default.
     whisking : Whisking, optional
         The fan of the pad and marks of the whiskers, instead of seeds, if they swing through one another.
     substrate : ((column, row), (column, row)), optional
@@ -80,6 +82,7 @@ class MovieFile:
     search: int = 4
     threshold: float = 4.0
     estimator: Literal["matched", "barycentre"] = "matched"
+    node_spacing: float | None = None
     whisking: Whisking | None = None
     substrate: tuple[tuple[float, float], tuple[float, float]] | None = None
     whisker_length: float | None = None

@@ -28,7 +28,7 @@ BASE_WINDOW = 3e-3  # the same at the skin [m]
 # Error of the curve itself, root mean square over ε = 0.1 … 0.4, θ_b = 0.8 … 1.4 and 1.5 to 5 mm hidden of 40 mm: of
 # the contact over the span from the far end of the window to it, of its height over drop × span / hidden length
 MODEL_ERROR = {"cone": (0.006, 0.01), "paper2014": (0.2, 0.15)}
-FEWEST_NODES = 8
+FEWEST_NODES = 6
 BATCHES = 20  # of consecutive frames, whose means tell the noise of the mean, vibration and all
 STEP = 1e-8  # of a node for the derivative of what is extrapolated [m]
 COVERAGE = float(student.ppf(0.975, BATCHES - 1))  # standard deviations in half a 95 % interval
