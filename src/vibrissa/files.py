@@ -1,7 +1,8 @@
-"""Results on disk: whole or not at all, equal bytes for equal results."""
+"""Files: results whole or not at all, equal bytes for equal results; the lines and numbers of a table."""
 
 from __future__ import annotations
 
+import csv
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -64,3 +65,43 @@ def load(path: str | Path) -> xr.Dataset:
         return xr.load_dataset(path, engine="h5netcdf", decode_times=False)
     except (OSError, ValueError, KeyError) as error:
         raise InputError(str(path), "must be a NetCDF file written by vibrissa", remedy=str(error)) from error
+
+
+def text_lines(path: str | Path) -> list[tuple[int, str]]:
+    """Lines of a UTF-8 text that are neither blank nor a comment (``#``), each with its number in the file.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it cannot be read, or is no text.
+    """
+    if not Path(path).is_file():
+        raise InputError(str(path), "must be an existing file")
+    try:
+        with open(path, encoding="utf-8-sig") as file:
+            return [
+                (number, line)
+                for number, line in enumerate(file, 1)
+                if line.strip() and not line.lstrip().startswith("#")
+            ]
+    except OSError as error:
+        raise InputError(str(path), f"could not be read ({error.strerror or error})") from error
+    except UnicodeDecodeError as error:
+        raise InputError(str(path), f"must be text ({error})", remedy="save it as CSV, UTF-8") from error
+
+
+def csv_lines(path: str | Path) -> list[tuple[int, list[str]]]:
+    """Cells of every line of :func:`text_lines`, separated by commas, without spaces around them."""
+    lines = text_lines(path)
+    try:
+        return [(number, [cell.strip() for cell in next(csv.reader([line]))]) for number, line in lines]
+    except csv.Error as error:
+        raise InputError(str(path), f"must be text ({error})", remedy="save it as CSV, UTF-8") from error
+
+
+def as_number(cell: str) -> float:
+    """Value of a cell; NaN where it is no number (nor ``1_0``, which Python would read as ten)."""
+    try:
+        return float("nan" if "_" in cell else cell)
+    except ValueError:
+        return float("nan")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
+from vibrissa.files import as_number, csv_lines
 
 Array = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ class Table:
             At the first cell that is not a finite number.
         """
         cells = self.columns[name]
-        values = np.array([_number(cell) for cell in cells], float)
+        values = np.array([as_number(cell) for cell in cells], float)
         blank = np.array([blanks and not cell for cell in cells], bool)
         self.refuse_first(~np.isfinite(values) & ~blank, name, "must be a finite number")
         return values
@@ -85,13 +85,6 @@ class Table:
         time = self.numbers(column, blanks=blanks) / (1e3 if column != name else 1.0)
         self.refuse_first(np.abs(time) > LONGEST, column, f"must be at most {LONGEST:g} s", "give times in seconds")
         return time
-
-
-def _number(cell: str) -> float:
-    try:
-        return float("nan" if "_" in cell else cell)  # Python would read 1_0 as ten
-    except ValueError:
-        return np.nan
 
 
 def read_table(path: str | Path, required: Collection[str], optional: Collection[str] = ()) -> Table:
@@ -116,7 +109,7 @@ def read_table(path: str | Path, required: Collection[str], optional: Collection
     InputError
         Names the file and the line: no file, no text, no header, a column missing or twice, a line too short.
     """
-    lines = _lines(path)
+    lines = csv_lines(path)
     if not lines:
         raise InputError(str(path), "must hold a header and a line for each row", "an empty file")
     (number, header), rows = lines[0], lines[1:]
@@ -128,23 +121,6 @@ def read_table(path: str | Path, required: Collection[str], optional: Collection
             )
     columns = {name: [cells[k] for _, cells in rows] for k, name in enumerate(header)}
     return Table(path=str(path), lines=tuple(line for line, _ in rows), columns=columns)
-
-
-def _lines(path: str | Path) -> list[tuple[int, list[str]]]:
-    """Cells of every line that is neither blank nor a comment, with its number."""
-    if not Path(path).is_file():
-        raise InputError(str(path), "must be an existing file")
-    try:
-        with open(path, encoding="utf-8-sig") as file:
-            return [
-                (number, [cell.strip() for cell in next(csv.reader([line]))])
-                for number, line in enumerate(file, 1)
-                if line.strip() and not line.lstrip().startswith("#")
-            ]
-    except OSError as error:
-        raise InputError(str(path), f"could not be read ({error.strerror or error})") from error
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(str(path), f"must be text ({error})", remedy="save it as CSV, UTF-8") from error
 
 
 def _refuse_header(here: str, header: list[str], required: Collection[str], optional: Collection[str]) -> None:

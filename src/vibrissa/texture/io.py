@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -12,10 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
-from vibrissa.files import written_whole
+from vibrissa.files import as_number, csv_lines, written_whole
 from vibrissa.texture.surface import LONGEST, Array, Troughs
-
-Lines = list[tuple[int, list[str]]]  # number of the line in the file, its cells
 
 UNITS = {"": 1.0, "_mm": 1e3, "_um": 1e6}  # per metre, by the end of a column's name
 LARGEST = {"position": LONGEST, "width": 0.05, "depth": 0.01}  # [m] beyond these a unit is wrong
@@ -46,7 +43,7 @@ def read_troughs(path: str | Path) -> Troughs:
         Names the file and, where there is one, the line: a missing, double or unknown column, a cell that is no
         number, gaps that are not wide, not ascending or not apart, lengths that cannot be in that unit.
     """
-    lines = _lines(path)
+    lines = csv_lines(path)
     if not lines:
         raise InputError(str(path), "must hold a header and a line for each gap", "an empty file", SAY_COLUMNS)
     names, numbers = _names(path, *lines[0]), [number for number, _ in lines[1:]]
@@ -83,23 +80,6 @@ def write_troughs(texture: Troughs, path: str | Path) -> None:
         temporary.write_bytes(text.encode())
 
 
-def _lines(path: str | Path) -> Lines:
-    """Cells of every line that is neither blank nor a comment."""
-    if not Path(path).is_file():
-        raise InputError(str(path), "must be an existing file")
-    try:
-        with open(path, encoding="utf-8-sig") as file:
-            return [
-                (number, [cell.strip() for cell in next(csv.reader([line]))])
-                for number, line in enumerate(file, 1)
-                if line.strip() and not line.lstrip().startswith("#")
-            ]
-    except OSError as error:
-        raise InputError(str(path), f"could not be read ({error.strerror or error})") from error
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(str(path), f"must be text ({error})", remedy="save it as CSV, UTF-8") from error
-
-
 def _names(path: str | Path, number: int, header: list[str]) -> list[str]:
     """Check the header: known columns, each once, position and width among them."""
     here = f"{path}, line {number}"
@@ -124,10 +104,7 @@ def _values(path: str | Path, number: int, cells: list[str], names: list[str]) -
 
 
 def _metres(here: str, name: str, cell: str) -> float:
-    try:
-        value = float("nan" if "_" in cell else cell)  # Python would read 1_0 as ten
-    except ValueError:
-        value = np.nan
+    value = as_number(cell)
     if not np.isfinite(value):
         raise InputError(here, "must be a finite number", short(cell))
     return value / UNITS[name.removeprefix(COLUMNS[name])]  # divided, not multiplied: nearest to the decimal written
