@@ -1,0 +1,213 @@
+"""Modes about the curved profile, against numbers of other programs, a chain of rigid links and the laws of motion."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.linalg import eig
+from shooting import march
+
+from vibrissa.errors import InputError
+from vibrissa.exact import cone_kappa, shaft_quadrature
+from vibrissa.mechanics.curved import curved_modes
+from vibrissa.mechanics.edge import on_the_flat
+from vibrissa.mechanics.profile import Posture
+
+ANGLES = (0.4, 0.8, 1.2, 1.4)
+# research/mechanics.md §2d and MODEL.md: a chain of 200 rigid links; the same in Exudyn, 80 ANCF elements
+CHAIN = {0.1: [12.136, 11.615, 10.684, 10.074], 0.3: [23.326, 22.064, 19.935, 18.590]}
+CHAIN_SECOND = [66.689, 65.568, 63.480, 62.071]
+EXUDYN = [(0.1, 1.2, 10.682), *zip([0.3] * 4, ANGLES, [23.323, 22.061, 19.932, 18.587], strict=True)]
+COULOMB = [23.766, 22.892, 21.067, 19.837]
+WAYS = [("slide", "constant"), ("slide", "coulomb"), ("stick", "constant")]
+
+
+def posture(contact=0.3, base_angle=1.2, friction=0.4):
+    return Posture(contact=contact, base_angle=base_angle, friction=friction)
+
+
+@pytest.mark.parametrize("contact", CHAIN)
+def test_sliding_under_constant_friction_resonates_as_a_chain_of_links_does(contact):
+    found = [curved_modes(posture(contact, angle), 2).kappa for angle in ANGLES]
+    np.testing.assert_allclose([kappa[0] for kappa in found], CHAIN[contact], rtol=5e-5)
+    if contact == 0.3:
+        np.testing.assert_allclose([kappa[1] for kappa in found], CHAIN_SECOND, rtol=5e-5)
+
+
+@pytest.mark.parametrize(("contact", "base_angle", "kappa"), EXUDYN)
+def test_sliding_resonates_as_in_exudyn(contact, base_angle, kappa):
+    assert curved_modes(posture(contact, base_angle), 1).kappa[0] == pytest.approx(kappa, rel=3e-4)
+
+
+def test_sliding_under_coulomb_friction():
+    found = [curved_modes(posture(0.3, angle), 1, law="coulomb").kappa[0] for angle in ANGLES]
+    np.testing.assert_allclose(found, COULOMB, atol=6e-4)
+
+
+def test_stuck_whisker_is_an_arch():
+    found = [curved_modes(posture(contact, 1e-4), 1, condition="stick").kappa[0] for contact in (0.1, 0.2, 0.3, 0.4)]
+    np.testing.assert_allclose(found, [19.8, 35.7, 59.6, 95.6], atol=0.06)
+    assert curved_modes(posture(), 1, condition="stick").kappa[0] == pytest.approx(55.6, abs=0.06)
+
+
+def chain_kappa(at, links, condition, law):
+    """κ₁ and κ₂ of rigid rods joined by torsion springs, laid along Eq. 1 by shooting, second order in their length."""
+    h, force = (1 - at.contact) / links, float(on_the_flat(at).contact_force)
+    middles, joints = at.contact + h * (np.arange(links) + 0.5), at.contact + h * np.arange(1, links + 1)
+    angle = march(at.contact, 0.0, force, at.friction_angle, points=middles)[0]
+    spring = joints**4 / h * np.where(joints > 1 - h / 2, 2, 1)  # at the clamp half a link bends
+    stretch = np.eye(links) - np.eye(links, k=1)  # rotation of a joint
+    push = force * np.sin(at.friction_angle - angle) * h
+    stiffness = stretch.T @ (spring[:, None] * stretch) + np.diag(push)
+    lever = -h * (np.triu(np.ones((links, links)), 1) + np.eye(links) / 2)  # centres, from the base
+    x, y = lever * -np.sin(angle), lever * np.cos(angle)
+    inertia = (middles**2 * h)[:, None]
+    mass = x.T @ (inertia * x) + y.T @ (inertia * y) + np.diag(middles**2 * h**3 / 12)
+    tip_x, tip_y = h * np.sin(angle), -h * np.cos(angle)
+    held = np.stack([tip_y, tip_x] if condition == "stick" else [tip_y])
+    work = np.stack([tip_y - at.friction * tip_x]) if law == "coulomb" else held
+    trial, test = (np.linalg.svd(rows)[2][len(rows) :].T for rows in (held, work))
+    square = eig(test.T @ mass @ trial, test.T @ stiffness @ trial, right=False)
+    return np.sort((1 / np.sqrt(square.astype(complex))).real)[:2]
+
+
+@pytest.mark.parametrize(("condition", "law"), WAYS)
+@pytest.mark.parametrize("at", [posture(), posture(0.15, 0.9, 0.8)], ids=["usual", "rough"])
+def test_a_chain_of_links_converges_to_the_modes(at, condition, law):
+    exact = curved_modes(at, 2, condition=condition, law=law).kappa
+    coarse, fine = (chain_kappa(at, links, condition, law) for links in (60, 120))
+    np.testing.assert_allclose((coarse - exact) / (fine - exact), 4, rtol=0.05)  # second order
+    np.testing.assert_allclose((4 * fine - coarse) / 3, exact, rtol=1e-5)
+
+
+@pytest.mark.parametrize("law", ["constant", "coulomb"])
+@pytest.mark.parametrize("contact", [0.02, 0.3, 0.7])
+def test_flat_whisker_has_the_straight_modes(contact, law):
+    straight = cone_kappa(contact, 6)
+    one, two = (curved_modes(posture(contact, angle), 6, law=law).kappa / straight - 1 for angle in (1e-3, 2e-3))
+    assert np.all(np.abs(one) < 1e-3)
+    np.testing.assert_allclose(2 * one - two, 0, atol=5e-7)  # friction's pull is linear, the rest of the angle's square
+    without = curved_modes(posture(contact, 1e-4, friction=1e-9), 6, law=law).kappa
+    np.testing.assert_allclose(without, straight, rtol=1e-6)
+
+
+@pytest.mark.parametrize(("condition", "law"), WAYS)
+@pytest.mark.parametrize("contact", [0.005, 0.1, 0.5, 0.9])
+def test_more_polynomials_change_nothing(contact, condition, law):
+    at = on_the_flat(posture(contact))
+    few, many = (curved_modes(at, n, condition=condition, law=law).kappa for n in (6, 40))
+    np.testing.assert_allclose(few, many[:6], rtol=1e-10)
+
+
+@cache
+def case(condition, law):
+    modes = curved_modes(posture(), 6, condition=condition, law=law)
+    s, weights = shaft_quadrature(0.3, 120)
+    return modes, s, weights, modes.displacement(s)
+
+
+@pytest.mark.parametrize(("condition", "law"), WAYS)
+def test_modes_are_orthonormal_to_their_duals(condition, law):
+    modes, s, weights, shift = case(condition, law)
+    np.testing.assert_allclose(
+        np.einsum("xis,xjs,s->ij", modes.adjoint(s), shift, weights * s**2), np.eye(6), atol=1e-11
+    )
+    np.testing.assert_allclose(np.einsum("xis,xis,s->i", shift, shift, weights * s**2), 1, atol=1e-11)
+    if law == "constant":
+        np.testing.assert_allclose(modes.adjoint(s), shift, atol=1e-12)
+    assert np.all(modes.base_curvature > 0)
+
+
+@pytest.mark.parametrize(("condition", "law"), WAYS)
+def test_modes_neither_stretch_the_shaft_nor_leave_their_supports(condition, law):
+    modes, *_ = case(condition, law)
+    s, step = np.linspace(0.31, 0.99, 50), 1e-5
+    slope = (modes.displacement(s + step) - modes.displacement(s - step)) / (2 * step)
+    angle = modes.flat.angle(s)
+    scale = np.abs(slope).max()
+    np.testing.assert_allclose(np.cos(angle) * slope[0] + np.sin(angle) * slope[1], 0, atol=1e-8 * scale)
+    across = -np.sin(angle) * slope[0] + np.cos(angle) * slope[1]
+    np.testing.assert_allclose(across, modes.rotation(s), atol=1e-6 * scale)
+    base, contact = modes.displacement(np.array([1.0, 0.3])).transpose(2, 0, 1)
+    np.testing.assert_allclose(base, 0, atol=1e-12)
+    np.testing.assert_allclose(modes.rotation(np.ones(1)), 0, atol=1e-11)
+    np.testing.assert_allclose(contact if condition == "stick" else contact[1], 0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("condition", "law"), WAYS)
+def test_forces_and_moments_balance_the_whisker_s_momentum(condition, law):
+    modes, s, weights, shift = case(condition, law)
+    inertia = modes.kappa**2 * (shift * weights * s**2).sum(axis=-1)
+    np.testing.assert_allclose(modes.base_force, modes.contact_force + inertia, rtol=1e-10)
+    flat, phi = modes.flat, modes.flat.posture.friction_angle
+    place, foot = np.array(flat.position(s)), np.array(flat.position(np.array([0.3])))
+    rest = flat.contact_force * np.array([-np.sin(phi), np.cos(phi)])
+
+    def turning(arm, force):
+        return arm[0] * force[1] - arm[1] * force[0]
+
+    slid = modes.displacement(np.array([0.3]))[:, :, 0]
+    swing = modes.kappa**2 * (turning(place[:, None], shift) * weights * s**2).sum(axis=-1)
+    moment = -(turning(slid, rest[:, None]) + turning(foot, modes.contact_force) + swing)
+    np.testing.assert_allclose(modes.base_curvature, moment, rtol=1e-8)
+
+
+def test_friction_changes_as_its_law_says():
+    constant, coulomb = case("slide", "constant")[0].contact_force, case("slide", "coulomb")[0].contact_force
+    np.testing.assert_array_equal(constant[0], 0)
+    np.testing.assert_allclose(coulomb[0], -0.4 * coulomb[1], rtol=1e-12)
+    assert np.all(np.abs(case("stick", "constant")[0].contact_force) > 1)
+
+
+def test_small_angles_give_the_straight_forces():
+    """MODEL.md, "Signals": V''' + 4V'' = 163.26 of mode 1 at ε = 0.29."""
+    modes = curved_modes(posture(0.29, 1e-5), 1)
+    np.testing.assert_allclose(modes.transverse_force, 163.26, atol=5e-3)
+    np.testing.assert_allclose(modes.axial_force, 0, atol=1e-3)
+
+
+def test_free_end_goes_on_straight():
+    modes, *_ = case("slide", "constant")
+    x, y = modes.displacement(np.array([0.1, 0.3]))
+    turn = modes.rotation(np.array([0.1, 0.3]))
+    np.testing.assert_allclose(turn[:, 0], turn[:, 1])
+    np.testing.assert_allclose(x[:, 0], x[:, 1])
+    np.testing.assert_allclose(y[:, 0], -0.2 * turn[:, 0])
+
+
+@settings(deadline=None, derandomize=True, max_examples=40)
+@given(contact=st.floats(0.005, 0.9), angle=st.floats(0.01, 1.5), friction=st.floats(0, 1.5))
+def test_no_posture_of_usual_friction_flutters(contact, angle, friction):
+    at = on_the_flat(posture(contact, angle, friction))
+    constant, coulomb, stuck = (curved_modes(at, 6, condition=where, law=law) for where, law in WAYS)
+    for modes in (constant, coulomb, stuck):
+        assert np.all(modes.growth == 0)
+        assert np.all(np.diff(modes.kappa) > 0)
+    assert np.all(stuck.kappa > constant.kappa)  # one constraint more raises every frequency
+
+
+def test_a_stub_on_ground_of_huge_friction_flutters():
+    modes = curved_modes(posture(0.8, 1.2, 10.0), 3, law="coulomb")
+    assert modes.kappa[0] == modes.kappa[1]
+    np.testing.assert_array_equal(modes.growth > 0, [True, True, False])
+    assert np.isnan(modes.base_curvature[:2]).all()
+    assert np.isfinite(modes.base_force[:, 2]).all()
+    chain = chain_kappa(posture(0.8, 1.2, 10.0), 200, "slide", "coulomb")
+    np.testing.assert_allclose(modes.kappa[:2], chain, rtol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: curved_modes(posture(0.95), 1), "contact must lie between"),
+        (lambda: curved_modes(posture(), 0), "number of modes"),
+        (lambda: curved_modes(posture(), 1, condition="glue"), "contact condition must be one of slide, stick"),
+        (lambda: curved_modes(posture(), 1, law="dry"), "friction law must be one of constant, coulomb"),
+        (lambda: curved_modes(posture(), 1, condition="stick", law="coulomb"), "of a stuck contact must be 'constant'"),
+    ],
+)
+def test_bad_requests_are_refused(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
