@@ -9,10 +9,11 @@ from shooting import held_by_an_edge, march
 
 from vibrissa.errors import InputError
 from vibrissa.exact import cone_kappa, cone_modes, shaft_quadrature
+from vibrissa.mechanics.basis import slip
 from vibrissa.mechanics.edge import hold, on_the_flat
 from vibrissa.mechanics.gap import coupling, excursion_at_jump, unit_response
 from vibrissa.mechanics.profile import Posture, stationary_profile
-from vibrissa.mechanics.response import FOLLICLE, quasi_static, slip
+from vibrissa.mechanics.response import FOLLICLE, quasi_static
 
 REFERENCE = Posture(contact=0.29, base_angle=1.2)
 STEEP = Posture(contact=0.20, base_angle=1.4)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.mechanics.follicle import contact_shear
 from vibrissa.mechanics.response import FOLLICLE, Response, quasi_static
 from vibrissa.quantities import dataset
 
@@ -95,7 +94,9 @@ def _exact(prediction: Prediction) -> Response:
     if response.form == "exact":
         return response
     before, after = prediction.events.gaps
-    return quasi_static(response.posture, (float(after.min()), float(before.max())), n_modes=len(response.c))
+    return quasi_static(
+        response.posture, (float(after.min()), float(before.max())), n_modes=len(response.c), modes=response.modes
+    )
 
 
 def _linearity(exact: Response, before: Array, after: Array) -> Array:
@@ -110,7 +111,7 @@ def _contact_load(prediction: Prediction, t: Array) -> Array:
     """Vertical load on the contact, quasi-static and of the vibration, over πEα⁴L²/4, (T,)."""
     row = len(prediction.kappa) + FOLLICLE.index("contact_load")
     slow = prediction.drive(t)[row]
-    return slow + contact_shear(prediction.kappa, prediction.posture.contact, prediction.amplitudes(t))
+    return slow + prediction.response.basis.contact_load @ prediction.amplitudes(t)
 
 
 def _at_rest(response: Response) -> float:

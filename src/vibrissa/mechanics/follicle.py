@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 PARTS = ("", "_quasi_static", "_vibration")
 
 
-def base_curvature(whisker: Whisker, kappa: Array, contact: float, amplitude: Array) -> Array:
+def base_curvature(whisker: Whisker, bending: Array, amplitude: Array) -> Array:
     """Curvature of the vibration at the base.
 
     Eq. (16) of [Boubenec2014]_: C(t) = u''(1)/L = (1/L) Σ_i q_i(t) V_i''(1); the quasi-static part is left out.
@@ -27,10 +27,8 @@ def base_curvature(whisker: Whisker, kappa: Array, contact: float, amplitude: Ar
     ----------
     whisker : Whisker
         Gives L.
-    kappa : (M,) array
-        Frequencies of the modes.
-    contact : float
-        Position ε of the contact, over L.
+    bending : (M,) array
+        V_i''(1), or ϑ_i'(1) of modes about the curved profile.
     amplitude : (M, T) array
         Vibration amplitudes q, over L.
 
@@ -39,7 +37,6 @@ def base_curvature(whisker: Whisker, kappa: Array, contact: float, amplitude: Ar
     (T,) array
         Curvature [1/m], positive where the shaft bends away from the substrate.
     """
-    bending = cone_modes(kappa, contact, np.ones(1), derivative=2)[:, 0]
     return bending @ amplitude / whisker.length
 
 
@@ -84,7 +81,7 @@ def follicle_signals(prediction: Prediction, t: Array) -> dict[str, Array]:
 
     The quasi-static part is whole: the posture on the flat and what the excursion changes of it. Its rate has no value
     where the contact jumps; what is given is that of the ramp which begins there. Straight modes carry no axial
-    vibration: that part, and with it the whole, is not modelled and NaN.
+    vibration: that part, and with it the whole, is then not modelled and NaN; modes about the curved profile do.
 
     In the exact response the point of the shaft that stood at ε leaves the ground as the edge slides on, which no
     pinned mode follows: Q_i falls only as 1/i, and the first millisecond after a jump of curvature, moment and force
@@ -96,17 +93,17 @@ def follicle_signals(prediction: Prediction, t: Array) -> dict[str, Array]:
         ``base_curvature`` [1/m], ``base_moment`` [N m], ``transverse_force`` [N] along n(1), ``axial_force`` [N] into
         the follicle, each also with ``_quasi_static`` and ``_vibration``; ``…_rate`` of each [1/s more].
     """
-    whisker, kappa, contact = prediction.whisker, prediction.kappa, prediction.posture.contact
-    unit, n = force_unit(whisker), len(kappa)
+    whisker, basis = prediction.whisker, prediction.response.basis
+    unit, n = force_unit(whisker), len(basis.kappa)
     drive, rates = prediction.drive(t)[n:], prediction.drive.rate(t)[n:]
     signals: dict[str, Array] = {}
     for end, q, steady in zip(("", "_rate"), prediction.vibration(t), (drive, rates), strict=True):
-        bending = base_curvature(whisker, kappa, contact, q)
+        bending = base_curvature(whisker, basis.base_curvature, q)
         slow = steady[0] / whisker.length
         _put(signals, "base_curvature", end, slow, bending)
         _put(signals, "base_moment", end, base_moment(whisker, slow), base_moment(whisker, bending))
-        _put(signals, "transverse_force", end, unit * steady[1], unit * shear(kappa, contact, q))
-        _put(signals, "axial_force", end, unit * steady[2], np.full(len(t), np.nan))
+        _put(signals, "transverse_force", end, unit * steady[1], unit * basis.transverse_force @ q)
+        _put(signals, "axial_force", end, unit * steady[2], unit * basis.axial_force @ q)
     return signals
 
 

@@ -56,6 +56,12 @@ class UnitResponse:
         (S,) array
             Ū [1], 0 at the base.
         """
+        psi = self.curve.at(self.curve.psi, np.log(s / self.posture.contact))
+        x, y = self.shift(s)
+        return -np.sin(psi) * x + np.cos(psi) * y
+
+    def shift(self, s: Array) -> tuple[Array, Array]:
+        """∂r/∂d [1], along the substrate and up, (S,) each, of points s in [ε, 1]."""
         c, epsilon = self.curve, self.posture.contact
         log_x = np.log(s / epsilon)
         x = s / epsilon
@@ -70,7 +76,7 @@ class UnitResponse:
         turn = epsilon * self.contact_angle
         delta_x = self.contact * shift_x + epsilon * self.load * from_base(c.x_load) - turn * from_base(c.y)
         delta_y = self.contact * shift_y + epsilon * self.load * from_base(c.y_load) + turn * from_base(c.x)
-        return -np.sin(psi) * delta_x + np.cos(psi) * delta_y
+        return delta_x, delta_y
 
 
 def unit_response(posture: Posture) -> UnitResponse:

@@ -13,9 +13,9 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
-from vibrissa.exact import cone_kappa, cone_modes
+from vibrissa.mechanics.basis import Basis, Modes, amplitudes, basis, couplings, slip
 from vibrissa.mechanics.edge import Held, hold, on_the_flat
-from vibrissa.mechanics.gap import UnitResponse, coupling, unit_response
+from vibrissa.mechanics.gap import UnitResponse, unit_response
 from vibrissa.mechanics.profile import Posture
 
 Array = NDArray[np.float64]
@@ -78,8 +78,12 @@ class Response:
         Q_i(d), or c_i d.
     unit : UnitResponse
         The linearised response, Ū.
-    kappa, c : (M,) arrays
-        Adimensional frequencies of the modes, and linear couplings c_i.
+    modes : {"straight", "curved", "curved-coulomb"}
+        Which modes.
+    basis : Basis
+        The modes.
+    c : (M,) array
+        Linear couplings c_i.
     flat : Held
         Profile on the flat.
     pieces : tuple of Piece
@@ -90,10 +94,16 @@ class Response:
     posture: Posture
     form: Form
     unit: UnitResponse
-    kappa: Array
+    modes: Modes
+    basis: Basis
     c: Array
     flat: Held
     pieces: tuple[Piece, ...]
+
+    @property
+    def kappa(self) -> Array:
+        """Adimensional frequencies of the modes, (M,)."""
+        return self.basis.kappa
 
     @property
     def reach(self) -> tuple[float, float]:
@@ -151,27 +161,13 @@ class Response:
         return np.asarray(unit + self.unit.contact_angle * np.minimum(s - contact, 0), float)
 
 
-def slip(u: Array, angle: Array, s: Array) -> Array:
-    """Slip along the tangent, dw/ds = u dθ/ds with w = 0 at the base, that keeps the shaft's length, (…, S).
-
-    Parameters
-    ----------
-    u : (…, S) array
-        Transverse displacement at points s.
-    angle, s : (S,) arrays
-        Angle θ, and the points, in any one order.
-    """
-    steps = (u[..., 1:] + u[..., :-1]) / 2 * np.diff(angle)
-    along = np.concatenate([np.zeros((*u.shape[:-1], 1)), np.cumsum(steps, axis=-1)], axis=-1)
-    return along - along[..., [int(np.argmin(np.abs(s - 1)))]]
-
-
 def quasi_static(
     posture: Posture,
     reach: tuple[float, float],
     *,
     form: Form = "exact",
     n_modes: int = 12,
+    modes: Modes = "straight",
 ) -> Response:
     """Tabulate the response of a posture.
 
@@ -186,6 +182,8 @@ def quasi_static(
         the paper's U_qs = U₁ + d(t) Ū(s); wide gaps and large base angles are over-estimated by it.
     n_modes : int
         Number of modes.
+    modes : {"straight", "curved", "curved-coulomb"}
+        Which modes; see :func:`vibrissa.mechanics.basis.basis`.
 
     Raises
     ------
@@ -196,17 +194,18 @@ def quasi_static(
         raise InputError("response", "must be 'exact' or 'linear'", repr(form))
     if n_modes < 1:
         raise InputError("number of modes", "must be at least 1", n_modes)
-    unit, flat, kappa = unit_response(posture), on_the_flat(posture), cone_kappa(posture.contact, n_modes)
-    c = coupling(unit, n_modes)
+    unit, flat = unit_response(posture), on_the_flat(posture)
+    shapes = basis(modes, flat, n_modes)
+    c = couplings(shapes, unit)
     if form == "linear":
         pieces = [_linear_piece(unit, flat, c, reach)]
     else:
         for end in reach:
             hold(flat, end)  # refuse at once what cannot be reached
-        rows = partial(_rows, flat, kappa)
+        rows = partial(held_rows, flat, shapes)
         behind = _pieces(flat, rows, reach[0], 0.0) if reach[0] < 0 else []
         pieces = [*behind, *(_pieces(flat, rows, 0.0, reach[1]) if reach[1] > 0 else [])]
-    return Response(posture, form, unit, kappa, c, flat, tuple(pieces))
+    return Response(posture, form, unit, modes, shapes, c, flat, tuple(pieces))
 
 
 def _unit_nodes() -> Array:
@@ -242,17 +241,23 @@ def _converged(coefficients: Array) -> bool:
     return bool(np.all(tail <= _TAIL * size))
 
 
-def _rows(flat: Held, kappa: Array, held: Held) -> Array:
-    """One column of the table: everything at one excursion."""
+def held_rows(flat: Held, shapes: Basis, held: Held) -> Array:
+    """One column of the table: Q_i of the modes, then ``FOLLICLE``, of one held profile."""
+    return np.concatenate([_amplitudes(flat, shapes, held), _follicle(flat, held)])
+
+
+def _follicle(flat: Held, held: Held) -> Array:
+    """``FOLLICLE`` of one held profile."""
     friction = flat.posture.friction_angle
-    follicle = [
-        held.base_curvature,
-        held.transverse_force,
-        held.axial_force,
-        held.contact_force * np.cos(friction + held.contact_angle),
-        held.contact_angle,
-    ]
-    return np.concatenate([_amplitudes(flat, kappa, held), follicle])
+    return np.array(
+        [
+            held.base_curvature,
+            held.transverse_force,
+            held.axial_force,
+            held.contact_force * np.cos(friction + held.contact_angle),
+            held.contact_angle,
+        ]
+    )
 
 
 def displaced(flat: Held, held: Held, s: Array) -> Array:
@@ -262,15 +267,15 @@ def displaced(flat: Held, held: Held, s: Array) -> Array:
     return -np.sin(angle) * (x - x1) + np.cos(angle) * (y - y1)
 
 
-def _amplitudes(flat: Held, kappa: Array, held: Held) -> Array:
-    """Q_i = ∫_ε^1 s² n₁·(r − r₁) V_i ds, in two panels: the free end is straight."""
+def _amplitudes(flat: Held, shapes: Basis, held: Held) -> Array:
+    """Q_i = ∫_ε^1 s² (r − r₁)·l_i ds, for straight modes l_i = V_i n₁, in two panels: the free end is straight."""
     contact = flat.posture.contact
-    z, w = _gauss(_PANEL + 4 * len(kappa))
-    total = np.zeros(len(kappa))
+    z, w = _gauss(_PANEL + 4 * len(shapes.kappa))
+    total = np.zeros(len(shapes.kappa))
     for low, high in ((contact, max(held.contact, contact)), (max(held.contact, contact), 1.0)):
         s = (low + high) / 2 + (high - low) / 2 * z
-        weight = (high - low) / 2 * w * s**2
-        total += cone_modes(kappa, contact, s) @ (weight * displaced(flat, held, s))
+        (x, y), (x1, y1) = held.position(s), flat.position(s)
+        total += amplitudes(shapes, s, (high - low) / 2 * w, x - x1, y - y1)
     return total
 
 
@@ -278,7 +283,7 @@ def _linear_piece(unit: UnitResponse, flat: Held, c: Array, reach: tuple[float, 
     """Everything's tangent at d = 0."""
     low, high = min(reach[0], -1e-3), max(reach[1], 1e-3)
     slope = np.concatenate([c, _follicle_slope(unit, flat)])
-    value = np.concatenate([np.zeros_like(c), _rows(flat, np.zeros(0), flat)])
+    value = np.concatenate([np.zeros_like(c), _follicle(flat, flat)])
     return Piece(low, high, np.stack([value + slope * (low + high) / 2, slope * (high - low) / 2], axis=1))
 
 

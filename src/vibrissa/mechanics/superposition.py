@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
-from vibrissa.exact import cone_modes
+from vibrissa.mechanics.basis import Modes
 from vibrissa.mechanics.dynamics import Drive, JumpRule, amplitudes, vibrate
 from vibrissa.mechanics.gap import JumpTable, jump_table
 from vibrissa.mechanics.profile import Posture
-from vibrissa.mechanics.response import Form, Response, quasi_static, slip
+from vibrissa.mechanics.response import Form, Response, quasi_static
 from vibrissa.texture.surface import Troughs
 
 if TYPE_CHECKING:
@@ -40,19 +40,24 @@ class Scan:
         jumps Eq. (6) holds under every rule: damping acts on the vibration.
     response : {"exact", "linear"}
         Quasi-static part: Q_i(d) of the profile held by the edge (default), or the paper's c_i d.
+    modes : {"straight", "curved", "curved-coulomb"}
+        The paper's modes of a straight shaft (default), or those about the curved profile of a contact that slides,
+        friction constant or following the load: see :mod:`vibrissa.mechanics.curved`.
     """
 
     speed: float
     damping: float
     jump: JumpRule = "continuous"
     response: Form = "exact"
+    modes: Modes = "straight"
 
     def __post_init__(self) -> None:
         if not (self.speed > 0 and np.isfinite(self.speed)):
             raise InputError("Scan.speed", "must be positive (m/s)", self.speed)
         if not 0 <= self.damping < 1:
             raise InputError("Scan.damping", "must lie in [0, 1)", self.damping)
-        for name, value, rule in (("jump", self.jump, JumpRule), ("response", self.response, Form)):
+        choices = (("jump", self.jump, JumpRule), ("response", self.response, Form), ("modes", self.modes, Modes))
+        for name, value, rule in choices:
             if value not in get_args(rule):
                 raise InputError(f"Scan.{name}", f"must be one of {', '.join(get_args(rule))}", repr(value))
 
@@ -220,7 +225,9 @@ class Prediction:
         (T, S) array
             Along n = (−sin θ, cos θ), away from the substrate.
         """
-        return self.response.displacement(self.events.excursion(t), s) + self.amplitudes(t).T @ self._shapes(s)
+        angle, (along, up) = self.response.flat.angle(s), self.response.basis.displacement(s)
+        across = up * np.cos(angle) - along * np.sin(angle)
+        return self.response.displacement(self.events.excursion(t), s) + self.amplitudes(t).T @ across
 
     def position(self, t: Array, s: Array) -> tuple[Array, Array]:
         """Position of the points s from the base, along the substrate and up, over L, (T, S) each.
@@ -229,16 +236,8 @@ class Prediction:
         stretch.
         """
         x, y = self.response.position(self.events.excursion(t), s)
-        angle, q = self.response.flat.angle(s), self.amplitudes(t).T
-        shapes = self._shapes(s)
-        u, w = q @ shapes, q @ slip(shapes, angle, s)
-        return x - u * np.sin(angle) + w * np.cos(angle), y + u * np.cos(angle) + w * np.sin(angle)
-
-    def _shapes(self, s: Array) -> Array:
-        """V_i(s), (M, S), going on straight below the contact."""
-        contact = self.posture.contact
-        slope = cone_modes(self.kappa, contact, np.array([contact]), derivative=1)
-        return cone_modes(self.kappa, contact, np.clip(s, contact, 1)) + slope * np.minimum(s - contact, 0)
+        q, (along, up) = self.amplitudes(t).T, self.response.basis.displacement(s)
+        return x + q @ along, y + q @ up
 
 
 def check_tip(posture: Posture, whisker: Whisker) -> None:
@@ -279,7 +278,7 @@ def predict(
     before, after = events.gaps
     reach = float(after.min()), float(before.max())
     if response is None:
-        response = quasi_static(posture, reach, form=scan.response, n_modes=n_modes)
+        response = quasi_static(posture, reach, form=scan.response, n_modes=n_modes, modes=scan.modes)
     elif not _serves(response, posture, scan, n_modes, reach):
         raise InputError("response", "must be of the same posture, form and modes, and reach as far", reach)
     return Prediction(whisker, posture, scan, texture, events, response)
@@ -294,13 +293,14 @@ def predict_all(
     deepest = float(jumps(widest)[0])
     slack = 1 + 1e-9  # rounding in the textures' own times
     reach = (deepest - float(widest[0])) * slack, deepest * slack
-    response = quasi_static(posture, reach, form=scan.response, n_modes=n_modes)
+    response = quasi_static(posture, reach, form=scan.response, n_modes=n_modes, modes=scan.modes)
     tables: dict[str, Any] = {"response": response, "jumps": jumps}
     return [predict(whisker, posture, texture, scan, n_modes=n_modes, **tables) for texture in textures]
 
 
 def _serves(response: Response, posture: Posture, scan: Scan, n_modes: int, reach: tuple[float, float]) -> bool:
     low, high = response.reach
-    same = (response.posture, response.form, len(response.c)) == (posture, scan.response, n_modes)
+    asked = posture, scan.response, scan.modes, n_modes
+    same = (response.posture, response.form, response.modes, len(response.c)) == asked
     slack = 1e-9 * (high - low)  # rounding in the times of the events, which differ with the speed
     return same and (response.form == "linear" or (low - slack <= reach[0] and reach[1] <= high + slack))
