@@ -1,18 +1,25 @@
-"""Textures on disk: troughs as a table of comma-separated values."""
+"""Textures on disk: troughs as a table of comma-separated values, reliefs from tables and instruments."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from reprlib import repr as short
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
 from vibrissa.files import as_number, csv_lines, written_whole
+from vibrissa.texture.measured import Measured
+from vibrissa.texture.relief import Relief
 from vibrissa.texture.surface import LONGEST, Array, Troughs
+from vibrissa.texture.table import first_line, read_columns
+from vibrissa.texture.topography import read_topography
+
+Level = Literal["line", "none"]
 
 UNITS = {"": 1.0, "_mm": 1e3, "_um": 1e6}  # per metre, by the end of a column's name
 LARGEST = {"position": LONGEST, "width": 0.05, "depth": 0.01}  # [m] beyond these a unit is wrong
@@ -76,6 +83,131 @@ def write_troughs(texture: Troughs, path: str | Path) -> None:
     _refuse_gaps("gap", range(1, 1 + depth.size), table)
     rows = zip(*(column.tolist() for column in table.values()), strict=True)
     text = "\n".join([",".join(table), *(",".join(map(repr, row)) for row in rows), ""])
+    with written_whole(path) as temporary:
+        temporary.write_bytes(text.encode())
+
+
+def holds_troughs(path: str | Path) -> bool:
+    """Whether a file has the header of a table of gaps, to be read by :func:`read_troughs`."""
+    if not Path(path).is_file():
+        raise InputError(str(path), "must be an existing file")
+    return any(COLUMNS.get(cell.strip()) == "width" for cell in first_line(path).split(","))
+
+
+def read_relief(
+    path: str | Path,
+    *,
+    line: str | None = None,
+    part: tuple[float, float] | None = None,
+    x_unit: str | None = None,
+    z_unit: str | None = None,
+    fill: bool = False,
+    level: Level | None = None,
+    flip: bool = False,
+    tell: Callable[[str], None] = lambda note: None,
+) -> Relief:
+    """Height profile from a table or from the file of a profilometer or microscope; nothing is guessed.
+
+    What a file does not settle is refused, with the option that settles it. The first point of the file meets the
+    contact first. An instrument's zeros mean nothing: the profile then begins at position 0 and its mean height is 0,
+    so that a posture is the one on the mean surface. Below a header ``position_mm,height_um`` the zeros are the file's
+    own, but for the height of a levelled profile and the place of one that is flipped or cut.
+
+    Parameters
+    ----------
+    path : path
+        A table (see :func:`vibrissa.texture.table.read_columns`) or, with the extra ``surface``, an instrument's file
+        (see :func:`vibrissa.texture.topography.read_topography`).
+    line : str, optional
+        The line of a map: ``"x:12"`` runs along x as number 12 along y, counted from 0; ``"y:12"`` along y.
+    part : (2,) tuple of float, optional
+        Keep the points from the first to the second distance from the file's first point [m].
+    x_unit, z_unit : str, optional
+        Units of positions and heights (m, mm, um, nm) where the file states none.
+    fill : bool
+        Straight lines across points that were not measured; unmeasured ends are left out.
+    level : {"line", "none"}, optional
+        Take the line of least squares away, or keep the profile as it is. By default a profile is refused whose line
+        rises by more than its heights about it span: most of what the whisker would feel is then the tilt of the
+        sample under the instrument, or of the sample itself, which the file cannot tell apart.
+    flip : bool
+        The last point of the file meets the contact first.
+    tell : callable
+        Takes one line of text for each thing that was decided or is worth knowing.
+
+    Returns
+    -------
+    Relief
+        Positions and heights [m], ascending in the order in which the contact meets them.
+
+    Raises
+    ------
+    InputError
+        In one line: no topography, units missing or stated twice, a map without its line, unsorted positions, holes,
+        tilt, shorter than 0.3 mm (too small for a whisker), lengths that cannot be in that unit.
+    """
+    if level not in (None, "line", "none"):
+        raise InputError("--level", "must be line or none", level)
+    measured = read_columns(path)
+    if measured is None:
+        measured = read_topography(path, line)
+    elif line is not None:
+        raise InputError(str(path), "holds a single profile", f"--line {line}", "leave --line out")
+    profile = measured.in_metres(x_unit, z_unit)
+    profile = profile.part(*part) if part else profile
+    profile.refuse_short()
+    profile = profile.flipped() if flip else profile
+    profile.refuse_order()
+    profile.refuse_unmeasured()
+    if not fill:
+        profile.refuse_holes()
+    whole = profile.filled()
+    whole.refuse_short()
+    if level is None:
+        whole.refuse_tilt()
+    final = whole.levelled() if level == "line" else whole
+    for note in [*measured.notes, *_decisions(profile, whole, final)]:
+        tell(note)
+    return _relief(final.zeroed())
+
+
+def _decisions(profile: Measured, whole: Measured, final: Measured) -> list[str]:
+    """What was filled, left out, taken away and taken for granted, and how finely the profile is sampled."""
+    notes = (
+        [] if profile.zero else ["heights count from their mean, places from the point that meets the contact first"]
+    )
+    bridged = whole.height.size - np.count_nonzero(np.isfinite(profile.height))
+    if bridged:
+        wide = f"{profile.widest_hole() * 1e3:.3g} mm the widest hole"
+        notes.append(f"{bridged} points without height bridged by straight lines, {wide}")
+    if profile.height.size > whole.height.size:
+        notes.append(f"{profile.height.size - whole.height.size} points without height at the ends left out")
+    if final is not whole:
+        slope = float(whole.line()[1])
+        rise = slope * np.ptp(whole.position)
+        notes.append(f"a tilt of {slope * 1e3:.3g} mm per m taken away, {rise * 1e6:.3g} µm over the length")
+    return [*notes, *final.sampling()]
+
+
+def _relief(profile: Measured) -> Relief:
+    try:
+        return Relief(position=profile.position, height=profile.height)
+    except InputError as error:
+        raise InputError(f"{profile.name}:", str(error)) from error
+
+
+def write_relief(relief: Relief, path: str | Path) -> None:
+    """Write a relief so that :func:`read_relief`, told to keep its level, gives it back to the last bit; whole or not.
+
+    Parameters
+    ----------
+    relief : Relief
+        The profile; written in metres.
+    path : path
+        Name of the file; one that is there is replaced.
+    """
+    rows = zip(relief.position.tolist(), relief.height.tolist(), strict=True)
+    text = "\n".join(["position_m,height_m", *(",".join(map(repr, row)) for row in rows), ""])
     with written_whole(path) as temporary:
         temporary.write_bytes(text.encode())
 

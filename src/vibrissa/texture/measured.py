@@ -1,0 +1,188 @@
+"""A measured profile on its way to a relief: units, stretch, direction, holes, tilt."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibrissa.errors import InputError
+from vibrissa.texture.relief import SHORTEST as SMALLEST
+
+Array = NDArray[np.float64]
+
+PER_METRE = {"m": 1.0, "mm": 1e3, "um": 1e6, "µm": 1e6, "nm": 1e9, "Å": 1e10, "pm": 1e12}
+SHORTEST_SCAN = 0.3e-3  # [m] a mean gap of the paper; at 0.1 m/s a third of one period of the first resonance
+ALIKE = 0.5  # correlation of neighbouring heights of a feature sampled four times; white noise has none
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measured:
+    """A profile as its file holds it.
+
+    Attributes
+    ----------
+    name : str
+        The file, and the line of it, for messages.
+    position : (N,) array
+        Places in the order of the file [``x_unit``].
+    height : (N,) array
+        Heights [``z_unit``]; NaN where nothing was measured.
+    x_unit, z_unit : str or None
+        Units that the file states.
+    zero : bool
+        Whether the file's zeros of place and height are those of a relief; an instrument's mean nothing.
+    notes : tuple of str
+        What to know of the measurement.
+    """
+
+    name: str
+    position: Array
+    height: Array
+    x_unit: str | None = "m"
+    z_unit: str | None = "m"
+    zero: bool = False
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        lost = ~np.isfinite(self.position)
+        if lost.any() or self.position.size < 2:
+            found = f"none at point {int(np.argmax(lost)) + 1}" if lost.any() else f"{self.position.size} points"
+            raise InputError(self.name, "must have two points or more, each with its position", found)
+
+    def in_metres(self, x_unit: str | None = None, z_unit: str | None = None) -> Measured:
+        """Places and heights in metres, by the units of the file or, where it states none, by those given."""
+        x = self.position / _per_metre(self.name, "--x-unit", self.x_unit, x_unit)
+        z = self.height / _per_metre(self.name, "--z-unit", self.z_unit, z_unit)
+        return replace(self, position=x, height=z, x_unit="m", z_unit="m")
+
+    def part(self, start: float, end: float) -> Measured:
+        """Keep the points from ``start`` to ``end`` [m], counted from the first point; what is kept begins at 0."""
+        along = (self.position - self.position[0]) * self._sense()
+        inside = (along >= start) & (along <= end)
+        if np.count_nonzero(inside) < 2:
+            rule = f"must hold the asked part, {start:g} m to {end:g} m from its first point"
+            raise InputError(self.name, rule, f"a length of {along.max():.4g} m")
+        position = self.position[inside]
+        return replace(self, position=position - position[0], height=self.height[inside])
+
+    def flipped(self) -> Measured:
+        """Give the profile as it is met from the other end; the last point of the file stands at 0."""
+        away = (self.position[-1] - self.position)[::-1] * self._sense()
+        return replace(self, position=away, height=self.height[::-1])
+
+    def _sense(self) -> int:
+        """1 where positions ascend through the file, −1 where they descend."""
+        return 1 if self.position[-1] >= self.position[0] else -1
+
+    def filled(self) -> Measured:
+        """Straight lines across the holes; unmeasured ends are left out."""
+        good = np.isfinite(self.height)
+        ends = np.flatnonzero(good)[[0, -1]]
+        inside = slice(ends[0], ends[1] + 1)
+        x, z = self.position[inside], self.height[inside].copy()
+        hole = np.isnan(z)
+        z[hole] = np.interp(x[hole], self.position[good], self.height[good])
+        return replace(self, position=x, height=z)
+
+    def levelled(self) -> Measured:
+        """Take the line of least squares away; the mean height becomes 0."""
+        return replace(self, height=self.height - np.polynomial.Polynomial(self.line())(self.position))
+
+    def line(self) -> Array:
+        """Height at x = 0 [m] and slope of the line of least squares, each point weighing the stretch around it."""
+        step = np.diff(self.position)
+        weight = np.concatenate([[0.0], step]) + np.concatenate([step, [0.0]])
+        x0, z0 = np.average(self.position, weights=weight), np.average(self.height, weights=weight)
+        x, z = self.position - x0, self.height - z0
+        slope = (weight * x * z).sum() / (weight * x**2).sum()
+        return np.array([z0 - slope * x0, slope])
+
+    def zeroed(self) -> Measured:
+        """Count heights from their mean along the profile, and places from the first, unless zero is the file's own."""
+        if self.zero:
+            return self
+        line = self.line()
+        mean = line[0] + line[1] * (self.position[0] + self.position[-1]) / 2
+        return replace(self, position=self.position - self.position[0], height=self.height - mean)
+
+    def refuse_short(self) -> None:
+        """Refuse what is too small for a whisker: shorter than one gap."""
+        length = float(np.ptp(self.position))
+        if not length >= SHORTEST_SCAN:
+            raise InputError(self.name, TOO_SHORT, f"{length * 1e3:.4g} mm")
+
+    def refuse_order(self) -> None:
+        """Refuse unsorted places, descending ones (the other direction), and repeated ones in a measurement."""
+        step, rule = np.diff(self.position), "must have ascending positions"
+        if (step < 0).all():
+            remedy = "--flip lets the last point of the file meet the contact first"
+            raise InputError(self.name, rule, "descending ones", remedy)
+        wrong = (step < 0) | (step == 0) & (not self.zero)
+        if wrong.any():
+            first = int(np.argmax(wrong)) + 1
+            found = f"{self.position[first]:.6g} m after {self.position[first - 1]:.6g} m at point {first + 1}"
+            remedy = "sort the points; a wall, two heights at one place, needs a header such as position_mm,height_um"
+            raise InputError(self.name, rule, found, remedy)
+
+    def refuse_unmeasured(self) -> None:
+        """Refuse a profile that is holes for the most part: lines across them would be the texture."""
+        good = np.flatnonzero(np.isfinite(self.height))
+        between = good[-1] - good[0] + 1 - good.size if good.size else 0
+        if good.size < 2 or between > good.size:
+            rule = "must have more heights than holes between them"
+            raise InputError(self.name, rule, f"{good.size} heights in {self.height.size} points")
+
+    def refuse_holes(self) -> None:
+        """Refuse points without height; say how many and how wide the widest hole between measured ones is."""
+        count, widest = np.count_nonzero(np.isnan(self.height)), self.widest_hole()
+        if count:
+            where = f"the widest hole {widest * 1e3:.3g} mm" if widest else "all at its ends"
+            remedy = "--fill draws straight lines across holes and leaves out unmeasured ends"
+            rule = "must have a height at every point"
+            raise InputError(self.name, rule, f"none at {count} of {self.height.size}, {where}", remedy)
+
+    def widest_hole(self) -> float:
+        """Widest distance between measured neighbours that have unmeasured points between them [m], 0 if none has."""
+        good = np.flatnonzero(np.isfinite(self.height))
+        apart = np.abs(np.diff(self.position[good]))
+        return float(apart[np.diff(good) > 1].max(initial=0.0))
+
+    def refuse_tilt(self) -> None:
+        """Refuse a profile whose fitted line rises by more than all that remains when it is taken away."""
+        slope, rest = float(self.line()[1]), float(np.ptp(self.levelled().height))
+        rise = abs(slope) * float(np.ptp(self.position))
+        if rise > rest:
+            rule = f"must be level: its tilt must rise by no more than its heights about it span, {rest * 1e6:.3g} µm"
+            found = f"{rise * 1e6:.4g} µm ({slope * 1e3:.3g} mm per m)"
+            raise InputError(self.name, rule, found, "--level line takes it away, --level none keeps it")
+
+    def sampling(self) -> list[str]:
+        """How finely the profile is sampled, and whether its points follow one another."""
+        span, step = float(np.ptp(self.position)), float(np.median(np.diff(self.position)))
+        notes = [f"{self.position.size} points over {span * 1e3:.4g} mm, one every {step * 1e6:.3g} µm"]
+        if step > SMALLEST:
+            notes.append(
+                f"nothing finer than {2 * step * 1e6:.3g} µm is in the file, nor in what the whisker will feel"
+            )
+        z = self.levelled().height
+        likeness = float((z[1:] * z[:-1]).sum() / max((z * z).sum(), np.finfo(float).tiny))
+        if likeness < ALIKE and z.any():
+            cause = "features finer than the sampling, or noise of the instrument"
+            notes.append(f"neighbouring heights correlate by {likeness:.2f} only: {cause}")
+        return notes
+
+
+TOO_SHORT = f"must be at least {SHORTEST_SCAN * 1e3:g} mm long, one gap: it is too small for a whisker"
+
+
+def _per_metre(name: str, option: str, stated: str | None, given: str | None) -> float:
+    if stated is not None and given is not None:
+        raise InputError(name, f"states its unit, {stated}", f"{option} {given}", f"leave {option} out")
+    unit = given if stated is None else stated
+    if unit is None:
+        raise InputError(name, "must state its units", "none", f"give {option}, one of m, mm, um, nm")
+    if unit not in PER_METRE:
+        raise InputError(name, "must have lengths in m, mm, um or nm", repr(unit))
+    return PER_METRE[unit]
