@@ -58,6 +58,7 @@ def predicted_signals(prediction: Prediction, t: Array, *, nodes: Array | None =
     attrs = {
         "response": scan.response,
         "jump": scan.jump,
+        "modes": scan.modes,
         "damping": scan.damping,
         "scan_speed": scan.speed,
         "contact": posture.contact,
