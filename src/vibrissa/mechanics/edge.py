@@ -33,6 +33,8 @@ class Held:
         Where on the shaft the edge is, ε, and the angle θ_ε there [rad]; negative where the whisker sags.
     curve : Curve
         Member of the family.
+    height : float
+        Height z of the edge above the flat, over L.
     """
 
     posture: Posture
@@ -40,6 +42,7 @@ class Held:
     contact: float
     contact_angle: float
     curve: Curve
+    height: float = 0.0
 
     @property
     def contact_force(self) -> float:
@@ -117,8 +120,8 @@ def on_the_flat(posture: Posture) -> Held:
     return Held(posture, 0.0, posture.contact, 0.0, flat_curve(posture))
 
 
-def hold(flat: Held, excursion: float, start: Held | None = None) -> Held:
-    """Carry the contact of a profile to an excursion, θ_b and H kept.
+def hold(flat: Held, excursion: float, start: Held | None = None, *, height: float = 0.0) -> Held:
+    """Carry the contact of a profile to an excursion and a height; the base stays where it is, and θ_b.
 
     Parameters
     ----------
@@ -128,6 +131,8 @@ def hold(flat: Held, excursion: float, start: Held | None = None) -> Held:
         d over L.
     start : Held, optional
         A solution nearby to start from; the flat one by default.
+    height : float
+        z over L: the edge then stands H − z below the base.
 
     Raises
     ------
@@ -135,18 +140,20 @@ def hold(flat: Held, excursion: float, start: Held | None = None) -> Held:
         If no profile is reached: on the way the determinant of the fold comes to 0, or the contact leaves the shaft.
     """
     held = start or flat
-    step = excursion - held.excursion
-    while held.excursion != excursion:
-        ahead = excursion - held.excursion
-        step = np.sign(ahead) * min(abs(step), abs(ahead), _STRIDE)
-        target = excursion if step == ahead else held.excursion + step
+    step = _STRIDE
+    while (held.excursion, held.height) != (excursion, height):
+        way = np.array([excursion - held.excursion, height - held.height])
+        ahead = float(np.hypot(*way))
+        step = min(step, ahead, _STRIDE)
+        there = np.array([held.excursion, held.height]) + step / ahead * way
+        target = (excursion, height) if step == ahead else (float(there[0]), float(there[1]))
         try:
-            held, step = _corrected(flat, held, target), 2 * step
+            held, step = _corrected(flat, held, *target), 2 * step
         except ConvergenceError:
             step /= 2
-            if abs(step) < _SHORTEST:
+            if step < _SHORTEST:
                 raise InputError(
-                    f"excursion {excursion:.4g} L",
+                    f"excursion {excursion:.4g} L" + (f" at height {height:.4g} L" if height else ""),
                     "must be within what the posture can follow",
                     f"no profile beyond {held.excursion:.4g} L, where the fold's determinant is {held.determinant:.3g}",
                     "lower the base angle, raise the contact, or narrow the gap",
@@ -154,17 +161,18 @@ def hold(flat: Held, excursion: float, start: Held | None = None) -> Held:
     return held
 
 
-def _corrected(flat: Held, near: Held, excursion: float) -> Held:
+def _corrected(flat: Held, near: Held, excursion: float, height: float) -> Held:
     """Newton's method for (ε, θ_ε, Λ̂) from a solution nearby."""
-    posture, target = flat.posture, np.array([flat.posture.base_angle, flat.base[0] + excursion, flat.base[1]])
+    posture, (distance, above) = flat.posture, flat.base
+    target = np.array([posture.base_angle, distance + excursion, above - height])
     unknown = np.array([near.contact, near.contact_angle, near.curve.load])
-    unknown += np.linalg.solve(near.sensitivity, [0.0, excursion - near.excursion, 0.0])
+    unknown += np.linalg.solve(near.sensitivity, [0.0, excursion - near.excursion, near.height - height])
     for _ in range(_ITERATIONS):
         contact, turn, load = unknown
         if not (0 < contact < 1 and load > 0 and abs(turn) < np.pi / 2):
             raise ConvergenceError("profile on an edge", float(contact), _ITERATIONS)
         member = curve(load, -np.log(contact), posture.friction_angle)
-        held = Held(posture, excursion, float(contact), float(turn), member)
+        held = Held(posture, excursion, float(contact), float(turn), member, height)
         if not held.determinant < 0:
             raise ConvergenceError("profile on an edge (beyond the fold)", held.determinant, _ITERATIONS)
         miss = np.array([turn + member.psi[-1], *held.base]) - target
