@@ -1,6 +1,7 @@
 """Reliefs in plain tables: units that are stated, what is decided on the way, one line for whatever else there is."""
 
 import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -64,6 +65,13 @@ def test_two_bare_columns_begin_at_0_and_have_no_mean(tmp_path, split):
     np.testing.assert_allclose(np.diff(relief.height), np.diff(Z), atol=1e-17)
     area = ((relief.height[1:] + relief.height[:-1]) * np.diff(relief.position)).sum() / 2
     assert abs(area) < 1e-18
+
+
+def test_the_example_reads_without_an_option():
+    relief = read_relief(Path(__file__).parents[2] / "examples" / "ridges.csv")
+    assert relief.position[[0, -1]].tolist() == [0.0, 0.01]
+    wave = 10e-6 * (1 - np.cos(2e3 * np.pi * relief.position)) - 20e-6
+    np.testing.assert_allclose(relief.height, wave, atol=0.51e-9)  # written to the nanometre
 
 
 def test_an_array_is_two_bare_columns(tmp_path):
