@@ -1,0 +1,139 @@
+"""The contact's way over the facets, event by event; lengths over L, arguments as in ``clearance``."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from vibrissa.mechanics.clearance import along, series, state, touch_row, travel
+
+_LEVEL = 1e-13  # slope between contact angle and facet below which the contact glides
+_VIOLATED = 1e-9  # and above which the facet rises through the shaft
+_CLOSE = 1e-16  # [L]
+
+BELOW, ABOVE, SHORT = 1, 2, 3  # the contact left the box, or the tables' reach
+
+
+@njit(cache=True, error_model="numpy")
+def trace(tables, ground):  # type: ignore[no-untyped-def]
+    """Rows (travel, X, z, slope) and (kind, jumped) of the episodes, then status and where it ended."""
+    size = 1024
+    record, kind = np.empty((4, size)), np.empty((2, size), np.int64)
+    x, h, slopes = ground[:3]
+    i, n, place, z, jumped = 0, 0, x[0], h[0], 0
+    status, last = 0, x.size - 2
+    d = along(z, 0.0, tables)
+    if not np.isfinite(d):
+        status = ABOVE if d > 0 else BELOW
+    while status == 0:
+        m, tau = slopes[i], place + d
+        gliding = _angle(d, z, tables) <= m + _LEVEL
+        if gliding and (m == np.inf or _angle(d, z, tables) < m - _VIOLATED):
+            i, place, z = _slip(i, place, tau, tables, ground)
+            d, jumped = tau - place, 1
+            continue
+        if n == size:
+            record, kind = _longer(record), _longer(kind)
+            size *= 2
+        record[0, n], record[1, n], record[2, n], record[3, n] = tau, place, z, m if gliding else 0.0
+        kind[0, n], kind[1, n], jumped = gliding, jumped, 0
+        n += 1
+        if gliding and i == last:
+            break
+        stop = x[i + 1] if gliding else along(z, m, tables)
+        free = gliding or stop < np.inf
+        if not free:
+            box = tables[2]
+            stop = box[2] + box[4] * z
+        p, j, u = travel(gliding, place if gliding else d, stop, i, place, z, m, tables, ground)
+        if j < 0:
+            status = _short(gliding, p, place, z, m, tables)
+        elif j == 0 and not free:
+            status = ABOVE
+        elif j == 0 and gliding:
+            i, place, z, d = i + 1, x[i + 1], h[i + 1], along(h[i + 1], m, tables)
+        else:
+            place, z, d = state(p, gliding, place, z, m, tables)
+            if j > 0:
+                i, far, z = _landing(j, place, u, ground)
+                d, place, jumped = d - (far - place), far, 1
+                if d - tables[2][4] * z < tables[2][0]:
+                    status = BELOW
+            elif not gliding:
+                d = stop
+    return record[:, :n].copy(), kind[:, :n].copy(), status, place
+
+
+@njit(cache=True, error_model="numpy")
+def _longer(values):  # type: ignore[no-untyped-def]
+    out = np.empty((values.shape[0], 2 * values.shape[1]), values.dtype)
+    out[:, : values.shape[1]] = values
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def _short(gliding, p, place, z, m, tables):  # type: ignore[no-untyped-def]
+    # why travel found no end: the box, or the reach
+    d = state(p, gliding, place, z, m, tables)[2]
+    if np.isfinite(d):
+        return SHORT
+    return ABOVE if d > 0 else BELOW
+
+
+@njit(cache=True, error_model="numpy")
+def _angle(d, z, tables):  # type: ignore[no-untyped-def]
+    # tan θ_ε
+    box = tables[2]
+    return series(touch_row(z, tables), (2 * (d - box[4] * z) - box[0] - box[2]) / (box[2] - box[0]))[0]
+
+
+@njit(cache=True, error_model="numpy")
+def _landing(j, place, u, ground):  # type: ignore[no-untyped-def]
+    # facet, place and height where the contact lands at the distance u
+    x, h, slope = ground[:3]
+    if x[j] == x[j + 1]:
+        k = j + 1 if h[j + 1] > h[j] else j
+        return k, x[k], h[k]
+    if u <= x[j] - place:
+        return j, x[j], h[j]
+    if u >= x[j + 1] - place:
+        return j + 1, x[j + 1], h[j + 1]
+    return j, place + u, h[j] + slope[j] * (place + u - x[j])
+
+
+@njit(cache=True, error_model="numpy")
+def _slip(i, place, tau, tables, ground):  # type: ignore[no-untyped-def]
+    # a facet that rises through the shaft: at one travel, the first point of it that the contact angle clears
+    x, h, slope = ground[:3]
+    low, high, m = place, x[i + 1], slope[i]
+    if low == high or _angle(tau - high, h[i + 1], tables) < m:
+        return i + 1, high, h[i + 1]
+    for _ in range(60):
+        middle = (low + high) / 2
+        if _angle(tau - middle, h[i] + m * (middle - x[i]), tables) < m:
+            low = middle
+        else:
+            high = middle
+    return i, high, h[i] + m * (high - x[i])
+
+
+@njit(cache=True, error_model="numpy")
+def follow(tau, episode, kind, places, heights, slopes, tables):  # type: ignore[no-untyped-def]
+    """X at each travel, in the episode given for each."""
+    out = np.empty(tau.size)
+    for t in range(tau.size):
+        e = episode[t]
+        out[t] = places[e]
+        if kind[e] == 1:
+            m, place = slopes[e], places[e]
+            for _ in range(50):  # X + d(X) = τ
+                d = along(heights[e] + m * (place - places[e]), m, tables)
+                miss = tau[t] - place - d
+                if m == 0.0:
+                    place += miss
+                    break
+                place += miss
+                if abs(miss) < _CLOSE:
+                    break
+            out[t] = place
+    return out
