@@ -108,7 +108,8 @@ def read_relief(
 ) -> Relief:
     """Height profile from a table or from the file of a profilometer or microscope; nothing is guessed.
 
-    What a file does not settle is refused, with the option that settles it. The first point of the file meets the
+    What a file does not settle is refused, with the option that settles it; they act in the order units, part, flip,
+    fill, level. The first point of the file meets the
     contact first. An instrument's zeros mean nothing: the profile then begins at position 0 and its mean height is 0,
     so that a posture is the one on the mean surface. Below a header ``position_mm,height_um`` the zeros are the file's
     own, but for the height of a levelled profile and the place of one that is flipped or cut.

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 PER_METRE = {"m": 1.0, "mm": 1e3, "um": 1e6, "µm": 1e6, "nm": 1e9, "Å": 1e10, "pm": 1e12}
 SHORTEST_SCAN = 0.3e-3  # [m] a mean gap of the paper; at 0.1 m/s a third of one period of the first resonance
-ALIKE = 0.5  # correlation of neighbouring heights of a feature sampled four times; white noise has none
+ALIKE = 0.5  # correlation of neighbouring heights of a wave with six points to its length; white noise has none
 
 
 @dataclass(frozen=True, kw_only=True)
