@@ -105,6 +105,14 @@ QUANTITIES: dict[str, Quantity] = {
     "single_contact": Quantity(("trough",), "1", "whether the free end clears the land and the bottom of the gap"),
     "least_contact_load": Quantity((), "1", "least vertical load on the contact over its value at rest"),
     "lift_off": Quantity((), "1", "share of the time at which the load on the contact is not positive"),
+    "frequency_rate": Quantity(
+        ("time",), "1", "change of the frequency per radian of ringing |dω/dt|/ω², largest of modes"
+    ),
+    "gain_rate": Quantity(
+        ("time",), "1", "change of the coupling per radian of ringing |dc/dt|/(ω|c|), largest of modes"
+    ),
+    "mode_mixing": Quantity(("time",), "1", "share of a mode's ringing that a moving contact sends to others, largest"),
+    "ring_down_change": Quantity(("time",), "1", "relative change of frequency or coupling of mode 1 within 1/(ζω)"),
     "excursion_at_jump": Quantity((), "1", "excursion d₂ at which the contact jumps, over L"),
     # dynamics
     "excursion": Quantity(("time",), "1", "horizontal excursion d of the contact, over L"),

@@ -1,0 +1,140 @@
+"""A posture that changes in time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from vibrissa.errors import InputError
+from vibrissa.mechanics.family import equilibria_at_height
+from vibrissa.mechanics.profile import Posture
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PosturePath:
+    """How the whisker is held against the substrate, sampled in time; cubic splines between the samples.
+
+    Attributes
+    ----------
+    time : (T,) array
+        Times [s], ascending, two at least.
+    base_angle : (T,) array
+        Angle θ_b of the shaft at the base to the substrate [rad], in (0, π/2).
+    contact, base_distance : (T,) arrays
+        One of the two, over L: the contact ε along the shaft, or the height H of the base, from which ε follows.
+    friction : float
+        Coefficient μ.
+
+    Raises
+    ------
+    InputError
+        If a sample is out of range, or no contact stands under a base: named with its time.
+    """
+
+    time: Array
+    base_angle: Array
+    contact: Array | None = None
+    base_distance: Array | None = None
+    friction: float = 0.4
+
+    def __post_init__(self) -> None:
+        if (self.contact is None) == (self.base_distance is None):
+            raise InputError("PosturePath", "must have either contact or base_distance")
+        for name in ("time", "base_angle", "contact", "base_distance"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, np.asarray(getattr(self, name), float))
+        shapes = {self.time.shape, self.base_angle.shape, self._first.shape}
+        if len(shapes) > 1 or self.time.ndim != 1 or self.time.size < 2:
+            raise InputError("PosturePath", "must have one value for each of two times or more", shapes)
+        if not (np.isfinite(self.time).all() and np.all(np.diff(self.time) > 0)):
+            raise InputError("PosturePath.time", "must be finite and ascend")
+        self._check()
+
+    @property
+    def _first(self) -> Array:
+        chosen = self.base_distance if self.contact is None else self.contact
+        return np.asarray(chosen)
+
+    @property
+    def _samples(self) -> Array:
+        return np.stack([self._first, self.base_angle])
+
+    def _check(self) -> None:
+        """Refuse the first sample that cannot stand."""
+        places = zip(self.time, self._samples.T, strict=True)
+        if self.contact is not None:
+            for t, place in places:
+                _standing(t, partial(self.posture, place))
+            return
+        try:
+            equilibria_at_height(self._first, self.base_angle, self.friction)
+        except InputError:
+            for t, (height, angle) in places:
+                _standing(t, partial(equilibria_at_height, [height], [angle], self.friction))
+            raise
+
+    @cached_property
+    def spline(self) -> CubicSpline:
+        """Contact or height, and base angle, of time."""
+        return CubicSpline(self.time, self._samples, axis=1)
+
+    @cached_property
+    def box(self) -> Box:
+        """Least and largest of both coordinates on the way."""
+        t = np.interp(np.linspace(0, self.time.size - 1, 8 * self.time.size), np.arange(self.time.size), self.time)
+        places = np.concatenate([self.spline(t), self._samples], axis=1)
+        (a, b), (c, d) = places.min(axis=1).tolist(), places.max(axis=1).tolist()
+        return Box((a, b), (c, d), self.contact is None, self.friction)
+
+    def posture(self, place: Array) -> Posture:
+        """Posture at a pair of coordinates: contact or height, and base angle."""
+        return _posture(place, self.contact is None, self.friction)
+
+    def at(self, t: float) -> Posture:
+        """Posture at a time [s]."""
+        return self.posture(self.spline(t))
+
+
+@dataclass(frozen=True)
+class Box:
+    """A range of postures: two that ask for the same tables are equal.
+
+    Attributes
+    ----------
+    low, high : (float, float)
+        Least and largest contact or height over L, and base angle [rad].
+    at_height : bool
+        Whether the first is the height.
+    friction : float
+        Coefficient μ.
+    """
+
+    low: tuple[float, float]
+    high: tuple[float, float]
+    at_height: bool
+    friction: float
+
+    def posture(self, place: Array) -> Posture:
+        """Posture at a pair of coordinates."""
+        return _posture(place, self.at_height, self.friction)
+
+
+def _posture(place: Array, at_height: bool, friction: float) -> Posture:
+    first, angle = map(float, place)
+    if at_height:
+        return Posture.at_height(first, angle, friction)
+    return Posture(contact=first, base_angle=angle, friction=friction)
+
+
+def _standing(t: float, attempt: Callable[[], object]) -> None:
+    try:
+        attempt()
+    except InputError as refused:
+        raise InputError(f"posture at {t:.4g} s", "must be one that can stand", str(refused)) from None
