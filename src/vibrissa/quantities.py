@@ -244,6 +244,21 @@ QUANTITIES: dict[str, Quantity] = {
     "gain_displacement_se": Quantity(("form", "reading", "speed"), "1", "standard error over textures, over L"),
     "gain_vibration": Quantity(("form", "reading", "speed"), "1", "rms of the vibration of mode 1, over L"),
     "gain_vibration_se": Quantity(("form", "reading", "speed"), "1", "standard error over textures, over L"),
+    # maps over the context of a scan
+    "friction": Quantity(("friction",), "1", "coefficient of friction μ of the substrate"),
+    "peak_displacement": Quantity(
+        ("friction", "speed", "contact", "base_angle"), "1", "largest transverse displacement of a point, over L"
+    ),
+    "mode_rms": Quantity(
+        ("friction", "speed", "contact", "base_angle"), "1", "rms of the displacement of mode 1, over L"
+    ),
+    "jump_linearity": Quantity(
+        ("friction", "contact", "base_angle"), "1", "exact over linear jump of mode 1 at the widest gap"
+    ),
+    "cell_reason": Quantity(("friction", "contact", "base_angle"), "1", "why a cell has no value; 0: it has one"),
+    "cells_with_value": Quantity((), "1", "cells of the map that have a value"),
+    "least_gain": Quantity((), "1", "least value of the map, over L"),
+    "largest_gain": Quantity((), "1", "largest value of the map, over L"),
     # geometry
     "length": Quantity((), "m", "length L of the nontruncated cone"),
     "cone_angle": Quantity((), "rad", "cone angle α, base radius over L"),

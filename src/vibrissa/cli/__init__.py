@@ -16,6 +16,7 @@ from vibrissa.cli.options import Json
 from vibrissa.cli.output import progress_bars, show, tell
 from vibrissa.cli.pick import pick
 from vibrissa.cli.replay import replay
+from vibrissa.cli.sweep import sweep
 from vibrissa.cli.tracks import tracks
 from vibrissa.cli.video import decompose, track
 from vibrissa.errors import ConvergenceError, InputError
@@ -43,7 +44,7 @@ def run(study: Path | None = None, *, out: Path = Path("vibrissa-out"), json: Js
     show(verdict, None, json, None)
 
 
-for verb in (pick, track, tracks, decompose, modes, profile, gap, scan, whisker, atlas, replay, neural):
+for verb in (pick, track, tracks, decompose, modes, profile, gap, scan, whisker, atlas, sweep, replay, neural):
     app.command(verb)
 
 

@@ -1,0 +1,123 @@
+"""The verb of maps: `sweep`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from vibrissa.cli.options import Atlas, Json, OfWhisker, Out, needed_cone
+from vibrissa.cli.output import progress_bars, refuse_suffix, show, tell
+from vibrissa.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_MOST = 100_000  # numbers along one axis
+
+
+def sweep(
+    *,
+    texture: Path,
+    contact: str,
+    base_angle: str,
+    scan_speed: str,
+    friction: str = "0.4",
+    quantity: Literal["peak", "rms"] = "peak",
+    response: Literal["exact", "linear"] = "exact",
+    jump: Literal["continuous", "ramp-limit", "paper2014"] = "continuous",
+    damping: float = 0.11,
+    least_linearity: float | None = None,
+    count: int = 12,
+    node: float = 0.9,
+    scheduler: Literal["threads", "processes", "synchronous"] = "threads",
+    whisker: OfWhisker = None,
+    atlas: Atlas = None,
+    out: Out = None,
+    json: Json = False,
+) -> None:
+    """Map of the vibration that a texture excites, over contact, base angle, speed and friction.
+
+    Numbers along an axis are written FIRST:LAST:HOW-MANY, or as a list with commas. Cells without a value, beyond the
+    fold for one, are told with the reason.
+
+    Parameters
+    ----------
+    texture
+        CSV with columns position,width in metres, as `scan` takes it; one gap for the map of Figure 7E.
+    contact
+        Positions of the contact along the shaft, over L: 0 at the cone's tip, 1 at the base.
+    base_angle
+        Angles of the shaft at the base to the substrate [rad], below π/2.
+    scan_speed
+        Speeds of the texture [m/s].
+    friction
+        Coefficients of friction of the substrate.
+    quantity
+        Largest displacement of one point of the shaft, or root mean square of mode 1; both over L.
+    response
+        Quasi-static response of the profile held by the edge, or the paper's linear one.
+    jump
+        What the velocity does where the contact jumps.
+    damping
+        Damping ratio of every mode.
+    least_linearity
+        Leave out cells in which the exact jump of mode 1 at the widest gap, over the linear one, is less.
+    count
+        Number of modes that the largest displacement sums.
+    node
+        Position s of the point whose largest displacement is taken, 1 at the base.
+    scheduler
+        How Dask runs the parts of the map.
+    """
+    from vibrissa.sweep import Grid, Measure
+    from vibrissa.sweep import sweep as computed
+    from vibrissa.texture.io import read_troughs
+
+    if out is not None:
+        refuse_suffix(out)
+    cone, troughs = needed_cone(whisker, atlas), read_troughs(texture)
+    grid = Grid(
+        contact=numbers_of(contact, "--contact"),
+        base_angle=numbers_of(base_angle, "--base-angle"),
+        speed=numbers_of(scan_speed, "--scan-speed"),
+        friction=numbers_of(friction, "--friction"),
+    )
+    measure = Measure(
+        quantity=quantity,
+        response=response,
+        damping=damping,
+        jump=jump,
+        least_linearity=least_linearity,
+        n_modes=count,
+        node=node,
+    )
+    with progress_bars() as progress:
+        data = computed(cone, troughs, grid, measure, scheduler=scheduler, progress=progress)
+    _tell_reasons(data)
+    show(data, None if json else [str(name) for name in data.data_vars if not data[name].dims], json, out)
+
+
+def numbers_of(text: str, option: str) -> list[float]:
+    """Numbers written FIRST:LAST:HOW-MANY, ends included, or as a list with commas."""
+    import numpy as np
+
+    try:
+        if ":" not in text:
+            return [float(word) for word in text.split(",")]
+        first, last, count = text.split(":")
+        if not 2 <= int(count) <= _MOST:
+            raise InputError(option, f"must have 2 to {_MOST} numbers", repr(text))
+        return np.linspace(float(first), float(last), int(count)).tolist()
+    except ValueError as error:
+        if isinstance(error, InputError):
+            raise
+        rule = "must be FIRST:LAST:HOW-MANY or a list with commas"
+        raise InputError(option, rule, repr(text), f"for example {option} 0.1:0.4:100 or {option} 0.1,0.2") from None
+
+
+def _tell_reasons(data: xr.Dataset) -> None:
+    """How many cells have no value, and why."""
+    for code, reason in enumerate(data.cell_reason.attrs["flag_meanings"].split("; ")[1:], start=1):
+        cells = int((data.cell_reason == code).sum())
+        if cells:
+            tell(f"{cells} of {data.cell_reason.size} postures without a value: {reason}")

@@ -1,0 +1,6 @@
+"""Parameter sweeps on Dask: maps of the transduction gain over the context of a scan."""
+
+from vibrissa.sweep.grid import Grid, Measure
+from vibrissa.sweep.maps import REASONS, sweep
+
+__all__ = ["REASONS", "Grid", "Measure", "sweep"]

@@ -1,0 +1,199 @@
+"""Profiles on the flat and on an edge for maps: the scaled Eq. (1) marched from the contact, in compiled loops.
+
+With x = s/ε and ψ = θ − θ_ε, in ln x: ψ' = n/x², n' = Λ̂ cos(φ − ψ) − n, X' = x cos ψ, Y' = x sin ψ, where n = m/x. A
+state holds (ψ, n, X, Y) and then their derivatives by Λ̂.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+_LONGEST = 0.05  # step in ln x of the method of order 6: 1e-9 of the displacements
+_STRIDE = 0.01  # [L] longest step of the excursion from one solution to the next
+_ARRIVED = 1e-11  # of ε, θ_ε and ln x; of Λ̂ over its value
+_ITERATIONS = 30
+
+# Butcher's method of order 6 in seven stages, at 0, 1/3, 2/3, 1/3, 1/2, 1/2 and 1 of the step
+_STAGES = np.array(
+    [
+        [0, 0, 0, 0, 0, 0],
+        [1 / 3, 0, 0, 0, 0, 0],
+        [0, 2 / 3, 0, 0, 0, 0],
+        [1 / 12, 1 / 3, -1 / 12, 0, 0, 0],
+        [-1 / 16, 9 / 8, -3 / 16, -3 / 8, 0, 0],
+        [0, 9 / 8, -3 / 8, -3 / 4, 1 / 2, 0],
+        [9 / 44, -9 / 11, 63 / 44, 18 / 11, 0, -16 / 11],
+    ]
+)
+_WEIGHTS = np.array([11 / 120, 0, 27 / 40, 27 / 40, -4 / 15, -4 / 15, 11 / 120])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _slope(x, state, load, cos_phi, sin_phi, out):  # type: ignore[no-untyped-def]
+    sin, cos, square = np.sin(state[0]), np.cos(state[0]), 1 / x**2
+    toward, across = cos_phi * cos + sin_phi * sin, sin_phi * cos - cos_phi * sin
+    out[0], out[4] = state[1] * square, state[5] * square
+    out[1], out[5] = load * toward - state[1], toward + load * across * state[4] - state[5]
+    out[2], out[6] = x * cos, -x * sin * state[4]
+    out[3], out[7] = x * sin, x * cos * state[4]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def march(load, phi, log_x, states):  # type: ignore[no-untyped-def]
+    """States (P, 8) at ascending ln x (P,), from the contact at 0."""
+    state, trial, slopes = np.zeros(8), np.empty(8), np.empty((7, 8))
+    at, cos, sin = 0.0, np.cos(phi), np.sin(phi)
+    for j in range(log_x.size):
+        steps = int(np.ceil((log_x[j] - at) / _LONGEST))
+        h, x = (log_x[j] - at) / max(steps, 1), np.exp(at)
+        third, half = np.exp(h / 3), np.exp(h / 2)
+        for _ in range(steps):
+            places = (x, x * third, x * third**2, x * third, x * half, x * half, x * half**2)
+            for stage in range(7):
+                trial[:] = state
+                for k in range(stage):
+                    if _STAGES[stage, k] != 0:
+                        for i in range(8):
+                            trial[i] += h * _STAGES[stage, k] * slopes[k, i]
+                _slope(places[stage], trial, load, cos, sin, slopes[stage])
+            for k in range(7):
+                for i in range(8):
+                    state[i] += h * _WEIGHTS[k] * slopes[k, i]
+            x *= half**2
+        at = log_x[j]
+        states[j] = state
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def sensitivity(contact, turn, base, matrix):  # type: ignore[no-untyped-def]
+    """Derivatives (3, 3) of (θ_b, D, H) by (ε, θ_ε, Λ̂) from the state at the base; returns D, H and the determinant.
+
+    The determinant is negative before the fold and 0 on it.
+    """
+    cos, sin, x = np.cos(turn), np.sin(turn), 1 / contact
+    along, up = contact * base[2], contact * base[3]
+    distance, height = along * cos - up * sin, along * sin + up * cos
+    a, b = base[2] - x * np.cos(base[0]), base[3] - x * np.sin(base[0])
+    c, d = contact * base[6], contact * base[7]
+    matrix[0] = (-base[1] * contact, 1.0, base[4])
+    matrix[1] = (a * cos - b * sin, -height, c * cos - d * sin)
+    matrix[2] = (a * sin + b * cos, distance, c * sin + d * cos)
+    return distance, height, _determinant(matrix)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _determinant(m):  # type: ignore[no-untyped-def]
+    return (
+        m[0, 0] * (m[1, 1] * m[2, 2] - m[1, 2] * m[2, 1])
+        - m[0, 1] * (m[1, 0] * m[2, 2] - m[1, 2] * m[2, 0])
+        + m[0, 2] * (m[1, 0] * m[2, 1] - m[1, 1] * m[2, 0])
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def solve3(m, determinant, right, out):  # type: ignore[no-untyped-def]
+    """Solution (3,) of three linear equations, by Cramer's rule."""
+    swapped = np.empty((3, 3))
+    for j in range(3):
+        swapped[:] = m
+        swapped[:, j] = right
+        out[j] = _determinant(swapped) / determinant
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def hold(unknown, angle, distance, height, phi, ahead):  # type: ignore[no-untyped-def]
+    """Carry a solution (ε, θ_ε, Λ̂) that stands at (θ_b, D, H) on to D + ahead, in place; whether it got there."""
+    matrix, right, step, state = np.empty((3, 3)), np.zeros(3), np.empty(3), np.empty((1, 8))
+    strides = int(np.ceil(abs(ahead) / _STRIDE))
+    for stride in range(strides):
+        target = distance + ahead * (stride + 1) / strides
+        for iteration in range(_ITERATIONS):
+            contact, turn, load = unknown
+            if not (0 < contact < 1 and load > 0 and abs(turn) < np.pi / 2):
+                return False
+            march(load, phi, np.array([-np.log(contact)]), state)
+            along, up, determinant = sensitivity(contact, turn, state[0], matrix)
+            if not determinant < 0:
+                return False
+            right[0], right[1], right[2] = turn + state[0, 0] - angle, along - target, up - height
+            solve3(matrix, determinant, right, step)
+            unknown -= step
+            if iteration and abs(step[0]) + abs(step[1]) + abs(step[2]) / load < _ARRIVED:
+                break
+        else:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def place(unknown, phi, s, x, y, tilt):  # type: ignore[no-untyped-def]
+    """Positions x, y (P,) from the base and angles θ of ascending points s (P,), s[-1] = 1; straight below ε."""
+    contact, turn, load = unknown
+    first = np.searchsorted(s, contact)
+    states = np.zeros((s.size, 8))
+    march(load, phi, np.log(s[first:] / contact), states[first:])
+    cos, sin = np.cos(turn), np.sin(turn)
+    for j in range(s.size):
+        along = (states[j, 2] if j >= first else s[j] / contact - 1) - states[-1, 2]
+        up = states[j, 3] - states[-1, 3]
+        x[j], y[j] = contact * (along * cos - up * sin), contact * (along * sin + up * cos)
+        tilt[j] = turn + states[j, 0]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def unit_displacement(contact, load, phi, s, out):  # type: ignore[no-untyped-def]
+    """Ū = n·∂r/∂d at d = 0 of points s (P,) from ε to 1; returns the determinant, 0 or above where there is none."""
+    states, matrix, gain = np.empty((s.size, 8)), np.empty((3, 3)), np.empty(3)
+    march(load, phi, np.log(s / contact), states)
+    base = states[-1]
+    _, _, determinant = sensitivity(contact, 0.0, base, matrix)
+    if not determinant < 0:
+        return determinant
+    solve3(matrix, determinant, np.array([0.0, 1.0, 0.0]), gain)
+    for j in range(s.size):
+        cos, sin, x = np.cos(states[j, 0]), np.sin(states[j, 0]), s[j] / contact
+        from_base = states[j] - base
+        shift_x = from_base[2] - (x * cos - np.cos(base[0]) / contact)
+        shift_y = from_base[3] - (x * sin - np.sin(base[0]) / contact)
+        delta_x = gain[0] * shift_x + contact * (gain[2] * from_base[6] - gain[1] * from_base[3])
+        delta_y = gain[0] * shift_y + contact * (gain[2] * from_base[7] + gain[1] * from_base[2])
+        out[j] = -sin * delta_x + cos * delta_y
+    return determinant
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def excursion_at_jump(contact, load, angle, distance, height, phi, width):  # type: ignore[no-untyped-def]
+    """d₂ of a gap, over L, by Newton's method for (Λ̂, ln x of the near edge); NaN where none before the fold.
+
+    As :func:`vibrissa.mechanics.gap.excursion_at_jump`.
+    """
+    q, states, matrix = np.log1p(width / contact), np.empty((2, 8)), np.empty((3, 3))
+    by = np.empty((2, 2))  # of (θ_b, H) by (Λ̂, q)
+    for _ in range(_ITERATIONS):
+        march(load, phi, np.array([q]), states[:1])
+        edge = states[0]
+        reach = np.hypot(edge[2], edge[3])
+        held, turn = width / reach, -np.arctan2(edge[3], edge[2])
+        if not (0 < held < 1 and load > 0 and -np.log(held) > q > 0):
+            return np.nan
+        march(load, phi, np.array([q, -np.log(held)]), states)
+        base = states[1]
+        along, up, determinant = sensitivity(held, turn, base, matrix)
+        moved = ((edge[6], edge[7]), (np.exp(q) * np.cos(edge[0]), np.exp(q) * np.sin(edge[0])))
+        for j in range(2):
+            x, y = moved[j]
+            reach_by = (edge[2] * x + edge[3] * y) / reach
+            held_by, turn_by = -held * reach_by / reach, -(edge[2] * y - edge[3] * x) / reach**2
+            own = 1.0 if j == 0 else 0.0
+            by[0, j] = matrix[0, 0] * held_by + turn_by + own * matrix[0, 2]
+            by[1, j] = matrix[2, 0] * held_by + along * turn_by + own * matrix[2, 2]
+        miss_angle, miss_height = turn + base[0] - angle, up - height
+        area = by[0, 0] * by[1, 1] - by[0, 1] * by[1, 0]
+        step_load = (miss_angle * by[1, 1] - miss_height * by[0, 1]) / area
+        step_q = (miss_height * by[0, 0] - miss_angle * by[1, 0]) / area
+        if abs(step_load) / load + abs(step_q) < _ARRIVED:
+            return along - distance if determinant < 0 else np.nan
+        share = min(1.0, 0.5 * load / abs(step_load), 0.3 * q / abs(step_q))
+        load, q = load - share * step_load, q - share * step_q
+    return np.nan
