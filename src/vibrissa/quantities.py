@@ -70,6 +70,14 @@ QUANTITIES: dict[str, Quantity] = {
     "resonant_frequency": Quantity(("mode",), "Hz", "resonant frequency κ/(2πk)"),
     "mode_shape": Quantity(("mode", "s"), "1", "mode shape V, orthonormal under s²"),
     "mode_curvature": Quantity(("mode", "s"), "1", "second derivative of the mode shape V''"),
+    # modes about the curved profile
+    "contact_law": Quantity(("contact_law",), "1", "contact: sliding, friction constant or Coulomb's, or stuck"),
+    "kappa_straight": Quantity(("mode",), "1", "κ of the straight shaft, pinned"),
+    "resonance_shift": Quantity(("mode",), "1", "κ about the curved profile over κ of the straight shaft"),
+    "growth_rate": Quantity(("mode",), "1", "rate at which an unstable mode grows, times the timescale k; 0 if stable"),
+    "mode_across": Quantity(("mode", "s"), "1", "mode about the curved profile, displacement along its normal"),
+    "mode_along": Quantity(("mode", "s"), "1", "mode about the curved profile, displacement along the shaft"),
+    "mode_rotation": Quantity(("mode", "s"), "1", "mode about the curved profile, rotation"),
     # statics, adimensional
     "angle": Quantity(("s",), "rad", "angle θ of the tangent to the substrate"),
     "base_angle": Quantity((), "rad", "angle θ_b at the base"),
@@ -116,6 +124,9 @@ QUANTITIES: dict[str, Quantity] = {
     "excursion_at_jump": Quantity((), "1", "excursion d₂ at which the contact jumps, over L"),
     # dynamics
     "excursion": Quantity(("time",), "1", "horizontal excursion d of the contact, over L"),
+    "contact_ground": Quantity(("time",), "m", "point of the ground that the contact touches, along the scan"),
+    "contact_rise": Quantity(("time",), "m", "height of the contact above the substrate line"),
+    "free_end_depth": Quantity(("time",), "m", "depth of the free end below the ground at worst; not resolved"),
     "mode_amplitude": Quantity(("mode", "time"), "1", "vibration amplitude q of a mode, over L"),
     "mode_displacement": Quantity(("mode", "time"), "1", "amplitude a movie shows, q + Q(d), over L"),
     "mode_displacement_sd": Quantity(("mode", "time"), "1", "standard deviation of the mode displacement"),
@@ -256,6 +267,11 @@ QUANTITIES: dict[str, Quantity] = {
         ("friction", "contact", "base_angle"), "1", "exact over linear jump of mode 1 at the widest gap"
     ),
     "cell_reason": Quantity(("friction", "contact", "base_angle"), "1", "why a cell has no value; 0: it has one"),
+    "exact_over_linear": Quantity(("contact", "base_angle"), "1", "largest displacement, exact over linear response"),
+    "line_contact": Quantity(("line",), "1", "contact ε of a line, over L"),
+    "line_angle": Quantity(("line",), "rad", "base angle of a line"),
+    "line_gain_angle": Quantity(("line", "base_angle"), "1", "largest displacement at the contact of a line, over L"),
+    "line_gain_contact": Quantity(("line", "contact"), "1", "largest displacement at the angle of a line, over L"),
     "cells_with_value": Quantity((), "1", "cells of the map that have a value"),
     "least_gain": Quantity((), "1", "least value of the map, over L"),
     "largest_gain": Quantity((), "1", "largest value of the map, over L"),

@@ -94,11 +94,12 @@ def test_flat_whisker_has_the_straight_modes(contact, law):
 
 
 @pytest.mark.parametrize(("condition", "law"), WAYS)
-@pytest.mark.parametrize("contact", [0.005, 0.1, 0.5, 0.9])
-def test_more_polynomials_change_nothing(contact, condition, law):
+@pytest.mark.parametrize("contact", [0.001, 0.005, 0.1, 0.5, 0.98])
+@pytest.mark.parametrize("count", [6, 24])
+def test_more_polynomials_change_nothing(contact, condition, law, count):
     at = on_the_flat(posture(contact))
-    few, many = (curved_modes(at, n, condition=condition, law=law).kappa for n in (6, 40))
-    np.testing.assert_allclose(few, many[:6], rtol=1e-10)
+    few, many = (curved_modes(at, n, condition=condition, law=law).kappa for n in (count, count + 16))
+    np.testing.assert_allclose(few, many[:count], rtol=1e-10)
 
 
 @cache
@@ -201,8 +202,6 @@ def test_a_stub_on_ground_of_huge_friction_flutters():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: curved_modes(posture(0.95), 1), "contact must lie between"),
-        (lambda: curved_modes(posture(), 0), "number of modes"),
         (lambda: curved_modes(posture(), 1, condition="glue"), "contact condition must be one of slide, stick"),
         (lambda: curved_modes(posture(), 1, law="dry"), "friction law must be one of constant, coulomb"),
         (lambda: curved_modes(posture(), 1, condition="stick", law="coulomb"), "of a stuck contact must be 'constant'"),

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from vibrissa.cli.curved import NO_PROFILE, OfProfile
 from vibrissa.cli.options import Atlas, AtPosture, Json, OfWhisker, Out, cone_of, needed_cone
 from vibrissa.cli.output import show, tell
 from vibrissa.errors import InputError
@@ -17,12 +18,16 @@ def modes(
     contact: float | None = None,
     count: int = 3,
     boundary: Literal["pinned", "free"] = "pinned",
+    about: Literal["straight", "profile"] = "straight",
+    pressed: OfProfile = NO_PROFILE,
     whisker: OfWhisker = None,
     atlas: Atlas = None,
     out: Out = None,
     json: Json = False,
 ) -> None:
-    """Resonant modes of a whisker: pinned at a contact, or with a free tip.
+    """Resonant modes of a whisker: pinned at a contact, or with a free tip; straight, or about its curved profile.
+
+    Beside modes about the profile stand those of the straight shaft; the growth rate is 0 where a mode is stable.
 
     Parameters
     ----------
@@ -34,18 +39,28 @@ def modes(
         Number of modes.
     boundary
         What holds at the contact.
+    about
+        Modes of a straight shaft (the paper's), or about the profile of a whisker pressed on flat ground, which needs
+        --base-angle.
     """
     from vibrissa.mechanics.modes import eigenmodes, resonances
 
     cone = cone_of(whisker, atlas)
-    if contact is None:
-        if boundary == "pinned":
-            raise InputError("--contact", "must be given for a pinned whisker", remedy="for example --contact 0.3")
-        contact = cone.tip if cone else 0.0
-    data = (
-        resonances(cone, contact, count, boundary=boundary) if cone else eigenmodes(contact, count, boundary=boundary)
-    )
-    show(data, ["contact", "kappa", *(["resonant_frequency"] if cone else [])], json, out)
+    names, hertz = ["contact", "kappa"], ["resonant_frequency"] if cone else []
+    if contact is None and boundary == "pinned":
+        raise InputError("--contact", "must be given for a pinned whisker", remedy="for example --contact 0.3")
+    where = contact if contact is not None else cone.tip if cone else 0.0
+    if about == "profile":
+        if boundary == "free":
+            raise InputError("--boundary", "must be 'pinned' about a profile", "'free'", "a free whisker is straight")
+        data = pressed.modes(where, count, cone)
+        names = ["contact", "base_angle", "kappa", "kappa_straight", "resonance_shift", "growth_rate"]
+    else:
+        pressed.refuse()
+        data = (
+            resonances(cone, where, count, boundary=boundary) if cone else eigenmodes(where, count, boundary=boundary)
+        )
+    show(data, [*names, *hertz], json, out)
 
 
 def profile(

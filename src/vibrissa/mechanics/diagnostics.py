@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.mechanics.response import FOLLICLE, Response, quasi_static
+from vibrissa.mechanics.shift import resonance_shift, shift_remark
 from vibrissa.quantities import dataset
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 GRAVITY = 9.81  # [m/s²]
+_SHIFTED = 0.02  # of the first resonance, worth a remark
 
 
 def own_weight(whisker: Whisker) -> float:
@@ -45,7 +47,9 @@ def diagnostics(prediction: Prediction, t: Array) -> xr.Dataset:
         below the land behind the gap just after the jump, λ sin θ_ε, and ``single_contact``: whether the free end is
         shorter than λ and hangs less deep than the gap. ``fold_determinant``; ``weight_ratio``, own weight over contact
         force; ``least_contact_load`` over its value at rest, and ``lift_off``, the share of times at which it is not
-        positive; a jump sets all modes ringing, so the first depends on how many are taken.
+        positive; a jump sets all modes ringing, so the first depends on how many are taken. ``resonance_shift`` and
+        ``growth_rate`` (contact_law, mode): what modes about the curved profile would change, see
+        :func:`vibrissa.mechanics.shift.resonance_shift`.
     """
     whisker, scan, posture = prediction.whisker, prediction.scan, prediction.posture
     width = prediction.texture.width
@@ -53,9 +57,13 @@ def diagnostics(prediction: Prediction, t: Array) -> xr.Dataset:
     before, after = prediction.events.gaps
     angle = exact(after)[len(exact.c) + FOLLICLE.index("contact_angle")]
     free = (posture.contact - whisker.tip) * whisker.length
-    load = _contact_load(prediction, t)
+    load, shift = _contact_load(prediction, t), resonance_shift(posture, len(exact.c))
     return dataset(
-        {"response": scan.response, "jump": scan.jump},
+        {"response": scan.response, "jump": scan.jump, "modes": scan.modes},
+        lead=("contact_law",),
+        contact_law=shift.contact_law.values,
+        resonance_shift=shift.resonance_shift.values,
+        growth_rate=shift.growth_rate.values,
         mode=np.arange(1, len(exact.c) + 1),
         trough=np.arange(len(width)),
         linearity=_linearity(exact, before, after),
@@ -80,6 +88,8 @@ def remarks(data: xr.Dataset) -> list[str]:
         lines.append(f"the free end beyond the contact would touch ground {where}; the model has one contact")
     if data.attrs["response"] == "linear":
         lines.append(f"the linear response: mode 1 jumps {float(data.linearity[0]):.2f} times as far in the exact one")
+    if data.attrs["modes"] == "straight" and np.any(np.abs(data.resonance_shift.values[:2, 0] - 1) > _SHIFTED):
+        lines.append(f"modes are the straight shaft's; {shift_remark(data)}")
     if float(data.lift_off) > 0:
         share = 100 * float(data.lift_off)
         lines.append(f"the contact would lift off in {share:.2g} % of the time, with {data.sizes['mode']} modes")

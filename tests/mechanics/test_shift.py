@@ -1,0 +1,88 @@
+"""How far modes about the curved profile are from straight ones, as datasets, remarks and diagnostics."""
+
+import numpy as np
+import pytest
+
+from vibrissa.errors import InputError
+from vibrissa.exact import cone_kappa, shaft_quadrature
+from vibrissa.mechanics.diagnostics import diagnostics, remarks
+from vibrissa.mechanics.profile import Posture
+from vibrissa.mechanics.shift import curved_eigenmodes, resonance_shift, shift_remark
+from vibrissa.mechanics.superposition import Scan, predict
+from vibrissa.texture.surface import Troughs
+from vibrissa.whisker import Whisker
+
+POSTURE = Posture(contact=0.3, base_angle=1.2)
+WHISKER = Whisker(length=0.04, cone_angle=1.5e-3)
+
+
+def test_shift_of_the_first_resonance_is_that_of_the_model():
+    """MODEL.md, "Modes about the curved profile": κ₁ drops by 15.5 % or 10.7 % at ε = 0.3, θ_b = 1.2."""
+    shift = resonance_shift(POSTURE, 2)
+    assert list(shift.contact_law.values) == ["constant", "coulomb", "stuck"]
+    np.testing.assert_allclose(100 * (shift.resonance_shift[:2, 0] - 1), [-15.5, -10.7], atol=0.05)
+    np.testing.assert_allclose(shift.kappa[:, 0], [19.935, 21.067, 55.6], rtol=3e-4)
+    np.testing.assert_allclose(shift.kappa_straight, cone_kappa(0.3, 2), rtol=1e-14)
+    np.testing.assert_array_equal(shift.growth_rate, 0)
+
+
+def test_shift_in_hertz():
+    shift = resonance_shift(POSTURE, 2, whisker=WHISKER)
+    np.testing.assert_allclose(shift.resonant_frequency * 2 * np.pi * WHISKER.timescale, shift.kappa, rtol=1e-14)
+    with pytest.raises(InputError, match="beyond the whisker's tip"):
+        resonance_shift(POSTURE, whisker=Whisker(length=0.04, cone_angle=1.5e-3, tip=0.4))
+
+
+def test_shapes_are_orthonormal_under_the_mass():
+    s, weights = shaft_quadrature(0.3, 100)
+    data = curved_eigenmodes(POSTURE, 4, s=s)
+    across, along = data.mode_across.values, data.mode_along.values
+    norm = (across * weights * s**2) @ across.T + (along * weights * s**2) @ along.T
+    np.testing.assert_allclose(norm, np.eye(4), atol=1e-11)
+    ends = curved_eigenmodes(POSTURE, 4)
+    np.testing.assert_allclose(ends.mode_across[:, [0, -1]], 0, atol=1e-12)
+    assert np.all(np.abs(ends.mode_along[:, 0]) > 0.1)  # it slides
+    stuck = curved_eigenmodes(POSTURE, 4, condition="stick")
+    np.testing.assert_allclose(stuck.mode_along[:, 0], 0, atol=1e-12)
+    assert stuck.attrs["condition"] == "stick"
+
+
+def test_remark_tells_each_law():
+    line = shift_remark(resonance_shift(POSTURE, 1))
+    assert (
+        "−15.5 % (sliding, friction constant), −10.7 % (sliding, friction following the load), +135.8 % (stuck)" in line
+    )
+    flutter = shift_remark(resonance_shift(Posture(contact=0.8, base_angle=1.2, friction=10), 2))
+    assert "unstable (sliding, friction following the load)" in flutter
+
+
+def told(modes, base_angle):
+    posture = Posture(contact=0.29, base_angle=base_angle)
+    texture = Troughs(position=np.array([1e-3]), width=np.array([2e-4]))
+    prediction = predict(WHISKER, posture, texture, Scan(speed=0.1, damping=0.1, modes=modes), n_modes=3)
+    data = diagnostics(prediction, np.linspace(0, 0.02, 100))
+    return data, [line for line in remarks(data) if "curved profile" in line]
+
+
+def test_diagnostics_of_straight_modes_remark_the_shift():
+    data, lines = told("straight", 1.2)
+    expected = resonance_shift(Posture(contact=0.29, base_angle=1.2), 3)
+    np.testing.assert_allclose(data.resonance_shift, expected.resonance_shift, rtol=1e-12)
+    assert len(lines) == 1
+    assert lines[0].startswith("modes are the straight shaft's; about the curved profile")
+    assert told("straight", 0.2)[1] == []  # below 2 %
+    assert told("curved", 1.2)[1] == []
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: curved_eigenmodes(Posture(contact=0.95, base_angle=1.2)), "contact must lie between 0.005 and 0.9"),
+        (lambda: curved_eigenmodes(POSTURE, 0), "number of modes"),
+        (lambda: curved_eigenmodes(POSTURE, 41), "number of modes"),
+        (lambda: curved_eigenmodes(POSTURE, s=[0.1, 0.5]), "s must lie between the contact"),
+    ],
+)
+def test_bad_requests_are_refused(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
