@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from vibrissa.exact import cone_modes
 
 if TYPE_CHECKING:
-    from vibrissa.mechanics.superposition import Prediction
+    from vibrissa.mechanics.motion import Motion
     from vibrissa.whisker import Whisker
 
 Array = NDArray[np.float64]
@@ -76,7 +76,7 @@ def contact_shear(kappa: Array, contact: float, amplitude: Array) -> Array:
     return contact**4 * third @ amplitude
 
 
-def follicle_signals(prediction: Prediction, t: Array) -> dict[str, Array]:
+def follicle_signals(prediction: Motion, t: Array) -> dict[str, Array]:
     """Curvature, moment and forces at the base and their rates, whole and apart, at times t [s].
 
     The quasi-static part is whole: the posture on the flat and what the excursion changes of it. Its rate has no value

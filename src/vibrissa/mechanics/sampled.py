@@ -17,7 +17,9 @@ from vibrissa.signals.envelope import analytic_envelope
 if TYPE_CHECKING:
     import xarray as xr
 
+    from vibrissa.mechanics.motion import Motion
     from vibrissa.mechanics.superposition import Prediction
+    from vibrissa.whisker import Whisker
 
 Array = NDArray[np.float64]
 
@@ -26,7 +28,7 @@ _MOST_SAMPLES = 2_000_000  # [1] of one record: 12 modes of them are a gigabyte
 _LONGEST_RINGING = 1.0  # [s] without damping it would never end
 
 
-def predicted_signals(prediction: Prediction, t: Array, *, nodes: Array | None = None) -> xr.Dataset:
+def predicted_signals(prediction: Motion, t: Array, *, nodes: Array | None = None) -> xr.Dataset:
     """Signals of a prediction at times t.
 
     Parameters
@@ -54,7 +56,7 @@ def predicted_signals(prediction: Prediction, t: Array, *, nodes: Array | None =
     if nodes is not None:
         motion = prediction.displacement(t, 1 - nodes / whisker.length) * whisker.length
         more |= {"node": np.arange(len(nodes)), "arc_length": nodes, "displacement": motion}
-    posture, texture = prediction.posture, prediction.texture
+    posture = prediction.posture
     attrs = {
         "response": scan.response,
         "jump": scan.jump,
@@ -65,14 +67,13 @@ def predicted_signals(prediction: Prediction, t: Array, *, nodes: Array | None =
         "base_angle": posture.base_angle,
         "friction": posture.friction,
         **{f"whisker_{name}": float(value) for name, value in vars(whisker).items()},
-        "gaps": len(texture.width),
-        "gap_depth": texture.depth,
+        **prediction.surface,
     }
     return dataset(
         attrs,
         time=t,
         mode=np.arange(1, len(shown) + 1),
-        excursion=prediction.events.excursion(t),
+        excursion=prediction.excursion(t),
         mode_amplitude=prediction.amplitudes(t),
         mode_displacement=shown,
         kappa=prediction.kappa,
@@ -99,19 +100,36 @@ def scanned(prediction: Prediction, sampling_rate: float, *, nodes: Sequence[flo
     InputError
         If the sampling rate is not positive or the record too long, or a node is not on the whisker.
     """
+    t = sampling_times(prediction, sampling_rate)
+    signals = predicted_signals(prediction, t, nodes=node_distances(prediction.whisker, nodes))
+    return signals.merge(diagnostics(prediction, t), combine_attrs="override")
+
+
+def sampling_times(prediction: Motion, sampling_rate: float) -> Array:
+    """Times from 0 until the ringing after the contact's last event has died away [s].
+
+    Raises
+    ------
+    InputError
+        If the sampling rate is not positive or the record too long.
+    """
     if not (sampling_rate > 0 and np.isfinite(sampling_rate)):
         raise InputError("sampling_rate", "must be positive (Hz)", sampling_rate)
-    whisker, decay = prediction.whisker, prediction.scan.damping * prediction.omega[0]
-    end = prediction.events.time[-1] + min(_RINGING / max(decay, 1e-300), _LONGEST_RINGING)
+    decay = prediction.scan.damping * prediction.omega[0]
+    end = prediction.end + min(_RINGING / max(decay, 1e-300), _LONGEST_RINGING)
     count = np.floor(end * sampling_rate) + 1
     if count > _MOST_SAMPLES:
         raise InputError(
             "scan", f"must have at most {_MOST_SAMPLES} samples", f"{count:.3g}", "lower the sampling rate"
         )
-    points = None if nodes is None else np.asarray(nodes, float)
-    longest = (1 - whisker.tip) * whisker.length
-    if points is not None and not np.all((points >= 0) & (points <= longest)):
+    return np.arange(int(count)) / sampling_rate
+
+
+def node_distances(whisker: Whisker, nodes: Sequence[float] | None) -> Array | None:
+    """Distances from the base of points of the shaft [m], checked to lie on it."""
+    if nodes is None:
+        return None
+    points, longest = np.asarray(nodes, float), (1 - whisker.tip) * whisker.length
+    if not np.all((points >= 0) & (points <= longest)):
         raise InputError("node", f"must lie on the whisker, 0 to {longest:.4g} m from the base", str(nodes))
-    t = np.arange(int(count)) / sampling_rate
-    signals = predicted_signals(prediction, t, nodes=points)
-    return signals.merge(diagnostics(prediction, t), combine_attrs="override")
+    return points

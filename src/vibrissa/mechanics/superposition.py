@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
 from vibrissa.mechanics.basis import Modes
-from vibrissa.mechanics.dynamics import Drive, JumpRule, amplitudes, vibrate
+from vibrissa.mechanics.dynamics import Drive, JumpRule
 from vibrissa.mechanics.gap import JumpTable, jump_table
+from vibrissa.mechanics.motion import Motion
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.response import Form, Response, quasi_static
 from vibrissa.texture.surface import Troughs
@@ -144,7 +145,7 @@ def drive(events: Events, response: Response) -> Drive:
 
 
 @dataclass(frozen=True)
-class Prediction:
+class Prediction(Motion):
     """The whisker's predicted motion over one texture, at any time and place.
 
     Attributes
@@ -164,80 +165,32 @@ class Prediction:
     events: Events
     response: Response
 
-    @property
-    def kappa(self) -> Array:
-        """Adimensional frequencies of the modes, (M,)."""
-        return self.response.kappa
-
-    @property
-    def c(self) -> Array:
-        """Linear couplings c_i of the modes to the excursion, (M,)."""
-        return self.response.c
-
-    @property
-    def omega(self) -> Array:
-        """Resonant angular frequencies [rad/s], (M,)."""
-        return self.kappa / self.whisker.timescale
-
     @cached_property
     def drive(self) -> Drive:
         """Quasi-static amplitudes of the modes, then what the follicle and the contact feel of them."""
         return drive(self.events, self.response)
 
-    @cached_property
-    def mode_drive(self) -> Drive:
-        """Quasi-static amplitudes Q_i of the modes."""
-        n = len(self.kappa)
-        return Drive(self.drive.time, self.drive.coefficients[:n], self.drive.before[:n])
+    @property
+    def end(self) -> float:
+        """When the contact is back on the flat behind the last gap [s]."""
+        return float(self.events.time[-1])
 
-    def amplitudes(self, t: Array) -> Array:
-        """Vibration amplitudes q_i(t) that the contact's history excites, over L, (M, T).
+    @property
+    def surface(self) -> dict[str, float]:
+        """Number and depth [m] of the gaps."""
+        return {"gaps": len(self.texture.width), "gap_depth": self.texture.depth}
 
-        A change of slope of d kicks q̇: Eq. (12) of [Boubenec2014]_, in the linear response by −c_i Δḋ. A drop of d
-        lets q jump: Eq. (13) of [Boubenec2014]_, in the linear response by +c_i λ, since ΔU_qs = −λŪ and q takes −ΔU_qs
-        (whose minus its general form lacks); q̇ follows the rule.
-        """
-        return amplitudes(t, self.mode_drive, self.omega, self.scan.damping, self.scan.jump)
+    def excursion(self, t: Array) -> Array:
+        """Excursion d over L at times t [s], (T,)."""
+        return self.events.excursion(t)
 
-    def mode_displacement(self, t: Array) -> Array:
-        """What a movie shows of each mode before its mean is taken away, q_i + Q_i(d), over L, (M, T)."""
-        return self.amplitudes(t) + self.mode_drive(t)
+    def quasi_static_displacement(self, t: Array, s: Array) -> Array:
+        """U_qs − U₁ along the normal at points s, over L, (T, S)."""
+        return self.response.displacement(self.events.excursion(t), s)
 
-    def vibration(self, t: Array) -> tuple[Array, Array]:
-        """Vibration amplitudes q, over L, and q̇ [1/s], (M, T) each."""
-        return vibrate(t, self.mode_drive, self.omega, self.scan.damping, self.scan.jump)
-
-    def displacement(self, t: Array, s: Array) -> Array:
-        """Transverse displacement of the points s about the stationary profile, over L.
-
-        Eq. (19) of [Boubenec2014]_, which lacks the time: R(s, t) = Σ_j r_{λ_j}(s, t − x_j/v), the sum over
-        gaps of U_qs(s, t) − U₁(s) + Σ_i q_i(t) V_i(s).
-
-        Parameters
-        ----------
-        t : (T,) array
-            Times [s].
-        s : (S,) array
-            Positions; below ε the free end, straight.
-
-        Returns
-        -------
-        (T, S) array
-            Along n = (−sin θ, cos θ), away from the substrate.
-        """
-        angle, (along, up) = self.response.flat.angle(s), self.response.basis.displacement(s)
-        across = up * np.cos(angle) - along * np.sin(angle)
-        return self.response.displacement(self.events.excursion(t), s) + self.amplitudes(t).T @ across
-
-    def position(self, t: Array, s: Array) -> tuple[Array, Array]:
-        """Position of the points s from the base, along the substrate and up, over L, (T, S) each.
-
-        The vibration moves them along the normal of the profile on the flat, and along the shaft as far as it must not
-        stretch.
-        """
-        x, y = self.response.position(self.events.excursion(t), s)
-        q, (along, up) = self.amplitudes(t).T, self.response.basis.displacement(s)
-        return x + q @ along, y + q @ up
+    def quasi_static_position(self, t: Array, s: Array) -> tuple[Array, Array]:
+        """Position of the points s from the base without vibration, over L, (T, S) each."""
+        return self.response.position(self.events.excursion(t), s)
 
 
 def check_tip(posture: Posture, whisker: Whisker) -> None:
