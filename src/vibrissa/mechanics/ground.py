@@ -204,7 +204,7 @@ class GroundResponse:
         if self.form == "exact":
             return coefficients
         by_d, by_z = _tangent(coefficients, self.table.box)
-        (a, b), (c, e) = zip(self.table.box.low, self.table.box.high, strict=True)
+        (a, c), (b, e) = zip(self.table.box.low, self.table.box.high, strict=True)
         plane = np.zeros((*by_d.shape, 2, 2))
         by_height = by_z + by_d * self.table.box.tilt  # at a fixed sheared excursion
         plane[..., 0, 0] = of(self.table.flat) + by_d * (a + c) / 2 + by_height * (b + e) / 2

@@ -1,0 +1,268 @@
+"""Any surface scanned: the contact's way over a relief, and what the whisker answers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibrissa.errors import ConvergenceError
+from vibrissa.mechanics.contact import Episodes, episodes
+from vibrissa.mechanics.dynamics import Drive
+from vibrissa.mechanics.edge import on_the_flat
+from vibrissa.mechanics.ground import GroundResponse, HeldTable, ground_response
+from vibrissa.mechanics.motion import Motion
+from vibrissa.mechanics.sampled import node_distances, predicted_signals, sampling_times
+from vibrissa.mechanics.superposition import Scan, check_tip
+from vibrissa.quantities import dataset
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from vibrissa.mechanics.profile import Posture
+    from vibrissa.texture.relief import Relief
+    from vibrissa.whisker import Whisker
+
+Array = NDArray[np.float64]
+
+_DEGREE = 7  # of the polynomials of time
+_FIT = 1e-9  # their largest miss, over the largest row of its kind
+_HALVINGS = 20
+
+
+@dataclass(frozen=True)
+class ReliefPrediction(Motion):
+    """The whisker's predicted motion over one relief, at any time and place.
+
+    Attributes
+    ----------
+    whisker, posture, scan, relief
+        What was asked.
+    episodes : Episodes
+        The contact's history.
+    response : GroundResponse
+        The quasi-static response to it.
+    """
+
+    whisker: Whisker
+    posture: Posture
+    scan: Scan
+    relief: Relief
+    episodes: Episodes
+    response: GroundResponse
+
+    @cached_property
+    def drive(self) -> Drive:
+        """Quasi-static amplitudes of the modes, then what the follicle and the contact feel of them."""
+        return relief_drive(self.episodes, self.response, self._per_second)
+
+    @property
+    def end(self) -> float:
+        """When the contact glides on the level ground behind the relief [s]."""
+        return float(self.episodes.travelled[-1] / self._per_second)
+
+    @property
+    def surface(self) -> dict[str, float]:
+        """Points and length [m] of the relief."""
+        return {"relief_points": len(self.relief.position), "relief_length": self.relief.length}
+
+    def contact(self, t: Array) -> tuple[Array, Array, Array]:
+        """Excursion d, height z and place X of the contact over L at times t [s], (T,) each."""
+        return self.episodes.contact(t * self._per_second)
+
+    def excursion(self, t: Array) -> Array:
+        """Excursion d over L at times t [s], (T,)."""
+        return self.contact(t)[0]
+
+    def quasi_static_displacement(self, t: Array, s: Array) -> Array:
+        """U_qs − U₁ along the normal at points s, over L, (T, S)."""
+        d, z, _ = self.contact(t)
+        return self.response.displacement(d, z, s)
+
+    def quasi_static_position(self, t: Array, s: Array) -> tuple[Array, Array]:
+        """Position of the points s from the base without vibration, over L, (T, S) each."""
+        d, z, _ = self.contact(t)
+        return self.response.position(d, z, s)
+
+    @property
+    def _per_second(self) -> float:
+        return self.scan.speed / self.whisker.length
+
+
+def predict_relief(
+    whisker: Whisker,
+    posture: Posture,
+    relief: Relief,
+    scan: Scan,
+    *,
+    n_modes: int = 12,
+    table: HeldTable | None = None,
+) -> ReliefPrediction:
+    """Prepare the prediction for one whisker, posture, relief and scan.
+
+    The posture is that on level ground at height 0. The contact's history is that of the exactly held profiles in
+    either form of the response.
+
+    Parameters
+    ----------
+    whisker, posture, relief, scan
+        What is drawn past what.
+    n_modes : int
+        Number of modes.
+    table : HeldTable, optional
+        Profiles of the same posture, from an earlier prediction's ``episodes.table``; widened where it falls short.
+
+    Raises
+    ------
+    InputError
+        If the contact lies beyond the whisker's tip, the posture beyond the fold, or the surface is more than it can
+        follow.
+    """
+    check_tip(posture, whisker)
+    found = episodes(relief, whisker, on_the_flat(posture), table)
+    response = ground_response(found.table, form=scan.response, n_modes=n_modes, modes=scan.modes)
+    return ReliefPrediction(whisker, posture, scan, relief, found, response)
+
+
+def predict_reliefs(
+    whisker: Whisker, posture: Posture, reliefs: Sequence[Relief], scan: Scan, *, n_modes: int = 12
+) -> list[ReliefPrediction]:
+    """Predictions for a batch of reliefs under one posture, whose tables are made once; see :func:`predict_relief`."""
+    check_tip(posture, whisker)
+    flat, table = on_the_flat(posture), None
+    for relief in sorted(reliefs, key=lambda one: -float(np.ptp(one.height))):
+        table = episodes(relief, whisker, flat, table).table
+    histories = [episodes(relief, whisker, flat, table) for relief in reliefs]
+    response = ground_response(histories[0].table, form=scan.response, n_modes=n_modes, modes=scan.modes)
+    pairs = zip(reliefs, histories, strict=True)
+    return [ReliefPrediction(whisker, posture, scan, *pair, response) for pair in pairs]
+
+
+def relief_drive(history: Episodes, response: GroundResponse, per_second: float) -> Drive:
+    """Everything quasi-static as polynomials of time: of degree 7, on episodes halved until they miss by 1e-9.
+
+    The miss is over the largest amplitude of all modes, and over the largest value of every other row.
+
+    Parameters
+    ----------
+    history : Episodes
+        The contact's history.
+    response : GroundResponse
+        The response to it.
+    per_second : float
+        Speed of the scan over L [1/s].
+
+    Raises
+    ------
+    ConvergenceError
+        If 20 halvings do not suffice.
+    """
+    begin, end = history.travelled[:-1], history.travelled[1:]
+    episode = np.flatnonzero(end > begin)
+    low, high = begin[episode], end[episode]
+    done: list[tuple[Array, Array]] = []
+    scale = _fitted(history, response, low, high, episode)[2]
+    for _ in range(_HALVINGS):
+        coefficients, miss, _ = _fitted(history, response, low, high, episode)
+        good = (miss <= _FIT * scale[:, None]).all(axis=0)
+        done.append((low[good], coefficients[:, good] * ((per_second / (high - low)[good])[:, None] ** _POWERS)))
+        low, high, episode = low[~good], high[~good], episode[~good]
+        if not len(low):
+            return _assembled(history, response, per_second, done)
+        middle = (low + high) / 2
+        low, high, episode = np.append(low, middle), np.append(middle, high), np.append(episode, episode)
+    raise ConvergenceError("drive of a relief", float(np.max(miss / scale[:, None])), _HALVINGS)
+
+
+_POWERS = np.arange(_DEGREE + 1)
+
+
+def _fitted(
+    history: Episodes, response: GroundResponse, low: Array, high: Array, episode: NDArray[np.int64]
+) -> tuple[Array, Array, Array]:
+    """Coefficients (K, E, n) of powers of the share of each interval, their largest miss (K, E), sizes of rows (K,)."""
+    nodes = (1 - np.cos(np.pi * _POWERS / _DEGREE)) / 2  # with both ends: no step where two pieces meet
+    between = (nodes[1:] + nodes[:-1]) / 2
+    points = np.concatenate([nodes, between])
+    tau = low[:, None] + (high - low)[:, None] * points
+    d, z, _ = history.within(tau.ravel(), np.repeat(episode, len(points)))
+    values = response(d, z).reshape(-1, *tau.shape)
+    coefficients = values[..., : len(nodes)] @ np.linalg.inv(np.vander(nodes, increasing=True)).T
+    miss = np.abs(coefficients @ np.vander(between, _DEGREE + 1, increasing=True).T - values[..., len(nodes) :])
+    size, modes = np.abs(values).max(axis=(1, 2), initial=1e-12), len(response.c)
+    size[:modes] = size[:modes].max()
+    return coefficients, miss.max(axis=2), size
+
+
+def _assembled(
+    history: Episodes, response: GroundResponse, per_second: float, done: list[tuple[Array, Array]]
+) -> Drive:
+    """All pieces in order; the last episode rests."""
+    ends = history.travelled[[0, -1]]
+    rest = response(*history.contact(ends)[:2])
+    last = np.zeros((len(rest), 1, _DEGREE + 1))
+    last[:, 0, 0] = rest[:, 1]
+    travelled = np.concatenate([*(low for low, _ in done), ends[1:]])
+    coefficients = np.concatenate([*(piece for _, piece in done), last], axis=1)
+    order = np.argsort(travelled, kind="stable")
+    return Drive(travelled[order] / per_second, coefficients[:, order], rest[:, 0])
+
+
+def scanned_relief(
+    prediction: ReliefPrediction, sampling_rate: float, *, nodes: Sequence[float] | None = None
+) -> xr.Dataset:
+    """The whole scan of a relief, from time 0 until the ringing after its end has died away.
+
+    Parameters
+    ----------
+    prediction : ReliefPrediction
+        From :func:`predict_relief`.
+    sampling_rate : float
+        [Hz].
+    nodes : sequence of float, optional
+        Distances from the base of points whose motion is wanted [m].
+
+    Returns
+    -------
+    Dataset
+        As :func:`vibrissa.mechanics.sampled.predicted_signals`; ``contact_ground``, ``contact_rise`` (time): place X
+        and height z of the contact [m]; ``free_end_depth`` (time) [m]: how deep the straight free end lies below the
+        ground at worst, which is not resolved; attributes ``sticks``, ``glides``, ``jumps``.
+
+    Raises
+    ------
+    InputError
+        If the sampling rate is not positive or the record too long, or a node is not on the whisker.
+    """
+    t = sampling_times(prediction, sampling_rate)
+    signals = predicted_signals(prediction, t, nodes=node_distances(prediction.whisker, nodes))
+    _, z, place = prediction.contact(t)
+    length, counts = prediction.whisker.length, prediction.episodes.counts
+    extra = dataset(
+        {f"{kind}s": count for kind, count in counts.items()},
+        time=t,
+        contact_ground=place * length,
+        contact_rise=z * length,
+        free_end_depth=free_end_depth(prediction, t),
+    )
+    return signals.merge(extra, combine_attrs="no_conflicts")
+
+
+_FREE_END = 64  # points of the free end that are looked at
+
+
+def free_end_depth(prediction: ReliefPrediction, t: Array) -> Array:
+    """How deep the straight free end lies below the ground at its worst of 64 points, without vibration [m], (T,).
+
+    Positive where it would touch: the model has one contact, and does not resolve it.
+    """
+    _, z, place = prediction.contact(t)
+    whisker, slope = prediction.whisker, np.tan(prediction.drive(t)[-1])
+    back = np.linspace(0, 1, _FREE_END + 1)[1:] * (prediction.posture.contact - whisker.tip)
+    ground = prediction.relief.at((place[:, None] - back) * whisker.length)
+    shaft = (z[:, None] - slope[:, None] * back) * whisker.length
+    return np.asarray((ground - shaft).max(axis=1), float)
