@@ -46,6 +46,17 @@ def test_modes_about_the_profile_in_hertz_and_in_a_file(vibrissa, tmp_path):
     assert data.attrs["friction"] == 0.4
 
 
+def test_scan_rings_in_the_modes_it_is_told(vibrissa, tmp_path):
+    (tmp_path / "one.csv").write_text("position,width\n0.001,0.0006\n")
+    cone = ("--whisker.length", "0.04", "--whisker.cone-angle", "1.5e-3", "--scan-speed", "0.1", "--count", "2")
+    words = ("scan", tmp_path / "one.csv", "--contact", "0.3", "--base-angle", "1.2", *cone)
+    _, printed, told = vibrissa(*words, "--modes", "curved-coulomb", "--out", tmp_path / "r.nc", "--json")
+    np.testing.assert_allclose(json.loads(printed)["kappa"][0], 21.067, atol=6e-4)
+    assert np.isfinite(load(tmp_path / "r.nc").axial_force).all()
+    assert "curved profile" not in told
+    assert "modes are the straight shaft's; about the curved profile" in vibrissa(*words, "--json")[2]
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -82,6 +82,7 @@ def test_report_is_one_file_with_its_figures_and_no_address_outside(out):
     assert page.count("data:image/png;base64,") == 5
     assert "http" not in page.replace("data:image", "")
     assert "Left out" not in page
+    assert "about the curved profile the first resonance is off the straight shaft's by" in page.replace("&#39;", "'")
 
 
 def test_equal_studies_give_equal_bytes(tmp_path):

@@ -124,6 +124,7 @@ def scan(
     sampling_rate: float = 20000.0,
     response: Literal["exact", "linear"] = "exact",
     jump: Literal["continuous", "ramp-limit", "paper2014"] = "continuous",
+    modes: Literal["straight", "curved", "curved-coulomb"] = "straight",
     reverse: Annotated[bool, Parameter(negative="")] = False,
     count: int = 3,
     node: list[float] | None = None,
@@ -151,6 +152,9 @@ def scan(
         Quasi-static response of the profile held by the edge, or the paper's linear one.
     jump
         What the velocity does where the contact jumps.
+    modes
+        Modes of a straight shaft (the paper's), or about the curved profile of a contact that slides, friction constant
+        or following the load; these carry axial force.
     reverse
         Scan the texture in the other direction: its last edge meets the contact first, as long after time 0 as its
         first one did.
@@ -167,7 +171,7 @@ def scan(
     cone, troughs = needed_cone(whisker, atlas), read_troughs(texture)
     if reverse:
         troughs = troughs.reversed(float(troughs.position[0] + troughs.end[-1]))
-    how = Scan(speed=scan_speed, damping=damping, jump=jump, response=response)
+    how = Scan(speed=scan_speed, damping=damping, jump=jump, response=response, modes=modes)
     prediction = predict(cone, at.posture(), troughs, how, n_modes=count)
     data = scanned(prediction, sampling_rate, nodes=node)
     for line in remarks(data):

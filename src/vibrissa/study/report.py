@@ -14,6 +14,7 @@ import numpy as np
 
 from vibrissa import __version__
 from vibrissa.figures import fig3, fig4, fig5, fig6, fig8
+from vibrissa.mechanics.shift import resonance_shift, shift_remark
 from vibrissa.quantities import measured_sd
 from vibrissa.study.backward import followed
 from vibrissa.study.settings import Study
@@ -67,7 +68,7 @@ def write_report(study: Study, results: Results, path: Path) -> None:
         white=[row for row in rows if WHITE in row["quantity"]],
         tracks=_tracks(results["profile"]),
         contacts=_contacts(results["profile"]),
-        remarks=json.loads(results["profile"].attrs.get("remarks", "[]")),
+        remarks=[*json.loads(results["profile"].attrs.get("remarks", "[]")), *_curvature(study)],
         pictures=[_picture(study, results, *figure) for figure in FIGURES],
     )
     path.write_text(page, encoding="utf-8")
@@ -143,6 +144,15 @@ def _tracks(profile: xr.Dataset) -> list[dict[str, Any]]:
 
 def _names(profile: xr.Dataset) -> list[str]:
     return json.loads(profile.attrs.get("names", "[]")) or [str(i) for i in range(profile.sizes["whisker"])]
+
+
+def _curvature(study: Study) -> list[str]:
+    """What the whisker's curvature would do to the resonances of the modes."""
+    if study.posture is None:
+        return []
+    taken = study.scan.modes if study.scan is not None else "straight"
+    line = shift_remark(resonance_shift(study.posture, 1, whisker=study.whisker))
+    return [f"The prediction's modes are {taken}, the decomposition's straight; {line}."]
 
 
 def _contacts(profile: xr.Dataset) -> list[dict[str, str]]:
