@@ -109,10 +109,10 @@ def read_relief(
     """Height profile from a table or from the file of a profilometer or microscope; nothing is guessed.
 
     What a file does not settle is refused, with the option that settles it; they act in the order units, part, flip,
-    fill, level. The first point of the file meets the
-    contact first. An instrument's zeros mean nothing: the profile then begins at position 0 and its mean height is 0,
-    so that a posture is the one on the mean surface. Below a header ``position_mm,height_um`` the zeros are the file's
-    own, but for the height of a levelled profile and the place of one that is flipped or cut.
+    fill, level. The first point of the file meets the contact first. An instrument's zeros mean nothing: the profile
+    then begins at position 0 and its mean height is 0, so that a posture is the one on the mean surface. Below a
+    header ``position_mm,height_um`` the zeros are the file's own, but for the height of a levelled profile and the
+    place of one that is flipped or cut.
 
     Parameters
     ----------
