@@ -113,6 +113,8 @@ QUANTITIES: dict[str, Quantity] = {
     "single_contact": Quantity(("trough",), "1", "whether the free end clears the land and the bottom of the gap"),
     "least_contact_load": Quantity((), "1", "least vertical load on the contact over its value at rest"),
     "lift_off": Quantity((), "1", "share of the time at which the load on the contact is not positive"),
+    "least_slip": Quantity((), "1", "least speed at which the contact slips over the ground, over the scanning speed"),
+    "slip_reversed": Quantity((), "1", "share of the time at which the contact does not slip forwards: it would stick"),
     "frequency_rate": Quantity(
         ("time",), "1", "change of the frequency per radian of ringing |dω/dt|/ω², largest of modes"
     ),

@@ -74,6 +74,26 @@ def test_diagnostics_of_straight_modes_remark_the_shift():
     assert told("curved", 1.2)[1] == []
 
 
+@pytest.mark.parametrize("modes", ["straight", "curved", "curved-coulomb"])
+def test_slip_is_the_speed_of_the_shaft_over_the_ground(modes):
+    """From the predicted positions: after the gap the contact is on land, and all that moves it is the vibration."""
+    posture = Posture(contact=0.29, base_angle=1.2)
+    texture = Troughs(position=np.array([1e-3]), width=np.array([6e-4]))
+    scan = Scan(speed=0.04, damping=0.02, modes=modes)
+    prediction = predict(WHISKER, posture, texture, scan, n_modes=3)
+    t = prediction.events.time[-1] + np.arange(1, 2000) * 1e-5
+    x = prediction.position(t, np.linspace(0.29, 1, 300))[0][:, 0] * WHISKER.length
+    slip = 1 + np.gradient(x, t) / 0.04
+    data = diagnostics(prediction, t)
+    assert float(data.least_slip) == pytest.approx(slip.min(), abs=2e-3)
+    assert float(data.slip_reversed) == pytest.approx(np.mean(slip <= 0), abs=2e-3)
+    assert 0.02 < float(data.slip_reversed) < 0.5
+    assert any("reverse the slip of the contact" in line for line in remarks(data))
+    fast = diagnostics(predict(WHISKER, posture, texture, Scan(speed=0.5, damping=0.1, modes=modes), n_modes=3), t)
+    assert 0.5 < float(fast.least_slip) < 1
+    assert not any("reverse the slip" in line for line in remarks(fast))
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [

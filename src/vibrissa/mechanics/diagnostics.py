@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 GRAVITY = 9.81  # [m/s²]
+_SHAFT = 400  # points from which the slip along the shaft is integrated
 _SHIFTED = 0.02  # of the first resonance, worth a remark
 
 
@@ -47,7 +48,10 @@ def diagnostics(prediction: Prediction, t: Array) -> xr.Dataset:
         below the land behind the gap just after the jump, λ sin θ_ε, and ``single_contact``: whether the free end is
         shorter than λ and hangs less deep than the gap. ``fold_determinant``; ``weight_ratio``, own weight over contact
         force; ``least_contact_load`` over its value at rest, and ``lift_off``, the share of times at which it is not
-        positive; a jump sets all modes ringing, so the first depends on how many are taken. ``resonance_shift`` and
+        positive; a jump sets all modes ringing, so the first depends on how many are taken. ``least_slip``, the least
+        speed at which the vibrating contact slips over the ground, over the scanning speed, and ``slip_reversed``, the
+        share of times at which it is not positive: there the contact would stick, which no law here follows (while an
+        edge carries the contact along the shaft slips faster, which is left out). ``resonance_shift`` and
         ``growth_rate`` (contact_law, mode): what modes about the curved profile would change, see
         :func:`vibrissa.mechanics.shift.resonance_shift`.
     """
@@ -58,6 +62,7 @@ def diagnostics(prediction: Prediction, t: Array) -> xr.Dataset:
     angle = exact(after)[len(exact.c) + FOLLICLE.index("contact_angle")]
     free = (posture.contact - whisker.tip) * whisker.length
     load, shift = _contact_load(prediction, t), resonance_shift(posture, len(exact.c))
+    slip = _slip(prediction, t)
     return dataset(
         {"response": scan.response, "jump": scan.jump, "modes": scan.modes},
         lead=("contact_law",),
@@ -75,6 +80,8 @@ def diagnostics(prediction: Prediction, t: Array) -> xr.Dataset:
         weight_ratio=own_weight(whisker) / exact.flat.contact_force,
         least_contact_load=load.min() / _at_rest(exact),
         lift_off=np.mean(load <= 0),
+        least_slip=slip.min(),
+        slip_reversed=np.mean(slip <= 0),
     )
 
 
@@ -93,6 +100,11 @@ def remarks(data: xr.Dataset) -> list[str]:
     if float(data.lift_off) > 0:
         share = 100 * float(data.lift_off)
         lines.append(f"the contact would lift off in {share:.2g} % of the time, with {data.sizes['mode']} modes")
+    if float(data.slip_reversed) > 0:
+        share = 100 * float(data.slip_reversed)
+        lines.append(
+            f"the vibration would reverse the slip of the contact in {share:.2g} % of the time; it would stick"
+        )
     if float(data.weight_ratio) > 0.2:
         lines.append(f"the whisker's own weight, left out, is {float(data.weight_ratio):.2g} of the contact force")
     return lines
@@ -122,6 +134,13 @@ def _contact_load(prediction: Prediction, t: Array) -> Array:
     row = len(prediction.kappa) + FOLLICLE.index("contact_load")
     slow = prediction.drive(t)[row]
     return slow + prediction.response.basis.contact_load @ prediction.amplitudes(t)
+
+
+def _slip(prediction: Prediction, t: Array) -> Array:
+    """Speed of the contact of the vibrating shaft over the ground, over the scanning speed, (T,)."""
+    shaft = np.linspace(prediction.posture.contact, 1, _SHAFT)
+    along = prediction.response.basis.displacement(shaft)[0, :, 0]
+    return 1 + prediction.whisker.length * (along @ prediction.vibration(t)[1]) / prediction.scan.speed
 
 
 def _at_rest(response: Response) -> float:
