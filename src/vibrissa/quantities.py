@@ -123,6 +123,11 @@ QUANTITIES: dict[str, Quantity] = {
     ),
     "mode_mixing": Quantity(("time",), "1", "share of a mode's ringing that a moving contact sends to others, largest"),
     "ring_down_change": Quantity(("time",), "1", "relative change of frequency or coupling of mode 1 within 1/(ζω)"),
+    "moment_contact": Quantity(("time",), "1", "position ε of a contact that moves along the shaft, over L"),
+    "moment_base_angle": Quantity(("time",), "rad", "angle θ_b at a base that turns"),
+    "moment_frequency": Quantity(("mode", "time"), "Hz", "resonant frequency of the moment's contact"),
+    "moment_coupling": Quantity(("mode", "time"), "1", "coupling c of a mode, of the moment's posture"),
+    "contact_advance": Quantity(("time",), "m", "place of the contact's ground on the texture"),
     "excursion_at_jump": Quantity((), "1", "excursion d₂ at which the contact jumps, over L"),
     # dynamics
     "excursion": Quantity(("time",), "1", "horizontal excursion d of the contact, over L"),

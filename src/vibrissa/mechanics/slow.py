@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +19,7 @@ from vibrissa.mechanics.posture_path import PosturePath
 from vibrissa.mechanics.response import FOLLICLE
 from vibrissa.mechanics.superposition import Scan
 from vibrissa.quantities import dataset
+from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.texture.surface import Troughs
 
 if TYPE_CHECKING:
@@ -167,22 +168,24 @@ class SlowPrediction:
             but beyond ``BLURRED`` a spectral line is no single posture's. The model asks that the first three be far
             below 1: above 0.02 :func:`remarks` says so, above 0.2 :func:`predict_slow` refuses.
         """
+        return dataset({"table_error": self.table.error}, **self.rates(self.advance.slow.time))
+
+    def rates(self, t: Array) -> dict[str, Any]:
+        """What ``condition`` gives, at times t."""
         slow, rows = self.advance.slow, self.table.rows
-        t = slow.time
         now, rate = slow(t), np.abs(slow.rate(t))
         omega = now[rows.kappa] / self.whisker.timescale
         frequency, gain = rate[rows.kappa] / now[rows.kappa], rate[rows.c] / np.abs(now[rows.c])
         mixing = rate[rows.contact] * now[rows.mixing] * self.whisker.timescale
         with np.errstate(divide="ignore", invalid="ignore"):
             blur = np.maximum(frequency[0], gain[0]) / (self.scan.damping * omega[0])
-        return dataset(
-            {"table_error": self.table.error},
-            time=t,
-            frequency_rate=(frequency / omega).max(axis=0),
-            gain_rate=(gain / omega).max(axis=0),
-            mode_mixing=mixing.max(axis=0),
-            ring_down_change=np.nan_to_num(blur, nan=0.0, posinf=np.inf),
-        )
+        return {
+            "time": t,
+            "frequency_rate": (frequency / omega).max(axis=0),
+            "gain_rate": (gain / omega).max(axis=0),
+            "mode_mixing": mixing.max(axis=0),
+            "ring_down_change": np.nan_to_num(blur, nan=0.0, posinf=np.inf),
+        }
 
 
 def predict_slow(
@@ -219,6 +222,53 @@ def predict_slow(
     table = tabulate(path, texture.width / whisker.length, scan.response, n_modes)
     advance = Advance.along(whisker, path, texture, scan.speed, table, panel)
     return SlowPrediction(whisker, path, scan, texture, advance)
+
+
+def slow_signals(prediction: SlowPrediction, t: Array) -> xr.Dataset:
+    """Signals of a prediction at times t.
+
+    Parameters
+    ----------
+    prediction : SlowPrediction
+        From :func:`predict_slow`.
+    t : (T,) array
+        Times on the path [s], four or more on an even grid.
+
+    Returns
+    -------
+    Dataset
+        ``mode_amplitude``, ``mode_displacement``, its ``envelope``, ``excursion``, whole ``base_curvature``; of the
+        moment ``moment_contact``, ``moment_base_angle``, ``moment_frequency``, ``moment_coupling``; ``contact_advance``
+        X; and what ``condition`` gives.
+    """
+    t = prediction._inside(t)
+    shown, scan, whisker = prediction.mode_displacement(t), prediction.scan, prediction.whisker
+    attrs = {
+        "response": scan.response,
+        "jump": scan.jump,
+        "damping": scan.damping,
+        "scan_speed": scan.speed,
+        "friction": prediction.path.friction,
+        **{f"whisker_{name}": float(value) for name, value in vars(whisker).items()},
+        "gaps": len(prediction.texture.width),
+        "gap_depth": prediction.texture.depth,
+        "table_error": prediction.table.error,
+    }
+    return dataset(
+        attrs,
+        mode=np.arange(1, len(shown) + 1),
+        mode_amplitude=prediction.amplitudes(t),
+        mode_displacement=shown,
+        envelope=analytic_envelope(shown)[0],
+        excursion=prediction.excursion(t),
+        base_curvature=prediction.base_curvature(t),
+        moment_contact=prediction.contact(t),
+        moment_base_angle=prediction.path.spline(t)[1],
+        moment_frequency=prediction.omega(t) / (2 * np.pi),
+        moment_coupling=prediction.c(t),
+        contact_advance=prediction.travel(t),
+        **prediction.rates(t),
+    )
 
 
 def remarks(prediction: SlowPrediction, t: Array | None = None) -> list[str]:
