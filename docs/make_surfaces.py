@@ -1,4 +1,4 @@
-"""Draw three measured surfaces: as their files hold them, and as the whisker meets them.
+"""Draw three measured surfaces: as their files hold them, as the whisker meets them, and what it answers.
 
 python docs/make_surfaces.py SURFACES [FOLDER]
 
@@ -11,8 +11,16 @@ from pathlib import Path
 import numpy as np
 
 from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, house_style, new_figure
+from vibrissa.mechanics.profile import Posture
+from vibrissa.mechanics.superposition import Scan
+from vibrissa.mechanics.topography import predict_relief
 from vibrissa.texture.io import read_relief
+from vibrissa.whisker import Whisker
 
+WHISKER = Whisker(length=0.040, cone_angle=1.5e-3, tip=0.05)
+POSTURE = Posture(contact=0.29, base_angle=1.2)
+SCAN = Scan(speed=0.1, damping=0.11)
+RATE, POINT, AFTER = 20e3, 0.6, 0.03  # [Hz], s of the point of the shaft that is drawn, [s] of ringing
 AS_HELD = {"level": "none", "fill": True}
 SURFACES = {
     "hfm-1.hfm": ({}, {"level": "line"}),
@@ -35,19 +43,34 @@ def panel(axes, relief, title, **look):
     return factor
 
 
+def answer(axes, prediction):
+    """Displacement of one point of the shaft from its place on level ground."""
+    t = np.arange(0, prediction.end + AFTER, 1 / RATE)
+    u = prediction.displacement(t, np.array([POINT]))[:, 0] * WHISKER.length
+    factor, unit = scale(u)
+    axes.plot(t * 1e3, u * factor, color=FOUND)
+    distance = (1 - POINT) * WHISKER.length
+    axes.set(title=f"shaft, {distance * 1e3:g} mm from its base", xlabel="time (ms)", ylabel=f"displacement ({unit})")
+
+
 @house_style
 def draw(case):
     """Heights of the file with what is taken from them, and the relief."""
     path, where, how = case
     held, relief = read_relief(path, **where, **AS_HELD), read_relief(path, **where, **how)
-    figure, ((left, right),) = new_figure(7.2, 2.1, 1, 2)
+    prediction = predict_relief(WHISKER, POSTURE, relief, SCAN)
+    figure, ((left, middle, right),) = new_figure(9.6, 2.2, 1, 3)
     factor = panel(left, held, f"{path.name}: the file", color=TRUTH, linewidth=2)
     if "part" in how:
         left.axvspan(*(1e3 * np.array(how["part"])), color=OTHER, alpha=0.2, linewidth=0)
     if how["level"] == "line":
         line = np.polynomial.Polynomial.fit(held.position, held.height, 1)
         left.plot(held.position * 1e3, line(held.position) * factor, color=OTHER)
-    panel(right, relief, "what the whisker meets", color=FOUND, linewidth=0.7)
+    touched = np.unique(prediction.episodes.place * WHISKER.length)
+    touched = touched[(touched > 0) & (touched < relief.position[-1])]
+    factor = panel(middle, relief, f"the whisker rests on {touched.size} places", color=FOUND, linewidth=0.7)
+    middle.plot(touched * 1e3, relief.at(touched) * factor, ".", color=OTHER, markersize=3)
+    answer(right, prediction)
     return figure
 
 

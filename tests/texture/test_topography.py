@@ -10,10 +10,16 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from vibrissa.errors import InputError
+from vibrissa.mechanics.profile import Posture
+from vibrissa.mechanics.superposition import Scan
+from vibrissa.mechanics.topography import predict_relief
 from vibrissa.texture.io import read_relief
+from vibrissa.whisker import Whisker
 
 REAL = Path(__file__).parents[2] / ".." / "shared" / "data" / "topography"
 AS_READ = {"level": "none"}
+WHISKER = Whisker(length=0.040, cone_angle=1.5e-3, tip=0.05)
+HOW = Posture(contact=0.29, base_angle=1.2), Scan(speed=0.1, damping=0.11)
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", ImportWarning)  # that there is no MPI
@@ -218,3 +224,41 @@ def test_a_line_of_a_real_map(name, line, pick):
     x = np.arange(z.size) * surface.pixel_size[0]
     assert surface.unit == "m"
     assert_profile(read_relief(real(name), line=line, fill=True, **AS_READ), x, z)
+
+
+# from file to vibration
+
+
+def scanned(relief):
+    posture, scan = HOW
+    return predict_relief(WHISKER, posture, relief, scan, n_modes=3)
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("hfm-1.hfm", {"level": "line"}),
+        ("dektak-1.csv", {"level": "line"}),
+        ("dektak-1.csv", {"level": "line", "flip": True}),
+        ("xy-4.txt", {"x_unit": "mm", "z_unit": "mm"}),
+        ("nonuniform.asc", {"x_unit": "um", "z_unit": "um"}),
+        ("frt-2.frt", {"line": "x:109", "level": "line"}),
+        ("sur-3.sur", {"line": "x:255", "part": (0.06, 0.09), "level": "none"}),
+    ],
+)
+def test_a_real_surface_is_touched_where_it_is_and_lets_the_whisker_ring(name, options):
+    relief = read_relief(real(name), **options)
+    prediction = scanned(relief)
+    t = np.linspace(0, prediction.end + 0.1, 400)
+    _, z, place = prediction.contact(t)
+    np.testing.assert_allclose(z * WHISKER.length, relief.at(place * WHISKER.length), atol=1e-12)
+    assert np.all(np.diff(place) > -1e-12)  # the contact only goes towards the base on the texture
+    q = prediction.amplitudes(t)[0]
+    assert np.abs(q[t < prediction.end]).max() > 1e-6  # 40 nm
+    assert np.abs(q[-1]) < 1e-2 * np.abs(q).max()
+
+
+def test_a_bar_that_rises_by_a_sixth_of_the_whisker_is_refused():
+    relief = read_relief(real("sur-3.sur"), line="x:255", fill=True)
+    with pytest.raises(InputError, match=r"relief .*within what the posture can follow"):
+        scanned(relief)
