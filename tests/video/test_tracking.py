@@ -137,11 +137,11 @@ def test_base_on_the_right_mirrors_the_base_on_the_left(frames):
         base="right",
     )
     nodes = slice(0, min(left.sizes["node"], right.sizes["node"]) - 1)
-    # offset and noise are sampled on every sixth column from the left, which the mirror moves
-    allowed = 0.03 * CALIBRATION.pixel_size
+    # the background is closed, and the noise sampled, in every few columns from the left, which the mirror moves; with
+    # them it moves by a column or two where the line is first seen, and by 0.1 px of that the nodes along the line
     mirrored = last * CALIBRATION.pixel_size - right.x
-    assert np.nanmedian(np.abs(mirrored - left.x)[..., nodes]) < allowed
-    assert np.nanmedian(np.abs(right.y - left.y)[..., nodes]) < allowed
+    assert np.nanmedian(np.abs(mirrored - left.x)[..., nodes]) < 0.15 * CALIBRATION.pixel_size
+    assert np.nanmedian(np.abs(right.y - left.y)[..., nodes]) < 0.03 * CALIBRATION.pixel_size
 
 
 def test_nodes_stand_at_their_arc_length(frames, truth):
@@ -185,6 +185,17 @@ def test_hidden_whisker_is_lost_while_hidden_and_found_again(frames):
     assert seen[20:23, columns < 285].all()
     assert not seen[20:23, columns > 315].any()
     assert seen[29, columns < 450].all()
+
+
+def test_whisker_that_is_back_for_20_frames_may_move_as_before(truth):
+    """By 1.5 px from frame to frame, too far for one of which it is not sure."""
+    step = np.clip(np.arange(36) - 27, 0, None)
+    moved = truth[:36] + 1.5 * step[:, None]
+    movie = line_movie.movie(moved, np.random.default_rng(21))
+    movie[3:5] = 184
+    lines = next(centrelines([movie], seeds=[SEED]))
+    assert lines.reason[0].astype(bool).tolist() == [t in (3, 4) for t in range(36)]
+    assert abs(np.nanmedian(lines.row[0, 35] - moved[35])) < 0.05
 
 
 def test_each_seed_follows_its_own_whisker(truth, frames):
@@ -330,5 +341,5 @@ def test_lost_whisker_is_not_taken_up_again_from_a_neighbour(mouse):
     """Without marks whiskers are lost as the mouse begins to whisk; others then pass where they were."""
     lines = list(centrelines([mouse], seeds=MOUSE_SEEDS, search=Search(columns=(60, 180), search=2, threshold=3.0)))
     lost = lines[0].reason[:, 200:] > 0
-    # 240 chances for a passing whisker to lie along the whole course within 1 px: it does, in about 1 %
-    assert lost.mean() > 0.95
+    # 240 chances for a passing whisker to lie along half the course within 1 px: one does six times, for up to 7 frames
+    assert lost.mean() > 0.9

@@ -1,8 +1,9 @@
 """A straightened band of the image around where a whisker is expected, and the background in it.
 
-Row ``half`` of a band is the expected row, rounded, of every column. Grey levels are whole numbers of ninths, as
-the background is a mean over nine columns, and turned over if the whisker is bright: it is dark in the band. All
-kernels are serial, for one core, and loop over whole rows, which the compiler turns into vector instructions.
+Row ``half`` of a band is the expected row, rounded, of every column. Grey levels are whole numbers of 64ths, as the
+background is a mean over eight columns, in eighths between two of these, and turned over if the whisker is bright: it
+is dark in the band. All kernels are serial, for one core, and loop over whole rows, which the compiler turns into
+vector instructions.
 """
 
 from __future__ import annotations
@@ -11,35 +12,66 @@ import numpy as np
 from numba import njit
 
 BACKGROUND_ROWS = 15  # height of the closing: three times the width of a whisker with its blur
-ALONG = 4  # columns on either side over which the closing's input is averaged
-SCALE = 2 * ALONG + 1  # of the grey levels in a band
+ALONG = 4  # columns on either side over which the closing's input is averaged, and between those closed
+SCALE = 64  # of the grey levels in a band: sums of eight columns, and eighths of them
+RUN = 8  # columns that are copied at once
+_N = tuple(np.uint64(i) for i in range(RUN))
+
+
+@njit(cache=True, nogil=True)
+def fetch(image, expected, reach):  # type: ignore[no-untyped-def]
+    """Touch the memory of a band before it is read, as all that waits is then fetched at once; a sum, of no meaning.
+
+    One pixel of every 64 bytes, within ``reach`` rows of where a line is expected.
+    """
+    height, width = image.shape
+    step, pixels, total = 64 // image.itemsize, image.reshape(-1), 0
+    for first in range(0, width, step):
+        low, high = height, 0
+        for j in range(first, min(first + step, width), 8):
+            if 0 <= expected[j] < height:
+                low, high = min(low, int(expected[j])), max(high, int(expected[j]))
+        if low > high:
+            continue
+        for row in range(max(low - reach, 0), min(high + reach + 1, height)):
+            total += pixels[row * width + first]
+    return total
 
 
 @njit(cache=True, nogil=True)
 def straighten(image, centre, first, half):  # type: ignore[no-untyped-def]
     """Band (2 half + 1, n) of an image around the rows ``centre`` of the columns from ``first``; its edges go on."""
     height, width = image.shape
-    band = np.empty((2 * half + 1, centre.size), image.dtype)
-    pixels, at = image.reshape(-1), np.empty(centre.size, np.uint32)
-    top, bottom = np.min(centre) - half, np.max(centre) - half
-    start = -1  # row of the band from which every column only goes down, from pixel to pixel of the image
-    for k in range(2 * half + 1):
-        if start < 0 or bottom + k >= height:
-            for j in range(centre.size):
-                row = min(max(centre[j] + k - half, 0), height - 1)
-                at[j] = row * width + min(max(first + j, 0), width - 1)
-            start = k
-        pick(pixels[(k - start) * width :], at, band[k])
-        if top + k < 0:
-            start = -1
+    n = centre.size
+    band = np.empty((2 * half + 1, n), image.dtype)
+    pixels, out = image.reshape(-1), band.reshape(-1)
+    j = 0
+    while j < n:
+        stop = j + 1  # of the columns that lie at one height
+        while stop < n and stop < j + RUN and centre[stop] == centre[j]:
+            stop += 1
+        top, column = centre[j] - half, first + j
+        rows_within = top >= 0 and top + 2 * half < height
+        if rows_within and column >= 0 and column + RUN <= width and j + RUN <= n:
+            # a whole run, of which the next one writes over what is beyond ``stop``
+            for k in range(2 * half + 1):
+                _copy_run(pixels, np.uint64((top + k) * width + column), out, np.uint64(k * n + j))
+        else:
+            for k in range(2 * half + 1):
+                row = min(max(top + k, 0), height - 1)
+                for i in range(j, stop):
+                    band[k, i] = image[row, min(max(first + i, 0), width - 1)]
+        j = stop
     return band
 
 
 @njit(cache=True, nogil=True)
-def pick(values, at, out):  # type: ignore[no-untyped-def]
-    """Take the values that stand at given places."""
-    for j in range(out.size):
-        out[j] = values[at[j]]
+def _copy_run(pixels, p, out, q):  # type: ignore[no-untyped-def]
+    """Eight neighbours at once: all are read before the first is written, so that they go as one."""
+    a, b, c, d = pixels[p], pixels[p + _N[1]], pixels[p + _N[2]], pixels[p + _N[3]]
+    e, f, g, h = pixels[p + _N[4]], pixels[p + _N[5]], pixels[p + _N[6]], pixels[p + _N[7]]
+    out[q], out[q + _N[1]], out[q + _N[2]], out[q + _N[3]] = a, b, c, d
+    out[q + _N[4]], out[q + _N[5]], out[q + _N[6]], out[q + _N[7]] = e, f, g, h
 
 
 @njit(cache=True, nogil=True)
@@ -103,12 +135,23 @@ def closing(band, size):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _nine(pixels, sign, out):  # type: ignore[no-untyped-def]
-    """Sums of nine neighbours; ``pixels`` has eight more of them than ``out``."""
-    p = pixels
-    for j in range(out.size):
-        a, b, c = p[j] + p[j + 1] + p[j + 2], p[j + 3] + p[j + 4] + p[j + 5], p[j + 6] + p[j + 7] + p[j + 8]
-        out[j] = sign * (a + b + c)
+def _eights(pixels, sign, four, out):  # type: ignore[no-untyped-def]
+    """Sums of eight neighbours, four columns apart."""
+    for b in range(four.size):
+        four[b] = sign * (pixels[4 * b] + pixels[4 * b + 1] + pixels[4 * b + 2] + pixels[4 * b + 3])
+    for b in range(out.size):
+        out[b] = four[b] + four[b + 1]
+
+
+@njit(cache=True, nogil=True)
+def _between(posts, out):  # type: ignore[no-untyped-def]
+    """Eight times the values straight between posts, which stand before every fourth column."""
+    for b in range(posts.size - 1):
+        left, right = posts[b], posts[b + 1]
+        out[4 * b] = 7 * left + right
+        out[4 * b + 1] = 5 * left + 3 * right
+        out[4 * b + 2] = 3 * left + 5 * right
+        out[4 * b + 3] = left + 7 * right
 
 
 @njit(cache=True, nogil=True)
@@ -119,25 +162,41 @@ def _scaled(pixels, factor, out):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def levels(image, background, sign, centre, first, half):  # type: ignore[no-untyped-def]
-    """Grey levels of the band and of the background in it, (2 half + 1, n), in ninths and in the type of ``sign``.
+    """Grey levels of the band and of the background in it, (2 half + 1, n), in 64ths and in the type of ``sign``.
 
-    The background is given, or, if of size 0, closed across rows.
+    ``centre`` is of n columns, in whole fours. The background is given, or, if of size 0, closed across rows: in
+    the mean over eight columns, for every fourth one, and straight between.
     """
-    n = centre.size
+    n, rows, factor = centre.size, 2 * half + 1, sign[0]
+    grey, level = np.empty((rows, n), sign.dtype), np.empty((rows, n), sign.dtype)
     if background.size:
-        level = np.rint(straighten(background, centre, first, half) * (SCALE * sign[0])).astype(sign.dtype)
-        margin, along = 0, 0
-    else:
-        margin, along = BACKGROUND_ROWS - 1, ALONG
-    wide = np.empty(n + 2 * along, np.int64)
-    wide[:along], wide[along : along + n], wide[along + n :] = centre[0], centre, centre[-1]
-    band = straighten(image, wide, first - along, half + margin)
-    if not background.size:
-        level = np.empty((band.shape[0], n), sign.dtype)
-        for k in range(band.shape[0]):
-            _nine(band[k], sign[0], level[k])
-        level = closing(level, BACKGROUND_ROWS)
-    grey = np.empty((2 * half + 1, n), sign.dtype)
-    for k in range(2 * half + 1):
-        _scaled(band[margin + k, along : along + n], SCALE * sign[0], grey[k])
+        band, margin = straighten(image, centre, first, half), 0
+        _given(background, centre, first, factor, level)
+        for k in range(rows):
+            _scaled(band[k], SCALE * factor, grey[k])
+        return grey, level
+    margin = BACKGROUND_ROWS - 1
+    wide = np.empty(n + 2 * ALONG, np.int64)
+    for j in range(wide.size):
+        wide[j] = centre[min(max(j - ALONG, 0), n - 1)]
+    band = straighten(image, wide, first - ALONG, half + margin)
+    posts = np.empty((band.shape[0], n // 4 + 1), sign.dtype)
+    four = np.empty(n // 4 + 2, sign.dtype)
+    for k in range(band.shape[0]):
+        _eights(band[k], factor, four, posts[k])
+    posts = closing(posts, BACKGROUND_ROWS)
+    for k in range(rows):
+        _between(posts[k], level[k])
+        _scaled(band[margin + k, ALONG : ALONG + n], SCALE * factor, grey[k])
     return grey, level
+
+
+@njit(cache=True, nogil=True)
+def _given(background, centre, first, sign, level):  # type: ignore[no-untyped-def]
+    """A given background in the band; its edges go on."""
+    height, width = background.shape
+    for k in range(level.shape[0]):
+        for j in range(centre.size):
+            row = min(max(centre[j] + k - level.shape[0] // 2, 0), height - 1)
+            value = SCALE * sign * background[row, min(first + j, width - 1)]
+            level[k, j] = np.int64(np.floor(value + 0.5))

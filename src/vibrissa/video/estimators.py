@@ -14,7 +14,7 @@ from vibrissa.video.band import SCALE
 
 PROFILE = 1.1  # SD of the profile that is matched [px]; a sharper one is drawn to the pixels' middles by 0.01 px
 REACH = 4  # rows on either side that are matched
-STEPS = 2  # of Newton's method, before and after the window is moved to the pixel nearest to what was found
+STEPS = 1, 2  # of Newton's method, before and after the window is moved to the pixel nearest to what was found
 STRAY = 2.5  # rows from the path beyond which a line is another one
 ASIDE = 1.0  # rows from the barycentre beyond which a profile is another line's
 G1, G2, G3, G4 = (np.float32(np.exp(-0.5 * (d / PROFILE) ** 2)) for d in range(1, REACH + 1))
@@ -24,24 +24,43 @@ UNLIKE = {"contract", "reassoc", "nsz", "arcp"}  # arithmetic that may be reorde
 
 
 @njit(cache=True, nogil=True)
-def read_windows(grey, level, top, old, offset, closed, window):  # type: ignore[no-untyped-def]
-    """Contrast [grey levels] in nine rows about ``top``, (9, n), in the columns in which that differs from ``old``.
+def read_windows(grey, level, top, old, offset, closed, raw, window):  # type: ignore[no-untyped-def]
+    """Contrast [grey levels] in nine rows about ``top``, (9, n); taken up are the columns in which that is not ``old``.
 
     A closed background fills the line up to its lower brim, which under a slope of grey levels is a tilted error:
-    it is drawn straight from 5 rows above the middle to 5 rows below.
+    it is drawn straight from 5 rows above the middle to 5 rows below. ``raw`` (11, n) is what was taken up.
     """
-    n, unit = top.size, np.float32(1 / SCALE)
-    greys, background = grey.reshape(-1), level.reshape(-1)
-    for j in range(n):
-        if top[j] == old[j]:
+    n, nine = np.uint64(top.size), np.uint64(9 * top.size)
+    greys, background, out = grey.reshape(-1), level.reshape(-1), raw.reshape(-1)
+    for i in range(top.size):
+        if top[i] == old[i]:
             continue
-        at = np.uint64((top[j] - 5) * n + j)
-        brim = np.float32(background[at])
-        rise = (np.float32(background[at + np.uint64(10 * n)]) - brim) * np.float32(0.1)
-        for d in range(9):
-            at += np.uint64(n)
-            behind = brim + np.float32(d + 1) * rise if closed else np.float32(background[at])
-            window[d, j] = (behind - np.float32(greys[at])) * unit - offset
+        j = np.uint64(i)
+        at = np.uint64(top[i] - 5) * n + j
+        out[nine + j], out[nine + n + j] = background[at], background[at + nine + n]
+        for _ in range(9):
+            at += n
+            out[j] = greys[at] if closed else greys[at] - background[at]
+            j += n
+    for d in range(9):
+        if closed:
+            _below_the_brim(raw[d], raw[9], raw[10], np.float32(d + 1) * np.float32(0.1), offset, window[d])
+        else:
+            _turned(raw[d], offset, window[d])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _below_the_brim(grey, upper, lower, share, offset, out):  # type: ignore[no-untyped-def]
+    unit = np.float32(1 / SCALE)
+    for j in range(out.size):
+        high, low = np.float32(upper[j]), np.float32(lower[j])
+        out[j] = (high + share * (low - high) - np.float32(grey[j])) * unit - offset
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _turned(difference, offset, out):  # type: ignore[no-untyped-def]
+    for j in range(out.size):
+        out[j] = -np.float32(difference[j]) * np.float32(1 / SCALE) - offset
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=UNLIKE)
@@ -53,17 +72,22 @@ def five_pixel_sums(a, b, c, d, e, total, shift):  # type: ignore[no-untyped-def
 
 
 @njit(cache=True, nogil=True)
-def _move(top, shift, most, rows):  # type: ignore[no-untyped-def]
-    """Take the pixels nearest to ``top + shift`` for the tops, if no more than ``most`` away; the tops as they were."""
-    old = top.copy()
+def _move(top, shift, most, rows, old):  # type: ignore[no-untyped-def]
+    """Take the pixels nearest to ``top + shift`` for the tops, if no more than ``most`` away; whether any was moved.
+
+    The tops as they were are written to ``old``.
+    """
+    moved = 0
     for j in range(top.size):
-        if 0.5 < abs(shift[j]) < most:
-            top[j] = min(max(old[j] + round(shift[j]), 5), rows - 6)
+        old[j] = top[j]
+        if np.float32(0.5) < abs(shift[j]) < most:
+            top[j] = min(max(old[j] + np.int64(np.floor(shift[j] + np.float32(0.5))), 5), rows - 6)
             shift[j] -= np.float32(top[j] - old[j])
-    return old
+            moved += top[j] != old[j]
+    return moved > 0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def barycentres(grey, level, top, path, noise, offset, closed):  # type: ignore[no-untyped-def]
     """Five-pixel barycentre in each column: row, its standard deviation, and the sum; and the window it is read in.
 
@@ -72,17 +96,21 @@ def barycentres(grey, level, top, path, noise, offset, closed):  # type: ignore[
     """
     rows, n = grey.shape
     window, flux, shift = np.empty((9, n), np.float32), np.empty(n, np.float32), np.empty(n, np.float32)
-    read_windows(grey, level, top, np.zeros(n, np.int64), offset, closed, window)
+    old, raw = np.zeros(n, np.int64), np.empty((11, n), grey.dtype)
+    read_windows(grey, level, top, old, offset, closed, raw, window)
     five_pixel_sums(window[2], window[3], window[4], window[5], window[6], flux, shift)
-    old = _move(top, shift, 2.5, rows)
-    read_windows(grey, level, top, old, offset, closed, window)
-    five_pixel_sums(window[2], window[3], window[4], window[5], window[6], flux, shift)
-    row, sd = np.full(n, np.nan), np.full(n, np.nan)
+    if _move(top, shift, np.float32(2.5), rows, old):
+        read_windows(grey, level, top, old, offset, closed, raw, window)
+        five_pixel_sums(window[2], window[3], window[4], window[5], window[6], flux, shift)
+    row, sd = np.empty(n), np.empty(n)
     for j in range(n):
-        if flux[j] > 0 and abs(shift[j]) < 2 and abs(top[j] + shift[j] - path[j]) < STRAY:
-            # Σ (d − c)² over five pixels
-            row[j], sd[j] = top[j] + shift[j], noise * np.sqrt(10 + 5 * shift[j] ** 2) / flux[j]
-    return row, sd, flux, window
+        found = top[j] + np.float64(shift[j])
+        on_line = flux[j] > 0 and abs(shift[j]) < 2 and abs(found - path[j]) < STRAY
+        row[j] = found if on_line else np.nan
+    for j in range(n):
+        # Σ (d − c)² over five pixels
+        sd[j] = noise * np.sqrt(np.float32(10) + np.float32(5) * shift[j] * shift[j]) / flux[j]
+    return row, sd, flux, raw, window
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -123,30 +151,31 @@ def ascend(a, b, c, d, e, f, g, h, i, shift, step, bend):  # type: ignore[no-unt
         step[j], bend[j] = move, curve
 
 
-@njit(cache=True, nogil=True)
-def matched(grey, level, top, path, noise, offset, closed):  # type: ignore[no-untyped-def]
-    """Row in each column where a Gaussian profile of ``PROFILE`` px fits best, its standard deviation, five-pixel sum.
+@njit(cache=True, nogil=True, error_model="numpy")
+def matched(grey, level, top, noise, offset, closed, raw, window, row, sd):  # type: ignore[no-untyped-def]
+    """Row in each column where a Gaussian profile of ``PROFILE`` px fits best, and its standard deviation.
 
     The maximum of Σ C(k) g(k − c): maximum likelihood in white noise for a line of that width; for one r times as
     wide the SD is ((r + 1/r)/2)^1.5 of the least possible, 1.1 at r = 0.7 or 1.45. Neither a constant left in the
-    background moves it, nor the place from which it is sought. Where no profile fits within ``ASIDE`` rows of the
-    barycentre, that stands, with its own standard deviation.
+    background moves it, nor the place from which it is sought. ``row`` and ``sd`` are the barycentre's, in whose
+    place they are written; where no profile fits within ``ASIDE`` rows of it, it stands.
     """
     rows, n = grey.shape
-    row, sd, flux, window = barycentres(grey, level, top, path, noise, offset, closed)
-    shift = np.empty(n, np.float32)
+    shift, old = np.empty(n, np.float32), np.empty(n, np.int64)
     step, bend = np.empty(n, np.float32), np.empty(n, np.float32)
     for j in range(n):
-        shift[j] = min(max(np.float32(row[j] - top[j]), np.float32(-1)), np.float32(1)) if row[j] == row[j] else 0
+        start = np.float32(row[j] - top[j])
+        start = min(max(start, np.float32(-1)), np.float32(1))
+        shift[j] = start if row[j] == row[j] else np.float32(0)
     w = window
     for again in range(2):
-        for _ in range(STEPS):
+        for _ in range(STEPS[again]):
             ascend(w[0], w[1], w[2], w[3], w[4], w[5], w[6], w[7], w[8], shift, step, bend)
-        if again == 0:
-            read_windows(grey, level, top, _move(top, shift, 1.6, rows), offset, closed, window)
+        if again == 0 and _move(top, shift, np.float32(1.6), rows, old):
+            read_windows(grey, level, top, old, offset, closed, raw, window)
     for j in range(n):
         found = top[j] + np.float64(shift[j])
-        if bend[j] < 0 and abs(step[j]) < 0.01 and abs(shift[j]) < 0.75 and abs(found - row[j]) < ASIDE:
-            height = exponential(np.float32(-0.5) * CURVE * shift[j] ** 2)
+        sure = bend[j] < 0 and abs(step[j]) < np.float32(0.01) and abs(shift[j]) < np.float32(0.75)
+        if sure and abs(found - row[j]) < ASIDE:
+            height = exponential(np.float32(-0.5) * CURVE * shift[j] * shift[j])
             row[j], sd[j] = found, noise * SPREAD / (-bend[j] * height)
-    return row, sd, flux

@@ -13,7 +13,7 @@ from vibrissa.errors import InputError
 from vibrissa.video.centreline import SMOOTH, local_quadratic, read_line
 from vibrissa.video.kernel import APART as APART
 from vibrissa.video.kernel import FEWEST as FEWEST
-from vibrissa.video.kernel import GAP, expect, follow
+from vibrissa.video.kernel import expect, follow
 from vibrissa.video.search import Search
 
 Rows = NDArray[np.float64]
@@ -122,9 +122,7 @@ def read(
     line = np.empty((3, expected.size))
     match = search.estimator == "matched"
     sign = _sign_for(image, search)
-    read_line(
-        image, background, sign, expected, ceiling, reach, search.threshold, GAP, match, line[0], line[1], line[2]
-    )
+    read_line(image, background, sign, expected, ceiling, reach, search.threshold, match, line[0], line[1], line[2])
     return line[0], line[1], line[2]
 
 
@@ -148,7 +146,8 @@ def _start(
     expected, course, typical = np.empty((3, len(seeds), width))
     for w, seed in enumerate(seeds):
         line, contrast = _whisker_at(image, background, search, seed)
-        expected[w], course[w] = expect(line, np.full(width, np.nan), *columns)
+        course[w] = np.nan
+        expect(line, course[w], *columns, expected[w])
         typical[w] = local_quadratic(contrast, SMOOTH)[0]
     return expected, course, typical, np.zeros(len(seeds), np.int64)
 
@@ -181,11 +180,12 @@ def _find(
     near = np.abs(columns - seed[0]) <= SMOOTH
     unknown = np.full(columns.size, np.nan)
     best, line, strength = 0.0, unknown, unknown
-    for slope, off in product(SLOPES, range(-SEED_REACH, SEED_REACH + 1)):
+    for slope, off in product(SLOPES, range(-SEED_REACH, SEED_REACH + 1, 2)):
         course = seed[1] + off + slope * (columns - seed[0])
         found, _, contrast = read(image, background, search, limited(np.where(near, course, np.nan), search), 1)
-        if np.nansum(contrast) > best:
-            best, line, strength = float(np.nansum(contrast)), found, contrast
+        total = float(np.add.reduce(contrast, where=contrast == contrast))
+        if total > best:
+            best, line, strength = total, found, contrast
     return grow(image, background, search, line, strength)
 
 
@@ -193,14 +193,13 @@ def grow(
     image: Image, background: NDArray[np.float32], search: Search, line: Rows, strength: Rows
 ) -> tuple[Rows, Rows]:
     """Carry a line and its contrast on to both ends."""
-    unknown = np.full(line.size, np.nan)
     longest, stalled = 0, 0
     course = line
     # a faint stretch may cost columns once: give up when nothing was gained three times
     while stalled < 3 and np.count_nonzero(~np.isnan(course)) > SMOOTH // 2:
-        course, _, contrast = read(
-            image, background, search, expect(course, unknown, *_columns(search, line.size))[0], GROW_REACH
-        )
+        expected = np.empty(line.size)
+        expect(course, np.full(line.size, np.nan), *_columns(search, line.size), expected)
+        course, _, contrast = read(image, background, search, expected, GROW_REACH)
         count = int(np.count_nonzero(~np.isnan(course)))
         stalled = 0 if count > longest else stalled + 1
         if count > longest:

@@ -1,7 +1,8 @@
 """Whiskers followed through a block of frames without leaving compiled code; it runs beside other threads.
 
 The state of the whiskers between frames is in arrays (whisker, width): where they are ``expected``, their
-``course`` as far as it was ever followed, and their ``typical`` contrast; and (whisker,) how often they were missed.
+``course`` as far as it was ever followed, and their ``typical`` contrast; and (whisker,) for how
+many frames more a whisker that was lost must be just where it is expected.
 """
 
 from __future__ import annotations
@@ -9,58 +10,90 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from vibrissa.video.band import BACKGROUND_ROWS, fetch
 from vibrissa.video.centreline import SMOOTH, local_quadratic, read_line
 
 GROW = 10  # columns beyond either end of the followed line that are read in the next frame
-GAP = 12  # longest run of lost columns within one whisker
 FEWEST = 25  # columns below which a line is not called a whisker
 REGAIN = 1.0  # root mean square distance [px] from where it was lost within which a whisker is taken up again
 ALIKE_LOW, ALIKE_HIGH = 0.5, 2.0  # contrast over this whisker's own, outside of which it is another or a crossing
 ADAPT = 0.02  # share of a new frame in a whisker's own contrast
+SURE = 20  # frames in which a whisker that is back must be where it is expected: others that pass are so for up to 7
 APART = 2.0  # distance [px] below which two lines are one
 FAINT, UNLIKE, SHARED, UNSURE_BACK = 1, 2, 3, 4  # places in REASONS
 
 
 @njit(cache=True, nogil=True)
-def expect(row, course, low, high):  # type: ignore[no-untyped-def]
-    """Where a line is expected next, and its course as far as it was ever followed.
+def expect(row, course, low, high, expected):  # type: ignore[no-untyped-def]
+    """Write where a line is expected next, and its course as far as it was ever followed, over what they were.
 
     Beyond an end of the followed line its former course is carried along, as a hidden part comes back where
     it was; beyond that, ``GROW`` columns straight on. Columns outside ``low`` to ``high`` are not expected.
     """
-    value, slope = local_quadratic(row, SMOOTH)
-    known = np.flatnonzero(~np.isnan(value) & ~np.isnan(row))
-    now = course.copy()
-    measured = np.flatnonzero(~np.isnan(row))
-    first, last = measured[0], measured[-1]
-    _fill(now, value, known, first, last)
-    before, after = now[first] - course[first], now[last] - course[last]
+    value, slope = local_quadratic(row, np.int64(SMOOTH))
+    n = row.size
+    first, last = _ends(row)
+    was_first, was_last = course[first], course[last]
+    _fill(course, value, row, first, last)
+    before, after = course[first] - was_first, course[last] - was_last
     for j in range(first):
-        now[j] += before
-    for j in range(last + 1, now.size):
-        now[j] += after
-    seen = np.flatnonzero(~np.isnan(now))
-    first, last = seen[0], seen[-1]
-    # the slope at the very end of a local quadratic is noisy: take its mean over half the window
-    start, end = np.mean(slope[known[:SMOOTH]]), np.mean(slope[known[-SMOOTH:]])
-    expected = now.copy()
+        course[j] += before
+    for j in range(last + 1, n):
+        course[j] += after
+    # the slope at the very end of a local quadratic is noisy: take its mean over half the window;
+    # np.int64, else the kernels are compiled once for every number that stands here
+    start, end = _mean_slope(slope, row, first, np.int64(1)), _mean_slope(slope, row, last, np.int64(-1))
+    first, last = _ends(course)
+    for j in range(n):
+        expected[j] = course[j]
     for j in range(max(0, first - GROW), first):
-        expected[j] = now[first] + start * (j - first)
-    for j in range(last + 1, min(now.size, last + GROW + 1)):
-        expected[j] = now[last] + end * (j - last)
-    expected[:low], expected[high + 1 :] = np.nan, np.nan
-    return expected, now
+        expected[j] = course[first] + start * (j - first)
+    for j in range(last + 1, min(n, last + GROW + 1)):
+        expected[j] = course[last] + end * (j - last)
+    for j in range(n):
+        if not low <= j <= high:
+            expected[j] = np.nan
 
 
 @njit(cache=True, nogil=True)
-def _fill(now, value, known, first, last):  # type: ignore[no-untyped-def]
-    """Values from the first to the last column, straight across those that are not known."""
-    now[first : known[0]] = value[known[0]]
-    now[known[-1] : last + 1] = value[known[-1]]
-    for i in range(known.size - 1):
-        a, b = known[i], known[i + 1]
-        for j in range(a, b):
-            now[j] = value[a] + (value[b] - value[a]) * ((j - a) / (b - a))
+def _ends(row):  # type: ignore[no-untyped-def]
+    """First and last measured column."""
+    first, last = 0, row.size - 1
+    while row[first] != row[first]:
+        first += 1
+    while row[last] != row[last]:
+        last -= 1
+    return first, last
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mean_slope(slope, row, first, way):  # type: ignore[no-untyped-def]
+    """Mean over the first ``SMOOTH`` columns with a slope, from an end."""
+    total, count, j = 0.0, 0, first
+    while 0 <= j < row.size and count < SMOOTH:
+        if slope[j] == slope[j] and row[j] == row[j]:
+            total += slope[j]
+            count += 1
+        j += way
+    return total / count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fill(now, value, row, first, last):  # type: ignore[no-untyped-def]
+    """Values at the measured columns, straight across the others; at the ends as at the first and last of them."""
+    known = -1
+    for j in range(first, last + 1):
+        if value[j] != value[j] or row[j] != row[j]:
+            continue
+        if j - known > 1:
+            left = value[j] if known < 0 else value[known]
+            begin = first if known < 0 else known + 1
+            for i in range(begin, j):
+                now[i] = left + (value[j] - left) * ((i - begin + 1) / (j - begin + 1))
+        now[j] = value[j]
+        known = j
+    for j in range(known + 1, last + 1):
+        now[j] = value[known]
 
 
 @njit(cache=True, nogil=True)
@@ -72,11 +105,11 @@ def _count(values):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _reason(row, contrast, expected, course, typical, missed):  # type: ignore[no-untyped-def]
+def _reason(row, contrast, expected, course, typical, unsure):  # type: ignore[no-untyped-def]
     """Place in ``REASONS``: whether the line that was read is the whisker."""
     if _count(row) < FEWEST:
         return FAINT
-    if missed and not _where_it_was(row, expected, course):
+    if unsure and not _where_it_was(row, expected, course):
         return UNSURE_BACK
     common, fainter, darker = 0, 0, 0
     for j in range(row.size):
@@ -87,28 +120,47 @@ def _reason(row, contrast, expected, course, typical, missed):  # type: ignore[n
     return UNLIKE if 2 * max(fainter, darker) > common else 0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _where_it_was(row, expected, course):  # type: ignore[no-untyped-def]
     """Whether a lost whisker is back: at least half of its columns, where they were expected."""
-    off = (row - expected)[~np.isnan(row)]
-    return off.size >= _count(course) / 2 and np.sqrt(np.mean(off**2)) < REGAIN
+    total, count = 0.0, 0
+    for j in range(row.size):
+        if row[j] == row[j]:
+            total += (row[j] - expected[j]) ** 2
+            count += 1
+    return 2 * count >= _count(course) and total < REGAIN**2 * count
 
 
 @njit(cache=True, nogil=True)
-def _part(row, expected, reason):  # type: ignore[no-untyped-def]
+def _part(row, expected, reason, t):  # type: ignore[no-untyped-def]
     """Where two whiskers were read on one line, leave it to the one that was expected nearer to it."""
     for v in range(len(row)):
         for w in range(v):
-            if reason[v] or reason[w]:
+            if reason[v, t] or reason[w, t]:
                 continue
             common, near = 0, 0
-            for j in range(row.shape[1]):
-                distance = abs(row[v, j] - row[w, j])
+            for j in range(row.shape[2]):
+                distance = abs(row[v, t, j] - row[w, t, j])
                 common += distance == distance
                 near += distance < APART
             if common >= FEWEST and 2 * near > common:
-                off_v, off_w = np.nanmedian(np.abs(row[v] - expected[v])), np.nanmedian(np.abs(row[w] - expected[w]))
-                reason[v if off_v > off_w else w] = SHARED
+                further = _distance(row[v, t], expected[v]) > _distance(row[w, t], expected[w])
+                reason[v if further else w, t] = SHARED
+
+
+@njit(cache=True, nogil=True)
+def _distance(row, expected):  # type: ignore[no-untyped-def]
+    """Median distance of a line from where it was expected [px]; no row was expected further off than 1e3 px."""
+    low, high, number = 0.0, 1e3, _count(row)
+    for _ in range(40):
+        middle, below = (low + high) / 2, 0
+        for j in range(row.size):
+            below += abs(row[j] - expected[j]) < middle
+        if 2 * below > number:
+            high = middle
+        else:
+            low = middle
+    return high
 
 
 @njit(cache=True, nogil=True)
@@ -132,21 +184,23 @@ def follow(block, background, sign, how, columns, state, lines, reason):  # type
         Likewise.
     columns : (int, int)
         First and last column that are read.
-    state : (expected, course, typical, missed)
+    state : (expected, course, typical, unsure)
         Before the block; after it, written over.
     lines : (row, sd, contrast)
         Arrays (whisker, T, width), written.
     reason : (whisker, T) array
         Written.
     """
-    expected, course, typical, missed = state
+    expected, course, typical, unsure = state
     row, sd, contrast = lines
     search, threshold, match = how
+    ceiling, touched = np.empty(block.shape[2]), 0
     for t in range(len(block)):
         for w in range(len(expected)):
-            line = row[w, t], sd[w, t], contrast[w, t]
+            touched += fetch(block[t], expected[w], search + BACKGROUND_ROWS + 6)
             # a line of 2 px full width at half maximum has a peak of half its sum
-            ceiling = np.maximum(typical[w], 0) / 2
+            for j in range(ceiling.size):
+                ceiling[j] = 0.0 if typical[w, j] < 0 else typical[w, j] / 2
             read_line(
                 block[t],
                 background,
@@ -155,18 +209,20 @@ def follow(block, background, sign, how, columns, state, lines, reason):  # type
                 ceiling,
                 search,
                 threshold,
-                GAP,
                 match,
-                line[0],
-                line[1],
-                line[2],
+                row[w, t],
+                sd[w, t],
+                contrast[w, t],
             )
-            reason[w, t] = _reason(line[0], line[2], expected[w], course[w], typical[w], missed[w])
-        _part(row[:, t], expected, reason[:, t])
+            reason[w, t] = _reason(row[w, t], contrast[w, t], expected[w], course[w], typical[w], unsure[w])
+        _part(row, expected, reason, t)
         for w in range(len(expected)):
             if reason[w, t]:
-                missed[w] += 1
-                row[w, t], sd[w, t], contrast[w, t] = np.nan, np.nan, np.nan
+                unsure[w] = SURE
+                for j in range(ceiling.size):
+                    row[w, t, j], sd[w, t, j], contrast[w, t, j] = np.nan, np.nan, np.nan
             else:
-                expected[w], course[w] = expect(row[w, t], course[w], columns[0], columns[1])
+                unsure[w] = max(unsure[w] - 1, 0)
+                expect(row[w, t], course[w], columns[0], columns[1], expected[w])
                 adapt(typical[w], contrast[w, t])
+    return touched

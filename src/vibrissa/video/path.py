@@ -12,29 +12,32 @@ def best_path(score, stiffness):  # type: ignore[no-untyped-def]
 
     Parameters
     ----------
-    score : (rows, n) array of float32
+    score : (rows, n) array of int32
         Contrast, less what a distance of that row from the middle of the band costs.
-    stiffness : float
+    stiffness : int
         Score that a step of one row costs.
     """
     rows, n = score.shape
-    stiff, never = np.float32(stiffness), np.float32(-1e30)
-    total = np.full(rows + 2, never)  # a row beyond either edge that is never the best
-    total[1 : rows + 1] = score[:, 0]
-    step = np.zeros((n, rows), np.int8)
+    never = np.int32(-(2**30))
+    total = np.empty((n, rows + 2), np.int32)  # a row beyond either edge that is never the best
+    for j in range(n):
+        total[j, 0], total[j, rows + 1] = never, never
+    for k in range(rows):
+        total[0, k + 1] = score[k, 0]
     for j in range(1, n):
-        moves = step[j]
-        above, here = never, total[1]
+        above, here = never, total[j - 1, 1]
         for k in range(rows):
-            below = total[k + 2]
-            up, down = above - stiff, below - stiff
-            side = up if up > down else down
-            move = np.int8(-1) if up > down else np.int8(1)
-            moves[k] = move if side > here else np.int8(0)
-            total[k + 1] = (side if side > here else here) + score[k, j]
+            below = total[j - 1, k + 2]
+            total[j, k + 1] = max(max(above, below) - stiffness, here) + score[k, j]
             above, here = here, below
     path = np.empty(n, np.int64)
-    path[n - 1] = np.argmax(total) - 1
-    for j in range(n - 1, 0, -1):
-        path[j - 1] = path[j] + step[j, path[j]]
+    k = 1
+    for i in range(2, rows + 1):
+        k = i if total[n - 1, i] > total[n - 1, k] else k
+    path[n - 1] = k - 1
+    for j in range(n - 2, -1, -1):
+        above, here, below = total[j, k - 1], total[j, k], total[j, k + 1]
+        side = -1 if above > below else 1
+        k += side if max(above, below) - stiffness > here else 0
+        path[j] = k - 1
     return path
