@@ -91,7 +91,9 @@ def episodes(relief: Relief, whisker: Whisker, flat: Held, table: HeldTable | No
 
     The contact sticks to its point of the ground, d growing with the travel, until the base side of the profile held
     there would touch the ground: just beside the contact, where it then glides up the facet with θ_ε along it; or
-    elsewhere, where it jumps to. The tip side is not tested.
+    elsewhere, where it jumps to, over points in between from which the shaft would clear as well but which it does not
+    touch. The tip side is not tested. On smooth ground it glides over hills; in valleys it jumps, by c/4K where the
+    ground bends by c and the shaft rises as K u³, since ground and base side touch at two points there.
 
     Parameters
     ----------
@@ -111,7 +113,11 @@ def episodes(relief: Relief, whisker: Whisker, flat: Held, table: HeldTable | No
     """
     ground = _ground(relief, whisker.length)
     heights = float(ground[1].min()), float(ground[1].max())
-    table = table if table is not None and _serves(table, flat, heights) else _first_table(flat, heights)
+    if table is None or not _serves(table, flat, heights):
+        try:
+            table = _first_table(flat, heights)
+        except InputError as error:
+            raise InputError("relief", str(error)) from None
     for _ in range(_TRIES):
         (travelled, place, height, slope), (kind, jumped), status, where = trace(tables(table), ground)
         if status == 0:
