@@ -61,8 +61,9 @@ def diagnostics(prediction: Prediction, t: Array) -> xr.Dataset:
     before, after = prediction.events.gaps
     angle = exact(after)[len(exact.c) + FOLLICLE.index("contact_angle")]
     free = (posture.contact - whisker.tip) * whisker.length
-    load, shift = _contact_load(prediction, t), resonance_shift(posture, len(exact.c))
-    slip = _slip(prediction, t)
+    q, q_rate = prediction.vibration(t)
+    load, slip = _contact_load(prediction, t, q), _slip(prediction, q_rate)
+    shift = resonance_shift(posture, len(exact.c))
     return dataset(
         {"response": scan.response, "jump": scan.jump, "modes": scan.modes},
         lead=("contact_law",),
@@ -129,18 +130,18 @@ def _linearity(exact: Response, before: Array, after: Array) -> Array:
     return np.sign(np.mean(jump / linear, axis=1)) * size
 
 
-def _contact_load(prediction: Prediction, t: Array) -> Array:
+def _contact_load(prediction: Prediction, t: Array, q: Array) -> Array:
     """Vertical load on the contact, quasi-static and of the vibration, over πEα⁴L²/4, (T,)."""
     row = len(prediction.kappa) + FOLLICLE.index("contact_load")
     slow = prediction.drive(t)[row]
-    return slow + prediction.response.basis.contact_load @ prediction.amplitudes(t)
+    return slow + prediction.response.basis.contact_load @ q
 
 
-def _slip(prediction: Prediction, t: Array) -> Array:
+def _slip(prediction: Prediction, q_rate: Array) -> Array:
     """Speed of the contact of the vibrating shaft over the ground, over the scanning speed, (T,)."""
     shaft = np.linspace(prediction.posture.contact, 1, _SHAFT)
     along = prediction.response.basis.displacement(shaft)[0, :, 0]
-    return 1 + prediction.whisker.length * (along @ prediction.vibration(t)[1]) / prediction.scan.speed
+    return 1 + prediction.whisker.length * (along @ q_rate) / prediction.scan.speed
 
 
 def _at_rest(response: Response) -> float:
