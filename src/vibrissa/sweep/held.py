@@ -11,6 +11,7 @@ from numba import njit
 
 _LONGEST = 0.05  # step in ln x of the method of order 6: 1e-9 of the displacements
 _STRIDE = 0.01  # [L] longest step of the excursion from one solution to the next
+_SHORTEST = 1e-8  # [L] step below which a profile is given up: the fold
 _ARRIVED = 1e-11  # of ε, θ_ε and ln x; of Λ̂ over its value
 _ITERATIONS = 30
 
@@ -102,27 +103,40 @@ def solve3(m, determinant, right, out):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _correct(unknown, angle, distance, height, phi):  # type: ignore[no-untyped-def]
+    # Newton's method for (ε, θ_ε, Λ̂) that stand at (θ_b, D, H), in place; the first step goes along the tangent
+    matrix, right, step, state = np.empty((3, 3)), np.zeros(3), np.empty(3), np.empty((1, 8))
+    for iteration in range(_ITERATIONS):
+        contact, turn, load = unknown
+        if not (0 < contact < 1 and load > 0 and abs(turn) < np.pi / 2):
+            return False
+        march(load, phi, np.array([-np.log(contact)]), state)
+        along, up, determinant = sensitivity(contact, turn, state[0], matrix)
+        if not determinant < 0:
+            return False
+        right[0], right[1], right[2] = turn + state[0, 0] - angle, along - distance, up - height
+        solve3(matrix, determinant, right, step)
+        unknown -= step
+        if iteration and abs(step[0]) + abs(step[1]) + abs(step[2]) / load < _ARRIVED:
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def hold(unknown, angle, distance, height, phi, ahead):  # type: ignore[no-untyped-def]
     """Carry a solution (ε, θ_ε, Λ̂) that stands at (θ_b, D, H) on to D + ahead, in place; whether it got there."""
-    matrix, right, step, state = np.empty((3, 3)), np.zeros(3), np.empty(3), np.empty((1, 8))
-    strides = int(np.ceil(abs(ahead) / _STRIDE))
-    for stride in range(strides):
-        target = distance + ahead * (stride + 1) / strides
-        for iteration in range(_ITERATIONS):
-            contact, turn, load = unknown
-            if not (0 < contact < 1 and load > 0 and abs(turn) < np.pi / 2):
-                return False
-            march(load, phi, np.array([-np.log(contact)]), state)
-            along, up, determinant = sensitivity(contact, turn, state[0], matrix)
-            if not determinant < 0:
-                return False
-            right[0], right[1], right[2] = turn + state[0, 0] - angle, along - target, up - height
-            solve3(matrix, determinant, right, step)
-            unknown -= step
-            if iteration and abs(step[0]) + abs(step[1]) + abs(step[2]) / load < _ARRIVED:
-                break
+    done, stride = 0.0, 1.0
+    while done < 1:
+        stride = min(stride, _STRIDE / abs(ahead))
+        to = 1.0 if stride >= 1 - done else done + stride
+        trial = unknown.copy()
+        if _correct(trial, angle, distance + to * ahead, height, phi):
+            unknown[:] = trial
+            done, stride = to, 2 * (to - done)
         else:
-            return False
+            stride = (to - done) / 2
+            if stride * abs(ahead) < _SHORTEST:
+                return False
     return True
 
 
