@@ -67,7 +67,9 @@ def self_affine(
     power[0] = 0.0
     amplitude = rms * np.sqrt(power / power.sum())
     waves = amplitude * (rng.normal(size=k.size) + 1j * rng.normal(size=k.size))
-    return Relief(position=spacing * np.arange(count, dtype=np.float64), height=np.fft.irfft(waves * count, 2 * count)[:count])
+    return Relief(
+        position=spacing * np.arange(count, dtype=np.float64), height=np.fft.irfft(waves * count, 2 * count)[:count]
+    )
 
 
 def wave(length: float, *, amplitude: float, period: float, phase: float = 0.0, spacing: float = 10e-6) -> Relief:
