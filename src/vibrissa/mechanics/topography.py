@@ -31,6 +31,7 @@ Array = NDArray[np.float64]
 
 _DEGREE = 7  # of the polynomials of time
 _FIT = 1e-9  # their largest miss, over the largest row of its kind
+_FLOOR = 1e-6  # no row counts as smaller: rounding is 1e-16
 _HALVINGS = 20
 
 
@@ -193,7 +194,7 @@ def _fitted(
     values = response(d, z).reshape(-1, *tau.shape)
     coefficients = values[..., : len(nodes)] @ np.linalg.inv(np.vander(nodes, increasing=True)).T
     miss = np.abs(coefficients @ np.vander(between, _DEGREE + 1, increasing=True).T - values[..., len(nodes) :])
-    size, modes = np.abs(values).max(axis=(1, 2), initial=1e-12), len(response.c)
+    size, modes = np.abs(values).max(axis=(1, 2), initial=_FLOOR), len(response.c)
     size[:modes] = size[:modes].max()
     return coefficients, miss.max(axis=2), size
 
