@@ -1,0 +1,152 @@
+"""What is put to every program: one whisker, one posture, gaps of one width, and the motion seen through one mode."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from scipy.optimize import curve_fit
+
+from vibrissa.exact import cone_kappa
+from vibrissa.mechanics.basis import Modes
+from vibrissa.mechanics.dynamics import amplitudes
+from vibrissa.mechanics.edge import Held, hold, on_the_flat
+from vibrissa.mechanics.gap import excursion_at_jump
+from vibrissa.mechanics.profile import Posture
+from vibrissa.mechanics.superposition import Prediction, Scan, predict
+from vibrissa.texture.surface import Troughs
+from vibrissa.whisker import Whisker
+
+Array = np.ndarray
+DEPTH = 35e-6  # [m] of a gap
+SETTLE = 60e-3  # [s] before the first gap, or before the pluck ends; the first half near critical damping
+STEP = 5e-5  # [s] between kept samples
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """A whisker drawn over gaps, its shaft cut beyond the contact.
+
+    Attributes
+    ----------
+    base_angle, contact : float
+        θ_b [rad] and ε of the posture.
+    modes : str
+        Modes of the prediction, in which every program's motion is seen.
+    gap, period : float
+        Width of a gap and distance from one to the next [m].
+    gaps : int
+        How many.
+    speed : float
+        Of the substrate, away from the base [m/s].
+    beyond : float or None
+        Length of the shaft beyond the contact [m]; by default as far as the contact slides before it jumps.
+    damping : float
+        Damping ratio of the first straight mode.
+    damped : {"mass", "stiffness"}
+        What damping is proportional to: ζ_i = ζ₁ ω₁/ω_i, or ζ₁ ω_i/ω₁.
+    after : float
+        What is simulated after the last gap, or after the pluck [s].
+    """
+
+    base_angle: float
+    contact: float = 0.3
+    modes: Modes = "straight"
+    gap: float = 0.3e-3
+    period: float = 0.0
+    gaps: int = 1
+    speed: float = 0.02
+    beyond: float | None = None
+    damping: float = 0.1
+    damped: Literal["mass", "stiffness"] = "mass"
+    after: float = 25e-3
+
+    @cached_property
+    def whisker(self) -> Whisker:
+        return Whisker(length=40e-3, cone_angle=1.5e-3)
+
+    @cached_property
+    def posture(self) -> Posture:
+        return Posture(contact=self.contact, base_angle=self.base_angle)
+
+    @cached_property
+    def flat(self) -> Held:
+        return on_the_flat(self.posture)
+
+    @cached_property
+    def tip(self) -> float:
+        """Where the shaft is cut, over L."""
+        if self.beyond is None:
+            return hold(self.flat, excursion_at_jump(self.posture, self.gap / self.whisker.length)).contact
+        return self.contact - self.beyond / self.whisker.length
+
+    @cached_property
+    def drag(self) -> float:
+        """Damping over mass, 2ζ₁ω₁ of the first straight mode [1/s]."""
+        return 2 * self.damping * float(cone_kappa(self.contact, 1)[0]) / self.whisker.timescale
+
+    @property
+    def lag(self) -> float:
+        """Damping over stiffness, 2ζ₁/ω₁ of the first straight mode [s]."""
+        return 4 * self.damping**2 / self.drag
+
+    @cached_property
+    def starts(self) -> Array:
+        """Positions of the gaps' far edges, along the substrate, on the contact's path [m]."""
+        return SETTLE * self.speed + self.period * np.arange(self.gaps)
+
+    @cached_property
+    def time(self) -> Array:
+        """Times of kept samples [s]; the substrate starts at 0."""
+        return np.arange(0, (self.starts[-1] + self.gap) / self.speed + self.after, STEP)
+
+    @cached_property
+    def prediction(self) -> Prediction:
+        texture = Troughs(position=self.starts, width=np.full(self.gaps, self.gap), depth=DEPTH)
+        return predict(self.whisker, self.posture, texture, Scan(speed=self.speed, damping=0, modes=self.modes))
+
+    @property
+    def zeta(self) -> Array:
+        """Damping ratio of every mode, (M,)."""
+        omega = self.prediction.omega
+        if self.damped == "mass":
+            return self.drag / (2 * omega)
+        return np.minimum(self.lag * omega / 2, 0.999)
+
+    def ours(self, time: Array) -> Array:
+        """First mode, q₁ + Q₁(d), over L, (T,)."""
+        p = self.prediction
+        return (amplitudes(time, p.mode_drive, p.omega, self.zeta, "continuous") + p.mode_drive(time))[0]
+
+    def seen(self, s: Array, x: Array, y: Array, rest: tuple[Array, Array]) -> Array:
+        """First mode in what another program's nodes do, over L, (T,): ∫ s² (r − r₁)·l₁ ds.
+
+        Parameters
+        ----------
+        s : (S,) array
+            Nodes, over L, ascending.
+        x, y : (T, S) arrays
+            Their positions, over L.
+        rest : (S,) arrays
+            The program's own r₁.
+        """
+        here = s >= self.contact
+        along, up = self.prediction.response.basis.adjoint(s[here])[:, 0]
+        return np.trapezoid(s[here] ** 2 * ((x - rest[0])[:, here] * along + (y - rest[1])[:, here] * up), s[here])
+
+
+def ring(t: Array, q: Array, omega: float, zeta: float) -> tuple[float, float]:
+    """ω [rad/s] and ζ of a ring-down, by a damped cosine about a constant; NaN where none fits."""
+
+    def model(t, w, z, a, b, c):
+        Omega = w * np.sqrt(1 - z**2)
+        return np.exp(-z * w * t) * (a * np.cos(Omega * t) + b * np.sin(Omega * t)) + c
+
+    start, low, high = (omega, zeta, 1.0, 0.0, 0.0), (0.3 * omega, 0.0, *3 * [-np.inf]), (3 * omega, 0.9, *3 * [np.inf])
+    try:
+        found, _ = curve_fit(model, t - t[0], q / np.abs(q).max(), start, bounds=(low, high))
+    except (RuntimeError, ValueError):
+        return np.nan, np.nan
+    return float(found[0]), float(found[1])

@@ -1,0 +1,181 @@
+"""One gap and a short grating in MuJoCo and Exudyn, beside the prediction.
+
+python benchmarks/peers/run.py
+
+Needs the dependency group ``peers`` beside vibrissa. Prints the tables, puts them into docs/peers.md and draws
+docs/peers.png; takes about three minutes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cable
+import chain
+import numpy as np
+from case import SETTLE, STEP, Array, Case, ring
+from chain import Grain, Ground, Motion
+from edge import Chain, clamped
+from picture import draw
+from speed import table as speeds
+
+from vibrissa.exact import cone_kappa
+from vibrissa.mechanics.edge import hold
+from vibrissa.mechanics.gap import excursion_at_jump
+
+RESONANCE, ALIKE = 0.01, 0.98  # gates
+PERIODS = 1.2  # of the first mode, in less than which no resonance is read
+MINE = ("<!-- from benchmarks/peers/run.py -->\n", "<!-- to here -->")
+HEAD = "| | κ₁ theirs | κ₁ ours | off | ζ₁ theirs | ζ₁ ours | alike | gate |\n" + 8 * "|---" + "|"
+FINER = Grain(fine=0.06e-3, coarse=0.5e-3)  # for Exudyn's elements
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What came out of one case.
+
+    ``kappa`` and ``zeta`` of the peer's ring-down and ours, NaN where it is too short to be read; ``alike`` the
+    correlation of the motions ``theirs`` and ``ours``, over L, at ``time`` [s] from the jump or the release.
+    """
+
+    name: str
+    gated: bool
+    kappa: tuple[float, float]
+    zeta: tuple[float, float]
+    time: Array
+    theirs: Array
+    ours: Array
+
+    @property
+    def off(self) -> float:
+        return self.kappa[0] / self.kappa[1] - 1
+
+    @property
+    def alike(self) -> float:
+        return float(np.corrcoef(self.theirs, self.ours)[0, 1])
+
+    def row(self) -> str:
+        passed = self.alike >= ALIKE and not abs(self.off) >= RESONANCE
+        verdict = ("pass" if passed else "FAIL") if self.gated else "–"
+        read = "| – | " if np.isnan(self.off) else f"| {self.kappa[0]:.2f} | "
+        off = "– | – |" if np.isnan(self.off) else f"{100 * self.off:+.1f} % | {self.zeta[0]:.3f} |"
+        return f"| {self.name} {read}{self.kappa[1]:.2f} | {off} {self.zeta[1]:.3f} | {self.alike:.4f} | {verdict} |"
+
+
+def plucked(name: str, case: Case, ground: Ground, gated: bool) -> Trial:
+    """Ring-down after a pluck, beside the free decay of the first mode from where it was let go."""
+    motion = chain.simulate(case, ground=ground)
+    here = case.time >= SETTLE - STEP / 2
+    time = case.time[here] - SETTLE
+    theirs = case.seen(motion.s, motion.x, motion.y, (motion.x[-1], motion.y[-1]))[here]
+    omega, zeta = case.prediction.omega[0], case.zeta[0]
+    Omega = omega * np.sqrt(1 - zeta**2)
+    ours = (
+        theirs[0] * np.exp(-zeta * omega * time) * (np.cos(Omega * time) + zeta * omega / Omega * np.sin(Omega * time))
+    )
+    return told(name, gated, case, (time, theirs, ours), (time, theirs))
+
+
+def crossed(name: str, case: Case, motion: Motion, rest: tuple[Array, Array], gated: bool) -> Iterator[Trial]:
+    """One gap from its jump on, while its edge holds the contact; then with the flat after it, where the peer has one.
+
+    The resonance on the edge is that of the motion without our quasi-static part; that on the flat, of the motion.
+    """
+    theirs = case.seen(motion.s, motion.x, motion.y, rest)
+    ours, quasi_static = case.ours(case.time), case.prediction.mode_drive(case.time)[0]
+    _, jump, flat = case.prediction.events.time[:3]
+    on_edge, after = (case.time > jump) & (case.time < flat - STEP), case.time > jump
+    since, free = case.time - jump, theirs - quasi_static
+    motions = since[on_edge], theirs[on_edge], ours[on_edge]
+    yield told(f"{name}, on the edge", gated, case, motions, (since[on_edge], free[on_edge]))
+    if case.after > 0:
+        on_flat = case.time > flat
+        motions = since[after], theirs[after], ours[after]
+        yield told(f"{name}, all; κ₁ on the flat", gated, case, motions, (since[on_flat], theirs[on_flat]))
+
+
+def told(name: str, gated: bool, case: Case, motions: tuple[Array, Array, Array], free: tuple[Array, Array]) -> Trial:
+    """A trial from time and both motions; the resonance from time and the part of the peer's that rings freely."""
+    found = np.nan, np.nan
+    if np.ptp(free[0]) > PERIODS * 2 * np.pi / case.prediction.omega[0]:
+        found = ring(*free, case.prediction.omega[0], case.zeta[0])
+    kappa = found[0] * case.whisker.timescale, float(case.prediction.kappa[0])
+    return Trial(name, gated, kappa, (found[1], float(case.zeta[0])), *motions)
+
+
+def in_mujoco(name: str, case: Case, gated: bool) -> Iterator[Trial]:
+    motion = chain.simulate(case)
+    before = np.searchsorted(case.time, SETTLE) - 2
+    return crossed(f"MuJoCo: {name}", case, motion, (motion.x[before], motion.y[before]), gated)
+
+
+def in_exudyn(name: str, case: Case, gated: bool) -> Iterator[Trial]:
+    case = replace(case, damped="stiffness", after=0.0)
+    motion = cable.simulate(case, FINER)
+    x, y = case.flat.position(motion.s)
+    foot = np.array(case.flat.position(np.array([case.contact]))).ravel()
+    return crossed(f"Exudyn: {name}", case, motion, (x - foot[0], y - foot[1]), gated)
+
+
+def trials() -> Iterator[Trial]:
+    """Every case."""
+    low = Case(base_angle=0.3, speed=0.3, beyond=0.0, after=80e-3)
+    high = replace(low, base_angle=1.2, modes="curved-coulomb")
+    yield plucked("MuJoCo: pluck, cut end on the flat, 0.3 rad", low, "tip", True)
+    yield plucked("MuJoCo: pluck, cut end on the flat, 1.2 rad", high, "tip", True)
+    yield plucked("MuJoCo: pluck, on an edge, 0.3 rad", replace(low, beyond=0.4e-3), "roller", True)
+    yield plucked("MuJoCo: pluck, on an edge, 1.2 rad", replace(high, beyond=0.4e-3), "roller", True)
+    for width, speed in ((0.15e-3, 0.01), (0.3e-3, 0.02), (0.6e-3, 0.04)):
+        yield from in_mujoco(f"gap {1e3 * width:.2f} mm, 0.3 rad", Case(base_angle=0.3, gap=width, speed=speed), True)
+    steep = Case(base_angle=1.2, modes="curved-coulomb", speed=0.1)
+    yield from in_mujoco("gap 0.30 mm, 1.2 rad", steep, True)
+    yield from in_exudyn("gap 0.30 mm, 0.3 rad", Case(base_angle=0.3), True)
+    yield from in_exudyn("gap 0.30 mm, 1.2 rad", steep, True)
+    for angle, modes in ((0.3, "straight"), (1.2, "curved-coulomb")):
+        whole = Case(base_angle=angle, modes=modes, speed=0.1, gap=0.6e-3, beyond=0.29 * 40e-3)
+        yield from in_mujoco(f"full length, gap 0.60 mm, {angle} rad", whole, False)
+
+
+def linearised() -> str:
+    """Table of κ₁ where a point of the shaft, or an edge, holds the contact; and of the clamped shaft."""
+    rows = [
+        "| θ_b [rad] | modes of the model, Coulomb | a chain, its end | a chain, over an edge |\n" + 4 * "|---" + "|"
+    ]
+    for angle in (0.3, 0.8, 1.2, 1.4):
+        case = Case(base_angle=angle, modes="curved-coulomb")
+        chains = [Chain(case, over_edge).kappa(1)[0].real for over_edge in (False, True)]
+        rows.append(f"| {angle} | {case.prediction.kappa[0]:.3f} | {chains[0]:.3f} | {chains[1]:.3f} |")
+    straight = f"Straight shaft at ε = 0.3: κ₁ = {cone_kappa(0.3, 1)[0]:.3f} pinned, {clamped(0.3):.3f} clamped."
+    return "\n".join([*rows, "", straight, *(drawn_up(width) for width in (0.15e-3, 0.3e-3, 0.6e-3))])
+
+
+def drawn_up(width: float) -> str:
+    """How far up the shaft an edge stands in the mean, from the jump to the flat, and the straight κ₁ there."""
+    case = Case(base_angle=0.3, gap=width)
+    gap = width / case.whisker.length
+    excursions = np.linspace(excursion_at_jump(case.posture, gap) - gap, 0, 9)
+    contact = float(np.mean([hold(case.flat, d).contact for d in excursions]))
+    kappa = float(cone_kappa(contact, 1)[0])
+    return f"Gap {1e3 * width:.2f} mm, 0.3 rad: mean contact on the edge ε = {contact:.4f}, pinned κ₁ = {kappa:.2f}  "
+
+
+def main() -> None:
+    docs = Path(__file__).parents[2] / "docs"
+    print(HEAD)
+    found = []
+    for trial in trials():
+        found.append(trial)
+        print(trial.row(), flush=True)
+    draw(found).savefig(docs / "peers.png", dpi=150)
+    rest = [linearised(), speeds()]
+    print("\n".join(rest))
+    page = docs / "peers.md"
+    before, after = page.read_text().split(MINE[0])[0], page.read_text().split(MINE[1])[-1]
+    table = "\n".join([HEAD, *(trial.row() for trial in found)])
+    page.write_text(before + MINE[0] + "\n\n".join([table, *rest]) + "\n" + MINE[1] + after)
+
+
+if __name__ == "__main__":
+    main()
