@@ -156,6 +156,19 @@ def test_a_gap_too_wide_for_the_whisker_has_its_own_reason():
     assert reason(0.29, 1.2, texture=wide) == "no profile follows the edges of the widest gap"
 
 
+def test_a_cell_has_a_value_where_the_prediction_has():
+    grid = Grid(contact=[0.09, 0.12], base_angle=np.linspace(1.22, 1.40, 7), speed=[0.1])
+    found = sweep(WHISKER, GAP, grid, Measure()).cell_reason[0]
+    for cell in found.stack(cell=("contact", "base_angle")).transpose():
+        posture = Posture(contact=float(cell.contact), base_angle=float(cell.base_angle))
+        if cell:
+            with pytest.raises(InputError):
+                predict(WHISKER, posture, GAP, Scan(speed=0.1, damping=0.11), n_modes=1)
+        else:
+            predict(WHISKER, posture, GAP, Scan(speed=0.1, damping=0.11), n_modes=1)
+    assert set(found.values.ravel()) == {0, 1, 3}
+
+
 def test_a_posture_that_no_load_gives_has_its_own_reason():
     assert reason(0.05, 1.5, friction=-0.5) == "no equilibrium"
 

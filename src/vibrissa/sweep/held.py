@@ -12,7 +12,7 @@ from numba import njit
 _LONGEST = 0.05  # step in ln x of the method of order 6: 1e-9 of the displacements
 _STRIDE = 0.01  # [L] longest step of the excursion from one solution to the next
 _SHORTEST = 1e-8  # [L] step below which a profile is given up: the fold
-_ARRIVED = 1e-11  # of ε, θ_ε and ln x; of Λ̂ over its value
+_ARRIVED = 1e-9  # last step of Newton, of ε, θ_ε and ln x; of Λ̂ over its value: the next would be of its square
 _ITERATIONS = 30
 
 # Butcher's method of order 6 in seven stages, at 0, 1/3, 2/3, 1/3, 1/2, 1/2 and 1 of the step
