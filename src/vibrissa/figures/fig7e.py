@@ -106,7 +106,7 @@ def _caption(whisker: Whisker, gap_width: float) -> str:
         f"paper. From θ_b = 0.8 to 1.4 rad the gain grows by × {rise('linear')} (linear) and × {rise('exact')} (exact) "
         "at ε = 0.2 | 0.29 | 0.4; measured in the paper: up to × 2. "
         f"From ε = {WIDE} to {NARROW}, at 0.8 and 1.4 rad, it changes by × {fall('linear')} (linear) and "
-        f"× {fall('exact')} (exact); measured: a slight rise, at large θ_b. "
+        f"× {fall('exact')} (exact); measured, but as rms of mode 1: a slight rise. "
         f"Linear over exact at 1.4 rad: {float(over[0, 1]):.1f} | {float(over[1, 1]):.1f} | {float(over[2, 1]):.1f} | "
         f"{float(over[3, 1]):.1f} at ε = {NARROW} | 0.2 | 0.29 | 0.4."
     )
