@@ -255,7 +255,7 @@ def test_what_is_missing_is_told():
 
     refused("whisker_length must be given")
     refused("method must be", method="spline")
-    refused("8 nodes in 6 mm", profile=data.isel(node=slice(None, None, 4)), whisker_length=LENGTH)
+    refused("6 nodes in", profile=data.isel(node=slice(None, None, 4)), whisker_length=LENGTH)
     refused("must be of one whisker", profile=data.expand_dims(whisker=[0, 1]), whisker_length=LENGTH)
     refused("two different points", line=(SUBSTRATE[0], SUBSTRATE[0]), whisker_length=LENGTH, substrate_sd=0.0)
     refused("substrate_sd must not be negative", whisker_length=LENGTH, substrate_sd=-1.0)
