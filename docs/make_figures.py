@@ -1,4 +1,4 @@
-"""Draw the model's Figures 2, 6A–B and 7E, and Figure 3 of the built-in experiment (two minutes).
+"""Draw the model's Figures 2, 6A–B and 7E, two channels, and Figure 3 of the built-in experiment (two minutes).
 
 python docs/make_figures.py [FOLDER]
 """
@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from vibrissa.figures import fig2, fig3, fig6_model, fig7e
+from vibrissa.figures import fig2, fig3, fig6_model, fig7e, two_channels
 from vibrissa.files import load
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.superposition import Scan
@@ -42,6 +42,9 @@ if __name__ == "__main__":
         "fig2.png": fig2.draw(fig2.compute(POSTURE, WHISKER, 0.6e-3, SCAN)),
         "fig3.png": figure_3(),
         "fig6ab.png": fig6_model.draw(fig6_model.compute(POSTURE, WHISKER, SCAN, rng=np.random.default_rng(1))),
+        "two-channels.png": two_channels.draw(
+            two_channels.compute(POSTURE, WHISKER, SCAN, rng=np.random.default_rng(1))
+        ),
         "fig7e.png": fig7e.draw(fig7e.compute(WHISKER)),
     }
     for name, figure in figures.items():
