@@ -28,7 +28,7 @@ from vibrissa.mechanics.gap import excursion_at_jump
 RESONANCE, ALIKE = 0.01, 0.98  # gates
 PERIODS = 1.2  # of the first mode, in less than which no resonance is read
 MINE = ("<!-- from benchmarks/peers/run.py -->\n", "<!-- to here -->")
-HEAD = "| | κ₁ theirs | κ₁ ours | off | ζ₁ theirs | ζ₁ ours | alike | gate |\n" + 8 * "|---" + "|"
+HEAD = "| | κ₁ theirs | κ₁ ours | off | ζ₁ theirs | ζ₁ ours | alike | size | gate |\n" + 9 * "|---" + "|"
 FINER = Grain(fine=0.06e-3, coarse=0.5e-3)  # for Exudyn's elements
 
 
@@ -37,7 +37,8 @@ class Trial:
     """What came out of one case.
 
     ``kappa`` and ``zeta`` of the peer's ring-down and ours, NaN where it is too short to be read; ``alike`` the
-    correlation of the motions ``theirs`` and ``ours``, over L, at ``time`` [s] from the jump or the release.
+    correlation of the motions ``theirs`` and ``ours``, over L, at ``time`` [s] from the jump or the release; ``size``
+    the ratio of their standard deviations.
     """
 
     name: str
@@ -56,12 +57,17 @@ class Trial:
     def alike(self) -> float:
         return float(np.corrcoef(self.theirs, self.ours)[0, 1])
 
+    @property
+    def size(self) -> float:
+        return float(np.std(self.theirs) / np.std(self.ours))
+
     def row(self) -> str:
         passed = self.alike >= ALIKE and not abs(self.off) >= RESONANCE
         verdict = ("pass" if passed else "FAIL") if self.gated else "–"
         read = "| – | " if np.isnan(self.off) else f"| {self.kappa[0]:.2f} | "
         off = "– | – |" if np.isnan(self.off) else f"{100 * self.off:+.1f} % | {self.zeta[0]:.3f} |"
-        return f"| {self.name} {read}{self.kappa[1]:.2f} | {off} {self.zeta[1]:.3f} | {self.alike:.4f} | {verdict} |"
+        like = f"{self.alike:.4f} | {self.size:.2f} | {verdict} |"
+        return f"| {self.name} {read}{self.kappa[1]:.2f} | {off} {self.zeta[1]:.3f} | {like}"
 
 
 def plucked(name: str, case: Case, ground: Ground, gated: bool) -> Trial:
