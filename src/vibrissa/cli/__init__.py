@@ -10,12 +10,13 @@ from cyclopts import App, CycloptsError
 
 from vibrissa import __version__
 from vibrissa.cli.geometry import atlas, whisker
-from vibrissa.cli.mechanics import gap, modes, profile, scan
+from vibrissa.cli.mechanics import gap, modes, profile
 from vibrissa.cli.neural import neural
 from vibrissa.cli.options import Json
 from vibrissa.cli.output import progress_bars, show, tell
 from vibrissa.cli.pick import pick
 from vibrissa.cli.replay import replay
+from vibrissa.cli.scan import scan, whisk
 from vibrissa.cli.sweep import sweep
 from vibrissa.cli.tracks import tracks
 from vibrissa.cli.video import decompose, track
@@ -44,7 +45,7 @@ def run(study: Path | None = None, *, out: Path = Path("vibrissa-out"), json: Js
     show(verdict, None, json, None)
 
 
-for verb in (pick, track, tracks, decompose, modes, profile, gap, scan, whisker, atlas, sweep, replay, neural):
+for verb in (pick, track, tracks, decompose, modes, profile, gap, scan, whisk, whisker, atlas, sweep, replay, neural):
     app.command(verb)
 
 

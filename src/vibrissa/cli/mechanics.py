@@ -1,14 +1,11 @@
-"""The verbs of one whisker's mechanics: `modes`, `profile`, `gap`, `scan`."""
+"""The verbs of one whisker's mechanics: `modes`, `profile`, `gap`."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated, Literal
-
-from cyclopts import Parameter
+from typing import Literal
 
 from vibrissa.cli.curved import NO_PROFILE, OfProfile
-from vibrissa.cli.options import Atlas, AtPosture, Json, OfWhisker, Out, cone_of, needed_cone
+from vibrissa.cli.options import Atlas, AtPosture, Json, OfWhisker, Out, cone_of
 from vibrissa.cli.output import show, tell
 from vibrissa.errors import InputError
 
@@ -113,67 +110,3 @@ def gap(
 
     data = crossing(at.posture(), gap_width, n_modes=count)
     show(data, [str(name) for name in data.data_vars if "s" not in data[name].dims], json, out)
-
-
-def scan(
-    texture: Path,
-    *,
-    at: AtPosture,
-    scan_speed: float,
-    damping: float = 0.11,
-    sampling_rate: float = 20000.0,
-    response: Literal["exact", "linear"] = "exact",
-    jump: Literal["continuous", "ramp-limit", "paper2014"] = "continuous",
-    modes: Literal["straight", "curved", "curved-coulomb"] = "straight",
-    reverse: Annotated[bool, Parameter(negative="")] = False,
-    count: int = 3,
-    node: list[float] | None = None,
-    whisker: OfWhisker = None,
-    atlas: Atlas = None,
-    out: Out = None,
-    json: Json = False,
-) -> None:
-    """A texture drawn past a whisker: its vibration, what the follicle feels, and how far the assumptions hold.
-
-    Time 0 is the moment x = 0 meets the contact; the record ends when the ringing after the last gap has died away.
-
-    Parameters
-    ----------
-    texture
-        CSV with columns position,width in metres, or position_um,width_um or _mm (and depth, if it is not 35 µm): the
-        edge of each gap that meets the contact first, in order of arrival.
-    scan_speed
-        Speed of the texture [m/s].
-    damping
-        Damping ratio of every mode.
-    sampling_rate
-        Samples per second [Hz].
-    response
-        Quasi-static response of the profile held by the edge, or the paper's linear one.
-    jump
-        What the velocity does where the contact jumps.
-    modes
-        Modes of a straight shaft (the paper's), or about the curved profile of a contact that slides, friction constant
-        or following the load; these carry axial force.
-    reverse
-        Scan the texture in the other direction: its last edge meets the contact first, as long after time 0 as its
-        first one did.
-    count
-        Number of modes. In the exact response the first millisecond of force and moment after a jump grows with it.
-    node
-        Distance from the base of a point of the shaft whose motion is wanted [m]; once for each.
-    """
-    from vibrissa.mechanics.diagnostics import remarks
-    from vibrissa.mechanics.sampled import scanned
-    from vibrissa.mechanics.superposition import Scan, predict
-    from vibrissa.texture.io import read_troughs
-
-    cone, troughs = needed_cone(whisker, atlas), read_troughs(texture)
-    if reverse:
-        troughs = troughs.reversed(float(troughs.position[0] + troughs.end[-1]))
-    how = Scan(speed=scan_speed, damping=damping, jump=jump, response=response, modes=modes)
-    prediction = predict(cone, at.posture(), troughs, how, n_modes=count)
-    data = scanned(prediction, sampling_rate, nodes=node)
-    for line in remarks(data):
-        tell(line)
-    show(data, [str(name) for name in data.data_vars if not {"time", "trough"} & set(data[name].dims)], json, out)

@@ -111,6 +111,18 @@ def remarks(data: xr.Dataset) -> list[str]:
     return lines
 
 
+def relief_remarks(data: xr.Dataset) -> list[str]:
+    """What a scan of any surface says against its own assumptions, and how the contact moved, one line each."""
+    kinds = ", ".join(f"{name} {data.attrs[name]} times" for name in ("sticks", "glides", "jumps"))
+    lines = [f"the contact {kinds}"]
+    deepest = 1e6 * float(data.free_end_depth.max())
+    if deepest > 0:
+        share = 100 * float((data.free_end_depth > 0).mean())
+        where = f"in {share:.2g} % of the time, by up to {deepest:.0f} µm"
+        lines.append(f"the free end beyond the contact would touch ground {where}; the model has one contact")
+    return lines
+
+
 def _exact(prediction: Prediction) -> Response:
     """The exact response, whichever the prediction was made with."""
     response = prediction.response

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from vibrissa.errors import InputError
+from vibrissa.files import as_number, csv_lines
 from vibrissa.mechanics.family import equilibria_at_height
 from vibrissa.mechanics.profile import Posture
 
@@ -138,3 +140,30 @@ def _standing(t: float, attempt: Callable[[], object]) -> None:
         attempt()
     except InputError as refused:
         raise InputError(f"posture at {t:.4g} s", "must be one that can stand", str(refused)) from None
+
+
+COLUMNS = ({"time", "base_angle", "contact"}, {"time", "base_angle", "base_distance"})
+
+
+def read_posture_path(path: str | Path, friction: float = 0.4) -> PosturePath:
+    """Posture path from a CSV: ``time`` [s], ``base_angle`` [rad], and ``contact`` or ``base_distance`` (over L).
+
+    Raises
+    ------
+    InputError
+        If the file is missing or not such a table, a cell is no number, or as :class:`PosturePath`.
+    """
+    lines = csv_lines(path)
+    names = lines[0][1] if lines else []
+    if set(names) not in COLUMNS or len(names) != 3:
+        rule = "must have the columns time,base_angle and contact or base_distance"
+        raise InputError(str(path), rule, ",".join(names), "in seconds, radians and over L")
+    rows = []
+    for number, cells in lines[1:]:
+        values = [as_number(cell) for cell in cells]
+        if len(values) != 3 or not np.isfinite(values).all():
+            raise InputError(f"{path}, line {number}", "must hold three numbers", ",".join(cells))
+        rows.append(values)
+    if not rows:
+        raise InputError(str(path), "must have lines below its header")
+    return PosturePath(friction=friction, **dict(zip(names, np.array(rows).T, strict=True)))

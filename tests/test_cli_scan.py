@@ -1,0 +1,87 @@
+"""The verbs of textures beyond gratings: any surface, and a posture that changes."""
+
+import json
+
+import numpy as np
+import pytest
+
+from vibrissa.files import load
+from vibrissa.texture.io import write_troughs
+from vibrissa.texture.surface import random_grating
+
+WHISKER = ("--whisker.length", "0.04", "--whisker.cone-angle", "1.5e-3")
+HOLD = ("--contact", "0.29", "--base-angle", "1.2")
+SPEED = ("--scan-speed", "0.1")
+COARSE = ("--sampling-rate", "2000")
+
+
+@pytest.fixture
+def gaps(tmp_path):
+    texture = random_grating(0.02, rng=np.random.default_rng(4))
+    write_troughs(texture, tmp_path / "gaps.csv")
+    corners = np.stack([texture.position, texture.position, texture.end, texture.end], axis=1).ravel()
+    heights = np.tile([0, -texture.depth, -texture.depth, 0], texture.position.size)
+    ends = [(0.0, 0.0), *zip(corners, heights, strict=True), (0.021, 0.0)]
+    rows = "\n".join(f"{x!r},{h!r}" for x, h in [(float(x), float(h)) for x, h in ends])
+    (tmp_path / "relief.csv").write_text(f"position_m,height_m\n{rows}\n")
+    return tmp_path
+
+
+def test_a_relief_of_gaps_is_scanned_as_the_gaps(vibrissa, gaps):
+    for name in ("gaps", "relief"):
+        options = (*HOLD, *SPEED, *COARSE, *WHISKER, "--out", gaps / f"{name}.nc")
+        code, _, err = vibrissa("scan", gaps / f"{name}.csv", *options)
+        assert code == 0, err
+    assert "the contact sticks" in err
+    one, other = load(gaps / "gaps.nc"), load(gaps / "relief.nc")
+    n = min(one.sizes["time"], other.sizes["time"])
+    a, b = one.mode_displacement.values[:, :n], other.mode_displacement.values[:, :n]
+    np.testing.assert_allclose(b, a, atol=1e-6 * np.abs(a).max())
+
+
+def test_the_direction_can_be_turned_under_both_names(vibrissa, gaps):
+    found = []
+    for option in ("--reverse", "--flip"):
+        out = gaps / f"{option}.nc"
+        assert vibrissa("scan", gaps / "relief.csv", *HOLD, *SPEED, *COARSE, *WHISKER, option, "--out", out)[0] == 0
+        found.append(load(out).mode_displacement.values)
+    np.testing.assert_array_equal(*found)
+
+
+@pytest.fixture
+def path(tmp_path):
+    t = np.arange(0, 0.301, 0.01)
+    rows = [f"{a:.3f},{1.1 + 0.05 * np.sin(2 * np.pi * 3 * a):.6f},0.29" for a in t]
+    (tmp_path / "path.csv").write_text("time,base_angle,contact\n" + "\n".join(rows) + "\n")
+    return tmp_path / "path.csv"
+
+
+def test_whisk_tells_how_slow_the_posture_changes(vibrissa, gaps, path):
+    out = gaps / "slow.nc"
+    code, text, err = vibrissa("whisk", gaps / "gaps.csv", path, *SPEED, *COARSE, *WHISKER, "--out", out, "--json")
+    assert code == 0, err
+    assert 0 < json.loads(text)["gain_rate"] < 0.02
+    angle = load(out).moment_base_angle.values
+    assert angle.max() == pytest.approx(1.15, abs=2e-3)
+
+
+BAD = {
+    "option of a file that is none": (["scan", "gaps.csv", *HOLD, "--fill"], "--fill must not be given"),
+    "no such part": (["scan", "relief.csv", *HOLD, "--part", "3"], "must be FIRST:LAST"),
+    "no texture": (["scan", "path.csv", *HOLD], "position"),
+    "no path": (["whisk", "gaps.csv", "relief.csv"], "must have the columns time,base_angle"),
+    "no number": (["whisk", "gaps.csv", "bad.csv"], "line 3 must hold three numbers"),
+    "back": (["whisk", "gaps.csv", "fast.csv"], "s"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_line(vibrissa, gaps, path, monkeypatch, case):
+    monkeypatch.chdir(gaps)
+    (gaps / "bad.csv").write_text("time,base_angle,contact\n0,1,0.3\n1,x,0.3\n")
+    (gaps / "fast.csv").write_text("time,base_angle,contact\n0,1.1,0.29\n0.05,0.9,0.2\n0.1,1.1,0.29\n0.15,0.9,0.2\n")
+    words, message = BAD[case]
+    code, out, err = vibrissa(*words, *SPEED, *WHISKER)
+    assert (code, out) == (2, "")
+    assert len(err.splitlines()) == 1
+    assert message in err
