@@ -294,7 +294,7 @@ QUANTITIES: dict[str, Quantity] = {
     "draw": Quantity(("draw",), "1", "texture drawn"),
     "share_told": Quantity(("draw", "channel", "cause"), "1", "held-out share of the cause's variance that is told"),
     "separation": Quantity(("draw",), "1", "separation of the channels: 1 perfect, 0 none"),
-    "incline": Quantity(("incline",), "1", "slope of the shape under the contact"),
+    "incline": Quantity(("incline",), "1", "slope of the shape at x = v t"),
     "envelope_gain": Quantity(("incline",), "1", "envelope on the shape over that on level ground"),
     "envelope_gain_se": Quantity(("incline",), "1", "standard error over textures"),
     # geometry

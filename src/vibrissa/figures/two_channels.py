@@ -60,7 +60,7 @@ def compute(
     Dataset
         Of three surfaces (two shapes with one texture, the first shape with another): ``surface_height``,
         ``slow_moment``, ``fast_envelope`` and what shape and texture give alone. ``share_told`` and ``separation``
-        of each texture (:func:`separation`); ``envelope_gain`` against the slope of the shape. Attributes
+        of each texture (:func:`separation`); ``envelope_gain`` against the slope of the shape at x = vt. Attributes
         ``separation_mean``, ``separation_low``, ``separation_high`` (95 % interval of the mean), ``caption``.
     """
     shapes = [wave(LENGTH, amplitude=AMPLITUDE, period=period, spacing=100e-6) for period in SHAPES.values()]
@@ -147,7 +147,7 @@ def separation(share: Array) -> Array:
 
 
 def _gain(told: Array, alone: Array, shapes: list[Relief], x: Array) -> dict[str, Any]:
-    """Envelope on the shape over that on level ground, by the slope under the contact: means of classes of slope."""
+    """Envelope on the shape over that on level ground, by the slope at x = vt: means of classes of slope."""
     step = 1e-4
     slope = np.array([(shape.at(x + step) - shape.at(x - step)) / (2 * step) for shape in shapes])
     group = np.digitize(slope, INCLINES)
@@ -204,7 +204,7 @@ def _caption(data: xr.Dataset) -> str:
         f"texture and {share[1, 0]:.2f} of the shape; separation (own less other, mean of both) "
         f"{attrs['separation_mean']:.2f}, 95 % interval {attrs['separation_low']:.2f} to "
         f"{attrs['separation_high']:.2f} over {data.sizes['draw']} textures. E: what mixes them: the envelope's gain "
-        f"lies between {gain.min():.2f} and {gain.max():.2f} with the slope under the contact (mean and its error); "
+        f"lies between {gain.min():.2f} and {gain.max():.2f} with the shape's slope at x = vt (mean and its error); "
         "besides, slopes carry the contact away from x = vt and so shift the envelope in time, and below the cut the "
         "gratings' own slow part stays in the moment. The model has one contact: in valleys it steps "
         "where a real free end may lie on the ground."

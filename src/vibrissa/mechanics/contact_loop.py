@@ -33,18 +33,14 @@ def trace(tables, ground):  # type: ignore[no-untyped-def]
             d, jumped = tau - place, 1
             continue
         if n == size:
-            record, kind = _longer(record), _longer(kind)
-            size *= 2
+            record, kind, size = _longer(record), _longer(kind), 2 * size
         record[0, n], record[1, n], record[2, n], record[3, n] = tau, place, z, m if gliding else 0.0
-        kind[0, n], kind[1, n], jumped = gliding, jumped, 0
+        kind[0, n], kind[1, n] = gliding, jumped
+        jumped = 0
         n += 1
         if gliding and i == last:
             break
-        stop = x[i + 1] if gliding else along(z, m, tables)
-        free = gliding or stop < np.inf
-        if not free:
-            box = tables[2]
-            stop = box[2] + box[4] * z
+        stop, free = _limit(gliding, i, z, tables, ground)
         p, j, u = travel(gliding, place if gliding else d, stop, i, place, z, m, tables, ground)
         if j < 0:
             status = _short(gliding, p, place, z, m, tables)
@@ -62,6 +58,15 @@ def trace(tables, ground):  # type: ignore[no-untyped-def]
             elif not gliding:
                 d = stop
     return record[:, :n].copy(), kind[:, :n].copy(), status, place
+
+
+@njit(cache=True, error_model="numpy")
+def _limit(gliding, i, z, tables, ground):  # type: ignore[no-untyped-def]
+    # p at which the facet ends, or the contact comes free to glide; the top of the box, and False, where it does not
+    if gliding:
+        return ground[0][i + 1], True
+    stop, box = along(z, ground[2][i], tables), tables[2]
+    return (stop, True) if stop < np.inf else (box[2] + box[4] * z, False)
 
 
 @njit(cache=True, error_model="numpy")
