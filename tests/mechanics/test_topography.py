@@ -8,7 +8,7 @@ import pytest
 from vibrissa.errors import InputError
 from vibrissa.mechanics.edge import hold
 from vibrissa.mechanics.profile import Posture
-from vibrissa.mechanics.response import FOLLICLE
+from vibrissa.mechanics.response import FOLLICLE, held_rows
 from vibrissa.mechanics.superposition import Scan, predict
 from vibrissa.mechanics.topography import free_end_depth, predict_relief, predict_reliefs, scanned_relief
 from vibrissa.texture.generators import riding, self_affine, wave
@@ -42,6 +42,16 @@ def test_rectangular_gaps_give_the_prediction_of_gaps(form, modes):
     some = TIMES[::200]
     np.testing.assert_allclose(ground.displacement(some, s), gaps.displacement(some, s), atol=1e-6)  # at ε it bends
     np.testing.assert_allclose(ground.position(some, s), gaps.position(some, s), atol=2e-6)  # of its slip: trapezia
+
+
+def test_linear_rows_are_the_tangent_in_height_as_in_excursion():
+    response = over_gaps("linear")[1].response
+    flat, step = response.flat, 1e-5
+    zero, one = np.zeros(1), np.ones(1)
+    for d, z in ((1.0, 0.0), (0.0, 1.0)):
+        up, down = (held_rows(flat, response.basis, hold(flat, k * step * d, height=k * step * z)) for k in (1, -1))
+        slope = (response(d * one, z * one) - response(zero, zero))[:, 0]
+        np.testing.assert_allclose(slope, (up - down) / (2 * step), rtol=1e-4, atol=1e-5)
 
 
 @cache
