@@ -166,9 +166,10 @@ def relief_drive(history: Episodes, response: GroundResponse, per_second: float)
     episode = np.flatnonzero(end > begin)
     low, high = begin[episode], end[episode]
     done: list[tuple[Array, Array]] = []
-    scale = _fitted(history, response, low, high, episode)[2]
+    scale = np.zeros(len(response.rows))
     for _ in range(_HALVINGS):
-        coefficients, miss, _ = _fitted(history, response, low, high, episode)
+        coefficients, miss, size = _fitted(history, response, low, high, episode)
+        scale = np.maximum(scale, size)
         good = (miss <= _FIT * scale[:, None]).all(axis=0)
         done.append((low[good], coefficients[:, good] * ((per_second / (high - low)[good])[:, None] ** _POWERS)))
         low, high, episode = low[~good], high[~good], episode[~good]
