@@ -268,7 +268,9 @@ QUANTITIES: dict[str, Quantity] = {
         ("friction", "speed", "contact", "base_angle"), "1", "largest transverse displacement of a point, over L"
     ),
     "mode_rms": Quantity(
-        ("friction", "speed", "contact", "base_angle"), "1", "rms of the displacement of mode 1, over L"
+        ("friction", "speed", "contact", "base_angle"),
+        "1",
+        "rms of the displacement of a mode about its mean, over L; of a map, of mode 1",
     ),
     "jump_linearity": Quantity(
         ("friction", "contact", "base_angle"), "1", "exact over linear jump of mode 1 at the widest gap"
@@ -282,6 +284,37 @@ QUANTITIES: dict[str, Quantity] = {
     "cells_with_value": Quantity((), "1", "cells of the map that have a value"),
     "least_gain": Quantity((), "1", "least value of the map, over L"),
     "largest_gain": Quantity((), "1", "largest value of the map, over L"),
+    # the table of sweeps; `length`, `contact`, `friction`, `run`, `mode_rms`, `resonant_frequency` … lead with `sweep`
+    "sweep": Quantity(("sweep",), "1", "sweep: one whisker drawn once over one texture"),
+    "animal": Quantity((), "1", "name of the animal"),
+    "whisker_name": Quantity((), "1", "name of the whisker"),
+    "texture": Quantity((), "1", "number of the texture"),
+    "condition": Quantity((), "1", "number of the whisker's condition: posture and speed, whatever the texture"),
+    "scan_speed": Quantity((), "m/s", "scanning speed v"),
+    "base_height": Quantity((), "m", "distance H from base to substrate"),
+    "contact_se": Quantity((), "1", "standard error of the contact's position, over L"),
+    "base_angle_se": Quantity((), "rad", "standard error of the base angle"),
+    "friction_se": Quantity((), "1", "standard error of the coefficient of friction"),
+    "profile_r2": Quantity((), "1", "share of the mean profile's variance in the angle that Eq. 1 explains"),
+    "fit_r2": Quantity(("mode",), "1", "share of the spectrum's variance that the fitted line explains"),
+    "resonant_frequency_white": Quantity(("mode",), "Hz", "resonant frequency, forcing taken for white"),
+    "resonant_frequency_white_low": Quantity(("mode",), "Hz", "the same, lower end of the 95 % interval"),
+    "resonant_frequency_white_high": Quantity(("mode",), "Hz", "the same, upper end of the 95 % interval"),
+    "damping_white": Quantity(("mode",), "1", "damping ratio, forcing taken for white"),
+    "damping_white_low": Quantity(("mode",), "1", "the same, lower end of the 95 % interval"),
+    "damping_white_high": Quantity(("mode",), "1", "the same, upper end of the 95 % interval"),
+    "fit_r2_white": Quantity(("mode",), "1", "share of the spectrum's variance on the line of white forcing"),
+    "contact_true": Quantity((), "1", "true position ε of the contact, over L"),
+    "base_angle_true": Quantity((), "rad", "true base angle θ_b"),
+    "friction_true": Quantity((), "1", "true coefficient of friction"),
+    "resonant_frequency_true": Quantity(("mode",), "Hz", "true resonant frequency"),
+    "damping_true": Quantity(("mode",), "1", "true damping ratio"),
+    "youngs_modulus_true": Quantity((), "Pa", "true Young's modulus"),
+    "mode_rms_true": Quantity(("mode",), "1", "rms of the true displacement of a mode about its mean, over L"),
+    "mode_rms_model": Quantity(("mode",), "1", "rms of a mode's displacement as predicted from what was found, over L"),
+    "phase_jitter": Quantity((), "m", "rms of the tip's motion along the texture beside the steady scan"),
+    "accepted": Quantity((), "1", "whether the sweep was analysed to the end"),
+    "rejected": Quantity((), "1", "why a sweep was not analysed; nothing where it was"),
     # a texture on a curved surface: two channels
     "surface": Quantity(("surface",), "1", "shape and texture of the surface"),
     "surface_height": Quantity(("surface", "time"), "m", "height of the surface at x = v t"),
