@@ -9,7 +9,7 @@ from vibrissa.mechanics.clearance import along, series, state, touch_row, travel
 
 _LEVEL = 1e-13  # slope between contact angle and facet below which the contact glides
 _VIOLATED = 1e-9  # and above which the facet rises through the shaft
-_CLOSE = 1e-16  # [L]
+_CLOSE = 2e-15  # [L] rounding of the travel
 
 BELOW, ABOVE, SHORT = 1, 2, 3  # the contact left the box, or the tables' reach
 
