@@ -55,7 +55,7 @@ def straighten(image, centre, first, half):  # type: ignore[no-untyped-def]
         if rows_within and column >= 0 and column + RUN <= width and j + RUN <= n:
             # a whole run, of which the next one writes over what is beyond ``stop``
             for k in range(2 * half + 1):
-                _copy_run(pixels, np.uint64((top + k) * width + column), out, np.uint64(k * n + j))
+                copy_run(pixels, np.uint64((top + k) * width + column), out, np.uint64(k * n + j))
         else:
             for k in range(2 * half + 1):
                 row = min(max(top + k, 0), height - 1)
@@ -66,7 +66,7 @@ def straighten(image, centre, first, half):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _copy_run(pixels, p, out, q):  # type: ignore[no-untyped-def]
+def copy_run(pixels, p, out, q):  # type: ignore[no-untyped-def]
     """Eight neighbours at once: all are read before the first is written, so that they go as one."""
     a, b, c, d = pixels[p], pixels[p + _N[1]], pixels[p + _N[2]], pixels[p + _N[3]]
     e, f, g, h = pixels[p + _N[4]], pixels[p + _N[5]], pixels[p + _N[6]], pixels[p + _N[7]]
@@ -96,51 +96,53 @@ def smooth_along(band, reach):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _raise(here, there):  # type: ignore[no-untyped-def]
-    for j in range(here.size):
-        a, b = here[j], there[j]
-        here[j] = a if a > b else b
+def _higher(here, there, out):  # type: ignore[no-untyped-def]
+    for i in range(out.size):
+        a, b = here[i], there[i]
+        out[i] = a if a > b else b
 
 
 @njit(cache=True, nogil=True)
-def _lower(here, there):  # type: ignore[no-untyped-def]
-    for j in range(here.size):
-        a, b = here[j], there[j]
-        here[j] = a if a < b else b
-
-
-@njit(cache=True, nogil=True)
-def _extremum_rows(band, size, sign):  # type: ignore[no-untyped-def]
-    """Maximum (sign 1) or minimum (−1) over ``size`` rows, in place; row k covers k … k + size − 1."""
-    rows, reach = band.shape[0], 1
-    while reach < size:
-        step = min(reach, size - reach)
-        rows -= step
-        for k in range(rows):
-            if sign > 0:
-                _raise(band[k], band[k + step])
-            else:
-                _lower(band[k], band[k + step])
-        reach += step
-    return band[:rows]
+def _lower(here, there, out):  # type: ignore[no-untyped-def]
+    for i in range(out.size):
+        a, b = here[i], there[i]
+        out[i] = a if a < b else b
 
 
 @njit(cache=True, nogil=True)
 def closing(band, size):  # type: ignore[no-untyped-def]
     """Closing across ``size`` rows: dark lines narrower than that are filled; loses size − 1 rows at each end.
 
-    The band is written over.
+    The band is written over. Row k of a maximum or minimum covers k … k + size − 1.
     """
-    return _extremum_rows(_extremum_rows(band, size, 1), size, -1)
+    rows, n = band.shape
+    here, there = band.reshape(-1), np.empty(band.size, band.dtype)
+    for highest in (True, False):
+        reach = 1
+        while reach < size:
+            step = min(reach, size - reach)
+            rows, reach = rows - step, reach + step
+            low, high, out = here[: rows * n], here[step * n : (step + rows) * n], there[: rows * n]
+            if highest:
+                _higher(low, high, out)
+            else:
+                _lower(low, high, out)
+            here, there = there, here
+    return here[: rows * n].reshape(rows, n)
 
 
 @njit(cache=True, nogil=True)
-def _eights(pixels, sign, four, out):  # type: ignore[no-untyped-def]
-    """Sums of eight neighbours, four columns apart."""
-    for b in range(four.size):
-        four[b] = sign * (pixels[4 * b] + pixels[4 * b + 1] + pixels[4 * b + 2] + pixels[4 * b + 3])
+def _fours(pixels, sign, out):  # type: ignore[no-untyped-def]
+    """Sums of four neighbours."""
     for b in range(out.size):
-        out[b] = four[b] + four[b + 1]
+        out[b] = sign * (pixels[4 * b] + pixels[4 * b + 1] + pixels[4 * b + 2] + pixels[4 * b + 3])
+
+
+@njit(cache=True, nogil=True)
+def _eights(fours, out):  # type: ignore[no-untyped-def]
+    """Sums of eight neighbours, four columns apart; in the last column of a band, of no meaning."""
+    for b in range(out.size - 1):
+        out[b] = fours[b] + fours[b + 1]
 
 
 @njit(cache=True, nogil=True)
@@ -180,13 +182,14 @@ def levels(image, background, sign, centre, first, half):  # type: ignore[no-unt
     for j in range(wide.size):
         wide[j] = centre[min(max(j - ALONG, 0), n - 1)]
     band = straighten(image, wide, first - ALONG, half + margin)
-    posts = np.empty((band.shape[0], n // 4 + 1), sign.dtype)
-    four = np.empty(n // 4 + 2, sign.dtype)
-    for k in range(band.shape[0]):
-        _eights(band[k], factor, four, posts[k])
-    posts = closing(posts, BACKGROUND_ROWS)
+    fours = np.empty(band.size // 4, sign.dtype)
+    posts = np.empty_like(fours)
+    _fours(band.reshape(-1), factor, fours)
+    _eights(fours, posts)
+    posts[-1] = posts[-2]
+    posts = closing(posts.reshape(band.shape[0], wide.size // 4), BACKGROUND_ROWS)
     for k in range(rows):
-        _between(posts[k], level[k])
+        _between(posts[k, :-1], level[k])
         _scaled(band[margin + k, ALONG : ALONG + n], SCALE * factor, grey[k])
     return grey, level
 

@@ -70,7 +70,8 @@ def off_line(grey, level):  # type: ignore[no-untyped-def]
             at += 1
     offset = quantile(values, 0.5, low, high)
     # 15.87 % of a normal distribution lie below −1 SD; whole grey levels alone have an SD of 0.29
-    return offset / SCALE, max((offset - quantile(values, 0.1587, low, offset)) / SCALE, np.float32(0.29))
+    noise = (offset - quantile(values, 0.1587, low, offset)) * np.float32(1 / SCALE)
+    return offset * np.float32(1 / SCALE), max(noise, np.float32(0.29))
 
 
 @njit(cache=True, nogil=True)
@@ -131,21 +132,21 @@ def local_quadratic(row, reach):  # type: ignore[no-untyped-def]
     all2 = reach * (reach + 1) * full / 3
     all4 = all2 * (3 * reach * (reach + 1) - 1) / 5
     for j in range(first - reach, n):
-        s4 += s0 - 4 * s1 + 6 * s2 - 4 * s3
-        s3 += 3 * s1 - 3 * s2 - s0
-        s2 += s0 - 2 * s1
-        s1 -= s0
-        t2 += t0 - 2 * t1
-        t1 -= t0
         ahead, behind = j + reach, j - reach - 1
-        if ahead < n and row[ahead] == row[ahead]:
-            y = row[ahead]
-            s0, s1, s2, s3, s4 = s0 + 1, s1 + u, s2 + u * u, s3 + u * u * u, s4 + u * u * u * u
-            t0, t1, t2 = t0 + y, t1 + y * u, t2 + y * u * u
-        if behind >= first and row[behind] == row[behind]:
-            y = row[behind]
-            s0, s1, s2, s3, s4 = s0 - 1, s1 - v, s2 - v * v, s3 - v * v * v, s4 - v * v * v * v
-            t0, t1, t2 = t0 - y, t1 - y * v, t2 - y * v * v
+        comes, goes = ahead < n and row[ahead] == row[ahead], behind >= first and row[behind] == row[behind]
+        y, z = row[ahead] if comes else 0.0, row[behind] if goes else 0.0
+        # a change in one bracket each, as the next column waits for nothing else
+        t2 += (t0 - 2 * t1) + (y * (u * u) - z * (v * v))
+        t1 += (y * u - z * v) - t0
+        t0 += y - z
+        if not (comes and goes and s0 == full):
+            s4 += s0 - 4 * s1 + 6 * s2 - 4 * s3
+            s3 += 3 * s1 - 3 * s2 - s0
+            s2 += s0 - 2 * s1
+            s1 -= s0
+            a, b = (1.0 if comes else 0.0), (1.0 if goes else 0.0)
+            s0, s1, s2 = s0 + a - b, s1 + a * u - b * v, s2 + a * u * u - b * v * v
+            s3, s4 = s3 + a * u**3 - b * v**3, s4 + a * u**4 - b * v**4
         if j < 0 or s0 < 5:
             continue
         if s0 == full:
@@ -230,10 +231,13 @@ def read_line(image, background, sign, expected, ceiling, search, threshold, mat
     grey, level = levels(image, background, sign, centre, first, half)
     offset, noise = off_line(grey, level)
     path, top = _path_and_tops(grey, level, cap, centre, height, search, noise)
-    closed = background.size == 0
-    rows, sds, sums, raw, window = barycentres(grey, level, top, path, noise, offset, closed)
+    if background.size:
+        # nothing was closed, so there is no brim
+        grey -= level
+        level[:] = 0
+    rows, sds, sums, window = barycentres(grey, level, top, path, noise, offset)
     if match:
-        matched(grey, level, top, noise, offset, closed, raw, window, rows, sds)
+        matched(grey, level, top, noise, offset, window, rows, sds)
     _keep(rows, sds, sums, threshold * noise * np.sqrt(5.0), expected, centre, first, stop, half, row, sd, flux)
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from vibrissa.video.band import SCALE
+from vibrissa.video.band import RUN, SCALE, copy_run
 
 PROFILE = 1.1  # SD of the profile that is matched [px]; a sharper one is drawn to the pixels' middles by 0.01 px
 REACH = 4  # rows on either side that are matched
@@ -24,43 +24,55 @@ UNLIKE = {"contract", "reassoc", "nsz", "arcp"}  # arithmetic that may be reorde
 
 
 @njit(cache=True, nogil=True)
-def read_windows(grey, level, top, old, offset, closed, raw, window):  # type: ignore[no-untyped-def]
-    """Contrast [grey levels] in nine rows about ``top``, (9, n); taken up are the columns in which that is not ``old``.
+def read_windows(grey, level, top, offset):  # type: ignore[no-untyped-def]
+    """Contrast [grey levels] in nine rows about ``top``, (9, n).
 
     A closed background fills the line up to its lower brim, which under a slope of grey levels is a tilted error:
-    it is drawn straight from 5 rows above the middle to 5 rows below. ``raw`` (11, n) is what was taken up.
+    it is drawn straight from 5 rows above the middle to 5 rows below.
     """
-    n, nine = np.uint64(top.size), np.uint64(9 * top.size)
-    greys, background, out = grey.reshape(-1), level.reshape(-1), raw.reshape(-1)
-    for i in range(top.size):
-        if top[i] == old[i]:
-            continue
-        j = np.uint64(i)
-        at = np.uint64(top[i] - 5) * n + j
-        out[nine + j], out[nine + n + j] = background[at], background[at + nine + n]
-        for _ in range(9):
-            at += n
-            out[j] = greys[at] if closed else greys[at] - background[at]
-            j += n
+    n, j = top.size, 0
+    raw, window = np.empty((11, n), grey.dtype), np.empty((9, n), np.float32)
+    greys, levels, out = grey.reshape(-1), level.reshape(-1), raw.reshape(-1)
+    while j + RUN <= n:
+        stop = j + 1  # of the columns whose tops are at one height
+        while stop < j + RUN and top[stop] == top[j]:
+            stop += 1
+        # a whole run, of which the next one writes over what is beyond ``stop``
+        for d in range(9):
+            copy_run(greys, np.uint64((top[j] - 4 + d) * n + j), out, np.uint64(d * n + j))
+        copy_run(levels, np.uint64((top[j] - 5) * n + j), out, np.uint64(9 * n + j))
+        copy_run(levels, np.uint64((top[j] + 5) * n + j), out, np.uint64(10 * n + j))
+        j = stop
     for d in range(9):
-        if closed:
-            _below_the_brim(raw[d], raw[9], raw[10], np.float32(d + 1) * np.float32(0.1), offset, window[d])
-        else:
-            _turned(raw[d], offset, window[d])
+        _below_the_brim(raw[d], raw[9], raw[10], np.float32(d + 1) * np.float32(0.1), offset, window[d])
+    while j < n:
+        read_window(grey, level, top, offset, window, j)
+        j += 1
+    return window
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True)
+def read_window(grey, level, top, offset, window, j):  # type: ignore[no-untyped-def]
+    """The same in one column."""
+    k, n = top[j], top.size
+    greys, levels, out = grey.reshape(-1), level.reshape(-1), window.reshape(-1)
+    above, below = levels[np.uint64((k - 5) * n + j)], levels[np.uint64((k + 5) * n + j)]
+    for d in range(9):
+        share = np.float32(d + 1) * np.float32(0.1)
+        out[np.uint64(d * n + j)] = _contrast(greys[np.uint64((k - 4 + d) * n + j)], above, below, share, offset)
+
+
+@njit(cache=True, nogil=True)
 def _below_the_brim(grey, upper, lower, share, offset, out):  # type: ignore[no-untyped-def]
-    unit = np.float32(1 / SCALE)
     for j in range(out.size):
-        high, low = np.float32(upper[j]), np.float32(lower[j])
-        out[j] = (high + share * (low - high) - np.float32(grey[j])) * unit - offset
+        out[j] = _contrast(grey[j], upper[j], lower[j], share, offset)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _turned(difference, offset, out):  # type: ignore[no-untyped-def]
-    for j in range(out.size):
-        out[j] = -np.float32(difference[j]) * np.float32(1 / SCALE) - offset
+@njit(cache=True, nogil=True, inline="always")
+def _contrast(grey, upper, lower, share, offset):  # type: ignore[no-untyped-def]
+    """A share of the way down from the upper to the lower level of the background."""
+    high, low = np.float32(upper), np.float32(lower)
+    return (high + share * (low - high) - np.float32(grey)) * np.float32(1 / SCALE) - offset
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=UNLIKE)
@@ -72,36 +84,31 @@ def five_pixel_sums(a, b, c, d, e, total, shift):  # type: ignore[no-untyped-def
 
 
 @njit(cache=True, nogil=True)
-def _move(top, shift, most, rows, old):  # type: ignore[no-untyped-def]
-    """Take the pixels nearest to ``top + shift`` for the tops, if no more than ``most`` away; whether any was moved.
-
-    The tops as they were are written to ``old``.
-    """
-    moved = 0
+def _move(grey, level, top, offset, shift, most, window):  # type: ignore[no-untyped-def]
+    """Take the pixels nearest to ``top + shift`` for the tops, if no more than ``most`` away, and read about these."""
+    rows = grey.shape[0]
     for j in range(top.size):
-        old[j] = top[j]
         if np.float32(0.5) < abs(shift[j]) < most:
-            top[j] = min(max(old[j] + np.int64(np.floor(shift[j] + np.float32(0.5))), 5), rows - 6)
-            shift[j] -= np.float32(top[j] - old[j])
-            moved += top[j] != old[j]
-    return moved > 0
+            to = min(max(top[j] + np.int64(np.floor(shift[j] + np.float32(0.5))), 5), rows - 6)
+            if to != top[j]:
+                shift[j] -= np.float32(to - top[j])
+                top[j] = to
+                read_window(grey, level, top, offset, window, j)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def barycentres(grey, level, top, path, noise, offset, closed):  # type: ignore[no-untyped-def]
+def barycentres(grey, level, top, path, noise, offset):  # type: ignore[no-untyped-def]
     """Five-pixel barycentre in each column: row, its standard deviation, and the sum; and the window it is read in.
 
     ``top`` is the row of the extremum. It is moved once to the pixel nearest to the barycentre, else noise at a
     faint tip cuts off one flank of the line.
     """
-    rows, n = grey.shape
-    window, flux, shift = np.empty((9, n), np.float32), np.empty(n, np.float32), np.empty(n, np.float32)
-    old, raw = np.zeros(n, np.int64), np.empty((11, n), grey.dtype)
-    read_windows(grey, level, top, old, offset, closed, raw, window)
+    n = top.size
+    flux, shift = np.empty(n, np.float32), np.empty(n, np.float32)
+    window = read_windows(grey, level, top, offset)
     five_pixel_sums(window[2], window[3], window[4], window[5], window[6], flux, shift)
-    if _move(top, shift, np.float32(2.5), rows, old):
-        read_windows(grey, level, top, old, offset, closed, raw, window)
-        five_pixel_sums(window[2], window[3], window[4], window[5], window[6], flux, shift)
+    _move(grey, level, top, offset, shift, np.float32(2.5), window)
+    five_pixel_sums(window[2], window[3], window[4], window[5], window[6], flux, shift)
     row, sd = np.empty(n), np.empty(n)
     for j in range(n):
         found = top[j] + np.float64(shift[j])
@@ -110,7 +117,7 @@ def barycentres(grey, level, top, path, noise, offset, closed):  # type: ignore[
     for j in range(n):
         # Σ (d − c)² over five pixels
         sd[j] = noise * np.sqrt(np.float32(10) + np.float32(5) * shift[j] * shift[j]) / flux[j]
-    return row, sd, flux, raw, window
+    return row, sd, flux, window
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -152,7 +159,7 @@ def ascend(a, b, c, d, e, f, g, h, i, shift, step, bend):  # type: ignore[no-unt
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def matched(grey, level, top, noise, offset, closed, raw, window, row, sd):  # type: ignore[no-untyped-def]
+def matched(grey, level, top, noise, offset, window, row, sd):  # type: ignore[no-untyped-def]
     """Row in each column where a Gaussian profile of ``PROFILE`` px fits best, and its standard deviation.
 
     The maximum of Σ C(k) g(k − c): maximum likelihood in white noise for a line of that width; for one r times as
@@ -160,9 +167,8 @@ def matched(grey, level, top, noise, offset, closed, raw, window, row, sd):  # t
     background moves it, nor the place from which it is sought. ``row`` and ``sd`` are the barycentre's, in whose
     place they are written; where no profile fits within ``ASIDE`` rows of it, it stands.
     """
-    rows, n = grey.shape
-    shift, old = np.empty(n, np.float32), np.empty(n, np.int64)
-    step, bend = np.empty(n, np.float32), np.empty(n, np.float32)
+    n = top.size
+    shift, step, bend = np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.float32)
     for j in range(n):
         start = np.float32(row[j] - top[j])
         start = min(max(start, np.float32(-1)), np.float32(1))
@@ -171,8 +177,8 @@ def matched(grey, level, top, noise, offset, closed, raw, window, row, sd):  # t
     for again in range(2):
         for _ in range(STEPS[again]):
             ascend(w[0], w[1], w[2], w[3], w[4], w[5], w[6], w[7], w[8], shift, step, bend)
-        if again == 0 and _move(top, shift, np.float32(1.6), rows, old):
-            read_windows(grey, level, top, old, offset, closed, raw, window)
+        if again == 0:
+            _move(grey, level, top, offset, shift, np.float32(1.6), window)
     for j in range(n):
         found = top[j] + np.float64(shift[j])
         sure = bend[j] < 0 and abs(step[j]) < np.float32(0.01) and abs(shift[j]) < np.float32(0.75)
