@@ -28,6 +28,8 @@ def test_modes_about_the_profile_slide_under_constant_friction_unless_told(vibri
     [
         (("--friction-law", "coulomb"), 21.067),
         (("--contact-condition", "stick"), 55.6),
+        (("--contact-condition", "edge"), 17.569),  # of a chain of links over an edge, extrapolated
+        (("--contact-condition", "flat", "--friction-law", "coulomb"), 24.144),  # by shooting
         (("--friction", "0"), 19.143),  # of a chain of 120 links
     ],
 )
@@ -66,6 +68,7 @@ def test_scan_rings_in_the_modes_it_is_told(vibrissa, tmp_path):
         ((*AT, "--boundary", "free"), "--boundary must be 'pinned' about a profile"),
         ((*AT, "--contact-condition", "glue"), "--contact-condition"),
         ((*AT, "--contact-condition", "stick", "--friction-law", "coulomb"), "of a stuck contact must be 'constant'"),
+        ((*AT, "--contact-condition", "edge", "--friction-law", "constant"), "on an edge must be 'coulomb'"),
         ((*PROFILE, "--base-angle", "1.7"), "base_angle must lie between 0 and π/2"),
     ],
 )

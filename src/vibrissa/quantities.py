@@ -71,7 +71,7 @@ QUANTITIES: dict[str, Quantity] = {
     "mode_shape": Quantity(("mode", "s"), "1", "mode shape V, orthonormal under s²"),
     "mode_curvature": Quantity(("mode", "s"), "1", "second derivative of the mode shape V''"),
     # modes about the curved profile
-    "contact_law": Quantity(("contact_law",), "1", "contact: sliding, friction constant or Coulomb's, or stuck"),
+    "contact_law": Quantity(("contact_law",), "1", "what holds the contact: a point of the shaft, an edge, the flat"),
     "kappa_straight": Quantity(("mode",), "1", "κ of the straight shaft, pinned"),
     "resonance_shift": Quantity(("mode",), "1", "κ about the curved profile over κ of the straight shaft"),
     "growth_rate": Quantity(("mode",), "1", "rate at which an unstable mode grows, times the timescale k; 0 if stable"),

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.polynomial import Polynomial
+from scipy.integrate import solve_ivp
 from scipy.linalg import eig
+from scipy.optimize import brentq
 from shooting import march
 
 from vibrissa.errors import InputError
@@ -21,7 +24,15 @@ CHAIN = {0.1: [12.136, 11.615, 10.684, 10.074], 0.3: [23.326, 22.064, 19.935, 18
 CHAIN_SECOND = [66.689, 65.568, 63.480, 62.071]
 EXUDYN = [(0.1, 1.2, 10.682), *zip([0.3] * 4, ANGLES, [23.323, 22.061, 19.932, 18.587], strict=True)]
 COULOMB = [23.766, 22.892, 21.067, 19.837]
-WAYS = [("slide", "constant"), ("slide", "coulomb"), ("stick", "constant")]
+FIXED = [("slide", "constant"), ("slide", "coulomb"), ("stick", "constant")]  # a point of the shaft is
+WAYS = [*FIXED, ("edge", "coulomb"), ("flat", "constant"), ("flat", "coulomb")]
+# benchmarks/peers/edge.py: a chain over an edge, 60, 120 and 240 links, of first and second order in their length
+EDGE = {
+    0.3: [23.60196743, 23.60755881, 23.60891227],
+    0.8: [21.42568507, 21.41803592, 21.41395521],
+    1.2: [17.67487804, 17.62102867, 17.59482067],
+    1.4: [14.97010236, 14.85541476, 14.79858568],
+}
 
 
 def posture(contact=0.3, base_angle=1.2, friction=0.4):
@@ -73,7 +84,7 @@ def chain_kappa(at, links, condition, law):
     return np.sort((1 / np.sqrt(square.astype(complex))).real)[:2]
 
 
-@pytest.mark.parametrize(("condition", "law"), WAYS)
+@pytest.mark.parametrize(("condition", "law"), FIXED)
 @pytest.mark.parametrize("at", [posture(), posture(0.15, 0.9, 0.8)], ids=["usual", "rough"])
 def test_a_chain_of_links_converges_to_the_modes(at, condition, law):
     exact = curved_modes(at, 2, condition=condition, law=law).kappa
@@ -82,14 +93,96 @@ def test_a_chain_of_links_converges_to_the_modes(at, condition, law):
     np.testing.assert_allclose((4 * fine - coarse) / 3, exact, rtol=1e-5)
 
 
+@pytest.mark.parametrize("base_angle", EDGE)
+def test_a_chain_over_an_edge_converges_to_its_modes(base_angle):
+    few, some, many = EDGE[base_angle]
+    limit = (8 * many - 6 * some + few) / 3
+    assert curved_modes(posture(0.3, base_angle), 1, condition="edge").kappa[0] == pytest.approx(limit, rel=3e-5)
+
+
+def miss_at_base(at, kappa, held, condition, law, change):
+    """(θ, x, y) at the base less what they are at rest, by marching the bent shaft and its inertia up to there.
+
+    ``change`` is of the load, and of two of: where the contact is on the shaft, in space, and its angle.
+    """
+    rest, phi = float(held.contact_force), at.friction_angle
+    load = rest + change[0]
+    moved = change[1] if condition in ("edge", "flat") else 0.0
+    along = change[2] if condition == "flat" else change[1] if condition == "slide" else 0.0
+    turn = change[2] if condition != "flat" else 0.0
+    normal = turn if condition == "edge" else 0.0
+    pull = load if law == "coulomb" else rest
+    push = [-pull * np.sin(phi) * np.cos(normal) - load * np.cos(phi) * np.sin(normal)]
+    push.append(load * np.cos(phi) * np.cos(normal) - pull * np.sin(phi) * np.sin(normal))
+
+    def slope(s, state):
+        theta, m, fx, fy, x, y, theta_rest, m_rest, x_rest, y_rest = state
+        inertia = kappa**2 * s**2
+        return [
+            *(m / s**4, fy * np.cos(theta) - fx * np.sin(theta), inertia * (x - x_rest), inertia * (y - y_rest)),
+            *(np.cos(theta), np.sin(theta)),
+            *(m_rest / s**4, rest * np.cos(phi - theta_rest), np.cos(theta_rest), np.sin(theta_rest)),
+        ]
+
+    # from the contact to ε the shaft is straight, to first order
+    start = [turn, -moved * load * np.cos(phi), *push, along - moved * np.cos(turn), -moved * np.sin(turn), *[0.0] * 4]
+    tight = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-13, "max_step": 0.01}
+    end = solve_ivp(slope, (at.contact, 1), np.array(start, complex), **tight).y[:, -1]
+    return end[[0, 4, 5]] - end[[6, 8, 9]]
+
+
+def determinant(kappa, at, held, condition, law):
+    """0 where a small change at the contact swings with the base at rest; derivatives by steps along i."""
+    steps = 1e-12j * np.eye(3)
+    return np.linalg.det([miss_at_base(at, kappa, held, condition, law, step).imag / 1e-12 for step in steps])
+
+
+@pytest.mark.parametrize(("condition", "law"), [way for way in WAYS if way[0] != "stick"])
+@pytest.mark.parametrize("at", [posture(), posture(0.15, 0.9, 0.8)], ids=["usual", "rough"])
+def test_shooting_the_bent_shaft_finds_the_resonances(at, condition, law):
+    """Eq. 1 with the inertia of a small swing, marched from the moved contact: no weak form and no modes."""
+    for kappa in curved_modes(at, 2, condition=condition, law=law).kappa:
+        bracket = (kappa * (1 - 1e-3), kappa * (1 + 1e-3))
+        found = brentq(determinant, *bracket, args=(at, on_the_flat(at), condition, law), rtol=1e-10)
+        assert found == pytest.approx(kappa, rel=1e-7)
+
+
+@pytest.mark.parametrize("contact", [0.1, 0.15])
+def test_on_the_fold_nothing_brings_a_whisker_back_to_its_edge(contact):
+    """κ₁² changes sign with the determinant of the profile held by an edge, which knows of no modes."""
+    angles = (1.3, 1.45) if contact == 0.1 else (1.4, 1.55)
+    fold = brentq(lambda angle: on_the_flat(posture(contact, angle)).determinant, *angles, xtol=1e-13)
+    near = [curved_modes(posture(contact, fold + step), 1, condition="edge") for step in (-1e-4, 1e-4)]
+    before, after = near[0].kappa[0] ** 2, near[1].growth[0] ** 2
+    assert near[0].growth[0] == near[1].kappa[0] == 0
+    assert 0 < before < 0.1
+    assert after == pytest.approx(before, rel=1e-2)
+    assert np.isnan(near[1].base_curvature[0])
+
+
+def test_smooth_edge_holds_as_well_as_it_is_held():
+    """Without friction all is conservative: the modes are their own duals."""
+    modes = curved_modes(posture(friction=0.0), 4, condition="edge")
+    s = np.linspace(0.3, 1, 50)
+    np.testing.assert_allclose(modes.adjoint(s), modes.displacement(s), atol=1e-8 * np.abs(modes.adjoint(s)).max())
+
+
 @pytest.mark.parametrize("law", ["constant", "coulomb"])
+def test_nearly_straight_on_flat_ground_is_clamped(law):
+    """Roots of the Bessel determinant with V = V' = 0 at both ends."""
+    clamped = {0.1: 13.288373446, 0.2: 19.346795243, 0.3: 28.233705613, 0.4: 42.193816273}
+    found = [curved_modes(posture(c, 1e-6), 1, condition="flat", law=law).kappa[0] for c in clamped]
+    np.testing.assert_allclose(found, list(clamped.values()), rtol=1e-6)
+
+
+@pytest.mark.parametrize(("condition", "law"), [("slide", "constant"), ("slide", "coulomb"), ("edge", "coulomb")])
 @pytest.mark.parametrize("contact", [0.02, 0.3, 0.7])
-def test_flat_whisker_has_the_straight_modes(contact, law):
-    straight = cone_kappa(contact, 6)
-    one, two = (curved_modes(posture(contact, angle), 6, law=law).kappa / straight - 1 for angle in (1e-3, 2e-3))
+def test_flat_whisker_has_the_straight_modes(contact, condition, law):
+    straight, way = cone_kappa(contact, 6), {"condition": condition, "law": law}
+    one, two = (curved_modes(posture(contact, angle), 6, **way).kappa / straight - 1 for angle in (1e-3, 2e-3))
     assert np.all(np.abs(one) < 1e-3)
     np.testing.assert_allclose(2 * one - two, 0, atol=5e-7)  # friction's pull is linear, the rest of the angle's square
-    without = curved_modes(posture(contact, 1e-4, friction=1e-9), 6, law=law).kappa
+    without = curved_modes(posture(contact, 1e-4, friction=1e-9), 6, **way).kappa
     np.testing.assert_allclose(without, straight, rtol=1e-6)
 
 
@@ -98,8 +191,10 @@ def test_flat_whisker_has_the_straight_modes(contact, law):
 @pytest.mark.parametrize("count", [6, 24])
 def test_more_polynomials_change_nothing(contact, condition, law, count):
     at = on_the_flat(posture(contact))
-    few, many = (curved_modes(at, n, condition=condition, law=law).kappa for n in (count, count + 16))
-    np.testing.assert_allclose(few, many[:count], rtol=1e-10)
+    few, many = (curved_modes(at, n, condition=condition, law=law) for n in (count, count + 16))
+    rtol = 1e-8 if condition == "edge" else 1e-10  # near and beyond the fold κ₁² is a small difference
+    np.testing.assert_allclose(few.kappa, many.kappa[:count], rtol=rtol)
+    np.testing.assert_allclose(few.growth, many.growth[:count], rtol=1e-7)
 
 
 @cache
@@ -135,6 +230,8 @@ def test_modes_neither_stretch_the_shaft_nor_leave_their_supports(condition, law
     np.testing.assert_allclose(base, 0, atol=1e-12)
     np.testing.assert_allclose(modes.rotation(np.ones(1)), 0, atol=1e-11)
     np.testing.assert_allclose(contact if condition == "stick" else contact[1], 0, atol=1e-12)
+    if condition == "flat":
+        np.testing.assert_allclose(modes.rotation(np.array([0.3])), 0, atol=1e-10)
 
 
 @pytest.mark.parametrize(("condition", "law"), WAYS)
@@ -150,6 +247,12 @@ def test_forces_and_moments_balance_the_whisker_s_momentum(condition, law):
         return arm[0] * force[1] - arm[1] * force[0]
 
     slid = modes.displacement(np.array([0.3]))[:, :, 0]
+    if condition == "edge":  # which is where the load is, and stays
+        slid = 0 * slid
+    if condition == "flat":  # the bending moment at ε is that of the load at ε + δε
+        step = 1e-4 * np.arange(6)
+        bend = [Polynomial.fit(step, row, 5).deriv()(0.0) for row in modes.rotation(0.3 + step)]
+        slid[0] -= 0.3**4 * np.array(bend) / rest[1]
     swing = modes.kappa**2 * (turning(place[:, None], shift) * weights * s**2).sum(axis=-1)
     moment = -(turning(slid, rest[:, None]) + turning(foot, modes.contact_force) + swing)
     np.testing.assert_allclose(modes.base_curvature, moment, rtol=1e-8)
@@ -160,6 +263,12 @@ def test_friction_changes_as_its_law_says():
     np.testing.assert_array_equal(constant[0], 0)
     np.testing.assert_allclose(coulomb[0], -0.4 * coulomb[1], rtol=1e-12)
     assert np.all(np.abs(case("stick", "constant")[0].contact_force) > 1)
+    flat = case("flat", "coulomb")[0].contact_force
+    np.testing.assert_allclose(flat[0], -0.4 * flat[1], rtol=1e-12)
+    edge, (modes, *_) = case("edge", "coulomb")[0].contact_force, case("edge", "coulomb")
+    phi, turn = np.arctan(0.4), modes.rotation(np.array([0.3]))[:, 0]
+    across = edge[0] * np.cos(phi) + edge[1] * np.sin(phi)  # of the load at rest: by its turning alone
+    np.testing.assert_allclose(across, -modes.flat.contact_force * turn, rtol=1e-10)
 
 
 def test_small_angles_give_the_straight_forces():
@@ -182,11 +291,22 @@ def test_free_end_goes_on_straight():
 @given(contact=st.floats(0.005, 0.9), angle=st.floats(0.01, 1.5), friction=st.floats(0, 1.5))
 def test_no_posture_of_usual_friction_flutters(contact, angle, friction):
     at = on_the_flat(posture(contact, angle, friction))
-    constant, coulomb, stuck = (curved_modes(at, 6, condition=where, law=law) for where, law in WAYS)
-    for modes in (constant, coulomb, stuck):
+    ways = [curved_modes(at, 6, condition=where, law=law) for where, law in WAYS if where != "edge"]
+    constant, _, stuck, clamped, _ = ways
+    for modes in ways:
         assert np.all(modes.growth == 0)
         assert np.all(np.diff(modes.kappa) > 0)
     assert np.all(stuck.kappa > constant.kappa)  # one constraint more raises every frequency
+    assert np.all(clamped.kappa > constant.kappa)
+
+
+@settings(deadline=None, derandomize=True, max_examples=40)
+@given(contact=st.floats(0.02, 0.9), angle=st.floats(0.01, 1.5), friction=st.floats(0, 1.5))
+def test_an_edge_lets_go_beyond_the_fold_alone(contact, angle, friction):
+    at = on_the_flat(posture(contact, angle, friction))
+    modes = curved_modes(at, 6, condition="edge")
+    np.testing.assert_array_equal(modes.growth > 0, [at.determinant > 0] + [False] * 5)
+    assert np.all(np.diff(modes.kappa) > 0)
 
 
 def test_a_stub_on_ground_of_huge_friction_flutters():
@@ -202,9 +322,10 @@ def test_a_stub_on_ground_of_huge_friction_flutters():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: curved_modes(posture(), 1, condition="glue"), "contact condition must be one of slide, stick"),
+        (lambda: curved_modes(posture(), 1, condition="glue"), "contact condition must be one of slide, stick, edge"),
         (lambda: curved_modes(posture(), 1, law="dry"), "friction law must be one of constant, coulomb"),
         (lambda: curved_modes(posture(), 1, condition="stick", law="coulomb"), "of a stuck contact must be 'constant'"),
+        (lambda: curved_modes(posture(), 1, condition="edge", law="constant"), "on an edge must be 'coulomb'"),
     ],
 )
 def test_bad_requests_are_refused(call, message):

@@ -19,9 +19,11 @@ WHISKER = Whisker(length=0.04, cone_angle=1.5e-3)
 def test_shift_of_the_first_resonance_is_that_of_the_model():
     """MODEL.md, "Modes about the curved profile": κ₁ drops by 15.5 % or 10.7 % at ε = 0.3, θ_b = 1.2."""
     shift = resonance_shift(POSTURE, 2)
-    assert list(shift.contact_law.values) == ["constant", "coulomb", "stuck"]
+    assert list(shift.contact_law.values) == ["constant", "coulomb", "stuck", "edge", "flat"]
     np.testing.assert_allclose(100 * (shift.resonance_shift[:2, 0] - 1), [-15.5, -10.7], atol=0.05)
-    np.testing.assert_allclose(shift.kappa[:, 0], [19.935, 21.067, 55.6], rtol=3e-4)
+    np.testing.assert_allclose(shift.kappa[:3, 0], [19.935, 21.067, 55.6], rtol=3e-4)
+    np.testing.assert_allclose(shift.kappa[3, 0], 17.569, rtol=3e-5)  # a chain of links over an edge, extrapolated
+    assert 21.067 < shift.kappa[4, 0] < 28.234  # held more than a point is, less than a straight clamp
     np.testing.assert_allclose(shift.kappa_straight, cone_kappa(0.3, 2), rtol=1e-14)
     np.testing.assert_array_equal(shift.growth_rate, 0)
 
@@ -45,15 +47,19 @@ def test_shapes_are_orthonormal_under_the_mass():
     stuck = curved_eigenmodes(POSTURE, 4, condition="stick")
     np.testing.assert_allclose(stuck.mode_along[:, 0], 0, atol=1e-12)
     assert stuck.attrs["condition"] == "stick"
+    assert curved_eigenmodes(POSTURE, 1, condition="edge").attrs["friction_law"] == "coulomb"
 
 
 def test_remark_tells_each_law():
     line = shift_remark(resonance_shift(POSTURE, 1))
     assert (
-        "−15.5 % (sliding, friction constant), −10.7 % (sliding, friction following the load), +135.8 % (stuck)" in line
+        "by −25.5 % (on an edge), −15.5 % (one point sliding, friction constant), −10.7 % (one point sliding, " in line
     )
+    assert line.endswith("friction following the load), +2.4 % (lying on smooth ground), +135.8 % (stuck)")
+    fold = shift_remark(resonance_shift(Posture(contact=0.1, base_angle=1.4), 1))
+    assert "by unstable (on an edge), −" in fold
     flutter = shift_remark(resonance_shift(Posture(contact=0.8, base_angle=1.2, friction=10), 2))
-    assert "unstable (sliding, friction following the load)" in flutter
+    assert "unstable (one point sliding, friction following the load)" in flutter
 
 
 def told(modes, base_angle):
@@ -74,7 +80,7 @@ def test_diagnostics_of_straight_modes_remark_the_shift():
     assert told("curved", 1.2)[1] == []
 
 
-@pytest.mark.parametrize("modes", ["straight", "curved", "curved-coulomb"])
+@pytest.mark.parametrize("modes", ["straight", "curved", "curved-coulomb", "curved-edge"])
 def test_slip_is_the_speed_of_the_shaft_over_the_ground(modes):
     """From the predicted positions: after the gap the contact is on land, and all that moves it is the vibration."""
     posture = Posture(contact=0.29, base_angle=1.2)

@@ -25,15 +25,17 @@ class ProfileOptions:
         About the profile: angle of the shaft at the base to the substrate [rad], below π/2.
     friction : float, optional
         About the profile: coefficient of friction of the substrate, 0.4 by default.
-    contact_condition : {"slide", "stick"}, optional
-        About the profile: whether the contact slides along the substrate (default) or sticks to it.
+    contact_condition : {"slide", "stick", "edge", "flat"}, optional
+        About the profile: whether one point of the shaft slides along the substrate (default) or sticks to it, or the
+        shaft slips over an edge, or its free end lies on smooth ground and the contact moves along both.
     friction_law : {"constant", "coulomb"}, optional
-        About the profile: whether friction keeps its value as the whisker vibrates (default) or follows the load.
+        About the profile: whether friction keeps its value as the whisker vibrates (default) or follows the load (on
+        an edge always).
     """
 
     base_angle: float | None = None
     friction: float | None = None
-    contact_condition: Literal["slide", "stick"] | None = None
+    contact_condition: Literal["slide", "stick", "edge", "flat"] | None = None
     friction_law: Literal["constant", "coulomb"] | None = None
 
     def modes(self, contact: float, count: int, cone: Whisker | None) -> xr.Dataset:
@@ -45,8 +47,8 @@ class ProfileOptions:
             raise InputError("--base-angle", "must be given about a profile", remedy="for example --base-angle 1.2")
         friction = 0.4 if self.friction is None else self.friction
         posture = Posture(contact=contact, base_angle=self.base_angle, friction=friction)
-        condition, law = self.contact_condition or "slide", self.friction_law or "constant"
-        return curved_eigenmodes(posture, count, condition=condition, law=law, whisker=cone)
+        condition = self.contact_condition or "slide"
+        return curved_eigenmodes(posture, count, condition=condition, law=self.friction_law, whisker=cone)
 
     def refuse(self) -> None:
         """Refuse options that a straight shaft does not take."""

@@ -11,13 +11,19 @@ from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
 from vibrissa.exact import cone_kappa, cone_modes, shaft_quadrature
-from vibrissa.mechanics.curved import curved_modes
+from vibrissa.mechanics.curved import Condition, Law, curved_modes
 from vibrissa.mechanics.edge import Held
 from vibrissa.mechanics.follicle import contact_shear, shear
 from vibrissa.mechanics.gap import UnitResponse
 
 Array = NDArray[np.float64]
-Modes = Literal["straight", "curved", "curved-coulomb"]
+Modes = Literal["straight", "curved", "curved-coulomb", "curved-edge"]
+
+CURVED: dict[str, tuple[Condition, Law]] = {
+    "curved": ("slide", "constant"),
+    "curved-coulomb": ("slide", "coulomb"),
+    "curved-edge": ("edge", "coulomb"),
+}
 
 
 class Basis(Protocol):
@@ -113,9 +119,9 @@ def basis(modes: Modes, flat: Held, n_modes: int) -> Basis:
 
     Parameters
     ----------
-    modes : {"straight", "curved", "curved-coulomb"}
-        The paper's; those about the curved profile, contact sliding, friction constant; the same, friction following
-        the load (Coulomb).
+    modes : {"straight", "curved", "curved-coulomb", "curved-edge"}
+        The paper's; those about the curved profile of a shaft of which one point slides, friction constant; the same,
+        friction following the load (Coulomb); those of a shaft that slips over an edge, by Coulomb's friction.
     flat : Held
         Profile on the flat.
     n_modes : int
@@ -130,12 +136,14 @@ def basis(modes: Modes, flat: Held, n_modes: int) -> Basis:
         raise InputError("modes", f"must be one of {', '.join(get_args(Modes))}", repr(modes))
     if modes == "straight":
         return StraightModes(flat, cone_kappa(flat.contact, n_modes))
-    found = curved_modes(flat, n_modes, law="coulomb" if modes == "curved-coulomb" else "constant")
+    condition, law = CURVED[modes]
+    found = curved_modes(flat, n_modes, condition=condition, law=law)
     if np.any(found.growth > 0):
-        rule = "must be stable for a prediction"
-        raise InputError(
-            "modes", rule, f"flutter at κ = {found.kappa[found.growth.argmax()]:.4g}", "lower the friction"
-        )
+        kappa, rule = found.kappa[found.growth.argmax()], "must be stable for a prediction"
+        if kappa == 0:
+            remedy = "lower the base angle or raise the contact"
+            raise InputError("modes", rule, "no way back to the edge, beyond the fold", remedy)
+        raise InputError("modes", rule, f"flutter at κ = {kappa:.4g}", "lower the friction")
     return found
 
 

@@ -1,18 +1,14 @@
-"""Resonant modes of the whisker about its curved profile, its contact sliding or stuck.
+"""Resonant modes of the whisker about its curved profile, under what holds its contact.
 
 The shaft does not stretch: a rotation ϑ(s) displaces it by δx' = −sin θ ϑ, δy' = cos θ ϑ from the base. Under the
 contact force at rest, Λ at the angle φ to the normal, small motion obeys
-δ∫[s⁴ϑ'² − Λ sin(θ − φ) ϑ² − s²(δẋ² + δẏ²)]/2 ds = δF·δr(ε), with δF what the contact force changes by. The free end
-beyond the contact has no mass.
-
-The bending moment is expanded in Legendre polynomials of ln s that are orthonormal in bending energy, so bending is the
-unit matrix for every ε, and κ comes to 1e-10, for 24 modes and ε = 0.001 too.
+δ∫[s⁴ϑ'² − Λ sin(θ − φ) ϑ² − s²(δẋ² + δẏ²)]/2 ds = δF·δr(ε) + Λ cos φ δε ϑ(ε), with δF what the contact force changes
+by and δε how far it moves along the shaft. The free end beyond the contact has no mass.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
@@ -23,14 +19,15 @@ from scipy.linalg import eig, eigh, null_space
 from vibrissa.errors import InputError
 from vibrissa.mechanics.edge import Held, on_the_flat
 from vibrissa.mechanics.profile import Posture
+from vibrissa.mechanics.rod import Rod, linearised
 
 Array = NDArray[np.float64]
-Condition = Literal["slide", "stick"]
+Condition = Literal["slide", "stick", "edge", "flat"]
 Law = Literal["constant", "coulomb"]
 
 _MORE_POLYNOMIALS = 24  # than the highest mode has radians in ln s, evenly spread as at the base
-_MORE_NODES = 24  # of quadrature than polynomials, for sin θ and powers of s
 _REAL = 1e-9  # Im κ over |κ| below which it is rounding
+_ROUNDING = 1e-10  # of the largest 1/κ², below which its sign may be
 
 
 @dataclass(frozen=True)
@@ -39,13 +36,14 @@ class CurvedModes:
 
     Normalised by ∫_ε^1 s² |r_i|² ds = 1, with ϑ_i'(1) > 0. The ``dual`` modes l_i, ∫ s² l_i·r_j ds = δ_ij, are
     the modes themselves unless Coulomb's law makes the problem non-symmetric. Then two modes may merge into a pair that
-    grows (flutter); it has no real shape, and all but its κ and growth is NaN.
+    grows (flutter); it has no real shape, and all but its κ and growth is NaN. So it is with a mode that nothing brings
+    back, on an edge beyond the fold: its κ is 0.
 
     Attributes
     ----------
     flat : Held
         Profile on the flat.
-    condition : {"slide", "stick"}
+    condition : {"slide", "stick", "edge", "flat"}
         What holds the contact.
     law : {"constant", "coulomb"}
         What friction does while it slides.
@@ -109,14 +107,20 @@ class CurvedModes:
 
 
 def curved_modes(
-    flat: Held | Posture, n_modes: int = 3, *, condition: Condition = "slide", law: Law = "constant"
+    flat: Held | Posture, n_modes: int = 3, *, condition: Condition = "slide", law: Law | None = None
 ) -> CurvedModes:
     """Modes about the curved profile.
 
-    Beyond [Boubenec2014]_, whose modes are those of a straight shaft. The point of the shaft that touches the substrate
-    stays at its height. Where it slides, friction keeps its value (``constant``: the contact force of Eq. 1 stays as it
-    is, but for its normal part) or follows the load (``coulomb``: δF_x = −μ δF_y, as on the flat, whose normal does not
-    turn with the whisker). Where it is stuck, both parts of the force are whatever holds it.
+    Beyond [Boubenec2014]_, whose modes are those of a straight shaft. The contact is
+
+    - ``slide``: one point of the shaft, as a tip is, that keeps its height and is free along the substrate;
+    - ``stick``: one point of the shaft, held; both parts of the force are whatever holds it;
+    - ``edge``: an edge that stands still and over which the shaft slips, δε = −δx(ε): the load moves along the shaft
+      and keeps the angle φ of Eq. 1 to the normal of the whisker, which turns. Beyond the fold nothing brings it back;
+    - ``flat``: smooth ground on which the free end lies; the contact moves along both, so ϑ(ε) = 0.
+
+    On the substrate, whose normal does not turn, friction keeps its value (``constant``: the contact force of Eq. 1
+    stays as it is, but for its normal part) or follows the load (``coulomb``: δF_x = −μ δF_y).
 
     Parameters
     ----------
@@ -124,29 +128,25 @@ def curved_modes(
         Profile on the flat, or its posture.
     n_modes : int
         How many modes, from the lowest.
-    condition : {"slide", "stick"}
-        Whether the contact is free along the substrate.
-    law : {"constant", "coulomb"}
-        Friction of a contact that slides.
+    condition : {"slide", "stick", "edge", "flat"}
+        What holds the contact.
+    law : {"constant", "coulomb"}, optional
+        Friction of a contact that slides: ``coulomb`` on an edge, else ``constant`` by default.
 
     Raises
     ------
     InputError
-        If an option is unknown.
+        If an option is unknown, or the law not one of the condition.
     """
     held = on_the_flat(flat) if isinstance(flat, Posture) else flat
-    _check(condition, law)
+    law = _law(condition, law)
     waves = n_modes * np.log(1 / held.contact) / (1 - np.sqrt(held.contact))
-    rod = _linearised(held, _MORE_POLYNOMIALS + int(waves))
-    forces = np.eye(2) if condition == "stick" else np.array([[0.0, 1.0]])
-    if law == "coulomb":
-        forces = np.array([[-held.posture.friction, 1.0]])
-    held_at = rod.contact if condition == "stick" else rod.contact[1:]
-    work = forces @ rod.contact
-    kappa, right, left = _eigenmodes(rod, null_space(held_at), null_space(work), n_modes)
+    rod = linearised(held, _MORE_POLYNOMIALS + int(waves))
+    contact = _supported(rod, held, condition, law)
+    kappa, right, left = _eigenmodes(rod, contact, n_modes, symmetric=law == "constant")
     omega2 = (kappa**2).real
-    imbalance = right @ rod.stiffness - omega2[:, None] * (right @ rod.mass)
-    contact_force = forces.T @ np.linalg.pinv(work.T) @ imbalance.T
+    imbalance = contact.stiffness @ right.T - rod.mass @ right.T * omega2
+    contact_force = contact.force.T @ np.linalg.pinv(contact.work.T) @ imbalance + contact.turning @ right.T
     return CurvedModes(
         held,
         condition,
@@ -162,97 +162,88 @@ def curved_modes(
     )
 
 
-class _Rod(NamedTuple):
-    """The linearised shaft in the basis of bending moments, N polynomials and Q nodes.
+class _Contact(NamedTuple):
+    """What holds the contact, in the basis of the rod.
 
     Attributes
     ----------
-    stiffness, mass : (N, N) arrays
-        Bending and the force at rest; ∫ s² (δx δx + δy δy) ds.
-    turn, shift : (Q, N) and (2, Q, N) arrays
-        Legendre coefficients of ϑ and of (δx, δy).
-    base : (N,) array
-        ϑ'(1).
-    contact, momentum : (2, N) arrays
-        (δx, δy) at the contact, and ∫ s² (δx, δy) ds.
+    stiffness : (N, N) array
+        That of the rod and of the load at rest as it moves and turns; test motion by motion.
+    held, work : (C, N) arrays
+        What stays 0 of a motion, and the work of unit reactions on it.
+    force : (C, 2) array
+        Force on the whisker of unit reactions; 0 of a moment.
+    turning : (2, N) array
+        Change of the contact force as it turns with the whisker.
     """
 
     stiffness: Array
-    mass: Array
-    turn: Array
-    shift: Array
-    base: Array
-    contact: Array
-    momentum: Array
+    held: Array
+    work: Array
+    force: Array
+    turning: Array
 
 
-def _linearised(held: Held, count: int) -> _Rod:
-    """With ln s = −(1 − z) σ, σ = ln(1/ε)/2: s⁴ϑ' = s^{3/2} g(z), and ∫ s⁴ϑ'² ds = ∫ g² d ln s."""
-    z, weights, polynomials, from_base, analysis = _nodes(count)
-    half = -np.log(held.contact) / 2
-    s, weights = np.exp(-(1 - z) * half), weights * half
-    scale = np.sqrt((np.arange(count) + 0.5) / half)
-    turn = half * from_base @ (s[:, None] ** -1.5 * polynomials * scale)
-    angle, push = held.angle(s), held.contact_force
-    tangent = np.stack([np.cos(angle), np.sin(angle)])
-    shift = np.stack([half * from_base @ (lever[:, None] * turn) for lever in (-s * tangent[1], s * tangent[0])])
-    stiffening = weights * s * push * np.sin(held.posture.friction_angle - angle)
-    inertia = weights * s**3
-    coefficients = analysis @ shift
-    return _Rod(
-        stiffness=np.eye(count) + (turn * stiffening[:, None]).T @ turn,
-        mass=sum((part * inertia[:, None]).T @ part for part in shift),
-        turn=analysis @ turn,
-        shift=coefficients,
-        base=scale,
-        contact=(-1.0) ** np.arange(len(z)) @ coefficients,
-        momentum=inertia @ shift,
-    )
+def _supported(rod: Rod, held: Held, condition: Condition, law: Law) -> _Contact:
+    """Stiffness, constraints and reactions of a contact."""
+    along, up = rod.contact
+    force = np.eye(2) if condition == "stick" else np.array([[-held.posture.friction * (law == "coulomb"), 1.0]])
+    fixed, work = rod.contact if condition == "stick" else up[None], force @ rod.contact
+    stiffness, turning = rod.stiffness, np.zeros_like(rod.contact)
+    if condition == "edge":
+        load, phi = held.contact_force, held.posture.friction_angle
+        turning = -load * np.outer([np.cos(phi), np.sin(phi)], rod.contact_turn)
+        stiffness = stiffness - rod.contact.T @ turning + load * np.cos(phi) * np.outer(rod.contact_turn, along)
+    if condition == "flat":
+        turn = rod.contact_turn / np.linalg.norm(rod.contact_turn) * np.linalg.norm(up)
+        fixed, work, force = np.vstack([fixed, turn]), np.vstack([work, turn]), np.vstack([force, np.zeros(2)])
+    return _Contact(stiffness, fixed, work, force, turning)
 
 
-@lru_cache(maxsize=32)
-def _nodes(count: int) -> tuple[Array, Array, Array, Array, Array]:
-    """Gauss nodes and weights on [−1, 1]; matrices of polynomials there, of integration from 1, and to coefficients."""
-    n = count + _MORE_NODES
-    z, weights = legendre.leggauss(n)
-    vandermonde = legendre.legvander(z, n - 1)
-    analysis: Array = (vandermonde * weights[:, None]).T * (np.arange(n) + 0.5)[:, None]
-    integrals = np.stack([legendre.legval(z, legendre.legint(one, lbnd=1)) for one in np.eye(n)], axis=1)
-    return z, weights, np.asarray(vandermonde[:, :count]), integrals @ analysis, analysis
+def _eigenmodes(
+    rod: Rod, contact: _Contact, n_modes: int, *, symmetric: bool
+) -> tuple[NDArray[np.complex128], Array, Array]:
+    """κ, modes and dual modes, normalised, (M,), (M, N), (M, N).
 
-
-def _eigenmodes(rod: _Rod, trial: Array, test: Array, n_modes: int) -> tuple[NDArray[np.complex128], Array, Array]:
-    """κ, modes and dual modes, normalised, (M,), (M, N), (M, N)."""
-    kappa, right, left = _eigenvectors(rod, trial, test, n_modes)
+    Trial motion obeys the constraint; in test motion the contact force does no work.
+    """
+    trial, test = null_space(contact.held), null_space(contact.work)
+    solve = _symmetric if symmetric else _general
+    kappa, right, left = solve(test.T @ rod.mass @ trial, test.T @ contact.stiffness @ trial, n_modes)
+    right, left = right @ trial.T, left @ test.T
     right = right * np.sign(right @ rod.base)[:, None]
     right = right / np.sqrt(np.einsum("ij,jk,ik->i", right, rod.mass, right))[:, None]
     return kappa, right, left / np.einsum("ij,jk,ik->i", left, rod.mass, right)[:, None]
 
 
-def _eigenvectors(rod: _Rod, trial: Array, test: Array, n_modes: int) -> tuple[NDArray[np.complex128], Array, Array]:
-    """κ, modes and dual modes, from 1/κ², so that rounding falls on the highest modes.
+def _symmetric(mass: Array, stiffness: Array, n_modes: int) -> tuple[NDArray[np.complex128], Array, Array]:
+    """κ, modes and dual modes, from 1/κ², so that rounding falls on the highest modes."""
+    value, vectors = eigh(mass, stiffness)
+    right = vectors[:, : -n_modes - 1 : -1].T
+    return np.asarray(1 / np.sqrt(value[: -n_modes - 1 : -1]), complex), right, right
 
-    Trial motion obeys the constraint; in test motion the contact force does no work.
-    """
-    if trial.shape == test.shape and np.allclose(test @ (test.T @ trial), trial, rtol=0, atol=1e-12):
-        value, vectors = eigh(trial.T @ rod.mass @ trial, trial.T @ rod.stiffness @ trial)
-        right = vectors[:, : -n_modes - 1 : -1].T @ trial.T
-        return np.asarray(1 / np.sqrt(value[: -n_modes - 1 : -1]), complex), right, right
-    value, left, right = eig(test.T @ rod.mass @ trial, test.T @ rod.stiffness @ trial, left=True, right=True)
+
+def _general(mass: Array, stiffness: Array, n_modes: int) -> tuple[NDArray[np.complex128], Array, Array]:
+    """The same where they may grow, from the lowest frequency: first those that nothing brings back."""
+    value, left, right = eig(mass, stiffness, left=True, right=True)
     kappa = 1 / np.sqrt(value.astype(complex))
-    lowest = np.argsort(np.abs(kappa), kind="stable")[:n_modes]
+    size = np.abs(value)
+    lowest = np.argsort(np.where(size > _ROUNDING * size.max(), kappa.real, np.abs(kappa)), kind="stable")[:n_modes]
     kappa = kappa[lowest]
     stable = np.where(np.abs(kappa.imag) < _REAL * np.abs(kappa), 1.0, np.nan)
-    return kappa, (trial @ right[:, lowest]).real.T * stable[:, None], (test @ left[:, lowest]).real.T * stable[:, None]
+    return kappa, right[:, lowest].real.T * stable[:, None], left[:, lowest].real.T * stable[:, None]
 
 
 def _series(coefficients: Array, z: Array) -> Array:
     return np.asarray(coefficients @ legendre.legvander(z, coefficients.shape[-1] - 1).T)
 
 
-def _check(condition: Condition, law: Law) -> None:
-    for name, value, rule in (("contact condition", condition, Condition), ("friction law", law, Law)):
+def _law(condition: Condition, law: Law | None) -> Law:
+    for name, value, rule in (("contact condition", condition, Condition), ("friction law", law or "constant", Law)):
         if value not in get_args(rule):
             raise InputError(name, f"must be one of {', '.join(get_args(rule))}", repr(value))
     if condition == "stick" and law == "coulomb":
         raise InputError("friction law", "of a stuck contact must be 'constant'", repr(law), "it does not slide")
+    if condition == "edge" and law == "constant":
+        raise InputError("friction law", "on an edge must be 'coulomb'", repr(law), "leave it out")
+    return law or ("coulomb" if condition == "edge" else "constant")

@@ -26,6 +26,16 @@ CONTACTS: dict[str, tuple[Condition, Law]] = {
     "constant": ("slide", "constant"),
     "coulomb": ("slide", "coulomb"),
     "stuck": ("stick", "constant"),
+    "edge": ("edge", "coulomb"),
+    "flat": ("flat", "coulomb"),
+}
+
+_TOLD = {
+    "edge": "on an edge",
+    "constant": "one point sliding, friction constant",
+    "coulomb": "one point sliding, friction following the load",
+    "flat": "lying on smooth ground",
+    "stuck": "stuck",
 }
 
 
@@ -34,7 +44,7 @@ def curved_eigenmodes(
     n_modes: int = 3,
     *,
     condition: Condition = "slide",
-    law: Law = "constant",
+    law: Law | None = None,
     whisker: Whisker | None = None,
     s: ArrayLike | None = None,
 ) -> xr.Dataset:
@@ -77,7 +87,7 @@ def curved_eigenmodes(
     straight, angle = cone_kappa(contact, n_modes), modes.flat.angle(nodes)
     x, y = modes.displacement(nodes)
     return dataset(
-        {"condition": condition, "friction_law": law, "friction": posture.friction},
+        {"condition": condition, "friction_law": modes.law, "friction": posture.friction},
         mode=np.arange(1, n_modes + 1),
         s=nodes,
         contact=contact,
@@ -108,7 +118,9 @@ def resonance_shift(posture: Posture, n_modes: int = 3, *, whisker: Whisker | No
     Returns
     -------
     Dataset
-        ``contact_law``: ``constant`` and ``coulomb`` (sliding, by the law of friction), ``stuck``; ``kappa_straight``
+        ``contact_law``: ``constant`` and ``coulomb`` (one point sliding, by the law of friction), ``stuck``, ``edge``
+        (the shaft slips over it, as while it rings after a jump in a gap) and ``flat`` (its free end lies on smooth
+        ground), both by Coulomb's friction; see :func:`vibrissa.mechanics.curved.curved_modes`. ``kappa_straight``
         (mode); ``kappa``, ``resonance_shift`` (κ over the straight one) and ``growth_rate`` (contact_law, mode);
         ``resonant_frequency`` [Hz] with a whisker.
     """
@@ -138,15 +150,11 @@ def shift_remark(shift: xr.Dataset) -> str:
     shift : Dataset
         ``resonance_shift`` and ``growth_rate`` (contact_law, mode) of :func:`resonance_shift` or a scan's diagnostics.
     """
-    told = [
-        f"unstable ({how})" if grows > 0 else f"{100 * (ratio - 1):+.1f} % ({how})".replace("-", "−")
-        for ratio, grows, how in zip(
-            shift.resonance_shift.values[:, 0],
-            shift.growth_rate.values[:, 0],
-            ("sliding, friction constant", "sliding, friction following the load", "stuck"),
-            strict=True,
-        )
-    ]
+    told = []
+    for law, how in _TOLD.items():
+        one = shift.sel(contact_law=law)
+        off = f"{100 * (float(one.resonance_shift[0]) - 1):+.1f} %".replace("-", "−")
+        told.append(f"{'unstable' if one.growth_rate[0] > 0 else off} ({how})")
     return f"about the curved profile the first resonance is off the straight shaft's by {', '.join(told)}"
 
 
