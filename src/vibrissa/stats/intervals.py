@@ -1,4 +1,4 @@
-"""Statistics of many tests and few sessions: false discoveries, intervals of shares, bootstrap by cluster."""
+"""False discoveries among many tests, intervals of shares, bootstrap by cluster."""
 
 from __future__ import annotations
 
