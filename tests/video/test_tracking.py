@@ -182,9 +182,10 @@ def test_hidden_whisker_is_lost_while_hidden_and_found_again(frames):
     assert not seen[10:14].any()
     assert json.loads(data.attrs["lost"]) == [[[10, 13, "too faint or hidden"]]]
     columns = data.x.values[0, 0] / CALIBRATION.pixel_size
-    assert seen[20:23, columns < 285].all()
+    drawn = columns > line_movie.FIRST  # the line of the first frame may begin with a column or two of noise
+    assert seen[20:23, drawn & (columns < 285)].all()
     assert not seen[20:23, columns > 315].any()
-    assert seen[29, columns < 450].all()
+    assert seen[29, drawn & (columns < 450)].all()
 
 
 def test_whisker_that_is_back_for_20_frames_may_move_as_before(truth):
