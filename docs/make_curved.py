@@ -20,22 +20,31 @@ from vibrissa.whisker import Whisker
 
 WHISKER = Whisker(length=0.040, cone_angle=1.5e-3)
 POSTURE = Posture(contact=0.29, base_angle=1.2)
-STRAIGHT, CONSTANT, COULOMB, STUCK = "0.55", "#0072B2", "#D55E00", "#009E73"
+STRAIGHT, CONSTANT, COULOMB, EDGE, FLAT = "0.7", "#0072B2", "#D55E00", "#CC79A7", "#009E73"
 EXUDYN = [(0.1, 1.2, 10.682), (0.3, 0.4, 23.323), (0.3, 0.8, 22.061), (0.3, 1.2, 19.932), (0.3, 1.4, 18.587)]
+LINKS = [(0.3, 0.3, 23.6093), (0.3, 0.8, 21.4097), (0.3, 1.2, 17.5691), (0.3, 1.4, 14.7421)]  # benchmarks/peers/edge.py
+WAYS = [
+    ("flat ground", "flat", "coulomb", FLAT),
+    ("a point, friction follows load", "slide", "coulomb", COULOMB),
+    ("a point, friction constant", "slide", "constant", CONSTANT),
+    ("an edge", "edge", "coulomb", EDGE),
+]
 SWING = 0.018  # of mode 1 as drawn, over L: far more than it moves
 
 
 def draw_shapes(axes):
-    """Mode 1 at both ends of its swing: straight, sliding, stuck."""
+    """Mode 1 at both ends of its swing: straight, on an edge, on the flat."""
     flat, s = on_the_flat(POSTURE), np.linspace(0.29, 1, 200)
     x0, y0 = flat.position(s)
     foot_x, foot_y = flat.base
-    stuck = curved_modes(flat, 1, condition="stick")
-    shown = [("straight", STRAIGHT, basis("straight", flat, 1)), ("sliding", CONSTANT, curved_modes(flat, 1))]
-    for name, colour, modes in [*shown, ("stuck", STUCK, stuck)]:
+    edge = curved_modes(flat, 1, condition="edge")
+    lying = curved_modes(flat, 1, condition="flat", law="coulomb")
+    straight = basis("straight", flat, 1)
+    for name, colour, modes in (("straight", STRAIGHT, straight), ("on an edge", EDGE, edge), ("on flat", FLAT, lying)):
         x, y = SWING * modes.displacement(s)[:, 0]
         for sign, label in ((1, name), (-1, None)):
-            axes.plot(x0 + foot_x + sign * x, y0 + foot_y + sign * y, color=colour, label=label)
+            width = 3.5 if name == "straight" else 1.2
+            axes.plot(x0 + foot_x + sign * x, y0 + foot_y + sign * y, color=colour, label=label, lw=width)
     axes.plot(x0 + foot_x, y0 + foot_y, color="black", lw=1.6)
     axes.axhline(0, color="0.8", zorder=0)
     axes.set(aspect="equal", xlabel="along the substrate / L", ylabel="height / L")
@@ -48,18 +57,20 @@ def draw_resonances(axes):
     angles = np.linspace(0.02, 1.5, 60)
     for contact, dashes in ((0.1, (3, 2)), (0.3, ())):
         straight = cone_kappa(contact, 1)[0]
-        for law, colour in (("constant", CONSTANT), ("coulomb", COULOMB)):
-            ratio = [
-                curved_modes(Posture(contact=contact, base_angle=a), 1, law=law).kappa[0] / straight for a in angles
+        for name, condition, law, colour in WAYS:
+            found = [
+                curved_modes(Posture(contact=contact, base_angle=a), 1, condition=condition, law=law) for a in angles
             ]
-            label = {"constant": "friction constant", "coulomb": "friction follows load"}[law]
-            axes.plot(angles, ratio, color=colour, dashes=dashes, label=f"ε = {contact}, {label}")
-    dots = [(angle, kappa / cone_kappa(contact, 1)[0]) for contact, angle, kappa in EXUDYN]
-    axes.plot(*np.transpose(dots), "o", mfc="none", color="black", ms=5, label="Exudyn, 80 elements, constant")
+            label = name if contact == 0.3 else None
+            ratio = [modes.kappa[0] / straight if modes.growth[0] == 0 else np.nan for modes in found]
+            axes.plot(angles, ratio, color=colour, dashes=dashes, label=label)
+    for others, marker, label in ((EXUDYN, "o", "Exudyn"), (LINKS, "s", "chain of links")):
+        dots = [(angle, kappa / cone_kappa(contact, 1)[0]) for contact, angle, kappa in others]
+        axes.plot(*np.transpose(dots), marker, ls="", mfc="none", color="black", ms=5, label=label)
     axes.axhline(1, color=STRAIGHT, lw=0.8)
-    axes.set(xlabel="base angle θ_b [rad]", ylabel="κ₁ / κ₁ straight", ylim=(0.74, 1.05))
-    axes.set_title("B  first resonance, contact sliding")
-    axes.legend(loc="lower left")
+    axes.set(xlabel="base angle θ_b [rad]", ylabel="κ₁ / κ₁ straight", ylim=(0, 1.25))
+    axes.set_title("B  first resonance, ε = 0.3 (dashed: 0.1)")
+    axes.legend(loc="lower left", fontsize=7)
 
 
 def draw_motion(axes):
@@ -68,7 +79,7 @@ def draw_motion(axes):
     gaps, lands = rng.uniform(1e-4, 6e-4, 60), rng.uniform(1e-4, 6e-4, 60)
     position = 1e-3 + np.cumsum(lands) + np.concatenate([[0.0], np.cumsum(gaps)[:-1]])
     texture, t = Troughs(position=position, width=gaps), np.arange(0.05, 0.13, 5e-5)
-    for modes, colour in (("straight", STRAIGHT), ("curved", CONSTANT), ("curved-coulomb", COULOMB)):
+    for modes, colour in (("straight", STRAIGHT), ("curved-coulomb", COULOMB), ("curved-edge", EDGE)):
         scan = Scan(speed=0.12, damping=0.11, modes=modes)
         prediction = predict(WHISKER, POSTURE, texture, scan)
         motion = 1e6 * WHISKER.length * prediction.displacement(t, np.array([0.6]))[:, 0]
@@ -77,7 +88,7 @@ def draw_motion(axes):
     axes.set(xlabel="time [ms]", ylabel="displacement at s = 0.6 [µm]")
     axes.set_ylim(top=axes.get_ylim()[1] * 1.35)
     axes.set_title("C  the same gaps, 0.12 m/s")
-    axes.legend(loc="upper left", ncols=3, columnspacing=0.8, handlelength=1.0, fontsize=7)
+    axes.legend(loc="upper left", ncols=2, columnspacing=0.8, handlelength=1.0, fontsize=7)
 
 
 @house_style
