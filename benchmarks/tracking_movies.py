@@ -53,7 +53,7 @@ def cells() -> list[Cell]:
         for (c, pair), noise in itertools.product(even[1:5], (1.5, 5.0))
     ]
     found += [
-        Cell(table="threshold", name=f"3, contrast {c}, noise {noise:g}", contrast=pair, noise=noise, threshold=3.0)
+        Cell(table="threshold", name=f"4, contrast {c}, noise {noise:g}", contrast=pair, noise=noise, threshold=4.0)
         for (c, pair), noise in ((even[5], 3.0), (even[4], 5.0))
     ]
     found += [

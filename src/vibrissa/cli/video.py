@@ -28,7 +28,7 @@ def track(
     background: str = "space",
     estimator: Literal["matched", "barycentre"] = "matched",
     search: int = 4,
-    threshold: float = 4.0,
+    threshold: float = 3.0,
     node_spacing: float | None = None,
     substrate: list[str] | None = None,
     whisker_length: float | None = None,
@@ -73,7 +73,8 @@ def track(
         Arc length between nodes [m]; 5 pixels by default.
     substrate
         COLUMN,ROW of a point of the line along which the whiskers touch the substrate [pixels]; twice. Then skin and
-        contact are extrapolated, and a contact off the line is rejected.
+        contact are extrapolated from the visible end, which must lie before the contact (--region), and a contact off
+        the line is rejected.
     whisker_length
         Length of the nontruncated cone of the whiskers [m], for the contact; without it, the paper's polynomial.
     lamp
@@ -118,7 +119,7 @@ def track(
         _preview(movie, profile, preview)
     save(profile, out)
     tell(f"the profiles are in {out}")
-    _remarks(profile)
+    remarks_on(profile)
     table = followed(profile)
     if "contact_accepted" in profile:
         table = table.merge(profile[["contact_arc_length", "contact_arc_length_sd", "contact_accepted"]])
@@ -176,8 +177,16 @@ def decompose(
     show(data, [name for name in names if name in data], json, out)
 
 
-def _remarks(profile: xr.Dataset) -> None:
-    """What was noticed of the movie, and trials that are rejected."""
+def remarks_on(profile: xr.Dataset) -> None:
+    """What was noticed of the movie, whiskers that were mostly lost, and trials that are rejected."""
+    frames = profile.sizes["time"]
+    for whisker, runs in enumerate(json_text.loads(profile.attrs.get("lost", "[]"))):
+        by_reason: dict[str, int] = {}
+        for first, last, reason in runs:
+            by_reason[reason] = by_reason.get(reason, 0) + last - first + 1
+        if 2 * sum(by_reason.values()) > frames:
+            most = max(by_reason, key=lambda reason: by_reason[reason])
+            tell(f"whisker {whisker} was lost in {sum(by_reason.values())} of {frames} frames, mostly: {most}")
     for line in json_text.loads(profile.attrs.get("remarks", "[]")):
         tell(line)
     for whisker, reason in enumerate(json_text.loads(profile.attrs.get("rejected", "[]"))):

@@ -80,7 +80,7 @@ class MovieFile:
     background: str = "space"
     region: tuple[int, int, int, int] | None = None
     search: int = 4
-    threshold: float = 4.0
+    threshold: float = 3.0
     estimator: Literal["matched", "barycentre"] = "matched"
     node_spacing: float | None = None
     whisking: Whisking | None = None

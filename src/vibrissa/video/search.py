@@ -43,7 +43,7 @@ class Search:
     background: str | NDArray[Any] = "space"
     columns: tuple[int, int] | None = None
     search: int = 4
-    threshold: float = 4.0
+    threshold: float = 3.0
     estimator: Estimator = "matched"
 
     def __post_init__(self) -> None:

@@ -70,7 +70,7 @@ def track(
     base: Side = "left",
     region: Region | None = None,
     search: int = 4,
-    threshold: float = 4.0,
+    threshold: float = 3.0,
     estimator: Estimator = "matched",
     whisking: Whisking | None = None,
 ) -> xr.Dataset:
