@@ -196,6 +196,15 @@ QUANTITIES: dict[str, Quantity] = {
     "axial_force_vibration_rate": Quantity(
         ("time",), "N/s", "rate of the force along the shaft into the follicle, vibration"
     ),
+    # a signal measured at the base
+    "base_moment_envelope": Quantity(("mode", "time"), "N m", "envelope of the moment about a resonance"),
+    "base_curvature_envelope": Quantity(("mode", "time"), "1/m", "envelope of the curvature about a resonance"),
+    "transverse_force_envelope": Quantity(("mode", "time"), "N", "envelope of the force about a resonance"),
+    "base_power": Quantity(("frequency",), "1/Hz", "one-sided power spectral density, over the signal's variance"),
+    "base_power_fit": Quantity(("mode", "frequency"), "1/Hz", "fit with the texture's forcing, over the variance"),
+    "base_power_white_fit": Quantity(("mode", "frequency"), "1/Hz", "fit with white forcing, over the variance"),
+    "best_lag": Quantity(("mode",), "s", "lag of measurement behind prediction at which their envelopes agree best"),
+    "rms_ratio": Quantity(("mode",), "1", "rms about a resonance, predicted over measured"),
     # pictures
     "row": Quantity(("row",), "1", "row of the image, down"),
     "column": Quantity(("column",), "1", "column of the image"),
@@ -284,6 +293,21 @@ QUANTITIES: dict[str, Quantity] = {
     "cells_with_value": Quantity((), "1", "cells of the map that have a value"),
     "least_gain": Quantity((), "1", "least value of the map, over L"),
     "largest_gain": Quantity((), "1", "largest value of the map, over L"),
+    # posture from the mean profile
+    "contact_low": Quantity((), "1", "contact ε over L, lower end of the 95 % interval"),
+    "contact_high": Quantity((), "1", "contact ε over L, upper end of the 95 % interval"),
+    "base_angle_low": Quantity((), "rad", "base angle, lower end of the 95 % interval"),
+    "base_angle_high": Quantity((), "rad", "base angle, upper end of the 95 % interval"),
+    "base_height_se": Quantity((), "m", "standard error of the base's distance from the substrate"),
+    "base_height_low": Quantity((), "m", "base's distance from the substrate, lower end of the 95 % interval"),
+    "base_height_high": Quantity((), "m", "base's distance from the substrate, upper end of the 95 % interval"),
+    "friction_found": Quantity((), "1", "coefficient of friction μ, given or found"),
+    "friction_low": Quantity((), "1", "μ, lower end of the 95 % interval within [0, 2]"),
+    "friction_high": Quantity((), "1", "μ, upper end of the 95 % interval within [0, 2]"),
+    "friction_identified": Quantity((), "1", "whether the profile tells μ"),
+    "bend_r2": Quantity((), "1", "share of the mean profile's distance from a straight line that Eq. 1 explains"),
+    "fitted_x": Quantity(("s",), "m", "curve of Eq. 1 laid on the mean profile, x"),
+    "fitted_y": Quantity(("s",), "m", "curve of Eq. 1 laid on the mean profile, y"),
     # the table of sweeps; `length`, `contact`, `friction`, `run`, `mode_rms`, `resonant_frequency` … lead with `sweep`
     "sweep": Quantity(("sweep",), "1", "sweep: one whisker drawn once over one texture"),
     "animal": Quantity((), "1", "name of the animal"),
@@ -312,6 +336,10 @@ QUANTITIES: dict[str, Quantity] = {
     "youngs_modulus_true": Quantity((), "Pa", "true Young's modulus"),
     "mode_rms_true": Quantity(("mode",), "1", "rms of the true displacement of a mode about its mean, over L"),
     "mode_rms_model": Quantity(("mode",), "1", "rms of a mode's displacement as predicted from what was found, over L"),
+    "mode_displacement_model": Quantity(
+        ("mode", "time"), "1", "mode displacement predicted from what was found, over L"
+    ),
+    "envelope_model": Quantity(("mode", "time"), "1", "envelope of the predicted mode displacement, over L"),
     "phase_jitter": Quantity((), "m", "rms of the tip's motion along the texture beside the steady scan"),
     "accepted": Quantity((), "1", "whether the sweep was analysed to the end"),
     "rejected": Quantity((), "1", "why a sweep was not analysed; nothing where it was"),
