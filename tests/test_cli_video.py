@@ -132,3 +132,29 @@ def test_bad_input_is_one_line_and_leaves_nothing(vibrissa, movie, tmp_path, mon
     assert len(lines) == 1
     assert message in lines[0]
     assert not list(tmp_path.iterdir())
+
+
+TWICE = ("--seed", "60,56", "--seed", "60,56")
+
+
+def test_a_seed_given_twice_and_a_whisker_that_is_not_there_are_told(vibrissa, movie, tmp_path):
+    for options in (TWICE, ("--polarity", "bright"), ("--node-spacing", "1")):
+        code, out, err = vibrissa("track", movie, *CALIBRATION, *options, "--out", tmp_path / "p.nc")
+        assert (code, out) == (2, "")
+        assert "Traceback" not in err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_contact_far_beyond_what_is_seen_is_rejected(vibrissa, movie, tmp_path):
+    far = ("--substrate", "230,10", "--substrate", "236,100", "--out", tmp_path / "p.nc", "--json")
+    code, out, err = vibrissa("track", movie, *CALIBRATION, *far)
+    assert code == 0, err
+    assert json.loads(out)["contact_accepted"] == [False]
+
+
+def test_a_single_frame_has_no_displacement(vibrissa, movie, tmp_path):
+    write_movie(tmp_path / "one.tif", (block[:1] for block in list(read_blocks(movie))[:1]))
+    assert vibrissa("track", tmp_path / "one.tif", *CALIBRATION, "--out", tmp_path / "p.nc")[0] == 0
+    code, out, err = vibrissa("decompose", tmp_path / "p.nc", "--contact", "0.3", "--atlas", "C2")
+    assert (code, out) == (2, "")
+    assert "two frames at least" in err

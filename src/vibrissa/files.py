@@ -28,7 +28,7 @@ def written_whole(path: str | Path) -> Iterator[Path]:
     """
     path = Path(path)
     if not path.parent.is_dir():
-        raise InputError(str(path.parent), "must be an existing folder", remedy="make it, or choose another --out")
+        raise InputError(str(path.parent), "must be an existing folder", remedy="make it, or choose another")
     temporary = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     try:
         yield temporary

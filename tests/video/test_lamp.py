@@ -54,13 +54,13 @@ def test_faint_lamp_of_sixteen_bits_is_found_in_its_region():
 @pytest.mark.parametrize("region", [None, REGION])
 def test_movie_without_a_lamp_is_refused(region, seed):
     frames = movie(np.zeros(60), 60, np.random.default_rng(seed))
-    with pytest.raises(InputError, match="LED must light up once"):
+    with pytest.raises(InputError, match="lamp must light up once"):
         led_frame([frames], region)
 
 
 def test_light_that_drifts_is_no_lamp():
     frames = movie(np.zeros(60), 60, np.random.default_rng(0)) * np.linspace(0.8, 1.2, 60)[:, None, None]
-    with pytest.raises(InputError, match="LED must light up once"):
+    with pytest.raises(InputError, match="lamp must light up once"):
         led_frame([np.clip(frames, 0, 255).astype(np.uint8)], REGION)
 
 
@@ -68,13 +68,13 @@ def test_lamp_that_goes_out_or_was_always_lit_is_refused():
     rng = np.random.default_rng(2)
     flash = lit_from(20)
     flash[45:50] = 0
-    with pytest.raises(InputError, match="LED must"):
+    with pytest.raises(InputError, match="lamp must"):
         led_frame([movie(flash, 80, rng)], REGION)
     blink = lit_from(20, count=400)
     blink[300] = 0
     with pytest.raises(InputError, match="must stay lit, got it lights in frame 20 and is dark in frame 300"):
         led_frame([movie(blink, 80, rng)], REGION)
-    with pytest.raises(InputError, match="LED must light up once"):
+    with pytest.raises(InputError, match="lamp must light up once"):
         led_frame([movie(np.ones(60), 80, rng)], REGION)
     with pytest.raises(InputError, match="3 frames or more from either end"):
         led_frame([movie(lit_from(1), 80, rng)], REGION)

@@ -8,6 +8,7 @@ from typing import Literal
 from vibrissa.cli.options import Json
 from vibrissa.cli.output import refuse_suffix, show, tell
 from vibrissa.cli.points import Side, points_of
+from vibrissa.cli.video import remarks_on
 from vibrissa.errors import InputError
 
 
@@ -86,6 +87,7 @@ def tracks(
         node_spacing=node_spacing,
     )
     save(profile, out)
+    remarks_on(profile)
     tell(
         f"the profiles are in {out}, from {profile.attrs['format']}; arc length from {profile.attrs['arc_length_from']}"
     )

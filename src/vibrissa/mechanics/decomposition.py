@@ -55,12 +55,16 @@ def normal_displacement(profile: xr.Dataset) -> tuple[Array, NDArray[np.bool_]]:
     x, y, arc = profile.x.values, profile.y.values, profile.arc_length.values
     if x.ndim != 2:
         raise InputError("profile", "must be of one whisker", f"dimensions {profile.x.dims}", "select one")
+    if len(x) < 2:
+        raise InputError("profile", "must have two frames at least: a displacement is about their mean", len(x))
     x = np.where(measured(profile), x, np.nan)
     visible = np.isfinite(x).mean(axis=0) >= 0.5
     if visible.sum() < 3 * _PROFILE_DEGREE:
-        raise InputError(
-            "profile", f"must have {3 * _PROFILE_DEGREE} nodes seen in half the frames", int(visible.sum())
+        rule, remedy = (
+            f"must have {3 * _PROFILE_DEGREE} nodes seen in half the frames",
+            "track with a finer node spacing",
         )
+        raise InputError("profile", rule, int(visible.sum()), remedy)
     mean = [np.nanmean(values[:, visible], axis=0) for values in (x, y)]
     fit_x, fit_y = (Polynomial.fit(arc[visible], values, _PROFILE_DEGREE) for values in mean)
     angle = np.unwrap(np.arctan2(fit_y.deriv()(arc[visible]), fit_x.deriv()(arc[visible])))

@@ -181,7 +181,11 @@ def pixel_size(scale: Sequence[Point], length: object) -> float:
     """
     apart = math.dist(*scale) if len(scale) == 2 else 0.0
     if not apart > 0:
-        raise InputError("scale", "must be two points, apart", remedy="mark both ends of an object of known length")
+        raise InputError(
+            "scale",
+            "must be two points, apart",
+            remedy="mark both ends of an object of known length, or give the pixel size",
+        )
     # a length in mm over pixels is known to four digits at best
     return float(f"{_number('scale_length', length) / apart:.6g}")
 

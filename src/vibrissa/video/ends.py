@@ -28,6 +28,8 @@ BASE_WINDOW = 3e-3  # the same at the skin [m]
 # Error of the curve itself, root mean square over ε = 0.1 … 0.4, θ_b = 0.8 … 1.4 and 1.5 to 5 mm hidden of 40 mm: of
 # the contact over the span from the far end of the window to it, of its height over drop × span / hidden length
 MODEL_ERROR = {"cone": (0.006, 0.01), "paper2014": (0.2, 0.15)}
+FURTHEST = 2.0  # extrapolation over the length it is made from, above which it tells nothing
+LONGEST = 0.5  # [m] of a whisker
 FEWEST_NODES = 6
 BATCHES = 20  # of consecutive frames, whose means tell the noise of the mean, vibration and all
 STEP = 1e-8  # of a node for the derivative of what is extrapolated [m]
@@ -76,7 +78,8 @@ def ends(
 ) -> xr.Dataset:
     """Skin and contact of a tracked whisker, extrapolated from its mean profile; whether the contact is consistent.
 
-    To the skin the whisker is straight, from its first 3 mm that are seen. To the contact it is a cone bent by the
+    The visible end must be whisker that bears load: where the free end beyond the contact is seen too, end the region
+    that is tracked before the contact. To the skin the whisker is straight, from its first 3 mm that are seen. To the contact it is a cone bent by the
     contact force (``cone``, from the last 6 mm) or a second-degree polynomial (``paper2014``, from the last 3 mm),
     and the contact is where it lies tangent to the substrate line, as in [Boubenec2014]_. The polynomial knows no
     taper: with 3 mm hidden it misses by 1 mm, which its standard deviation tells. The paper's rule: a trial whose
@@ -121,7 +124,7 @@ def ends(
         off = _estimate(nodes.mean, nodes, moved, method, length) - carried.values
         carried = _Carried(carried.values, carried.response, carried.covariance + np.outer(off, off))
     values, sd = carried.values, np.sqrt(np.diag(carried.covariance + _model(carried.values, nodes, substrate, method)))
-    reason = _verdict(values[3], sd[3])
+    reason = _verdict(values, sd, nodes)
     left = _skin(_nodes(profile, BASE_WINDOW, at_base=True), skin)
     names = ("contact_arc_length", "contact_x", "contact_y", "contact_height")
     found: dict[str, Any] = {name: values[i] for i, name in enumerate(names)} | {
@@ -164,6 +167,8 @@ def _checked(method: Method, whisker_length: float | None) -> Method:
         raise InputError("method", "must be 'cone' or 'paper2014'", repr(method))
     if method == "cone" and whisker_length is None:
         raise InputError("whisker_length", "must be given", remedy="or take method 'paper2014', which knows no taper")
+    if whisker_length is not None and not 0 < whisker_length < LONGEST:
+        raise InputError("whisker_length", f"must be positive, below {LONGEST} m", whisker_length, "give it in m")
     return method
 
 
@@ -270,10 +275,16 @@ def _model(values: Array, nodes: _Nodes, substrate: Line, method: Method) -> Arr
     return np.asarray(directions.T @ directions)
 
 
-def _verdict(height: float, sd: float) -> str:
+def _verdict(values: Array, sd: Array, nodes: _Nodes) -> str:
     """Why a trial is not to be used; empty if it is."""
+    far, seen = values[0] - nodes.arc[-1], nodes.arc[-1] - nodes.arc[0]
+    height, sd = values[3], sd[3]
     if not np.isfinite(height):
         return "the visible end does not bend towards a tangent point on the substrate"
+    if not 0 <= far <= FURTHEST * seen:
+        return (
+            f"the contact would lie {far * 1e3:.3g} mm beyond the visible end, of which {seen * 1e3:.2g} mm were used"
+        )
     if abs(height) <= COVERAGE * sd:
         return ""
     side = "above" if height > 0 else "below"

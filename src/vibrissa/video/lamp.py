@@ -53,14 +53,14 @@ def led_frame(blocks: Iterable[Image], region: Region | None = None) -> int:
     if not step > SURE * max(scatter, 1e-12):
         remedy = "give the lamp's region, or time zero from elsewhere"
         told = f"{step:.1f} grey levels at a scatter of {scatter:.1f}"
-        raise InputError("LED", f"must light up once {place}", f"at best a step of {told}", remedy)
+        raise InputError("lamp", f"must light up once {place}", f"at best a step of {told}", remedy)
     half = (grey[:frame].mean() + grey[frame:].mean()) / 2
     first = int(np.flatnonzero(grey >= half)[0])
     if first < FEWEST or len(grey) - first < FEWEST:
-        raise InputError("LED", f"must light {FEWEST} frames or more from either end of the movie", f"frame {first}")
+        raise InputError("lamp", f"must light {FEWEST} frames or more from either end of the movie", f"frame {first}")
     if np.any(grey[first:] < half):
         dark = first + int(np.flatnonzero(grey[first:] < half)[0])
-        raise InputError("LED", "must stay lit", f"it lights in frame {first} and is dark in frame {dark}")
+        raise InputError("lamp", "must stay lit", f"it lights in frame {first} and is dark in frame {dark}")
     return first
 
 
@@ -91,7 +91,7 @@ def _course(blocks: Iterable[Image], region: Region | None) -> NDArray[np.float6
             column, row, last_column, last_row = region
             if not (0 <= column <= last_column < block.shape[2] and 0 <= row <= last_row < block.shape[1]):
                 shape = f"{block.shape[2]} × {block.shape[1]}"
-                raise InputError("region of the LED", f"must lie in the image of {shape} pixels", region)
+                raise InputError("region of the lamp", f"must lie in the image of {shape} pixels", region)
             parts.append(block[:, row : last_row + 1, column : last_column + 1].mean(axis=(1, 2))[:, None])
     return np.concatenate(parts) if parts else np.empty((0, 1))
 

@@ -77,8 +77,13 @@ def _origin(
 ) -> _Origin | None:
     """Of the first frame in which the whisker is followed; None if there is none."""
     followed = np.flatnonzero(lines.reason[w] == 0)
-    if not followed.size and longest:
-        return None
+    if not followed.size or (not longest and followed[0] > 0):
+        if longest:
+            return None
+        why = REASONS[lines.reason[w, 0]]
+        raise InputError(
+            f"whisker {w}", f"must be seen in the first frame, where it is {why!r}", remedy="move its seed"
+        )
     row = np.ascontiguousarray(_from_base(lines.row[w, followed[0] if longest else 0], base))
     first = float(np.flatnonzero(~np.isnan(row))[0])
     column, height = (first, np.nan) if skin is None else skin[w]
@@ -91,6 +96,10 @@ def _origin(
     _, arc = arc_length(row, column, height, furthest)
     # no line that runs from column to column at less than 60° is longer than twice the image is wide
     reach = 2 * row.size if longest else np.nanmax(arc)
+    if reach < spacing:
+        raise InputError(
+            "node_spacing", f"must be below the length of the line, {reach:.0f} pixels", f"{spacing:g} pixels"
+        )
     return _Origin(float(column), float(height), furthest, int(reach / spacing) + 1)
 
 

@@ -123,7 +123,7 @@ class View:
         try:
             yield
         except InputError as error:
-            if not self.turned and self.first == (0, 0):
+            if (not self.turned and self.first == (0, 0)) or str(error).startswith("region "):
                 raise
             exchanged = "columns and rows exchanged, " if self.turned else ""
             where = f"{exchanged}counted from column {self.first[0]}, row {self.first[1]} of the image"
