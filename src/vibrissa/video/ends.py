@@ -79,11 +79,12 @@ def ends(
     """Skin and contact of a tracked whisker, extrapolated from its mean profile; whether the contact is consistent.
 
     The visible end must be whisker that bears load: where the free end beyond the contact is seen too, end the region
-    that is tracked before the contact. To the skin the whisker is straight, from its first 3 mm that are seen. To the contact it is a cone bent by the
-    contact force (``cone``, from the last 6 mm) or a second-degree polynomial (``paper2014``, from the last 3 mm),
-    and the contact is where it lies tangent to the substrate line, as in [Boubenec2014]_. The polynomial knows no
-    taper: with 3 mm hidden it misses by 1 mm, which its standard deviation tells. The paper's rule: a trial whose
-    contact is inconsistent with the line is not to be used; here one whose height has a 95 % interval without 0.
+    that is tracked before the contact. To the skin the whisker is straight, from its first 3 mm that are seen. To the
+    contact it is a cone bent by the contact force (``cone``, from the last 6 mm) or a second-degree polynomial
+    (``paper2014``, from the last 3 mm), and the contact is where it lies tangent to the substrate line, as in
+    [Boubenec2014]_. The polynomial knows no taper: with 3 mm hidden it misses by 1 mm, which its standard deviation
+    tells. The paper's rule: a trial whose contact is inconsistent with the line is not to be used; here one whose height
+    has a 95 % interval without 0, or that lies further beyond the visible end than twice the part that was used.
 
     Parameters
     ----------
