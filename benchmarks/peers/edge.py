@@ -1,7 +1,7 @@
 """Resonances of a sliding shaft by a chain of links linearised in numbers: its contact a point of itself, or an edge.
 
-What the modes about the curved profile hold fast is a point of the shaft, normal to the substrate. Over an edge it is
-the edge that stands still: the shaft slips along it, so the load moves along the shaft, and turns with its normal.
+Its forces are those of the bent chain and are differentiated in numbers. Over an edge the shaft slips: the load moves
+along the shaft, and turns with its normal.
 """
 
 from __future__ import annotations
@@ -11,16 +11,16 @@ from case import Array, Case
 from scipy.optimize import brentq
 from scipy.special import iv, jv, kv, yv
 
-LINKS = 240
+LINKS = 60, 120, 240
 SMALL = 1e-6  # [rad] step of the differences
 
 
 class Chain:
     """N links in the units of the model: lengths over L, EI = s⁴, mass s² per length, time over k."""
 
-    def __init__(self, case: Case, over_edge: bool) -> None:
-        self.case, self.over_edge = case, over_edge
-        s = np.linspace(1, case.contact, LINKS + 1)
+    def __init__(self, case: Case, over_edge: bool, links: int) -> None:
+        self.case, self.over_edge, self.links = case, over_edge, links
+        s = np.linspace(1, case.contact, links + 1)
         middle = np.concatenate([[1.0], (s[1:] + s[:-1]) / 2])
         self.s, self.link = s, s[:-1] - s[1:]
         self.stiffness = 3 / (middle[1:] ** -3 - middle[:-1] ** -3)
@@ -54,14 +54,14 @@ class Chain:
         up, down = self.s[:-1], self.s[1:]
         mass = (up**3 - down**3) / 3
         mean, square = (up**4 - down**4) / 4 / mass, (up**5 - down**5) / 5 / mass
-        arm = np.tril(np.broadcast_to(self.link, (LINKS, LINKS)), -1) + np.diag(up - mean)
+        arm = np.tril(np.broadcast_to(self.link, (self.links, self.links)), -1) + np.diag(up - mean)
         between = self.rest[:, None] - self.rest
         return (arm.T * mass @ arm) * np.cos(between) + np.diag(mass * (square - mean**2))
 
     def kappa(self, count: int = 3) -> Array:
         """Lowest κ, complex where friction feeds or drains the motion."""
         load = self.case.flat.contact_force
-        steps = SMALL * np.eye(LINKS)
+        steps = SMALL * np.eye(self.links)
         change = np.stack([self.force(self.rest + h, load) - self.force(self.rest - h, load) for h in steps], axis=1)
         miss = np.array([self.contact(self.rest + h)[0] - self.contact(self.rest - h)[0] for h in steps])
         inverse = np.linalg.inv(self.mass())
@@ -70,6 +70,12 @@ class Chain:
         held = accelerate - np.outer(push, miss @ accelerate) / (miss @ push)
         found = np.sqrt(-np.linalg.eigvals(held).astype(complex))
         return np.sort_complex(found[found.real > 1])[:count]
+
+
+def limit(case: Case, over_edge: bool) -> float:
+    """κ₁ of ever more links, whose error is of first and second order in their length."""
+    few, some, many = (Chain(case, over_edge, links).kappa(1)[0].real for links in LINKS)
+    return float((8 * many - 6 * some + few) / 3)
 
 
 def clamped(contact: float) -> float:

@@ -12,8 +12,8 @@ SHOWN = (
     "MuJoCo: pluck, cut end on the flat, 1.2 rad",
     "MuJoCo: pluck, on an edge, 1.2 rad",
     "MuJoCo: gap 0.30 mm, 0.3 rad, all; κ₁ on the flat",
-    "MuJoCo: gap 0.30 mm, 1.2 rad, all; κ₁ on the flat",
-    "Exudyn: gap 0.30 mm, 0.3 rad, on the edge",
+    "MuJoCo: gap 0.30 mm, 1.2 rad, modes of a point, all; κ₁ on the flat",
+    "Exudyn: gap 0.30 mm, 1.2 rad, modes of an edge, on the edge",
     "MuJoCo: full length, gap 0.60 mm, 0.3 rad, all; κ₁ on the flat",
 )
 LONGEST = 45e-3  # [s]

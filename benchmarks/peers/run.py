@@ -17,11 +17,13 @@ import chain
 import numpy as np
 from case import SETTLE, STEP, Array, Case, ring
 from chain import Grain, Ground, Motion
-from edge import Chain, clamped
+from edge import clamped, limit
 from picture import draw
 from speed import table as speeds
 
 from vibrissa.exact import cone_kappa
+from vibrissa.mechanics.basis import Modes
+from vibrissa.mechanics.curved import curved_modes
 from vibrissa.mechanics.edge import hold
 from vibrissa.mechanics.gap import excursion_at_jump
 
@@ -111,10 +113,14 @@ def told(name: str, gated: bool, case: Case, motions: tuple[Array, Array, Array]
     return Trial(name, gated, kappa, (found[1], float(case.zeta[0])), *motions)
 
 
-def in_mujoco(name: str, case: Case, gated: bool) -> Iterator[Trial]:
+def in_mujoco(name: str, case: Case, gated: bool, *others: tuple[str, Modes]) -> Iterator[Trial]:
+    """One gap, seen in the modes of the case; then the same motion seen in other modes."""
     motion = chain.simulate(case)
     before = np.searchsorted(case.time, SETTLE) - 2
-    return crossed(f"MuJoCo: {name}", case, motion, (motion.x[before], motion.y[before]), gated)
+    rest = motion.x[before], motion.y[before]
+    yield from crossed(f"MuJoCo: {name}", case, motion, rest, gated)
+    for other, modes in others:
+        yield from crossed(f"MuJoCo: {other}", replace(case, modes=modes), motion, rest, gated)
 
 
 def in_exudyn(name: str, case: Case, gated: bool) -> Iterator[Trial]:
@@ -129,32 +135,46 @@ def trials() -> Iterator[Trial]:
     """Every case."""
     low = Case(base_angle=0.3, speed=0.3, beyond=0.0, after=80e-3)
     high = replace(low, base_angle=1.2, modes="curved-coulomb")
+    slipping = replace(high, modes="curved-edge", beyond=0.4e-3)
     yield plucked("MuJoCo: pluck, cut end on the flat, 0.3 rad", low, "tip", True)
     yield plucked("MuJoCo: pluck, cut end on the flat, 1.2 rad", high, "tip", True)
     yield plucked("MuJoCo: pluck, on an edge, 0.3 rad", replace(low, beyond=0.4e-3), "roller", True)
-    yield plucked("MuJoCo: pluck, on an edge, 1.2 rad", replace(high, beyond=0.4e-3), "roller", True)
+    yield plucked("MuJoCo: pluck, on an edge, 1.2 rad", slipping, "roller", True)
     for width, speed in ((0.15e-3, 0.01), (0.3e-3, 0.02), (0.6e-3, 0.04)):
         yield from in_mujoco(f"gap {1e3 * width:.2f} mm, 0.3 rad", Case(base_angle=0.3, gap=width, speed=speed), True)
-    steep = Case(base_angle=1.2, modes="curved-coulomb", speed=0.1)
-    yield from in_mujoco("gap 0.30 mm, 1.2 rad", steep, True)
+    steep = Case(base_angle=1.2, modes="curved-edge", speed=0.1)
+    name = "gap 0.30 mm, 1.2 rad"
+    yield from in_mujoco(f"{name}, modes of an edge", steep, True, (f"{name}, modes of a point", "curved-coulomb"))
     yield from in_exudyn("gap 0.30 mm, 0.3 rad", Case(base_angle=0.3), True)
-    yield from in_exudyn("gap 0.30 mm, 1.2 rad", steep, True)
-    for angle, modes in ((0.3, "straight"), (1.2, "curved-coulomb")):
+    yield from in_exudyn(f"{name}, modes of an edge", steep, True)
+    for angle, modes in ((0.3, "straight"), (1.2, "curved-edge")):
         whole = Case(base_angle=angle, modes=modes, speed=0.1, gap=0.6e-3, beyond=0.29 * 40e-3)
         yield from in_mujoco(f"full length, gap 0.60 mm, {angle} rad", whole, False)
 
 
 def linearised() -> str:
-    """Table of κ₁ where a point of the shaft, or an edge, holds the contact; and of the clamped shaft."""
-    rows = [
-        "| θ_b [rad] | modes of the model, Coulomb | a chain, its end | a chain, over an edge |\n" + 4 * "|---" + "|"
-    ]
+    """Table of κ₁ by what holds the contact, in the modes by Coulomb's law and in chains of ever more links."""
+    head = "| θ_b [rad] | a point: modes | chain | an edge: modes | chain | the flat: modes | with its free end |"
+    rows = [head + "\n" + 7 * "|---" + "|"]
     for angle in (0.3, 0.8, 1.2, 1.4):
-        case = Case(base_angle=angle, modes="curved-coulomb")
-        chains = [Chain(case, over_edge).kappa(1)[0].real for over_edge in (False, True)]
-        rows.append(f"| {angle} | {case.prediction.kappa[0]:.3f} | {chains[0]:.3f} | {chains[1]:.3f} |")
-    straight = f"Straight shaft at ε = 0.3: κ₁ = {cone_kappa(0.3, 1)[0]:.3f} pinned, {clamped(0.3):.3f} clamped."
+        case = Case(base_angle=angle)
+        point, edge, flat = (
+            float(curved_modes(case.flat, 1, condition=how, law="coulomb").kappa[0])
+            for how in ("slide", "edge", "flat")
+        )
+        chains = limit(case, False), limit(case, True)
+        cells = (point, chains[0], edge, chains[1], flat, laid(case))
+        rows.append(f"| {angle} | " + " | ".join(f"{kappa:.3f}" for kappa in cells) + " |")
+    straight = f"Straight shaft at ε = 0.3: κ₁ = {cone_kappa(0.3, 1)[0]:.3f} pinned, {clamped(0.3):.3f} clamped.  "
     return "\n".join([*rows, "", straight, *(drawn_up(width) for width in (0.15e-3, 0.3e-3, 0.6e-3))])
+
+
+def laid(case: Case) -> float:
+    """κ₁ on the flat with the mass of the whole free end, which slides as the contact does, by Rayleigh's quotient."""
+    modes = curved_modes(case.flat, 1, condition="flat", law="coulomb")
+    here = np.array([case.contact])
+    slide, dual = modes.displacement(here)[0, 0, 0], modes.adjoint(here)[0, 0, 0]
+    return float(modes.kappa[0] / np.sqrt(1 + case.contact**3 / 3 * slide * dual))
 
 
 def drawn_up(width: float) -> str:
