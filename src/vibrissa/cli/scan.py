@@ -86,7 +86,7 @@ def scan(
     sampling_rate: float = 20000.0,
     response: Literal["exact", "linear"] = "exact",
     jump: Jump = "continuous",
-    modes: Literal["straight", "curved", "curved-coulomb"] = "straight",
+    modes: Literal["straight", "curved", "curved-coulomb", "curved-edge"] = "straight",
     file: OfFile = FileOptions(),
     count: int = 3,
     node: list[float] | None = None,
@@ -116,8 +116,8 @@ def scan(
     jump
         What the velocity does where the contact jumps.
     modes
-        Modes of a straight shaft (the paper's), or about the curved profile of a contact that slides, friction constant
-        or following the load; these carry axial force.
+        Modes of a straight shaft (the paper's), or about the curved profile: of a point of the shaft that slides, friction
+        constant or following the load, or of a shaft that slips over an edge; these carry axial force.
     count
         Number of modes. In the exact response the first millisecond of force and moment after a jump grows with it.
     node

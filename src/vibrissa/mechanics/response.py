@@ -78,7 +78,7 @@ class Response:
         Q_i(d), or c_i d.
     unit : UnitResponse
         The linearised response, Ū.
-    modes : {"straight", "curved", "curved-coulomb"}
+    modes : {"straight", "curved", "curved-coulomb", "curved-edge"}
         Which modes.
     basis : Basis
         The modes.
@@ -182,7 +182,7 @@ def quasi_static(
         the paper's U_qs = U₁ + d(t) Ū(s); wide gaps and large base angles are over-estimated by it.
     n_modes : int
         Number of modes.
-    modes : {"straight", "curved", "curved-coulomb"}
+    modes : {"straight", "curved", "curved-coulomb", "curved-edge"}
         Which modes; see :func:`vibrissa.mechanics.basis.basis`.
 
     Raises

@@ -41,7 +41,7 @@ class Scan:
         jumps Eq. (6) holds under every rule: damping acts on the vibration.
     response : {"exact", "linear"}
         Quasi-static part: Q_i(d) of the profile held by the edge (default), or the paper's c_i d.
-    modes : {"straight", "curved", "curved-coulomb"}
+    modes : {"straight", "curved", "curved-coulomb", "curved-edge"}
         The paper's modes of a straight shaft (default), or those about the curved profile of a contact that slides,
         friction constant or following the load: see :mod:`vibrissa.mechanics.curved`.
     """
