@@ -116,8 +116,8 @@ def scan(
     jump
         What the velocity does where the contact jumps.
     modes
-        Modes of a straight shaft (the paper's), or about the curved profile: of a point of the shaft that slides, friction
-        constant or following the load, or of a shaft that slips over an edge; these carry axial force.
+        Modes of a straight shaft (the paper's), or about the curved profile: of a point of the shaft that slides,
+        friction constant or following the load, or of a shaft that slips over an edge; these carry axial force.
     count
         Number of modes. In the exact response the first millisecond of force and moment after a jump grows with it.
     node

@@ -83,8 +83,8 @@ def ends(
     contact it is a cone bent by the contact force (``cone``, from the last 6 mm) or a second-degree polynomial
     (``paper2014``, from the last 3 mm), and the contact is where it lies tangent to the substrate line, as in
     [Boubenec2014]_. The polynomial knows no taper: with 3 mm hidden it misses by 1 mm, which its standard deviation
-    tells. The paper's rule: a trial whose contact is inconsistent with the line is not to be used; here one whose height
-    has a 95 % interval without 0, or that lies further beyond the visible end than twice the part that was used.
+    tells. The paper's rule: a trial whose contact is inconsistent with the line is not to be used; here one whose
+    height has a 95 % interval without 0, or that lies further beyond the visible end than twice the part that was used.
 
     Parameters
     ----------
