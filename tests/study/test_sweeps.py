@@ -1,0 +1,208 @@
+"""Many sweeps: found is near true, files are whole and used again, a user's table goes the same way."""
+
+import copy
+import dataclasses
+from functools import partial
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from vibrissa.errors import ConvergenceError, InputError
+from vibrissa.files import load, save
+from vibrissa.study.laboratory import Laboratory, plan
+from vibrissa.study.recorded_sweeps import read_sweeps
+from vibrissa.study.sweep_analysis import analyse_sweep, filmed_sweep
+from vibrissa.study.sweep_table import COORDINATES, N_MODES, sweep_table
+from vibrissa.study.sweeps import Job, read_series, run_jobs, run_laboratory, run_recorded, series_path
+from vibrissa.texture.io import write_troughs
+
+LABORATORY = Laboratory(animals=1, whiskers=("C1",), conditions=1, textures=1, n_frames=500, speeds=(0.15,), seed=3)
+HEADER = "track,animal,whisker,texture,scan_speed_mm_s,base_height_mm,length,cone_angle,exposure,substrate\n"
+WHAT = {"animal": "a", "whisker_name": "C1", "texture": 0, "condition": 0, "run": 0}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("laboratory")
+
+
+@pytest.fixture(scope="module")
+def table(folder):
+    return run_laboratory(LABORATORY, folder, workers=1)
+
+
+@pytest.fixture(scope="module")
+def filmed():
+    return filmed_sweep(LABORATORY, plan(LABORATORY)[0][0])
+
+
+# The table
+
+
+def test_what_a_row_lacks_was_not_measured():
+    found = sweep_table([WHAT | {"contact": 0.3, "accepted": True, "rejected": ""}])
+    assert set(COORDINATES) < set(found.coords)
+    assert found.resonant_frequency.dims == ("sweep", "mode")
+    assert found.resonant_frequency.shape == (1, N_MODES)
+    assert np.isnan(found.resonant_frequency).all()
+    assert np.isnan(found.base_angle).all()
+    assert found.contact.values.tolist() == [0.3]
+    assert not any(name.endswith("_true") for name in found)
+    assert found.resonant_frequency.attrs["units"] == "Hz"
+
+
+# A virtual sweep
+
+
+def test_what_is_found_is_near_the_truth(table):
+    one = table.isel(sweep=0)
+    assert bool(one.accepted)
+    assert str(one.rejected.values) == ""
+    assert float(one.contact) == pytest.approx(float(one.contact_true), abs=0.004)
+    assert float(one.base_angle) == pytest.approx(float(one.base_angle_true), abs=0.02)
+    first = one.sel(mode=1)
+    assert float(first.resonant_frequency) == pytest.approx(float(first.resonant_frequency_true), rel=0.005)
+    assert float(first.damping) == pytest.approx(float(first.damping_true), rel=0.1)
+    assert float(first.mode_rms) == pytest.approx(float(first.mode_rms_true), rel=0.02)
+    assert float(first.fit_r2) > 0.99 > float(first.fit_r2_white)
+
+
+def test_series_hold_what_was_found_predicted_and_true(table, folder):
+    series = read_series(folder, 0)
+    found, model, true = (series[f"mode_displacement{end}"].values[0] for end in ("", "_model", "_true"))
+    assert found.size == LABORATORY.n_frames
+    assert np.corrcoef(found, true)[0, 1] > 0.999
+    assert np.corrcoef(found, model)[0, 1] > 0.99
+    assert found.std() == pytest.approx(float(table.mode_rms[0, 0]))
+    assert model.std() == pytest.approx(float(table.mode_rms_model[0, 0]))
+
+
+def test_the_table_is_saved_with_what_made_it(table, folder):
+    assert load(folder / "sweeps.nc").identical(table)
+    assert '"seed": 3' in table.attrs["laboratory"]
+    assert table.attrs["impossible_fold"] >= 0
+
+
+def test_equal_seeds_give_equal_bytes(table, folder, tmp_path):
+    run_laboratory(LABORATORY, tmp_path, workers=1)
+    for name in ("sweeps.nc", "sweeps/0000.nc"):
+        assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
+
+
+# What is there already
+
+
+def job(number, work, mark="m"):
+    return Job(number, WHAT, work, mark)
+
+
+def given(contact):
+    return partial(copy.copy, ({"contact": contact}, xr.Dataset()))
+
+
+def refuse(error):
+    raise error
+
+
+def test_sweeps_of_the_same_mark_are_kept_and_others_done_anew(tmp_path):
+    run_jobs([job(0, given(0.1)), job(1, given(0.2))], tmp_path, {}, 1)
+    again = run_jobs([job(0, given(0.9)), job(1, given(0.9), mark="n")], tmp_path, {}, 1)
+    assert again.contact.values.tolist() == [0.1, 0.9]
+
+
+def test_a_sweep_that_cannot_be_analysed_is_reported_and_the_others_go_on(tmp_path):
+    bad = [partial(refuse, InputError("the whisker", "must be seen")), partial(refuse, ConvergenceError("x", 1.0, 3))]
+    found = run_jobs([job(0, bad[0]), job(1, given(0.2)), job(2, bad[1])], tmp_path, {}, 1)
+    assert found.accepted.values.tolist() == [False, True, False]
+    assert found.rejected.values[0] == "the whisker must be seen"
+    assert "did not converge" in found.rejected.values[2]
+    np.testing.assert_array_equal(found.contact, [np.nan, 0.2, np.nan])
+
+
+def test_a_fault_of_the_program_is_no_rejected_sweep(tmp_path):
+    with pytest.raises(ZeroDivisionError):
+        run_jobs([job(0, partial(refuse, ZeroDivisionError()))], tmp_path, {}, 1)
+    assert not (tmp_path / "sweeps.nc").exists()
+
+
+def test_processes_give_what_one_process_gives(tmp_path):
+    jobs = [job(number, given(number / 10)) for number in range(3)]
+    told = []
+    one = run_jobs(jobs, tmp_path / "one", {}, 1)
+    two = run_jobs(jobs, tmp_path / "two", {}, 2, lambda *progress: told.append(progress))
+    assert one.identical(two)
+    assert told[-1] == ("sweeps", 3, 3)
+    for number in range(3):
+        a, b = (series_path(tmp_path / name / "sweeps", number).read_bytes() for name in ("one", "two"))
+        assert a == b
+
+
+# A user's table
+
+
+@pytest.fixture
+def recorded(filmed, tmp_path):
+    """Write the virtual sweep as if a user had recorded it; give a line of the table."""
+    profile, known, _ = filmed
+    save(profile, tmp_path / "track.nc")
+    write_troughs(known.texture, tmp_path / "texture.csv")
+    pixels = " ".join(f"{value / profile.attrs['pixel_size']!r}" for point in known.substrate for value in point)
+    geometry = f"{known.whisker.length!r},{known.whisker.cone_angle!r},{known.exposure!r},{pixels}"
+    return f"rat 1,C1,texture.csv,{1e3 * known.scan_speed!r},{1e3 * known.base_height!r},{geometry}"
+
+
+def test_a_users_sweeps_are_analysed_like_the_laboratorys(recorded, filmed, tmp_path):
+    unknown = recorded.replace("texture.csv", "unknown")
+    lines = [f"track.nc,{recorded}", f"absent.nc,{recorded}", f"track.nc,{unknown}"]
+    (tmp_path / "sweeps.csv").write_text(HEADER + "\n".join(lines))
+    found = run_recorded(tmp_path / "sweeps.csv", tmp_path / "out", workers=1)
+    assert found.accepted.values.tolist() == [True, False, True]
+    assert "absent.nc must be an existing file" in found.rejected.values[1]
+    assert found.texture.values.tolist() == [0, 0, -1]
+    row, series = analyse_sweep(filmed.profile, dataclasses.replace(filmed.known, instants=5))
+    for name in ("contact", "base_angle", "resonant_frequency", "damping_white", "mode_rms_model"):
+        np.testing.assert_allclose(found[name][0], row[name], rtol=1e-6)
+    np.testing.assert_allclose(read_series(tmp_path / "out", 0).envelope_model, series.envelope_model, rtol=1e-6)
+    assert np.isnan(found.resonant_frequency[2]).all()  # no texture, no forcing …
+    white = found.resonant_frequency_white[2]  # … but Eq. 5, about a posture on which the texture is not taken off
+    np.testing.assert_allclose(white, row["resonant_frequency_white"], rtol=0.01)
+    assert float(found.base_height[0]) == pytest.approx(filmed.known.base_height)
+
+
+LINE = "m.avi,r,C2,unknown,100"
+
+
+@pytest.mark.parametrize(
+    ("header", "line", "rule"),
+    [
+        ("movie,animal,whisker,texture,speed", LINE, "line 1: column 'speed' is unknown"),
+        ("movie,animal,whisker,texture,scan_speed,scan_speed_mm_s", LINE + ",1", "'scan_speed' must be there once"),
+        ("movie,animal,whisker,scan_speed", "m.avi,r,C2,1", "must have columns animal, whisker, texture"),
+        ("movie,animal,whisker,texture,scan_speed_mm_s", "m.avi,r,C2,unknown", "line 2 must have 5 cells"),
+        ("movie,animal,whisker,texture,scan_speed_mm_s", LINE, "line 2 must have a seed and a pixel_size"),
+        ("track,animal,whisker,texture,scan_speed", LINE, "line 2, scan_speed must lie between 0 and 10"),
+        ("track,animal,whisker,texture,scan_speed", "t.nc,r,C2,unknown,fast", "scan_speed must be a finite number"),
+        ("track,animal,whisker,texture,scan_speed", "t.nc,r,Z9,unknown,0.1", "has no whisker"),
+        ("track,animal,whisker,texture,scan_speed,length", "t.nc,r,C2,unknown,0.1,0.04", "both length and cone_angle"),
+        ("track,animal,whisker,texture,scan_speed,skin", "t.nc,r,C2,unknown,0.1,3", "skin must have 2 numbers"),
+        ("track,animal,whisker,texture,scan_speed,contact", "t.nc,r,C2,unknown,0.1,0.3", "both contact and base_angle"),
+        ("track,movie,animal,whisker,texture,scan_speed", "t.nc,m.avi,r,C2,unknown,0.1", "either a movie or a track"),
+        ("track,animal,whisker,texture,scan_speed", "t.nc,,C2,unknown,0.1", "line 2, animal must be given"),
+    ],
+)
+def test_tables_that_are_not_clear_are_refused(tmp_path, header, line, rule):
+    (tmp_path / "sweeps.csv").write_text(f"{header}\n{line}\n")
+    with pytest.raises(InputError, match=rule):
+        read_sweeps(tmp_path / "sweeps.csv")
+
+
+def test_units_of_the_header_are_those_of_the_numbers(tmp_path):
+    (tmp_path / "sweeps.csv").write_text(
+        "movie,animal,whisker,texture,scan_speed_mm_s,base_height_mm,pixel_size_um,seed,skin,run\n"
+        "m.avi,r,C2,unknown,150,20,95,120 44,3 40,2\n"
+    )
+    (one,) = read_sweeps(tmp_path / "sweeps.csv")
+    assert (one.scan_speed, one.base_height, one.pixel_size) == pytest.approx((0.15, 0.02, 95e-6))
+    assert (one.seed, one.skin, one.run, one.texture) == ((120, 44), (3, 40), 2, None)
+    assert one.folder == tmp_path
