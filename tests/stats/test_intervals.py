@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import binomtest
+from scipy.stats import binomtest, t
 
 from vibrissa.errors import InputError
-from vibrissa.stats import adjusted_p_values, bootstrap_interval, wilson_interval
+from vibrissa.stats import adjusted_p_values, bootstrap_interval, jackknife_interval, wilson_interval
 
 
 def test_adjusted_p_values_by_hand():
@@ -66,6 +66,31 @@ def test_units_of_one_session_are_one_draw():
     assert np.mean(naive) < 0.5  # what forgetting the sessions costs
 
 
+def test_jackknife_of_a_mean_of_equal_clusters_is_students_interval_of_their_means():
+    rng = np.random.default_rng(4)
+    values, clusters = rng.normal(size=60), np.repeat(np.arange(6), 10)
+    peer = t(5, *norm_of(values.reshape(6, 10).mean(axis=1))).interval(0.95)
+    np.testing.assert_allclose(jackknife_interval(values, clusters=clusters), peer)
+    assert np.isnan(jackknife_interval(values, clusters=np.zeros(60))).all()
+
+
+def norm_of(means):
+    return means.mean(), means.std(ddof=1) / np.sqrt(means.size)
+
+
+def test_jackknife_holds_the_truth_as_often_as_it_says_and_percentiles_less_often():
+    rng, clusters = np.random.default_rng(5), np.repeat(np.arange(6), 8)
+    jackknife, percentiles = [], []
+    for _ in range(400):
+        values = rng.normal(0, 1, 6)[clusters] + rng.normal(0, 0.3, 48)
+        low, high = jackknife_interval(values, clusters=clusters)
+        jackknife.append(low <= 0 <= high)
+        low, high = bootstrap_interval(values, clusters=clusters, n_resamples=200, rng=rng)
+        percentiles.append(low <= 0 <= high)
+    assert abs(np.mean(jackknife) - 0.95) < 3 * np.sqrt(0.95 * 0.05 / 400)
+    assert np.mean(percentiles) < np.mean(jackknife)
+
+
 def test_one_session_has_no_spread():
     ends = bootstrap_interval(np.arange(5.0), clusters=np.zeros(5), rng=np.random.default_rng(0))
     assert np.isnan(ends).all()
@@ -85,6 +110,7 @@ def test_interval_repeats_with_the_seed_and_leaves_out_what_was_not_measured():
         (lambda: wilson_interval(3, 2), "share"),
         (lambda: wilson_interval(0, 0), "share"),
         (lambda: wilson_interval(1, 2, level=1), "level"),
+        (lambda: jackknife_interval(np.arange(3.0), clusters=np.arange(2)), "clusters"),
         (lambda: bootstrap_interval(np.arange(3.0), clusters=np.arange(2), rng=np.random.default_rng(0)), "clusters"),
     ],
 )

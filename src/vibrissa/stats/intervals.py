@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtri
+from scipy.special import ndtri, stdtrit
 from scipy.stats import false_discovery_control
 
 from vibrissa.errors import InputError
@@ -123,6 +123,54 @@ def bootstrap_interval(
     found = [statistic(np.concatenate([groups[k] for k in draw])) for draw in draws]
     low, high = np.quantile(found, [0.5 - _confidence(level) / 2, 0.5 + level / 2])
     return float(low), float(high)
+
+
+def jackknife_interval(
+    values: Array,
+    statistic: Callable[[Array], float] = np.mean,
+    *,
+    clusters: NDArray[np.generic],
+    level: float = 0.95,
+) -> tuple[float, float]:
+    """Interval of a smooth statistic by leaving out one whole cluster at a time, with Student's t of G − 1.
+
+    With a dozen clusters it covers the truth as often as it says; the percentiles of :func:`bootstrap_interval` are
+    then too narrow. Not for medians or extremes, which hang on single values.
+
+    Parameters
+    ----------
+    values : (U,) array
+        Values; NaN, not measured, is left out.
+    statistic : callable
+        Number of an array of values.
+    clusters : (U,) array
+        Cluster of each value, such as its whisker.
+    level : float
+        Confidence.
+
+    Returns
+    -------
+    low, high : float
+        Ends of the interval; NaN where fewer than two clusters hold a value.
+
+    Raises
+    ------
+    InputError
+        If values and clusters differ in number.
+    """
+    values, labels = np.asarray(values, float), np.asarray(clusters)
+    if labels.shape != values.shape:
+        raise InputError("clusters", "must be as many as the values", f"{labels.shape}, {values.shape}")
+    made = np.isfinite(values)
+    values, labels = values[made], labels[made]
+    names = np.unique(labels)
+    if len(names) < 2:
+        return np.nan, np.nan
+    whole = float(statistic(values))
+    parts = np.array([statistic(values[labels != name]) for name in names])
+    free = len(names) - 1
+    half = stdtrit(free, 0.5 + _confidence(level) / 2) * np.sqrt(free / len(names) * np.sum((parts - whole) ** 2))
+    return whole - float(half), whole + float(half)
 
 
 def _confidence(level: float) -> float:
