@@ -119,7 +119,7 @@ def compare_envelopes(
     best = [best_correlation(a, b[None], max_lag) for a, b in pairs]
     lag, rho = (np.array([one[i][0] for one in best]) for i in (0, 1))
     none = np.full(len(found), np.nan)
-    columns = {"pseudo_p": none, "chance_mean": none, "chance_sd": none}
+    columns: dict[str, Any] = {"pseudo_p": none, "chance_mean": none, "chance_sd": none}
     if chance is not None:
         null = np.array([best_correlation(a, chance[:, m], max_lag)[1] for m, a in enumerate(found)])
         p = (1 + (null >= rho[:, None]).sum(axis=1)) / (1 + null.shape[1])
