@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from vibrissa.exact import cone_kappa
-from vibrissa.study.paper_numbers import Row, compare, html_rows, paper_numbers, write_table
+from vibrissa.study.paper_numbers import Row, compare, html_rows, paper_numbers, write_page, write_table
 
 PAPER_E, NOMINAL_E = 3.74e9, 3.74e9
 VERDICTS = {"same", "differs", "put in", "not comparable", "not measured"}
@@ -106,6 +106,9 @@ def test_another_whisker_material_or_gain_differs():
     assert other["modulus"].here.value == pytest.approx(1.3 * PAPER_E, rel=0.01)
     for name in ("modulus", "modulus_bracket", "gain_ratio"):
         assert other[name].verdict == "differs", name
+    falling = by_id(compare({"sweeps": simulated(angle_gain=0.5)}))
+    assert falling["gain_angle"].here.value < 1e-15
+    assert falling["gain_angle"].verdict == "differs"  # as clear as the paper's, but the other way
     flat = by_id(compare({"sweeps": simulated(angle_gain=1.0)}))
     assert flat["gain_ratio"].verdict == "differs"
 
@@ -114,6 +117,9 @@ def test_what_was_put_in_is_told_apart_from_what_came_out(rows):
     assert rows["modulus"].origin == "recovered"
     assert rows["frame_rate"].verdict == rows["frame_rate"].origin == "put in"
     assert rows["variance_1"].origin == "came out"
+    assert rows["textures"].why == "N conditions; other than the paper's"
+    assert rows["animals"].why == "other than the paper's"  # 4, not 6
+    assert rows["frame_rate"].why == rows["speeds"].why == ""
     own = by_id(compare({"sweeps": simulated(virtual=False)}))
     assert own["modulus"].origin == "came out"
 
@@ -162,3 +168,12 @@ def test_table_as_csv_and_for_the_report(rows, tmp_path):
     shown = html_rows(list(rows.values()))
     assert len(shown) == len(rows)
     assert "GPa" in next(one["here"] for one in shown if "3.74" in one["paper"])
+
+
+def test_the_page_holds_every_row_and_the_rule(rows, tmp_path):
+    write_page(list(rows.values()), tmp_path / "paper.html")
+    page = (tmp_path / "paper.html").read_text(encoding="utf-8")
+    assert page.count("<tr>") == len(rows) + 1
+    assert "the 95 % intervals of the two overlap" in page
+    counted = sum(row.verdict == "same" for row in rows.values())
+    assert f"{counted} same," in page

@@ -7,11 +7,12 @@ from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from scipy.special import stdtrit
 
+from vibrissa import __version__
 from vibrissa.errors import InputError
 from vibrissa.files import written_whole
 from vibrissa.stats import wilson_interval
@@ -32,10 +33,10 @@ RULE = (
     "Same: the 95 % intervals of the two overlap. The paper's is that of a mean over its 13 whiskers, their "
     "spread taken for the printed one of all sweeps, which is too wide rather than too narrow and so favours "
     "“same”; Wilson's for a share; half a unit of the last digit where no spread is printed. Here whole whiskers "
-    "are drawn again. Of p-values: the paper's own test, which takes sweeps for independent draws, comes out on "
-    "the same side of 0.05. A bound is kept by the value here, or not. Put in: chosen, not found. Recovered: the "
-    "truth of virtual sweeps was put in, the value came out of their analysis, so that agreement tests the "
-    "analysis and not the rat."
+    "are left out in turn. Of p-values: the paper's own test, which takes sweeps for independent draws, comes out "
+    "on the same side of 0.05, with the effect in the direction told. A bound is kept by the value here, or not. "
+    "Put in: chosen, not found. Recovered: the truth of virtual sweeps was put in, the value came out of their "
+    "analysis, so that agreement tests the analysis and not the rat."
 )
 
 
@@ -43,6 +44,7 @@ class PaperNumber(NamedTuple):
     """A number as the paper prints it, in SI units.
 
     ``low`` and ``high`` are the ends of a range, or of what rounds to the printed value; NaN where there are none.
+    ``direction`` is 1 where an effect is said to rise, −1 where it falls, else NaN.
     ``origin`` tells how it stands in virtual sweeps; ``reading`` what else the paper says of it; ``why`` that it can
     not be compared, and the reason.
     """
@@ -60,6 +62,7 @@ class PaperNumber(NamedTuple):
     origin: Origin
     reading: str
     why: str
+    direction: float
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -94,7 +97,7 @@ def _number(line: dict[str, str]) -> PaperNumber:
     for key, known in (("kind", Kind), ("origin", Origin)):
         if line[key] not in get_args(known):
             raise InputError(f"paper_numbers.csv, {line['id']}", f"must have a {key} of {get_args(known)}", line[key])
-    numbers = {key: float(line[key] or "nan") for key in ("value", "sd", "n", "low", "high")}
+    numbers = {key: float(line[key] or "nan") for key in ("value", "sd", "n", "low", "high", "direction")}
     return PaperNumber(**{**line, **numbers})  # type: ignore[arg-type]
 
 
@@ -121,16 +124,24 @@ def _row(number: PaperNumber, results: Mapping[str, xr.Dataset], virtual: bool) 
         return Row(number, Here(), origin, "not comparable", number.why)
     here = MEASURES[number.id](results) if number.id in MEASURES else Here(note="not in the table of sweeps")
     if origin == "put in":
-        return Row(number, here, origin, "put in", here.note)
+        return Row(number, here, origin, "put in", "; ".join(filter(None, (here.note, _set_otherwise(number, here)))))
     if not np.isfinite(here.value):
         return Row(number, here, origin, "not measured", here.note)
     return Row(number, here, origin, *_verdict(number, here))
 
 
+def _set_otherwise(number: PaperNumber, here: Here) -> str:
+    """Say where a setting is none of the paper's."""
+    theirs = np.array(number.interval if np.isfinite(number.interval).any() else (number.value, number.value))
+    low, high = np.where(np.isfinite(theirs), theirs, (-np.inf, np.inf)) * (1 - 1e-6, 1 + 1e-6)
+    least, most = (here.low, here.high) if np.isfinite(here.low) else (here.value, here.value)
+    return "other than the paper's" if least > high or most < low else ""
+
+
 def _verdict(number: PaperNumber, here: Here) -> tuple[Verdict, str]:
     low, high = number.interval
     if number.kind == "p":
-        same = (number.value < LEVEL) == (here.value < LEVEL)
+        same = (number.value < LEVEL) == (here.value < LEVEL) and not number.direction * here.slope < 0
     elif number.kind == "bound":
         same = not (here.value > high or here.value < low)
     elif not np.isfinite(here.low):
@@ -154,6 +165,22 @@ def write_table(rows: list[Row], path: str | Path) -> None:
             cells = [f"{number:.6g}" if np.isfinite(number) else "" for number in numbers]
             told = (row.paper.unit, row.origin, row.verdict, row.why, row.paper.reading, row.paper.id)
             writer.writerow([row.paper.figure, row.paper.text, *cells, *told])
+
+
+def page_of(rows: list[Row]) -> dict[str, Any]:
+    """What the template ``paper_table.html`` shows: the table, its rule, and how many rows have each verdict."""
+    counts = [(verdict, sum(row.verdict == verdict for row in rows)) for verdict in get_args(Verdict)]
+    return {"paper": html_rows(rows), "paper_rule": RULE, "paper_counts": counts}
+
+
+def write_page(rows: list[Row], path: str | Path) -> None:
+    """Write the table as a page of its own, whole or not at all."""
+    from jinja2 import Environment, PackageLoader, select_autoescape
+
+    environment = Environment(loader=PackageLoader("vibrissa.study"), autoescape=select_autoescape())
+    page = environment.get_template("paper.html").render(version=__version__, **page_of(rows))
+    with written_whole(path) as temporary:
+        temporary.write_text(page, encoding="utf-8")
 
 
 def html_rows(rows: list[Row]) -> list[dict[str, str]]:

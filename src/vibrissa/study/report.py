@@ -17,6 +17,7 @@ from vibrissa.figures import fig3, fig4, fig5, fig6, fig8
 from vibrissa.mechanics.shift import resonance_shift, shift_remark
 from vibrissa.quantities import measured_sd
 from vibrissa.study.backward import followed
+from vibrissa.study.paper_numbers import compare, page_of
 from vibrissa.study.settings import Study
 
 if TYPE_CHECKING:
@@ -70,6 +71,7 @@ def write_report(study: Study, results: Results, path: Path) -> None:
         contacts=_contacts(results["profile"]),
         remarks=[*json.loads(results["profile"].attrs.get("remarks", "[]")), *_curvature(study)],
         pictures=[_picture(study, results, *figure) for figure in FIGURES],
+        **(page_of(compare(results)) if "sweeps" in results else {}),
     )
     path.write_text(page, encoding="utf-8")
 

@@ -20,13 +20,14 @@ Results = Mapping[str, "xr.Dataset"]
 
 
 class Here(NamedTuple):
-    """A number found here: its 95 % interval, how many values it is of, and what must be known of it."""
+    """A number found here: its 95 % interval, how many values it is of, what must be known, the slope of an effect."""
 
     value: float = np.nan
     low: float = np.nan
     high: float = np.nan
     n: float = np.nan
     note: str = ""
+    slope: float = np.nan
 
 
 Measure = Callable[[Results], Here]
@@ -113,7 +114,9 @@ def effect(sweeps: xr.Dataset, response: Array, term: str, names: tuple[str, ...
     apart = (
         f"whiskers as the draws: p = {clustered.p:.2g}" if np.isfinite(clustered.p) else "by whisker: not identified"
     )
-    return Here(pooled.p, n=pooled.n, note=f"least squares with {', '.join(terms)}; {apart}")
+    sense = {1.0: "rises", -1.0: "falls"}.get(float(np.sign(pooled.slope)), "")
+    apart = f"{sense}; {apart}" if sense else apart
+    return Here(pooled.p, n=pooled.n, slope=pooled.slope, note=f"least squares with {', '.join(terms)}; {apart}")
 
 
 def extent(name: str) -> Measure:
