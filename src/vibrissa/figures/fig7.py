@@ -1,0 +1,237 @@
+"""Figure 7A–D: what sets the gain, measured and of the model, and envelopes compared by the distance scanned."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from itertools import combinations
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibrissa.errors import InputError
+from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, house_style, new_figure
+from vibrissa.figures.fig6_envelopes import alike
+from vibrissa.mechanics.gain import STEP, by_distance, distance_correlogram, gain_effects, whisker_of_animal
+from vibrissa.quantities import dataset, require
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+Series = Callable[[int], "xr.Dataset"]
+
+EXAMPLES, SHOWN = 3, 40e-3  # [m] of the distance scanned
+MOST_PAIRS = 40  # of each kind
+OFFSETS = np.arange(-10e-3, 10.01e-3, 50e-6)  # [m]
+SOURCES = ("mode_rms", "mode_rms_model")
+RESTRICTED = ("beta", "C1")
+PAPER = {"scan_speed": "p = .11", "contact": "p < 1e-6", "base_angle": "p < 1e-15"}
+SYMBOLS = {"scan_speed": "v", "contact": "ε", "base_angle": "θ_b"}
+COLOURS = (FOUND, OTHER, "#009E73", "#CC79A7", "#E69F00", "#56B4E9")  # safe for the colour-blind
+
+
+def compute(study: Mapping[str, xr.Dataset], series: Series) -> xr.Dataset:
+    """Gain of every sweep, its effects, three sweeps by distance, and correlograms of pairs of sweeps.
+
+    Parameters
+    ----------
+    study : mapping
+        ``sweeps``.
+    series : callable
+        Number of a sweep → its ``mode_displacement`` and ``envelope``.
+
+    Returns
+    -------
+    Dataset
+        ``sweep_gain`` (source, sweep), the rms of mode 1 over L, measured and of the model; ``effect_p`` … (subset,
+        source, term) of all whiskers and of β and C1; ``pair_correlogram`` (pair, offset): one whisker of one animal,
+        two speeds, the same texture or two. Attribute ``caption``.
+
+    Raises
+    ------
+    InputError
+        If no sweep was accepted.
+    """
+    sweeps = study["sweeps"]
+    require(sweeps, "mode_rms_model", "contact", "base_angle", "accepted")
+    usable = sweeps.accepted.values.astype(bool)
+    if not usable.any():
+        raise InputError("sweeps", "must have one that was accepted")
+    data = dataset(
+        sweep=sweeps.sweep.values,
+        source=["measured", "model"],
+        sweep_gain=np.array([np.where(usable, sweeps[name].values[:, 0], np.nan) for name in SOURCES]),
+    ).assign_coords({name: sweeps[name] for name in ("scan_speed", "contact", "base_angle", "whisker_name", "animal")})
+    parts = (_effects(sweeps), _examples(sweeps, usable, series), _pairs(sweeps, usable, series))
+    for part in parts:
+        data = data.merge(part, combine_attrs="override")
+    return data.assign_attrs(caption=_caption(data))
+
+
+def _effects(sweeps: xr.Dataset) -> xr.Dataset:
+    """Effects on the rms by subset and source."""
+    each = [[gain_effects(sweeps, name, some) for name in SOURCES] for some in (None, RESTRICTED)]
+    columns = {
+        str(name): np.array([[one[name].values for one in row] for row in each]) for name in each[0][0].data_vars
+    }
+    labels: dict[str, Any] = {"subset": ["all", "β and C1"], "source": ["measured", "model"], **columns}
+    return dataset(lead=("subset", "source"), term=each[0][0].term.values, **labels)
+
+
+def _examples(sweeps: xr.Dataset, usable: NDArray[np.bool_], series: Series) -> xr.Dataset:
+    """Mode 1 and its envelope of up to three sweeps of one whisker over one texture, by distance."""
+    group = alike(sweeps, usable)
+    group = group[np.lexsort((sweeps.scan_speed.values[group], sweeps.contact.values[group]))]
+    chosen = group[np.unique(np.linspace(0, len(group) - 1, EXAMPLES).round().astype(int))]
+    each = [series(int(sweeps.sweep[i])) for i in chosen]
+    speed = sweeps.scan_speed.values[chosen]
+    start = max(v * float(one.time[0]) for v, one in zip(speed, each, strict=True))
+    x = start + np.arange(0, SHOWN, STEP)
+
+    def lines(name: str) -> Array:
+        pairs = zip(speed, each, strict=True)
+        return np.array([by_distance(one[name].values[0], one.time.values, v, x) for v, one in pairs])
+
+    return dataset(
+        example=sweeps.sweep.values[chosen],
+        distance_scanned=x,
+        example_speed=speed,
+        example_contact=sweeps.contact.values[chosen],
+        example_angle=sweeps.base_angle.values[chosen],
+        example_frequency=sweeps.resonant_frequency.values[chosen, 0],
+        example_mode=lines("mode_displacement"),
+        example_envelope=lines("envelope"),
+    )
+
+
+def _pairs(sweeps: xr.Dataset, usable: NDArray[np.bool_], series: Series) -> xr.Dataset:
+    """Correlograms of sweeps of one whisker at two speeds: over the same texture, and over two."""
+    owner, texture, speed = whisker_of_animal(sweeps), sweeps.texture.values, sweeps.scan_speed.values
+    every = [
+        (i, j)
+        for i, j in combinations(np.flatnonzero(usable & (texture >= 0)).tolist(), 2)
+        if owner[i] == owner[j] and speed[i] != speed[j]
+    ]
+    kinds = [[(i, j) for i, j in every if bool(texture[i] == texture[j]) is same] for same in (True, False)]
+    chosen = [pair for kind in kinds for pair in kind[:: max(1, -(-len(kind) // MOST_PAIRS))]]
+    curves = [_correlogram(series, sweeps, i, j) for i, j in chosen]
+    return dataset(
+        pair=np.arange(len(chosen)),
+        offset=OFFSETS,
+        pair_same_texture=np.array([texture[i] == texture[j] for i, j in chosen], bool),
+        pair_correlogram=np.array(curves).reshape(len(chosen), len(OFFSETS)),
+    )
+
+
+def _correlogram(series: Series, sweeps: xr.Dataset, i: int, j: int) -> Array:
+    first, second = (
+        (one.envelope.values[0], one.time.values, float(sweeps.scan_speed[k]))
+        for k, one in ((k, series(int(sweeps.sweep[k]))) for k in (i, j))
+    )
+    offset, rho = distance_correlogram(first, second, float(OFFSETS[-1]) + STEP)
+    return np.interp(OFFSETS, offset, rho)
+
+
+def _caption(data: xr.Dataset) -> str:
+    """The paper's tests, here and there."""
+    gain = data.sweep_gain.values[0]
+    text = (
+        f"A: mode 1 and envelope. B: correlograms of envelopes by distance, two speeds. C, D: rms of mode 1, mean "
+        f"{1e3 * np.nanmean(gain):.2f} × 10⁻³ (paper 2.64 × 10⁻³). "
+    )
+    if data.sizes["pair"]:
+        middle = data.pair_correlogram.sel(offset=0, method="nearest").values
+        same = data.pair_same_texture.values
+        means = (
+            f"{np.mean(middle[kind]):.2f} ({kind.sum()} pairs)" if kind.any() else "none" for kind in (same, ~same)
+        )
+        text += "Correlation without offset, same texture {}, two textures {}. ".format(*means)
+    return text + " ".join(_effect_words(data.sel(source=source)) for source in data.source.values)
+
+
+def _effect_words(data: xr.Dataset) -> str:
+    """Slope and p-values of every term, all whiskers and the two."""
+    parts = []
+    for term in data.term.values:
+        one = data.sel(term=term)
+        slope = "{:+.2f} [{:+.2f}, {:+.2f}]".format(
+            *(float(one[name][0]) for name in ("effect_slope", "effect_low", "effect_high"))
+        )
+        p = " | ".join(f"{float(one[name][k]):.2g}" for k in range(2) for name in ("effect_p", "effect_p_clustered"))
+        parts.append(f"{SYMBOLS[term]} {slope}, p = {p} (paper {PAPER[term]})")
+    head = (
+        "slope per SD over the mean [95 %, by whisker]; p of all whiskers, by sweep | by whisker, then the same of β "
+        "and C1"
+    )
+    source = str(data.source.values)
+    return f"{source.capitalize()}: {'; '.join(parts)}." + (f" ({head}.)" if source == "measured" else "")
+
+
+@house_style
+def draw(data: xr.Dataset) -> Figure:
+    """A across the left; B and C; D measured and model on one scale."""
+    figure, axes = new_figure(11.5, 8.2, 3, 3, width_ratios=(1.5, 1, 1))
+    for k in range(EXAMPLES):
+        _draw_example(axes[k, 0], data, k)
+    axes[min(EXAMPLES, data.sizes["example"]) - 1, 0].set_xlabel("distance scanned [mm]")
+    _draw_pairs(axes[0, 1], data)
+    _draw_relation(axes[0, 2], data, "scan_speed", "scanning speed [m/s]")
+    _draw_relation(axes[1, 1], data, "base_angle", "base angle θ_b [rad]")
+    _draw_relation(axes[1, 2], data, "contact", "contact ε")
+    for axis, source in zip(axes[2, 1:], data.source.values, strict=True):
+        _draw_plane(axis, data.sel(source=source))
+    axes[0, 2].legend(fontsize=7, ncols=2)
+    figure.supxlabel(fill(data.attrs["caption"], 190), x=0.01, ha="left", fontsize=8)
+    return figure
+
+
+def _draw_example(axis: Axes, data: xr.Dataset, k: int) -> None:
+    if k >= data.sizes["example"]:
+        axis.set_axis_off()
+        return
+    one, x = data.isel(example=k), 1e3 * data.distance_scanned
+    axis.plot(x, 1e3 * one.example_mode, color="0.2", lw=0.6)
+    axis.plot(x, 1e3 * one.example_envelope, color=OTHER, lw=1.2)
+    title = f"A  ε = {float(one.example_contact):.2f}, {float(one.example_speed):.2g} m/s"
+    axis.set(title=f"{title}, {float(one.example_frequency):.0f} Hz", ylabel="mode 1 [10⁻³ L]")
+    top = 1.1e3 * float(data.example_envelope.max())
+    axis.set(xlim=(float(x[0]), float(x[-1])), ylim=(-top, top))
+
+
+def _draw_pairs(axis: Axes, data: xr.Dataset) -> None:
+    """Each pair thin, their mean thick."""
+    if not data.sizes["pair"]:
+        axis.set_axis_off()
+        return
+    for same, colour, label in ((False, TRUTH, "two textures"), (True, FOUND, "same texture")):
+        curves = data.pair_correlogram.values[data.pair_same_texture.values == same]
+        if not len(curves):
+            continue
+        axis.plot(1e3 * data.offset, curves.T, color=colour, lw=0.4, alpha=0.5)
+        axis.plot(1e3 * data.offset, curves.mean(axis=0), color="0.35" if not same else colour, lw=2, label=label)
+    axis.set(xlabel="offset [mm]", ylabel="correlation", title="B  envelopes at two speeds")
+    axis.legend(fontsize=7)
+
+
+def _draw_relation(axis: Axes, data: xr.Dataset, name: str, label: str) -> None:
+    """Measured full, model hollow, by whisker."""
+    for colour, whisker in zip(COLOURS, np.unique(data.whisker_name), strict=False):
+        some = data.sel(sweep=data.whisker_name == whisker)
+        looks: tuple[dict[str, Any], ...] = ({"color": colour}, {"facecolors": "none", "edgecolors": colour})
+        for source, look, word in zip(data.source.values, looks, ("", " (model)"), strict=True):
+            axis.scatter(
+                some[name], 1e3 * some.sweep_gain.sel(source=source), s=14, lw=0.8, label=f"{whisker}{word}", **look
+            )
+    axis.set(xlabel=label, ylabel="rms of mode 1 [10⁻³ L]", title="C" if name == "scan_speed" else "D")
+    axis.set_ylim(0, None)
+
+
+def _draw_plane(axis: Axes, data: xr.Dataset) -> None:
+    """Radius of each circle in proportion to the rms."""
+    radius = data.sweep_gain.values / 2.64e-3  # of the paper's mean
+    axis.scatter(data.base_angle, data.contact, s=40 * radius**2, facecolors="none", edgecolors=FOUND, lw=0.9)
+    axis.set(xlabel="base angle θ_b [rad]", ylabel="contact ε", title=f"D  {data.source.values}")
