@@ -375,6 +375,7 @@ QUANTITIES: dict[str, Quantity] = {
     "unlagged_correlation": Quantity(("mode",), "1", "correlation of the two envelopes without lag"),
     "pearson_p": Quantity(("mode",), "1", "p-value of the correlation, every sample taken for an independent draw"),
     "pseudo_p": Quantity(("mode",), "1", "share of correlations with other textures' predictions at least as large"),
+    "pseudo_count": Quantity((), "1", "other textures whose predictions were held against the measurement"),
     "chance_mean": Quantity(("mode",), "1", "mean correlation with other textures' predictions, each at its best lag"),
     "chance_sd": Quantity(("mode",), "1", "standard deviation of the same"),
     "jitter": Quantity(("jitter",), "m", "standard deviation of the tip's motion along the texture"),

@@ -159,7 +159,7 @@ def draw(data: xr.Dataset) -> Figure:
         _draw_distribution(axis, data.sel(mode=mode))
     axes[1, 1].set_xlabel("correlation of the envelopes")
     _draw_jitter(axes[2, 1], data)
-    figure.supxlabel(fill(data.attrs["caption"], 190), x=0.01, ha="left", fontsize=8)
+    figure.supxlabel(fill(data.attrs["caption"], 165), x=0.01, ha="left", fontsize=8)
     return figure
 
 
@@ -179,7 +179,7 @@ def _draw_distribution(axis: Axes, one: xr.Dataset) -> None:
     name = "new gratings"
     if not np.isfinite(p).any():
         p, name = one.pearson_p.values[made], "Pearson"
-    edges = np.arange(-0.1, 1.0001, 0.05)
+    edges = np.arange(-0.1, 1.0001, 0.05).tolist()
     groups = [rho[p <= LEVEL], rho[~(p <= LEVEL)]]
     labels = [f"p ≤ {LEVEL} by {name}", "not"]
     axis.hist(groups, edges, stacked=True, color=[FOUND, "white"], edgecolor="0.2", lw=0.6, label=labels)

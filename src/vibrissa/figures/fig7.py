@@ -182,10 +182,11 @@ def draw(data: xr.Dataset) -> Figure:
     _draw_relation(axes[0, 2], data, "scan_speed", "scanning speed [m/s]")
     _draw_relation(axes[1, 1], data, "base_angle", "base angle θ_b [rad]")
     _draw_relation(axes[1, 2], data, "contact", "contact ε")
+    mean = float(data.sweep_gain.sel(source="measured").mean())
     for axis, source in zip(axes[2, 1:], data.source.values, strict=True):
-        _draw_plane(axis, data.sel(source=source))
+        _draw_plane(axis, data.sel(source=source), mean)
     axes[0, 2].legend(fontsize=7, ncols=2)
-    figure.supxlabel(fill(data.attrs["caption"], 190), x=0.01, ha="left", fontsize=8)
+    figure.supxlabel(fill(data.attrs["caption"], 165), x=0.01, ha="left", fontsize=8)
     return figure
 
 
@@ -230,8 +231,8 @@ def _draw_relation(axis: Axes, data: xr.Dataset, name: str, label: str) -> None:
     axis.set_ylim(0, None)
 
 
-def _draw_plane(axis: Axes, data: xr.Dataset) -> None:
-    """Radius of each circle in proportion to the rms."""
-    radius = data.sweep_gain.values / 2.64e-3  # of the paper's mean
-    axis.scatter(data.base_angle, data.contact, s=40 * radius**2, facecolors="none", edgecolors=FOUND, lw=0.9)
+def _draw_plane(axis: Axes, data: xr.Dataset, mean: float) -> None:
+    """Radius of each circle in proportion to the rms, on one scale for both."""
+    radius = data.sweep_gain.values / mean
+    axis.scatter(data.base_angle, data.contact, s=60 * radius**2, facecolors="none", edgecolors=FOUND, lw=0.9)
     axis.set(xlabel="base angle θ_b [rad]", ylabel="contact ε", title=f"D  {data.source.values}")

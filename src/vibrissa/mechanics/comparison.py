@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtr
 
-from vibrissa.errors import InputError
+from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.exact import cone_kappa
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.superposition import Scan, predict_all
@@ -106,8 +106,8 @@ def compare_envelopes(
     -------
     Dataset
         By ``mode``: ``unlagged_correlation``; ``correlation`` at ``best_lag`` [s] (positive where the measurement
-        comes after); ``pearson_p``; ``pseudo_p``, (1 + chance as large)/(1 + P), ``chance_mean`` and ``chance_sd``:
-        NaN without ``chance``.
+        comes after); ``pearson_p``; ``pseudo_p``, (1 + chance as large)/(1 + P), ``chance_mean`` and ``chance_sd``,
+        NaN without ``chance``. ``pseudo_count``: P.
 
     Raises
     ------
@@ -120,16 +120,17 @@ def compare_envelopes(
     lag, rho = (np.array([one[i][0] for one in best]) for i in (0, 1))
     none = np.full(len(found), np.nan)
     columns: dict[str, Any] = {"pseudo_p": none, "chance_mean": none, "chance_sd": none}
-    if chance is not None:
+    if chance is not None and len(chance):
         null = np.array([best_correlation(a, chance[:, m], max_lag)[1] for m, a in enumerate(found)])
         p = (1 + (null >= rho[:, None]).sum(axis=1)) / (1 + null.shape[1])
         columns = {"pseudo_p": p, "chance_mean": null.mean(axis=1), "chance_sd": null.std(axis=1)}
     return dataset(
-        {"largest_lag": largest_lag, "pseudo_textures": 0 if chance is None else len(chance)},
+        {"largest_lag": largest_lag},
         mode=np.arange(1, len(found) + 1),
         unlagged_correlation=np.array([best_correlation(a, b[None], 0)[1][0] for a, b in pairs]),
         correlation=rho,
         best_lag=lag / rate,
+        pseudo_count=0 if chance is None else len(chance),
         pearson_p=pearson_p(rho, found.shape[1] - np.abs(lag)),
         **columns,
     )
@@ -141,6 +142,20 @@ def predicted_envelopes(
     """Envelopes of ``mode_displacement`` that the model predicts for textures under one posture, (P, M, T), over L."""
     many = predict_all(whisker, posture, textures, scan, n_modes=n_modes)
     return analytic_envelope(np.array([one.mode_displacement(time) for one in many]))[0]
+
+
+def pseudo_envelopes(whisker: Whisker, posture: Posture, scan: Scan, textures: Sequence[Troughs], time: Array) -> Array:
+    """As :func:`predicted_envelopes`, of the textures that the posture can cross; the others are left out.
+
+    The texture that was scanned could be crossed, so those it is held against must be of that kind.
+    """
+    left = sorted(textures, key=lambda texture: float(texture.width.max()))
+    while left:
+        try:
+            return predicted_envelopes(whisker, posture, scan, left, time)
+        except (InputError, ConvergenceError):
+            left.pop()
+    return np.empty((0, MODES, len(time)))
 
 
 def found_scan(row: xr.Dataset) -> tuple[Whisker, Posture, Scan]:
@@ -170,7 +185,8 @@ def compare_sweeps(sweeps: xr.Dataset, series: Series, pseudo: Sequence[Troughs]
     series : callable
         Number of a sweep → its ``envelope`` and, where the texture is known, ``envelope_model`` (mode, time).
     pseudo : sequence of Troughs
-        New gratings of the same statistics, for ``pseudo_p``.
+        New gratings of the same statistics, for ``pseudo_p``; ``pseudo_count`` says how many a sweep's posture can
+        cross. The least p is 1/(1 + that number).
 
     Returns
     -------
@@ -184,6 +200,7 @@ def compare_sweeps(sweeps: xr.Dataset, series: Series, pseudo: Sequence[Troughs]
     columns: dict[str, Any] = {
         name: np.array([lost if one is None else one[name].values for one in rows]) for name in names
     }
+    columns["pseudo_count"] = np.array([0 if one is None else int(one.pseudo_count) for one in rows])
     attrs = {"largest_lag": LARGEST_LAG, "pseudo_textures": len(pseudo)}
     columns["sweep"], columns["mode"] = sweeps.sweep.values, np.arange(1, MODES + 1)
     return dataset(attrs, lead=("sweep",), **columns)
@@ -196,5 +213,5 @@ def _compared(row: xr.Dataset, series: Series, pseudo: Sequence[Troughs]) -> xr.
     if "envelope_model" not in one:
         return None
     found, predicted, time = one.envelope.values[:MODES], one.envelope_model.values[:MODES], one.time.values
-    chance = predicted_envelopes(*found_scan(row), pseudo, time) if pseudo else None
+    chance = pseudo_envelopes(*found_scan(row), pseudo, time)
     return compare_envelopes(found, predicted, (len(time) - 1) / float(time[-1] - time[0]), chance)
