@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -147,12 +147,12 @@ def with_line(known: Known, given: Given) -> Known:
     return Known(state, known.covariance - gain @ slope @ known.covariance, known.friction_angle, surprise)
 
 
-def scale(course: Course, laid: Laid, unit: float) -> float:
-    """What turns the sum of squares into a deviance whose curvature at the best μ is 1/variance."""
+def scale(course: Course, laid: Laid, unit: float, free: Literal["friction_angle", "length"]) -> float:
+    """What turns the sum of squares into a deviance of one more parameter, whose curvature there is 1/variance."""
 
     def at(theta: Array) -> Array:
-        return residuals(course, replace(laid, theta=theta[:5], friction_angle=float(theta[5])), unit)
+        return residuals(course, replace(laid, theta=theta[:5], **{free: float(theta[5])}), unit)
 
-    jacobian = derivative(at, np.append(laid.theta, laid.friction_angle))
+    jacobian = derivative(at, np.append(laid.theta, getattr(laid, free)))
     variance = np.sum(noise_and_model(course, laid, unit, jacobian), axis=0)[5, 5]
     return float(np.linalg.pinv(jacobian.T @ jacobian)[5, 5] / variance)

@@ -80,7 +80,8 @@ def fit_profile(
         (95 %); ``friction_identified``; ``profile_r2`` (of the angle, as the paper has it) and ``bend_r2`` (of the
         distance from the best straight line); ``fitted_x``, ``fitted_y`` (s) [m] from the contact to the base, in the
         profile's frame. Standard error and interval of a friction that was given are NaN. Attributes ``friction_told``,
-        and ``degrees_of_freedom`` of Student's t.
+        ``degrees_of_freedom`` of Student's t, and ``line_surprise``, χ² (2 degrees of freedom) of the line against
+        what the profile alone told: above some 10, one of them is wrong and the intervals do not hold.
 
     Raises
     ------
@@ -132,7 +133,7 @@ def _friction(given: Given, laid: Laid, wide: float) -> tuple[Known, Array]:
         fits.append(lay(course, replace(fits[-1], friction_angle=float(np.arctan(mu))), unit))
     fits = fits[1:]
     misfit = np.array([np.sum(residuals(course, one, unit) ** 2) for one in fits])
-    deviance = misfit * scale(course, fits[int(misfit.argmin())], unit)
+    deviance = misfit * scale(course, fits[int(misfit.argmin())], unit, "friction_angle")
     deviance += [with_errors(given, one).surprise for one in fits]
     fine = np.linspace(FRICTIONS[0], FRICTIONS[-1], 2001)
     between = CubicSpline(FRICTIONS, deviance)(fine)
@@ -169,7 +170,7 @@ def _labelled(given: Given, known: Known, interval: Array, wide: float, freedom:
     unknown = bool(low <= FRICTIONS[0] and high >= FRICTIONS[-1])
     text = "given" if np.isnan(se) else "not identified" if unknown else f"{low:.2f} to {high:.2f}"
     return dataset(
-        {"whisker_length": unit, "degrees_of_freedom": freedom, "friction_told": text},
+        {"whisker_length": unit, "degrees_of_freedom": freedom, "friction_told": text, "line_surprise": known.surprise},
         **found,
         friction_found=np.tan(known.friction_angle),
         friction_se=np.nan if unknown else se,
