@@ -69,7 +69,9 @@ def compute(
     place = course.place.conj() if course.mirrored else course.place
     curve = found.fitted_x.values + 1j * found.fitted_y.values
     frame = _Frame(curve)
-    still_part = {} if still is None else {name: still[name].values for name in ("row", "column", "image")}
+    still_part: dict[str, Any] = (
+        {} if still is None else {name: still[name].values for name in ("row", "column", "image")}
+    )
     extrapolated = _extrapolated(frame, place, course.arc, whisker.length)
     middle, angle = _angles(frame.from_image(place), course.arc)
     s = found.s.values
@@ -146,7 +148,7 @@ def _across(place: Complex, curve: Complex, s: Array, at: Array) -> Array:
     return np.asarray((np.exp(-1j * way) * (place - np.interp(at, s, curve))).imag)
 
 
-def _extrapolated(frame: _Frame, place: Complex, arc: Array, length: float) -> dict[str, Array]:
+def _extrapolated(frame: _Frame, place: Complex, arc: Array, length: float) -> dict[str, Any]:
     """The paper's polynomial from the visible end to where it runs along the substrate."""
     use = arc >= arc[-1] - WINDOW
     z = frame.from_image(place[use])
@@ -167,7 +169,7 @@ def _extrapolated(frame: _Frame, place: Complex, arc: Array, length: float) -> d
 
 
 def _facts(
-    profile: xr.Dataset, found: xr.Dataset, whisker: Whisker, line: dict[str, Array], true: float, of_atlas: bool
+    profile: xr.Dataset, found: xr.Dataset, whisker: Whisker, line: Mapping[str, Any], true: float, of_atlas: bool
 ) -> dict[str, Any]:
     names = ("contact", "contact_se", "base_angle", "base_angle_se", "base_height", "profile_r2")
     return {
