@@ -10,9 +10,11 @@ import xarray as xr
 
 from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.files import load, save
+from vibrissa.mechanics.stationary import fit_profile
 from vibrissa.study.laboratory import Laboratory, plan
+from vibrissa.study.nuisance import Nuisance
 from vibrissa.study.recorded_sweeps import read_sweeps
-from vibrissa.study.sweep_analysis import analyse_sweep, filmed_sweep
+from vibrissa.study.sweep_analysis import analyse_sweep, filmed_sweep, virtual_sweep
 from vibrissa.study.sweep_table import COORDINATES, N_MODES, sweep_table
 from vibrissa.study.sweeps import Job, read_series, run_jobs, run_laboratory, run_recorded, series_path
 from vibrissa.texture.io import write_troughs
@@ -66,6 +68,24 @@ def test_what_is_found_is_near_the_truth(table):
     assert float(first.damping) == pytest.approx(float(first.damping_true), rel=0.1)
     assert float(first.mode_rms) == pytest.approx(float(first.mode_rms_true), rel=0.02)
     assert float(first.fit_r2) > 0.99 > float(first.fit_r2_white)
+
+
+def test_taking_the_textures_mean_off_brings_the_posture_nearer(table, filmed):
+    raw = fit_profile(filmed.profile, filmed.known.whisker, substrate=filmed.known.substrate)
+    for name in ("contact", "base_angle"):
+        truth = float(table[f"{name}_true"].item())
+        assert abs(table[name].item() - truth) < abs(float(raw[name]) - truth) / 3
+
+
+def test_a_tip_that_wanders_spoils_the_prediction_and_the_forcing_that_is_known():
+    wandering = dataclasses.replace(LABORATORY, nuisance=Nuisance(wander=3e-4, wander_time=0.1))
+    row, series = virtual_sweep(wandering, plan(wandering)[0][0])
+    found, model, true = (series[f"mode_displacement{end}"].values[0] for end in ("", "_model", "_true"))
+    assert 1e-4 < row["phase_jitter"] < 9e-4
+    assert np.corrcoef(found, true)[0, 1] > 0.999  # the tracker is not to blame
+    assert np.corrcoef(found, model)[0, 1] < 0.9
+    assert row["fit_r2"][0] < row["fit_r2_white"][0]
+    assert model.std() == pytest.approx(true.std(), rel=0.5)  # made with what the white forcing tells
 
 
 def test_series_hold_what_was_found_predicted_and_true(table, folder):
