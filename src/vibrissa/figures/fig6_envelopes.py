@@ -24,6 +24,7 @@ Series = Callable[[int], "xr.Dataset"]
 
 EXAMPLES = 3
 LEVEL = 0.05
+FEWEST = 19  # new gratings with which p can be as low
 SHOWN = 60e-3  # [m] of the distance scanned
 PAPER = {1: "0.25 ± 0.15, 161/165", 2: "0.24 ± 0.14, 186/192"}
 
@@ -119,18 +120,23 @@ def _p(value: float) -> str:
 
 
 def _mode_words(one: xr.Dataset) -> str:
-    made = np.isfinite(one.correlation.values)
-    rho = one.correlation.values[made]
-    pearson, n = int((one.pearson_p.values[made] < LEVEL).sum()), len(rho)
-    pseudo = one.pseudo_p.values[made]
+    """Mean, and how many are significant by either test."""
+    made, able = np.isfinite(one.correlation.values), _able(one)
+    rho, n = one.correlation.values[made], int(made.sum())
+    pearson, pseudo = (int((one[name].values <= LEVEL).sum()) for name in ("pearson_p", "pseudo_p"))
     chance = (
-        f", {int((pseudo <= LEVEL).sum())}/{n} by {one.attrs['pseudo_textures']} new gratings, with which it is "
-        f"{np.nanmean(one.chance_mean.values):.2f} on average"
-        if np.isfinite(pseudo).any()
+        f", {pseudo}/{int(able.sum())} by {one.attrs['pseudo_textures']} new gratings ({FEWEST} at least that the "
+        f"posture can cross), with which it is {np.nanmean(one.chance_mean.values):.2f} on average"
+        if able.any()
         else ""
     )
     mode, mean = int(one.mode), f"{rho.mean():.2f} ± {rho.std():.2f}"
-    return f"Mode {mode}: {mean} (paper {PAPER[mode]}); p < {LEVEL} {pearson}/{n} by Pearson{chance}."
+    return f"Mode {mode}: {mean} (paper {PAPER[mode]}); p ≤ {LEVEL} {pearson}/{n} by Pearson{chance}."
+
+
+def _able(one: xr.Dataset) -> NDArray[np.bool_]:
+    """Sweeps held against gratings enough to reach the level."""
+    return np.isfinite(one.correlation.values) & (one.pseudo_count.values >= FEWEST)
 
 
 def _jitter_words(data: xr.Dataset) -> str:
@@ -173,20 +179,21 @@ def _draw_example(axis: Axes, one: xr.Dataset) -> None:
 
 
 def _draw_distribution(axis: Axes, one: xr.Dataset) -> None:
-    """Histogram; white where not significant by the new gratings, or by Pearson without them."""
-    made = np.isfinite(one.correlation.values)
-    rho, p = one.correlation.values[made], one.pseudo_p.values[made]
-    name = "new gratings"
-    if not np.isfinite(p).any():
-        p, name = one.pearson_p.values[made], "Pearson"
-    edges = np.arange(-0.1, 1.0001, 0.05).tolist()
-    groups = [rho[p <= LEVEL], rho[~(p <= LEVEL)]]
-    labels = [f"p ≤ {LEVEL} by {name}", "not"]
-    axis.hist(groups, edges, stacked=True, color=[FOUND, "white"], edgecolor="0.2", lw=0.6, label=labels)
+    """Histogram; white where not significant by the new gratings, grey where these are too few; or by Pearson."""
+    made, able, name = np.isfinite(one.correlation.values), _able(one), "new gratings"
+    p = one.pseudo_p.values
+    if not able.any():
+        able, p, name = made, one.pearson_p.values, "Pearson"
+    rho, told = one.correlation.values, able & (p <= LEVEL)
+    parts = ((told, FOUND, f"p ≤ {LEVEL} by {name}"), (able & ~told, "white", "not"), (made & ~able, "0.8", "not told"))
+    some = [(rho[group], colour, label) for group, colour, label in parts if group.any()]
+    values, colours, labels = ([entry[k] for entry in some] for k in range(3))
+    edges = np.arange(-0.1, 1.0501, 0.05).tolist()
+    axis.hist(values, edges, stacked=True, color=colours, edgecolor="0.2", lw=0.6, label=labels)
     if np.isfinite(one.chance_mean.values).any():
         axis.axvline(np.nanmean(one.chance_mean), color=OTHER, ls=":", label="chance, mean")
-    axis.set(title=f"D  mode {int(one.mode)}, {len(rho)} sweeps", ylabel="sweeps", xlim=(-0.1, 1))
-    axis.legend(loc="upper left")
+    axis.set(title=f"D  mode {int(one.mode)}, {int(made.sum())} sweeps", ylabel="sweeps", xlim=(-0.1, 1.05))
+    axis.legend(loc="upper left", fontsize=7)
 
 
 def _draw_jitter(axis: Axes, data: xr.Dataset) -> None:
@@ -201,4 +208,4 @@ def _draw_jitter(axis: Axes, data: xr.Dataset) -> None:
         axis.plot(1e6 * line.jitter, line.jittered_repeat, "s:", ms=2.5, color=colour)
     axis.axhline(0.25, color="0.3", ls="--", lw=0.8)
     axis.set(xlabel="jitter of the tip, SD [µm]", ylabel="correlation", ylim=(0, 1.02), title="E  jitter")
-    axis.legend(title="envelope — , motion of repeats ···", loc="lower left")
+    axis.legend(title="envelope — , motion of repeats ···", loc="upper right", fontsize=7)
