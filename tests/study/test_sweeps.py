@@ -14,9 +14,10 @@ from vibrissa.mechanics.stationary import fit_profile
 from vibrissa.study.laboratory import Laboratory, plan
 from vibrissa.study.nuisance import Nuisance
 from vibrissa.study.recorded_sweeps import read_sweeps
-from vibrissa.study.sweep_analysis import analyse_sweep, filmed_sweep, virtual_sweep
+from vibrissa.study.sweep_analysis import analyse_sweep
 from vibrissa.study.sweep_table import COORDINATES, N_MODES, sweep_table
 from vibrissa.study.sweeps import Job, read_series, run_jobs, run_laboratory, run_recorded, series_path
+from vibrissa.study.virtual_sweep import filmed_sweep, virtual_sweep
 from vibrissa.texture.io import write_troughs
 
 LABORATORY = Laboratory(animals=1, whiskers=("C1",), conditions=1, textures=1, n_frames=500, speeds=(0.15,), seed=3)

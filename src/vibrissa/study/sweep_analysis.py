@@ -1,10 +1,9 @@
-"""One sweep, from its profile to its row of the table and its time series; a virtual one from its plan."""
+"""One sweep, from its profile to its row of the table and its time series."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,17 +17,8 @@ from vibrissa.mechanics.superposition import Prediction, Scan, predict
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.study.backward import analyse
-from vibrissa.study.laboratory import SWEEP, Laboratory, VirtualSweep
-from vibrissa.study.nuisance import Disturbed, Nuisance, disturbed, slow_motion, travel, wandered
-from vibrissa.study.repeats import Jitter, run_again
-from vibrissa.study.settings import Film
 from vibrissa.study.sweep_table import N_MODES
-from vibrissa.study.virtual import Scene, lay_out, stage
 from vibrissa.texture.surface import Troughs
-from vibrissa.video.camera import exposure_times
-from vibrissa.video.rendering import render
-from vibrissa.video.scenery import Light
-from vibrissa.video.tracking import Calibration, track
 from vibrissa.whisker import Whisker
 
 if TYPE_CHECKING:
@@ -38,10 +28,7 @@ Array = NDArray[np.float64]
 Row = dict[str, Any]
 Line = tuple[tuple[float, float], tuple[float, float]]
 
-NODE_SPACING = 116e-6  # [m] the paper's median
 DAMPING = 0.11  # of a prediction where no fit tells it: the paper's mean
-_MARGIN = 24  # pixels about a whisker whose film is cropped
-_CHUNK = 250  # frames rendered at a time
 _LEAST_SEEN = 0.9  # share of the frames in which a whisker must be followed
 
 
@@ -208,11 +195,11 @@ def _predicted(modal: xr.Dataset, known: Known, texture: Troughs, row: Row) -> A
         stiffness = known.whisker.youngs_modulus * (frequency / guess[0]) ** 2
         whisker = replace(known.whisker, youngs_modulus=stiffness)
         tuned = replace(nominal, whisker=whisker, scan=replace(scan, damping=damping))
-    return _exposed(tuned, modal.time.values, known.exposure, known.instants)
+    return exposed_displacement(tuned, modal.time.values, known.exposure, known.instants)
 
 
-def _exposed(prediction: Prediction, time: Array, exposure: float, instants: int) -> Array:
-    """Displacements of the first modes, averaged over each exposure, (M, T)."""
+def exposed_displacement(prediction: Prediction, time: Array, exposure: float, instants: int) -> Array:
+    """Displacements of the first modes, averaged over each exposure about these times [s], (M, T)."""
     count = instants if exposure else 1
     t = (time[:, None] + exposure * ((np.arange(count) + 0.5) / count - 0.5)).ravel()
     return np.asarray(prediction.mode_displacement(t)[:N_MODES].reshape(N_MODES, -1, count).mean(axis=2))
@@ -223,163 +210,3 @@ def followed_throughout(profile: xr.Dataset) -> None:
     seen = float(np.isfinite(profile.x.values).any(axis=1).mean())
     if seen < _LEAST_SEEN:
         raise InputError("the whisker", f"must be followed in {_LEAST_SEEN:.0%} of the frames", f"{seen:.0%}")
-
-
-class Filmed(NamedTuple):
-    """A virtual sweep as filmed and tracked.
-
-    Attributes
-    ----------
-    profile : Dataset
-        Of the whisker.
-    known : Known
-        What the experimenter knows.
-    motion : Prediction
-        The motion over the surface that was filmed, with what stage and tip did.
-    """
-
-    profile: xr.Dataset
-    known: Known
-    motion: Prediction
-
-
-def filmed_sweep(laboratory: Laboratory, sweep: VirtualSweep) -> Filmed:
-    """Predict, disturb, film and track one planned sweep, in memory.
-
-    Raises
-    ------
-    InputError
-        If the motion cannot be predicted, or the whisker is lost.
-    """
-    texture = laboratory.grating(sweep.key[3])
-    rng = laboratory.rng(SWEEP, *sweep.key)
-    real = _run(predict(sweep.whisker, sweep.posture, texture, sweep.scan), laboratory, rng)
-    film = _film(real, laboratory, rng)
-    scene = lay_out(real, film)
-    span = film.n_frames / film.camera.frame_rate
-    known = Known(
-        whisker=replace(sweep.whisker, youngs_modulus=laboratory.youngs_modulus, density=laboratory.density),
-        scan_speed=sweep.scan.speed,
-        base_height=sweep.base_height,
-        texture=texture,
-        substrate=_substrate(real, scene),
-        friction=laboratory.friction,
-        exposure=film.camera.exposure,
-        instants=film.subframes,
-    )
-    return Filmed(_tracked(disturbed(real, laboratory.nuisance, span, rng), film, scene), known, real)
-
-
-def virtual_sweep(laboratory: Laboratory, sweep: VirtualSweep) -> tuple[Row, xr.Dataset]:
-    """Film, track and analyse one planned sweep, and tell the truth beside what was found.
-
-    Returns
-    -------
-    row, series
-        As :func:`analyse_sweep`, with the truth: ``contact_true``, ``mode_rms_true`` … and ``mode_displacement_true``
-        (mode, time), of the motion over the surface, without hum, drift and friction noise.
-
-    Raises
-    ------
-    InputError
-        As :func:`filmed_sweep` and :func:`analyse_sweep`.
-    """
-    profile, known, motion = filmed_sweep(laboratory, sweep)
-    row, series = analyse_sweep(profile, known)
-    true = _exposed(motion, profile.time.values, known.exposure, known.instants)
-    labelled = dataset(mode=series.mode.values, time=series.time.values, mode_displacement_true=true)
-    truth = _truth(motion, laboratory.grating(sweep.key[3]), true)
-    return row | truth, series.merge(labelled, combine_attrs="override")
-
-
-def _run(prediction: Prediction, laboratory: Laboratory, rng: np.random.Generator) -> Prediction:
-    """Predict the motion of this run, with what stage and tip do that the plan does not know."""
-    nuisance = laboratory.nuisance
-    real = prediction
-    if nuisance.wander:
-        span = prediction.end + nuisance.wander_time
-        wander = slow_motion(nuisance.wander, nuisance.wander_time, 2 * span, rng)
-        met = wandered(prediction.texture, prediction.scan.speed, wander)
-        real = predict(prediction.whisker, prediction.posture, met, prediction.scan)
-    if nuisance.clock or nuisance.ripple or nuisance.contact:
-        real = run_again(real, _jitter(nuisance), laboratory.camera.frame_rate, rng)
-    return real
-
-
-def _jitter(nuisance: Nuisance) -> Jitter:
-    names = ("clock", "ripple", "ripple_frequency", "contact")
-    return Jitter(**{name: getattr(nuisance, name) for name in names})
-
-
-def _film(prediction: Prediction, laboratory: Laboratory, rng: np.random.Generator) -> Film:
-    """The movie of one run: its seeds, and its field if it is cropped to the whisker."""
-    nuisance, pixels, light = laboratory.nuisance, int(rng.integers(2**31)), int(rng.integers(2**31))
-    drift = Light(drift=nuisance.light_drift, drift_time=nuisance.drift_time, seed=light)
-    film = Film(
-        n_frames=laboratory.n_frames,
-        subframes=laboratory.subframes,
-        seed=pixels,
-        camera=laboratory.camera,
-        light=drift,
-        fur=laboratory.fur,
-        shadow=laboratory.shadow,
-    )
-    if not laboratory.crop:
-        return film
-    scene, pixel = lay_out(prediction, film), film.camera.pixel_size
-    width, height = (int(np.ceil(np.ptp(values) / pixel)) + 2 * _MARGIN for values in (scene.x, scene.y))
-    return replace(film, camera=replace(film.camera, width=width, height=height))
-
-
-def _frames(motion: Disturbed, film: Film, scene: Scene) -> Iterator[NDArray[np.uint8]]:
-    """Film a disturbed motion block by block."""
-    prediction = motion.prediction
-    times, scenery = exposure_times(film.camera, film.n_frames, film.subframes), stage(prediction, film, scene)
-    for first in range(0, film.n_frames, _CHUNK):
-        t = times[first * film.subframes : (first + _CHUNK) * film.subframes]
-        x, y = scene.place(*motion.position(t, scene.s))
-        yield from render(
-            x[None],
-            y[None],
-            film.camera,
-            seed=film.seed,
-            subframes=film.subframes,
-            diameter=2 * prediction.whisker.base_radius * scene.s,
-            scenery=scenery,
-            first_frame=first,
-        )
-
-
-def _tracked(motion: Disturbed, film: Film, scene: Scene) -> xr.Dataset:
-    """Profile of the filmed whisker, which must not be lost."""
-    pixel, middle = film.camera.pixel_size, len(scene.s) // 3
-    profile = track(
-        _frames(motion, film, scene),
-        seeds=[(scene.x[middle] / pixel, scene.y[middle] / pixel)],
-        skin=[(scene.skin[0] / pixel, scene.skin[1] / pixel)],
-        calibration=Calibration(frame_rate=film.camera.frame_rate, pixel_size=pixel),
-        node_spacing=NODE_SPACING,
-    ).isel(whisker=0)
-    followed_throughout(profile)
-    return profile
-
-
-def _substrate(prediction: Prediction, scene: Scene) -> Line:
-    """Two points of the substrate's line in the image, which the camera sees edge on [m]."""
-    distance, height = prediction.response.flat.base
-    x, y = scene.place(np.array([-1.0, 0.0]) * distance, np.full(2, -height))
-    return (float(x[0]), float(y[0])), (float(x[1]), float(y[1]))
-
-
-def _truth(real: Prediction, texture: Troughs, true: Array) -> Row:
-    whisker, posture = real.whisker, real.posture
-    return {
-        "contact_true": posture.contact,
-        "base_angle_true": posture.base_angle,
-        "friction_true": posture.friction,
-        "youngs_modulus_true": whisker.youngs_modulus,
-        "resonant_frequency_true": real.omega[:N_MODES] / (2 * np.pi),
-        "damping_true": np.full(N_MODES, real.scan.damping),
-        "mode_rms_true": true.std(axis=1),
-        "phase_jitter": travel(texture, real.texture),
-    }

@@ -20,8 +20,9 @@ from vibrissa.files import load, save
 from vibrissa.quantities import dataset
 from vibrissa.study.laboratory import Laboratory, VirtualSweep, plan
 from vibrissa.study.recorded_sweeps import RecordedSweep, read_sweeps, recorded_sweep
-from vibrissa.study.sweep_analysis import Row, virtual_sweep
+from vibrissa.study.sweep_analysis import Row
 from vibrissa.study.sweep_table import sweep_table
+from vibrissa.study.virtual_sweep import virtual_sweep
 
 if TYPE_CHECKING:
     import xarray as xr
