@@ -205,6 +205,6 @@ def _shown(here: Here, unit: str) -> str:
     if not np.isfinite(here.value):
         return ""
     factor, name = SCALED.get(unit, (1.0, "" if unit == "1" else unit))
-    ends = f" ({factor * here.low:.3g} to {factor * here.high:.3g})" if np.isfinite(here.low) else ""
+    ends = f" ({factor * here.low:.4g} to {factor * here.high:.4g})" if np.isfinite(here.low) else ""
     n = f", N = {here.n:.0f}" if np.isfinite(here.n) else ""
-    return f"{factor * here.value:.3g}{ends} {name}".strip() + n
+    return f"{factor * here.value:.4g}{ends} {name}".strip() + n
