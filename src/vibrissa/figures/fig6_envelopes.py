@@ -193,7 +193,7 @@ def _draw_distribution(axis: Axes, one: xr.Dataset) -> None:
     if np.isfinite(one.chance_mean.values).any():
         axis.axvline(np.nanmean(one.chance_mean), color=OTHER, ls=":", label="chance, mean")
     axis.set(title=f"D  mode {int(one.mode)}, {int(made.sum())} sweeps", ylabel="sweeps", xlim=(-0.1, 1.05))
-    axis.legend(loc="upper left", fontsize=7)
+    axis.legend(loc="best", fontsize=7)
 
 
 def _draw_jitter(axis: Axes, data: xr.Dataset) -> None:

@@ -157,7 +157,7 @@ def _caption(data: xr.Dataset) -> str:
 def _peak_words(data: xr.Dataset) -> str:
     """Where the mean correlogram of one texture peaks: the envelope lags the texture by a time, not by a distance."""
     mean = data.pair_correlogram.values[data.pair_same_texture.values].mean(axis=0)
-    return f" (largest, {mean.max():.2f}, at {1e3 * float(data.offset[mean.argmax()]):.2f} mm)"
+    return f"; of the same texture largest, {mean.max():.2f}, at {1e3 * float(data.offset[mean.argmax()]):.2f} mm"
 
 
 def _effect_words(data: xr.Dataset) -> str:
