@@ -24,13 +24,14 @@ TESTS = ("least squares", "ANOVA", "Kruskal–Wallis", "gated", "two-sample KS",
 
 
 def main(repeats: int) -> None:
-    print(f"the term | share between whiskers | {' | '.join(TESTS)}")
+    print(f"the term | share between whiskers | {' | '.join(TESTS)} | least squares below 1e-6 | below 1e-15")
     for term in TERMS:
         for share in SHARES:
             rng = np.random.default_rng(1)
             p = np.array([one(term, share, rng) for _ in range(repeats)])
             rates = " | ".join(f"{rate:.3f}" if np.isfinite(rate) else "–" for rate in rate_below(p))
-            print(f"{term} | {share:.1f} | {rates}", flush=True)
+            tiny = [np.mean(p[:, 0] < limit) for limit in (1e-6, 1e-15)]
+            print(f"{term} | {share:.1f} | {rates} | {tiny[0]:.4f} | {tiny[1]:.4f}", flush=True)
     rng = np.random.default_rng(2)
     for n in (25, 60, 600):
         p = np.array([normality(rng.normal(size=n))[1] for _ in range(repeats)])
