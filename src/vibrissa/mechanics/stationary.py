@@ -55,9 +55,9 @@ def fit_profile(
     With ``friction=None`` μ is told by the profile likelihood on [0, 2], scaled to the same covariance.
 
     The tracker's own errors next to fur are error of the model, and seen only as far as they leave residuals. On 20
-    virtual films with fur and 3 mm in shadow, ε erred by 0.01 (median) without the line, whose 95 % intervals held it in
-    13, and by 0.0006 with it: 19 of 20 held ε, 17 θ_b, but only 10 held μ. From films with fur do not believe μ, and give
-    the line.
+    virtual films with fur and 3 mm in shadow, ε erred by 0.01 (median) without the line, whose 95 % intervals held it
+    in 13, and by 0.0006 with it: 19 of 20 held ε, 17 θ_b, but only 10 held μ. From films with fur do not believe μ,
+    and give the line.
 
     Parameters
     ----------
