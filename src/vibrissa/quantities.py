@@ -136,6 +136,7 @@ QUANTITIES: dict[str, Quantity] = {
     "free_end_depth": Quantity(("time",), "m", "depth of the free end below the ground at worst; not resolved"),
     "mode_amplitude": Quantity(("mode", "time"), "1", "vibration amplitude q of a mode, over L"),
     "mode_displacement": Quantity(("mode", "time"), "1", "amplitude a movie shows, q + Q(d), over L"),
+    "mode_sd": Quantity(("mode",), "1", "standard deviation of the mode's displacement over the record, over L"),
     "mode_displacement_sd": Quantity(("mode", "time"), "1", "standard deviation of the mode displacement"),
     "variance_explained": Quantity(("mode",), "1", "share of the displacement's variance in this mode"),
     "envelope": Quantity(("mode", "time"), "1", "envelope A of the mode displacement, over L"),

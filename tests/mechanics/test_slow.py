@@ -284,7 +284,7 @@ def test_what_is_no_path_is_refused():
     with pytest.raises(InputError, match=r"posture at 0\.5 s .*base_distance"):
         PosturePath(time=t, base_angle=np.full(5, 1.0), base_distance=np.array([0.4, 0.5, 0.9, 0.4, 0.4]))
     late = PosturePath(time=t + 1, base_angle=np.full(5, 1.0), contact=np.full(5, 0.29))
-    with pytest.raises(InputError, match="begin after the path"):
+    with pytest.raises(InputError, match="where the path starts"):
         predict_slow(WHISKER, late, ONE, scan(), n_modes=1)
     with pytest.raises(InputError, match="times must lie on the path"):
         whisked().amplitudes(np.array([0.0, 0.3]))

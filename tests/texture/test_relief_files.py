@@ -222,9 +222,9 @@ def test_heights_that_do_not_follow_one_another_are_told(tmp_path):
     ("content", "message"),
     [
         ("position_mm,height_um\n", "must have points below its header"),
-        ("position_mm,heigth_um\n0,1\n1,2\n", "line 1 must have one column each, .*such as position_mm,height_um"),
-        ("position_mm,height_um,height_nm\n0,1,1\n", "line 1 must have one column each"),
-        ("position_mm,width_mm\n0,1\n", "line 1 must have one column each"),
+        ("position_mm,heigth_um\n0,1\n1,2\n", "line 1 must name two columns, .*such as position_mm,height_um"),
+        ("position_mm,height_um,height_nm\n0,1,1\n", "line 1 must name two columns"),
+        ("position_mm,width_mm\n0,1\n", "line 1 must name two columns"),
         ("position_mm,height_um\n0,1\n1\n", "line 3 must have two numbers, position and height, got 1 cells"),
         ("position_mm,height_um\n0,1\n1,2,3\n", "line 3 must have two numbers"),
         ("position_mm,height_um\n0,1\n,2\n", "line 3, position must be a finite number, got ''"),

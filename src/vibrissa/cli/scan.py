@@ -125,6 +125,7 @@ def scan(
     """
     from vibrissa.mechanics.diagnostics import relief_remarks, remarks
     from vibrissa.mechanics.sampled import scanned
+    from vibrissa.mechanics.shift import resonance_shift, shift_remark
     from vibrissa.mechanics.superposition import Scan, predict
     from vibrissa.mechanics.topography import predict_relief, scanned_relief
     from vibrissa.texture.surface import Troughs
@@ -138,6 +139,7 @@ def scan(
         relief = predict_relief(cone, at.posture(), surface, how, n_modes=count)
         data = scanned_relief(relief, sampling_rate, nodes=node)
         lines = relief_remarks(data)
+        lines += [shift_remark(resonance_shift(at.posture(), 1))] if modes == "straight" else []
     for line in lines:
         tell(line)
     show(data, [str(name) for name in data.data_vars if not {"time", "trough"} & set(data[name].dims)], json, out)

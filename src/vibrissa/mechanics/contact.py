@@ -117,7 +117,7 @@ def episodes(relief: Relief, whisker: Whisker, flat: Held, table: HeldTable | No
         try:
             table = _first_table(flat, heights)
         except InputError as error:
-            raise InputError("relief", str(error)) from None
+            raise _too_much("the relief", error) from None
     for _ in range(_TRIES):
         (travelled, place, height, slope), (kind, jumped), status, where = trace(tables(table), ground)
         if status == 0:
@@ -125,8 +125,15 @@ def episodes(relief: Relief, whisker: Whisker, flat: Held, table: HeldTable | No
         try:
             table = _wider(table, status)
         except InputError as error:
-            raise InputError(f"relief at {where * whisker.length:.4g} m", str(error)) from None
-    raise InputError("relief", "must be within what the posture can follow", f"{where * whisker.length:.4g} m")
+            raise _too_much(f"the relief at {where * whisker.length * 1e3:.4g} mm", error) from None
+    raise _too_much(f"the relief at {where * whisker.length * 1e3:.4g} mm", None)
+
+
+def _too_much(place: str, error: InputError | None) -> InputError:
+    """What to say of a surface that the posture cannot follow."""
+    why = "" if error is None else f" ({str(error).split('; ')[0]})"
+    remedy = "check the heights' unit, take the tilt away, scan a part, lower the base angle or raise the contact"
+    return InputError(place, f"must be within what the posture can follow before the fold{why}", remedy=remedy)
 
 
 def _ground(relief: Relief, length: float) -> Ground:

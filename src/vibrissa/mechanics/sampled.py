@@ -76,6 +76,7 @@ def predicted_signals(prediction: Motion, t: Array, *, nodes: Array | None = Non
         excursion=prediction.excursion(t),
         mode_amplitude=prediction.amplitudes(t),
         mode_displacement=shown,
+        mode_sd=shown.std(axis=1),
         kappa=prediction.kappa,
         resonant_frequency=prediction.omega / (2 * np.pi),
         coupling=prediction.c,

@@ -14,6 +14,7 @@ from vibrissa.errors import ConvergenceError
 from vibrissa.mechanics.contact import Episodes, episodes
 from vibrissa.mechanics.dynamics import Drive
 from vibrissa.mechanics.edge import on_the_flat
+from vibrissa.mechanics.gap import unit_response
 from vibrissa.mechanics.ground import GroundResponse, HeldTable, ground_response
 from vibrissa.mechanics.motion import Motion
 from vibrissa.mechanics.sampled import node_distances, predicted_signals, sampling_times
@@ -124,6 +125,7 @@ def predict_relief(
         follow.
     """
     check_tip(posture, whisker)
+    unit_response(posture)  # refuse at once a posture beyond the fold
     found = episodes(relief, whisker, on_the_flat(posture), table)
     response = ground_response(found.table, form=scan.response, n_modes=n_modes, modes=scan.modes)
     return ReliefPrediction(whisker, posture, scan, relief, found, response)

@@ -91,7 +91,9 @@ def _named(path: str | Path) -> Measured:
         raise InputError(str(path), "must have points below its header", "none")
     kinds, _, units = zip(*(name.partition("_") for name in header), strict=True)
     if sorted(kinds) != sorted(KINDS):
-        raise InputError(f"{path}, line {number}", "must have one column each", short(",".join(header)), SAY_COLUMNS)
+        raise InputError(
+            f"{path}, line {number}", "must name two columns, position and height", ",".join(header), SAY_COLUMNS
+        )
     table = np.array([_row(f"{path}, line {number}", kinds, cells) for number, cells in lines])
     x, z = kinds.index("position"), kinds.index("height")
     return Measured(
