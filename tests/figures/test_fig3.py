@@ -135,6 +135,7 @@ def data(filmed):
 def test_share_found_in_a_film_is_that_of_the_film(data):
     assert data.attrs["share_across"] == pytest.approx(data.attrs["share_across_true"], abs=0.01)
     moving = data.field_arc.values > 8e-3
+    moving[-1] = False  # at the contact hardly anything moves across, and the noise of the rows counts
     np.testing.assert_allclose(
         data.along_share_unstretched.values[moving], data.along_share_true.values[moving], atol=0.025
     )
