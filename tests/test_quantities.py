@@ -68,3 +68,10 @@ def test_refusals_are_one_line():
     with pytest.raises(InputError) as failure:
         require(dataset(contact=0.1), "kappa")
     assert "\n" not in str(failure.value)
+
+
+def test_every_name_stands_in_one_table_only():
+    from vibrissa import quantities as q
+
+    tables = [q.TRACKS, q.MECHANICS, q.SWEEPS, q.NEURAL, q.FIGURES]
+    assert sum(map(len, tables)) == len(q.QUANTITIES)

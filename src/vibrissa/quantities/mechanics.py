@@ -1,0 +1,187 @@
+"""What the whisker's mechanics give: postures, modes, vibration, the follicle, maps."""
+
+from __future__ import annotations
+
+from vibrissa.quantities.quantity import Quantity
+
+MECHANICS: dict[str, Quantity] = {
+    # modes
+    "contact": Quantity((), "1", "position ε of the contact or free end, over L, 0 at the tip of the cone"),
+    "kappa": Quantity(("mode",), "1", "adimensional resonant angular frequency κ"),
+    "resonant_frequency": Quantity(("mode",), "Hz", "resonant frequency κ/(2πk)"),
+    "mode_shape": Quantity(("mode", "s"), "1", "mode shape V, orthonormal under s²"),
+    "mode_curvature": Quantity(("mode", "s"), "1", "second derivative of the mode shape V''"),
+    # modes about the curved profile
+    "contact_law": Quantity(("contact_law",), "1", "what holds the contact: a point of the shaft, an edge, the flat"),
+    "kappa_straight": Quantity(("mode",), "1", "κ of the straight shaft, pinned"),
+    "resonance_shift": Quantity(("mode",), "1", "κ about the curved profile over κ of the straight shaft"),
+    "growth_rate": Quantity(("mode",), "1", "rate at which an unstable mode grows, times the timescale k; 0 if stable"),
+    "mode_across": Quantity(("mode", "s"), "1", "mode about the curved profile, displacement along its normal"),
+    "mode_along": Quantity(("mode", "s"), "1", "mode about the curved profile, displacement along the shaft"),
+    "mode_rotation": Quantity(("mode", "s"), "1", "mode about the curved profile, rotation"),
+    # statics, adimensional
+    "angle": Quantity(("s",), "rad", "angle θ of the tangent to the substrate"),
+    "base_angle": Quantity((), "rad", "angle θ_b at the base"),
+    "contact_force": Quantity((), "1", "contact force Λ over πEα⁴L²/4"),
+    "base_distance": Quantity((), "1", "distance H from base to substrate, over L"),
+    "contact_distance": Quantity((), "1", "distance D from contact to base along the substrate, over L"),
+    "profile_x": Quantity(("s",), "1", "position along the substrate from the contact, over L"),
+    "profile_y": Quantity(("s",), "1", "height above the substrate, over L"),
+    "unit_response": Quantity(("s",), "1", "quasi-static displacement per unit of excursion Ū"),
+    "coupling": Quantity(("mode",), "1", "coupling of a mode to the excursion c"),
+    "gap_width": Quantity((), "1", "width λ of the gap, over L"),
+    "contact_angle": Quantity((), "rad", "angle θ_ε of the shaft at the contact"),
+    "held_excursion": Quantity((), "1", "excursion d at which an edge holds the contact, over L"),
+    "moment_scaled": Quantity((), "1", "bending moment at the base over πEα⁴L³/4"),
+    "transverse_force_scaled": Quantity((), "1", "transverse force on the follicle over πEα⁴L²/4"),
+    "axial_force_scaled": Quantity((), "1", "axial force into the follicle over πEα⁴L²/4"),
+    "fold_determinant": Quantity((), "1", "determinant ∂(θ_b, D, H)/∂(ε, θ_ε, Λ), negative before the fold, 0 on it"),
+    "static_contact_force": Quantity((), "N", "contact force"),
+    "static_moment": Quantity((), "N m", "bending moment at the base, at rest"),
+    "static_transverse_force": Quantity((), "N", "transverse force on the follicle, at rest"),
+    "static_axial_force": Quantity((), "N", "axial force into the follicle, at rest"),
+    "weight_ratio": Quantity((), "1", "own weight over contact force"),
+    "trough": Quantity(("trough",), "1", "gap of the texture, in order of arrival"),
+    "travel": Quantity((), "1", "travel of the texture since the far edge took the contact along, over L"),
+    "jump_exact": Quantity(("mode",), "1", "jump of the mode's vibration, exact, over L"),
+    "jump_linear": Quantity(("mode",), "1", "jump of the mode's vibration, linear c λ, over L"),
+    "linearity": Quantity(
+        ("mode",), "1", "exact over linear jump of the mode; of a texture, root mean square over its gaps"
+    ),
+    "mechanism": Quantity(("mode",), "1", "λω/v, λ the mean width: above 1 jumps drive the mode, below 1 ramps"),
+    "free_end_length": Quantity((), "m", "length of the free end beyond the contact"),
+    "free_end_dip": Quantity(("trough",), "m", "depth of the free end below the land behind the gap after the jump"),
+    "single_contact": Quantity(("trough",), "1", "whether the free end clears the land and the bottom of the gap"),
+    "least_contact_load": Quantity((), "1", "least vertical load on the contact over its value at rest"),
+    "lift_off": Quantity((), "1", "share of the time at which the load on the contact is not positive"),
+    "least_slip": Quantity((), "1", "least speed at which the contact slips over the ground, over the scanning speed"),
+    "slip_reversed": Quantity((), "1", "share of the time at which the contact does not slip forwards: it would stick"),
+    "frequency_rate": Quantity(
+        ("time",), "1", "change of the frequency per radian of ringing |dω/dt|/ω², largest of modes"
+    ),
+    "gain_rate": Quantity(
+        ("time",), "1", "change of the coupling per radian of ringing |dc/dt|/(ω|c|), largest of modes"
+    ),
+    "mode_mixing": Quantity(("time",), "1", "share of a mode's ringing that a moving contact sends to others, largest"),
+    "ring_down_change": Quantity(("time",), "1", "relative change of frequency or coupling of mode 1 within 1/(ζω)"),
+    "moment_contact": Quantity(("time",), "1", "position ε of a contact that moves along the shaft, over L"),
+    "moment_base_angle": Quantity(("time",), "rad", "angle θ_b at a base that turns"),
+    "moment_frequency": Quantity(("mode", "time"), "Hz", "resonant frequency of the moment's contact"),
+    "moment_coupling": Quantity(("mode", "time"), "1", "coupling c of a mode, of the moment's posture"),
+    "contact_advance": Quantity(("time",), "m", "place of the contact's ground on the texture"),
+    "excursion_at_jump": Quantity((), "1", "excursion d₂ at which the contact jumps, over L"),
+    # dynamics
+    "excursion": Quantity(("time",), "1", "horizontal excursion d of the contact, over L"),
+    "contact_ground": Quantity(("time",), "m", "point of the ground that the contact touches, along the scan"),
+    "contact_rise": Quantity(("time",), "m", "height of the contact above the substrate line"),
+    "free_end_depth": Quantity(("time",), "m", "depth of the free end below the ground at worst; not resolved"),
+    "mode_amplitude": Quantity(("mode", "time"), "1", "vibration amplitude q of a mode, over L"),
+    "mode_displacement": Quantity(("mode", "time"), "1", "amplitude a movie shows, q + Q(d), over L"),
+    "mode_sd": Quantity(("mode",), "1", "standard deviation of the mode's displacement over the record, over L"),
+    "mode_displacement_sd": Quantity(("mode", "time"), "1", "standard deviation of the mode displacement"),
+    "variance_explained": Quantity(("mode",), "1", "share of the displacement's variance in this mode"),
+    "envelope": Quantity(("mode", "time"), "1", "envelope A of the mode displacement, over L"),
+    "phase": Quantity(("mode", "time"), "rad", "phase of a mode"),
+    # spectra and resonance; `fit` tells which signal and which forcing
+    "fit": Quantity(("fit",), "1", "signal and forcing of the fit"),
+    "power": Quantity(("mode", "frequency"), "1/Hz", "one-sided power spectral density, over L²"),
+    "power_fit": Quantity(("mode", "frequency"), "1/Hz", "fitted power spectral density, over L²"),
+    "resonant_frequency_low": Quantity(("mode",), "Hz", "resonant frequency, lower end of the 95 % interval"),
+    "resonant_frequency_high": Quantity(("mode",), "Hz", "resonant frequency, upper end of the 95 % interval"),
+    "damping": Quantity(("mode",), "1", "damping ratio ζ"),
+    "damping_low": Quantity(("mode",), "1", "damping ratio, lower end of the 95 % interval"),
+    "damping_high": Quantity(("mode",), "1", "damping ratio, upper end of the 95 % interval"),
+    # the follicle
+    "base_curvature": Quantity(("time",), "1/m", "curvature at the base"),
+    "base_curvature_quasi_static": Quantity(("time",), "1/m", "curvature at the base, quasi-static part"),
+    "base_curvature_vibration": Quantity(("time",), "1/m", "curvature at the base, vibration"),
+    "base_curvature_rate": Quantity(("time",), "1/(m s)", "rate of the curvature at the base"),
+    "base_curvature_quasi_static_rate": Quantity(
+        ("time",), "1/(m s)", "rate of the curvature at the base, quasi-static part"
+    ),
+    "base_curvature_vibration_rate": Quantity(("time",), "1/(m s)", "rate of the curvature at the base, vibration"),
+    "base_moment": Quantity(("time",), "N m", "bending moment at the base"),
+    "base_moment_quasi_static": Quantity(("time",), "N m", "bending moment at the base, quasi-static part"),
+    "base_moment_vibration": Quantity(("time",), "N m", "bending moment at the base, vibration"),
+    "base_moment_rate": Quantity(("time",), "N m/s", "rate of the bending moment at the base"),
+    "base_moment_quasi_static_rate": Quantity(
+        ("time",), "N m/s", "rate of the bending moment at the base, quasi-static part"
+    ),
+    "base_moment_vibration_rate": Quantity(("time",), "N m/s", "rate of the bending moment at the base, vibration"),
+    "transverse_force": Quantity(("time",), "N", "force on the follicle along the normal of the shaft"),
+    "transverse_force_quasi_static": Quantity(
+        ("time",), "N", "force on the follicle along the normal of the shaft, quasi-static part"
+    ),
+    "transverse_force_vibration": Quantity(
+        ("time",), "N", "force on the follicle along the normal of the shaft, vibration"
+    ),
+    "transverse_force_rate": Quantity(
+        ("time",), "N/s", "rate of the force on the follicle along the normal of the shaft"
+    ),
+    "transverse_force_quasi_static_rate": Quantity(
+        ("time",), "N/s", "rate of the force on the follicle along the normal of the shaft, quasi-static part"
+    ),
+    "transverse_force_vibration_rate": Quantity(
+        ("time",), "N/s", "rate of the force on the follicle along the normal of the shaft, vibration"
+    ),
+    "axial_force": Quantity(("time",), "N", "force along the shaft into the follicle; not modelled, NaN"),
+    "axial_force_quasi_static": Quantity(("time",), "N", "force along the shaft into the follicle, quasi-static part"),
+    "axial_force_vibration": Quantity(
+        ("time",), "N", "force along the shaft into the follicle, vibration; not modelled, NaN"
+    ),
+    "axial_force_rate": Quantity(
+        ("time",), "N/s", "rate of the force along the shaft into the follicle; not modelled, NaN"
+    ),
+    "axial_force_quasi_static_rate": Quantity(
+        ("time",), "N/s", "rate of the force along the shaft into the follicle, quasi-static part"
+    ),
+    "axial_force_vibration_rate": Quantity(
+        ("time",), "N/s", "rate of the force along the shaft into the follicle, vibration"
+    ),
+    # a signal measured at the base
+    "base_moment_envelope": Quantity(("mode", "time"), "N m", "envelope of the moment about a resonance"),
+    "base_curvature_envelope": Quantity(("mode", "time"), "1/m", "envelope of the curvature about a resonance"),
+    "transverse_force_envelope": Quantity(("mode", "time"), "N", "envelope of the force about a resonance"),
+    "base_power": Quantity(("frequency",), "1/Hz", "one-sided power spectral density, over the signal's variance"),
+    "base_power_fit": Quantity(("mode", "frequency"), "1/Hz", "fit with the texture's forcing, over the variance"),
+    "base_power_white_fit": Quantity(("mode", "frequency"), "1/Hz", "fit with white forcing, over the variance"),
+    "best_lag": Quantity(("mode",), "s", "lag of measurement behind prediction at which their envelopes agree best"),
+    "rms_ratio": Quantity(("mode",), "1", "rms about a resonance, predicted over measured"),
+    # maps over the context of a scan
+    "friction": Quantity(("friction",), "1", "coefficient of friction μ of the substrate"),
+    "peak_displacement": Quantity(
+        ("friction", "speed", "contact", "base_angle"), "1", "largest transverse displacement of a point, over L"
+    ),
+    "mode_rms": Quantity(
+        ("friction", "speed", "contact", "base_angle"),
+        "1",
+        "rms of the displacement of a mode about its mean, over L; of a map, of mode 1",
+    ),
+    "jump_linearity": Quantity(
+        ("friction", "contact", "base_angle"), "1", "exact over linear jump of mode 1 at the widest gap"
+    ),
+    "cell_reason": Quantity(("friction", "contact", "base_angle"), "1", "why a cell has no value; 0: it has one"),
+    "exact_over_linear": Quantity(("contact", "base_angle"), "1", "largest displacement, exact over linear response"),
+    "line_contact": Quantity(("line",), "1", "contact ε of a line, over L"),
+    "line_angle": Quantity(("line",), "rad", "base angle of a line"),
+    "line_gain_angle": Quantity(("line", "base_angle"), "1", "largest displacement at the contact of a line, over L"),
+    "line_gain_contact": Quantity(("line", "contact"), "1", "largest displacement at the angle of a line, over L"),
+    "cells_with_value": Quantity((), "1", "cells of the map that have a value"),
+    "least_gain": Quantity((), "1", "least value of the map, over L"),
+    "largest_gain": Quantity((), "1", "largest value of the map, over L"),
+    # a texture on a curved surface: two channels
+    "surface": Quantity(("surface",), "1", "shape and texture of the surface"),
+    "surface_height": Quantity(("surface", "time"), "m", "height of the surface at x = v t"),
+    "slow_moment": Quantity(("surface", "time"), "N m", "moment at the base below half the first resonance"),
+    "slow_moment_alone": Quantity(("surface", "time"), "N m", "the same of the shape without texture"),
+    "fast_envelope": Quantity(("surface", "time"), "1", "envelope of mode 1 above half its resonance, over L"),
+    "fast_envelope_alone": Quantity(("surface", "time"), "1", "the same of the texture on level ground, over L"),
+    "channel": Quantity(("channel",), "1", "what is read"),
+    "cause": Quantity(("cause",), "1", "what it is read for"),
+    "draw": Quantity(("draw",), "1", "texture drawn"),
+    "share_told": Quantity(("draw", "channel", "cause"), "1", "held-out share of the cause's variance that is told"),
+    "separation": Quantity(("draw",), "1", "separation of the channels: 1 perfect, 0 none"),
+    "incline": Quantity(("incline",), "1", "slope of the shape at x = v t"),
+    "envelope_gain": Quantity(("incline",), "1", "envelope on the shape over that on level ground"),
+    "envelope_gain_se": Quantity(("incline",), "1", "standard error over textures"),
+}
