@@ -1,13 +1,18 @@
 """How far the assumptions hold: numbers of MODEL.md, and what each diagnostic must say in a plain case."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
 from vibrissa.mechanics.crossing import crossing, held_profile
-from vibrissa.mechanics.diagnostics import diagnostics, own_weight
+from vibrissa.mechanics.diagnostics import diagnostics, own_weight, percent, relief_diagnostics
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.superposition import Scan, predict
-from vibrissa.texture.surface import Troughs
+from vibrissa.mechanics.topography import predict_relief
+from vibrissa.texture.generators import riding, wave
+from vibrissa.texture.relief import Relief
+from vibrissa.texture.surface import Troughs, random_grating
 from vibrissa.whisker import Whisker
 
 WHISKER = Whisker(length=0.04, cone_angle=1.5e-3)
@@ -76,3 +81,54 @@ def test_crossing_meets_the_near_edge_and_keeps_the_base():
     assert abs(at_edge) < 2e-6  # over L, between 201 points
     np.testing.assert_allclose(data.base_distance, 0.461768821, rtol=1e-8)
     np.testing.assert_allclose(data.held_excursion, np.array([0, 4.707761e-4, 4.707761e-4 - 0.015]), rtol=1e-6)
+
+
+@cache
+def relief_of_gaps(response, modes="straight"):
+    texture = random_grating(0.02, rng=np.random.default_rng(1))
+    scan = Scan(speed=0.1, damping=0.11, response=response, modes=modes)
+    gaps = predict(WHISKER, POSTURE, texture, scan, n_modes=3)
+    ground = predict_relief(WHISKER, POSTURE, Relief.from_troughs(texture), scan, n_modes=3)
+    return gaps, ground
+
+
+@pytest.mark.parametrize(("response", "modes"), [("exact", "straight"), ("linear", "curved-edge")])
+def test_a_relief_of_gaps_is_judged_as_the_gaps(response, modes):
+    gaps, ground = relief_of_gaps(response, modes)
+    expected, found = diagnostics(gaps, TIME), relief_diagnostics(ground, TIME)
+    assert int(found.valley_steps) == 0
+    for name in set(found) & set(expected):
+        np.testing.assert_allclose(found[name], expected[name], rtol=2e-5, atol=1e-12, err_msg=name)
+    assert set(expected) - set(found) == {"free_end_dip", "single_contact"}
+
+
+def test_level_ground_has_no_jump_and_so_no_linearity():
+    level = Relief(position=np.array([0, 1e-2, 2e-2]), height=np.zeros(3))
+    found = relief_diagnostics(predict_relief(WHISKER, POSTURE, level, Scan(speed=0.1, damping=0.11), n_modes=2), TIME)
+    assert np.isnan(found.linearity).all()
+    assert np.isnan(found.mechanism).all()
+    assert found.lift_off == 0
+
+
+@pytest.mark.parametrize("period", [0.02, 0.03])
+def test_steps_through_a_smooth_valley_are_told_from_jumps_over_gaps(period):
+    shape = wave(2 * period, amplitude=0.1e-3, period=period, phase=np.pi / 2, spacing=20e-6)
+    smooth = predict_relief(WHISKER, POSTURE, shape, Scan(speed=0.1, damping=0.11), n_modes=2)
+    found = relief_diagnostics(smooth, TIME)
+    assert int(found.valley_steps) == smooth.episodes.counts["jump"] > 3
+    bend = np.cos(np.arctan(0.4)) * 0.799412373 / (6 * 0.29**4)
+    curvature = 0.1e-3 * (2 * np.pi / period) ** 2 * WHISKER.length  # over 1/L, where it is largest
+    assert float(found.longest_valley_step) == pytest.approx(curvature / (4 * bend) * WHISKER.length, rel=0.15)
+    texture = Troughs(position=np.array([0.3, 0.8]) * period, width=np.array([5e-4, 5e-4]))
+    both = riding(Relief.from_troughs(texture), shape)
+    rough = predict_relief(WHISKER, POSTURE, both, Scan(speed=0.1, damping=0.11), n_modes=2)
+    jumps, steps = rough.episodes.counts["jump"], int(relief_diagnostics(rough, TIME).valley_steps)
+    assert 2 <= jumps - steps <= 4  # the gaps, and where they cut a valley short
+
+
+@pytest.mark.parametrize(
+    ("share", "told"),
+    [(1.0, "100 %"), (0.999, "100 %"), (0.0995, "10 %"), (0.031, "3.1 %"), (1e-7, "less than 0.01 %")],
+)
+def test_shares_are_told_without_exponents(share, told):
+    assert percent(share) == told

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vibrissa.mechanics.gap import unit_response
 from vibrissa.mechanics.response import FOLLICLE, Response, quasi_static
 from vibrissa.mechanics.shift import resonance_shift, shift_remark
 from vibrissa.quantities import dataset
@@ -14,14 +16,16 @@ from vibrissa.quantities import dataset
 if TYPE_CHECKING:
     import xarray as xr
 
+    from vibrissa.mechanics.motion import Motion
     from vibrissa.mechanics.superposition import Prediction
+    from vibrissa.mechanics.topography import ReliefPrediction
     from vibrissa.whisker import Whisker
 
 Array = NDArray[np.float64]
 
 GRAVITY = 9.81  # [m/s²]
 _SHAFT = 400  # points from which the slip along the shaft is integrated
-_SHIFTED = 0.02  # of the first resonance, worth a remark
+_CHORD = 17  # points from one place of a jump to the other
 
 
 def own_weight(whisker: Whisker) -> float:
@@ -55,72 +59,160 @@ def diagnostics(prediction: Prediction, t: Array) -> xr.Dataset:
         ``growth_rate`` (contact_law, mode): what modes about the curved profile would change, see
         :func:`vibrissa.mechanics.shift.resonance_shift`.
     """
-    whisker, scan, posture = prediction.whisker, prediction.scan, prediction.posture
-    width = prediction.texture.width
-    exact = _exact(prediction)
+    width, exact = prediction.texture.width, _exact(prediction)
     before, after = prediction.events.gaps
-    angle = exact(after)[len(exact.c) + FOLLICLE.index("contact_angle")]
-    free = (posture.contact - whisker.tip) * whisker.length
-    q, q_rate = prediction.vibration(t)
-    load, slip = _contact_load(prediction, t, q), _slip(prediction, q_rate)
-    shift = resonance_shift(posture, len(exact.c))
+    n = len(exact.c)
+    angle = exact(after)[n + FOLLICLE.index("contact_angle")]
+    values = _of_motion(prediction, t)
+    free = values["free_end_length"]
     return dataset(
-        {"response": scan.response, "jump": scan.jump, "modes": scan.modes},
+        _attributes(prediction),
         lead=("contact_law",),
-        contact_law=shift.contact_law.values,
-        resonance_shift=shift.resonance_shift.values,
-        growth_rate=shift.growth_rate.values,
-        mode=np.arange(1, len(exact.c) + 1),
+        **values,
         trough=np.arange(len(width)),
-        linearity=_linearity(exact, before, after),
-        mechanism=width.mean() * prediction.omega / scan.speed,
-        free_end_length=free,
+        linearity=_linearity(exact(before)[:n] - exact(after)[:n], exact.c[:, None] * (before - after)),
+        mechanism=width.mean() * prediction.omega / prediction.scan.speed,
         free_end_dip=width * np.sin(angle),
         single_contact=(free < width) & (free * np.sin(angle) < prediction.texture.depth),
-        fold_determinant=prediction.response.unit.determinant,
-        weight_ratio=own_weight(whisker) / exact.flat.contact_force,
-        least_contact_load=load.min() / _at_rest(exact),
-        lift_off=np.mean(load <= 0),
-        least_slip=slip.min(),
-        slip_reversed=np.mean(slip <= 0),
     )
 
 
+def relief_diagnostics(prediction: ReliefPrediction, t: Array) -> xr.Dataset:
+    """How far the assumptions of a prediction over any surface hold.
+
+    Parameters
+    ----------
+    prediction : ReliefPrediction
+        To be judged.
+    t : (T,) array
+        Times at which the load on the contact is looked at [s].
+
+    Returns
+    -------
+    Dataset
+        As :func:`diagnostics`, the contact's jumps in place of the gaps: ``linearity`` and ``mechanism`` are NaN where
+        it never jumps. ``single_contact`` and ``free_end_dip`` belong to gaps, whose land is level; of any ground
+        ``free_end_depth`` (time) tells the same, see :func:`vibrissa.mechanics.topography.scanned_relief`.
+        ``valley_steps``: how many jumps are steps through smooth valleys, see :func:`_through_valleys`, and
+        ``longest_valley_step`` [m].
+    """
+    n, length = len(prediction.c), prediction.whisker.length
+    before, after = prediction.jumps
+    width = (after[2] - before[2]) * length
+    exact, linear = (
+        one(*before[:2])[:n] - one(*after[:2])[:n]
+        for one in (replace(prediction.response, form=form) for form in ("exact", "linear"))
+    )
+    steps = width[_through_valleys(prediction, before, after)]
+    return dataset(
+        _attributes(prediction),
+        lead=("contact_law",),
+        **_of_motion(prediction, t),
+        linearity=_linearity(exact, linear),
+        mechanism=(width.mean() if width.size else np.nan) * prediction.omega / prediction.scan.speed,
+        valley_steps=steps.size,
+        longest_valley_step=steps.max(initial=0.0),
+    )
+
+
+def _attributes(prediction: Motion) -> dict[str, str]:
+    scan = prediction.scan
+    return {"response": scan.response, "jump": scan.jump, "modes": scan.modes}
+
+
+def _of_motion(prediction: Motion, t: Array) -> dict[str, Any]:
+    """What can be told of a motion over any ground."""
+    whisker, posture, flat = prediction.whisker, prediction.posture, prediction.response.flat
+    q, q_rate = prediction.vibration(t)
+    load, slip = _contact_load(prediction, t, q), _slip(prediction, q_rate)
+    shift = resonance_shift(posture, len(q))
+    return {
+        "contact_law": shift.contact_law.values,
+        "mode": np.arange(1, len(q) + 1),
+        "resonance_shift": shift.resonance_shift.values,
+        "growth_rate": shift.growth_rate.values,
+        "free_end_length": (posture.contact - whisker.tip) * whisker.length,
+        "fold_determinant": unit_response(posture).determinant,
+        "weight_ratio": own_weight(whisker) / flat.contact_force,
+        "least_contact_load": load.min() / (flat.contact_force * np.cos(np.arctan(posture.friction))),
+        "lift_off": np.mean(load <= 0),
+        "least_slip": slip.min(),
+        "slip_reversed": np.mean(slip <= 0),
+    }
+
+
+def _through_valleys(prediction: ReliefPrediction, before: Array, after: Array) -> NDArray[np.bool_]:
+    """Which jumps are steps through smooth valleys, an artefact of the one contact, (J,).
+
+    A shaft that rises as K u³ ahead of its contact, K = Λ cos φ/6ε⁴, touches evenly bent ground again at such a
+    distance λ that the ground between lies Kλ³/2 below the chord, and up to 1.3 Kλ³ at a corner of a sampled curve.
+    Three times as deep it is no such valley: a gap, or the space between two hills, is deeper by far.
+    """
+    flat, relief, length = prediction.response.flat, prediction.relief, prediction.whisker.length
+    bend = flat.contact_force * np.cos(np.arctan(flat.posture.friction)) / (6 * flat.contact**4)
+    share = np.linspace(0, 1, _CHORD)[1:-1]
+    places = before[2][:, None] + (after[2] - before[2])[:, None] * share
+    chord = before[1][:, None] + (after[1] - before[1])[:, None] * share
+    depth = (chord - relief.at(places * length) / length).max(axis=1, initial=0.0)
+    return np.asarray(depth < 1.5 * bend * (after[2] - before[2]) ** 3)
+
+
 def remarks(data: xr.Dataset) -> list[str]:
-    """What :func:`diagnostics` say against a prediction, one line each; none if nothing."""
+    """What :func:`diagnostics` say of a prediction, one line each; the shift of the resonance always."""
     lines = []
     touching = int((~data.single_contact.values).sum())
     if touching:
         deepest, gaps = 1e6 * float(data.free_end_dip.max()), data.sizes["trough"]
         where = f"at {touching} of {gaps} gaps, dipping by up to {deepest:.0f} µm"
         lines.append(f"the free end beyond the contact would touch ground {where}; the model has one contact")
+    return lines + _motion_remarks(data)
+
+
+def relief_remarks(data: xr.Dataset) -> list[str]:
+    """What :func:`relief_diagnostics` say of a scan of any surface, and how the contact moved, one line each."""
+    kinds = ", ".join(f"{name} {data.attrs[name]} times" for name in ("sticks", "glides", "jumps"))
+    lines = [f"the contact {kinds}"]
+    if steps := int(data.valley_steps):
+        longest = 1e3 * float(data.longest_valley_step)
+        why = "a shaft would lie in them and not jump, so what they excite is an artefact of the one contact"
+        lines.append(f"{steps} of its jumps are steps through smooth valleys, of up to {longest:.2g} mm; {why}")
+    deepest = 1e6 * float(data.free_end_depth.max())
+    if deepest > 0:
+        where = f"in {percent(float((data.free_end_depth > 0).mean()))} of the time, by up to {deepest:.0f} µm"
+        lines.append(f"the free end beyond the contact would touch ground {where}; the model has one contact")
+    return lines + _motion_remarks(data)
+
+
+def _motion_remarks(data: xr.Dataset) -> list[str]:
+    """What is said of a motion over any ground."""
+    lines = []
     if data.attrs["response"] == "linear":
-        lines.append(f"the linear response: mode 1 jumps {float(data.linearity[0]):.2f} times as far in the exact one")
-    if data.attrs["modes"] == "straight" and np.any(np.abs(data.resonance_shift.values[:2, 0] - 1) > _SHIFTED):
-        lines.append(f"modes are the straight shaft's; {shift_remark(data)}")
+        off = float(data.linearity[0])
+        told = f"mode 1 jumps {off:.2f} times as far in the exact one" if off == off else "untold, without a jump"
+        lines.append(f"the linear response: {told}")
+    whose = (
+        "the straight shaft's" if data.attrs["modes"] == "straight" else f"about the profile ({data.attrs['modes']})"
+    )
+    lines.append(f"modes are {whose}; {shift_remark(data)}")
     if float(data.lift_off) > 0:
-        share = 100 * float(data.lift_off)
-        lines.append(f"the contact would lift off in {share:.2g} % of the time, with {data.sizes['mode']} modes")
-    if float(data.slip_reversed) > 0:
-        share = 100 * float(data.slip_reversed)
         lines.append(
-            f"the vibration would reverse the slip of the contact in {share:.2g} % of the time; it would stick"
+            f"the contact would lift off in {percent(float(data.lift_off))} of the time, "
+            f"with {data.sizes['mode']} modes"
         )
+    if float(data.slip_reversed) > 0:
+        share = percent(float(data.slip_reversed))
+        lines.append(f"the vibration would reverse the slip of the contact in {share} of the time; it would stick")
     if float(data.weight_ratio) > 0.2:
         lines.append(f"the whisker's own weight, left out, is {float(data.weight_ratio):.2g} of the contact force")
     return lines
 
 
-def relief_remarks(data: xr.Dataset) -> list[str]:
-    """What a scan of any surface says against its own assumptions, and how the contact moved, one line each."""
-    kinds = ", ".join(f"{name} {data.attrs[name]} times" for name in ("sticks", "glides", "jumps"))
-    lines = [f"the contact {kinds}"]
-    deepest = 1e6 * float(data.free_end_depth.max())
-    if deepest > 0:
-        share = 100 * float((data.free_end_depth > 0).mean())
-        where = f"in {share:.2g} % of the time, by up to {deepest:.0f} µm"
-        lines.append(f"the free end beyond the contact would touch ground {where}; the model has one contact")
-    return lines
+def percent(share: float) -> str:
+    """A share in per cent, to two digits and without exponents."""
+    value = 100 * share
+    if 0 < value < 0.01:
+        return "less than 0.01 %"
+    return f"{value:.0f} %" if value >= 9.95 else f"{value:.2g} %"
 
 
 def _exact(prediction: Prediction) -> Response:
@@ -134,27 +226,23 @@ def _exact(prediction: Prediction) -> Response:
     )
 
 
-def _linearity(exact: Response, before: Array, after: Array) -> Array:
-    """Exact over linear jump of each mode, root mean square over the gaps, (M,)."""
-    n = len(exact.c)
-    jump, linear = exact(before)[:n] - exact(after)[:n], exact.c[:, None] * (before - after)
+def _linearity(jump: Array, linear: Array) -> Array:
+    """Exact over linear jump of each mode, (M, J) each: root mean square, with the sign of the mean, (M,)."""
+    if not jump.size:
+        return np.full(len(jump), np.nan)
     size = np.sqrt(np.mean(jump**2, axis=1) / np.mean(linear**2, axis=1))
-    return np.sign(np.mean(jump / linear, axis=1)) * size
+    return np.sign(np.mean(jump * linear, axis=1)) * size
 
 
-def _contact_load(prediction: Prediction, t: Array, q: Array) -> Array:
+def _contact_load(prediction: Motion, t: Array, q: Array) -> Array:
     """Vertical load on the contact, quasi-static and of the vibration, over πEα⁴L²/4, (T,)."""
     row = len(prediction.kappa) + FOLLICLE.index("contact_load")
     slow = prediction.drive(t)[row]
     return slow + prediction.response.basis.contact_load @ q
 
 
-def _slip(prediction: Prediction, q_rate: Array) -> Array:
+def _slip(prediction: Motion, q_rate: Array) -> Array:
     """Speed of the contact of the vibrating shaft over the ground, over the scanning speed, (T,)."""
     shaft = np.linspace(prediction.posture.contact, 1, _SHAFT)
     along = prediction.response.basis.displacement(shaft)[0, :, 0]
     return 1 + prediction.whisker.length * (along @ q_rate) / prediction.scan.speed
-
-
-def _at_rest(response: Response) -> float:
-    return float(response(np.zeros(1))[len(response.c) + FOLLICLE.index("contact_load"), 0])

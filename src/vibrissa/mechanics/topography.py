@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from vibrissa.errors import ConvergenceError
 from vibrissa.mechanics.contact import Episodes, episodes
+from vibrissa.mechanics.diagnostics import relief_diagnostics
 from vibrissa.mechanics.dynamics import Drive
 from vibrissa.mechanics.edge import on_the_flat
 from vibrissa.mechanics.gap import unit_response
@@ -79,6 +80,14 @@ class ReliefPrediction(Motion):
     def excursion(self, t: Array) -> Array:
         """Excursion d over L at times t [s], (T,)."""
         return self.contact(t)[0]
+
+    @property
+    def jumps(self) -> tuple[Array, Array]:
+        """Excursion, height and place of the contact just before and just after each jump, over L, (3, J) each."""
+        episode = np.flatnonzero(self.episodes.jumped)
+        travelled = self.episodes.travelled[episode]
+        before, after = (self.episodes.within(travelled, one) for one in (episode - 1, episode))
+        return np.array(before), np.array(after)
 
     def quasi_static_displacement(self, t: Array, s: Array) -> Array:
         """U_qs − U₁ along the normal at points s, over L, (T, S)."""
@@ -235,7 +244,8 @@ def scanned_relief(
     Dataset
         As :func:`vibrissa.mechanics.sampled.predicted_signals`; ``contact_ground``, ``contact_rise`` (time): place X
         and height z of the contact [m]; ``free_end_depth`` (time) [m]: how deep the straight free end lies below the
-        ground at worst, which is not resolved; attributes ``sticks``, ``glides``, ``jumps``.
+        ground at worst, which is not resolved; what
+        :func:`vibrissa.mechanics.diagnostics.relief_diagnostics` gives; attributes ``sticks``, ``glides``, ``jumps``.
 
     Raises
     ------
@@ -253,7 +263,8 @@ def scanned_relief(
         contact_rise=z * length,
         free_end_depth=free_end_depth(prediction, t),
     )
-    return signals.merge(extra, combine_attrs="no_conflicts")
+    judged = relief_diagnostics(prediction, t)
+    return signals.merge(extra, combine_attrs="no_conflicts").merge(judged, combine_attrs="override")
 
 
 _FREE_END = 64  # points of the free end that are looked at

@@ -74,6 +74,8 @@ MECHANICS: dict[str, Quantity] = {
     "excursion": Quantity(("time",), "1", "horizontal excursion d of the contact, over L"),
     "contact_ground": Quantity(("time",), "m", "point of the ground that the contact touches, along the scan"),
     "contact_rise": Quantity(("time",), "m", "height of the contact above the substrate line"),
+    "valley_steps": Quantity((), "1", "jumps of the contact that are steps through smooth valleys: an artefact"),
+    "longest_valley_step": Quantity((), "m", "longest step of the contact through a smooth valley"),
     "free_end_depth": Quantity(("time",), "m", "depth of the free end below the ground at worst; not resolved"),
     "mode_amplitude": Quantity(("mode", "time"), "1", "vibration amplitude q of a mode, over L"),
     "mode_displacement": Quantity(("mode", "time"), "1", "amplitude a movie shows, q + Q(d), over L"),
