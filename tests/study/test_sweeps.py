@@ -99,6 +99,13 @@ def test_series_hold_what_was_found_predicted_and_true(table, folder):
     assert model.std() == pytest.approx(float(table.mode_rms_model[0, 0]))
 
 
+def test_shares_of_the_modes_are_told_with_the_trackers_noise_and_without(table, filmed):
+    found, true = (table[f"variance_explained{end}"].values[0] for end in ("", "_true"))
+    np.testing.assert_allclose(found, true, atol=0.01)
+    assert found.sum() < true.sum() < 1  # noise is in no mode
+    assert filmed.image.shape == (filmed.film.camera.height, filmed.film.camera.width)
+
+
 def test_the_table_is_saved_with_what_made_it(table, folder):
     assert load(folder / "sweeps.nc").identical(table)
     assert '"seed": 3' in table.attrs["laboratory"]
@@ -165,7 +172,7 @@ def test_processes_give_what_one_process_gives(tmp_path):
 @pytest.fixture
 def recorded(filmed, tmp_path):
     """Write the virtual sweep as if a user had recorded it; give a line of the table."""
-    profile, known, _ = filmed
+    profile, known = filmed.profile, filmed.known
     save(profile, tmp_path / "track.nc")
     write_troughs(known.texture, tmp_path / "texture.csv")
     pixels = " ".join(f"{value / profile.attrs['pixel_size']!r}" for point in known.substrate for value in point)

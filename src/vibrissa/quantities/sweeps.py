@@ -60,6 +60,7 @@ SWEEPS: dict[str, Quantity] = {
     "damping_true": Quantity(("mode",), "1", "true damping ratio"),
     "youngs_modulus_true": Quantity((), "Pa", "true Young's modulus"),
     "mode_rms_true": Quantity(("mode",), "1", "rms of the true displacement of a mode about its mean, over L"),
+    "variance_explained_true": Quantity(("mode",), "1", "share of the true displacement's variance that a mode adds"),
     "mode_rms_model": Quantity(("mode",), "1", "rms of a mode's displacement as predicted from what was found, over L"),
     "mode_displacement_model": Quantity(
         ("mode", "time"), "1", "mode displacement predicted from what was found, over L"

@@ -32,7 +32,7 @@ BY_MODE = (
 )
 FOUND = ("contact", "contact_se", "base_angle", "base_angle_se", "friction", "friction_se", "profile_r2")
 TRUE = ("contact_true", "base_angle_true", "friction_true", "youngs_modulus_true", "phase_jitter")
-TRUE_BY_MODE = ("resonant_frequency_true", "damping_true", "mode_rms_true")
+TRUE_BY_MODE = ("resonant_frequency_true", "damping_true", "mode_rms_true", "variance_explained_true")
 
 
 def sweep_table(rows: Sequence[Mapping[str, Any]], attrs: Mapping[str, Any] | None = None) -> xr.Dataset:
@@ -61,7 +61,7 @@ def sweep_table(rows: Sequence[Mapping[str, Any]], attrs: Mapping[str, Any] | No
 
         Truth where the sweep is virtual: ``contact_true``, ``base_angle_true``, ``friction_true``,
         ``youngs_modulus_true``, ``phase_jitter`` (sweep); ``resonant_frequency_true``, ``damping_true``,
-        ``mode_rms_true`` (sweep, mode).
+        ``mode_rms_true``, ``variance_explained_true`` (sweep, mode).
 
         ``accepted`` and ``rejected`` (sweep).
     """

@@ -106,7 +106,7 @@ def _virtual_job(laboratory: Laboratory, sweep: VirtualSweep, told: dict[str, An
         "cone_angle": nominal[1],
         "timescale": 2 * nominal[0] / nominal[1] * float(np.sqrt(laboratory.density / laboratory.youngs_modulus)),
     }
-    return Job(sweep.number, row, partial(virtual_sweep, laboratory, sweep), _mark(told, repr(sweep)))
+    return Job(sweep.number, row, partial(virtual_sweep, laboratory, sweep), mark_of(told, repr(sweep)))
 
 
 def run_recorded(
@@ -153,10 +153,11 @@ def _recorded_job(number: int, entry: RecordedSweep, names: list[str]) -> Job:
     }
     files = [entry.folder / name for name in (entry.movie, entry.track, entry.texture) if name is not None]
     stamps = [file.stat().st_mtime_ns if file.is_file() else 0 for file in files]
-    return Job(number, row, partial(recorded_sweep, entry), _mark(stamps, repr(entry)))
+    return Job(number, row, partial(recorded_sweep, entry), mark_of(stamps, repr(entry)))
 
 
-def _mark(*what: Any) -> str:
+def mark_of(*what: Any) -> str:
+    """Mark of what is made of these (JSON), by this version."""
     return hashlib.sha256(json.dumps([__version__, *what], sort_keys=True).encode()).hexdigest()
 
 
@@ -169,20 +170,44 @@ def run_jobs(
 ) -> xr.Dataset:
     """Do what is not there yet, then gather the table and save it."""
     folder = out / "sweeps"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(str(out), f"could not be written ({error.strerror or error})") from error
-    missing = [job for job in jobs if _kept(job, folder) is None]
-    tell = progress or (lambda *_: None)
-    _compute(missing, folder, workers or os.cpu_count() or 1, len(jobs), tell)
+    finish(jobs, folder, "sweeps", workers, progress)
     rows = [_kept(job, folder) for job in jobs]
     table = sweep_table([row for row in rows if row is not None], attrs)
     save(table, out / "sweeps.nc")
     return table
 
 
-def _compute(jobs: list[Job], folder: Path, workers: int, total: int, progress: Progress) -> None:
+def finish(
+    jobs: Sequence[Job], folder: Path, stage: str, workers: int | None = None, progress: Progress | None = None
+) -> None:
+    """Do the jobs whose file is not in the folder yet, on all cores; each writes its own, whole.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+        What is wanted.
+    folder : Path
+        Made if absent.
+    stage : str
+        What the progress is told of.
+    workers, progress
+        As in :func:`run_laboratory`.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(str(folder), f"could not be written ({error.strerror or error})") from error
+    missing = [job for job in jobs if _kept(job, folder) is None]
+    tell = progress or (lambda *_: None)
+    _compute(missing, folder, workers or os.cpu_count() or 1, partial(tell, stage), len(jobs))
+
+
+def _compute(jobs: list[Job], folder: Path, workers: int, progress: Callable[[int, int], None], total: int) -> None:
     from dask.base import compute
     from dask.callbacks import Callback
     from dask.delayed import delayed
@@ -192,7 +217,7 @@ def _compute(jobs: list[Job], folder: Path, workers: int, total: int, progress: 
     def count(*_: object) -> None:
         nonlocal done
         done += 1
-        progress("sweeps", done, total)
+        progress(done, total)
 
     scheduler = "synchronous" if workers == 1 or len(jobs) < 2 else "processes"
     tasks = [delayed(do)(job, folder) for job in jobs]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[np.float64]
+Position = Callable[[Array, Array], tuple[Array, Array]]
 
 _CHUNK = 250  # frames rendered at a time, so that memory does not grow with the movie
 _FOLLICLE = 1.5e-3  # [m] of shaft seen below the skin: a blunt end there would bend the centreline of the base
@@ -99,21 +100,31 @@ def lay_out(prediction: Prediction, film: Film) -> Scene:
     return Scene(s, whisker.length, turn, (skin_x, skin_y), x + skin_x, y + skin_y)
 
 
-def film_motion(prediction: Prediction, film: Film, scene: Scene) -> Iterator[NDArray[np.uint8]]:
-    """Frames of the predicted motion, rendered block by block.
+def film_motion(
+    prediction: Prediction, film: Film, scene: Scene, position: Position | None = None
+) -> Iterator[NDArray[np.uint8]]:
+    """Frames of the predicted motion, or of one that disturbs it, rendered block by block.
 
     The shaft does not stretch; beyond the contact it goes on straight, along its slope there.
+
+    Parameters
+    ----------
+    prediction, film, scene
+        Whisker and surface, camera, and how the whisker lies in the image.
+    position : callable, optional
+        Times (T,) [s] and points s (S,) → positions from the base along the substrate and up, over L, (T, S) each;
+        those of the prediction by default.
 
     Yields
     ------
     (T, height, width) array of uint8
         At most 250 frames.
     """
+    position = position or prediction.position
     times, scenery = exposure_times(film.camera, film.n_frames, film.subframes), stage(prediction, film, scene)
     for first in range(0, film.n_frames, _CHUNK):
         t = times[first * film.subframes : (first + _CHUNK) * film.subframes]
-        along, up = prediction.position(t, scene.s)
-        x, y = scene.place(along, up)
+        x, y = scene.place(*position(t, scene.s))
         yield from render(
             x[None],
             y[None],

@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
+from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vibrissa.mechanics.decomposition import decompose
 from vibrissa.mechanics.superposition import Prediction, predict
 from vibrissa.quantities import dataset
+from vibrissa.study.apparatus import true_profile
 from vibrissa.study.laboratory import SWEEP, Laboratory, VirtualSweep
 from vibrissa.study.nuisance import Disturbed, Nuisance, disturbed, slow_motion, travel, wandered
 from vibrissa.study.repeats import Jitter, run_again
 from vibrissa.study.settings import Film
 from vibrissa.study.sweep_analysis import Known, Line, Row, analyse_sweep, exposed_displacement, followed_throughout
 from vibrissa.study.sweep_table import N_MODES
-from vibrissa.study.virtual import Scene, lay_out, stage
+from vibrissa.study.virtual import Scene, film_motion, lay_out
 from vibrissa.texture.surface import Troughs
-from vibrissa.video.camera import exposure_times
-from vibrissa.video.rendering import render
 from vibrissa.video.scenery import Light
 from vibrissa.video.tracking import Calibration, track
 
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 NODE_SPACING = 116e-6  # [m] the paper's median
+_SEEN = 0.5  # of the frames in which a node that counts was seen
 _MARGIN = 24  # pixels about a whisker whose film is cropped
-_CHUNK = 250  # frames rendered at a time
 
 
 class Filmed(NamedTuple):
@@ -45,11 +45,18 @@ class Filmed(NamedTuple):
         What the experimenter knows.
     motion : Prediction
         The motion over the surface that was filmed, with what stage and tip did.
+    film, scene : Film, Scene
+        The camera's, and how the whisker lies in the image.
+    image : (height, width) array of uint8
+        First frame.
     """
 
     profile: xr.Dataset
     known: Known
     motion: Prediction
+    film: Film
+    scene: Scene
+    image: NDArray[np.uint8]
 
 
 def filmed_sweep(laboratory: Laboratory, sweep: VirtualSweep) -> Filmed:
@@ -76,7 +83,8 @@ def filmed_sweep(laboratory: Laboratory, sweep: VirtualSweep) -> Filmed:
         exposure=film.camera.exposure,
         instants=film.subframes,
     )
-    return Filmed(_tracked(disturbed(real, laboratory.nuisance, span, rng), film, scene), known, real)
+    profile, image = _tracked(disturbed(real, laboratory.nuisance, span, rng), film, scene)
+    return Filmed(profile, known, real, film, scene, image)
 
 
 def virtual_sweep(laboratory: Laboratory, sweep: VirtualSweep) -> tuple[Row, xr.Dataset]:
@@ -86,19 +94,31 @@ def virtual_sweep(laboratory: Laboratory, sweep: VirtualSweep) -> tuple[Row, xr.
     -------
     row, series
         As :func:`analyse_sweep`, with the truth: ``contact_true``, ``mode_rms_true`` … and ``mode_displacement_true``
-        (mode, time), of the motion over the surface, without hum, drift and friction noise.
+        (mode, time), of the motion over the surface, without hum, drift and friction noise;
+        ``variance_explained_true`` of its profile at the nodes that were tracked, that is, without the tracker's noise.
 
     Raises
     ------
     InputError
         As :func:`filmed_sweep` and :func:`analyse_sweep`.
     """
-    profile, known, motion = filmed_sweep(laboratory, sweep)
-    row, series = analyse_sweep(profile, known)
-    true = exposed_displacement(motion, profile.time.values, known.exposure, known.instants)
+    filmed = filmed_sweep(laboratory, sweep)
+    known, motion = filmed.known, filmed.motion
+    row, series = analyse_sweep(filmed.profile, known)
+    true = exposed_displacement(motion, series.time.values, known.exposure, known.instants)
     labelled = dataset(mode=series.mode.values, time=series.time.values, mode_displacement_true=true)
-    truth = _truth(motion, laboratory.grating(sweep.key[3]), true)
+    truth = _truth(motion, laboratory.grating(sweep.key[3]), true) | {"variance_explained_true": _shares(filmed)}
     return row | truth, series.merge(labelled, combine_attrs="override")
+
+
+def _shares(filmed: Filmed) -> Array:
+    """Shares of the variance that the modes would explain to a perfect tracker, ε known."""
+    seen = np.isfinite(filmed.profile.x.values).mean(axis=0) >= _SEEN
+    arc = filmed.profile.arc_length.values[seen]
+    instants = replace(filmed.film, subframes=1)  # of the shutter's three, which take 3 % of mode 3 and much time
+    perfect = true_profile(filmed.motion, instants, filmed.scene, arc)
+    found = decompose(perfect, filmed.known.whisker, filmed.motion.posture.contact, n_modes=N_MODES)
+    return np.asarray(found.variance_explained.values)
 
 
 def _run(prediction: Prediction, laboratory: Laboratory, rng: np.random.Generator) -> Prediction:
@@ -140,37 +160,20 @@ def _film(prediction: Prediction, laboratory: Laboratory, rng: np.random.Generat
     return replace(film, camera=replace(film.camera, width=width, height=height))
 
 
-def _frames(motion: Disturbed, film: Film, scene: Scene) -> Iterator[NDArray[np.uint8]]:
-    """Film a disturbed motion block by block."""
-    prediction = motion.prediction
-    times, scenery = exposure_times(film.camera, film.n_frames, film.subframes), stage(prediction, film, scene)
-    for first in range(0, film.n_frames, _CHUNK):
-        t = times[first * film.subframes : (first + _CHUNK) * film.subframes]
-        x, y = scene.place(*motion.position(t, scene.s))
-        yield from render(
-            x[None],
-            y[None],
-            film.camera,
-            seed=film.seed,
-            subframes=film.subframes,
-            diameter=2 * prediction.whisker.base_radius * scene.s,
-            scenery=scenery,
-            first_frame=first,
-        )
-
-
-def _tracked(motion: Disturbed, film: Film, scene: Scene) -> xr.Dataset:
-    """Profile of the filmed whisker, which must not be lost."""
+def _tracked(motion: Disturbed, film: Film, scene: Scene) -> tuple[xr.Dataset, NDArray[np.uint8]]:
+    """Profile of the filmed whisker, which must not be lost, and the first frame."""
     pixel, middle = film.camera.pixel_size, len(scene.s) // 3
+    frames = film_motion(motion.prediction, film, scene, motion.position)
+    first = next(frames)
     profile = track(
-        _frames(motion, film, scene),
+        chain([first], frames),
         seeds=[(scene.x[middle] / pixel, scene.y[middle] / pixel)],
         skin=[(scene.skin[0] / pixel, scene.skin[1] / pixel)],
         calibration=Calibration(frame_rate=film.camera.frame_rate, pixel_size=pixel),
         node_spacing=NODE_SPACING,
     ).isel(whisker=0)
     followed_throughout(profile)
-    return profile
+    return profile, first[0]
 
 
 def _substrate(prediction: Prediction, scene: Scene) -> Line:
