@@ -1,0 +1,214 @@
+"""How much spikes tell of the stimulus: bits of a spike and of the count in a bin, corrected for few trials."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit, xlogy
+
+from vibrissa.errors import InputError
+
+Array = NDArray[np.float64]
+Counts = NDArray[np.int64]
+Estimator = Callable[[Counts, int], float]  # of cases added over trials, and their number
+
+
+class Information(NamedTuple):
+    """An information, as it is counted and as it is corrected.
+
+    Attributes
+    ----------
+    plain : float
+        As counted [bit]: too large, the more so the fewer the spikes.
+    corrected : float
+        By the analytical correction of Panzeri and Treves [bit]; may come out below 0.
+    extrapolated : float
+        By a parabola in 1/trials through all trials, halves and quarters [bit]; NaN below 8 trials.
+    low, high : float
+        95 % interval [bit]: half its width is from leaving out one trial at a time, and it reaches that far beyond both
+        of the corrected values, which differ where trials are too few for either; NaN for one trial.
+    """
+
+    plain: float
+    corrected: float
+    extrapolated: float
+    low: float
+    high: float
+
+
+def spike_information(counts: Counts) -> Information:
+    """Information of the arrival of one spike about the time in the stimulus.
+
+    The direct estimate of [Brenner2000]_: mean over time of (r/r̄) log₂(r/r̄), with r the firing rate of repeated
+    presentations. It takes no model and no word for the stimulus; what patterns of spikes tell beyond the sum of their
+    spikes, or less than it, is left out. Modulation faster than a bin is not seen.
+
+    Parameters
+    ----------
+    counts : (N, K) array of int
+        Spikes of each trial and bin; bins of one width.
+
+    Returns
+    -------
+    Information
+        Bits for each spike.
+
+    Raises
+    ------
+    InputError
+        If there is no spike, or one bin alone.
+    """
+    _refuse(counts)
+    return _estimated(counts, lambda cases, n: _plain_spike(cases), lambda cases, n: _corrected_spike(cases))
+
+
+def information_rate(counts: Counts, width: float) -> Information:
+    """Rate at which spikes tell of the time in the stimulus if each told it by itself: bits for each spike times rate.
+
+    Parameters
+    ----------
+    counts : (N, K) array of int
+        Spikes of each trial and bin.
+    width : float
+        Width of a bin [s].
+
+    Returns
+    -------
+    Information
+        [bit/s]; the rate enters the interval, as it differs between trials too.
+    """
+    _refuse(counts)
+    if not 0 < width < np.inf:
+        raise InputError("bin width", "must be positive (s)", width)
+
+    def times_rate(estimate: Callable[[Counts], float]) -> Estimator:
+        return lambda cases, n: estimate(cases) * float(cases.mean()) / (n * width)
+
+    return _estimated(counts, times_rate(_plain_spike), times_rate(_corrected_spike))
+
+
+def count_information(counts: Counts, classes: NDArray[np.int64] | None = None) -> Information:
+    """Mutual information of the count in a bin and the time in the stimulus, or the stimulus' class there.
+
+    Plug-in entropies of the count, over all and within each class, with the correction of [Panzeri2007]_; the
+    extrapolation is that of [Strong1998]_. Divided by the bin's width it is a rate if bins were independent: spikes
+    that depend on each other make the whole train tell more or less.
+
+    Parameters
+    ----------
+    counts : (N, K) array of int
+        Spikes of each trial and bin.
+    classes : (K,) array of int, optional
+        Class of the stimulus in each bin, from 0, such as its envelope in eighths; every bin its own by default. Bins
+        of one class count as independent, which their likeness in time makes too hopeful.
+
+    Returns
+    -------
+    Information
+        Bits for each bin.
+
+    Raises
+    ------
+    InputError
+        If there is no spike, a bin alone, or classes are not one for each bin.
+    """
+    _refuse(counts)
+    of = np.arange(counts.shape[1]) if classes is None else np.asarray(classes)
+    if of.shape != counts.shape[1:] or not np.issubdtype(of.dtype, np.integer) or of.min() < 0:
+        raise InputError("classes", f"must be whole numbers from 0, one for each of the {counts.shape[1]} bins", of)
+    top = int(counts.max()) + 1
+    tables = np.zeros((len(counts), (int(of.max()) + 1), top), int)
+    np.add.at(tables, (np.arange(len(counts))[:, None], of, counts), 1)
+    tables = tables[:, tables.any((0, 2))]
+    return _estimated(tables, lambda cases, n: _plain_count(cases), lambda cases, n: _corrected_count(cases))
+
+
+def _refuse(counts: Counts) -> None:
+    if counts.ndim != 2 or not np.issubdtype(counts.dtype, np.integer) or counts.min(initial=0) < 0:
+        raise InputError("counts", "must be whole numbers from 0, (trials, bins)", f"{counts.dtype} {counts.shape}")
+    if counts.shape[1] < 2:
+        raise InputError("bins", "must be at least 2", counts.shape[1])
+    if not counts.any():
+        raise InputError("counts", "must hold a spike", 0)
+
+
+def _estimated(cases: Counts, plain: Estimator, corrected: Estimator) -> Information:
+    """From the cases of each trial (N, ...)."""
+    n, total = len(cases), cases.sum(0)
+    found, further = corrected(total, n), _extrapolated(cases, plain)
+    half, both = _half_width(cases, corrected), [found] if np.isnan(further) else [found, further]
+    return Information(plain(total, n), found, further, min(both) - half, max(both) + half)
+
+
+def _half_width(cases: Counts, statistic: Estimator) -> float:
+    """Of the 95 % interval, from leaving out one trial at a time; where that leaves no spike, 0 bit are told."""
+    n, total = len(cases), cases.sum(0)
+    if n < 2:
+        return np.nan
+    parts = np.array([statistic(total - one, n - 1) if (total - one).any() else 0.0 for one in cases])
+    return float(stdtrit(n - 1, 0.975) * np.sqrt((n - 1) / n * np.sum((parts - parts.mean()) ** 2)))
+
+
+def _extrapolated(cases: Counts, plain: Estimator) -> float:
+    """Value at 1/trials = 0 of the parabola through all trials, their halves and their quarters."""
+    if len(cases) < 8:
+        return np.nan
+    parts = {ways: [cases[k::ways] for k in range(ways)] for ways in (1, 2, 4)}
+    if not all(some.any() for some in parts[4]):
+        return np.nan
+    means = [float(np.mean([plain(some.sum(0), len(some)) for some in parts[ways]])) for ways in (1, 2, 4)]
+    return float(np.linalg.solve(np.vander([1.0, 2.0, 4.0], 3, increasing=True), np.array(means))[0])
+
+
+def _entropy(weights: Array) -> float:
+    """Entropy [bit] of counted weights over the last axis, averaged over the others by their weight."""
+    total = weights.sum(-1)
+    return float((xlogy(total, total).sum() - xlogy(weights, weights).sum()) / (np.log(2) * total.sum()))
+
+
+def _plain_spike(in_bin: Counts) -> float:
+    return float(np.log2(in_bin.size)) - _entropy(in_bin.astype(float))
+
+
+def _corrected_spike(in_bin: Counts) -> float:
+    return _plain_spike(in_bin) - (_relevant(in_bin) - 1) / (2 * np.log(2) * float(in_bin.sum()))
+
+
+def _plain_count(table: NDArray[np.int64]) -> float:
+    """Information [bit] of a (classes, counts) table of cases."""
+    return _entropy(table.sum(0).astype(float)) - _entropy(table.astype(float))
+
+
+def _corrected_count(table: NDArray[np.int64]) -> float:
+    within = sum(_relevant(row) - 1 for row in table)
+    surplus = within - (_relevant(table.sum(0)) - 1)
+    return _plain_count(table) - surplus / (2 * np.log(2) * float(table.sum()))
+
+
+@numba.njit(cache=True)
+def _relevant(cases: NDArray[np.int64]) -> float:  # pragma: no cover - compiled
+    """Outcomes that can occur, those not met in these cases included: Bayesian estimate of Panzeri and Treves (1996).
+
+    Outcomes not met are added, each as likely as the others not met, until as many are expected to be met as were.
+    """
+    total, met = cases.sum(), (cases > 0).sum()
+    expected = 0.0
+    for n in cases:
+        if n > 0:
+            expected += 1 - (1 - n / total) ** total
+    nearest, found, added = abs(met - expected), float(met), 0
+    while met + added < cases.size:
+        added += 1
+        unmet = added * (1 - (total / (total + met)) ** (1 / total))  # probability of what was not met
+        expected = added * (1 - (1 - unmet / added) ** total)
+        for n in cases:
+            if n > 0:
+                expected += 1 - (1 - (1 - unmet) * (n + 1) / (total + met)) ** total
+        if abs(met - expected) >= nearest:
+            break
+        nearest, found = abs(met - expected), float(met + added)
+    return found
