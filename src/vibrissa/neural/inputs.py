@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibrissa.errors import InputError
+from vibrissa.files import load, written_whole
 from vibrissa.neural.spikes import spike_table
 from vibrissa.neural.table import read_table
 from vibrissa.quantities import dataset, require
@@ -21,6 +22,8 @@ Window = tuple[float, float]
 def read_stimulus(path: str | Path) -> xr.Dataset:
     """One presentation of the stimulus: a file with columns ``time`` [s] and ``displacement`` [m].
 
+    Or a dataset (``.nc``) with ``point_displacement`` (time), as ``vibrissa scan --spikes`` writes it.
+
     Returns
     -------
     Dataset
@@ -31,6 +34,10 @@ def read_stimulus(path: str | Path) -> xr.Dataset:
     InputError
         If a column is missing, a cell is no number, times do not ascend evenly, or the units are not s and m.
     """
+    if Path(path).suffix == ".nc":
+        shown = load(path)
+        require(shown, "time", "point_displacement")
+        return shown[["point_displacement"]]
     table = read_table(path, ("time", "displacement"))
     time, displacement = table.numbers("time"), table.numbers("displacement")
     if time.size < 100:
@@ -48,6 +55,15 @@ def read_stimulus(path: str | Path) -> xr.Dataset:
         size = f"standard deviation {displacement.std():.3g}"
         raise InputError(str(path), "must move by less than 1 cm", size, "displacement is in metres")
     return dataset({"source": Path(path).name}, time=time, point_displacement=displacement)
+
+
+def write_stimulus(stimulus: xr.Dataset, path: str | Path) -> None:
+    """Write ``point_displacement`` (time) [m] so that :func:`read_stimulus` gives it back; whole or not at all."""
+    require(stimulus, "time", "point_displacement")
+    rows = zip(stimulus.time.values.tolist(), stimulus.point_displacement.values.tolist(), strict=True)
+    text = "".join(f"{time!r},{moved!r}\n" for time, moved in rows)
+    with written_whole(path) as temporary:
+        temporary.write_text(f"time,displacement\n{text}", encoding="utf-8")
 
 
 def read_spikes(path: str | Path) -> xr.Dataset:

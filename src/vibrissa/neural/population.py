@@ -75,7 +75,7 @@ def draw_population(counts: Counts = "results", *, n_whiskers: int = 24, rng: np
         raise InputError("counts", f"must be one of {list(COUNTS)}", counts)
     if n_whiskers < 2 * len(SURROUND_WHISKERS):
         raise InputError("number of whiskers", f"must be at least {2 * len(SURROUND_WHISKERS)}", n_whiskers)
-    parts = [_draw_quality(quality, *of, rng) for quality, of in COUNTS[counts].items()]
+    parts = [drawn_units(quality, *of, rng) for quality, of in COUNTS[counts].items()]
     units: dict[str, Any] = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     n = len(units["unit_name"])
     session = rng.permutation(np.arange(n) % SESSIONS)
@@ -92,8 +92,24 @@ def draw_population(counts: Counts = "results", *, n_whiskers: int = 24, rng: np
     )
 
 
-def _draw_quality(quality: str, n: int, n_driven: int, rng: np.random.Generator) -> dict[str, NDArray[Any]]:
-    """Units of one quality, the driven ones at random places among them."""
+def drawn_units(quality: str, n: int, n_driven: int, rng: np.random.Generator) -> dict[str, NDArray[Any]]:
+    """Units of one quality, the driven ones at random places among them.
+
+    Parameters
+    ----------
+    quality : {"SU", "MU"}
+        Single or multi-units.
+    n, n_driven : int
+        Units, and those of them that the envelope drives.
+    rng : Generator
+        Source of randomness.
+
+    Returns
+    -------
+    dict of (n,) arrays
+        ``unit_name``, ``unit_quality``, ``driven_by``, ``true_threshold`` [m], ``true_slope`` [1/(s m)],
+        ``true_latency`` [s], ``true_baseline`` [Hz], ``surround_gain``.
+    """
     names, weights = list(OTHERWISE), list(OTHERWISE.values())
     driven_by = np.concatenate([np.repeat("envelope", n_driven), rng.choice(names, n - n_driven, p=weights)])
     driven_by = rng.permutation(driven_by)

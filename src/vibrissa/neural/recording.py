@@ -7,8 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vibrissa.errors import InputError
+from vibrissa.files import csv_lines, load
 from vibrissa.neural.inputs import read_spikes
+from vibrissa.neural.spikes import read_csv
 from vibrissa.neural.trials import cut_into_trials, read_trials, trials_at
+from vibrissa.quantities import require
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,7 +36,8 @@ def recorded_spikes(
     ----------
     path : path
         NWB (``.nwb``), Plexon or NeuroExplorer (``.plx``, ``.nex``), or CSV with columns unit,trial,spike_time, whose
-        spikes are in trials already.
+        spikes are in trials already. CSV with columns time,unit (:func:`vibrissa.neural.spikes.read_csv`): in trials
+        where it has a column trial, else on the session's clock. Or a dataset (``.nc``) of spikes in trials.
     window : (start, stop)
         Part of each trial that is kept, about its onset [s].
     event : str, optional
@@ -59,15 +63,37 @@ def recorded_spikes(
     """
     kind = Path(path).suffix.lower()
     if kind not in (".nwb", *PLEXON, ".pl2", ".pl3"):
-        if event or trials or only:
-            raise InputError("--event, --trial-table, --only", "must go with an NWB, .plx or .nex file", str(path))
-        return read_spikes(path), None
+        columns = _header(path)
+        timed = bool({"time", "time_ms"} & columns) and "spike_time" not in columns
+        if not timed or "trial" in columns:
+            if event or trials or only:
+                raise InputError("--event, --trial-table, --only", "must go with an NWB, .plx or .nex file", str(path))
+            return _in_trials(path, timed)
     session, table = _session(path, kind, event, only if trials is None else None, trials is None, progress)
     if trials is not None:
         table = read_trials(trials, only=only)
     assert table is not None
     spikes = cut_into_trials(session, table, window)
     return spikes, table.sizes["trial"]
+
+
+def _header(path: str | Path) -> set[str]:
+    """Names of the columns of a table of comma-separated values; none of a dataset."""
+    if Path(path).suffix == ".nc":
+        return set()
+    return {name for _, cells in csv_lines(path)[:1] for name in cells}
+
+
+def _in_trials(path: str | Path, timed: bool) -> tuple[xr.Dataset, int | None]:
+    """Spikes that are in trials already, and the number of trials where the file tells."""
+    if Path(path).suffix == ".nc":
+        spikes = load(path)
+        require(spikes, "spike_time", "spike_trial", "spike_unit", "unit_name")
+    elif timed:
+        spikes = read_csv(path)
+    else:
+        return read_spikes(path), None
+    return spikes, spikes.attrs.get("n_trials")
 
 
 def _session(

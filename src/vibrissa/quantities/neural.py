@@ -81,6 +81,8 @@ NEURAL: dict[str, Quantity] = {
     "true_slope": Quantity(("unit",), "1/(s m)", "true slope of the rate above the threshold"),
     "true_latency": Quantity(("unit",), "s", "true delay from envelope to rate"),
     "true_baseline": Quantity(("unit",), "Hz", "true rate below the threshold"),
+    "time_above_threshold": Quantity(("unit",), "1", "share of the time at which the envelope is above the threshold"),
+    "point_envelope": Quantity(("time",), "m", "envelope of the displacement of one point of the shaft"),
     "surround_gain": Quantity(("unit",), "1", "gain of each surrounding whisker over the principal one's"),
     # does the envelope drive the units, and how: intervals of 95 % by resampled trials
     "envelope_correlation": Quantity(("unit",), "1", "largest correlation of rate and envelope over the lags tried"),
