@@ -460,3 +460,21 @@ def test_gap_too_wide_for_the_posture_is_told_in_one_line(posture, width, form):
 def test_impossible_scans_are_refused(call, rule):
     with pytest.raises(InputError, match=rule):
         call()
+
+
+@pytest.mark.parametrize(
+    ("position", "width", "message"),
+    [
+        (
+            [1e-3, 5.0],
+            [3e-4, 3e-4],
+            "texture must end within 50 whisker lengths of x = 0, 2 m, got a place at 5 m; .*--x-",
+        ),
+        ([1e-6, 1e-3], [5e-9, 3e-4], "must have gaps of 1e-05 whisker lengths or more, 4e-07 m, got one of 5e-09 m"),
+    ],
+)
+def test_positions_in_a_wrong_unit_are_refused_at_once(position, width, message):
+    texture = Troughs(position=np.array(position), width=np.array(width))
+    whisker = Whisker(length=0.04, cone_angle=1.5e-3)
+    with pytest.raises(InputError, match=message):
+        predict(whisker, Posture(contact=0.29, base_angle=1.2), texture, Scan(speed=0.1, damping=0.11))

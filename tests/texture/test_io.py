@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from vibrissa.errors import InputError
-from vibrissa.texture.io import read_troughs, write_troughs
+from vibrissa.texture.io import holds_troughs, read_troughs, write_troughs
 from vibrissa.texture.surface import DEPTH, Troughs, periodic_grating, random_grating
 
 READINGS = ["telegraph", "widths"]
@@ -128,7 +128,7 @@ def test_one_texture_has_many_spellings(tmp_path, content, depth):
         ("\ufeff\r\n# nothing\r\n", "got an empty file"),
         ("position,width\n", "at least one gap below its header, got an empty texture"),
         ("0,3e-4\n0.001,2e-4\n", "line 1 has an unknown column, got '0'; columns are position"),
-        ("position;width\n0;3e-4\n", "line 1 has an unknown column, got 'position;width'; .*separated by commas"),
+        ("position;width\n0;3e-4\n", "line 1 must separate its columns by commas, got 'position;width'"),
         ("position,widht\n0,3e-4\n", "line 1 has an unknown column, got 'widht'; did you mean width?"),
         ("Position,width\n0,3e-4\n", "did you mean position?"),
         ("position [mm],width\n0,3e-4\n", "did you mean position_mm?"),
@@ -207,3 +207,17 @@ def test_any_file_is_a_texture_or_refused_in_one_line(tmp_path, content):
     else:
         assert refusal.startswith(str(path))
         assert len(refusal.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("Position_mm,Width_mm\n1,0.3\n", "unknown column, got 'Position_mm'; did you mean position_mm?"),
+        ("position;width\n0.001;0.0003\n", "line 1 must separate its columns by commas.*such as 'position,width', with"),
+    ],
+)
+def test_headers_of_other_habits_are_known_for_gaps_and_told_what_to_write(tmp_path, content, message):
+    path = written(tmp_path, content)
+    assert holds_troughs(path)
+    with pytest.raises(InputError, match=message):
+        read_troughs(path)

@@ -304,3 +304,30 @@ def test_forbidden_file_is_refused(tmp_path):
     path.chmod(0)
     with pytest.raises(InputError, match="could not be read"):
         read_relief(path)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("Position_mm,Height_um\n0,1\n1,2\n", "line 1 must name .*got Position_mm,Height_um; in small letters: posi"),
+        ("position_mm,height_um,valid\n0,1,1\n", "position and height, and no other, got position_mm,height_um,valid"),
+        (
+            "position_mm;height_um\n0;1\n",
+            "line 1 must separate its columns by commas.*such as 'position_mm,height_um', with",
+        ),
+        ("position_mm\theight_um\n0\t1\n", "line 1 must separate its columns by commas"),
+    ],
+)
+def test_headers_of_other_habits_are_told_what_to_write(tmp_path, content, message):
+    with pytest.raises(InputError, match=message):
+        read_relief(written(tmp_path, content))
+
+
+def test_nothing_is_said_of_the_sampling_of_a_table_drawn_by_hand(tmp_path):
+    said = []
+    read_relief(written(tmp_path, "position_mm,height_um\n0,0\n1,0\n1,-35\n1.4,-35\n1.4,0\n3,0\n"), tell=said.append)
+    assert said == ["6 points over 3 mm, straight lines between them"]
+    said.clear()
+    noise = np.random.default_rng(3).normal(size=400)
+    read_relief(written(tmp_path, table(np.arange(400) * 1e-5, 1e-6 * noise)), tell=said.append)
+    assert not any("instrument" in line for line in said)

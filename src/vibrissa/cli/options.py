@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -24,6 +24,13 @@ Json = Annotated[
 ]
 Out = Annotated[Path | None, Parameter(help="Write the results as a dataset (NetCDF).")]
 OfWhisker = Annotated[Whisker | None, Parameter(help="The whisker's geometry and material (SI units).")]
+OfModes = Annotated[
+    Literal["straight", "curved", "curved-coulomb", "curved-edge"],
+    Parameter(
+        help="Modes of a straight shaft (the paper's), or about the curved profile: of a point of the shaft that "
+        "slides, friction constant or following the load, or of a shaft that slips over an edge; these carry axial force."
+    ),
+]
 Atlas = Annotated[str | None, Parameter(help="Take a measured rat whisker instead: C2, beta, …")]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -41,8 +42,8 @@ def show(data: xr.Dataset, names: Sequence[str] | None, json: bool, out: Path | 
     """Write the dataset if asked, then print the named variables as JSON or as a table."""
     from vibrissa.files import save
 
+    refuse_out(out)
     if out is not None:
-        refuse_suffix(out)
         save(data, out)
     wanted = list(names) if names is not None else [str(name) for name in (*data.coords, *data.data_vars)]
     if json:
@@ -56,10 +57,16 @@ def tell(line: str) -> None:
     print(f"vibrissa: {line}", file=sys.stderr)
 
 
-def refuse_suffix(out: Path) -> None:
-    """Refuse a file of results that is not named as a dataset."""
+def refuse_out(out: Path | None) -> None:
+    """Refuse, before any work, a file of results that is not named as a dataset or cannot be written."""
+    if out is None:
+        return
     if out.suffix != ".nc":
         raise InputError("--out", "must end in .nc, a NetCDF dataset", str(out))
+    if not out.absolute().parent.is_dir():
+        raise InputError("--out", "must lie in an existing folder", str(out), "make it, or choose another")
+    if out.is_dir() or not os.access(out.absolute().parent, os.W_OK):
+        raise InputError("--out", "must name a file that can be written", str(out), "choose another")
 
 
 def _print_json(values: dict[str, Any]) -> None:

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from vibrissa.cli.options import Atlas, AtPosture, Json, OfWhisker, Out, needed_cone
-from vibrissa.cli.output import refuse_suffix, show, tell
+from vibrissa.cli.options import Atlas, AtPosture, Json, OfModes, OfWhisker, Out, needed_cone
+from vibrissa.cli.output import refuse_out, show, tell
+from vibrissa.cli.scan_spikes import OfSpikes, SpikeOptions
 from vibrissa.errors import InputError
 
 if TYPE_CHECKING:
+    from vibrissa.mechanics.basis import Modes
+    from vibrissa.mechanics.motion import Motion
+    from vibrissa.mechanics.posture_path import PosturePath
+    from vibrissa.mechanics.superposition import Scan
     from vibrissa.texture.relief import Relief
     from vibrissa.texture.surface import Troughs
-
-Jump = Literal["continuous", "ramp-limit", "paper2014"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,19 +81,54 @@ class FileOptions:
 OfFile = Annotated[FileOptions, Parameter(name="*")]
 
 
+@dataclass(frozen=True, kw_only=True)
+class ScanOptions:
+    """How a texture is drawn past a whisker, and how its vibration is sampled.
+
+    Attributes
+    ----------
+    scan_speed : float
+        Speed of the texture past the base [m/s].
+    damping : float
+        Damping ratio of every mode.
+    sampling_rate : float
+        Samples per second [Hz].
+    response : {"exact", "linear"}
+        Quasi-static response of the profile held by the edge, or the paper's linear one.
+    jump : {"continuous", "ramp-limit", "paper2014"}
+        What the velocity does where the contact jumps.
+    count : int
+        Number of modes. In the exact response the first millisecond of force and moment after a jump grows with it.
+    """
+
+    scan_speed: float
+    damping: float = 0.11
+    sampling_rate: float = 20000.0
+    response: Literal["exact", "linear"] = "exact"
+    jump: Literal["continuous", "ramp-limit", "paper2014"] = "continuous"
+    count: int = 3
+
+    def scan(self, modes: Modes = "straight") -> Scan:
+        """What :func:`vibrissa.mechanics.superposition.predict` takes."""
+        from vibrissa.mechanics.superposition import Scan
+
+        if not (isfinite(self.sampling_rate) and self.sampling_rate > 0):
+            raise InputError("--sampling-rate", "must be positive (Hz)", self.sampling_rate)
+        return Scan(speed=self.scan_speed, damping=self.damping, jump=self.jump, response=self.response, modes=modes)
+
+
+Drawn = Annotated[ScanOptions, Parameter(name="*")]
+
+
 def scan(
     texture: Path,
     *,
     at: AtPosture,
-    scan_speed: float,
-    damping: float = 0.11,
-    sampling_rate: float = 20000.0,
-    response: Literal["exact", "linear"] = "exact",
-    jump: Jump = "continuous",
-    modes: Literal["straight", "curved", "curved-coulomb", "curved-edge"] = "straight",
+    drawn: Drawn,
+    modes: OfModes = "straight",
     file: OfFile = FileOptions(),
-    count: int = 3,
     node: list[float] | None = None,
+    spiking: OfSpikes = SpikeOptions(),
     whisker: OfWhisker = None,
     atlas: Atlas = None,
     out: Out = None,
@@ -105,58 +144,42 @@ def scan(
         Gaps: CSV with columns position,width in metres, or position_um,width_um or _mm (and depth, if it is not 35 µm),
         the edge of each that meets the contact first, in order of arrival. Or any surface: CSV with columns
         position_mm,height_um, two bare columns, .npy, or the file of a profilometer or microscope.
-    scan_speed
-        Speed of the texture [m/s].
-    damping
-        Damping ratio of every mode.
-    sampling_rate
-        Samples per second [Hz].
-    response
-        Quasi-static response of the profile held by the edge, or the paper's linear one.
-    jump
-        What the velocity does where the contact jumps.
-    modes
-        Modes of a straight shaft (the paper's), or about the curved profile: of a point of the shaft that slides,
-        friction constant or following the load, or of a shaft that slips over an edge; these carry axial force.
-    count
-        Number of modes. In the exact response the first millisecond of force and moment after a jump grows with it.
     node
         Distance from the base of a point of the shaft whose motion is wanted [m]; once for each.
     """
     from vibrissa.mechanics.diagnostics import relief_remarks, remarks
     from vibrissa.mechanics.sampled import scanned
-    from vibrissa.mechanics.shift import resonance_shift, shift_remark
-    from vibrissa.mechanics.superposition import Scan, predict
+    from vibrissa.mechanics.superposition import predict
     from vibrissa.mechanics.topography import predict_relief, scanned_relief
     from vibrissa.texture.surface import Troughs
 
-    cone, surface = needed_cone(whisker, atlas), file.texture(texture)
-    how = Scan(speed=scan_speed, damping=damping, jump=jump, response=response, modes=modes)
+    refuse_out(out)
+    cone, posture, how, surface = needed_cone(whisker, atlas), at.posture(), drawn.scan(modes), file.texture(texture)
+    units = spiking.units()
+    prediction: Motion
     if isinstance(surface, Troughs):
-        data = scanned(predict(cone, at.posture(), surface, how, n_modes=count), sampling_rate, nodes=node)
+        prediction = gaps = predict(cone, posture, surface, how, n_modes=drawn.count)
+        data = scanned(gaps, drawn.sampling_rate, nodes=node)
         lines = remarks(data)
     else:
-        relief = predict_relief(cone, at.posture(), surface, how, n_modes=count)
-        data = scanned_relief(relief, sampling_rate, nodes=node)
+        prediction = relief = predict_relief(cone, posture, surface, how, n_modes=drawn.count)
+        data = scanned_relief(relief, drawn.sampling_rate, nodes=node)
         lines = relief_remarks(data)
-        lines += [shift_remark(resonance_shift(at.posture(), 1))] if modes == "straight" else []
     for line in lines:
         tell(line)
-    show(data, [str(name) for name in data.data_vars if not {"time", "trough"} & set(data[name].dims)], json, out)
+    if units is not None:
+        data = spiking.added(data, prediction, units)
+    long = {"time", "trough", "spike"}
+    show(data, [str(name) for name in data.data_vars if not long & set(data[name].dims)], json, out)
 
 
 def whisk(
     texture: Path,
     path: Path,
     *,
-    scan_speed: float,
+    drawn: Drawn,
     friction: float = 0.4,
-    damping: float = 0.11,
-    sampling_rate: float = 20000.0,
-    response: Literal["exact", "linear"] = "exact",
-    jump: Jump = "continuous",
     reverse: Annotated[bool, Parameter(negative="")] = False,
-    count: int = 3,
     whisker: OfWhisker = None,
     atlas: Atlas = None,
     out: Out = None,
@@ -172,44 +195,37 @@ def whisk(
         CSV of gaps, as `scan` takes it.
     path
         CSV with columns time,base_angle and contact or base_distance (seconds, radians, over L).
-    scan_speed
-        Speed of the texture past the base [m/s].
     friction
         Coefficient of friction of the substrate.
-    damping
-        Damping ratio of every mode.
-    sampling_rate
-        Samples per second [Hz].
-    response
-        Quasi-static response of the profile held by the edge, or the paper's linear one.
-    jump
-        What the velocity does where the contact jumps.
     reverse
         Scan the texture in the other direction.
-    count
-        Number of modes.
     """
     import numpy as np
 
     from vibrissa.files import save
     from vibrissa.mechanics.posture_path import read_posture_path
     from vibrissa.mechanics.slow import predict_slow, remarks, slow_signals
-    from vibrissa.mechanics.superposition import Scan
     from vibrissa.texture.io import read_troughs
 
-    cone, troughs = needed_cone(whisker, atlas), read_troughs(texture)
+    refuse_out(out)
+    cone, how, troughs = needed_cone(whisker, atlas), drawn.scan(), read_troughs(texture)
     if reverse:
         troughs = troughs.reversed(float(troughs.position[0] + troughs.end[-1]))
-    how = Scan(speed=scan_speed, damping=damping, jump=jump, response=response)
-    if not (np.isfinite(sampling_rate) and sampling_rate > 0):
-        raise InputError("--sampling-rate", "must be positive (Hz)", sampling_rate)
     way = read_posture_path(path, friction)
-    prediction = predict_slow(cone, way, troughs, how, n_modes=count)
-    t = np.arange(way.time[0], way.time[-1], 1 / sampling_rate)
+    prediction = predict_slow(cone, way, troughs, how, n_modes=drawn.count)
+    t = np.arange(way.time[0], way.time[-1], 1 / drawn.sampling_rate)
     data = slow_signals(prediction, t)
-    for line in remarks(prediction, t):
+    for line in [*remarks(prediction, t), _steepest(way)]:
         tell(line)
     if out is not None:
-        refuse_suffix(out)
         save(data, out)
     show(data[["frequency_rate", "gain_rate", "mode_mixing", "ring_down_change"]].max(), None, json, None)
+
+
+def _steepest(way: PosturePath) -> str:
+    """What the curved profile does to the resonance where the path has the base stand steepest."""
+    from vibrissa.mechanics.shift import resonance_shift, shift_remark
+
+    steepest = float(way.time[way.base_angle.argmax()])
+    line = shift_remark(resonance_shift(way.at(steepest), 1))
+    return f"modes are the straight shaft's; at {steepest:.4g} s, where the base stands steepest, {line}"

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from vibrissa.cli.options import Atlas, Json, OfWhisker, Out, needed_cone
-from vibrissa.cli.output import progress_bars, refuse_suffix, show, tell
+from vibrissa.cli.output import progress_bars, refuse_out, show, tell
 from vibrissa.errors import InputError
 
 if TYPE_CHECKING:
@@ -37,7 +37,8 @@ def sweep(
 ) -> None:
     """Map of the vibration that a texture excites, over contact, base angle, speed and friction.
 
-    Numbers along an axis are written FIRST:LAST:HOW-MANY, or as a list with commas. Cells without a value, beyond the
+    Numbers along an axis are written FIRST:LAST:HOW-MANY, or as a list with commas, in any order; the map has them
+    ascending. Cells without a value, beyond the
     fold for one, are told with the reason.
 
     Parameters
@@ -73,14 +74,13 @@ def sweep(
     from vibrissa.sweep import sweep as computed
     from vibrissa.texture.io import read_troughs
 
-    if out is not None:
-        refuse_suffix(out)
+    refuse_out(out)
     cone, troughs = needed_cone(whisker, atlas), read_troughs(texture)
     grid = Grid(
-        contact=numbers_of(contact, "--contact"),
-        base_angle=numbers_of(base_angle, "--base-angle"),
-        speed=numbers_of(scan_speed, "--scan-speed"),
-        friction=numbers_of(friction, "--friction"),
+        contact=axis_of(contact, "--contact"),
+        base_angle=axis_of(base_angle, "--base-angle"),
+        speed=axis_of(scan_speed, "--scan-speed"),
+        friction=axis_of(friction, "--friction"),
     )
     measure = Measure(
         quantity=quantity,
@@ -95,6 +95,11 @@ def sweep(
         data = computed(cone, troughs, grid, measure, scheduler=scheduler, progress=progress)
     _tell_reasons(data)
     show(data, None if json else [str(name) for name in data.data_vars if not data[name].dims], json, out)
+
+
+def axis_of(text: str, option: str) -> list[float]:
+    """Numbers of an axis, ascending."""
+    return sorted(numbers_of(text, option))
 
 
 def numbers_of(text: str, option: str) -> list[float]:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 from vibrissa.cli.options import Json
-from vibrissa.cli.output import refuse_suffix, show, tell
+from vibrissa.cli.output import refuse_out, show, tell
 from vibrissa.cli.points import Side, points_of
 from vibrissa.cli.video import remarks_on
 from vibrissa.errors import InputError
@@ -70,7 +70,7 @@ def tracks(
         beside = write_whiskers(load(file), out)
         tell(f"the tracks are in {out} and {beside}")
         return
-    refuse_suffix(out)
+    refuse_out(out)
     if (frame_rate is None) != (pixel_size is None):
         raise InputError("calibration", "must have both --frame-rate and --pixel-size, or neither")
     calibration = None if frame_rate is None else Calibration(frame_rate=frame_rate, pixel_size=pixel_size or 0.0)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from vibrissa.cli.options import Atlas, Json, OfWhisker, Out, needed_cone
-from vibrissa.cli.output import progress_bars, refuse_suffix, show, tell
+from vibrissa.cli.output import progress_bars, refuse_out, show, tell
 from vibrissa.cli.points import Point, Side, line_of, pixels_of, points_of
 from vibrissa.errors import InputError
 
@@ -89,7 +89,7 @@ def track(
     from vibrissa.study.settings import MovieFile
 
     out = out or Path(movie.name).with_suffix(".nc")
-    refuse_suffix(out)
+    refuse_out(out)
     if preview is not None and preview.suffix not in (".mp4", ".mkv", ".png"):
         raise InputError("--preview", "must end in .mp4, .mkv or .png", str(preview))
     seeds, area = points_of(seed, "--seed"), pixels_of(region, "--region")

@@ -25,6 +25,10 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
+_FARTHEST = 50  # [L] of a texture: beyond it a unit is wrong
+_NARROWEST = 1e-5  # [L] of a gap: the shaft sags into it by a thousandth of an atom
+
+
 @dataclass(frozen=True, kw_only=True)
 class Scan:
     """How the texture is drawn past the whisker, and how the answer is reckoned.
@@ -200,6 +204,18 @@ def check_tip(posture: Posture, whisker: Whisker) -> None:
         raise InputError("Posture.contact", rule, posture.contact)
 
 
+def check_scale(whisker: Whisker, places: Array, widths: Array | None = None) -> None:
+    """Refuse a texture whose positions [m] are, for this whisker, in a wrong unit: too long, or its gaps too narrow."""
+    farthest, most = float(np.abs(places).max()), _FARTHEST * whisker.length
+    remedy = "check the unit of its positions: that in the table's header, or --x-unit"
+    if farthest > most:
+        rule = f"must end within {_FARTHEST} whisker lengths of x = 0, {most:.3g} m"
+        raise InputError("texture", rule, f"a place at {farthest:.4g} m", remedy)
+    if widths is not None and widths.min() < _NARROWEST * whisker.length:
+        rule = f"must have gaps of {_NARROWEST:g} whisker lengths or more, {_NARROWEST * whisker.length:.2g} m"
+        raise InputError("texture", rule, f"one of {widths.min():.3g} m", remedy)
+
+
 def predict(
     whisker: Whisker,
     posture: Posture,
@@ -227,6 +243,7 @@ def predict(
         If the contact lies beyond the whisker's tip, the posture beyond the fold, or a gap is too wide for it.
     """
     check_tip(posture, whisker)
+    check_scale(whisker, texture.end, texture.width)
     events = trough_events(texture, whisker, posture, scan.speed, jumps)
     before, after = events.gaps
     reach = float(after.min()), float(before.max())

@@ -19,7 +19,7 @@ from vibrissa.mechanics.gap import unit_response
 from vibrissa.mechanics.ground import GroundResponse, HeldTable, ground_response
 from vibrissa.mechanics.motion import Motion
 from vibrissa.mechanics.sampled import node_distances, predicted_signals, sampling_times
-from vibrissa.mechanics.superposition import Scan, check_tip
+from vibrissa.mechanics.superposition import Scan, check_scale, check_tip
 from vibrissa.quantities import dataset
 
 if TYPE_CHECKING:
@@ -134,6 +134,7 @@ def predict_relief(
         follow.
     """
     check_tip(posture, whisker)
+    check_scale(whisker, relief.position)
     unit_response(posture)  # refuse at once a posture beyond the fold
     found = episodes(relief, whisker, on_the_flat(posture), table)
     response = ground_response(found.table, form=scan.response, n_modes=n_modes, modes=scan.modes)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from vibrissa.errors import InputError
 from vibrissa.mechanics.dynamics import RECOIL
 from vibrissa.mechanics.family import equilibria
+from vibrissa.mechanics.superposition import check_scale
 from vibrissa.quantities import dataset
 from vibrissa.sweep.cells import OK, TIP, row, shaft, side_nodes, width_nodes
 from vibrissa.sweep.grid import Grid, Measure
@@ -112,6 +113,7 @@ def sweep(
         raise InputError("node", "must lie between the largest contact and the base, 1", measure.node)
     if scheduler not in get_args(Scheduler):
         raise InputError("scheduler", f"must be one of {', '.join(get_args(Scheduler))}", repr(scheduler))
+    check_scale(whisker, texture.end, texture.width)
     gaps = np.stack([texture.position - texture.position[0], texture.width]) / whisker.length
     job = Job(gaps, speed / whisker.length, whisker.timescale, whisker.tip, base_angle, measure)
     rows = _computed(job, [(mu, epsilon) for epsilon in contact for mu in friction], scheduler, progress)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -16,7 +17,7 @@ from vibrissa.files import as_number, csv_lines, written_whole
 from vibrissa.texture.measured import Measured
 from vibrissa.texture.relief import Relief
 from vibrissa.texture.surface import LONGEST, Array, Troughs
-from vibrissa.texture.table import first_line, read_columns
+from vibrissa.texture.table import first_line, read_columns, refuse_separators
 from vibrissa.texture.topography import read_topography
 
 Level = Literal["line", "none"]
@@ -91,7 +92,7 @@ def holds_troughs(path: str | Path) -> bool:
     """Whether a file has the header of a table of gaps, to be read by :func:`read_troughs`."""
     if not Path(path).is_file():
         raise InputError(str(path), "must be an existing file")
-    return any(COLUMNS.get(cell.strip()) == "width" for cell in first_line(path).split(","))
+    return any(COLUMNS.get(cell.strip().lower()) == "width" for cell in re.split("[,;\t]", first_line(path)))
 
 
 def read_relief(
@@ -216,6 +217,7 @@ def write_relief(relief: Relief, path: str | Path) -> None:
 def _names(path: str | Path, number: int, header: list[str]) -> list[str]:
     """Check the header: known columns, each once, position and width among them."""
     here = f"{path}, line {number}"
+    refuse_separators(here, header)
     for name in header:
         if name not in COLUMNS:
             near = get_close_matches(name.lower(), COLUMNS, n=1, cutoff=0.75)

@@ -159,8 +159,14 @@ class Measured:
             raise InputError(self.name, rule, found, "--level line takes it away, --level none keeps it")
 
     def sampling(self) -> list[str]:
-        """How finely the profile is sampled, and whether its points follow one another."""
-        span, step = float(np.ptp(self.position)), float(np.median(np.diff(self.position)))
+        """How finely the profile is sampled, and whether its points follow one another.
+
+        A table with a header whose points are not evenly spaced is taken for drawn, corner by corner.
+        """
+        steps = np.diff(self.position)
+        span, step = float(np.ptp(self.position)), float(np.median(steps))
+        if self.zero and np.ptp(steps) > 0.01 * step:
+            return [f"{self.position.size} points over {span * 1e3:.4g} mm, straight lines between them"]
         notes = [f"{self.position.size} points over {span * 1e3:.4g} mm, one every {step * 1e6:.3g} µm"]
         if step > SMALLEST:
             notes.append(
@@ -169,7 +175,7 @@ class Measured:
         z = self.levelled().height
         likeness = float((z[1:] * z[:-1]).sum() / max((z * z).sum(), np.finfo(float).tiny))
         if likeness < ALIKE and z.any():
-            cause = "features finer than the sampling, or noise of the instrument"
+            cause = "features finer than the sampling, or noise" + (" of the instrument" if not self.zero else "")
             notes.append(f"neighbouring heights correlate by {likeness:.2f} only: {cause}")
         return notes
 

@@ -45,7 +45,7 @@ def read_columns(path: str | Path) -> Measured | None:
     if Path(path).suffix == ".npy":
         return _bare(path, _array(path))
     first = first_line(path)
-    if any(cell.strip().startswith(KINDS) for cell in first.split(",")):
+    if any(cell.strip().lower().startswith(KINDS) for cell in re.split("[,;\t]", first)):
         return _named(path)
     if len(_split(first)) == 2 and np.isfinite([as_number(cell) for cell in _split(first)]).all():
         return _bare(path, _two_columns(path))
@@ -87,13 +87,14 @@ def _two_columns(path: str | Path) -> Array:
 def _named(path: str | Path) -> Measured:
     """Columns by the names in the header, which end in their unit."""
     (number, header), *lines = csv_lines(path)
+    refuse_separators(f"{path}, line {number}", header)
     if not lines:
         raise InputError(str(path), "must have points below its header", "none")
     kinds, _, units = zip(*(name.partition("_") for name in header), strict=True)
     if sorted(kinds) != sorted(KINDS):
-        raise InputError(
-            f"{path}, line {number}", "must name two columns, position and height", ",".join(header), SAY_COLUMNS
-        )
+        rule = "must name two columns, position and height, and no other"
+        remedy = f"in small letters: {','.join(header).lower()}" if _in_capitals(kinds) else SAY_COLUMNS
+        raise InputError(f"{path}, line {number}", rule, ",".join(header), remedy)
     table = np.array([_row(f"{path}, line {number}", kinds, cells) for number, cells in lines])
     x, z = kinds.index("position"), kinds.index("height")
     return Measured(
@@ -104,6 +105,18 @@ def _named(path: str | Path) -> Measured:
         z_unit=units[z] or None,
         zero=True,
     )
+
+
+def _in_capitals(kinds: Sequence[str]) -> bool:
+    return sorted(kind.lower() for kind in kinds) == sorted(KINDS)
+
+
+def refuse_separators(here: str, header: Sequence[str]) -> None:
+    """Refuse a header whose columns stand between semicolons or tabs."""
+    if len(header) == 1 and re.search("[;\t]", header[0]):
+        names = ",".join(re.split("[;\t]", header[0]))
+        remedy = f"such as {short(names)}, with points, not commas, in the numbers"
+        raise InputError(here, "must separate its columns by commas", short(header[0]), remedy)
 
 
 def _row(here: str, kinds: Sequence[str], cells: list[str]) -> list[float]:
