@@ -14,12 +14,18 @@ class InputError(ValueError):
         What was found; left out of the message where there is nothing to show.
     remedy : str, optional
         What to do about it.
+
+    Attributes
+    ----------
+    thing, said : str
+        What the line is about, and what it says of it.
     """
 
     def __init__(self, thing: str, rule: str, value: object = None, remedy: str = "") -> None:
         got = "" if value is None else f", got {value}"
         cure = f"; {remedy}" if remedy else ""
-        super().__init__(f"{thing} {rule}{got}{cure}".replace("\n", " "))
+        self.thing, self.said = thing, f"{rule}{got}{cure}".replace("\n", " ")
+        super().__init__(f"{thing} {self.said}".replace("\n", " "))
 
 
 class ConvergenceError(RuntimeError):
