@@ -56,7 +56,9 @@ def main() -> None:
     except CycloptsError as error:
         line = " ".join(str(error).split()).replace("requires an argument", "must be given, with its value")
         _refuse(f"{line.rstrip('.')}; see --help")
-    except (InputError, ConvergenceError) as error:
+    except InputError as error:
+        _refuse(f"{_as_typed(error.thing, sys.argv[1:])} {error.said}")
+    except ConvergenceError as error:
         _refuse(str(error))
     except KeyboardInterrupt:
         sys.exit(130)
@@ -68,3 +70,11 @@ def main() -> None:
 def _refuse(line: str) -> None:
     tell(line)
     sys.exit(2)
+
+
+def _as_typed(thing: str, words: list[str]) -> str:
+    """The option that was typed, where the package's own name of a thing (``Posture.base_angle``) is that of one."""
+    name = thing.rpartition(".")[2].removesuffix("[0]").replace("_", "-").replace(" ", "-")
+    typed = {word.partition("=")[0] for word in words}
+    options = ("--count",) if name == "number-of-modes" else (f"--{name}", f"--scan-{name}", f"--whisker.{name}")
+    return next((option for option in options if option in typed), thing)
