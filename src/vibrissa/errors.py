@@ -24,8 +24,8 @@ class InputError(ValueError):
     def __init__(self, thing: str, rule: str, value: object = None, remedy: str = "") -> None:
         got = "" if value is None else f", got {value}"
         cure = f"; {remedy}" if remedy else ""
-        self.thing, self.said = thing, f"{rule}{got}{cure}".replace("\n", " ")
-        super().__init__(f"{thing} {self.said}".replace("\n", " "))
+        self.thing, self.said = thing.replace("\n", " "), f"{rule}{got}{cure}".replace("\n", " ")
+        super().__init__(f"{self.thing} {self.said}")
 
 
 class ConvergenceError(RuntimeError):
