@@ -77,13 +77,11 @@ class SpikeOptions:
             n_trials=self.trials, seed=self.seed, distance=self.distance, mean_envelope=self.mean_envelope
         )
 
-    def added(self, data: xr.Dataset, prediction: Motion, units: xr.Dataset | None) -> xr.Dataset:
+    def added(self, data: xr.Dataset, prediction: Motion, units: xr.Dataset) -> xr.Dataset:
         """The scan's dataset with the spikes, which are written too if asked."""
         from vibrissa.study.forward import remarks, spikes_of
         from vibrissa.study.forward_files import write_spikes
 
-        if units is None:
-            return data
         spikes = spikes_of(prediction, data.time.values, units, self._presentation())
         for line in remarks(spikes):
             tell(line)

@@ -172,7 +172,8 @@ def fire(
         unit_rate=count / (n_trials * spikes.attrs["duration"]),
         time_above_threshold=_share_above(envelope, units.true_threshold.values),
     )
-    return shown.merge(spikes.drop_attrs(deep=False)).merge(units.drop_attrs(deep=False), combine_attrs="override")
+    told = [f"true_{name}" for name in COLUMNS]
+    return shown.merge(spikes.drop_vars("unit_whisker").merge(units[told], compat="override"), combine_attrs="override")
 
 
 def _share_above(values: Array, levels: NDArray[np.float64]) -> Array:
