@@ -1,0 +1,130 @@
+"""What the page asks for, answered: the picture, what the model says of itself, two textures side by side."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibrissa.errors import ConvergenceError, InputError
+from vibrissa.mechanics.diagnostics import diagnostics, relief_remarks, remarks
+from vibrissa.mechanics.sampled import sampling_times
+from vibrissa.mechanics.superposition import Prediction
+from vibrissa.mechanics.topography import scanned_relief
+from vibrissa.page.contrast import discrimination, expected_counts
+from vibrissa.page.frames import packed
+from vibrissa.page.signals import NODE, RATE, live_arrays, node_motion
+from vibrissa.page.state import read_state
+
+if TYPE_CHECKING:
+    from vibrissa.page.bench import Bench, Motion
+
+LONGEST_ASK = 1 << 16  # bytes of one question: a state is a thirtieth of it
+
+
+def answer(bench: Bench, message: str | bytes) -> str | bytes:
+    """Answer one message of the page; an error is answered with its one line.
+
+    Parameters
+    ----------
+    bench : Bench
+        That makes the predictions.
+    message : str
+        JSON with ``id`` (given back), ``want``: ``live``, ``notes`` or ``contrast``, and ``state``; for ``live`` also
+        ``coarse``, true while a control is dragged.
+
+    Returns
+    -------
+    bytes or str
+        A binary message, see :mod:`vibrissa.page.frames`, or JSON.
+    """
+    ask: dict[str, Any] = {}
+    try:
+        ask = _asked(message)
+        return ANSWERS[ask["want"]](bench, ask)
+    except (InputError, ConvergenceError) as error:
+        return json.dumps({"id": ask.get("id"), "want": ask.get("want"), "error": str(error)})
+
+
+def _asked(message: str | bytes) -> dict[str, Any]:
+    if not isinstance(message, str) or len(message) > LONGEST_ASK:
+        raise InputError("message", f"must be text of at most {LONGEST_ASK} characters", len(message))
+    try:
+        ask = json.loads(message)
+    except (ValueError, RecursionError) as error:
+        raise InputError("message", "must be JSON", remedy=str(error)[:80]) from error
+    if not isinstance(ask, dict) or not isinstance(ask.get("state"), dict) or ask.get("want") not in list(ANSWERS):
+        raise InputError("message", f"must be an object with a state, wanting one of {', '.join(ANSWERS)}")
+    number = ask.get("id")
+    return {**ask, "id": number if isinstance(number, int) and 0 <= number < 2**53 else 0}
+
+
+def _live(bench: Bench, ask: Mapping[str, Any]) -> bytes:
+    state = read_state(ask["state"])
+    prediction = bench.predict(state, form="linear" if ask.get("coarse") is True else "exact")
+    return packed({"id": ask["id"], "want": "live", **facts(prediction)}, live_arrays(prediction, state.unit))
+
+
+def facts(prediction: Motion) -> dict[str, Any]:
+    """What the page says of a prediction in numbers: SI, but adimensional where named so."""
+    flat, length = prediction.response.flat, prediction.whisker.length
+    return {
+        "rate": RATE,
+        "response": prediction.response.form,
+        "speed": prediction.scan.speed,
+        "length": length,
+        "contact": prediction.posture.contact,
+        "tip": prediction.whisker.tip,
+        "height": flat.base[1] * length,
+        "distance": flat.base[0] * length,
+        "frequency": (prediction.omega / (2 * np.pi)).tolist(),
+        "timescale": prediction.whisker.timescale,
+        "gaps": isinstance(prediction, Prediction),
+        **prediction.surface,
+    }
+
+
+def _notes(bench: Bench, ask: Mapping[str, Any]) -> str:
+    state = read_state(ask["state"])
+    return json.dumps({"id": ask["id"], "want": "notes", "notes": notes(bench.predict(state))})
+
+
+def notes(prediction: Motion) -> list[str]:
+    """What the model says of its own assumptions, one line each."""
+    if isinstance(prediction, Prediction):
+        return remarks(diagnostics(prediction, sampling_times(prediction, RATE)))
+    return relief_remarks(scanned_relief(prediction, RATE))
+
+
+def _contrast(bench: Bench, ask: Mapping[str, Any]) -> bytes:
+    state = read_state(ask["state"])
+    sounds, rates, counts = {}, {}, []
+    ends = []
+    for letter in "ab":
+        prediction = bench.predict(state, letter)
+        t = sampling_times(prediction, RATE)
+        moved, drive = node_motion(prediction, t)
+        rates[letter] = (t, state.unit.rate(t, drive))
+        sounds[f"displacement_{letter}"] = moved.astype("<f4")
+        ends.append(t[-1])
+    counts = [expected_counts(*rates[letter], min(ends)) for letter in "ab"]
+    told = {
+        "id": ask["id"],
+        "want": "contrast",
+        "rate": RATE,
+        "node": NODE,
+        "by_course": discrimination(*counts),
+        "by_count": discrimination(*(np.array([one.sum()]) for one in counts)),
+        "duration": float(min(ends)),
+    }
+    binned = {f"counts_{letter}": one.astype("<f4") for letter, one in zip("ab", counts, strict=True)}
+    return packed(told, {**sounds, **binned})
+
+
+ANSWERS: dict[str, Callable[[Bench, Mapping[str, Any]], str | bytes]] = {
+    "live": _live,
+    "notes": _notes,
+    "contrast": _contrast,
+}

@@ -1,0 +1,34 @@
+"""Binary messages: a header in JSON, then float32 arrays, little-endian, one after the other."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def packed(facts: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float32]]) -> bytes:
+    """One message: length of the header (uint32), header, arrays; the header ends where four bytes align.
+
+    The header holds the facts and, under ``arrays``, name and shape of each array in order.
+    """
+    shapes = [[name, list(array.shape)] for name, array in arrays.items()]
+    header = json.dumps({**facts, "arrays": shapes}, allow_nan=False).encode()
+    header += b" " * (-len(header) % 4)
+    parts = [np.uint32(len(header)).astype("<u4").tobytes(), header]
+    return b"".join([*parts, *(np.ascontiguousarray(array, "<f4").tobytes() for array in arrays.values())])
+
+
+def unpacked(message: bytes) -> tuple[dict[str, Any], dict[str, NDArray[np.float32]]]:
+    """Facts and arrays of a message of :func:`packed`."""
+    length = int(np.frombuffer(message, "<u4", 1)[0])
+    facts = json.loads(message[4 : 4 + length])
+    place, arrays = 4 + length, {}
+    for name, shape in facts.pop("arrays"):
+        count = int(np.prod(shape))
+        arrays[name] = np.frombuffer(message, "<f4", count, place).reshape(shape)
+        place += 4 * count
+    return facts, arrays

@@ -1,0 +1,140 @@
+"""What the page draws of one prediction: signals, spectrogram, resonances, firing, and the whisker's way."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import spectrogram
+
+from vibrissa.exact import cone_kappa
+from vibrissa.mechanics.follicle import base_curvature, base_moment
+from vibrissa.mechanics.sampled import sampling_times
+from vibrissa.mechanics.topography import ReliefPrediction
+from vibrissa.neural.virtual import draw_spikes
+from vibrissa.signals.envelope import analytic_envelope
+
+if TYPE_CHECKING:
+    from vibrissa.neural.virtual import HingeUnit
+    from vibrissa.page.bench import Motion
+
+Array = NDArray[np.float64]
+Arrays = dict[str, NDArray[np.float32]]
+
+RATE = 10_000.0  # [Hz] eight samples and more in a period of the third mode of any rat whisker
+NODE = 5e-3  # [m] from the base: where the paper's stimulator held the whiskers, and what it replayed
+TRIALS = 12  # of the raster
+POSITIONS = 1200  # moments at which the shaft is placed, at most
+SHAFT = 36  # points of it
+WINDOW, MOST_COLUMNS = 512, 240  # samples of one spectrum, 51 ms; spectra over the record
+HIGHEST = 1000.0  # [Hz] of the spectrogram
+CONTACTS = np.linspace(0.02, 0.95, 94)
+DRAWN = 20_000  # points of a relief that are drawn
+
+
+def live_arrays(prediction: Motion, unit: HingeUnit) -> Arrays:
+    """Everything drawn, as float32 arrays by name.
+
+    Parameters
+    ----------
+    prediction : Prediction or ReliefPrediction
+        From the bench.
+    unit : HingeUnit
+        Driven by the envelope of the shaft's displacement 5 mm from the base.
+
+    Returns
+    -------
+    dict
+        On an even grid of 10 kHz from time 0: ``excursion`` d (T,) [m]; ``modes`` q + Q(d) and ``envelopes`` (3, T)
+        [m]; ``curvature`` (T,) [1/m], ``moment`` (T,) [N m]; ``displacement`` (T,) [m] 5 mm from the base, less its
+        mean, and ``drive``, its envelope; ``firing`` (T,), rate [Hz]. ``spikes`` (2, N): times [s] and trials.
+        ``spectrogram`` (F, W) [dB re 1 µm²/Hz] of the displacement, ``spectrogram_axes`` (2, 2): first and last
+        frequency [Hz] and time [s]. ``resonance`` (4, E): ε and the three resonant frequencies [Hz] of this whisker
+        pinned there. ``shaft`` (S,) from tip to base, ``shaft_x``, ``shaft_y`` (P, S) [m] from the base,
+        ``shaft_time`` (P,) [s]. ``surface`` (2, N): corners of the surface, place and height [m].
+    """
+    t = sampling_times(prediction, RATE)
+    length = prediction.whisker.length
+    modes = prediction.mode_displacement(t) * length
+    curvature = _curvature(prediction, t)
+    moved, drive = node_motion(prediction, t)
+    arrays = {
+        "excursion": prediction.excursion(t) * length,
+        "modes": modes,
+        "envelopes": analytic_envelope(modes)[0],
+        "curvature": curvature,
+        "moment": base_moment(prediction.whisker, curvature),
+        "displacement": moved,
+        "drive": drive,
+        **firing(unit, t, drive),
+        **_spectrogram(moved),
+        "resonance": resonances_by_contact(prediction.whisker.timescale),
+        **_shaft(prediction, t),
+        "surface": corners(prediction),
+    }
+    return {name: np.ascontiguousarray(values, "<f4") for name, values in arrays.items()}
+
+
+def node_motion(prediction: Motion, t: Array) -> tuple[Array, Array]:
+    """Displacement of the point 5 mm from the base, less its mean, and its envelope [m], (T,) each."""
+    length = prediction.whisker.length
+    moved = prediction.displacement(t, np.array([1 - NODE / length]))[:, 0] * length
+    return moved - moved.mean(), analytic_envelope(moved)[0]
+
+
+def firing(unit: HingeUnit, t: Array, drive: Array) -> dict[str, Array]:
+    """Predicted rate [Hz] (T,), and spikes of twelve trials drawn from it (2, N)."""
+    rate = unit.rate(t, drive)
+    times, trials = draw_spikes(t, rate, TRIALS, rng=np.random.default_rng(0))
+    return {"firing": rate, "spikes": np.stack([times, trials])}
+
+
+def _curvature(prediction: Motion, t: Array) -> Array:
+    """Curvature at the base, quasi-static and of the vibration [1/m], (T,)."""
+    bending = prediction.response.basis.base_curvature
+    slow = prediction.drive(t)[len(bending)] / prediction.whisker.length
+    return slow + base_curvature(prediction.whisker, bending, prediction.amplitudes(t))
+
+
+def _spectrogram(signal: Array) -> dict[str, Array]:
+    window = min(WINDOW, len(signal))
+    hop = max(1, -(-(len(signal) - window) // MOST_COLUMNS))
+    frequency, time, power = spectrogram(
+        signal, RATE, window="hann", nperseg=window, noverlap=window - min(hop, window), nfft=2 * window
+    )
+    kept = frequency <= HIGHEST
+    decibels = 10 * np.log10(np.maximum(power[kept] * 1e12, 1e-9))
+    return {"spectrogram": decibels, "spectrogram_axes": np.array([[0, frequency[kept][-1]], time[[0, -1]]])}
+
+
+@lru_cache(1)
+def _kappa_by_contact() -> Array:
+    return np.stack([cone_kappa(contact, 3) for contact in CONTACTS.tolist()], axis=1)
+
+
+def resonances_by_contact(timescale: float) -> Array:
+    """Contacts ε, and the resonant frequencies of the first three modes there [Hz], (4, E)."""
+    return np.concatenate([CONTACTS[None], _kappa_by_contact() / (2 * np.pi * timescale)])
+
+
+def _shaft(prediction: Motion, t: Array) -> dict[str, Array]:
+    """Where the shaft is, from the physical tip to the base [m], at even moments."""
+    moments = t[:: -(-len(t) // POSITIONS)]
+    contact, tip, length = prediction.posture.contact, prediction.whisker.tip, prediction.whisker.length
+    free, held = np.linspace(tip, contact, 8, endpoint=False), np.linspace(0, 1, SHAFT - 8)
+    s = np.concatenate([free, contact + (1 - contact) * held**1.5])
+    x, y = prediction.position(moments, s)
+    return {"shaft": s, "shaft_x": length * x, "shaft_y": length * y, "shaft_time": moments}
+
+
+def corners(prediction: Motion) -> Array:
+    """Corners of the surface, place along the scan and height [m], (2, N)."""
+    if isinstance(prediction, ReliefPrediction):
+        relief = prediction.relief
+        few = slice(None, None, -(-len(relief.position) // DRAWN))
+        return np.stack([relief.position[few], relief.height[few]])
+    texture = prediction.texture
+    edges = np.stack([texture.position, texture.position, texture.end, texture.end], axis=1).ravel()
+    return np.stack([edges, np.tile([0.0, -texture.depth, -texture.depth, 0.0], texture.position.size)])

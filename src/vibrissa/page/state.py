@@ -1,0 +1,149 @@
+"""What the page's controls say, checked: numbers in their bounds, choices among the known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from reprlib import repr as short
+from typing import Any
+
+import numpy as np
+
+from vibrissa.errors import InputError
+from vibrissa.files import as_number
+from vibrissa.mechanics.profile import Posture
+from vibrissa.mechanics.superposition import Scan
+from vibrissa.neural.virtual import HingeUnit
+from vibrissa.page.controls import CONTROLS, Control
+from vibrissa.whisker import Whisker, atlas_whisker
+
+LONGEST_TEXT = 80  # characters of one value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Choice:
+    """One texture, as its controls say; all lengths [m], see :mod:`vibrissa.page.controls`."""
+
+    kind: str
+    seed: int
+    length: float
+    period: float
+    duty: float
+    depth: float
+    rms: float
+    amplitude: float
+    file: str
+
+
+@dataclass(frozen=True)
+class State:
+    """Everything that is set on the page.
+
+    Attributes
+    ----------
+    values : dict
+        By the names of :data:`vibrissa.page.controls.CONTROLS`: numbers in SI, or words.
+    """
+
+    values: dict[str, float | str]
+
+    @property
+    def whisker(self) -> Whisker:
+        """The measured whisker, or the one of own numbers."""
+        name = str(self.values["whisker"])
+        if name != "own":
+            return atlas_whisker(name)
+        numbers = ("length", "cone_angle", "tip", "youngs_modulus", "density")
+        return Whisker(**{one: self.number(one) for one in numbers})
+
+    @property
+    def posture(self) -> Posture:
+        """The posture, by H or by ε."""
+        angle, friction = self.number("base_angle"), self.number("friction")
+        if self.values["hold"] == "contact":
+            return Posture(contact=self.number("contact"), base_angle=angle, friction=friction)
+        length = self.whisker.length
+        try:
+            return Posture.at_height(self.number("height") / length, angle, friction)
+        except InputError as error:
+            rule = f"must be within reach of a whisker of L = {length * 1e3:.4g} mm ({error})"
+            raise InputError("H", rule, f"{self.number('height') * 1e3:.4g} mm") from error
+
+    @property
+    def scan(self) -> Scan:
+        """Speed and damping."""
+        return Scan(speed=self.number("speed"), damping=self.number("damping"))
+
+    @property
+    def unit(self) -> HingeUnit:
+        """The simulated neuron."""
+        return HingeUnit(**{one: self.number(one) for one in ("threshold", "slope", "baseline")})
+
+    def texture(self, letter: str) -> Choice:
+        """Texture ``a`` or ``b``."""
+        named: dict[str, Any] = {name: self.values[f"{letter}.{name}"] for name in Choice.__annotations__}
+        return Choice(**named | {"seed": int(named["seed"])})
+
+    def number(self, name: str) -> float:
+        """One number [SI]."""
+        return float(self.values[name])
+
+
+def read_state(given: Mapping[str, Any]) -> State:
+    """Check what the page, or an address, says; what is not said takes its default.
+
+    Parameters
+    ----------
+    given : mapping
+        Values by name: numbers [SI], numbers written out, or words.
+
+    Raises
+    ------
+    InputError
+        Names the control that is unknown (and the nearest known one), no number, or out of its bounds.
+    """
+    for name in given:
+        if name not in CONTROLS:
+            near = get_close_matches(str(name)[:LONGEST_TEXT], CONTROLS, n=1)
+            raise InputError(f"control {short(name)}", "is unknown", remedy=f"did you mean {near[0]}?" if near else "")
+    return State({name: _checked(name, one, given.get(name, one.default)) for name, one in CONTROLS.items()})
+
+
+def _checked(name: str, control: Control, value: Any) -> float | str:
+    if control.choices and not (isinstance(value, str) and value in control.choices):
+        near = get_close_matches(str(value)[:LONGEST_TEXT], control.choices, n=1, cutoff=0.4)
+        known = f"did you mean {near[0]}?" if near else f"it knows {short(', '.join(control.choices))}"
+        raise InputError(_thing(name, control), "must be one of its choices", short(value), known)
+    if control.choices:
+        return str(value)
+    if isinstance(control.default, str):
+        if not isinstance(value, str) or len(value) > LONGEST_TEXT or not all(c.isalnum() for c in value):
+            raise InputError(_thing(name, control), "must be the key of a dropped file", short(value))
+        return value
+    return _bounded(name, control, value)
+
+
+def _bounded(name: str, control: Control, value: Any) -> float:
+    number = _as_float(value)
+    if not control.low <= number <= control.high or (control.whole and number != round(number)):
+        low, high = control.low * control.scale, control.high * control.scale
+        kind = "be a whole number" if control.whole else "lie"
+        rule = f"must {kind} between {low:.10g} and {high:.10g} {control.unit}".rstrip()
+        found = f"{number * control.scale:.6g} {control.unit}".rstrip() if np.isfinite(number) else short(value)
+        raise InputError(_thing(name, control), rule, found)
+    return number
+
+
+def _as_float(value: Any) -> float:
+    """The number that is given or written out; NaN for anything else."""
+    if isinstance(value, str):
+        return as_number(value) if len(value) <= LONGEST_TEXT else np.nan
+    try:
+        return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else np.nan
+    except OverflowError:
+        return np.nan
+
+
+def _thing(name: str, control: Control) -> str:
+    return f"{control.group}, {control.label} ({name})"

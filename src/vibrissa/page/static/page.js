@@ -1,0 +1,218 @@
+// The page: state, questions to the server one at a time, and what comes back.
+import { addressOf, build, show, stateFrom } from "./controls.js";
+import { forgetInks } from "./plots.js";
+import * as sound from "./sound.js";
+import { contrast, drawAll, setPalette } from "./views.js";
+import { describeMotion, drawMotion } from "./whisker.js";
+
+const $ = id => document.getElementById(id);
+const TIMED = ["excursion", "modes", "moment-view", "spectrogram", "firing"], RIGHT = { "moment-view": 52, spectrogram: 64 };
+const EXPORTS = ["picture.png", "picture.svg", "data.nc", "signals.csv", "sound.wav", "texture.csv", "study.toml"];
+const SLOW_ENOUGH = 70; // [ms] an exact answer that takes longer is asked for only when the control is let go
+
+let table, made, state, data = null, other = null, playing = null;
+let time = 0, last = null, paused = matchMedia("(prefers-reduced-motion: reduce)").matches;
+let socket = null, flying = null, waiting = null, count = 0, idle = 0, exact = 0;
+const latencies = [];
+
+// Questions
+
+function ask(want, { coarse = false, since = performance.now() } = {}) {
+  waiting = { want, coarse, since };
+  if (!flying) send();
+}
+
+function send() {
+  if (!waiting || socket?.readyState !== WebSocket.OPEN) return;
+  flying = { ...waiting, id: ++count, sent: performance.now() };
+  waiting = null;
+  socket.send(JSON.stringify({ id: flying.id, want: flying.want, coarse: flying.coarse, state: Object.fromEntries(state) }));
+}
+
+function connect() {
+  socket = new WebSocket(new URL("live", location.href.replace(/^http/, "ws").split("#")[0]));
+  socket.binaryType = "arraybuffer";
+  socket.onopen = () => { flying = null; ask("live"); };
+  socket.onmessage = event => received(typeof event.data === "string" ? JSON.parse(event.data) : unpacked(event.data));
+  socket.onclose = () => { say("the page has lost its program: start vibrissa explore again"); flying = null; setTimeout(connect, 2000); };
+}
+
+export function unpacked(message) {
+  const length = new DataView(message).getUint32(0, true), facts = JSON.parse(new TextDecoder().decode(new Uint8Array(message, 4, length)));
+  let place = 4 + length;
+  const shape = Object.fromEntries(facts.arrays), out = { ...facts, shape };
+  for (const [name, size] of facts.arrays) {
+    const n = size.reduce((a, b) => a * b, 1);
+    out[name] = new Float32Array(message, place, n);
+    place += 4 * n;
+  }
+  return out;
+}
+
+function received(told) {
+  const asked = flying;
+  flying = null;
+  if (told.want === "live" && !told.error) {
+    if (!asked.coarse) exact = performance.now() - asked.sent;
+    data = told;
+    requestAnimationFrame(() => { redraw(); setTimeout(() => measured(asked)); });
+  } else if (told.want === "notes" && !told.error) $("notes").replaceChildren(...told.notes.map(text => Object.assign(document.createElement("li"), { textContent: text })));
+  else if (told.want === "contrast" && !told.error) { other = told; $("play-b").disabled = false; contrast(other); replay(); }
+  if (told.want !== "notes") say(told.error || "", told.want === "contrast" ? "index" : "error");
+  $("views").classList.toggle("stale", Boolean(told.error) && told.want === "live");
+  if (waiting) send(); else if (!told.error) next(told.want, asked.coarse);
+}
+
+function next(want, coarse) { // when the hands rest: what takes longer
+  clearTimeout(idle);
+  if (want === "live") idle = setTimeout(() => ask(coarse ? "live" : "notes"), coarse ? 400 : 200);
+  else if (want === "notes") idle = setTimeout(() => ask("contrast"), 10);
+}
+
+function measured(asked) {
+  latencies.push({ ms: performance.now() - asked.since, coarse: asked.coarse });
+  globalThis.vibrissa.drawn = asked.id;
+}
+
+function say(line, id = "error") {
+  if (id !== "error" && !line) return;
+  $(id).textContent = line;
+  if (id === "error") $(id).hidden = !line;
+}
+
+// State
+
+function changed(name, value, { dragged }) {
+  for (const key of [...state.keys()]) if (!(key in table)) state.delete(key);
+  state.set(name, value);
+  settle(dragged);
+}
+
+function settle(dragged) {
+  show(made, table, state);
+  clearTimeout(idle);
+  ask("live", { coarse: dragged && exact > SLOW_ENOUGH });
+  const address = addressOf(state, table);
+  if (address.length < 8000) history.replaceState(null, "", address);
+  for (const link of $("exports").children) link.href = `export/a/${link.textContent}?${address.slice(1)}`;
+}
+
+async function dropped(letter, file, settled) {
+  say("");
+  const query = new URLSearchParams({ name: file.name, ...settled });
+  try {
+    const reply = await fetch(`texture?${query}`, { method: "POST", body: file });
+    if (!reply.ok) { say(await reply.text()); return []; }
+    const { key, notes } = await reply.json();
+    state.set(`${letter}.kind`, "file");
+    changed(`${letter}.file`, key, { dragged: false });
+    return [file.name, ...notes];
+  } catch { say(`${file.name} could not be sent`); return []; }
+}
+
+// Pictures
+
+function redraw() {
+  if (!data) return;
+  drawAll(data);
+  describeMotion(data);
+  time = Math.min(time, end());
+  motion();
+  const coarse = data.response === "linear" ? "; linear response while a control is dragged" : "";
+  $("status").textContent = `Contact ε = ${data.contact.toPrecision(3)}, H = ${(1e3 * data.height).toPrecision(3)} mm; resonances ${data.frequency.map(f => Math.round(f)).join(", ")} Hz; scan of ${end().toPrecision(3)} s${coarse}`;
+  replay();
+}
+
+const end = () => (data.excursion.length - 1) / data.rate;
+
+function motion() {
+  drawMotion(data, time, Number($("magnify").value));
+  $("moment").value = Math.round(1000 * time / end());
+  $("moment").setAttribute("aria-valuetext", `${(1e3 * time).toFixed(1)} ms`);
+  $("clock").textContent = `${(1e3 * time).toFixed(1)} ms`;
+  for (const id of TIMED) {
+    const canvas = $(id), line = canvas.parentElement.querySelector(".cursor") || canvas.parentElement.appendChild(Object.assign(document.createElement("i"), { className: "cursor" }));
+    const width = canvas.clientWidth - 58 - (RIGHT[id] || 12);
+    Object.assign(line.style, { left: `${canvas.offsetLeft + 58 + width * time / end()}px`, top: `${canvas.offsetTop + 8}px`, height: `${canvas.clientHeight - 44}px` });
+  }
+}
+
+function tick(now) {
+  if (data && !paused && last !== null && !document.hidden) {
+    time = (time + Math.min(0.1, (now - last) / 1000) / Number($("slow").value)) % end();
+    motion();
+  }
+  last = now;
+  requestAnimationFrame(tick);
+}
+
+// Sound
+
+function samples(letter) { return letter === "a" ? data?.displacement : other?.displacement_b; }
+
+function toggle(letter) {
+  if (playing === letter) { sound.stop(); return pressed(null); }
+  if (!samples(letter)) return;
+  pressed(letter);
+  sound.play(samples(letter), data.rate, Number($("octave").value), $("loop").checked, () => { globalThis.vibrissa.ended += 1; if (!$("loop").checked) pressed(null); })
+    .then(() => { globalThis.vibrissa.started += 1; });
+}
+
+function pressed(letter) {
+  playing = letter;
+  for (const one of "ab") $(`play-${one}`).setAttribute("aria-pressed", String(one === letter));
+}
+
+function replay() { // what sounds follows what is set
+  if (playing && $("loop").checked && samples(playing)) sound.play(samples(playing), data.rate, Number($("octave").value), true, () => {});
+}
+
+// Hands
+
+function keys(event) {
+  if (event.ctrlKey || event.metaKey || event.altKey || /INPUT|SELECT|TEXTAREA/.test(event.target.tagName) && event.target.type !== "range") return;
+  const seed = step => changed("a.seed", Math.max(0, Number(state.get("a.seed") ?? table["a.seed"].default) + step), { dragged: false });
+  const act = { a: () => toggle("a"), b: () => toggle("b"), p: pause, "[": () => seed(-1), "]": () => seed(1) }[event.key];
+  if (act) { event.preventDefault(); act(); }
+}
+
+function pause() { paused = !paused; showPause(); }
+function showPause() { $("pause").setAttribute("aria-pressed", String(paused)); $("pause").textContent = paused ? "Go on" : "Pause"; }
+
+function bind() {
+  for (const letter of "ab") $(`play-${letter}`).onclick = () => toggle(letter);
+  $("play-b").disabled = true;
+  for (const id of ["octave", "loop"]) $(id).onchange = replay;
+  $("pause").onclick = pause;
+  showPause();
+  $("moment").oninput = () => { paused = true; showPause(); time = $("moment").valueAsNumber / 1000 * end(); motion(); };
+  $("magnify").onchange = () => data && motion();
+  document.addEventListener("keydown", keys);
+  new ResizeObserver(redraw).observe($("views"));
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { forgetInks(); redraw(); if (other) contrast(other); });
+  document.addEventListener("dragover", event => { event.preventDefault(); document.body.classList.add("over"); });
+  document.addEventListener("dragleave", () => document.body.classList.remove("over"));
+  document.addEventListener("drop", event => { event.preventDefault(); document.body.classList.remove("over"); const file = event.dataTransfer.files[0]; if (file) made["a.file"].take(file); });
+  $("exports").append(...EXPORTS.map(name => Object.assign(document.createElement("a"), { textContent: name, href: "#" })));
+  globalThis.addEventListener("hashchange", read);
+}
+
+function read() {
+  try { state = stateFrom(location.hash, table); say(""); } catch (error) { state = new Map(); history.replaceState(null, "", "#"); setTimeout(() => say(error.message), 500); }
+  settle(false);
+}
+
+async function start() {
+  globalThis.vibrissa = { latencies, drawn: 0, started: 0, ended: 0, data: () => data, other: () => other, rendered: sound.rendered, at: () => time };
+  const told = await (await fetch("controls.json")).json();
+  table = told.controls;
+  setPalette(told.palette.flat());
+  state = new Map();
+  made = build($("controls"), table, { changed, dropped });
+  bind();
+  read();
+  connect();
+  requestAnimationFrame(tick);
+}
+
+start();

@@ -1,0 +1,139 @@
+// The views of one prediction; `data` holds facts and float32 arrays as vibrissa.page.signals names them.
+import { axes, boxOf, inks, MARGIN, opened, path, range, ticks, told, trace } from "./plots.js";
+
+const $ = id => document.getElementById(id);
+const MODES = ["one", "two", "three"];
+const row = (array, i, n) => array.subarray(i * n, (i + 1) * n);
+const rms = values => { let sum = 0, square = 0; for (const v of values) { sum += v; square += v * v; } return Math.sqrt(Math.max(0, square / values.length - (sum / values.length) ** 2)); };
+const mean = values => values.reduce((a, b) => a + b, 0) / values.length;
+const say = (id, text) => $(id).setAttribute("aria-label", text);
+
+export function drawAll(data) {
+  const end = (data.excursion.length - 1) / data.rate;
+  excursion(data, end); modes(data, end); moment(data, end); spectrogram(data, end); resonance(data); firing(data, end);
+}
+
+function excursion(data, end) {
+  const place = opened($("excursion")), um = data.excursion.map(v => v * 1e6), [low, high] = range(um, 1);
+  const map = axes(place, boxOf(place), [0, end], [low, high], { x: "time [s]", y: "d [µm]" });
+  trace(place, map, um, 1 / data.rate, inks().one);
+  say("excursion", `Excursion of the contact from ${told(Math.min(...extremes(um)))} to ${told(Math.max(...extremes(um)))} micrometres in ${told(end)} seconds`);
+}
+
+function extremes(values) { let low = Infinity, high = -Infinity; for (const v of values) { if (v < low) low = v; if (v > high) high = v; } return [low, high]; }
+
+function modes(data, end) {
+  const place = opened($("modes")), n = data.excursion.length, ink = inks(), whole = boxOf(place);
+  const said = [];
+  for (let i = 0; i < 3; i++) {
+    const values = row(data.modes, i, n), envelope = row(data.envelopes, i, n), middle = mean(values);
+    const top = 1.08e6 * Math.max(1e-12, extremes(envelope)[1], extremes(values)[1] - middle, middle - extremes(values)[0]);
+    const box = { ...whole, top: whole.top + i * whole.height / 3, height: whole.height / 3 - 8 };
+    const steps = ticks([-top, top], 2).filter(v => Math.abs(v) < top);
+    const map = axes(place, box, [0, end], [-top, top], { x: i === 2 ? "time [s]" : "", y: `q${"₁₂₃"[i]} [µm]`, ySteps: steps });
+    trace(place, map, values, 1 / data.rate, ink[MODES[i]], { width: 1, scale: 1e6, offset: middle });
+    for (const sign of [1, -1]) trace(place, map, envelope, 1 / data.rate, ink.ink, { width: 1, scale: sign * 1e6 });
+    place.ctx.fillStyle = ink.ink; place.ctx.textAlign = "right"; place.ctx.textBaseline = "top";
+    place.ctx.fillText(`${told(data.frequency[i])} Hz`, box.left + box.width, box.top);
+    said.push(`mode ${i + 1} at ${told(data.frequency[i])} hertz, rms ${told(1e6 * rms(values))} micrometres`);
+  }
+  say("modes", said.join("; "));
+}
+
+function moment(data, end) {
+  const place = opened($("moment-view")), margin = { ...MARGIN, right: 52 }, box = boxOf(place, margin), ink = inks();
+  const unit = data.moment[0] / data.curvature[0] * 1e9, nano = data.moment.map(v => v * 1e9), limits = range(nano, 1e-6);
+  const map = axes(place, box, [0, end], limits, { x: "time [s]", y: "moment [nN m]" });
+  trace(place, map, nano, 1 / data.rate, ink.one);
+  const { ctx } = place;
+  ctx.fillStyle = ink.pale; ctx.textAlign = "left"; ctx.textBaseline = "middle";
+  for (const v of ticks(limits.map(m => m / unit), box.height / 45)) ctx.fillText(told(v, 6), box.left + box.width + 4, map.Y(v * unit));
+  ctx.save(); ctx.translate(place.width - 8, box.top + box.height / 2); ctx.rotate(-Math.PI / 2); ctx.textAlign = "center";
+  ctx.fillText("curvature [1/m]", 0, 0); ctx.restore();
+  const [low, high] = extremes(nano);
+  say("moment-view", `Bending moment at the base from ${told(low)} to ${told(high)} nanonewton metres`);
+}
+
+let palette = null;
+export const setPalette = values => { palette = values; };
+
+function spectrogram(data, end) {
+  const place = opened($("spectrogram")), [bins, columns] = data.shape.spectrogram, [, top, first, last] = data.spectrogram_axes;
+  const margin = { ...MARGIN, right: 64 }, box = boxOf(place, margin), map = axes(place, box, [0, end], [0, top], { x: "time [s]", y: "frequency [Hz]" });
+  const high = extremes(data.spectrogram)[1], low = high - 60, image = new ImageData(columns, bins);
+  const painted = level => 3 * Math.round(255 * Math.min(1, Math.max(0, (level - low) / 60)));
+  for (let f = 0; f < bins; f++) for (let k = 0; k < columns; k++) {
+    const from = painted(data.spectrogram[f * columns + k]), to = 4 * ((bins - 1 - f) * columns + k);
+    image.data.set([palette[from], palette[from + 1], palette[from + 2], 255], to);
+  }
+  const sheet = new OffscreenCanvas(columns, bins);
+  sheet.getContext("2d").putImageData(image, 0, 0);
+  const { ctx } = place, half = columns > 1 ? (last - first) / (columns - 1) / 2 : end / 2;
+  const left = map.X(Math.max(0, first - half)), right = map.X(Math.min(end, last + half));
+  ctx.drawImage(sheet, left, box.top, right - left, box.height);
+  scaleBar(ctx, box, high);
+  let strongest = 0;
+  for (let k = 0; k < data.spectrogram.length; k++) if (data.spectrogram[k] > data.spectrogram[strongest]) strongest = k;
+  say("spectrogram", `Spectrogram up to ${told(top)} hertz, strongest at ${told(Math.floor(strongest / columns) * top / (bins - 1))} hertz`);
+}
+
+function scaleBar(ctx, box, high) {
+  for (let k = 0; k < box.height; k++) {
+    const from = 3 * Math.round(255 * (1 - k / box.height));
+    ctx.fillStyle = `rgb(${palette[from]} ${palette[from + 1]} ${palette[from + 2]})`;
+    ctx.fillRect(box.left + box.width + 8, box.top + k, 10, 1.5);
+  }
+  ctx.fillStyle = inks().pale; ctx.textAlign = "left"; ctx.textBaseline = "middle";
+  [0, -30, -60].forEach((level, i) => ctx.fillText(told(Math.round(high + level)), box.left + box.width + 22, box.top + 5 + i * (box.height - 10) / 2));
+  ctx.fillText("dB", box.left + box.width + 22, box.top + 20);
+}
+
+function resonance(data) {
+  const place = opened($("resonance")), n = data.resonance.length / 4, ink = inks(), contacts = [...row(data.resonance, 0, n)];
+  const margin = { ...MARGIN, right: 56 }, box = boxOf(place, margin), toKappa = 2 * Math.PI * data.timescale;
+  const shown = contacts.map((c, i) => [c, i]).filter(([c]) => c <= 0.7).map(([, i]) => i);
+  const steps = [5, 10, 20, 50, 100, 200, 500, 1000];
+  const map = axes(place, box, [0, 0.7], [8, 1500], { x: "contact ε", y: "κ", log: true, ySteps: steps.filter(v => v >= 8) });
+  for (let i = 0; i < 3; i++) {
+    const hertz = row(data.resonance, i + 1, n);
+    place.ctx.save(); place.ctx.beginPath(); place.ctx.rect(box.left, box.top, box.width, box.height); place.ctx.clip();
+    path(place, map, shown.map(k => contacts[k]), shown.map(k => hertz[k] * toKappa), ink[MODES[i]], 1.8);
+    place.ctx.restore();
+    const { ctx } = place, y = map.Y(data.frequency[i] * toKappa);
+    ctx.fillStyle = ink.ink;
+    ctx.beginPath(); ctx.arc(map.X(data.contact), y, 4, 0, 7); ctx.fill();
+    ctx.textAlign = "left"; ctx.textBaseline = "middle";
+    ctx.fillText(`${told(data.frequency[i])} Hz`, box.left + box.width + 3, Math.max(box.top + 6, y));
+  }
+  place.ctx.strokeStyle = ink.ink; place.ctx.lineWidth = 1; place.ctx.setLineDash([4, 4]);
+  place.ctx.beginPath(); place.ctx.moveTo(map.X(data.contact), box.top); place.ctx.lineTo(map.X(data.contact), box.top + box.height); place.ctx.stroke();
+  place.ctx.setLineDash([]);
+  say("resonance", `Contact at ${told(data.contact)} of the length: resonances ${data.frequency.map(f => told(f)).join(", ")} hertz`);
+}
+
+function firing(data, end) {
+  const place = opened($("firing")), ink = inks(), top = Math.max(1, 1.1 * extremes(data.firing)[1]), box = boxOf(place);
+  const low = { ...box, top: box.top + box.height * 0.4, height: box.height * 0.6 };
+  const map = axes(place, low, [0, end], [0, top], { x: "time [s]", y: "rate [Hz]" });
+  trace(place, map, data.firing, 1 / data.rate, ink.one, { width: 1.6 });
+  const spikes = data.spikes.length / 2, { ctx } = place, pitch = box.height * 0.38 / 12;
+  ctx.strokeStyle = ink.ink; ctx.lineWidth = 1.2; ctx.beginPath();
+  for (let k = 0; k < spikes; k++) {
+    const x = map.X(data.spikes[k]), y = box.top + pitch * data.spikes[spikes + k];
+    ctx.moveTo(x, y); ctx.lineTo(x, y + 0.8 * pitch);
+  }
+  ctx.stroke();
+  say("firing", `Firing rate from ${told(extremes(data.firing)[0])} to ${told(extremes(data.firing)[1])} hertz, ${told(spikes / 12)} spikes a trial`);
+}
+
+export function contrast(data) {
+  const place = opened($("contrast")), ink = inks(), bins = data.counts_a.length, box = boxOf(place);
+  const rates = ["a", "b"].map(letter => data[`counts_${letter}`].map(c => c / 0.01));
+  const map = axes(place, box, [0, Math.max(0.01, bins * 0.01)], [0, 1.1 * Math.max(1, ...rates[0], ...rates[1])], { x: "time [s]", y: "rate [Hz]" });
+  rates.forEach((values, k) => trace(place, map, values, 0.01, ink[MODES[k]], { width: 2, dash: k ? [6, 3] : [] }));
+  place.ctx.textAlign = "right"; place.ctx.textBaseline = "top";
+  ["A —", "B - -"].forEach((name, k) => { place.ctx.fillStyle = ink[MODES[k]]; place.ctx.fillText(name, box.left + box.width - 50 * (1 - k), box.top); });
+  const text = `One neuron, one scan of ${told(data.duration)} s, tells them apart with d′ = ${told(data.by_course)} by the time course of its rate, ${told(data.by_count)} by its number of spikes.`;
+  $("index").textContent = text;
+  say("contrast", text);
+}

@@ -1,0 +1,124 @@
+// The whisker on its texture in slow motion: the whole of it, and close to the contact.
+import { inks, opened, told } from "./plots.js";
+
+const $ = id => document.getElementById(id);
+const CLOSE = 1.6e-3, LEFT = 0.3; // [m] across the near view, and the share of it before the contact on the flat
+
+export function surfaceAt(data, place) { // height of the surface [m]
+  const { surface } = data, n = surface.length / 2;
+  if (place < surface[0]) return surface[n];
+  if (place >= surface[n - 1]) return surface[2 * n - 1];
+  let low = 0, high = n - 1;
+  while (high - low > 1) { const middle = (low + high) >> 1; if (surface[middle] <= place) low = middle; else high = middle; }
+  const step = surface[high] - surface[low];
+  return surface[n + low] + (step > 0 ? (place - surface[low]) / step * (surface[n + high] - surface[n + low]) : 0);
+}
+
+export function shaftAt(data, time) { // positions of the shaft from the base [m]
+  const points = data.shaft.length, moments = data.shaft_time.length, step = moments > 1 ? data.shaft_time[1] : 1;
+  const at = Math.min(moments - 1, Math.max(0, time / step)), first = Math.min(Math.floor(at), Math.max(0, moments - 2)), share = Math.min(1, at - first);
+  const second = Math.min(first + 1, moments - 1), out = { x: new Float32Array(points), y: new Float32Array(points) };
+  for (let i = 0; i < points; i++) for (const axis of ["x", "y"]) {
+    const values = data[`shaft_${axis}`];
+    out[axis][i] = (1 - share) * values[first * points + i] + share * values[second * points + i];
+  }
+  return out;
+}
+
+// How deep the free end lies below the ground at its worst [m]; the model has one contact and does not resolve it.
+export function freeEndDepth(data, time, { x, y }) {
+  let worst = 0;
+  for (let i = 0; data.shaft[i] < data.contact - 1e-4; i++) for (let k = 0; k < 6; k++) {
+    const px = x[i] + k / 6 * (x[i + 1] - x[i]), py = y[i] + k / 6 * (y[i + 1] - y[i]);
+    const held = data.shaft[i] + k / 6 * (data.shaft[i + 1] - data.shaft[i]);
+    if (held > data.contact - 2e-4 / data.length) break; // the contact itself slides by as much along the shaft
+    worst = Math.max(worst, surfaceAt(data, px + data.distance + data.speed * time) - (py + data.height));
+  }
+  return worst;
+}
+
+function drawShaft(ctx, data, { x, y }, X, Y, touching, width) {
+  const ink = inks(), free = data.shaft.findIndex(s => s >= data.contact - 1e-6);
+  const run = (from, to, paint, dash, line) => {
+    ctx.strokeStyle = paint; ctx.lineWidth = line; ctx.setLineDash(dash);
+    ctx.beginPath();
+    for (let i = from; i < to; i++) ctx.lineTo(X(x[i]), Y(y[i]));
+    ctx.stroke(); ctx.setLineDash([]);
+  };
+  run(0, free + 1, touching ? ink.bad : ink.two, [5, 3], touching ? width + 1 : width);
+  run(free, data.shaft.length, ink.one, [], width + 1);
+}
+
+function drawGround(ctx, data, time, X, Y, bottom, from, to) { // between two places from the base [m]
+  const ink = inks(), shift = data.speed * time + data.distance, { surface } = data, n = surface.length / 2;
+  const left = from + shift, right = to + shift;
+  ctx.beginPath();
+  ctx.moveTo(X(from), bottom + 5);
+  ctx.lineTo(X(from), Y(-data.height + surfaceAt(data, left)));
+  for (let k = 0; k < n; k++) if (surface[k] >= left && surface[k] <= right) ctx.lineTo(X(surface[k] - shift), Y(-data.height + surface[n + k]));
+  ctx.lineTo(X(to), Y(-data.height + surfaceAt(data, right)));
+  ctx.lineTo(X(to), bottom + 5);
+  ctx.closePath();
+  ctx.fillStyle = ink.ground; ctx.fill();
+  ctx.strokeStyle = ink.ink; ctx.lineWidth = 1; ctx.stroke();
+}
+
+function whole(data, time, pose, rest, magnify, touching) {
+  const place = opened($("whole")), { ctx, width, height } = place, ink = inks();
+  const low = Math.min(...rest.x), scale = Math.min((width - 30) / (-low * 1.06), (height - 40) / (data.height * 1.12));
+  const X = v => width - 18 + v * scale, Y = v => 14 - v * scale;
+  drawGround(ctx, data, time, X, Y, height, (15 - width) / scale, 21 / scale);
+  if (data.gaps) barcode(ctx, data, time, X, Y(-data.height) + 6, scale, width);
+  const large = { x: pose.x.map((v, i) => rest.x[i] + magnify * (v - rest.x[i])), y: pose.y.map((v, i) => rest.y[i] + magnify * (v - rest.y[i])) };
+  drawShaft(ctx, data, large, X, Y, touching, 1.5);
+  ctx.fillStyle = ink.ink; ctx.fillRect(X(0) - 2, Y(0) - 8, 14, 16);
+  rule(ctx, 10, 14, 5e-3 * scale, "5 mm");
+}
+
+function barcode(ctx, data, time, X, top, scale, width) { // gaps are too shallow to be seen at this scale
+  const { surface } = data, n = surface.length / 2, shift = data.speed * time + data.distance;
+  ctx.fillStyle = inks().back;
+  for (let k = 0; k < n; k += 4) {
+    const x = X(surface[k] - shift);
+    if (x < width && x > -50) ctx.fillRect(x, top, Math.max(1, (surface[k + 2] - surface[k]) * scale), 7);
+  }
+}
+
+function rule(ctx, x, y, length, text) {
+  ctx.strokeStyle = ctx.fillStyle = inks().ink; ctx.lineWidth = 2;
+  ctx.beginPath(); ctx.moveTo(x, y); ctx.lineTo(x + length, y); ctx.stroke();
+  ctx.textAlign = "left"; ctx.textBaseline = "top"; ctx.fillText(text, x, y + 4);
+}
+
+function close(data, time, pose, d, touching, depth) {
+  const place = opened($("close")), { ctx, width, height } = place, ink = inks(), scale = width / CLOSE;
+  const X = v => width * LEFT + (v + data.distance) * scale, Y = v => height * 0.6 - (v + data.height) * scale;
+  const at = pixel => (pixel - width * LEFT) / scale - data.distance;
+  drawGround(ctx, data, time, X, Y, height, at(-3), at(width + 3));
+  drawShaft(ctx, data, pose, X, Y, touching, 2);
+  const ground = surfaceAt(data, data.speed * time - d - 1e-9);
+  const held = data.gaps ? Math.max(0, ground) : ground; // an edge of a gap carries it at the height of the land
+  ctx.fillStyle = ink.ink;
+  ctx.beginPath(); ctx.arc(X(-data.distance - d), Y(-data.height + held), 4.5, 0, 7); ctx.fill();
+  rule(ctx, 10, 14, 3e-4 * scale, "0.3 mm, true proportions");
+  if (touching) {
+    ctx.fillStyle = ink.bad; ctx.textAlign = "left"; ctx.textBaseline = "bottom";
+    ctx.fillText(`free end ${told(1e6 * depth, 2)} µm below ground: a second contact, not modelled`, 10, height - 6);
+  }
+}
+
+export function drawMotion(data, time, magnify) {
+  const pose = shaftAt(data, time), points = data.shaft.length;
+  const rest = { x: data.shaft_x.subarray(0, points), y: data.shaft_y.subarray(0, points) };
+  const d = data.excursion[Math.min(data.excursion.length - 1, Math.round(time * data.rate))];
+  const depth = freeEndDepth(data, time, pose), touching = depth > 2e-6;
+  whole(data, time, pose, rest, magnify, touching);
+  close(data, time, pose, d, touching, depth);
+}
+
+export function describeMotion(data) {
+  const text = `H ${told(1e3 * data.height)} mm, contact at ε = ${told(data.contact)}, scanned at ${told(1e3 * data.speed)} mm/s`;
+  $("motion-about").textContent = text;
+  $("whole").setAttribute("aria-label", `Whisker and texture: ${text}`);
+  $("close").setAttribute("aria-label", "The contact from near by, jumping from edge to edge");
+}
