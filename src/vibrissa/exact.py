@@ -17,6 +17,12 @@ Array = NDArray[np.float64]
 Boundary = Literal["pinned", "free"]
 
 
+@lru_cache(maxsize=64)
+def gauss(count: int) -> tuple[Array, Array]:
+    """Gauss–Legendre nodes and weights on [−1, 1], (count,) each, ascending."""
+    return np.polynomial.legendre.leggauss(count)
+
+
 def shaft_quadrature(contact: float, count: int) -> tuple[Array, Array]:
     """Gauss–Legendre nodes and weights on [ε, 1], even in √s, in which modes oscillate evenly.
 
@@ -32,7 +38,7 @@ def shaft_quadrature(contact: float, count: int) -> tuple[Array, Array]:
     s, weights : (count,) arrays
         Σ weights·f(s) = ∫_ε^1 f ds, spectrally accurate for smooth f.
     """
-    node, weight = np.polynomial.legendre.leggauss(count)
+    node, weight = gauss(count)
     r0 = np.sqrt(contact)
     r = r0 + (1 - r0) * (node + 1) / 2
     return r**2, weight * (1 - r0) * r

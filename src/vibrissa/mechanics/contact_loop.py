@@ -21,10 +21,8 @@ def trace(tables, ground):  # type: ignore[no-untyped-def]
     record, kind = np.empty((4, size)), np.empty((2, size), np.int64)
     x, h, slopes = ground[:3]
     i, n, place, z, jumped = 0, 0, x[0], h[0], 0
-    status, last = 0, x.size - 2
-    d = along(z, 0.0, tables)
-    if not np.isfinite(d):
-        status = ABOVE if d > 0 else BELOW
+    d, last = along(z, 0.0, tables), x.size - 2
+    status = _left(d)
     while status == 0:
         m, tau = slopes[i], place + d
         gliding = _angle(d, z, tables) <= m + _LEVEL
@@ -79,9 +77,15 @@ def _longer(values):  # type: ignore[no-untyped-def]
 @njit(cache=True, error_model="numpy")
 def _short(gliding, p, place, z, m, tables):  # type: ignore[no-untyped-def]
     # why travel found no end: the box, or the reach
-    d = state(p, gliding, place, z, m, tables)[2]
+    status = _left(state(p, gliding, place, z, m, tables)[2])
+    return SHORT if status == 0 else status
+
+
+@njit(cache=True, error_model="numpy")
+def _left(d):  # type: ignore[no-untyped-def]
+    # where an excursion without end has left the box; 0 if it has not
     if np.isfinite(d):
-        return SHORT
+        return 0
     return ABOVE if d > 0 else BELOW
 
 

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
-from scipy.optimize import root
 
 from vibrissa.errors import InputError
 from vibrissa.exact import cone_kappa, cone_modes, shaft_quadrature
-from vibrissa.mechanics.edge import Held
-from vibrissa.mechanics.profile import Curve, Posture, curve, flat_curve
+from vibrissa.mechanics import march
+from vibrissa.mechanics.profile import Curve, Posture, flat_curve, unit_nodes
 
 Array = NDArray[np.float64]
 
-_ROOM = 1.3  # ln x of the family's member, over that on the flat: the contact slides towards the tip on the way
 _TABLE = 14  # Chebyshev nodes for d₂(λ)/λ², smooth in λ: 1e-9 up to λ = 0.05 L
+_ALIKE = 3  # and where all gaps are equally wide: 1e-10
 
 
 @dataclass(frozen=True)
@@ -62,20 +62,20 @@ class UnitResponse:
 
     def shift(self, s: Array) -> tuple[Array, Array]:
         """∂r/∂d [1], along the substrate and up, (S,) each, of points s in [ε, 1]."""
+        log_x = np.log(s / self.posture.contact)
+        x, y = (self.curve.at(values, log_x) for values in self.shift_at_nodes)
+        return x, y
+
+    @cached_property
+    def shift_at_nodes(self) -> tuple[Array, Array]:
+        """:meth:`shift` at the Chebyshev nodes in ln s of the curve, (N,) each."""
         c, epsilon = self.curve, self.posture.contact
-        log_x = np.log(s / epsilon)
-        x = s / epsilon
-        psi = c.at(c.psi, log_x)
-
-        def from_base(values: Array) -> Array:
-            return c.at(values, log_x) - values[-1]
-
-        base = 1 / epsilon
-        shift_x = from_base(c.x) - (x * np.cos(psi) - base * np.cos(c.psi[-1]))
-        shift_y = from_base(c.y) - (x * np.sin(psi) - base * np.sin(c.psi[-1]))
-        turn = epsilon * self.contact_angle
-        delta_x = self.contact * shift_x + epsilon * self.load * from_base(c.x_load) - turn * from_base(c.y)
-        delta_y = self.contact * shift_y + epsilon * self.load * from_base(c.y_load) + turn * from_base(c.x)
+        x = np.exp(unit_nodes() * c.span)
+        shift_x = c.x - c.x[-1] - (x * np.cos(c.psi) - x[-1] * np.cos(c.psi[-1]))
+        shift_y = c.y - c.y[-1] - (x * np.sin(c.psi) - x[-1] * np.sin(c.psi[-1]))
+        turn, load = epsilon * self.contact_angle, epsilon * self.load
+        delta_x = self.contact * shift_x + load * (c.x_load - c.x_load[-1]) - turn * (c.y - c.y[-1])
+        delta_y = self.contact * shift_y + load * (c.y_load - c.y_load[-1]) + turn * (c.x - c.x[-1])
         return delta_x, delta_y
 
 
@@ -149,40 +149,18 @@ def excursion_at_jump(posture: Posture, gap_width: float) -> float:
         If the gap is not narrower than the base is far, or so wide that no profile held by its far edge meets the near
         one, or none before the fold.
     """
-    flat, phi = flat_curve(posture), posture.friction_angle
-    height, distance = posture.contact * flat.y[-1], posture.contact * float(flat.x[-1])
+    flat = flat_curve(posture)
+    height, distance = posture.contact * float(flat.y[-1]), posture.contact * float(flat.x[-1])
     if not 0 < gap_width < distance:
         raise InputError("gap_width", f"must lie between 0 and the base's distance {distance:.4g} (over L)", gap_width)
-
-    def held(unknown: Array) -> tuple[Curve, float, float]:
-        load, log_x = unknown
-        wide = curve(load, _ROOM * flat.span, phi)
-        near_x, near_y = wide.at(wide.x, log_x), wide.at(wide.y, log_x)
-        contact = gap_width / np.hypot(near_x, near_y)
-        return wide, float(contact), float(-np.arctan2(near_y, near_x))
-
-    def base(unknown: Array) -> tuple[float, float, float]:
-        wide, contact, turn = held(unknown)
-        span = -np.log(contact)
-        x, y = contact * wide.at(wide.x, span), contact * wide.at(wide.y, span)
-        along = x * np.cos(turn) - y * np.sin(turn)
-        return float(turn + wide.at(wide.psi, span)), float(along), float(x * np.sin(turn) + y * np.cos(turn))
-
-    def mismatch(unknown: Array) -> Array:
-        angle, _, above = base(unknown)
-        return np.array([angle - posture.base_angle, above - height])
-
-    guess = np.array([flat.load, np.log1p(gap_width / posture.contact)])
-    found = root(mismatch, guess, tol=1e-14)
-    residual = float(np.abs(mismatch(found.x)).max())
+    stands = posture.contact, flat.load, posture.base_angle, distance, height, posture.friction_angle
+    found = float(march.excursion_at_jump(*stands, gap_width, march.LONGEST))
+    if np.isfinite(found):
+        return found
+    narrow = "must be narrow enough for a profile from its far edge to meet the near one"
+    rule = narrow if np.isnan(found) else "must be crossed before the fold"
     remedy = "narrow the gap, lower the base angle or raise the contact"
-    if not residual < 1e-11:
-        rule = "must be narrow enough for a profile from its far edge to meet the near one"
-        raise InputError("gap_width", rule, f"{gap_width:.4g} L", remedy)
-    member, contact, turn = held(found.x)
-    if not Held(posture, 0.0, contact, turn, curve(member.load, -np.log(contact), phi)).determinant < 0:
-        raise InputError("gap_width", "must be crossed before the fold", f"{gap_width:.4g} L", remedy)
-    return base(found.x)[1] - distance
+    raise InputError("gap_width", rule, f"{gap_width:.4g} L", remedy)
 
 
 @dataclass(frozen=True)
@@ -218,10 +196,11 @@ def jump_table(posture: Posture, gap_widths: Array) -> JumpTable:
     InputError
         If one of them is too wide for the posture.
     """
-    low, high = 0.999 * float(np.min(gap_widths)), 1.001 * float(np.max(gap_widths))
-    z = np.cos(np.pi * (np.arange(_TABLE) + 0.5) / _TABLE)
+    narrowest, widest = float(np.min(gap_widths)), float(np.max(gap_widths))
+    low, high, nodes = 0.999 * narrowest, 1.001 * widest, _ALIKE if narrowest == widest else _TABLE
+    z = np.cos(np.pi * (np.arange(nodes) + 0.5) / nodes)
     ratio = [excursion_at_jump(posture, width) / width**2 for width in (low + high) / 2 + (high - low) / 2 * z]
-    return JumpTable(low, high, chebyshev.chebfit(z, ratio, _TABLE - 1))
+    return JumpTable(low, high, chebyshev.chebfit(z, ratio, nodes - 1))
 
 
 def excursions_at_jump(posture: Posture, gap_widths: Array) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -89,29 +89,30 @@ class Curve:
     def at(self, values: Array, log_x: ArrayLike) -> Array:
         """Interpolate one of the arrays at ln x."""
         z = 2 * np.asarray(log_x, float) / self.span - 1
-        return np.asarray(chebyshev.chebval(z, _vandermonde_inverse() @ values), float)
+        return np.asarray(chebyshev.chebval(z, nodes_to_series() @ values), float)
 
 
 @cache
-def _unit_nodes() -> Array:
+def unit_nodes() -> Array:
     """Chebyshev–Lobatto nodes on [0, 1]."""
     return np.asarray((1 - np.cos(np.pi * np.arange(_NODES) / (_NODES - 1))) / 2, float)
 
 
 @cache
-def _vandermonde_inverse() -> Array:
-    return np.asarray(np.linalg.inv(chebyshev.chebvander(2 * _unit_nodes() - 1, _NODES - 1)), float)
+def nodes_to_series() -> Array:
+    """Matrix from values at the nodes to Chebyshev coefficients."""
+    return np.asarray(np.linalg.inv(chebyshev.chebvander(2 * unit_nodes() - 1, _NODES - 1)), float)
 
 
 @cache
 def _integration() -> Array:
     """Matrix that integrates from 0 to each node on [0, 1], exact for polynomials through the nodes."""
-    z = 2 * _unit_nodes() - 1
+    z = 2 * unit_nodes() - 1
     columns = [chebyshev.chebval(z, chebyshev.chebint(c, lbnd=-1)) / 2 for c in np.eye(_NODES)]
-    return np.asarray(np.stack(columns, axis=1) @ _vandermonde_inverse(), float)
+    return np.asarray(np.stack(columns, axis=1) @ nodes_to_series(), float)
 
 
-def curve(load: float, span: float, friction_angle: float) -> Curve:
+def curve(load: float, span: float, friction_angle: float, start: Array | None = None) -> Curve:
     """Solve the scaled equation for one load by collocation in ln x and Newton's method.
 
     Parameters
@@ -122,6 +123,8 @@ def curve(load: float, span: float, friction_angle: float) -> Curve:
         ln(1/ε): where the base stands in ln x.
     friction_angle : float
         φ [rad].
+    start : (N,) array, optional
+        ψ at the nodes to start from; straight by default.
 
     Returns
     -------
@@ -134,9 +137,9 @@ def curve(load: float, span: float, friction_angle: float) -> Curve:
         If Newton's method stops short of 1e-13.
     """
     integral = _integration() * span
-    x = np.exp(_unit_nodes() * span)
+    x = np.exp(unit_nodes() * span)
     twice = integral @ (x[:, None] ** -3.0 * integral * x)  # ψ = ∫ x⁻³ ∫ x f dln x dln x
-    psi = np.zeros(_NODES)
+    psi = np.zeros(_NODES) if start is None else start
     for _ in range(_ITERATIONS):
         residual = psi - load * twice @ np.cos(friction_angle - psi)
         jacobian = np.eye(_NODES) - load * twice * np.sin(friction_angle - psi)
@@ -161,6 +164,7 @@ def curve(load: float, span: float, friction_angle: float) -> Curve:
     )
 
 
+@lru_cache(maxsize=8)
 def flat_curve(posture: Posture) -> Curve:
     """Member of the family that touches flat ground at ε and stands at θ_b at the base.
 
@@ -172,12 +176,14 @@ def flat_curve(posture: Posture) -> Curve:
     span, phi = -np.log(posture.contact), posture.friction_angle
     start = equilibria([posture.contact], [posture.base_angle], posture.friction)
     load = float(start.contact_force[0]) / posture.contact**2
+    psi = None
     for _ in range(_ITERATIONS):
-        solution = curve(load, span, phi)
-        step = (solution.psi[-1] - posture.base_angle) / solution.psi_load[-1]
+        solution = curve(load, span, phi, psi)
+        psi = solution.psi
+        step = (psi[-1] - posture.base_angle) / solution.psi_load[-1]
         load -= np.clip(step, -load / 2, load)
         if abs(step) <= _TOLERANCE * load:
-            return curve(load, span, phi)
+            return curve(load, span, phi, psi)
     raise ConvergenceError("load on the stationary profile", float(abs(step)), _ITERATIONS)
 
 

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, cached_property, partial
+from functools import cache, cached_property
 from math import factorial
 from typing import Literal, get_args
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vibrissa.errors import InputError
-from vibrissa.mechanics.basis import Basis, Modes, amplitudes, basis, couplings, slip
-from vibrissa.mechanics.edge import Held, hold, on_the_flat
+from vibrissa.exact import gauss
+from vibrissa.mechanics.basis import Basis, Modes, amplitudes, basis, slip
+from vibrissa.mechanics.edge import Held, on_the_flat
 from vibrissa.mechanics.gap import UnitResponse, unit_response
-from vibrissa.mechanics.profile import Posture
+from vibrissa.mechanics.profile import Posture, curve
+from vibrissa.mechanics.projection import Profiles, Projection, profiles
 
 Array = NDArray[np.float64]
 Form = Literal["exact", "linear"]
@@ -39,14 +40,14 @@ class Piece:
         Ends of the interval, over L.
     coefficients : (K, n) array
         Chebyshev coefficients of each row.
-    held : tuple of Held
-        Profiles at the Chebyshev nodes that made them; none where the response is linear.
+    unknowns : (n, 3) array
+        ε, θ_ε and Λ̂ of the profiles at the Chebyshev nodes that made them; none where the response is linear.
     """
 
     low: float
     high: float
     coefficients: Array
-    held: tuple[Held, ...] = ()
+    unknowns: Array
 
     def taylor(self, d: Array) -> Array:
         """Coefficients of the powers of a small step from each d, (K, len(d), n)."""
@@ -59,11 +60,8 @@ class Piece:
     def _derivatives(self) -> Array:
         """Chebyshev coefficients of the k-th derivatives by d over k!, (n · K, n), k the slower index."""
         rows, n = self.coefficients.shape
-        out = np.zeros((n, rows, n))
-        for k in range(n):
-            scale = 2 / (self.high - self.low)
-            out[k, :, : n - k] = chebyshev.chebder(self.coefficients, k, scl=scale, axis=1) / factorial(k)
-        return out.reshape(n * rows, n)
+        scale = (2 / (self.high - self.low)) ** np.arange(n)
+        return np.asarray((scale[:, None, None] * (self.coefficients @ _derivative_series(n))).reshape(n * rows, n))
 
 
 @dataclass(frozen=True)
@@ -141,8 +139,8 @@ class Response:
             return x0 - u * np.sin(angle) + w * np.cos(angle), y0 + u * np.cos(angle) + w * np.sin(angle)
         for piece, here in self._shared(d):
             basis = chebyshev.chebvander(2 * (d[here] - piece.low) / (piece.high - piece.low) - 1, _NODES - 1)
-            at_nodes = np.array([held.position(s) for held in piece.held])
-            fit = basis @ np.linalg.inv(chebyshev.chebvander(_unit_nodes(), _NODES - 1))
+            at_nodes = np.array([_member(self.flat, *unknown).position(s) for unknown in piece.unknowns])
+            fit = basis @ _to_series()
             x[here], y[here] = fit @ at_nodes[:, 0], fit @ at_nodes[:, 1]
         return x, y
 
@@ -196,42 +194,54 @@ def quasi_static(
         raise InputError("number of modes", "must be at least 1", n_modes)
     unit, flat = unit_response(posture), on_the_flat(posture)
     shapes = basis(modes, flat, n_modes)
-    c = couplings(shapes, unit)
+    project = Projection(flat, shapes)
+    c = project.of_displacement(*unit.shift_at_nodes)
     if form == "linear":
         pieces = [_linear_piece(unit, flat, c, reach)]
     else:
         for end in reach:
-            hold(flat, end)  # refuse at once what cannot be reached
-        rows = partial(held_rows, flat, shapes)
-        behind = _pieces(flat, rows, reach[0], 0.0) if reach[0] < 0 else []
-        pieces = [*behind, *(_pieces(flat, rows, 0.0, reach[1]) if reach[1] > 0 else [])]
+            profiles(flat, np.array([end]), project.s)  # refuse at once what cannot be reached
+        behind = _pieces(project, reach[0], 0.0) if reach[0] < 0 else []
+        pieces = [*behind, *(_pieces(project, 0.0, reach[1]) if reach[1] > 0 else [])]
     return Response(posture, form, unit, modes, shapes, c, flat, tuple(pieces))
 
 
+@cache
+def _derivative_series(n: int) -> Array:
+    """Matrices (k, n, n) from Chebyshev coefficients, from the left, to those of the k-th derivative over k!."""
+    out = np.zeros((n, n, n))
+    for k in range(n):
+        out[k, :, : n - k] = chebyshev.chebder(np.eye(n), k, axis=1) / factorial(k)
+    return out
+
+
+@cache
 def _unit_nodes() -> Array:
     return np.asarray(np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES), float)
 
 
 @cache
-def _gauss(count: int) -> tuple[Array, Array]:
-    z, w = np.polynomial.legendre.leggauss(count)
-    return z, w
+def _to_series() -> Array:
+    """Matrix from values at the nodes of a piece to Chebyshev coefficients."""
+    return np.asarray(np.linalg.inv(chebyshev.chebvander(_unit_nodes(), _NODES - 1)), float)
 
 
-def _pieces(flat: Held, rows: Callable[[Held], Array], low: float, high: float) -> list[Piece]:
+def _member(flat: Held, contact: float, turn: float, load: float) -> Held:
+    """The profile of these ε, θ_ε and Λ̂."""
+    return Held(flat.posture, np.nan, contact, turn, curve(load, -np.log(contact), flat.posture.friction_angle))
+
+
+def _pieces(project: Projection, low: float, high: float) -> list[Piece]:
     """Pieces between two excursions, halved until their polynomials have converged."""
-    z = _unit_nodes()
-    d = (low + high) / 2 + (high - low) / 2 * z
-    profiles: dict[int, Held] = {}
-    held = flat
-    for i in np.argsort(np.abs(d)).tolist():
-        profiles[i] = held = hold(flat, float(d[i]), held)
-    ordered = tuple(profiles[i] for i in range(_NODES))
-    coefficients = chebyshev.chebfit(z, np.array([rows(one) for one in ordered]), _NODES - 1).T
+    d = (low + high) / 2 + (high - low) / 2 * _unit_nodes()
+    outwards = np.argsort(np.abs(d))
+    found = profiles(project.flat, d[outwards], project.s)
+    at_nodes = Profiles(*(values[np.argsort(outwards)] for values in found))
+    coefficients = _rows(project, at_nodes) @ _to_series().T
     if _converged(coefficients) or high - low < _NARROWEST:
-        return [Piece(low, high, coefficients, ordered)]
+        return [Piece(low, high, coefficients, at_nodes.unknowns)]
     middle = (low + high) / 2
-    return _pieces(flat, rows, low, middle) + _pieces(flat, rows, middle, high)
+    return _pieces(project, low, middle) + _pieces(project, middle, high)
 
 
 def _converged(coefficients: Array) -> bool:
@@ -241,23 +251,29 @@ def _converged(coefficients: Array) -> bool:
     return bool(np.all(tail <= _TAIL * size))
 
 
+def _rows(project: Projection, held: Profiles) -> Array:
+    """The table at many profiles (E,) at once, (K, E)."""
+    contact, turn, load = held.unknowns.T
+    follicle = _follicle(project.flat.posture, turn, load * contact**2, held.base_curvature)
+    return np.concatenate([project.of_profiles(held), follicle])
+
+
 def held_rows(flat: Held, shapes: Basis, held: Held) -> Array:
     """One column of the table: Q_i of the modes, then ``FOLLICLE``, of one held profile."""
-    return np.concatenate([_amplitudes(flat, shapes, held), _follicle(flat, held)])
+    return np.concatenate([_amplitudes(flat, shapes, held), _follicle_of(held)])
 
 
-def _follicle(flat: Held, held: Held) -> Array:
+def _follicle_of(held: Held) -> Array:
     """``FOLLICLE`` of one held profile."""
-    friction = flat.posture.friction_angle
-    return np.array(
-        [
-            held.base_curvature,
-            held.transverse_force,
-            held.axial_force,
-            held.contact_force * np.cos(friction + held.contact_angle),
-            held.contact_angle,
-        ]
-    )
+    return _follicle(held.posture, held.contact_angle, held.contact_force, held.base_curvature)
+
+
+def _follicle(posture: Posture, turn: ArrayLike, force: ArrayLike, curvature: ArrayLike) -> Array:
+    """``FOLLICLE`` (5, …) by θ_ε and Λ at the contact and the curvature at the base, (…)."""
+    phi, turn, force = posture.friction_angle, np.asarray(turn), np.asarray(force)
+    base_to_force = posture.base_angle - phi - turn
+    forces = force * np.stack([np.cos(base_to_force), np.sin(base_to_force), np.cos(phi + turn)])
+    return np.stack([np.asarray(curvature), *forces, turn])
 
 
 def displaced(flat: Held, held: Held, s: Array) -> Array:
@@ -270,7 +286,7 @@ def displaced(flat: Held, held: Held, s: Array) -> Array:
 def _amplitudes(flat: Held, shapes: Basis, held: Held) -> Array:
     """Q_i = ∫_ε^1 s² (r − r₁)·l_i ds, for straight modes l_i = V_i n₁, in two panels: the free end is straight."""
     contact = flat.posture.contact
-    z, w = _gauss(_PANEL + 4 * len(shapes.kappa))
+    z, w = gauss(_PANEL + 4 * len(shapes.kappa))
     total = np.zeros(len(shapes.kappa))
     for low, high in ((contact, max(held.contact, contact)), (max(held.contact, contact), 1.0)):
         s = (low + high) / 2 + (high - low) / 2 * z
@@ -283,8 +299,9 @@ def _linear_piece(unit: UnitResponse, flat: Held, c: Array, reach: tuple[float, 
     """Everything's tangent at d = 0."""
     low, high = min(reach[0], -1e-3), max(reach[1], 1e-3)
     slope = np.concatenate([c, _follicle_slope(unit, flat)])
-    value = np.concatenate([np.zeros_like(c), _follicle(flat, flat)])
-    return Piece(low, high, np.stack([value + slope * (low + high) / 2, slope * (high - low) / 2], axis=1))
+    value = np.concatenate([np.zeros_like(c), _follicle_of(flat)])
+    series = np.stack([value + slope * (low + high) / 2, slope * (high - low) / 2], axis=1)
+    return Piece(low, high, series, np.empty((0, 3)))
 
 
 def _follicle_slope(unit: UnitResponse, flat: Held) -> Array:

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from vibrissa.exact import cone_kappa, cone_modes
 from vibrissa.mechanics.dynamics import _fall
+from vibrissa.mechanics.march import excursion_at_jump, hold, place, unit_displacement
 from vibrissa.mechanics.oscillator import TABLE, _excite_even, _first_even
-from vibrissa.sweep.held import excursion_at_jump, hold, place, unit_displacement
 
 Array = NDArray[np.float64]
 
 OK, FOLD, TIP, JUMP, LINEARITY, REACH = range(6)  # why a cell has no value; 0: it has one
+_LONGEST = 0.05  # step in ln x of a profile: 1e-9 of the displacements
 _SIDE = 8  # nodes of an exact response on each side of d = 0: polynomials through 0 of that degree
 _WIDTHS = 12  # Chebyshev nodes of d₂/λ² between the narrowest and the widest gap
 _FINE = 12  # samples in a period of the highest mode of a peak
@@ -92,12 +93,12 @@ def jumps(posture, widths, z, fit, out):  # type: ignore[no-untyped-def]
     contact, load, angle, distance, height, phi = posture
     low, high = widths.min(), widths.max()
     if low == high:
-        out[:] = excursion_at_jump(contact, load, angle, distance, height, phi, low)
-        return not np.isnan(out[0])
+        out[:] = excursion_at_jump(contact, load, angle, distance, height, phi, low, _LONGEST)
+        return bool(np.isfinite(out[0]))
     ratio, coefficients = np.empty(z.size), np.zeros(z.size)
     for k in range(z.size):
         width = (low + high) / 2 + (high - low) / 2 * z[k]
-        ratio[k] = excursion_at_jump(contact, load, angle, distance, height, phi, width) / width**2
+        ratio[k] = excursion_at_jump(contact, load, angle, distance, height, phi, width, _LONGEST) / width**2
     for k in range(z.size):
         for m in range(z.size):
             coefficients[k] += fit[k, m] * ratio[m]
@@ -106,7 +107,7 @@ def jumps(posture, widths, z, fit, out):  # type: ignore[no-untyped-def]
         for k in range(z.size - 1, 0, -1):  # Clenshaw
             one, two = coefficients[k] + 2 * at * one - two, one
         out[j] = widths[j] ** 2 * (coefficients[0] + at * one - two)
-    return not np.isnan(coefficients[0])
+    return bool(np.isfinite(coefficients[0]))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -114,7 +115,7 @@ def linear(posture, s, project, out):  # type: ignore[no-untyped-def]
     """Rows c_i and Ū, into out (R,); whether the posture stands before the fold."""
     contact, load, _, _, _, phi = posture
     unit = np.empty(s.size)
-    if not unit_displacement(contact, load, phi, s, unit) < 0:
+    if not unit_displacement(contact, load, phi, s, _LONGEST, unit) < 0:
         return False
     out[:] = 0.0
     for r in range(project.shape[0]):
@@ -129,13 +130,13 @@ def exact(posture, end, s, project, z, fit, out):  # type: ignore[no-untyped-def
     contact, load, angle, distance, height, phi = posture
     unknown = np.array([contact, 0.0, load])
     x0, y0, tilt0, x, y, tilt = np.empty((6, s.size))
-    place(unknown, phi, s, x0, y0, tilt0)
+    place(unknown, phi, s, _LONGEST, x0, y0, tilt0)
     values, before = np.zeros((z.size, project.shape[0])), 0.0
     for k in range(z.size):
-        if not hold(unknown, angle, distance + end * before, height, phi, end * (z[k] - before)):
+        if not hold(unknown, angle, distance + end * before, height, phi, end * (z[k] - before), _LONGEST):
             return False
         before = z[k]
-        place(unknown, phi, s, x, y, tilt)
+        place(unknown, phi, s, _LONGEST, x, y, tilt)
         for j in range(s.size):
             u = np.cos(tilt0[j]) * (y[j] - y0[j]) - np.sin(tilt0[j]) * (x[j] - x0[j])
             for r in range(project.shape[0]):
