@@ -5,6 +5,7 @@ import pytest
 from driven import driven_by, transfer, white_driven
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.signal import periodogram
 
 from vibrissa.errors import InputError
 from vibrissa.signals.spectra import fit_resonance, lorentzian, power_spectrum
@@ -119,3 +120,10 @@ def test_spectra_that_cannot_be_fitted_are_refused():
     bins = np.linspace(0, 750, 100)
     with pytest.raises(InputError, match="20 bins"):
         fit_resonance(bins, np.ones(100), guess=100.0)
+
+
+@pytest.mark.parametrize("count", [9, 10, 3500])
+def test_power_is_that_of_the_library_of_periodograms(count):
+    x = np.random.default_rng(count).normal(size=(2, count))
+    for ours, theirs in zip(power_spectrum(x, RATE), periodogram(x, RATE, window="hann"), strict=True):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-10, atol=1e-17)
