@@ -109,21 +109,21 @@ def bad_texture(tmp, text):
 
 BAD = {
     "beyond the tip": (["profile", "--contact", "0.01", "--base-angle", "1", "--atlas", "C2"], "whisker's tip"),
-    "no modes": (["gap", *POSTURE, "--gap-width", "0.01", "--count", "0"], "number of modes"),
-    "base angle": (["profile", "--contact", "0.3", "--base-angle", "-1"], "base_angle must lie between"),
+    "no modes": (["gap", *POSTURE, "--gap-width", "0.01", "--count", "0"], "--count must be"),
+    "base angle": (["profile", "--contact", "0.3", "--base-angle", "-1"], "--base-angle must lie between"),
     "contact": (["profile", "--contact", "1.3", "--base-angle", "1"], "contact must lie between"),
     "neither": (["profile", "--base-angle", "1"], "--contact or --base-distance"),
     "out of reach": (["profile", "--base-distance", "0.95", "--base-angle", "1.2"], "between 0 and 0.932"),
     "edge out of reach": (["profile", *POSTURE, "--contact-distance", "0.9"], "determinant"),
     "beyond the fold": (["gap", "--contact", "0.1", "--base-angle", "1.4", "--gap-width", "0.01"], "before the fold"),
-    "no gap": (["gap", *POSTURE, "--gap-width", "-0.01"], "gap_width must lie between"),
+    "no gap": (["gap", *POSTURE, "--gap-width", "-0.01"], "--gap-width must lie between"),
     "wide gap": (["gap", *POSTURE, "--gap-width", "0.3"], "narrow"),
-    "NaN": (["gap", *POSTURE, "--gap-width", "nan"], "gap_width"),
+    "NaN": (["gap", *POSTURE, "--gap-width", "nan"], "--gap-width"),
 }
 BAD_SCAN = {
     "speed": (["--scan-speed", "0"], "speed must be positive"),
     "damping": (["--scan-speed", "0.1", "--damping", "1"], "damping must lie in [0, 1)"),
-    "rate": (["--scan-speed", "0.1", "--sampling-rate", "-5"], "sampling_rate must be positive"),
+    "rate": (["--scan-speed", "0.1", "--sampling-rate", "-5"], "--sampling-rate must be positive"),
     "too long": (["--scan-speed", "1e-9"], "samples"),
     "node": (["--scan-speed", "0.1", "--node", "1"], "node must lie on the whisker"),
     "jump": (["--scan-speed", "0.1", "--jump", "soft"], "jump"),

@@ -32,6 +32,7 @@ def test_a_relief_of_gaps_is_scanned_as_the_gaps(vibrissa, gaps):
         options = (*HOLD, *SPEED, *COARSE, *WHISKER, "--out", gaps / f"{name}.nc")
         code, _, err = vibrissa("scan", gaps / f"{name}.csv", *options)
         assert code == 0, err
+        assert "about the curved profile the first resonance is off" in err
     assert "the contact sticks" in err
     one, other = load(gaps / "gaps.nc"), load(gaps / "relief.nc")
     n = min(one.sizes["time"], other.sizes["time"])
@@ -60,6 +61,7 @@ def test_whisk_tells_how_slow_the_posture_changes(vibrissa, gaps, path):
     out = gaps / "slow.nc"
     code, text, err = vibrissa("whisk", gaps / "gaps.csv", path, *SPEED, *COARSE, *WHISKER, "--out", out, "--json")
     assert code == 0, err
+    assert "where the base stands steepest, about the curved profile the first resonance is off" in err
     assert 0 < json.loads(text)["gain_rate"] < 0.02
     angle = load(out).moment_base_angle.values
     assert angle.max() == pytest.approx(1.15, abs=2e-3)
@@ -69,6 +71,21 @@ BAD = {
     "option of a file that is none": (["scan", "gaps.csv", *HOLD, "--fill"], "--fill must not be given"),
     "no such part": (["scan", "relief.csv", *HOLD, "--part", "3"], "must be FIRST:LAST"),
     "no texture": (["scan", "path.csv", *HOLD], "position"),
+    "long": (["scan", "long.csv", *HOLD], "must end within 50 whisker lengths of x = 0, 2 m, got a place at 5 m"),
+    "long relief": (["scan", "level.csv", *HOLD], "must end within 50 whisker lengths"),
+    "angle": (
+        ["scan", "gaps.csv", "--contact", "0.29", "--base-angle", "1.7"],
+        "--base-angle must lie between 0 and π/2",
+    ),
+    "contact": (["scan", "gaps.csv", "--contact=1.4", "--base-angle", "1"], "--contact must lie between 0 and 1"),
+    "damping": (["scan", "gaps.csv", *HOLD, "--damping", "2"], "--damping must lie in [0, 1)"),
+    "modes": (["scan", "gaps.csv", *HOLD, "--count", "0"], "--count must be at least 1"),
+    "folder": (
+        ["scan", "none.csv", *HOLD, "--out", "none/x.nc"],
+        "--out must lie in an existing folder, got none/x.nc",
+    ),
+    "name": (["whisk", "none.csv", "none.csv", "--out", "x.csv"], "--out must end in .nc"),
+    "folder itself": (["scan", "none.csv", *HOLD, "--out", "folder.nc"], "--out must name a file"),
     "no path": (["whisk", "gaps.csv", "relief.csv"], "must have the columns time,base_angle"),
     "no number": (["whisk", "gaps.csv", "bad.csv"], "line 3 must hold three numbers"),
     "back": (["whisk", "gaps.csv", "fast.csv"], "scan faster or move the base more slowly"),
@@ -88,6 +105,9 @@ def test_bad_input_is_one_line(vibrissa, gaps, path, monkeypatch, case):
     (gaps / "fast.csv").write_text("time,base_angle,contact\n0,1.1,0.29\n0.05,0.9,0.2\n0.1,1.1,0.29\n0.15,0.9,0.2\n")
     (gaps / "late.csv").write_text("position,width\n0.5,0.0004\n")
     (gaps / "zero.csv").write_text("position,width\n0,0.0004\n")
+    (gaps / "long.csv").write_text("position,width\n0.001,0.0004\n5,0.0004\n")
+    (gaps / "level.csv").write_text("position_m,height_um\n0,0\n2.5,1\n5,0\n")
+    (gaps / "folder.nc").mkdir()
     words, message = BAD[case]
     code, out, err = vibrissa(*words, *SPEED, *WHISKER)
     assert (code, out) == (2, "")
