@@ -23,6 +23,15 @@ def _information(name: str, unit: str, long_name: str) -> dict[str, Quantity]:
 
 
 CODING: dict[str, Quantity] = {
+    # surround maps
+    **_ends("surround_weight", ("unit", "whisker"), "1/(s m)", "rise of the rate above the threshold of each whisker"),
+    "surround_p_value": Quantity(("unit", "whisker"), "1", "p-value of a whisker, adjusted over those of the unit"),
+    "surround_verdict": Quantity(("unit", "whisker"), "1", "whether a whisker drives, suppresses, does nothing"),
+    "strongest_whisker": Quantity(("unit",), "1", "whisker of the largest weight"),
+    "condition_number": Quantity((), "1", "condition number of the whiskers' hinged envelopes, scaled"),
+    "weight_inflation": Quantity(("whisker",), "1", "variance of a weight over that beside uncorrelated copies"),
+    "copy_likeness": Quantity(("whisker",), "1", "largest |r| with another copy at lags up to the latest latency"),
+    "likest_whisker": Quantity(("whisker",), "1", "whisker whose copy is most alike"),
     # information
     **_information("spike_information", "bit", "information of one spike about the time in the stimulus"),
     **_information("information_rate", "bit/s", "information of single spikes about the time in the stimulus"),
