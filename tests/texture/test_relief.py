@@ -53,3 +53,11 @@ def test_impossible_reliefs_are_refused(position, height, rule):
     with pytest.raises(InputError, match=rule) as refused:
         relief(position, height)
     assert len(str(refused.value).splitlines()) == 1
+
+
+def test_what_lies_low_of_gaps_are_the_gaps():
+    texture = random_grating(0.02, rng=np.random.default_rng(5))
+    start, width = Relief.from_troughs(texture).low()
+    np.testing.assert_array_equal(start, texture.position)
+    np.testing.assert_allclose(width, texture.width, rtol=1e-9)
+    assert not Relief(position=np.array([0, 1e-2]), height=np.zeros(2)).low()[0].size

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -55,18 +55,10 @@ class FileOptions:
 
     def texture(self, path: Path) -> Troughs | Relief:
         """Gaps, or heights along the scan."""
-        from vibrissa.texture.io import holds_troughs, read_relief, read_troughs
+        from vibrissa.texture.io import Settled, read_texture
 
-        if not holds_troughs(path):
-            settled = {"line": self.line, "x_unit": self.x_unit, "z_unit": self.z_unit, "level": self.level}
-            how: dict[str, Any] = {**settled, "fill": self.fill, "flip": self.reverse, "part": self._part()}
-            return read_relief(path, tell=tell, **how)
-        useless = [name for name in ("line", "part", "x_unit", "z_unit", "fill", "level") if getattr(self, name)]
-        if useless:
-            option = f"--{useless[0].replace('_', '-')}"
-            raise InputError(option, f"must not be given: {path} is a table of gaps, which leaves nothing open")
-        troughs = read_troughs(path)
-        return troughs.reversed(float(troughs.position[0] + troughs.end[-1])) if self.reverse else troughs
+        settled: Settled = {"line": self.line, "x_unit": self.x_unit, "z_unit": self.z_unit, "level": self.level}
+        return read_texture(path, flip=self.reverse, tell=tell, fill=self.fill, part=self._part(), **settled)
 
     def _part(self) -> tuple[float, float] | None:
         if self.part is None:

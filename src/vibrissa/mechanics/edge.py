@@ -93,7 +93,7 @@ class Held:
         return self.contact * (along * cos - up * sin), self.contact * (along * sin + up * cos)
 
     def _log_x(self, s: Array) -> Array:
-        return np.clip(np.log(s / self.contact), 0, self.curve.span)
+        return np.minimum(np.log(np.maximum(s / self.contact, 1.0)), self.curve.span)
 
     @property
     def base_curvature(self) -> float:

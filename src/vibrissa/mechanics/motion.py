@@ -47,6 +47,11 @@ class Motion(ABC):
     def surface(self) -> dict[str, float]:
         """What the surface is, in numbers."""
 
+    @property
+    @abstractmethod
+    def gaps(self) -> tuple[Array, Array, float]:
+        """Where gaps begin and how wide they are [m], (J,) each, and their depth [m]; of any surface what lies low."""
+
     @cached_property
     @abstractmethod
     def drive(self) -> Drive:

@@ -184,6 +184,11 @@ class Prediction(Motion):
         """Number and depth [m] of the gaps."""
         return {"gaps": len(self.texture.width), "gap_depth": self.texture.depth}
 
+    @property
+    def gaps(self) -> tuple[Array, Array, float]:
+        """Positions, widths and depth of the gaps [m]."""
+        return self.texture.position, self.texture.width, self.texture.depth
+
     def excursion(self, t: Array) -> Array:
         """Excursion d over L at times t [s], (T,)."""
         return self.events.excursion(t)

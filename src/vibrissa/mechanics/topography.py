@@ -73,6 +73,11 @@ class ReliefPrediction(Motion):
         """Points and length [m] of the relief."""
         return {"relief_points": len(self.relief.position), "relief_length": self.relief.length}
 
+    @property
+    def gaps(self) -> tuple[Array, Array, float]:
+        """Stretches below the middle of the heights, and from the lowest to the highest [m]."""
+        return *self.relief.low(), float(np.ptp(self.relief.height))
+
     def contact(self, t: Array) -> tuple[Array, Array, Array]:
         """Excursion d, height z and place X of the contact over L at times t [s], (T,) each."""
         return self.episodes.contact(t * self._per_second)

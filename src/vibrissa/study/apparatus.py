@@ -14,7 +14,7 @@ from vibrissa.video.camera import exposure_times
 if TYPE_CHECKING:
     import xarray as xr
 
-    from vibrissa.mechanics.superposition import Prediction
+    from vibrissa.mechanics.motion import Motion
     from vibrissa.study.settings import Film
 
 Array = NDArray[np.float64]
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 _BLOCK = 250  # frames reckoned at a time
 
 
-def apparatus(prediction: Prediction, film: Film, scene: Scene) -> xr.Dataset:
+def apparatus(prediction: Motion, film: Film, scene: Scene) -> xr.Dataset:
     """Whisker, substrate and camera of a virtual experiment, seen along the edges of the grating.
 
     Parameters
@@ -35,9 +35,11 @@ def apparatus(prediction: Prediction, film: Film, scene: Scene) -> xr.Dataset:
     Dataset
         ``shaft_x`` along the substrate from the contact towards the base and ``shaft_y`` above it (shaft), at rest,
         from the physical tip to the skin; ``field_x``, ``field_y`` (corner), the field of view; ``trough_start``,
-        ``trough_width`` (trough): x_j, λ_j of the texture [m]. Attributes: ``base_height`` H, ``base_distance`` D
+        ``trough_width`` (trough): x_j, λ_j of the texture [m], of any surface the stretches that lie below the middle of
+        its heights. Attributes: ``base_height`` H, ``base_distance`` D
         [m], ``base_angle`` [rad], ``speed`` [m/s], ``frame_rate`` [Hz], ``pixel_size``, ``depth`` [m].
     """
+    start, width, depth = prediction.gaps
     flat, length, camera = prediction.response.flat, prediction.whisker.length, film.camera
     base_distance, base_height = (length * value for value in flat.base)
     along, up = flat.position(scene.s[scene.s <= 1])
@@ -51,7 +53,7 @@ def apparatus(prediction: Prediction, film: Film, scene: Scene) -> xr.Dataset:
             "base_distance": base_distance,
             "base_angle": prediction.posture.base_angle,
             "speed": prediction.scan.speed,
-            "depth": prediction.texture.depth,
+            "depth": depth,
             "frame_rate": camera.frame_rate,
             "pixel_size": camera.pixel_size,
         },
@@ -59,12 +61,12 @@ def apparatus(prediction: Prediction, film: Film, scene: Scene) -> xr.Dataset:
         shaft_y=length * up + base_height,
         field_x=field_x + base_distance,
         field_y=field_y + base_height,
-        trough_start=prediction.texture.position,
-        trough_width=prediction.texture.width,
+        trough_start=start,
+        trough_width=width,
     )
 
 
-def true_profile(prediction: Prediction, film: Film, scene: Scene, arc_length: Array) -> xr.Dataset:
+def true_profile(prediction: Motion, film: Film, scene: Scene, arc_length: Array) -> xr.Dataset:
     """Where points of the shaft are in the image, averaged over each exposure.
 
     The shaft of the film does not stretch: exactly under the ``exact`` response, to first order in the motion under

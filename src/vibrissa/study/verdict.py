@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.mechanics.superposition import Prediction
+from vibrissa.mechanics.motion import Motion
 from vibrissa.neural.coupling import maximal_correlation
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
@@ -30,7 +30,7 @@ class Row(NamedTuple):
     high: float = np.nan
 
 
-def hold_against(study: Study, prediction: Prediction, results: dict[str, xr.Dataset]) -> xr.Dataset:
+def hold_against(study: Study, prediction: Motion, results: dict[str, xr.Dataset]) -> xr.Dataset:
     """Table of truth against found for a virtual experiment.
 
     The truth of a frequency or a damping is what was put in; ``true signal`` rows hold the fit on the tracked movie
@@ -48,7 +48,7 @@ def hold_against(study: Study, prediction: Prediction, results: dict[str, xr.Dat
     return dataset(quantity=quantity, quantity_unit=unit, truth=truth, found=found, found_low=low, found_high=high)
 
 
-def _resonance_rows(study: Study, prediction: Prediction, results: dict[str, xr.Dataset]) -> list[Row]:
+def _resonance_rows(study: Study, prediction: Motion, results: dict[str, xr.Dataset]) -> list[Row]:
     found, true = results["resonance"], results["resonance_true"]
     white = results["resonance_white"]
     rows = []

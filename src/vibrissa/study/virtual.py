@@ -9,18 +9,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.mechanics.superposition import Prediction, predict
+from vibrissa.mechanics.superposition import predict
+from vibrissa.mechanics.topography import predict_relief
 from vibrissa.neural.virtual import simulate_spikes
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.study.settings import Film, Study, UnitRecording
-from vibrissa.texture.surface import random_grating
+from vibrissa.texture.surface import Troughs
 from vibrissa.video.camera import exposure_times
 from vibrissa.video.rendering import render
 from vibrissa.video.scenery import Fur, Scenery, Shadow
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from vibrissa.mechanics.motion import Motion
 
 Array = NDArray[np.float64]
 Position = Callable[[Array, Array], tuple[Array, Array]]
@@ -29,19 +32,14 @@ _CHUNK = 250  # frames rendered at a time, so that memory does not grow with the
 _FOLLICLE = 1.5e-3  # [m] of shaft seen below the skin: a blunt end there would bend the centreline of the base
 
 
-def predicted_motion(study: Study) -> Prediction:
+def predicted_motion(study: Study) -> Motion:
     """Prediction for the study's whisker, posture, texture and scan; the film needs them all."""
     if study.whisker is None or study.posture is None or study.texture is None or study.scan is None:
         raise ValueError("a prediction needs whisker, posture, texture and scan")
-    grating = study.texture
-    texture = random_grating(
-        grating.length,
-        rng=np.random.default_rng(grating.seed),
-        reading=grating.reading,
-        mean_period=grating.mean_period,
-        depth=grating.depth,
-    )
-    return predict(study.whisker, study.posture, texture, study.scan)
+    texture = study.texture.made(study.folder)
+    if isinstance(texture, Troughs):
+        return predict(study.whisker, study.posture, texture, study.scan)
+    return predict_relief(study.whisker, study.posture, texture, study.scan)
 
 
 @dataclass(frozen=True)
@@ -83,7 +81,7 @@ def _turned(along: Array, up: Array, turn: float) -> tuple[Array, Array]:
     return np.cos(turn) * along - np.sin(turn) * up, -np.sin(turn) * along - np.cos(turn) * up
 
 
-def lay_out(prediction: Prediction, film: Film) -> Scene:
+def lay_out(prediction: Motion, film: Film) -> Scene:
     """Place the stationary profile in the middle of the virtual camera's image."""
     whisker, camera, flat = prediction.whisker, film.camera, prediction.response.flat
     count = int(np.ceil((1 - whisker.tip) * whisker.length / camera.pixel_size)) + 1
@@ -101,7 +99,7 @@ def lay_out(prediction: Prediction, film: Film) -> Scene:
 
 
 def film_motion(
-    prediction: Prediction, film: Film, scene: Scene, position: Position | None = None
+    prediction: Motion, film: Film, scene: Scene, position: Position | None = None
 ) -> Iterator[NDArray[np.uint8]]:
     """Frames of the predicted motion, or of one that disturbs it, rendered block by block.
 
@@ -137,14 +135,14 @@ def film_motion(
         )
 
 
-def stage(prediction: Prediction, film: Film, scene: Scene) -> Scenery:
+def stage(prediction: Motion, film: Film, scene: Scene) -> Scenery:
     """What the film shows beside the whisker: the head up to the skin, the substrate under the contact."""
     fur = Fur(skin=scene.skin[0], seed=film.seed) if film.fur else None
     shadow = _shadow(prediction, film.shadow, scene) if film.shadow else None
     return Scenery(light=film.light, fur=fur, shadow=shadow)
 
 
-def _shadow(prediction: Prediction, hidden: float, scene: Scene) -> Shadow:
+def _shadow(prediction: Motion, hidden: float, scene: Scene) -> Shadow:
     """Shadow that hides this length of shaft [m] before the contact: low, as the whisker grazes the substrate."""
     s = prediction.posture.contact + np.array([0, hidden / scene.length])
     along, up = prediction.response.flat.position(s)
@@ -153,7 +151,7 @@ def _shadow(prediction: Prediction, hidden: float, scene: Scene) -> Shadow:
     return Shadow(substrate=(float(x[0]), float(y[0])), facing=facing, depth=float(up[1] - up[0]) * scene.length)
 
 
-def exposed_signals(prediction: Prediction, film: Film, distance: float) -> xr.Dataset:
+def exposed_signals(prediction: Motion, film: Film, distance: float) -> xr.Dataset:
     """What a perfect tracker would find: every signal averaged over each exposure.
 
     Parameters
@@ -182,7 +180,7 @@ def exposed_signals(prediction: Prediction, film: Film, distance: float) -> xr.D
         {"response": prediction.scan.response, "jump": prediction.scan.jump, "distance": distance},
         time=np.arange(film.n_frames) / film.camera.frame_rate,
         mode=np.arange(1, len(q) + 1),
-        excursion=exposed(prediction.events.excursion(t)),
+        excursion=exposed(prediction.excursion(t)),
         mode_amplitude=exposed(q),
         mode_displacement=exposed(prediction.mode_displacement(t)),
         point_displacement=exposed(displacement),

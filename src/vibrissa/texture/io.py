@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from reprlib import repr as short
-from typing import Literal
+from typing import Literal, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,19 @@ from vibrissa.texture.table import first_line, read_columns, refuse_separators
 from vibrissa.texture.topography import read_topography
 
 Level = Literal["line", "none"]
+
+
+class Settled(TypedDict, total=False):
+    """What a file may leave open; see :func:`read_relief`."""
+
+    line: str | None
+    part: tuple[float, float] | None
+    x_unit: str | None
+    z_unit: str | None
+    fill: bool
+    level: Level | None
+
+
 
 UNITS = {"": 1.0, "_mm": 1e3, "_um": 1e6}  # per metre, by the end of a column's name
 LARGEST = {"position": LONGEST, "width": 0.05, "depth": 0.01}  # [m] beyond these a unit is wrong
@@ -93,6 +106,39 @@ def holds_troughs(path: str | Path) -> bool:
     if not Path(path).is_file():
         raise InputError(str(path), "must be an existing file")
     return any(COLUMNS.get(cell.strip().lower()) == "width" for cell in re.split("[,;\t]", first_line(path)))
+
+
+def read_texture(
+    path: str | Path,
+    *,
+    flip: bool = False,
+    tell: Callable[[str], None] = lambda note: None,
+    **settled: Unpack[Settled],
+) -> Troughs | Relief:
+    """Gaps of a table of gaps, or else heights along the scan.
+
+    Parameters
+    ----------
+    path : path
+        As :func:`read_troughs` or :func:`read_relief` takes it.
+    flip : bool
+        Scan in the other direction: what comes last in the file meets the contact first.
+    tell, settled
+        As :func:`read_relief` takes them; a table of gaps leaves nothing to be settled.
+
+    Raises
+    ------
+    InputError
+        As these two; and if something is settled that a table of gaps does not leave open.
+    """
+    if not holds_troughs(path):
+        return read_relief(path, flip=flip, tell=tell, **settled)
+    useless = [name for name, value in settled.items() if value]
+    if useless:
+        option = f"--{useless[0].replace('_', '-')}"
+        raise InputError(option, f"must not be given: {path} is a table of gaps, which leaves nothing open")
+    troughs = read_troughs(path)
+    return troughs.reversed(float(troughs.position[0] + troughs.end[-1])) if flip else troughs
 
 
 def read_relief(

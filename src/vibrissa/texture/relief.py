@@ -84,6 +84,13 @@ class Relief:
         low, high = self.height[right - 1], self.height[right]
         return np.where(np.isnan(x), np.nan, np.where(share < 1, low + share * (high - low), high))
 
+    def low(self) -> tuple[Array, Array]:
+        """Where stretches of points below the middle of all heights begin, and how wide they are [m], (J,) each."""
+        below = self.height < (self.height.min() + self.height.max()) / 2
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], below, [False]])))
+        first, last = self.position[edges[0::2]], self.position[edges[1::2] - 1]
+        return first[last > first], (last - first)[last > first]
+
     @classmethod
     def from_troughs(cls, texture: Troughs) -> Relief:
         """Rectangular gaps with vertical walls; the land around them at height 0.

@@ -1,0 +1,102 @@
+"""The texture of a study may be a file, of gaps or of any surface."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from vibrissa.errors import InputError
+from vibrissa.mechanics.superposition import Prediction
+from vibrissa.mechanics.topography import ReliefPrediction
+from vibrissa.study.apparatus import apparatus
+from vibrissa.study.settings import Grating, read_study, validated_study
+from vibrissa.study.virtual import exposed_signals, film_motion, lay_out, predicted_motion
+from vibrissa.texture.io import write_relief, write_troughs
+from vibrissa.texture.relief import Relief
+
+BUILT_IN = read_study()
+GRATING = Grating(length=0.03, seed=3).made(BUILT_IN.folder)
+STUDY = """
+name = "file"
+[whisker]
+length = 0.04
+cone_angle = 1.5e-3
+[posture]
+contact = 0.29
+base_angle = 1.2
+[scan]
+speed = 0.1
+damping = 0.11
+[film]
+n_frames = 60
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write_troughs(GRATING, tmp_path / "gaps.csv")
+    write_relief(Relief.from_troughs(GRATING), tmp_path / "relief.csv")
+    return tmp_path
+
+
+def study(folder, texture):
+    path = folder / "study.toml"
+    path.write_text(f"{STUDY}\n[texture]\n{texture}\n")
+    return read_study(path)
+
+
+def test_a_study_moves_over_gaps_of_a_file_as_over_the_same_relief(folder):
+    gaps = predicted_motion(study(folder, 'file = "gaps.csv"'))
+    ground = predicted_motion(study(folder, 'file = "relief.csv"\nlevel = "none"'))
+    assert isinstance(gaps, Prediction)
+    assert isinstance(ground, ReliefPrediction)
+    film = dataclasses.replace(BUILT_IN.film, n_frames=300)
+    one, other = (exposed_signals(motion, film, 5e-3) for motion in (gaps, ground))
+    scale = np.abs(one.point_displacement).max()
+    np.testing.assert_allclose(other.point_displacement, one.point_displacement, atol=1e-6 * float(scale))
+    np.testing.assert_allclose(other.excursion, one.excursion, atol=1e-8)
+
+
+def test_a_relief_is_filmed_and_its_low_stretches_are_drawn(folder):
+    ground = predicted_motion(study(folder, 'file = "relief.csv"\nlevel = "none"'))
+    film = dataclasses.replace(BUILT_IN.film, n_frames=3)
+    scene = lay_out(ground, film)
+    assert sum(len(block) for block in film_motion(ground, film, scene)) == 3
+    shown = apparatus(ground, film, scene)
+    np.testing.assert_allclose(shown.trough_start, GRATING.position)
+    np.testing.assert_allclose(shown.trough_width, GRATING.width)
+    assert shown.attrs["depth"] == pytest.approx(GRATING.depth)
+
+
+def test_what_was_decided_of_the_file_is_told(folder):
+    said = []
+    study(folder, 'file = "relief.csv"\nlevel = "line"').texture.made(folder, said.append)
+    assert any("a tilt of" in line for line in said)
+
+
+@pytest.mark.parametrize(
+    ("texture", "message"),
+    [
+        ('file = "none.csv"', "none.csv must be an existing file"),
+        ('file = "gaps.csv"\nfill = true', "--fill must not be given"),
+    ],
+)
+def test_bad_files_are_refused_when_they_are_read(folder, texture, message):
+    with pytest.raises(InputError, match=message):
+        predicted_motion(study(folder, texture))
+
+
+@pytest.mark.parametrize(
+    ("texture", "message"),
+    [
+        ({"file": "a.csv", "levle": "line"}, r"\[texture\]: key 'levle' is unknown; did you mean 'level'"),
+        ({"file": "a.csv", "level": "flat"}, r"texture.level is not valid"),
+        ({"file": 5}, r"texture.file is not valid"),
+        ({"seed": 5}, r"texture.length is not valid"),
+        ({"lenght": 5}, r"key 'lenght' is unknown; did you mean 'length'"),
+        (5, r"texture"),
+    ],
+)
+def test_settings_of_either_kind_are_checked_by_their_own_names(tmp_path, texture, message):
+    with pytest.raises(InputError, match=message):
+        validated_study({"name": "x", "film": {"n_frames": 10}, "texture": texture}, "s.toml", tmp_path)
