@@ -16,6 +16,7 @@ from vibrissa.errors import InputError
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.superposition import Scan
 from vibrissa.neural.virtual import HingeUnit
+from vibrissa.study.textures import Grating, TextureFile
 from vibrissa.video.camera import Camera
 from vibrissa.video.scenery import Light
 from vibrissa.video.whisking import Whisking
@@ -126,17 +127,6 @@ class Film:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Grating:
-    """A random square-wave grating; see :func:`vibrissa.texture.surface.random_grating`."""
-
-    length: float
-    seed: int = 0
-    reading: Literal["telegraph", "widths"] = "telegraph"
-    mean_period: float = 0.6e-3
-    depth: float = 35e-6
-
-
-@dataclass(frozen=True, kw_only=True)
 class UnitRecording:
     """A simulated unit, driven by the envelope of the whisker's displacement near its base.
 
@@ -188,7 +178,7 @@ class Study:
     whisker: Whisker | None = None
     posture: Posture | None = None
     scan: Scan | None = None
-    texture: Grating | None = None
+    texture: Grating | TextureFile | None = None
     recording: UnitRecording | None = None
     folder: Path = Path()
 
@@ -230,14 +220,23 @@ def validated_study(table: dict[str, Any], source: str, folder: Path) -> Study:
     InputError
         As :func:`read_study`.
     """
+    _check_keys(Study, table, source)
+    if isinstance(table.get("texture"), dict):  # its own first: of two kinds the errors of both would be told
+        kind: type = TextureFile if "file" in table["texture"] else Grating
+        table = {**table, "texture": _validated(kind, table["texture"], source, ("texture",))}
+    study: Study = _validated(Study, {**table, "folder": folder}, source)
+    return study
+
+
+def _validated(kind: type, table: dict[str, Any], source: str, under: tuple[str, ...] = ()) -> Any:
+    """What a table says, or the first thing that is wrong with it."""
     from pydantic import TypeAdapter, ValidationError
 
-    _check_keys(Study, table, source)
     try:
-        return TypeAdapter(Study).validate_python({**table, "folder": folder})
+        return TypeAdapter(kind).validate_python(table)
     except ValidationError as error:
         first = error.errors()[0]
-        place = ".".join(map(str, first["loc"]))
+        place = ".".join(map(str, (*under, *first["loc"])))
         cause = first.get("ctx", {}).get("error", first["msg"])
         raise InputError(f"{source}: {place or 'study'}", f"is not valid ({cause})") from error
 
@@ -251,7 +250,9 @@ def _check_keys(cls: Any, table: dict[str, Any], where: str) -> None:
             near = difflib.get_close_matches(key, known, n=1, cutoff=0.4)
             cure = f"did you mean {near[0]!r}?" if near else f"it knows {', '.join(known)}"
             raise InputError(f"{where}: key {key!r}", "is unknown", remedy=cure)
-        part = next((one for one in _members(hints[key]) if dataclasses.is_dataclass(one)), None)
+        parts = [one for one in _members(hints[key]) if dataclasses.is_dataclass(one)]
+        keys = value.keys() if isinstance(value, dict) else set()
+        part = max(parts, key=lambda one: len(one.__dataclass_fields__.keys() & keys), default=None)
         if part is not None and isinstance(value, dict):
             _check_keys(part, value, f"{where}: [{key}]")
 
