@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 from math import factorial
 from typing import Literal, get_args
@@ -47,7 +47,7 @@ class Piece:
     low: float
     high: float
     coefficients: Array
-    unknowns: Array
+    unknowns: Array = field(default_factory=lambda: np.empty((0, 3)))
 
     def taylor(self, d: Array) -> Array:
         """Coefficients of the powers of a small step from each d, (K, len(d), n)."""
@@ -301,7 +301,7 @@ def _linear_piece(unit: UnitResponse, flat: Held, c: Array, reach: tuple[float, 
     slope = np.concatenate([c, _follicle_slope(unit, flat)])
     value = np.concatenate([np.zeros_like(c), _follicle_of(flat)])
     series = np.stack([value + slope * (low + high) / 2, slope * (high - low) / 2], axis=1)
-    return Piece(low, high, series, np.empty((0, 3)))
+    return Piece(low, high, series)
 
 
 def _follicle_slope(unit: UnitResponse, flat: Held) -> Array:
