@@ -10,12 +10,15 @@ from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
 from vibrissa.exact import cone_kappa, cone_modes
+from vibrissa.mechanics.basis import Modes, basis
+from vibrissa.mechanics.edge import on_the_flat
 from vibrissa.mechanics.modes import check_contact
 from vibrissa.quantities import dataset, measured, require
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from vibrissa.mechanics.profile import Posture
     from vibrissa.whisker import Whisker
 
 Array = NDArray[np.float64]
@@ -85,6 +88,8 @@ def decompose(
     n_modes: int = 3,
     extra_modes: int = 2,
     method: Method = "least-squares",
+    modes: Modes = "straight",
+    posture: Posture | None = None,
 ) -> xr.Dataset:
     """Modal amplitudes of a tracked whisker.
 
@@ -107,6 +112,11 @@ def decompose(
         Modes above them that take part in the least squares, so that they do not leak into those asked for.
     method : {"least-squares", "paper2014"}
         See above.
+    modes : {"straight", "curved", "curved-coulomb", "curved-edge"}
+        The paper's V_i, or the transverse part of those about the curved profile; see
+        :func:`vibrissa.mechanics.basis.basis`.
+    posture : Posture, optional
+        On the flat, with the same contact: the profile that curved modes are about.
 
     Returns
     -------
@@ -117,14 +127,15 @@ def decompose(
     Raises
     ------
     InputError
-        If the profile leaves [ε, 1] or too few nodes are visible.
+        If the profile leaves [ε, 1] or too few nodes are visible; or curved modes lack their posture, or are to be
+        projected on by the paper's method, whose ∫ u s² V_i ds is of straight ones.
     """
     check_contact(contact)
+    _check_modes(modes, posture, contact, method)
     displacement, visible = normal_displacement(profile)
     s = 1 - profile.arc_length.values / whisker.length
     visible = visible & (s >= contact) & (s <= 1)
-    kappa = cone_kappa(contact, n_modes + extra_modes)
-    shapes = cone_modes(kappa, contact, s[visible])
+    kappa, shapes = _shapes(modes, posture, contact, n_modes + extra_modes, s[visible])
     u = displacement[:, visible] / whisker.length
     if method == "least-squares":
         q, sd = _least_squares(u, shapes, _node_weights(u, shapes))
@@ -134,7 +145,7 @@ def decompose(
     else:
         raise InputError("method", "must be 'least-squares' or 'paper2014'", repr(method))
     return dataset(
-        {"method": method, "whisker_length": whisker.length},
+        {"method": method, "modes": modes, "whisker_length": whisker.length},
         time=profile.time.values,
         mode=np.arange(1, n_modes + 1),
         node=np.arange(len(s)),
@@ -146,6 +157,27 @@ def decompose(
         displacement=displacement,
         variance_explained=_variance_explained(u, shapes, n_modes),
     )
+
+
+def _check_modes(modes: Modes, posture: Posture | None, contact: float, method: Method) -> None:
+    if modes == "straight":
+        return
+    if posture is None or posture.contact != contact:
+        found = None if posture is None else f"one with the contact {posture.contact:g}, not {contact:g}"
+        raise InputError("posture", f"must be given for {modes} modes", found, "they are about the profile it has")
+    if method == "paper2014":
+        raise InputError("method", f"must be least-squares for {modes} modes", method)
+
+
+def _shapes(modes: Modes, posture: Posture | None, contact: float, count: int, s: Array) -> tuple[Array, Array]:
+    """Frequencies (M,) and transverse displacement (M, S) of modes at points s."""
+    if modes == "straight" or posture is None:
+        kappa = cone_kappa(contact, count)
+        return kappa, cone_modes(kappa, contact, s)
+    flat = on_the_flat(posture)
+    found, angle = basis(modes, flat, count), flat.angle(s)
+    along, up = found.displacement(s)
+    return found.kappa, up * np.cos(angle) - along * np.sin(angle)
 
 
 def _least_squares(u: Array, shapes: Array, weight: Array) -> tuple[Array, Array]:
