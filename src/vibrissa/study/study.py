@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
 from vibrissa.files import save
-from vibrissa.mechanics.modes import resonances
 from vibrissa.mechanics.resonance import fit_modes
 from vibrissa.neural.coupling import bin_means
 from vibrissa.neural.response import spike_counts
@@ -30,7 +29,7 @@ from vibrissa.video.tracking import Calibration, track
 if TYPE_CHECKING:
     import xarray as xr
 
-    from vibrissa.mechanics.superposition import Prediction
+    from vibrissa.mechanics.motion import Motion
     from vibrissa.whisker import Whisker
 
 Datasets = dict[str, "xr.Dataset"]
@@ -115,7 +114,7 @@ def _results(study: Study, work: Path, progress: Progress) -> Datasets:
     return results
 
 
-def _filmed(prediction: Prediction, film: Film, path: Path, progress: Progress) -> tuple[xr.Dataset, xr.Dataset]:
+def _filmed(prediction: Motion, film: Film, path: Path, progress: Progress) -> tuple[xr.Dataset, xr.Dataset]:
     """Film the motion to a lossless movie, then track that file."""
     scene = lay_out(prediction, film)
     frames = counted(film_motion(prediction, film, scene), "filming", film.n_frames, progress)
@@ -132,7 +131,7 @@ def _filmed(prediction: Prediction, film: Film, path: Path, progress: Progress) 
     return profile, still_of(path)
 
 
-def _set_up(prediction: Prediction, film: Film, profile: xr.Dataset) -> Datasets:
+def _set_up(prediction: Motion, film: Film, profile: xr.Dataset) -> Datasets:
     """What was filmed, to be drawn, and where some of the nodes truly were."""
     scene = lay_out(prediction, film)
     arc = profile.arc_length.values[0]
@@ -141,13 +140,14 @@ def _set_up(prediction: Prediction, film: Film, profile: xr.Dataset) -> Datasets
 
 
 def _modal(
-    study: Study, profile: xr.Dataset, whisker: Whisker, contact: float, prediction: Prediction | None
+    study: Study, profile: xr.Dataset, whisker: Whisker, contact: float, prediction: Motion | None
 ) -> Datasets:
     """Decomposition and resonances; where the texture is known, also by its forcing and on the true signal."""
-    results = analyse(profile, whisker, contact, n_modes=study.n_modes)
+    modes = "straight" if study.scan is None else study.scan.modes
+    results = analyse(profile, whisker, contact, n_modes=study.n_modes, modes=modes, posture=study.posture)
     if prediction is None or study.film is None or "resonance_white" not in results:
         return results
-    expected = resonances(whisker, contact, study.n_modes).resonant_frequency.values
+    expected = results["modal"].kappa.values / (2 * np.pi * whisker.timescale)
     true = exposed_signals(prediction, study.film, 0.0).isel(mode=slice(study.n_modes))
     for name, signal in (("", results["modal"]), ("_true", true)):
         shutter: dict[str, Any] = {"exposure": study.film.camera.exposure, "instants": study.film.subframes}
