@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json as json_text
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from vibrissa.cli.options import Atlas, Json, OfWhisker, Out, needed_cone
+from vibrissa.cli.options import Atlas, Json, OfModes, OfWhisker, Out, needed_cone
 from vibrissa.cli.output import progress_bars, refuse_out, show, tell
 from vibrissa.cli.points import Point, Side, line_of, pixels_of, points_of
 from vibrissa.errors import InputError
@@ -135,6 +135,9 @@ def decompose(
     which: int = 0,
     count: int = 3,
     method: Literal["least-squares", "paper2014"] = "least-squares",
+    modes: OfModes = "straight",
+    base_angle: float | None = None,
+    friction: float = 0.4,
     out: Out = None,
     json: Json = False,
 ) -> None:
@@ -154,23 +157,36 @@ def decompose(
         Number of modes.
     method
         Least squares on the visible nodes, or the paper's projection of an extrapolated profile.
+    base_angle
+        For curved modes: angle of the shaft at the base to the substrate [rad].
+    friction
+        For curved modes: coefficient of friction of the substrate.
     """
     import xarray as xr
 
     from vibrissa.files import load
+    from vibrissa.mechanics.profile import Posture
+    from vibrissa.mechanics.shift import resonance_shift, shift_remark
     from vibrissa.quantities import require
     from vibrissa.study.backward import analyse
 
+    refuse_out(out)
+    if (base_angle is None) != (modes == "straight"):
+        raise InputError("--base-angle", "must be given with curved --modes, and only then")
+    posture = None if base_angle is None else Posture(contact=contact, base_angle=base_angle, friction=friction)
     tracks = load(profile)
     require(tracks, "x", "y", "arc_length", "whisker")
     if not 0 <= which < tracks.sizes.get("whisker", 0):
         raise InputError("--which", f"must name one of the {tracks.sizes.get('whisker', 0)} tracked whiskers", which)
     cone = needed_cone(whisker, atlas)
-    results = analyse(tracks.isel(whisker=which), cone, contact, n_modes=count, method=method)
+    how: dict[str, Any] = {"n_modes": count, "method": method, "modes": modes, "posture": posture}
+    results = analyse(tracks.isel(whisker=which), cone, contact, **how)
     data = xr.merge([*reversed(results.values())], combine_attrs="override").assign_attrs(results["modal"].attrs)
     for one in results.values():
         if "left_out" in one.attrs:
             tell(f"left out: {one.attrs['left_out']}")
+    if posture is not None:
+        tell(f"modes are about the profile ({modes}); {shift_remark(resonance_shift(posture, 1))}")
     if "resonance_white" in results:
         tell("the forcing is taken for white (Eq. 5); a study that knows its texture does better")
     names = ("kappa", "variance_explained", *_with_ends("resonant_frequency"), *_with_ends("damping"))

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
 from vibrissa.mechanics.decomposition import Method, decompose
-from vibrissa.mechanics.modes import resonances
 from vibrissa.mechanics.resonance import fit_modes
 from vibrissa.quantities import dataset, measured
 from vibrissa.signals.envelope import analytic_envelope
@@ -28,6 +27,8 @@ from vibrissa.video.tracking import Calibration, track
 if TYPE_CHECKING:
     import xarray as xr
 
+    from vibrissa.mechanics.basis import Modes
+    from vibrissa.mechanics.profile import Posture
     from vibrissa.whisker import Whisker
 
 Progress = Callable[[str, int, int], None]
@@ -181,7 +182,14 @@ def followed(profile: xr.Dataset) -> xr.Dataset:
 
 
 def analyse(
-    profile: xr.Dataset, whisker: Whisker, contact: float, *, n_modes: int = 3, method: Method = "least-squares"
+    profile: xr.Dataset,
+    whisker: Whisker,
+    contact: float,
+    *,
+    n_modes: int = 3,
+    method: Method = "least-squares",
+    modes: Modes = "straight",
+    posture: Posture | None = None,
 ) -> dict[str, xr.Dataset]:
     """Modal amplitudes of one tracked whisker, their envelopes, and resonances with the forcing taken for white.
 
@@ -189,7 +197,7 @@ def analyse(
     ----------
     profile : Dataset
         One whisker.
-    whisker, contact, n_modes, method
+    whisker, contact, n_modes, method, modes, posture
         As in :func:`vibrissa.mechanics.decomposition.decompose`.
 
     Returns
@@ -198,7 +206,7 @@ def analyse(
         ``modal`` with ``envelope`` and ``phase``; ``resonance_white`` and ``spectra_white`` (Eq. 5). Where frames were
         lost there are no envelopes or resonances, and the attribute ``left_out`` of ``modal`` says so.
     """
-    modal = decompose(profile, whisker, contact, n_modes=n_modes, method=method)
+    modal = decompose(profile, whisker, contact, n_modes=n_modes, method=method, modes=modes, posture=posture)
     lost = int(np.count_nonzero(~np.isfinite(modal.mode_displacement.values).all(axis=0)))
     if lost:
         modal.attrs["left_out"] = f"envelopes and resonances: {lost} of {modal.sizes['time']} frames were lost"
@@ -206,6 +214,6 @@ def analyse(
     envelope, phase = analytic_envelope(modal.mode_displacement.values)
     labelled = dataset(mode=modal.mode.values, time=modal.time.values, envelope=envelope, phase=phase)
     modal = modal.merge(labelled, combine_attrs="override")
-    expected = resonances(whisker, contact, n_modes).resonant_frequency.values
+    expected = modal.kappa.values / (2 * np.pi * whisker.timescale)
     resonance, spectra = fit_modes(modal, expected)
     return {"modal": modal, "resonance_white": resonance, "spectra_white": spectra}
