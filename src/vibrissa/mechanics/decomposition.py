@@ -26,6 +26,8 @@ Method = Literal["least-squares", "paper2014"]
 
 _PROFILE_DEGREE = 8  # of the polynomial through the mean profile: its tangent to 1e-3 rad
 _SMALLEST_TURN = 0.02  # [rad] below it a mean profile does not tell its concave side
+_TAIL = 7  # modes above those that are solved for freely
+_LIMIT = 5.0  # times their likely size: 20 leaks less where all is seen, and doubles the noise where 4 mm are hidden
 _END_NODES = 25  # nodes (about 3 mm) that extrapolate the profile in the paper's form
 
 
@@ -109,7 +111,8 @@ def decompose(
     n_modes : int
         Modes asked for.
     extra_modes : int
-        Modes above them that take part in the least squares, so that they do not leak into those asked for.
+        Modes above them that take part in the least squares, so that they do not leak into those asked for. Seven more
+        take part within a limit.
     method : {"least-squares", "paper2014"}
         See above.
     modes : {"straight", "curved", "curved-coulomb", "curved-edge"}
@@ -135,12 +138,13 @@ def decompose(
     displacement, visible = normal_displacement(profile)
     s = 1 - profile.arc_length.values / whisker.length
     visible = visible & (s >= contact) & (s <= 1)
-    kappa, shapes = _shapes(modes, posture, contact, n_modes + extra_modes, s[visible])
+    kappa, every = _shapes(modes, posture, contact, n_modes + extra_modes + _TAIL, s[visible])
+    shapes = every[: n_modes + extra_modes]
     u = displacement[:, visible] / whisker.length
     if method == "least-squares":
-        q, sd = _least_squares(u, shapes, _node_weights(u, shapes))
+        q, sd = _with_tail(u, every, len(shapes))
     elif method == "paper2014":
-        q = _projection(u, s[visible], kappa, contact)
+        q = _projection(u, s[visible], kappa[: len(shapes)], contact)
         sd = np.full(q.shape, np.nan)
     else:
         raise InputError("method", "must be 'least-squares' or 'paper2014'", repr(method))
@@ -180,13 +184,33 @@ def _shapes(modes: Modes, posture: Posture | None, contact: float, count: int, s
     return found.kappa, up * np.cos(angle) - along * np.sin(angle)
 
 
-def _least_squares(u: Array, shapes: Array, weight: Array) -> tuple[Array, Array]:
-    """Amplitudes (M, T) and their standard deviations; frames with too few nodes are NaN."""
+def _with_tail(u: Array, every: Array, count: int) -> tuple[Array, Array]:
+    """Amplitudes of the first modes; the others, small as they are, must not pass for them.
+
+    The contact's excursion bends the shaft in all modes at once; beyond those that ring, by amounts that fall like i⁻³.
+    Left out, they leak, in step with the excursion, and raise the resonance of mode 2 in the built-in experiment by
+    0.05 %. So they take part, within five times what the last of the first modes makes likely: without a limit, nodes
+    that end short of the contact would take noise for them.
+    """
+    shapes = every[:count]
+    weight = _node_weights(u, shapes)
+    last = np.nanstd(_least_squares(u, shapes, weight)[0][-1])
+    number = np.arange(count + 1, len(every) + 1)
+    unit = every.copy()  # the others in units of their limit
+    unit[count:] *= _LIMIT * last * (count / number[:, None]) ** 3
+    precision = (np.arange(len(every)) >= count).astype(float)
+    q, _ = _least_squares(u, unit, weight, precision)
+    return _least_squares(u, unit, 1 / np.nanvar(u - q.T @ unit, axis=0), precision)
+
+
+def _least_squares(u: Array, shapes: Array, weight: Array, precision: Array | float = 0.0) -> tuple[Array, Array]:
+    """Amplitudes (M, T), zero to within 1/√precision, and their standard deviations; NaN in frames with few nodes."""
     seen = np.isfinite(u)
     w = np.where(seen, weight, 0.0)
-    moment = np.einsum("in,jn,tn->tij", shapes, shapes, w, optimize=True)
+    moment = np.einsum("in,jn,tn->tij", shapes, shapes, w, optimize=True) + np.diag(precision + np.zeros(len(shapes)))
     right = np.einsum("in,tn->ti", shapes, w * np.where(seen, u, 0.0))
-    enough = seen.sum(axis=1) >= max(3 * len(shapes), u.shape[1] // 2)
+    free = len(shapes) - np.count_nonzero(precision)
+    enough = seen.sum(axis=1) >= max(3 * free, u.shape[1] // 2)
     q = np.full((len(shapes), len(u)), np.nan)
     sd = np.full_like(q, np.nan)
     covariance = np.linalg.inv(moment[enough])
