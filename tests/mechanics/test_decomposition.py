@@ -129,7 +129,7 @@ def test_modes_that_follow_the_contact_leak_less_than_by_plain_least_squares():
     rng = np.random.default_rng(1)
     excursion = rng.standard_normal(len(TIME))
     excursion -= excursion.mean()
-    q = 1e-3 * excursion / np.arange(1, 13)[:, None] ** 3  # all modes in step, as a slow excursion of the contact has it
+    q = 1e-3 * excursion / np.arange(1, 13)[:, None] ** 3  # in step, as a slow excursion has it
     noise = 2e-6 * rng.standard_normal((len(TIME), len(arc)))
     shapes = cone_modes(cone_kappa(CONTACT, 5), CONTACT, 1 - arc / WHISKER.length)
 
