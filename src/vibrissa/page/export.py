@@ -6,31 +6,35 @@ import io
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.errors import InputError
 from vibrissa.mechanics.sampled import sampling_times, scanned
 from vibrissa.mechanics.superposition import Prediction
 from vibrissa.mechanics.topography import scanned_relief
 from vibrissa.page.bench import MODES
-from vibrissa.page.picture import drawn
+from vibrissa.page.picture import picture
 from vibrissa.page.signals import NODE, TRIALS, live_arrays, node_motion
 from vibrissa.study.pick import as_toml
+from vibrissa.study.settings import Film
+from vibrissa.study.virtual import lay_out
 from vibrissa.texture.io import write_relief, write_troughs
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from vibrissa.page.bench import Bench, Motion
-    from vibrissa.page.state import State
+    from vibrissa.page.state import Choice, State
+
+    Maker = Callable[[Motion, State, str], bytes]
 
 RATE = 20_000.0  # [Hz] of data and sound, as `vibrissa scan`
 LOUD = 0.9  # of full scale: the loudest sample
 FRAME_RATE, LEAST_FRAMES = 2000.0, 100  # [Hz] of the study's virtual camera
-COLUMNS = ("excursion", "base_curvature", "base_moment", "transverse_force")
+READINGS = {"random": "telegraph", "widths": "widths"}
+BESIDE = "vibrissa-texture.csv"  # as the page's texture is called when it is taken away
 
 KINDS = {
     "data.nc": "application/x-netcdf",
@@ -58,7 +62,7 @@ def exported(bench: Bench, state: State, letter: str, name: str) -> bytes:
     Raises
     ------
     InputError
-        If the state is beyond the mechanics, or a study file cannot say it.
+        If the state is beyond the mechanics.
     """
     prediction = bench.predict(state, letter)
     return MAKERS[name](prediction, state, letter)
@@ -115,43 +119,52 @@ def _texture(prediction: Motion, state: State, letter: str) -> bytes:
 
 def _study(prediction: Motion, state: State, letter: str) -> bytes:
     """The study file of the same whisker, posture, scan, texture and neuron, filmed by the virtual camera."""
-    choice, whisker, unit = state.texture(letter), prediction.whisker, state.unit
-    if choice.kind not in ("random", "widths"):
-        remedy = "take texture.csv and give it to vibrissa scan"
-        raise InputError("study file", "can say random gratings only", choice.kind, remedy)
-    reading = {"random": "telegraph", "widths": "widths"}[choice.kind]
-    frames = max(LEAST_FRAMES, int(prediction.end * FRAME_RATE))
+    posture, scan = prediction.posture, prediction.scan
+    neuron, film = state.unit, Film(n_frames=max(LEAST_FRAMES, int(np.ceil(prediction.end * FRAME_RATE))))
     table: dict[str, Any] = {
         "name": "From the page of vibrissa explore",
         "n_modes": MODES,
-        "whisker": {name: float(value) for name, value in vars(whisker).items()},
-        "posture": {name: getattr(prediction.posture, name) for name in ("contact", "base_angle", "friction")},
-        "scan": {"speed": prediction.scan.speed, "damping": prediction.scan.damping, "response": "exact"},
-        "texture": {
-            "length": choice.length, "seed": choice.seed, "reading": reading, "mean_period": choice.period,
-            "depth": choice.depth,
-        },
-        "film": {"n_frames": frames},
-        "film.camera": {"frame_rate": FRAME_RATE},
+        "whisker": {name: float(value) for name, value in vars(prediction.whisker).items()},
+        "posture": {name: getattr(posture, name) for name in ("contact", "base_angle", "friction")},
+        "scan": {"speed": scan.speed, "damping": scan.damping, "response": "exact"},
+        "texture": _texture_table(prediction, state.texture(letter)),
+        "film": {"n_frames": film.n_frames},
+        "film.camera": {"frame_rate": FRAME_RATE, **_image(prediction, film)},
         "recording": {"n_trials": TRIALS, "distance": NODE},
-        "recording.unit": {name: getattr(unit, name) for name in ("threshold", "slope", "baseline", "latency")},
-    }  # fmt: skip
-    return as_toml(table).encode()
+        "recording.unit": {name: getattr(neuron, name) for name in ("threshold", "slope", "baseline", "latency")},
+    }
+    beside = f"# needs the page's texture.csv of texture {letter.upper()} beside it, under the name {BESIDE}\n"
+    return ((beside if "file" in table["texture"] else "") + as_toml(table)).encode()
 
 
-def _picture(prediction: Motion, state: State, letter: str, kind: str) -> bytes:
-    file = io.BytesIO()
-    metadata = {"Date": None} if kind == "svg" else {}  # equal states give equal files
-    drawn(prediction, live_arrays(prediction, state.unit)).savefig(file, format=kind, dpi=150, metadata=metadata)
-    return file.getvalue()
+def _texture_table(prediction: Motion, choice: Choice) -> dict[str, Any]:
+    """A random grating by its seed, any other surface by its file."""
+    if choice.kind in READINGS:
+        numbers = {"length": choice.length, "seed": choice.seed, "mean_period": choice.period, "depth": choice.depth}
+        return {**numbers, "reading": READINGS[choice.kind]}
+    return {"file": BESIDE} | ({} if isinstance(prediction, Prediction) else {"level": "none"})
 
 
-MAKERS: dict[str, Callable[[Motion, State, str], bytes]] = {
+def _image(prediction: Motion, film: Film) -> dict[str, int]:
+    """Size of an image that holds the whisker [pixels], in twenties."""
+    scene = lay_out(prediction, film)
+    sizes = {"width": np.ptp(scene.x), "height": np.ptp(scene.y)}
+    return {name: 20 * int(np.ceil(size / film.camera.pixel_size / 20) + 3) for name, size in sizes.items()}
+
+
+def _picture(kind: Literal["png", "svg"]) -> Maker:
+    def make(prediction: Motion, state: State, letter: str) -> bytes:
+        return picture(prediction, live_arrays(prediction, state.unit), kind)
+
+    return make
+
+
+MAKERS: dict[str, Maker] = {
     "data.nc": _netcdf,
     "signals.csv": _csv,
     "sound.wav": _wave,
     "study.toml": _study,
     "texture.csv": _texture,
-    "picture.png": lambda prediction, state, letter: _picture(prediction, state, letter, "png"),
-    "picture.svg": lambda prediction, state, letter: _picture(prediction, state, letter, "svg"),
+    "picture.png": _picture("png"),
+    "picture.svg": _picture("svg"),
 }

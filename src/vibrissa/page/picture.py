@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping
 from importlib.resources import as_file, files
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +22,8 @@ BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"  # modes 1 to 3, of Oka
 Arrays = Mapping[str, NDArray[np.float32]]
 
 
-def drawn(prediction: Motion, arrays: Arrays) -> Figure:
-    """Whisker, excursion, modes, moment, spectrogram, resonances and firing of one prediction.
+def picture(prediction: Motion, arrays: Arrays, kind: Literal["png", "svg"]) -> bytes:
+    """The views as a file: whisker, excursion, modes, moment, spectrogram and firing; equal states give equal files.
 
     Parameters
     ----------
@@ -30,22 +31,31 @@ def drawn(prediction: Motion, arrays: Arrays) -> Figure:
         Whose posture the title tells.
     arrays : mapping
         Of :func:`vibrissa.page.signals.live_arrays`.
+    kind : {"png", "svg"}
+        Format.
     """
     from matplotlib import style
 
+    file = io.BytesIO()
     with as_file(files("vibrissa.figures") / "style.mplstyle") as path, style.context([path, {"svg.hashsalt": "page"}]):
-        figure, grid = new_figure(10.0, 9.0, 4, 2)
-        axes = grid.ravel()
-        time = np.arange(len(arrays["excursion"])) / RATE
-        _whisker(axes[0], prediction, arrays)
-        _line(axes[1], time, arrays["excursion"] * 1e6, "Excursion d [µm]")
-        for i, colour in enumerate((BLUE, VERMILION, GREEN)):
-            _mode(axes[2 + i], i, colour, time, arrays)
-        _line(axes[5], time, arrays["moment"] * 1e9, "Moment at the base [nN m]")
-        _spectrogram(axes[6], arrays)
-        _firing(axes[7], time, arrays)
-        figure.suptitle(_title(prediction), fontsize=9)
-        return figure
+        metadata = {"Date": None} if kind == "svg" else {}
+        _drawn(prediction, arrays).savefig(file, format=kind, dpi=150, metadata=metadata)
+    return file.getvalue()
+
+
+def _drawn(prediction: Motion, arrays: Arrays) -> Figure:
+    figure, grid = new_figure(10.0, 9.0, 4, 2)
+    axes = grid.ravel()
+    time = np.arange(len(arrays["excursion"])) / RATE
+    _whisker(axes[0], prediction, arrays)
+    _line(axes[1], time, arrays["excursion"] * 1e6, "Excursion d [µm]")
+    for i, colour in enumerate((BLUE, VERMILION, GREEN)):
+        _mode(axes[2 + i], i, colour, time, arrays)
+    _line(axes[5], time, arrays["moment"] * 1e9, "Moment at the base [nN m]")
+    _spectrogram(axes[6], arrays)
+    _firing(axes[7], time, arrays)
+    figure.suptitle(_title(prediction), fontsize=9)
+    return figure
 
 
 def palette() -> list[list[int]]:

@@ -209,7 +209,7 @@ def serve(
 
     read_state(given)
     uvicorn = _uvicorn()
-    with _listening(port) as listener:
+    with listening(port) as listener:
         page = Page(listener.getsockname()[1])
         address = f"http://127.0.0.1:{listener.getsockname()[1]}/{page.token}/" + (
             f"#{urlencode(given)}" if given else ""
@@ -238,7 +238,8 @@ def settings(application: Starlette) -> Any:
     )
 
 
-def _listening(port: int) -> socket.socket:
+def listening(port: int) -> socket.socket:
+    """A socket on this machine alone; a free port for 0."""
     listener = socket.socket()
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:

@@ -11,7 +11,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING, Any
 
 from vibrissa.errors import InputError
-from vibrissa.texture.io import holds_troughs, read_relief, read_troughs
+from vibrissa.texture.io import read_texture
 
 if TYPE_CHECKING:
     from vibrissa.texture.relief import Relief
@@ -64,7 +64,7 @@ class Shelf:
             path = Path(folder) / f"dropped{re.sub(r'[^.A-Za-z0-9_-]', '', Path(shown).suffix)}"
             path.write_bytes(content)
             try:
-                surface = _read(path, how, notes)
+                surface = read_texture(path, tell=notes.append, **how)
             except InputError as error:
                 error.args = (str(error).replace(str(path), shown),)  # the place it was read from means nothing
                 raise
@@ -84,11 +84,3 @@ class Shelf:
         if key not in self._kept:
             raise InputError("texture", "must be dropped on the page", remedy="drop the file, or choose a generator")
         return self._kept[key]
-
-
-def _read(path: Path, how: dict[str, Any], notes: list[str]) -> Troughs | Relief:
-    """Gaps, which leave nothing open but the direction, or a relief."""
-    if not holds_troughs(path):
-        return read_relief(path, tell=notes.append, **how)
-    troughs = read_troughs(path)
-    return troughs.reversed(float(troughs.position[0] + troughs.end[-1])) if how["flip"] else troughs

@@ -1,0 +1,156 @@
+"""What the page draws is what `scan` computes, whatever was set before."""
+
+import numpy as np
+import pytest
+
+from vibrissa.errors import InputError
+from vibrissa.exact import cone_kappa
+from vibrissa.mechanics.sampled import scanned
+from vibrissa.mechanics.superposition import predict
+from vibrissa.mechanics.topography import predict_relief, scanned_relief
+from vibrissa.neural.sensitivity import d_prime, roc_area
+from vibrissa.page.answers import answer, notes
+from vibrissa.page.bench import MODES, Bench, made_surface
+from vibrissa.page.contrast import discrimination, expected_counts
+from vibrissa.page.frames import packed, unpacked
+from vibrissa.page.signals import NODE, RATE, TRIALS, live_arrays
+from vibrissa.page.state import read_state
+
+SHORT = {"a.length": 0.01, "b.length": 0.01}
+CLOSE = {"rtol": 2e-6, "atol": 0}  # float32 of what the other way computes in float64
+
+
+def bench():
+    return Bench(lambda key: pytest.fail("no file was dropped"))
+
+
+def anew(state):
+    """The same scan by the way of `vibrissa scan`, no table kept."""
+    surface = made_surface(state.texture("a"))
+    if hasattr(surface, "width"):
+        made = predict(state.whisker, state.posture, surface, state.scan, n_modes=MODES)
+        return scanned(made, RATE, nodes=[NODE])
+    made = predict_relief(state.whisker, state.posture, surface, state.scan, n_modes=MODES)
+    return scanned_relief(made, RATE, nodes=[NODE])
+
+
+def agree(arrays, data, length):
+    span = np.abs(length * data.mode_displacement.values).max()
+    np.testing.assert_allclose(arrays["modes"], length * data.mode_displacement, rtol=2e-6, atol=1e-6 * span)
+    np.testing.assert_allclose(arrays["envelopes"], length * data.envelope, rtol=2e-6, atol=1e-6 * span)
+    np.testing.assert_allclose(arrays["excursion"], length * data.excursion, rtol=2e-6, atol=1e-10)
+    np.testing.assert_allclose(arrays["curvature"], data.base_curvature, **CLOSE)
+    np.testing.assert_allclose(arrays["moment"], data.base_moment, **CLOSE)
+    moved = data.displacement.values[:, 0]
+    np.testing.assert_allclose(arrays["displacement"], moved - moved.mean(), rtol=2e-6, atol=1e-6 * np.ptp(moved))
+
+
+def test_tables_kept_from_one_move_to_the_next_change_nothing():
+    tried = bench()
+    moves = [{}, {"speed": 0.15}, {"damping": 0.02}, {"youngs_modulus": 3e9}, {"friction": 0.2}, {"friction": 0.4}]
+    for move in moves:
+        state = read_state({**SHORT, **move})
+        agree(live_arrays(tried.predict(state), state.unit), anew(state), state.whisker.length)
+
+
+@pytest.mark.parametrize("kind", ["widths", "periodic", "rough", "wave"])
+def test_every_kind_of_texture_is_drawn_as_scan_computes_it(kind):
+    state = read_state({**SHORT, "a.kind": kind, "a.rms": 2e-6, "hold": "contact", "contact": 0.35, "base_angle": 1.0})
+    agree(live_arrays(bench().predict(state), state.unit), anew(state), state.whisker.length)
+
+
+def test_the_shaft_is_clamped_at_the_base_and_stands_on_the_ground():
+    state = read_state(SHORT)
+    prediction = bench().predict(state)
+    arrays = live_arrays(prediction, state.unit)
+    np.testing.assert_allclose(arrays["shaft_x"][:, -1], 0, atol=1e-9)
+    np.testing.assert_allclose(arrays["shaft_y"][:, -1], 0, atol=1e-9)
+    contact = np.argmin(np.abs(arrays["shaft"] - prediction.posture.contact))
+    assert arrays["shaft_y"][0, contact] == pytest.approx(-state.number("height"), abs=1e-8)
+
+
+def test_resonances_are_those_of_the_pinned_cone():
+    state = read_state({**SHORT, "whisker": "C1", "height": 0.01})
+    arrays = live_arrays(bench().predict(state), state.unit)
+    contact = float(arrays["resonance"][0, 40])
+    expected = cone_kappa(contact, 3) / (2 * np.pi * state.whisker.timescale)
+    np.testing.assert_allclose(arrays["resonance"][1:, 40], expected, rtol=1e-5)
+
+
+def test_firing_is_the_hinge_of_the_envelope_and_spikes_come_at_its_rate():
+    state = read_state({**SHORT, "threshold": 2e-6, "slope": 2e7, "baseline": 50})
+    arrays = live_arrays(bench().predict(state), state.unit)
+    late = round(state.unit.latency * RATE)
+    hinge = 50 + 2e7 * np.maximum(arrays["drive"] - 2e-6, 0)
+    np.testing.assert_allclose(arrays["firing"][late:], hinge[:-late], rtol=1e-3)
+    expected = TRIALS * arrays["firing"].mean() * len(hinge) / RATE
+    assert abs(arrays["spikes"].shape[1] - expected) < 5 * np.sqrt(expected)
+
+
+def test_a_line_stands_in_the_spectrogram_at_the_resonance():
+    # one gap and next to no damping: after it the whisker rings freely
+    state = read_state({"a.kind": "periodic", "a.length": 0.01, "a.period": 0.01, "a.duty": 0.05, "damping": 0.005})
+    prediction = bench().predict(state)
+    arrays = live_arrays(prediction, state.unit)
+    power = arrays["spectrogram"][:, -3]
+    frequency = np.linspace(*arrays["spectrogram_axes"][0], len(power))
+    assert frequency[np.argmax(power)] == pytest.approx(prediction.omega[0] / (2 * np.pi), abs=float(frequency[1]))
+
+
+def test_a_scan_that_lasts_too_long_is_refused():
+    with pytest.raises(InputError, match="scan must last at most 6 s"):
+        bench().predict(read_state({"speed": 0.01, "a.length": 0.2}))
+
+
+def test_the_free_end_is_told_of():
+    told = notes(bench().predict(read_state(SHORT)))
+    assert any("free end beyond the contact would touch ground" in line for line in told)
+
+
+def test_a_message_is_read_back_as_it_was_packed():
+    arrays = {"one": np.arange(6, dtype="<f4").reshape(2, 3), "none": np.zeros((2, 0), "<f4")}
+    facts, back = unpacked(packed({"id": 3, "name": "ζ"}, arrays))
+    assert facts == {"id": 3, "name": "ζ"}
+    for name in arrays:
+        np.testing.assert_array_equal(back[name], arrays[name])
+
+
+# Two textures
+
+
+def test_d_prime_is_that_of_simulated_trials():
+    misses = []
+    for seed in range(50):
+        rng = np.random.default_rng(seed)
+        first, second = rng.gamma(4, 1.0, (2, 40))  # mean counts of 4 a bin
+        second = first + 0.25 * (second - first)
+        weights = (first - second) / (first + second)
+        values = [rng.poisson(mean, (1000, 40)) @ weights for mean in (first, second)]
+        found = d_prime(roc_area(*values))
+        misses.append((found - discrimination(first, second)) / np.sqrt(2 / 1000 * (1 + found**2 / 8)))
+    assert abs(np.mean(misses)) < 4 / np.sqrt(50)
+    assert np.std(misses) < 1.4
+
+
+def test_d_prime_of_one_count_is_the_difference_over_the_spread():
+    assert discrimination(np.array([9.0]), np.array([16.0])) == pytest.approx(7 / np.sqrt(12.5))
+
+
+def test_equal_or_silent_textures_cannot_be_told_apart():
+    assert discrimination(np.array([3.0, 4.0]), np.array([3.0, 4.0])) == 0
+    assert discrimination(np.zeros(3), np.zeros(3)) == 0
+
+
+def test_expected_counts_are_the_area_under_the_rate():
+    time = np.arange(0, 0.1, 1e-4)
+    counts = expected_counts(time, 1000 * time, 0.0999)
+    np.testing.assert_allclose(counts, 1000 * 0.01 * (np.arange(9) + 0.5) * 0.01, rtol=1e-9)
+
+
+def test_a_texture_is_not_told_from_itself_but_from_another():
+    told = []
+    for seed in (1, 2):
+        ask = '{"id": 1, "want": "contrast", "state": {"b.seed": %d, "a.length": 0.02, "b.length": 0.02}}' % seed  # noqa: UP031
+        told.append(unpacked(answer(bench(), ask))[0])
+    assert told[0]["by_course"] == told[0]["by_count"] == 0
+    assert told[1]["by_course"] > told[1]["by_count"] > 0
