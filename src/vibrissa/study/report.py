@@ -69,7 +69,7 @@ def write_report(study: Study, results: Results, path: Path) -> None:
         white=[row for row in rows if WHITE in row["quantity"]],
         tracks=_tracks(results["profile"]),
         contacts=_contacts(results["profile"]),
-        remarks=[*json.loads(results["profile"].attrs.get("remarks", "[]")), *_curvature(study)],
+        remarks=[*json.loads(results["profile"].attrs.get("remarks", "[]")), *_curvature(study), *_surface(study)],
         pictures=[_picture(study, results, *figure) for figure in FIGURES],
         **(page_of(compare(results)) if "sweeps" in results else {}),
     )
@@ -154,7 +154,15 @@ def _curvature(study: Study) -> list[str]:
         return []
     taken = study.scan.modes if study.scan is not None else "straight"
     line = shift_remark(resonance_shift(study.posture, 1, whisker=study.whisker))
-    return [f"The prediction's modes are {taken}, the decomposition's straight; {line}."]
+    return [f"Modes, of prediction and decomposition, are {taken}; {line}."]
+
+
+def _surface(study: Study) -> list[str]:
+    """What was decided of the texture's file."""
+    notes: list[str] = []
+    if study.texture is not None:
+        study.texture.made(study.folder, notes.append)
+    return [f"Texture: {note}." for note in notes]
 
 
 def _contacts(profile: xr.Dataset) -> list[dict[str, str]]:
