@@ -38,6 +38,10 @@ class Presentation:
         Bins after the onset; bins away from the ends of the record.
     edge : float
         Time left out at both ends of the record [s].
+    carrier : (T,) array
+        What the envelope is of: the displacement less its mean, or its band [m].
+    frequency : float
+        Mean frequency of the carrier, weighted by power [Hz].
     """
 
     time: Array
@@ -46,6 +50,8 @@ class Presentation:
     rate_valid: NDArray[np.bool_]
     envelope_valid: NDArray[np.bool_]
     edge: float
+    carrier: Array
+    frequency: float
 
     @classmethod
     def of(
@@ -81,7 +87,8 @@ class Presentation:
         if start < time[0] - step / 2 or stop > time[-1] + 1.5 * step:
             raise InputError("window", f"must lie within the stimulus, {time[0]:g} to {time[-1]:g} s", (start, stop))
         carrier = _banded(displacement, band, step)
-        edge = EDGE_PERIODS / _mean_frequency(carrier, step)
+        frequency = _mean_frequency(carrier, step)
+        edge = EDGE_PERIODS / frequency
         n_bins = int(np.floor((stop - start) / bin_width + 1e-6))
         edges: Array = start + bin_width * np.arange(n_bins + 1, dtype=float)
         starts, stops = edges[:-1], edges[1:]
@@ -94,6 +101,8 @@ class Presentation:
             rate_valid=starts >= start + skip - near,
             envelope_valid=(starts >= first - near) & (stops <= last + near),
             edge=edge,
+            carrier=carrier,
+            frequency=frequency,
         )
         if np.sum(presentation.rate_valid & presentation.envelope_valid) < 100:
             raise InputError(

@@ -32,6 +32,14 @@ CODING: dict[str, Quantity] = {
     "weight_inflation": Quantity(("whisker",), "1", "variance of a weight over that beside uncorrelated copies"),
     "copy_likeness": Quantity(("whisker",), "1", "largest |r| with another copy at lags up to the latest latency"),
     "likest_whisker": Quantity(("whisker",), "1", "whisker whose copy is most alike"),
+    # which drive
+    "drive": Quantity(("drive",), "1", "what of the motion may drive a unit"),
+    **_ends("drive_gain", ("unit", "drive"), "bit", "likelihood of unseen spikes over a steady rate's, per spike"),
+    **_ends("drive_loss", ("unit", "drive"), "bit", "likelihood of unseen spikes under the best drive's, per spike"),
+    "drive_latency": Quantity(("unit", "drive"), "s", "delay from drive to rate"),
+    "drive_likeness": Quantity(("drive",), "1", "correlation of a drive with the envelope over the bins that count"),
+    "best_drive": Quantity(("unit",), "1", "drive that foresees unseen spikes best, or cannot tell"),
+    "carrier_frequency": Quantity(("stimulus",), "Hz", "mean frequency of a stimulus, weighted by power"),
     # information
     **_information("spike_information", "bit", "information of one spike about the time in the stimulus"),
     **_information("information_rate", "bit/s", "information of single spikes about the time in the stimulus"),
