@@ -1,0 +1,108 @@
+"""Where an edge holds the contact after a jump, what the modes are there, and how long it holds it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from vibrissa.exact import cone_kappa
+from vibrissa.mechanics.curved import curved_modes
+from vibrissa.mechanics.edge import Held
+from vibrissa.mechanics.profile import Posture
+from vibrissa.mechanics.projection import profiles
+from vibrissa.mechanics.response import FOLLICLE
+from vibrissa.quantities import dataset
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from vibrissa.mechanics.superposition import Prediction
+
+Array = NDArray[np.float64]
+
+_NODES = 8  # Chebyshev nodes between the lowest excursion and 0
+_LOOKS = 200  # from a jump until the contact is back on the flat
+
+
+def held_kappa(flat: Held, contact: float, contact_angle: float, n_modes: int, *, straight: bool) -> Array:
+    """Frequencies κ_i (M,) of a whisker that an edge holds at ε, at the angle θ_ε.
+
+    Of the straight shaft, pinned at ε; or about the profile. Eq. 1 and the force of an edge, at the angle φ to the
+    normal of the whisker, know no horizontal: turned by θ_ε the profile is that on the flat of (ε, θ_b − θ_ε), and so
+    are its modes on the edge.
+    """
+    if straight:
+        return cone_kappa(contact, n_modes)
+    posture = flat.posture
+    turned = Posture(contact=contact, base_angle=posture.base_angle - contact_angle, friction=posture.friction)
+    return curved_modes(turned, n_modes, condition="edge").kappa
+
+
+def held_contacts(prediction: Prediction) -> xr.Dataset:
+    """What the jumps of a prediction lead to: the contact drawn up the shaft, until it is back at ε.
+
+    A prediction rings in the modes of ε all the time. After a jump the edge stands up the shaft, where they are others,
+    and comes down to ε at t₃. It holds the contact for as long as the shaft stands off the land beside it; where the
+    vibration turns the shaft onto the land before, the model goes on as if it had not.
+
+    Parameters
+    ----------
+    prediction : Prediction
+        Over gaps.
+
+    Returns
+    -------
+    Dataset
+        Over the gaps (trough), from t₂ to t₃: ``held_contact``, mean of ε; ``held_shift`` (trough, mode), mean of κ_i
+        where the edge holds the contact over κ_i at ε, of straight modes, pinned, or else of curved ones on an edge;
+        ``sag_height`` [m], λ sin θ_ε just after the jump; ``held_share``, the part of the time before the vibration
+        first turns the shaft onto the land.
+
+    Raises
+    ------
+    InputError
+        If the posture cannot follow as far.
+    """
+    response, n_modes = prediction.response, len(prediction.kappa)
+    flat, straight = response.flat, response.modes == "straight"
+    width, after = prediction.texture.width, prediction.events.gaps[1]
+    z = chebyshev.chebpts1(_NODES)
+    excursions = float(after.min()) * (1 - z[::-1]) / 2
+    unknowns = profiles(flat, excursions[np.argsort(-excursions)], np.array([flat.contact, 1.0])).unknowns
+    held = np.array([[c, *held_kappa(flat, c, turn, n_modes, straight=straight)] for c, turn, _ in unknowns])
+    rest = held_kappa(flat, flat.contact, 0.0, n_modes, straight=straight)
+    series = chebyshev.chebfit(1 + 2 * np.sort(-excursions) / after.min(), held, _NODES - 1)
+    means = _means(series, after / after.min())
+    angle = response(after)[n_modes + FOLLICLE.index("contact_angle")]
+    return dataset(
+        {"modes": response.modes},
+        trough=np.arange(len(width)),
+        mode=np.arange(1, n_modes + 1),
+        held_contact=means[0],
+        held_shift=(means[1:] / rest[:, None]).T,
+        sag_height=width * np.sin(angle),
+        held_share=_held_shares(prediction),
+    )
+
+
+def _means(series: Array, depth: Array) -> Array:
+    """Means (R, J) between 0 and each share of the lowest excursion (J,), of series (n, R) that ascend from it to 0."""
+    primitive = chebyshev.chebint(series, lbnd=1)
+    return np.asarray(-chebyshev.chebval(1 - 2 * depth, primitive) / (2 * depth))
+
+
+def _held_shares(prediction: Prediction) -> Array:
+    """Part of the time from each jump to t₃ before θ_ε and the vibration's rotation there come to 0, (J,)."""
+    jump, back = prediction.events.time[1::3], prediction.events.time[2::3]
+    share = (np.arange(_LOOKS) + 0.5) / _LOOKS
+    t = (jump[:, None] + (back - jump)[:, None] * share).ravel()
+    n_modes, contact = len(prediction.kappa), prediction.posture.contact
+    beyond = np.array([contact / 2, contact, 1.0])
+    up = prediction.response.basis.displacement(beyond)[1]
+    turn = (up[:, 1] - up[:, 0]) / (contact / 2)  # the free end is straight
+    angle = prediction.drive(t)[n_modes + FOLLICLE.index("contact_angle")] + turn @ prediction.amplitudes(t)
+    lies = angle.reshape(len(jump), -1) <= 0
+    return np.asarray(np.where(lies.any(axis=1), lies.argmax(axis=1) / _LOOKS, 1.0))
