@@ -79,10 +79,10 @@ def test_a_mode_whose_fit_has_no_maximum_is_not_measured_and_the_others_are(monk
     guess = truth.omega / (2 * np.pi)
     whole, _ = fit_modes(signals, guess, prediction=truth)
 
-    def fails_for_mode_2(frequency, power, *, guess, line):
+    def fails_for_mode_2(frequency, power, *, guess, **options):
         if 300 < guess < 400:
             raise ConvergenceError("resonance fit", 1.0, 3)
-        return fit_resonance(frequency, power, guess=guess, line=line)
+        return fit_resonance(frequency, power, guess=guess, **options)
 
     monkeypatch.setattr(resonance, "fit_resonance", fails_for_mode_2)
     fit, spectra = fit_modes(signals, guess, prediction=truth)

@@ -82,8 +82,8 @@ def fit_profile(
     -------
     Dataset
         ``contact``, ``base_angle``, ``base_height`` H [m], ``friction_found``, each with ``_se``, ``_low``, ``_high``
-        (95 %); ``friction_identified``; ``profile_r2`` (of the angle, as the paper has it) and ``bend_r2`` (of the
-        distance from the best straight line); ``fitted_x``, ``fitted_y`` (s) [m] from the contact to the base, in the
+        (95 %); ``posture_correlation`` of the errors of ε and θ_b; ``friction_identified``; ``profile_r2`` (of the
+        angle, as the paper has it) and ``bend_r2`` (of the distance from the best straight line); ``fitted_x``, ``fitted_y`` (s) [m] from the contact to the base, in the
         profile's frame. Standard error and interval of a friction that was given are NaN. Attributes ``friction_told``,
         ``degrees_of_freedom`` of Student's t, and ``line_surprise``, χ² (2 degrees of freedom) of the line against
         what the profile alone told: above some 10, one of them is wrong and the intervals do not hold.
@@ -165,7 +165,8 @@ def _labelled(given: Given, known: Known, interval: Array, wide: float, freedom:
         return np.array([one.contact - shift, one.posture[1] + turn, one.contact * away.imag * one.length])
 
     slope = derivative(told, known.state)
-    values, sd = told(known.state), np.sqrt(np.diag(slope @ known.covariance @ slope.T))
+    covariance = slope @ known.covariance @ slope.T
+    values, sd = told(known.state), np.sqrt(np.diag(covariance))
     found: dict[str, Any] = {}
     for name, value, se in zip(("contact", "base_angle", "base_height"), values, sd, strict=True):
         found |= {name: value, f"{name}_se": se, f"{name}_low": value - wide * se, f"{name}_high": value + wide * se}
@@ -177,6 +178,7 @@ def _labelled(given: Given, known: Known, interval: Array, wide: float, freedom:
     return dataset(
         {"whisker_length": unit, "degrees_of_freedom": freedom, "friction_told": text, "line_surprise": known.surprise},
         **found,
+        posture_correlation=covariance[0, 1] / (sd[0] * sd[1]),
         friction_found=np.tan(known.friction_angle),
         friction_se=np.nan if unknown else se,
         friction_low=low,

@@ -19,6 +19,7 @@ Line = Callable[[float, float], Array]
 
 _NEIGHBOURS = 2  # bins on either side that a Hann taper correlates with one bin, and no more
 _ITERATIONS = 200
+_WIDE = float(norm.ppf(0.975))
 _NEAR, _THERE = 1e-2, 1e-8  # changes of a loss in which one standard error is worth 0.5: of a start, of the end
 
 
@@ -113,6 +114,7 @@ def fit_resonance(
     guess: float,
     line: Callable[[Array], Line] | None = None,
     band: tuple[float, float] = (0.5, 1.6),
+    start: tuple[float, float] | None = None,
 ) -> Resonance:
     """Fit resonant frequency, damping, gain and floor to a periodogram by Whittle's likelihood.
 
@@ -131,6 +133,9 @@ def fit_resonance(
         frequency → (resonant frequency, ζ) → power up to a factor; the white :func:`lorentzian` (Eq. 5) by default.
     band : (low, high)
         Bins used, as multiples of the guess.
+    start : (float, float), optional
+        Frequency [Hz] and ζ to begin from, where nearly the same spectrum was fitted before; by default the guess, with
+        several ζ.
 
     Returns
     -------
@@ -142,7 +147,8 @@ def fit_resonance(
     InputError
         If the band holds fewer than 20 bins.
     ConvergenceError
-        If the likelihood has no maximum inside ζ < 1 and the band.
+        If the likelihood has no maximum inside ζ < 1 and the band, or the interval of the frequency leaves the band:
+        the spectrum then does not tell it.
     """
     use = (frequency >= band[0] * guess) & (frequency <= band[1] * guess)
     if use.sum() < 20:
@@ -160,12 +166,17 @@ def fit_resonance(
 
     reference = float(shape(guess, 0.1).mean())
     low, high = np.log([[band[0] * guess, 1e-3, 1e-6, 1e-11], [band[1] * guess, 0.95, 1e6, 10]])
-    starts = [np.log([guess, zeta, 1.0, 0.1]) for zeta in (0.05, 0.15, 0.4)]
+    begin = [(guess, zeta) for zeta in (0.05, 0.15, 0.4)] if start is None else [start]
+    starts = [np.log([*one, 1.0, 0.1]) for one in begin]
     near = [_scoring(log_spectrum, p, start, low, high, _NEAR) for start in starts]
     best, loss = _scoring(log_spectrum, p, min(near, key=lambda fit: fit[1])[0], low, high, _THERE)
     if np.any((best[:2] <= low[:2]) | (best[:2] >= high[:2])):
         raise ConvergenceError("resonance fit (maximum on the border)", loss, _ITERATIONS)
     sd = _sandwich_sd(log_spectrum, best, p, free_floor=best[3] > low[3] + 1)
+    if not np.all(
+        np.abs(best[0] + np.array([-_WIDE, _WIDE]) * sd[0] - (low[0] + high[0]) / 2) < (high[0] - low[0]) / 2
+    ):
+        raise ConvergenceError("resonance fit (the spectrum does not tell the frequency)", float(sd[0]), _ITERATIONS)
     gain = float(np.exp(best[2])) * scale / reference
     floor = float(np.exp(best[3])) * scale - gain * shape(*np.exp(best[:2]).tolist()).min()
     return _resonance(best, sd, gain, floor)
@@ -216,7 +227,7 @@ def _sandwich_sd(log_spectrum: Callable[[Array], Array], theta: Array, p: Array,
 
 def _resonance(theta: Array, sd: Array, gain: float, floor: float) -> Resonance:
     frequency, damping = np.exp(theta[:2])
-    wide = np.exp(norm.ppf(0.975) * sd)
+    wide = np.exp(_WIDE * sd)
     return Resonance(
         frequency=float(frequency),
         frequency_low=float(frequency / wide[0]),

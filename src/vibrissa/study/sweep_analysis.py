@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
+from vibrissa.mechanics.decomposition import decompose
 from vibrissa.mechanics.modes import resonances
 from vibrissa.mechanics.profile import Posture
-from vibrissa.mechanics.resonance import PARTS, fit_modes
+from vibrissa.mechanics.resonance import PARTS, fit_modes, moments, widened
 from vibrissa.mechanics.stationary import fit_profile
 from vibrissa.mechanics.superposition import Prediction, Scan, predict
 from vibrissa.quantities import dataset
@@ -115,7 +116,7 @@ def analyse_sweep(profile: xr.Dataset, known: Known) -> tuple[Row, xr.Dataset]:
     }
     series: dict[str, Any] = {name: modal[name].values for name in ("mode_displacement", "envelope")}
     if known.texture is not None:
-        predicted = _predicted(modal, known, known.texture, row)
+        predicted = _predicted(profile, modal, known, row)
         row["mode_rms_model"] = predicted.std(axis=1)
         series["mode_displacement_model"] = predicted - predicted.mean(axis=1, keepdims=True)
         series["envelope_model"] = analytic_envelope(series["mode_displacement_model"])[0]
@@ -128,15 +129,15 @@ def _posture(profile: xr.Dataset, known: Known) -> Row:
         return {"contact": known.contact, "base_angle": known.base_angle}
     found = fit_profile(profile, known.whisker, substrate=known.substrate, friction=known.friction)
     if known.texture is not None:
-        level = _levelled(profile, known, found, known.texture)
+        level = _levelled(profile, known, found)
         found = fit_profile(level, known.whisker, substrate=known.substrate, friction=known.friction)
-    names = ("contact", "contact_se", "base_angle", "base_angle_se", "profile_r2")
+    names = ("contact", "contact_se", "base_angle", "base_angle_se", "posture_correlation", "profile_r2")
     return {name: float(found[name]) for name in names}
 
 
-def _levelled(profile: xr.Dataset, known: Known, found: xr.Dataset, texture: Troughs) -> xr.Dataset:
+def _levelled(profile: xr.Dataset, known: Known, found: xr.Dataset) -> xr.Dataset:
     """The profile without the mean of the quasi-static motion that the texture imposes on it."""
-    motion = predict(known.whisker, _held(known, found), texture, Scan(speed=known.scan_speed, damping=DAMPING))
+    motion = _nominal(known, float(found.contact), float(found.base_angle))
     s = 1 - profile.arc_length.values / known.whisker.length
     flat = motion.response.flat
     moved, still = motion.quasi_static_position(profile.time.values, s), flat.position(s)
@@ -144,10 +145,6 @@ def _levelled(profile: xr.Dataset, known: Known, found: xr.Dataset, texture: Tro
     turn, mirrored = _laid(flat.position(found.s.values), found.fitted_x.values, found.fitted_y.values)
     off = turn * (along - 1j * up if mirrored else along + 1j * up)
     return profile.assign(x=profile.x - off.real, y=profile.y - off.imag)
-
-
-def _held(known: Known, found: xr.Dataset) -> Posture:
-    return Posture(contact=float(found.contact), base_angle=float(found.base_angle), friction=known.friction)
 
 
 def _laid(shape: tuple[Array, Array], x: Array, y: Array) -> tuple[complex, bool]:
@@ -179,29 +176,58 @@ def _resonance(fit: xr.Dataset, spectra: xr.Dataset, forcing: str) -> Row:
         return row | {f"fit_r2{forcing}": 1 - (left**2).sum(axis=1) / np.where(here.any(1), (about**2).sum(1), np.nan)}
 
 
-def _predicted(modal: xr.Dataset, known: Known, texture: Troughs, row: Row) -> Array:
+def _predicted(profile: xr.Dataset, modal: xr.Dataset, known: Known, row: Row) -> Array:
     """Fit with the texture's forcing, into the row; then the prediction from what was found, (M, T)."""
-    posture = Posture(contact=row["contact"], base_angle=row["base_angle"], friction=known.friction)
-    scan = Scan(speed=known.scan_speed, damping=DAMPING)
-    nominal = predict(known.whisker, posture, texture, scan)
-    guess = resonances(known.whisker, row["contact"], N_MODES).resonant_frequency.values
+    nominal, guess = _nominal(known, row["contact"], row["base_angle"]), _guess(known, row["contact"])
     shutter: dict[str, Any] = {"exposure": known.exposure, "instants": known.instants}
     fit, spectra = fit_modes(modal, guess, prediction=nominal, **shutter)
-    row |= _resonance(fit, spectra, "")
+    displaced = [_refitted(profile, known, *place, guess, fit) for place in _displaced(row)]
+    row |= _resonance(widened(fit, displaced), spectra, "")
     better = "" if row["fit_r2"][0] > row["fit_r2_white"][0] else "_white"
     frequency, damping = (float(row[name + better][0]) for name in ("resonant_frequency", "damping"))
     tuned = nominal
     if np.isfinite(frequency) and 0 <= damping < 1:
         stiffness = known.whisker.youngs_modulus * (frequency / guess[0]) ** 2
         whisker = replace(known.whisker, youngs_modulus=stiffness)
-        tuned = replace(nominal, whisker=whisker, scan=replace(scan, damping=damping))
+        tuned = replace(nominal, whisker=whisker, scan=replace(nominal.scan, damping=damping))
     return exposed_displacement(tuned, modal.time.values, known.exposure, known.instants)
+
+
+def _nominal(known: Known, contact: float, base_angle: float) -> Prediction:
+    """Prediction of a posture, with the nominal E and the paper's ζ."""
+    posture = Posture(contact=contact, base_angle=base_angle, friction=known.friction)
+    if known.texture is None:
+        raise ValueError("a prediction needs a texture")
+    return predict(known.whisker, posture, known.texture, Scan(speed=known.scan_speed, damping=DAMPING))
+
+
+def _guess(known: Known, contact: float) -> Array:
+    """About where the resonances stand [Hz]."""
+    return np.asarray(resonances(known.whisker, contact, N_MODES).resonant_frequency.values)
+
+
+def _displaced(row: Row) -> list[tuple[float, float]]:
+    """Postures one standard error away, in two directions whose errors are independent; none if it was given."""
+    if "contact_se" not in row:
+        return []
+    se, mixed = np.array([row["contact_se"], row["base_angle_se"]]), row["posture_correlation"]
+    value, vector = np.linalg.eigh(np.outer(se, se) * [[1, mixed], [mixed, 1]])
+    steps = np.sqrt(np.maximum(value, 0))[:, None] * vector.T * np.sign(vector[0])[:, None]  # away from the fold
+    return [(row["contact"] + float(one[0]), row["base_angle"] + float(one[1])) for one in steps]
+
+
+def _refitted(
+    profile: xr.Dataset, known: Known, contact: float, base_angle: float, guess: Array, near: xr.Dataset
+) -> xr.Dataset:
+    """Resonances of the same movie with another posture."""
+    modal = decompose(profile, known.whisker, contact, n_modes=N_MODES)
+    shutter: dict[str, Any] = {"exposure": known.exposure, "instants": known.instants, "near": near}
+    return fit_modes(modal, guess, prediction=_nominal(known, contact, base_angle), **shutter)[0]
 
 
 def exposed_displacement(prediction: Prediction, time: Array, exposure: float, instants: int) -> Array:
     """Displacements of the first modes, averaged over each exposure about these times [s], (M, T)."""
-    count = instants if exposure else 1
-    t = (time[:, None] + exposure * ((np.arange(count) + 0.5) / count - 0.5)).ravel()
+    t, count = moments(time, exposure, instants)
     return np.asarray(prediction.mode_displacement(t)[:N_MODES].reshape(N_MODES, -1, count).mean(axis=2))
 
 
