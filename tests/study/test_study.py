@@ -79,7 +79,7 @@ def test_the_paper_s_projection_leans_on_the_same_motion(results, out):
 
 def test_report_is_one_file_with_its_figures_and_no_address_outside(out):
     page = (out / "report.html").read_text(encoding="utf-8")
-    assert page.count("data:image/png;base64,") == 5
+    assert page.count("data:image/png;base64,") == 6
     assert "http" not in page.replace("data:image", "")
     assert "Left out" not in page
     assert "about the curved profile the first resonance is off the straight shaft's by" in page.replace("&#39;", "'")
@@ -176,7 +176,7 @@ def test_a_wrong_study_file_is_told_in_one_line(tmp_path, change, message):
 
 def test_a_study_needs_a_movie_or_a_film(tmp_path):
     (tmp_path / "study.toml").write_text('name = "empty"\n')
-    with pytest.raises(InputError, match=r"either a \[movie\] or a \[film\]"):
+    with pytest.raises(InputError, match=r"must have a \[movie\], a \[film\], a \[laboratory\], sweeps or a \[\[base_signal\]\]"):
         read_study(tmp_path / "study.toml")
 
 

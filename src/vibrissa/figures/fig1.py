@@ -195,8 +195,8 @@ def _caption(facts: Mapping[str, Any]) -> str:
     return (
         f"Figure 1. A, the whisker as a truncated cone (thickness not to scale). B, diameter against the distance "
         f"from the base: straight lines through {source}, carried on (dashed) to the cone's tip, which gives L. C, "
-        f"mean profile and Eq. 1 laid on it: ε = {facts['contact']:.3f} ± {facts['contact_se']:.3f}, θ_b = "
-        f"{facts['base_angle']:.2f} ± {facts['base_angle_se']:.2f} rad, H = {1e3 * facts['base_height']:.1f} mm; "
+        f"mean profile and Eq. 1 laid on it: ε = {facts['contact']:.4f} ± {facts['contact_se']:.1g}, θ_b = "
+        f"{facts['base_angle']:.3f} ± {facts['base_angle_se']:.1g} rad, H = {1e3 * facts['base_height']:.1f} mm; "
         f"R² of the angle {facts['profile_r2']:.3f}; {parabola_text}. D, the same as angle to the substrate."
     )
 

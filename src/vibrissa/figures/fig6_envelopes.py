@@ -103,7 +103,9 @@ def _caption(data: xr.Dataset) -> str:
     parts = [_mode_words(data.sel(mode=mode)) for mode in data.mode.values]
     p, clustered = (dict(zip(data.term.values, data[name].values, strict=True)) for name in _P)
     words = (("contact", "ε", 0.95), ("base_angle", "θ_b", 0.96), ("whisker_name", "identity", 0.40))
-    depends = "; ".join(f"{word} {_p(p[name])} | {_p(clustered[name])} ({paper})" for name, word, paper in words)
+    depends = "; ".join(
+        f"{word} {p_words(p[name])} | {p_words(clustered[name])} ({paper})" for name, word, paper in words
+    )
     text = (
         "C: envelopes of mode 1, one whisker, one texture; prediction to the mean of the measurement. D: correlation "
         f"at its best lag, ≤ {1e3 * data.attrs['largest_lag']:.0f} ms. {' '.join(parts)} Correlation of mode 1 against "
@@ -115,7 +117,8 @@ def _caption(data: xr.Dataset) -> str:
 _P = ("effect_p", "effect_p_clustered")
 
 
-def _p(value: float) -> str:
+def p_words(value: float) -> str:
+    """A p-value as a caption tells it."""
     return "not told" if not np.isfinite(value) else f"{value:.2f}" if value >= 0.01 else f"{value:.0e}"
 
 
@@ -175,7 +178,10 @@ def _draw_example(axis: Axes, one: xr.Dataset) -> None:
     axis.plot(x, 1e3 * one.example_envelope, color=FOUND, lw=0.9, label="measured")
     title = f"C  ρ = {float(one.example_correlation):.2f}: ε = {float(one.example_contact):.2f}, "
     axis.set(title=title + f"{float(one.example_speed):.2g} m/s", ylabel="envelope, mode 1 [10⁻³ L]")
-    axis.set(xlim=(float(x[0]), float(x[-1])), ylim=(0, 1.25e3 * float(one.example_envelope.max())))
+    axis.set(
+        xlim=(float(x[0]), float(x[np.isfinite(one.example_envelope)].max())),
+        ylim=(0, 1.25e3 * float(one.example_envelope.max())),
+    )
 
 
 def _draw_distribution(axis: Axes, one: xr.Dataset) -> None:
@@ -193,7 +199,8 @@ def _draw_distribution(axis: Axes, one: xr.Dataset) -> None:
     if np.isfinite(one.chance_mean.values).any():
         axis.axvline(np.nanmean(one.chance_mean), color=OTHER, ls=":", label="chance, mean")
     axis.set(title=f"D  mode {int(one.mode)}, {int(made.sum())} sweeps", ylabel="sweeps", xlim=(-0.1, 1.05))
-    axis.legend(loc="best", fontsize=7)
+    axis.set_ylim(0, 1.35 * axis.get_ylim()[1])  # room for the legend
+    axis.legend(loc="upper left", fontsize=7)
 
 
 def _draw_jitter(axis: Axes, data: xr.Dataset) -> None:

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
 from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, house_style, new_figure
-from vibrissa.figures.fig6_envelopes import alike
-from vibrissa.mechanics.gain import STEP, by_distance, distance_correlogram, gain_effects, whisker_of_animal
+from vibrissa.figures.fig6_envelopes import alike, p_words
+from vibrissa.mechanics.gain import STEP, SOURCES, by_distance, distance_correlogram, gain_table, whisker_of_animal
 from vibrissa.quantities import dataset, require
 
 if TYPE_CHECKING:
@@ -27,8 +27,6 @@ Series = Callable[[int], "xr.Dataset"]
 EXAMPLES, SHOWN = 3, 40e-3  # [m] of the distance scanned
 MOST_PAIRS = 40  # of each kind
 OFFSETS = np.arange(-10e-3, 10.01e-3, 50e-6)  # [m]
-SOURCES = ("mode_rms", "mode_rms_model")
-RESTRICTED = ("beta", "C1")
 PAPER = {"scan_speed": "p = .11", "contact": "p < 1e-6", "base_angle": "p < 1e-15"}
 SYMBOLS = {"scan_speed": "v", "contact": "ε", "base_angle": "θ_b"}
 COLOURS = (FOUND, OTHER, "#009E73", "#CC79A7", "#E69F00", "#56B4E9")  # safe for the colour-blind
@@ -66,20 +64,10 @@ def compute(study: Mapping[str, xr.Dataset], series: Series) -> xr.Dataset:
         source=["measured", "model"],
         sweep_gain=np.array([np.where(usable, sweeps[name].values[:, 0], np.nan) for name in SOURCES]),
     ).assign_coords({name: sweeps[name] for name in ("scan_speed", "contact", "base_angle", "whisker_name", "animal")})
-    parts = (_effects(sweeps), _examples(sweeps, usable, series), _pairs(sweeps, usable, series))
+    parts = (gain_table(sweeps), _examples(sweeps, usable, series), _pairs(sweeps, usable, series))
     for part in parts:
         data = data.merge(part, combine_attrs="override")
     return data.assign_attrs(caption=_caption(data))
-
-
-def _effects(sweeps: xr.Dataset) -> xr.Dataset:
-    """Effects on the rms by subset and source."""
-    each = [[gain_effects(sweeps, name, some) for name in SOURCES] for some in (None, RESTRICTED)]
-    columns = {
-        str(name): np.array([[one[name].values for one in row] for row in each]) for name in each[0][0].data_vars
-    }
-    labels: dict[str, Any] = {"subset": ["all", "β and C1"], "source": ["measured", "model"], **columns}
-    return dataset(lead=("subset", "source"), term=each[0][0].term.values, **labels)
 
 
 def _examples(sweeps: xr.Dataset, usable: NDArray[np.bool_], series: Series) -> xr.Dataset:
@@ -168,7 +156,7 @@ def _effect_words(data: xr.Dataset) -> str:
         slope = "{:+.2f} [{:+.2f}, {:+.2f}]".format(
             *(float(one[name][0]) for name in ("effect_slope", "effect_low", "effect_high"))
         )
-        p = " | ".join(f"{float(one[name][k]):.2g}" for k in range(2) for name in ("effect_p", "effect_p_clustered"))
+        p = " | ".join(p_words(float(one[name][k])) for k in range(2) for name in ("effect_p", "effect_p_clustered"))
         parts.append(f"{SYMBOLS[term]} {slope}, p = {p} (paper {PAPER[term]})")
     head = (
         "slope per SD over the mean [95 %, by whisker]; p of all whiskers, by sweep | by whisker, then the same of β "

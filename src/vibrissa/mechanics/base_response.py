@@ -216,9 +216,13 @@ def _in_band(signal: Array, rate: float, guess: float) -> Array:
     return np.asarray(sosfiltfilt(filtered, signal - signal.mean()), float)
 
 
+def band_envelopes(signal: Array, rate: float, guess: Array) -> tuple[Array, Array]:
+    """Envelope and phase [rad] of what a signal (T,) at ``rate`` [Hz] holds about each resonance [Hz], (M, T) each."""
+    return analytic_envelope(np.array([_in_band(signal, rate, float(one)) for one in guess]))
+
+
 def _envelopes(name: str, signal: Array, time: Array, guess: Array) -> xr.Dataset:
-    rate = (len(time) - 1) / float(time[-1] - time[0])
-    envelope, phase = analytic_envelope(np.array([_in_band(signal, rate, float(one)) for one in guess]))
+    envelope, phase = band_envelopes(signal, (len(time) - 1) / float(time[-1] - time[0]), guess)
     labelled: dict[str, Any] = {name: signal, f"{name}_envelope": envelope, "phase": phase}
     return dataset({"signal": name}, mode=np.arange(1, len(guess) + 1), time=time, **labelled)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 STEP = 20e-6  # [m] of the grid of distances: at 0.1 m/s a fiftieth of a cycle of 100 Hz
 LARGEST_OFFSET = 15e-3  # [m]
+SOURCES = ("mode_rms", "mode_rms_model")
+RESTRICTED = ("beta", "C1")
 
 
 def by_distance(signal: Array, time: Array, speed: float, distance: Array) -> Array:
@@ -120,6 +122,22 @@ def gain_effects(sweeps: xr.Dataset, name: str, whiskers: tuple[str, ...] | None
     some = sweeps.isel(sweep=keep)
     terms = {term: some[term].values for term in ("scan_speed", "contact", "base_angle")}
     return effects(some[name].values[:, 0], terms, whisker_of_animal(some))
+
+
+def gain_table(sweeps: xr.Dataset) -> xr.Dataset:
+    """Effects on the rms of mode 1, measured and of the model, of all whiskers and of β and C1 alone.
+
+    Returns
+    -------
+    Dataset
+        As :func:`effects`, (subset, source, term).
+    """
+    each = [[gain_effects(sweeps, name, some) for name in SOURCES] for some in (None, RESTRICTED)]
+    columns = {
+        str(name): np.array([[one[name].values for one in row] for row in each]) for name in each[0][0].data_vars
+    }
+    labels: dict[str, Any] = {"subset": ["all", "β and C1"], "source": ["measured", "model"], **columns}
+    return dataset(lead=("subset", "source"), term=each[0][0].term.values, **labels)
 
 
 def whisker_of_animal(sweeps: xr.Dataset) -> NDArray[np.str_]:

@@ -15,7 +15,7 @@ from vibrissa.errors import InputError
 from vibrissa.files import as_number, csv_lines, load
 from vibrissa.study.backward import track_file
 from vibrissa.study.settings import MovieFile
-from vibrissa.study.sweep_analysis import Known, Row, analyse_sweep, followed_throughout
+from vibrissa.study.sweep_analysis import Known, Line, Row, analyse_sweep, followed_throughout
 from vibrissa.texture.io import read_troughs
 from vibrissa.video.tracking import Calibration
 from vibrissa.video.tracks import read_tracks
@@ -221,7 +221,7 @@ def recorded_sweep(sweep: RecordedSweep) -> tuple[Row, xr.Dataset]:
     InputError
         If a file is missing or bad, or the whisker was lost.
     """
-    profile = _profile(sweep)
+    profile, substrate = profile_of(sweep)
     followed_throughout(profile)
     texture = None if sweep.texture is None else read_troughs(sweep.folder / sweep.texture)
     known = Known(
@@ -229,13 +229,19 @@ def recorded_sweep(sweep: RecordedSweep) -> tuple[Row, xr.Dataset]:
         scan_speed=sweep.scan_speed,
         base_height=sweep.base_height,
         texture=texture,
-        substrate=_substrate(sweep, profile),
+        substrate=substrate,
         contact=sweep.contact,
         base_angle=sweep.base_angle,
         friction=sweep.friction,
         exposure=sweep.exposure,
     )
     return analyse_sweep(profile.assign_coords(time=profile.time - sweep.start), known)
+
+
+def profile_of(sweep: RecordedSweep) -> tuple[xr.Dataset, Line | None]:
+    """Track or read the profile of a sweep's whisker; with the substrate's line, if it is known [m]."""
+    profile = _profile(sweep)
+    return profile, _substrate(sweep, profile)
 
 
 def _profile(sweep: RecordedSweep) -> xr.Dataset:
@@ -270,7 +276,7 @@ def _calibration(sweep: RecordedSweep) -> Calibration | None:
     return Calibration(frame_rate=sweep.frame_rate, pixel_size=sweep.pixel_size)
 
 
-def _substrate(sweep: RecordedSweep, profile: xr.Dataset) -> tuple[tuple[float, float], tuple[float, float]] | None:
+def _substrate(sweep: RecordedSweep, profile: xr.Dataset) -> Line | None:
     if sweep.substrate is None:
         return None
     size = sweep.pixel_size or profile.attrs["pixel_size"]

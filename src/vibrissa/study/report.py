@@ -5,35 +5,26 @@ from __future__ import annotations
 import base64
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from vibrissa import __version__
-from vibrissa.figures import fig3, fig4, fig5, fig6, fig8
 from vibrissa.mechanics.shift import resonance_shift, shift_remark
 from vibrissa.quantities import measured_sd
 from vibrissa.study.backward import followed
+from vibrissa.study.gallery import Entry, Series, base_figures, best_entry, made, missing, numbers
 from vibrissa.study.paper_numbers import compare, page_of
+from vibrissa.study.report_sweeps import base_rows, sweeps_of
 from vibrissa.study.settings import Study
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
 Results = Mapping[str, "xr.Dataset"]
-
-# What a figure shows, which results it needs, and what to say of it.
-FIGURES: list[tuple[str, ModuleType, tuple[str, ...]]] = [
-    ("Tracking", fig3, ("still", "profile")),
-    ("Decomposition", fig4, ("modal",)),
-    ("Spectra", fig5, ("spectra_white", "resonance_white")),
-    ("Envelopes", fig6, ("modal",)),
-    ("One neuron", fig8, ("spikes", "response")),
-]
-
 
 WHITE = "forcing taken for white"
 
@@ -46,7 +37,7 @@ class Picture(NamedTuple):
     left_out: str
 
 
-def write_report(study: Study, results: Results, path: Path) -> None:
+def write_report(study: Study, results: Results, path: Path, series: Series) -> None:
     """Write the report of a study.
 
     Parameters
@@ -57,6 +48,8 @@ def write_report(study: Study, results: Results, path: Path) -> None:
         What came out.
     path : Path
         HTML file to write.
+    series : callable
+        Number of a sweep → its time series, where there are many.
     """
     from jinja2 import Environment, PackageLoader, select_autoescape
 
@@ -67,24 +60,58 @@ def write_report(study: Study, results: Results, path: Path) -> None:
         version=__version__,
         verdict=[row for row in rows if WHITE not in row["quantity"]],
         white=[row for row in rows if WHITE in row["quantity"]],
-        tracks=_tracks(results["profile"]),
-        contacts=_contacts(results["profile"]),
-        remarks=[*json.loads(results["profile"].attrs.get("remarks", "[]")), *_curvature(study), *_surface(study)],
-        pictures=[_picture(study, results, *figure) for figure in FIGURES],
+        tracks=_tracks(results["profile"]) if "profile" in results else [],
+        contacts=_contacts(results["profile"]) if "profile" in results else [],
+        remarks=_remarks(study, results),
+        sweeps=sweeps_of(results),
+        shown_sweep=results["posture"].attrs.get("sweep") if "posture" in results else None,
+        base_signals=base_rows(results),
+        pictures=[*_pictures(study, results, series), *_base_pictures(results)],
         **(page_of(compare(results)) if "sweeps" in results else {}),
     )
     path.write_text(page, encoding="utf-8")
 
 
-def _picture(study: Study, results: Results, heading: str, figure: ModuleType, needs: tuple[str, ...]) -> Picture:
-    missing = [name for name in needs if name not in results]
-    if heading == "Envelopes" and "modal" in results and "envelope" not in results["modal"]:
-        missing = ["envelope"]
-    if missing:
-        return Picture(heading, "", why_left_out(study, results))
+def _pictures(study: Study, results: Results, series: Series) -> Iterator[Picture]:
+    """Every figure, or why it is left out; of several of one number the one that the results serve."""
+    for number in numbers():
+        entry = best_entry(number, results)
+        asked = number not in _ONLY_WHERE_MADE and ("sweeps" in results or "gain" not in entry.needs)
+        if missing(entry, results) and not asked:
+            continue
+        figure = made(entry, results, series)
+        if isinstance(figure, str):
+            yield Picture(entry.heading, "", _why(study, results, entry, figure))
+        else:
+            yield Picture(entry.heading, png_of(figure), "")
+
+
+_ONLY_WHERE_MADE = ("2", "6ab", "7e", "9")  # of the model alone, or of a verb of its own: no part of the study
+
+
+def _base_pictures(results: Results) -> Iterator[Picture]:
+    for heading, figure in base_figures(results):
+        yield Picture(heading, png_of(figure), "")
+
+
+def png_of(figure: Figure) -> str:
+    """PNG of a figure in base64."""
     buffer = io.BytesIO()
-    figure.draw(figure.compute(results)).savefig(buffer, format="png", metadata={"Software": None})
-    return Picture(heading, base64.b64encode(buffer.getvalue()).decode(), "")
+    figure.savefig(buffer, format="png", metadata={"Software": None})
+    return base64.b64encode(buffer.getvalue()).decode()
+
+
+def _why(study: Study, results: Results, entry: Entry, reason: str) -> str:
+    """Say why a figure is left out: what one movie's modes lack is told as before."""
+    one_movie = study.movie is not None or study.film is not None
+    if one_movie and "sweeps" not in entry.needs and entry.number in ("4", "5", "6", "8"):
+        return why_left_out(study, results)
+    return f"Left out: {reason}."
+
+
+def _remarks(study: Study, results: Results) -> list[str]:
+    told = json.loads(results["profile"].attrs.get("remarks", "[]")) if "profile" in results else []
+    return [*told, *_curvature(study), *_surface(study)]
 
 
 def why_left_out(study: Study, results: Results) -> str:

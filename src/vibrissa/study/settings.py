@@ -16,6 +16,9 @@ from vibrissa.errors import InputError
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.superposition import Scan
 from vibrissa.neural.virtual import HingeUnit
+from vibrissa.study.base_signals import BaseSignal
+from vibrissa.study.gratings import Comparison
+from vibrissa.study.laboratory import Laboratory
 from vibrissa.study.textures import Grating, TextureFile
 from vibrissa.video.camera import Camera
 from vibrissa.video.scenery import Light
@@ -165,6 +168,15 @@ class Study:
         Modes that are decomposed and fitted.
     movie, film, whisker, posture, scan, texture, recording
         The parts; absent ones are left out, and the report says so.
+    laboratory : Laboratory, optional
+        Many virtual sweeps.
+    sweeps : str, optional
+        Instead: the table of many recorded sweeps, relative to the study file; see
+        :func:`vibrissa.study.recorded_sweeps.read_sweeps`.
+    comparison : Comparison
+        How prediction is held against measurement in many sweeps.
+    base_signal : (BaseSignal, ...)
+        Signals measured at the base of a whisker.
     folder : Path
         Where the file's relative paths start.
     """
@@ -180,11 +192,19 @@ class Study:
     scan: Scan | None = None
     texture: Grating | TextureFile | None = None
     recording: UnitRecording | None = None
+    laboratory: Laboratory | None = None
+    sweeps: str | None = None
+    comparison: Comparison = dataclasses.field(default_factory=Comparison)
+    base_signal: tuple[BaseSignal, ...] = ()
     folder: Path = Path()
 
     def __post_init__(self) -> None:
-        if (self.movie is None) == (self.film is None):
-            raise InputError("study", "must have either a [movie] or a [film]")
+        one = self.movie is not None or self.film is not None
+        if not (one or self.laboratory is not None or self.sweeps is not None or self.base_signal):
+            raise InputError("study", "must have a [movie], a [film], a [laboratory], sweeps or a [[base_signal]]")
+        for pair in (("movie", "film"), ("laboratory", "sweeps")):
+            if all(getattr(self, name) is not None for name in pair):
+                raise InputError("study", f"must have either {pair[0]} or {pair[1]}", "both")
         needed = {"whisker": self.whisker, "posture": self.posture, "scan": self.scan, "texture": self.texture}
         missing = [f"[{name}]" for name, part in needed.items() if part is None]
         if self.film is not None and missing:
@@ -253,9 +273,12 @@ def _check_keys(cls: Any, table: dict[str, Any], where: str) -> None:
         parts = [one for one in _members(hints[key]) if dataclasses.is_dataclass(one)]
         keys = value.keys() if isinstance(value, dict) else set()
         part = max(parts, key=lambda one: len(one.__dataclass_fields__.keys() & keys), default=None)
-        if part is not None and isinstance(value, dict):
-            _check_keys(part, value, f"{where}: [{key}]")
+        for one in value if isinstance(value, list) else [value]:
+            if part is not None and isinstance(one, dict):
+                _check_keys(part, one, f"{where}: [{key}]")
 
 
 def _members(hint: Any) -> tuple[Any, ...]:
-    return typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
+    """Types that a value may have, or its items."""
+    many = isinstance(hint, types.UnionType) or typing.get_origin(hint) is tuple
+    return typing.get_args(hint) if many else (hint,)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,8 +20,12 @@ from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.study.apparatus import apparatus, true_profile
 from vibrissa.study.backward import Progress, analyse, counted, followed, still_of, track_file
+from vibrissa.study.base_signals import analyse_signal
+from vibrissa.study.lines import base_lines, sweep_lines
+from vibrissa.study.many import many_sweeps, posture_of
 from vibrissa.study.report import write_report
 from vibrissa.study.settings import Film, Study, UnitRecording
+from vibrissa.study.sweeps import read_series
 from vibrissa.study.verdict import hold_against
 from vibrissa.study.virtual import exposed_signals, film_motion, lay_out, predicted_motion, record_unit
 from vibrissa.video.movie import read_blocks, write_movie
@@ -46,14 +51,16 @@ def run_study(study: Study, out: str | Path, *, progress: Progress | None = None
     study : Study
         From :func:`vibrissa.study.settings.read_study`.
     out : path
-        Folder of the results; made if absent, files of the same name replaced, only once all went well.
+        Folder of the results; made if absent, files of the same name replaced, only once all went well. Many sweeps are
+        kept one by one, in ``sweeps`` and ``comparison``: a run that was stopped goes on where it was.
     progress : callable, optional
         Called with (stage, done, total); total 0 where it is not known.
 
     Returns
     -------
     Dataset
-        The verdict, truth against found; for a recorded movie, how far each whisker was followed.
+        The verdict, truth against found; of many sweeps, a line for each; for a recorded movie, how far each whisker
+        was followed; of base signals alone, their resonances.
 
     Raises
     ------
@@ -65,8 +72,8 @@ def run_study(study: Study, out: str | Path, *, progress: Progress | None = None
     work = out.with_name(f".{out.name}.{os.getpid()}.part")
     try:
         work.mkdir()
-        results = _results(study, work, progress or (lambda *_: None))
-        write_report(study, results, work / "report.html")
+        results = _results(study, work, out, progress or (lambda *_: None))
+        write_report(study, results, work / "report.html", partial(read_series, out))
         for name, data in results.items():
             save(data, work / f"{name}.nc")
         out.mkdir(exist_ok=True)
@@ -76,7 +83,18 @@ def run_study(study: Study, out: str | Path, *, progress: Progress | None = None
         raise InputError(str(out), f"could not be written ({error.strerror or error})") from error
     finally:
         shutil.rmtree(work, ignore_errors=True)
-    return results.get("verdict", followed(results["profile"]))
+    return _told(results)
+
+
+def _told(results: Datasets) -> xr.Dataset:
+    """What a run tells in the end: the first of these that there is."""
+    if "verdict" in results:
+        return results["verdict"]
+    if "sweeps" in results:
+        return sweep_lines(results["sweeps"], results.get("comparison"))
+    if "profile" in results:
+        return followed(results["profile"])
+    return base_lines(results)
 
 
 def _writable(out: Path) -> None:
@@ -86,8 +104,21 @@ def _writable(out: Path) -> None:
         raise InputError(str(out), "must be a folder", remedy="choose another --out")
 
 
-def _results(study: Study, work: Path, progress: Progress) -> Datasets:
+def _results(study: Study, work: Path, out: Path, progress: Progress) -> Datasets:
     """Every dataset the study's parts allow, in the order of the work."""
+    results: Datasets = {}
+    for number, signal in enumerate(study.base_signal, 1):
+        progress("base signals", number, len(study.base_signal))
+        results[f"base_signal_{number}"] = analyse_signal(signal, study.folder)
+    if study.laboratory is not None or study.sweeps is not None:
+        results |= many_sweeps(study, out, progress)
+    if study.film is not None or study.movie is not None:
+        results |= _one_movie(study, work, progress)
+    return results
+
+
+def _one_movie(study: Study, work: Path, progress: Progress) -> Datasets:
+    """What one movie gives, virtual or recorded: it is then the one that the figures show."""
     results: Datasets = {}
     prediction = None
     if study.film is not None:
@@ -100,9 +131,10 @@ def _results(study: Study, work: Path, progress: Progress) -> Datasets:
     elif study.movie is not None:
         profile = track_file(study.movie, study.folder, progress)
         still = still_of(study.folder / study.movie.path)
-    else:
-        raise InputError("study", "must have either a [movie] or a [film]")
     results |= {"profile": profile, "still": still}
+    if study.whisker is not None:
+        true = study.posture.contact if study.film is not None and study.posture is not None else np.nan
+        results |= posture_of(profile.isel(whisker=0), study.whisker, true)
     if study.whisker is not None and study.posture is not None:
         progress("decomposing and fitting", 0, 0)
         results |= _modal(study, profile.isel(whisker=0), study.whisker, study.posture.contact, prediction)
@@ -139,9 +171,7 @@ def _set_up(prediction: Motion, film: Film, profile: xr.Dataset) -> Datasets:
     return {"apparatus": apparatus(prediction, film, scene), "true_profile": true}
 
 
-def _modal(
-    study: Study, profile: xr.Dataset, whisker: Whisker, contact: float, prediction: Motion | None
-) -> Datasets:
+def _modal(study: Study, profile: xr.Dataset, whisker: Whisker, contact: float, prediction: Motion | None) -> Datasets:
     """Decomposition and resonances; where the texture is known, also by its forcing and on the true signal."""
     modes = "straight" if study.scan is None else study.scan.modes
     results = analyse(profile, whisker, contact, n_modes=study.n_modes, modes=modes, posture=study.posture)

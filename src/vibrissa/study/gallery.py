@@ -1,0 +1,162 @@
+"""The paper's figures, each from the results of any study: what a figure needs, and how it is made of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from vibrissa.errors import ConvergenceError, InputError
+from vibrissa.figures import base_signal as base_figure
+from vibrissa.figures import fig1, fig2, fig3, fig4, fig5, fig6, fig6_envelopes, fig6_model, fig7, fig7e, fig8, fig9
+from vibrissa.files import load
+from vibrissa.study.sweeps import read_series
+from vibrissa.whisker import Whisker
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+Results = Mapping[str, "xr.Dataset"]
+Series = Callable[[int], "xr.Dataset"]
+
+
+class Entry(NamedTuple):
+    """A figure: its number in the paper, heading, the results it needs, and how it is made of them."""
+
+    number: str
+    heading: str
+    needs: tuple[str, ...]
+    make: Callable[[Results, Series], Figure]
+
+
+def _first(results: Results, _: Series) -> Figure:
+    told = results["posture"].attrs
+    whisker = Whisker(length=told["whisker_length"], cone_angle=told["cone_angle"], tip=told["tip"])
+    profile, still = results["profile"].isel(whisker=0), results.get("still")
+    data = fig1.compute(profile, results["posture"], whisker, still=still, contact_true=told["contact_true"])
+    return fig1.draw(data)
+
+
+GALLERY = (
+    Entry("1", "Figure 1: whisker and profile at rest", ("profile", "posture"), _first),
+    Entry("2", "Figure 2: one gap crossed (model)", ("gap",), lambda results, _: fig2.draw(results["gap"])),
+    Entry("3", "Figure 3: tracking", ("still", "profile"), lambda results, _: fig3.draw(fig3.compute(results))),
+    Entry("4", "Figure 4: decomposition", ("modal",), lambda results, _: fig4.draw(fig4.compute(results))),
+    Entry(
+        "5",
+        "Figure 5: spectra",
+        ("spectra_white", "resonance_white"),
+        lambda results, _: fig5.draw(fig5.compute(results)),
+    ),
+    Entry("6ab", "Figure 6A–B: gaps of several widths (model)", ("gaps",), lambda r, _: fig6_model.draw(r["gaps"])),
+    Entry(
+        "6",
+        "Figure 6C–D: envelopes predicted and measured",
+        ("sweeps", "comparison"),
+        lambda results, series: fig6_envelopes.draw(fig6_envelopes.compute(results, series)),
+    ),
+    Entry(
+        "6",
+        "Figure 6: envelopes of one sweep",
+        ("modal", "prediction"),
+        lambda results, _: fig6.draw(fig6.compute(results)),
+    ),
+    Entry(
+        "7",
+        "Figure 7A–D: what sets the gain",
+        ("sweeps", "gain"),
+        lambda results, series: fig7.draw(fig7.compute(results, series)),
+    ),
+    Entry("7e", "Figure 7E: gain over posture (model)", ("gain_map",), lambda r, _: fig7e.draw(r["gain_map"])),
+    Entry("8", "Figure 8: one neuron", ("spikes", "response"), lambda results, _: fig8.draw(fig8.compute(results))),
+    Entry(
+        "9",
+        "Figure 9: the population",
+        ("units",),
+        lambda results, _: fig9.draw(fig9.compute(results["units"], rng=np.random.default_rng(0))),
+    ),
+)
+
+REASONS = {
+    "profile": "no movie and no tracks",
+    "still": "the sweep shown was given as tracks, without a movie",
+    "posture": "no whisker was given, or Eq. 1 could not be laid on its mean profile",
+    "modal": "no whisker, no posture, or frames were lost",
+    "spectra_white": "no modes",
+    "resonance_white": "no modes",
+    "prediction": "no texture is known",
+    "gap": "no whisker and posture",
+    "gaps": "no whisker and posture",
+    "gain_map": "no whisker",
+    "sweeps": "no [laboratory] and no sweeps",
+    "comparison": "no texture of a sweep is known: nothing to hold against the measurement",
+    "gain": "no sweep was analysed to the end",
+    "spikes": "no [recording]",
+    "response": "no [recording]",
+    "units": "no table of units; see the verb neural",
+}
+
+
+def numbers() -> list[str]:
+    """Numbers of the figures."""
+    return list(dict.fromkeys(entry.number for entry in GALLERY))
+
+
+def missing(entry: Entry, results: Results) -> str:
+    """Why a figure cannot be made of these results; nothing if it can."""
+    return "; ".join(dict.fromkeys(REASONS[name] for name in entry.needs if name not in results))
+
+
+def best_entry(number: str, results: Results) -> Entry:
+    """The entry of this number that these results serve, else the last that they do not."""
+    entries = [entry for entry in GALLERY if entry.number == number]
+    if not entries:
+        raise InputError("figure", f"must be one of {', '.join(numbers())}", number)
+    return next((entry for entry in entries if not missing(entry, results)), entries[0])
+
+
+def made(entry: Entry, results: Results, series: Series) -> Figure | str:
+    """The figure, or why it cannot be made."""
+    if reason := missing(entry, results):
+        return reason
+    try:
+        return entry.make(results, series)
+    except (InputError, ConvergenceError) as error:
+        return str(error)
+
+
+def figure_of(number: str, folder: str | Path) -> Figure:
+    """One figure of the paper, from a folder of results or a single dataset.
+
+    Parameters
+    ----------
+    number : str
+        As in the paper: 1 … 9, 6ab, 7e.
+    folder : path
+        Folder that ``vibrissa run`` or ``vibrissa sweeps`` wrote; or one dataset that is named as a result is
+        (``units.nc``).
+
+    Raises
+    ------
+    InputError
+        If the results do not serve the figure; says what is missing.
+    """
+    folder = Path(folder)
+    if folder.is_dir():
+        results = {path.stem: load(path) for path in sorted(folder.glob("*.nc"))}
+    else:
+        results, folder = {folder.stem: load(folder)}, folder.parent
+    figure = made(best_entry(number, results), results, partial(read_series, folder))
+    if isinstance(figure, str):
+        raise InputError(f"figure {number}", f"cannot be made of {folder} ({figure})")
+    return figure
+
+
+def base_figures(results: Results) -> list[tuple[str, Figure]]:
+    """Heading and figure of each base signal."""
+    some = [data for name, data in results.items() if name.startswith("base_signal_")]
+    return [(f"Base signal: {one.attrs['label']}", base_figure.draw(base_figure.compute(one))) for one in some]
