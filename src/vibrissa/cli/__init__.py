@@ -9,6 +9,7 @@ from pathlib import Path
 from cyclopts import App, CycloptsError
 
 from vibrissa import __version__
+from vibrissa.cli.discriminate import discriminate
 from vibrissa.cli.geometry import atlas, whisker
 from vibrissa.cli.mechanics import gap, modes, profile
 from vibrissa.cli.neural import neural
@@ -16,9 +17,11 @@ from vibrissa.cli.options import Json
 from vibrissa.cli.output import progress_bars, show, tell
 from vibrissa.cli.pick import pick
 from vibrissa.cli.replay import replay
+from vibrissa.cli.robustness import robustness
 from vibrissa.cli.scan import scan, whisk
 from vibrissa.cli.sweep import sweep
 from vibrissa.cli.tracks import tracks
+from vibrissa.cli.trials_needed import trials_needed
 from vibrissa.cli.video import decompose, track
 from vibrissa.errors import ConvergenceError, InputError
 
@@ -47,6 +50,9 @@ def run(study: Path | None = None, *, out: Path = Path("vibrissa-out"), json: Js
 
 for verb in (pick, track, tracks, decompose, modes, profile, gap, scan, whisk, whisker, atlas, sweep, replay, neural):
     app.command(verb)
+app.command(discriminate)
+app.command(robustness)
+app.command(trials_needed)
 
 
 def main() -> None:

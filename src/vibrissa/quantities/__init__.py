@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from vibrissa import __version__
 from vibrissa.errors import InputError
+from vibrissa.quantities.discrimination import DISCRIMINATION
 from vibrissa.quantities.figures import FIGURES
 from vibrissa.quantities.mechanics import MECHANICS
 from vibrissa.quantities.neural import NEURAL
@@ -24,7 +25,7 @@ from vibrissa.quantities.tracks import TRACKS
 if TYPE_CHECKING:
     import xarray as xr
 
-QUANTITIES = TRACKS | MECHANICS | SWEEPS | NEURAL | FIGURES
+QUANTITIES = TRACKS | MECHANICS | SWEEPS | NEURAL | FIGURES | DISCRIMINATION
 
 
 def _dims(name: str, values: np.ndarray, lead: tuple[str, ...]) -> tuple[str, ...]:

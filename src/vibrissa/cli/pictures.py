@@ -1,0 +1,35 @@
+"""Pictures that commands draw."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from vibrissa.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Picture = Annotated[Path | None, Parameter(help="Draw the results (PNG, PDF or SVG).")]
+KINDS = (".png", ".pdf", ".svg")
+
+
+def refuse_picture(path: Path | None) -> None:
+    """Refuse, before any work, a picture of a kind that is not drawn or that cannot be written."""
+    if path is None:
+        return
+    if path.suffix not in KINDS:
+        raise InputError("--picture", f"must end in {', '.join(KINDS)}", str(path))
+    if not path.absolute().parent.is_dir():
+        raise InputError("--picture", "must lie in an existing folder", str(path), "make it, or choose another")
+
+
+def write_picture(figure: Figure, path: Path) -> None:
+    """Write a figure, whole or not at all, and the same bytes for the same figure."""
+    from vibrissa.files import written_whole
+
+    clock = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
+    with written_whole(path) as temporary:
+        figure.savefig(temporary, metadata=clock[path.suffix])

@@ -1,0 +1,187 @@
+"""Which of several textures a trial was: likelihoods of its counts under what other trials have taught."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import log_softmax
+
+from vibrissa.errors import InputError
+
+Array = NDArray[np.float64]
+Labels = NDArray[np.int64]
+Reader = Callable[[Array, Array, Array], Array]
+
+PSEUDO_TRIALS = 1.0  # of the mean over textures, added to every texture: no rate is 0 for want of a spike
+
+
+def mean_counts(seen: Array, weights: Array) -> Array:
+    """Expected counts of each texture, drawn a little towards the mean over textures.
+
+    Parameters
+    ----------
+    seen : (T, ...) array
+        Counts of the trials.
+    weights : (K, T) array
+        1 where a trial teaches a texture, else 0.
+
+    Returns
+    -------
+    (K, ...) array
+        (sum over the texture's trials + a·mean over textures)/(trials + a), with a of one trial, and half a spike in
+        all trials together where none was ever seen; above 0.
+    """
+    flat, n = seen.reshape(len(seen), -1), weights.sum(1)[:, None]
+    total = weights @ flat
+    common = (total.sum(0) + 0.5) / n.sum()
+    return ((total + PSEUDO_TRIALS * common) / (n + PSEUDO_TRIALS)).reshape(len(weights), *seen.shape[1:])
+
+
+def poisson_scores(seen: Array, weights: Array, unseen: Array, exposure: float = 1.0) -> Array:
+    """Log likelihood of independent Poisson counts of known expectation, up to what all textures share.
+
+    Parameters
+    ----------
+    seen : (T, U, B) array
+        Counts of units in bins, of the trials that teach.
+    weights : (K, T) array
+        1 where a trial teaches a texture, else 0.
+    unseen : (T', U, B) array
+        Counts of the trials to be read.
+    exposure : float
+        How long their bins last, over the bins of the trials that teach.
+
+    Returns
+    -------
+    (T', K) array
+        Σ n log λ − λ·exposure.
+    """
+    expected = mean_counts(seen, weights).reshape(len(weights), -1)
+    return unseen.reshape(len(unseen), -1) @ np.log(expected).T - exposure * expected.sum(1)
+
+
+def pattern_scores(seen: Array, weights: Array, unseen: Array) -> Array:
+    """Log likelihood of when the spikes came, given how many there were of each unit: blind to rate and gain.
+
+    Poisson counts given their sum are multinomial: Σ n log(λ_b/Σ_b λ_b). Each texture's shares are drawn towards their
+    mean over textures by one of its trials. Parameters as in :func:`poisson_scores`.
+    """
+    total = (weights @ seen.reshape(len(seen), -1)).reshape(len(weights), *seen.shape[1:])
+    total += 0.5 / seen.shape[-1]  # half a spike of each unit, at any time
+    sums = total.sum(-1, keepdims=True)
+    common = (total / sums).mean(0)
+    share = total / sums + PSEUDO_TRIALS / weights.sum(1)[:, None, None] * common
+    return unseen.reshape(len(unseen), -1) @ np.log(share / share.sum(-1, keepdims=True)).reshape(len(weights), -1).T
+
+
+def gaussian_scores(seen: Array, weights: Array, unseen: Array) -> Array:
+    """Linear discriminant: normal values, one covariance for all textures, shrunk towards its diagonal's mean.
+
+    The shrinkage is Ledoit and Wolf's, which no constant of ours enters. Parameters as in :func:`poisson_scores`; any
+    numbers in place of counts.
+    """
+    flat, probe = seen.reshape(len(seen), -1), unseen.reshape(len(unseen), -1)
+    taught = weights.sum(0) > 0
+    scale = flat[taught].std(0)
+    scale = np.where(scale > 0, scale, 1.0)  # a value that never changes tells nothing, whatever its scale
+    flat, probe = flat / scale, probe / scale
+    means = weights @ flat / weights.sum(1)[:, None]
+    centred = (flat - weights.T @ means)[taught]
+    axes = np.linalg.solve(_shrunk(centred), means.T)
+    return probe @ axes - 0.5 * np.sum(means.T * axes, 0)
+
+
+def _shrunk(centred: Array) -> Array:
+    """Covariance (1 − a)·S + a·m·1 of least expected error, [Ledoit2004]_, with a small floor against a singular S."""
+    n, p = centred.shape
+    sample = centred.T @ centred / n
+    level = np.trace(sample) / p + 1e-12
+    apart = np.sum((sample - level * np.eye(p)) ** 2)
+    unsure = max(float(np.sum((centred**2).T @ centred**2 / n - sample**2)) / n, 0.0)
+    share = 1.0 if apart <= 0 else min(1.0, unsure / apart)
+    return (1 - share) * sample + (share + 1e-9) * level * np.eye(p)
+
+
+def mean_rate(counts: Array) -> Array:
+    """Spikes of each unit in a trial; (T, U, 1) of (T, U, B)."""
+    return counts.sum(-1, keepdims=True)
+
+
+def rate_variance(counts: Array) -> Array:
+    """Variance of the counts over a trial's bins less their mean: what Poisson spikes add is taken away.
+
+    Parameters
+    ----------
+    counts : (T, U, B) array
+        B ≥ 2.
+
+    Returns
+    -------
+    (T, U, 1) array
+        Unbiased estimate of the variance of the expected count over the trial [1], if the spikes are Poisson; may be
+        negative.
+    """
+    return counts.var(-1, ddof=1, keepdims=True) - counts.mean(-1, keepdims=True)
+
+
+def all_bins(counts: Array) -> Array:
+    """Every bin of every unit."""
+    return counts
+
+
+# What is read of the spikes, and by which likelihood. The first three are those of the paper's Discussion.
+CODES: dict[str, tuple[Callable[[Array], Array], Reader]] = {
+    "mean rate": (mean_rate, poisson_scores),
+    "rate variance": (rate_variance, gaussian_scores),
+    "time course": (all_bins, poisson_scores),
+    "pattern": (all_bins, pattern_scores),
+}
+
+
+def stratified_folds(label: Labels, n_folds: int, *, rng: np.random.Generator) -> Labels:
+    """Fold of each trial, (T,): every texture is spread over the folds as evenly as can be.
+
+    Raises
+    ------
+    InputError
+        If a texture has fewer trials than there are folds: it would be missing from what a decoder learns or is asked.
+    """
+    counts = np.bincount(label)
+    if n_folds < 2 or counts.min() < n_folds:
+        found = f"{n_folds} folds, {counts.min()} trials of one texture"
+        raise InputError("folds", "must be 2 at least, and no more than the trials of any texture", found)
+    fold = np.empty(label.size, int)
+    for k in range(counts.size):
+        own = rng.permutation(np.flatnonzero(label == k))
+        fold[own] = (np.arange(own.size) + rng.integers(n_folds)) % n_folds
+    return fold
+
+
+def held_out_scores(features: Array, label: Labels, folds: Labels, reader: Reader) -> Array:
+    """Log posterior of each texture for each trial, by decoders that have not seen the trial.
+
+    Parameters
+    ----------
+    features : (T, U, B) array
+        What is read.
+    label : (T,) array of int
+        Texture of each trial, 0 … K − 1.
+    folds : (R, T) array of int
+        Fold of each trial, in R partitions.
+    reader : callable
+        One of the likelihoods above.
+
+    Returns
+    -------
+    (R, T, K) array
+        Textures equally likely beforehand.
+    """
+    one_hot = (label == np.arange(label.max() + 1)[:, None]).astype(float)
+    found = np.empty((*folds.shape, len(one_hot)))
+    for scores, fold in zip(found, folds, strict=True):
+        for k in range(fold.max() + 1):
+            out = fold == k
+            scores[out] = log_softmax(reader(features, one_hot * ~out, features[out]), axis=1)
+    return found
