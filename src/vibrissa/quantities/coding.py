@@ -40,6 +40,20 @@ CODING: dict[str, Quantity] = {
     "drive_likeness": Quantity(("drive",), "1", "correlation of a drive with the envelope over the bins that count"),
     "best_drive": Quantity(("unit",), "1", "drive that foresees unseen spikes best, or cannot tell"),
     "carrier_frequency": Quantity(("stimulus",), "Hz", "mean frequency of a stimulus, weighted by power"),
+    # envelope or phase
+    **_ends("demodulation_index", ("unit",), "1", "modulation by the envelope less that by the phase, over their sum"),
+    **_ends("envelope_modulation", ("unit",), "1", "rms of the rate's part that follows the envelope, over the mean"),
+    **_ends("phase_modulation", ("unit",), "1", "rms of the rate's part that follows the phase, over the mean"),
+    **_ends("vector_strength", ("unit",), "1", "vector strength of what is locked to the carrier"),
+    "vector_strength_plain": Quantity(
+        ("unit",), "1", "vector strength of all spikes, what noise and envelope feign too"
+    ),
+    "locking_phase": Quantity(("unit",), "rad", "phase of the carrier at which the locked part of the rate is highest"),
+    "locking_latency": Quantity(("unit",), "s", "delay at which envelope and phase are taken"),
+    "envelope_coherence": Quantity(("unit",), "1", "squared coherence of the mean rate with the envelope"),
+    "carrier_coherence": Quantity(("unit",), "1", "squared coherence of the mean rate with the carrier"),
+    "demodulated": Quantity(("unit",), "1", "whether a unit follows the envelope, the phase, or both"),
+    "phase_likeness": Quantity((), "1", "largest correlation of what envelope and phase can explain"),
     # information
     **_information("spike_information", "bit", "information of one spike about the time in the stimulus"),
     **_information("information_rate", "bit/s", "information of single spikes about the time in the stimulus"),

@@ -1,0 +1,191 @@
+"""Does a unit follow the envelope, or the carrier's phase: its demodulation index."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit
+
+from vibrissa.errors import InputError
+from vibrissa.neural.inputs import refuse_misplaced
+from vibrissa.neural.phase_parts import Estimate, Explained, Parts
+from vibrissa.neural.presentation import Presentation
+from vibrissa.neural.response import spike_counts
+from vibrissa.quantities import dataset
+from vibrissa.signals.coherence import banded, corrected_coherence
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+Window = tuple[float, float]
+
+FEWEST_SPIKES, FEWEST_TRIALS = 100, 8
+LATENCIES = np.arange(0.0, 0.0305, 0.001)  # [s]
+CYCLE = 6.0  # bins in a period of the carrier, at least: fewer would flatten what locks to it
+ALIKE = 0.9  # correlation of what the envelope and what the phase can explain, above which neither is told
+SEGMENT = 0.5  # [s] of the coherences
+
+
+@dataclass(frozen=True, kw_only=True)
+class DemodulationAnalysis:
+    """How the demodulation index is taken.
+
+    Attributes
+    ----------
+    bin_width : float
+        Width of the bins [s], a sixth of the carrier's period or less.
+    skip, window, band
+        As in :class:`vibrissa.neural.analysis.EnvelopeAnalysis`.
+    """
+
+    bin_width: float = 0.001
+    skip: float = 1.0
+    window: Window | None = None
+    band: Window | None = None
+
+    def __post_init__(self) -> None:
+        if not 0 < self.bin_width < np.inf:
+            raise InputError("bin width", "must be positive (s)", self.bin_width)
+        if not 0 <= self.skip < np.inf:
+            raise InputError("skip", "must be zero or positive (s)", self.skip)
+
+
+def demodulation(
+    spikes: xr.Dataset, stimulus: xr.Dataset, n_trials: int, how: DemodulationAnalysis | None = None
+) -> xr.Dataset:
+    """Tell for every unit which share of its modulation follows the envelope, and which the carrier's phase.
+
+    In bins finer than the carrier's period, the rate is a bent line of the envelope plus a wave locked to the phase,
+    or to twice the phase. The variances of both, V_E and V_C, are taken between different trials, so that noise adds
+    nothing to them. The index is (V_E − V_C)/(V_E + V_C): 1 for a unit that follows the envelope alone, −1 for one
+    that follows the phase alone.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        Table of :func:`vibrissa.neural.spikes.spike_table`, times from the stimulus' onset.
+    stimulus : Dataset
+        ``time`` and ``point_displacement`` of one presentation.
+    n_trials : int
+        Trials presented, silent ones included.
+    how : DemodulationAnalysis, optional
+        Bins and band.
+
+    Returns
+    -------
+    Dataset
+        ``demodulation_index``, ``envelope_modulation`` (√V_E over the mean rate), ``phase_modulation`` (√V_C over it)
+        and ``vector_strength`` (of what is locked, without what envelope and noise feign), each with its 95 %
+        interval; ``vector_strength_plain`` (of all spikes), ``locking_phase`` [rad], ``locking_latency`` [s];
+        ``envelope_coherence`` below half the carrier's frequency and ``carrier_coherence`` from 0.75 to 1.25 of it,
+        of the mean rate; ``demodulated`` (envelope, phase, both, cannot tell) and ``reason`` (unit).
+        ``carrier_frequency`` [Hz] and ``phase_likeness``, how alike envelope and phase are in this stimulus.
+
+    Raises
+    ------
+    InputError
+        If bins are too wide for the carrier, trials too few, or spikes and stimulus do not fit together.
+    """
+    how = how or DemodulationAnalysis()
+    refuse_misplaced(spikes, stimulus, n_trials, window=how.window)
+    if n_trials < FEWEST_TRIALS:
+        raise InputError(
+            "number of trials", f"must be at least {FEWEST_TRIALS}", n_trials, "intervals come from trials"
+        )
+    shown = Presentation.of(stimulus, bin_width=how.bin_width, skip=how.skip, window=how.window, band=how.band)
+    if CYCLE * shown.frequency * how.bin_width > 1:
+        rule = f"must be at most {1 / (CYCLE * shown.frequency):.2g} s for a carrier of {shown.frequency:.0f} Hz"
+        raise InputError("bin width", rule, how.bin_width)
+    valid = shown.drive().valid
+    centre = shown.edges[:-1][valid] + how.bin_width / 2
+    tried = [Explained.of(shown, centre, float(latency)) for latency in LATENCIES]
+    likeness = max(one.likeness() for one in tried[:: len(tried) // 3])
+    rows = [
+        _row(_counts(spikes, unit, n_trials, shown, valid, how), tried, likeness, shown, how)
+        for unit in range(spikes.sizes["unit"])
+    ]
+    columns: dict[str, Any] = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    return dataset(
+        {"n_trials": n_trials, "bin_width": how.bin_width, "skip": how.skip},
+        unit_name=spikes.unit_name.values,
+        carrier_frequency=np.array([shown.frequency]),
+        phase_likeness=likeness,
+        **columns,
+    )
+
+
+def _counts(
+    spikes: xr.Dataset,
+    unit: int,
+    n_trials: int,
+    shown: Presentation,
+    valid: NDArray[np.bool_],
+    how: DemodulationAnalysis,
+) -> Array:
+    own = spikes.isel(spike=np.flatnonzero(spikes.spike_unit.values == unit))
+    start, n_bins = float(shown.edges[0]), len(shown.edges) - 1
+    counts = spike_counts(own, n_trials=n_trials, start=start, n_bins=n_bins, bin_width=how.bin_width)
+    return counts[:, valid].astype(float)
+
+
+MEASURES = ("demodulation_index", "envelope_modulation", "phase_modulation", "vector_strength")
+NOT_MEASURED = {f"{name}{end}": np.nan for name in MEASURES for end in ("", "_low", "_high")} | dict.fromkeys(
+    ("vector_strength_plain", "locking_phase", "locking_latency", "envelope_coherence", "carrier_coherence"), np.nan
+)
+
+
+def _row(
+    counts: Array, tried: list[Explained], likeness: float, shown: Presentation, how: DemodulationAnalysis
+) -> dict[str, Any]:
+    row: dict[str, Any] = {**NOT_MEASURED, "demodulated": "cannot tell"}
+    if counts.sum() < FEWEST_SPIKES:
+        return {**row, "reason": f"too few spikes: {counts.sum():.0f} in the bins that count, below {FEWEST_SPIKES}"}
+    rate = counts.mean(0)
+    best = tried[int(np.argmax([one.variance_told(rate) for one in tried]))]
+    row |= _coherences(rate, best, shown, how)
+    row["vector_strength_plain"] = float(np.abs(rate @ best.carrier) / rate.sum())
+    if likeness > ALIKE:
+        return {**row, "reason": f"envelope and phase go together in this stimulus (r = {likeness:.2f}); give --band"}
+    parts = Parts.of(best, counts)
+    told = {name: parts.interval(measure) for name, measure in parts.measures().items()}
+    row |= {
+        f"{name}{end}": value
+        for name, one in told.items()
+        for end, value in zip(("", "_low", "_high"), one, strict=True)
+    }
+    row |= {"locking_phase": float(-np.angle(parts.locked.sum())), "locking_latency": best.latency}
+    row["demodulated"], row["reason"] = _verdict(told, len(counts))
+    return row
+
+
+def _verdict(told: dict[str, Estimate], n_trials: int) -> tuple[str, str]:
+    # the latency is the best of many, of two measures: the level is shared among them all
+    strict, usual = stdtrit(n_trials - 1, [1 - 0.025 / (2 * len(LATENCIES)), 0.975])
+    follows = []
+    for name in ("envelope_modulation", "phase_modulation"):
+        value, low, _ = told[name]
+        follows.append(value - (value - low) * strict / usual > 0)
+    if not any(follows):
+        return "cannot tell", "neither envelope nor phase modulates it beyond chance"
+    if told["demodulation_index"].high - told["demodulation_index"].low > 1:
+        return "cannot tell", "interval of the index wider than 1: more trials"
+    return {(True, False): "envelope", (False, True): "phase", (True, True): "both"}[follows[0], follows[1]], ""
+
+
+def _coherences(rate: Array, best: Explained, shown: Presentation, how: DemodulationAnalysis) -> dict[str, float]:
+    """Of the mean rate with envelope and carrier, at the latency; NaN where the record is short."""
+    if rate.size * how.bin_width < 3 * SEGMENT:
+        return {}
+    found = {}
+    envelope = best.envelope[0]
+    moved = (envelope - envelope.min() + 1e-12) * best.carrier.real
+    bands = {"envelope": (envelope, 1 / SEGMENT, shown.frequency / 2)}
+    bands["carrier"] = (moved, 0.75 * shown.frequency, 1.25 * shown.frequency)
+    for name, (reference, low, high) in bands.items():
+        frequency, squared = corrected_coherence(rate, reference, 1 / how.bin_width, SEGMENT)
+        found[f"{name}_coherence"] = banded(frequency, squared, reference, 1 / how.bin_width, (low, high))
+    return found
