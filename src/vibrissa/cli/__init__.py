@@ -10,6 +10,7 @@ from cyclopts import App, CycloptsError
 
 from vibrissa import __version__
 from vibrissa.cli.discriminate import discriminate
+from vibrissa.cli.explore import explore
 from vibrissa.cli.geometry import atlas, whisker
 from vibrissa.cli.mechanics import gap, modes, profile
 from vibrissa.cli.neural import neural
@@ -17,8 +18,10 @@ from vibrissa.cli.options import Json
 from vibrissa.cli.output import progress_bars, show, tell
 from vibrissa.cli.pick import pick
 from vibrissa.cli.replay import replay
+from vibrissa.cli.results import base, figure, posture, sweeps
 from vibrissa.cli.robustness import robustness
 from vibrissa.cli.scan import scan, whisk
+from vibrissa.cli.sort import sort
 from vibrissa.cli.sweep import sweep
 from vibrissa.cli.tracks import tracks
 from vibrissa.cli.trials_needed import trials_needed
@@ -50,9 +53,13 @@ def run(study: Path | None = None, *, out: Path = Path("vibrissa-out"), json: Js
 
 for verb in (pick, track, tracks, decompose, modes, profile, gap, scan, whisk, whisker, atlas, sweep, replay, neural):
     app.command(verb)
+for verb in (sweeps, base, posture, figure):
+    app.command(verb)
 app.command(discriminate)
+app.command(sort)
 app.command(robustness)
 app.command(trials_needed)
+app.command(explore)
 
 
 def main() -> None:

@@ -178,10 +178,8 @@ def _draw_example(axis: Axes, one: xr.Dataset) -> None:
     axis.plot(x, 1e3 * one.example_envelope, color=FOUND, lw=0.9, label="measured")
     title = f"C  ρ = {float(one.example_correlation):.2f}: ε = {float(one.example_contact):.2f}, "
     axis.set(title=title + f"{float(one.example_speed):.2g} m/s", ylabel="envelope, mode 1 [10⁻³ L]")
-    axis.set(
-        xlim=(float(x[0]), float(x[np.isfinite(one.example_envelope)].max())),
-        ylim=(0, 1.25e3 * float(one.example_envelope.max())),
-    )
+    last = float(x[np.isfinite(one.example_envelope)].max())
+    axis.set(xlim=(float(x[0]), last), ylim=(0, 1.25e3 * float(one.example_envelope.max())))
 
 
 def _draw_distribution(axis: Axes, one: xr.Dataset) -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vibrissa.errors import InputError
 from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, house_style, new_figure
 from vibrissa.figures.fig6_envelopes import alike, p_words
-from vibrissa.mechanics.gain import STEP, SOURCES, by_distance, distance_correlogram, gain_table, whisker_of_animal
+from vibrissa.mechanics.gain import SOURCES, STEP, by_distance, distance_correlogram, gain_table, whisker_of_animal
 from vibrissa.quantities import dataset, require
 
 if TYPE_CHECKING:
