@@ -32,8 +32,7 @@ def answer(bench: Bench, message: str | bytes) -> str | bytes:
     bench : Bench
         That makes the predictions.
     message : str
-        JSON with ``id`` (given back), ``want``: ``live``, ``notes`` or ``contrast``, and ``state``; for ``live`` also
-        ``coarse``, true while a control is dragged.
+        JSON with ``id`` (given back), ``want``: ``live``, ``notes`` or ``contrast``, and ``state``.
 
     Returns
     -------
@@ -63,7 +62,7 @@ def _asked(message: str | bytes) -> dict[str, Any]:
 
 def _live(bench: Bench, ask: Mapping[str, Any]) -> bytes:
     state = read_state(ask["state"])
-    prediction = bench.predict(state, form="linear" if ask.get("coarse") is True else "exact")
+    prediction = bench.predict(state)
     return packed({"id": ask["id"], "want": "live", **facts(prediction)}, live_arrays(prediction, state.unit))
 
 
@@ -72,7 +71,6 @@ def facts(prediction: Motion) -> dict[str, Any]:
     flat, length = prediction.response.flat, prediction.whisker.length
     return {
         "rate": RATE,
-        "response": prediction.response.form,
         "speed": prediction.scan.speed,
         "length": length,
         "contact": prediction.posture.contact,

@@ -21,7 +21,7 @@ from vibrissa.whisker import Whisker
 if TYPE_CHECKING:
     from vibrissa.mechanics.gap import JumpTable
     from vibrissa.mechanics.profile import Posture
-    from vibrissa.mechanics.response import Form, Response
+    from vibrissa.mechanics.response import Response
     from vibrissa.page.state import Choice, State
 
 Motion = Prediction | ReliefPrediction
@@ -68,7 +68,7 @@ class Bench:
         self._response = lru_cache(KEPT)(self._response_anew)
         self._relief = lru_cache(KEPT)(self._relief_anew)
 
-    def predict(self, state: State, letter: str = "a", form: Form = "exact") -> Motion:
+    def predict(self, state: State, letter: str = "a") -> Motion:
         """The prediction for one of the two textures.
 
         Parameters
@@ -77,8 +77,6 @@ class Bench:
             What is set.
         letter : {"a", "b"}
             Which texture.
-        form : {"exact", "linear"}
-            Quasi-static response to gaps; reliefs have the exact one only.
 
         Raises
         ------
@@ -87,16 +85,14 @@ class Bench:
         """
         whisker, posture, choice = state.whisker, state.posture, state.texture(letter)
         check_tip(posture, whisker)
-        surface, scan = self.surface(choice), replace(state.scan, response=form)
+        surface, scan = self.surface(choice), state.scan
         if isinstance(surface, Troughs):
             _refuse_long(float(surface.end[-1]), scan.speed)
             jumps = self._jumps(whisker.length, posture, choice)
-            response = self._response(whisker.length, posture, choice, form)
+            response = self._response(whisker.length, posture, choice)
             return predict(whisker, posture, surface, scan, n_modes=MODES, response=response, jumps=jumps)
         _refuse_long(float(surface.position[-1]), scan.speed)
-        return replace(
-            self._relief(whisker.length, posture, choice), whisker=whisker, scan=replace(scan, response="exact")
-        )
+        return replace(self._relief(whisker.length, posture, choice), whisker=whisker, scan=scan)
 
     def _surface(self, choice: Choice) -> Troughs | Relief:
         return self._dropped(choice.file) if choice.kind == "file" else made_surface(choice)
@@ -110,8 +106,8 @@ class Bench:
     def _jumps_anew(self, length: float, posture: Posture, choice: Choice) -> JumpTable:
         return jump_table(posture, self._troughs(choice).width / length)
 
-    def _response_anew(self, length: float, posture: Posture, choice: Choice, form: Form) -> Response:
-        jumps, scan = self._jumps(length, posture, choice), Scan(speed=0.1, damping=0.0, response=form)
+    def _response_anew(self, length: float, posture: Posture, choice: Choice) -> Response:
+        jumps, scan = self._jumps(length, posture, choice), Scan(speed=0.1, damping=0.0)
         return predict(_cone(length), posture, self._troughs(choice), scan, n_modes=MODES, jumps=jumps).response
 
     def _relief_anew(self, length: float, posture: Posture, choice: Choice) -> ReliefPrediction:

@@ -14,6 +14,7 @@ from vibrissa.mechanics.follicle import base_curvature, base_moment
 from vibrissa.mechanics.sampled import sampling_times
 from vibrissa.mechanics.topography import ReliefPrediction
 from vibrissa.neural.virtual import draw_spikes
+from vibrissa.page.shaft import across, way
 from vibrissa.signals.envelope import analytic_envelope
 
 if TYPE_CHECKING:
@@ -26,9 +27,9 @@ Arrays = dict[str, NDArray[np.float32]]
 RATE = 10_000.0  # [Hz] eight samples and more in a period of the third mode of any rat whisker
 NODE = 5e-3  # [m] from the base: where the paper's stimulator held the whiskers, and what it replayed
 TRIALS = 12  # of the raster
-POSITIONS = 1200  # moments at which the shaft is placed, at most
+POSITIONS = 800  # moments at which the shaft is placed, at most
 SHAFT = 36  # points of it
-WINDOW, MOST_COLUMNS = 512, 240  # samples of one spectrum, 51 ms; spectra over the record
+WINDOW, MOST_COLUMNS = 512, 160  # samples of one spectrum, 51 ms; spectra over the record
 HIGHEST = 1000.0  # [Hz] of the spectrogram
 CONTACTS = np.linspace(0.02, 0.95, 94)
 DRAWN = 20_000  # points of a relief that are drawn
@@ -80,7 +81,7 @@ def live_arrays(prediction: Motion, unit: HingeUnit) -> Arrays:
 def node_motion(prediction: Motion, t: Array) -> tuple[Array, Array]:
     """Displacement of the point 5 mm from the base, less its mean, and its envelope [m], (T,) each."""
     length = prediction.whisker.length
-    moved = prediction.displacement(t, np.array([1 - NODE / length]))[:, 0] * length
+    moved = across(prediction, t, 1 - NODE / length) * length
     return moved - moved.mean(), analytic_envelope(moved)[0]
 
 
@@ -102,7 +103,7 @@ def _spectrogram(signal: Array) -> dict[str, Array]:
     window = min(WINDOW, len(signal))
     hop = max(1, -(-(len(signal) - window) // MOST_COLUMNS))
     frequency, time, power = spectrogram(
-        signal, RATE, window="hann", nperseg=window, noverlap=window - min(hop, window), nfft=2 * window
+        signal, RATE, window="hann", nperseg=window, noverlap=window - min(hop, window)
     )
     kept = frequency <= HIGHEST
     decibels = 10 * np.log10(np.maximum(power[kept] * 1e12, 1e-9))
@@ -125,7 +126,7 @@ def _shaft(prediction: Motion, t: Array) -> dict[str, Array]:
     contact, tip, length = prediction.posture.contact, prediction.whisker.tip, prediction.whisker.length
     free, held = np.linspace(tip, contact, 8, endpoint=False), np.linspace(0, 1, SHAFT - 8)
     s = np.concatenate([free, contact + (1 - contact) * held**1.5])
-    x, y = prediction.position(moments, s)
+    x, y = way(prediction, moments, s)
     return {"shaft": s, "shaft_x": length * x, "shaft_y": length * y, "shaft_time": moments}
 
 

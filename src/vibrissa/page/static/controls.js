@@ -31,14 +31,13 @@ function numberControl(name, one, changed) {
   const label = tag("label", { htmlFor: id, textContent: one.label + unit });
   const field = tag("input", { type: "number", id, step: "any", inputMode: "decimal" });
   const parts = [label, field];
-  field.addEventListener("input", () => changed(name, field.value === "" ? "" : rounded(Number(field.value) / one.scale), { dragged: false }));
+  field.addEventListener("input", () => changed(name, field.value === "" ? "" : rounded(Number(field.value) / one.scale)));
   let slider = null;
   if (!one.whole) {
     const log = logarithmic(one);
     slider = tag("input", { type: "range", id: `${id}-slider`, min: log ? 0 : one.low / one.step, max: log ? 1000 : one.high / one.step, step: log ? 1 : 1 });
     slider.setAttribute("aria-label", one.label + unit);
-    slider.addEventListener("input", () => changed(name, fromSlider(one, slider.valueAsNumber), { dragged: slider.matches(":active") }));
-    slider.addEventListener("change", () => changed(name, fromSlider(one, slider.valueAsNumber), { dragged: false }));
+    slider.addEventListener("input", () => changed(name, fromSlider(one, slider.valueAsNumber)));
     parts.push(slider);
   } else field.step = "1";
   const show = value => {
@@ -53,7 +52,7 @@ function numberControl(name, one, changed) {
 
 function choiceControl(name, one, changed) {
   const id = `c-${name}`, field = tag("select", { id }, ...Object.entries(one.choices).map(([value, text]) => tag("option", { value, textContent: text })));
-  field.addEventListener("change", () => changed(name, field.value, { dragged: false }));
+  field.addEventListener("change", () => changed(name, field.value));
   return { parts: [tag("label", { htmlFor: id, textContent: one.label }), field], show: value => { field.value = value; } };
 }
 

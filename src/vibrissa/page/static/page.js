@@ -8,17 +8,17 @@ import { describeMotion, drawMotion } from "./whisker.js";
 const $ = id => document.getElementById(id);
 const TIMED = ["excursion", "modes", "moment-view", "spectrogram", "firing"], RIGHT = { "moment-view": 52, spectrogram: 64 };
 const EXPORTS = ["picture.png", "picture.svg", "data.nc", "signals.csv", "sound.wav", "texture.csv", "study.toml"];
-const SLOW_ENOUGH = 70; // [ms] an exact answer that takes longer is asked for only when the control is let go
 
 let table, made, state, data = null, other = null, playing = null;
 let time = 0, last = null, paused = matchMedia("(prefers-reduced-motion: reduce)").matches;
-let socket = null, flying = null, waiting = null, count = 0, idle = 0, exact = 0;
+let socket = null, flying = null, waiting = null, count = 0, idle = 0;
+let shownCount = 0, lasting = "";
 const latencies = [];
 
 // Questions
 
-function ask(want, { coarse = false, since = performance.now() } = {}) {
-  waiting = { want, coarse, since };
+function ask(want) {
+  waiting = { want, since: performance.now() };
   if (!flying) send();
 }
 
@@ -26,7 +26,7 @@ function send() {
   if (!waiting || socket?.readyState !== WebSocket.OPEN) return;
   flying = { ...waiting, id: ++count, sent: performance.now() };
   waiting = null;
-  socket.send(JSON.stringify({ id: flying.id, want: flying.want, coarse: flying.coarse, state: Object.fromEntries(state) }));
+  socket.send(JSON.stringify({ id: flying.id, want: flying.want, state: Object.fromEntries(state) }));
 }
 
 function connect() {
@@ -53,45 +53,46 @@ function received(told) {
   const asked = flying;
   flying = null;
   if (told.want === "live" && !told.error) {
-    if (!asked.coarse) exact = performance.now() - asked.sent;
     data = told;
     requestAnimationFrame(() => { redraw(); setTimeout(() => measured(asked)); });
   } else if (told.want === "notes" && !told.error) $("notes").replaceChildren(...told.notes.map(text => Object.assign(document.createElement("li"), { textContent: text })));
   else if (told.want === "contrast" && !told.error) { other = told; $("play-b").disabled = false; contrast(other); replay(); }
-  if (told.want !== "notes") say(told.error || "", told.want === "contrast" ? "index" : "error");
-  $("views").classList.toggle("stale", Boolean(told.error) && told.want === "live");
-  if (waiting) send(); else if (!told.error) next(told.want, asked.coarse);
+  if (told.want === "live" || !told.want) say(told.error || lasting);
+  else if (told.want === "contrast") say(told.error || "", "index");
+  if (told.want === "live") $("views").classList.toggle("stale", Boolean(told.error));
+  if (waiting) send(); else if (!told.error) next(told.want);
 }
 
-function next(want, coarse) { // when the hands rest: what takes longer
+function next(want) { // when the hands rest: what takes longer
   clearTimeout(idle);
-  if (want === "live") idle = setTimeout(() => ask(coarse ? "live" : "notes"), coarse ? 400 : 200);
+  if (want === "live") idle = setTimeout(() => ask("notes"), 200);
   else if (want === "notes") idle = setTimeout(() => ask("contrast"), 10);
 }
 
 function measured(asked) {
-  latencies.push({ ms: performance.now() - asked.since, coarse: asked.coarse });
-  globalThis.vibrissa.drawn = asked.id;
+  latencies.push(performance.now() - asked.since);
+  shownCount += 1;
 }
 
 function say(line, id = "error") {
-  if (id !== "error" && !line) return;
+  if (id === "index" && !line) return;
   $(id).textContent = line;
   if (id === "error") $(id).hidden = !line;
 }
 
 // State
 
-function changed(name, value, { dragged }) {
+function changed(name, value) {
+  lasting = "";
   for (const key of [...state.keys()]) if (!(key in table)) state.delete(key);
   state.set(name, value);
-  settle(dragged);
+  settle();
 }
 
-function settle(dragged) {
+function settle() {
   show(made, table, state);
   clearTimeout(idle);
-  ask("live", { coarse: dragged && exact > SLOW_ENOUGH });
+  ask("live");
   const address = addressOf(state, table);
   if (address.length < 8000) history.replaceState(null, "", address);
   for (const link of $("exports").children) link.href = `export/a/${link.textContent}?${address.slice(1)}`;
@@ -105,7 +106,7 @@ async function dropped(letter, file, settled) {
     if (!reply.ok) { say(await reply.text()); return []; }
     const { key, notes } = await reply.json();
     state.set(`${letter}.kind`, "file");
-    changed(`${letter}.file`, key, { dragged: false });
+    changed(`${letter}.file`, key);
     return [file.name, ...notes];
   } catch { say(`${file.name} could not be sent`); return []; }
 }
@@ -118,8 +119,7 @@ function redraw() {
   describeMotion(data);
   time = Math.min(time, end());
   motion();
-  const coarse = data.response === "linear" ? "; linear response while a control is dragged" : "";
-  $("status").textContent = `Contact ε = ${data.contact.toPrecision(3)}, H = ${(1e3 * data.height).toPrecision(3)} mm; resonances ${data.frequency.map(f => Math.round(f)).join(", ")} Hz; scan of ${end().toPrecision(3)} s${coarse}`;
+  $("status").textContent = `Contact ε = ${data.contact.toPrecision(3)}, H = ${(1e3 * data.height).toPrecision(3)} mm; resonances ${data.frequency.map(f => Math.round(f)).join(", ")} Hz; scan of ${end().toPrecision(3)} s`;
   replay();
 }
 
@@ -170,8 +170,8 @@ function replay() { // what sounds follows what is set
 // Hands
 
 function keys(event) {
-  if (event.ctrlKey || event.metaKey || event.altKey || /INPUT|SELECT|TEXTAREA/.test(event.target.tagName) && event.target.type !== "range") return;
-  const seed = step => changed("a.seed", Math.max(0, Number(state.get("a.seed") ?? table["a.seed"].default) + step), { dragged: false });
+  if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches("select, input:not([type=range], [type=checkbox])")) return;
+  const seed = step => changed("a.seed", Math.max(0, Number(state.get("a.seed") ?? table["a.seed"].default) + step));
   const act = { a: () => toggle("a"), b: () => toggle("b"), p: pause, "[": () => seed(-1), "]": () => seed(1) }[event.key];
   if (act) { event.preventDefault(); act(); }
 }
@@ -198,12 +198,14 @@ function bind() {
 }
 
 function read() {
-  try { state = stateFrom(location.hash, table); say(""); } catch (error) { state = new Map(); history.replaceState(null, "", "#"); setTimeout(() => say(error.message), 500); }
-  settle(false);
+  lasting = "";
+  try { state = stateFrom(location.hash, table); } catch (error) { state = new Map(); lasting = error.message; }
+  say(lasting);
+  settle();
 }
 
 async function start() {
-  globalThis.vibrissa = { latencies, drawn: 0, started: 0, ended: 0, data: () => data, other: () => other, rendered: sound.rendered, at: () => time };
+  globalThis.vibrissa = { latencies, shown: () => shownCount, busy: () => Boolean(flying || waiting), started: 0, ended: 0, data: () => data, other: () => other, rendered: sound.rendered, at: () => time };
   const told = await (await fetch("controls.json")).json();
   table = told.controls;
   setPalette(told.palette.flat());
