@@ -24,6 +24,7 @@ def neural(
     event: str | None = None,
     trial_table: Path | None = None,
     only: tuple[str, str] | None = None,
+    group: list[str] | None = None,
     null: Literal["circular", "paper2014"] = "circular",
     fit: Literal["forward", "paper2014"] = "forward",
     first_segment: Literal["flat-first", "free-first"] = "flat-first",
@@ -44,10 +45,11 @@ def neural(
     ----------
     spikes
         CSV with columns unit,trial,spike_time: any name, from 0, seconds from the stimulus' onset. Or an NWB file, a
-        Plexon .plx or a NeuroExplorer .nex.
+        Plexon .plx or a NeuroExplorer .nex, a folder of phy or SpikeInterface, or what `vibrissa scan --spikes` and
+        `vibrissa sort` wrote.
     stimulus
         CSV with columns time,displacement in seconds and metres: one presentation, as played (filtered). Or, with
-        --whisker, the command that `vibrissa replay` wrote.
+        --whisker, the command that `vibrissa replay` wrote; or the dataset of `vibrissa scan --spikes`.
     whisker
         Whisker of that command whose motion is taken: C2, beta, …
     trials
@@ -58,6 +60,8 @@ def neural(
         Instead, a CSV with columns start,stop [s] and more.
     only
         COLUMN VALUE of the table of trials: the protocol wanted, where several are interleaved.
+    group
+        Of a folder of sorted units, which are taken: good (the default), mua, unsorted, …; once for each.
     null
         Chance: all circular shifts, adjusted over units, or the paper's 300 shuffles, not adjusted.
     fit
@@ -103,7 +107,13 @@ def neural(
     kept = [*(float(t) for t in shown.time.values[[0, -1]]), *(spontaneous or ())]
     with progress_bars() as progress:
         table, told = recorded_spikes(
-            spikes, window=(min(kept), max(kept)), event=event, trials=trial_table, only=only, progress=progress
+            spikes,
+            window=(min(kept), max(kept)),
+            event=event,
+            trials=trial_table,
+            only=only,
+            groups=group or ("good",),
+            progress=progress,
         )
     if (count := told if trials is None else trials) is None:
         raise InputError("--trials", "must be given with a CSV", remedy="count silent presentations too")
@@ -138,6 +148,7 @@ def _remarks(spikes: xr.Dataset, stimulus: xr.Dataset, n_trials: int) -> list[st
         "spikes_outside": "lie in no trial and are left out",
     }
     lines = [f"{spikes.attrs[name]} spikes {text}" for name, text in told.items() if spikes.attrs.get(name)]
+    lines += filter(None, [spikes.attrs.get("remark")])
     last = int(spikes.spike_trial.values.max())
     if last < n_trials - 1:
         lines.append(f"the last {n_trials - 1 - last} of {n_trials} trials hold no spike of any unit; check --trials")

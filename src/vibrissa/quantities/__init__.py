@@ -14,18 +14,20 @@ from numpy.typing import NDArray
 
 from vibrissa import __version__
 from vibrissa.errors import InputError
+from vibrissa.quantities.coding import CODING
 from vibrissa.quantities.discrimination import DISCRIMINATION
 from vibrissa.quantities.figures import FIGURES
 from vibrissa.quantities.mechanics import MECHANICS
 from vibrissa.quantities.neural import NEURAL
 from vibrissa.quantities.quantity import Quantity as Quantity
+from vibrissa.quantities.sorting import SORTING
 from vibrissa.quantities.sweeps import SWEEPS
 from vibrissa.quantities.tracks import TRACKS
 
 if TYPE_CHECKING:
     import xarray as xr
 
-QUANTITIES = TRACKS | MECHANICS | SWEEPS | NEURAL | FIGURES | DISCRIMINATION
+QUANTITIES = TRACKS | MECHANICS | SWEEPS | NEURAL | CODING | FIGURES | DISCRIMINATION | SORTING
 
 
 def _dims(name: str, values: np.ndarray, lead: tuple[str, ...]) -> tuple[str, ...]:

@@ -1,0 +1,228 @@
+"""From raw traces to units, through the sorters of SpikeInterface, and how right they are where the truth is known."""
+
+from __future__ import annotations
+
+import io
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibrissa.errors import InputError
+from vibrissa.neural.quality import unit_quality
+from vibrissa.neural.spikes import spike_table, write_csv
+from vibrissa.neural.traces import RawFormat, one_line, part
+from vibrissa.quantities import dataset, require
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DEFAULT = "spykingcircus2"
+COINCIDENT = 0.4e-3  # [s] spikes closer than this are the same spike
+STEP, NOISE = 0.2e-6, 12.0  # [V] of the generated recording; [µV], the standard deviation of its noise
+PITCH, SPIKES = 20e-6, (300.0, 6000.0)  # [m] of its probe; [Hz] band in which waveforms are taken
+SOMATA = {"margin_um": 5.0, "minimum_z": 10.0, "maximum_z": 30.0, "minimum_distance": 20}  # [µm] of the generated units
+BEFORE, AFTER = 1e-3, 2e-3  # [s] of a waveform about its trough
+
+
+def sorters() -> list[str]:
+    """Names of the sorters that run here."""
+    with one_line("sorters", "could not be listed"):
+        return [str(name) for name in part("sorters").installed_sorters()]
+
+
+def sort(traces: Any, sorter: str = DEFAULT, *, seed: int = 0, workers: int = 1) -> xr.Dataset:
+    """Sort the spikes of a recording.
+
+    Parameters
+    ----------
+    traces : spikeinterface.BaseRecording
+        From :func:`vibrissa.neural.traces.open_traces`.
+    sorter : str
+        One of :func:`sorters`.
+    seed : int
+        Of sorters that draw numbers.
+    workers : int
+        Processes.
+
+    Returns
+    -------
+    Dataset
+        Table of :func:`vibrissa.neural.spikes.spike_table` on the session's clock; ``unit_electrode`` (from 0, in the
+        order of the channels), ``snr_mean``, and what :func:`vibrissa.neural.quality.unit_quality` tells.
+
+    Raises
+    ------
+    InputError
+        If the sorter is not installed, fails, or finds no unit.
+    """
+    here = sorters()
+    if sorter not in here:
+        remedy = f"here are {', '.join(here)}" if here else "pip install 'vibrissa[sorting]'"
+        raise InputError(f"sorter {sorter}", "must be installed with what it needs", None, remedy)
+    wishes, quiet = _parameters(sorter, seed, workers), io.StringIO()
+    with (
+        TemporaryDirectory() as folder,
+        one_line("the recording", f"could not be sorted by {sorter}"),
+        redirect_stdout(quiet),
+        redirect_stderr(quiet),
+    ):
+        found = part("sorters").run_sorter(sorter, traces, folder=Path(folder) / "sorted", **wishes)
+        if not len(found.unit_ids):
+            raise InputError("the recording", f"must have units that {sorter} finds", "none", "try another sorter")
+        return _labelled(traces, found, {"sorter": sorter, "sorter_seed": seed})
+
+
+def _parameters(sorter: str, seed: int, workers: int) -> dict[str, Any]:
+    """What the sorter takes of the wishes; each has its own names."""
+    known = part("sorters").get_default_sorter_params(sorter)
+    wishes = {"seed": seed, "job_kwargs": {"n_jobs": workers, "progress_bar": False}, "n_jobs": workers}
+    return {name: value for name, value in wishes.items() if name in known}
+
+
+def _labelled(traces: Any, found: Any, attrs: dict[str, Any]) -> xr.Dataset:
+    """Units with their spikes, where they are seen, and how good they are."""
+    rate, duration = float(traces.get_sampling_frequency()), float(traces.get_total_duration())
+    trains = [found.get_unit_spike_train(unit) / rate for unit in found.unit_ids]
+    names = [str(unit) for unit in found.unit_ids]
+    place = np.repeat(np.arange(len(trains)), [train.size for train in trains])
+    told = {"sampling_rate": rate, "duration": duration, "channels": int(traces.get_num_channels()), **attrs}
+    electrode, ratio = _seen(traces, found, int(attrs["sorter_seed"]))
+    table = spike_table(np.concatenate(trains), place, names, attrs=told, unit_electrode=electrode)
+    quality = unit_quality(table, duration, window="session").drop_vars(["snr_smallest", "unit_name"])
+    return table.merge(quality.assign(dataset(snr_mean=ratio).data_vars), combine_attrs="override")
+
+
+def _seen(traces: Any, found: Any, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Electrode on which each unit's mean waveform is largest, and its peak-to-peak over the noise there."""
+    core, rate = part("core"), traces.get_sampling_frequency()
+    band = part("preprocessing").bandpass_filter(traces, *SPIKES, dtype="float32")
+    jobs = {"n_jobs": 1, "progress_bar": False}
+    before, after = (int(span * rate) for span in (BEFORE, AFTER))
+    spikes, units = found.to_spike_vector(), found.unit_ids
+    shapes = core.estimate_templates(band, spikes, units, before, after, return_in_uV=False, **jobs)
+    noise = core.get_noise_levels(band, return_in_uV=False, random_slices_kwargs={"seed": seed}, **jobs)
+    height = np.ptp(shapes, axis=1)
+    best = height.argmax(axis=1)
+    return best, height[np.arange(len(best)), best] / noise[best]
+
+
+def accuracy(found: xr.Dataset, truth: xr.Dataset, *, coincident: float = COINCIDENT) -> xr.Dataset:
+    """Sorted units against the truth: which is which, and how many spikes are found, missed and wrongly found.
+
+    Parameters
+    ----------
+    found, truth : Dataset
+        Tables of :func:`vibrissa.neural.spikes.spike_table` on one session's clock; the former tells its
+        ``sampling_rate``.
+    coincident : float
+        Spikes closer than this are the same [s].
+
+    Returns
+    -------
+    Dataset
+        ``true_spikes``, ``matched_unit``, ``sorting_accuracy``, ``sorting_recall``, ``sorting_precision`` (true_unit)
+        and ``units_unmatched``; ``true_snr`` where the truth tells ``snr_mean``. A unit
+        that is not found has recall and accuracy 0, and NaN as precision.
+
+    Raises
+    ------
+    InputError
+        If a table has no unit, or is in trials.
+    """
+    rate = float(found.attrs["sampling_rate"])
+    sortings = [_sorting(table, rate) for table in (found, truth)]
+    with one_line("truth", "could not be compared"):
+        compared = part("comparison").compare_sorter_to_ground_truth(
+            sortings[1], sortings[0], exhaustive_gt=True, delta_time=1e3 * coincident
+        )
+        score, match = compared.get_performance(), compared.hungarian_match_12
+    columns = {name: score[name].to_numpy(float) for name in ("accuracy", "recall", "precision")}
+    best = [str(found.unit_name.values[int(one)]) if one != -1 else "" for one in match.to_numpy()]
+    missed = np.array([not one for one in best])
+    columns["precision"] = np.where(missed, np.nan, columns["precision"])
+    told = {"true_snr": truth.snr_mean.values} if "snr_mean" in truth else {}
+    return dataset(
+        {"coincident": coincident},
+        **told,
+        true_unit=truth.unit_name.values,
+        true_spikes=np.bincount(truth.spike_unit.values, minlength=truth.sizes["unit"]),
+        matched_unit=np.array(best, str),
+        units_unmatched=found.sizes["unit"] - int((~missed).sum()),
+        **{f"sorting_{name}": values for name, values in columns.items()},
+    )
+
+
+def _sorting(table: xr.Dataset, rate: float) -> Any:
+    """SpikeInterface's form of a table of spikes, units numbered."""
+    require(table, "spike_time", "spike_unit", "unit_name")
+    if "spike_trial" in table:
+        raise InputError("spikes", "must be on the session's clock", "spikes in trials")
+    samples = np.round(table.spike_time.values * rate).astype(int)
+    order = np.argsort(samples, kind="stable")
+    return part("core").NumpySorting.from_samples_and_labels(
+        [samples[order]], [table.spike_unit.values[order]], rate, unit_ids=np.arange(table.sizes["unit"])
+    )
+
+
+def generate(
+    folder: str | Path, *, seed: int = 0, duration: float = 20.0, channels: int = 8, units: int = 6
+) -> tuple[Path, RawFormat, xr.Dataset]:
+    """Write a simulated recording of known truth: ``recording.dat``, ``truth.csv``.
+
+    Waveforms of dipoles about one straight shank, 20 µm between electrodes, in noise of 12 µV, as
+    ``spikeinterface.core.generate_ground_truth_recording`` makes them; 30 kHz, 5 to 15 spikes/s. The somata lie 10 to
+    30 µm before the shank: most units stand 5 to 25 times above the noise, as the paper's, and some drown in it.
+
+    Parameters
+    ----------
+    folder : path
+        An existing folder.
+    seed, duration, channels, units
+        Of the recording; duration in seconds.
+
+    Returns
+    -------
+    path, format, truth
+        The file of samples, how it is written, and its spikes on the session's clock.
+
+    Raises
+    ------
+    InputError
+        If a number is out of reach, SpikeInterface is not installed, or the folder is not there.
+    """
+    for name, value, low, high in (
+        ("duration", duration, 5, 600),
+        ("channels", channels, 4, 64),
+        ("units", units, 1, 60),
+    ):
+        if not low <= value <= high:
+            raise InputError(name, f"must be from {low} to {high}", value)
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise InputError(str(folder), "must be an existing folder", remedy="make it, or choose another")
+    rate, core = 30e3, part("core")
+    with one_line("recording", "could not be generated"):
+        traces, sorting = core.generate_ground_truth_recording(
+            durations=[duration],
+            sampling_frequency=rate,
+            num_channels=channels,
+            num_units=units,
+            generate_probe_kwargs={"num_columns": 1, "xpitch": 20, "ypitch": 1e6 * PITCH, "contact_shapes": "circle"}
+            | {"contact_shape_params": {"radius": 6}},
+            generate_sorting_kwargs={"firing_rates": (5.0, 15.0), "refractory_period_ms": 4.0},
+            noise_kwargs={"noise_levels": NOISE, "strategy": "on_the_fly"},
+            generate_unit_locations_kwargs=SOMATA,
+            seed=seed,
+        )
+        ratio = np.ptp(traces.templates, axis=1).max(axis=1) / NOISE
+        counts = np.round(traces.get_traces() / (1e6 * STEP)).clip(-32768, 32767).astype("<i2")
+    trains = [sorting.get_unit_spike_train(unit) / rate for unit in sorting.unit_ids]
+    place = np.repeat(np.arange(units), [train.size for train in trains])
+    truth = spike_table(np.concatenate(trains), place, [f"true {k + 1}" for k in range(units)], snr_mean=ratio)
+    path = folder / "recording.dat"
+    counts.tofile(path)
+    write_csv(truth, folder / "truth.csv")
+    return path, RawFormat(sampling_rate=rate, channels=channels, gain=STEP, pitch=PITCH), truth
