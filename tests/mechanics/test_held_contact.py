@@ -5,8 +5,9 @@ import pytest
 
 from vibrissa.exact import cone_kappa
 from vibrissa.mechanics.curved import curved_modes
+from vibrissa.mechanics.drifting import drift
 from vibrissa.mechanics.edge import hold, on_the_flat
-from vibrissa.mechanics.held_contact import held_contacts, held_kappa
+from vibrissa.mechanics.held_contact import held_contacts, held_frequency, held_kappa
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.superposition import Scan, predict
 from vibrissa.texture.surface import Troughs
@@ -74,3 +75,30 @@ def test_without_vibration_the_edge_holds_to_the_end_and_the_sag_is_its_angle():
     assert np.all(found.held_share > 0.99)
     angles = [hold(flat, d).contact_angle for d in prediction.events.gaps[1].tolist()]
     np.testing.assert_allclose(found.sag_height, WIDTHS * np.sin(angles), rtol=1e-8)
+
+
+@pytest.mark.parametrize(("base_angle", "modes"), [(0.3, "straight"), (1.2, "curved-edge")])
+def test_frequency_drifts_as_the_held_profiles_say_and_rests_on_the_flat(base_angle, modes):
+    prediction = predicted(base_angle, 0.02, modes=modes)
+    frequency, flat = held_frequency(prediction), prediction.response.flat
+    first, jump, back = prediction.events.time.reshape(-1, 3)[2]
+    assert frequency(np.array([first - 1e-3, back + 1e-3]))[0] * WHISKER.timescale == pytest.approx(
+        2 * [prediction.kappa[0]], rel=1e-9
+    )
+    for t in (jump + 1e-9, (jump + back) / 2, (first + jump) / 2):
+        held = hold(flat, float(prediction.excursion(np.array([t]))[0]))
+        kappa = held_kappa(flat, held.contact, held.contact_angle, 3, straight=modes == "straight")
+        np.testing.assert_allclose(frequency(np.array([t]))[:, 0] * WHISKER.timescale, kappa, rtol=1e-8)
+
+
+def test_a_drifting_ring_down_reads_as_the_mean_of_where_it_is_held():
+    prediction = predicted(0.3, 0.02, [0.3e-3], n_modes=1)
+    jump, back = prediction.events.time[1:3]
+    t = np.linspace(jump, back, 400)
+    q = drift(t, prediction.mode_drive, held_frequency(prediction), 0.0)[0][0]
+    still = prediction.kappa[0] * float(held_contacts(prediction).held_shift[0, 0]) / WHISKER.timescale
+    share = [
+        np.linalg.lstsq(np.stack([np.cos(w * t), np.sin(w * t), t, t**0]).T, q)[1][0]
+        for w in (still, prediction.omega[0], 0.99 * still, 1.01 * still)
+    ]
+    assert share[0] < 0.2 * min(share[1:])

@@ -13,6 +13,7 @@ from vibrissa.mechanics.oscillator import ascending, horner
 Array = NDArray[np.float64]
 
 _STRIDE = 1.5  # ωT of one power series: some 25 terms to round-off
+_MOMENT = 1e-3  # ωT beyond the last event or sample, so that a sample at the last event has a series to be read from
 _TERMS = 60  # most terms of one
 _SMALL = 1e-17  # last terms over the largest
 
@@ -59,7 +60,8 @@ def drift(
     if not 0 <= damping < 1:
         raise InputError("damping", "must lie in [0, 1)", damping)
     out = np.empty((2, len(drive.before), t.size))
-    end = np.append(drive.time, max(t[-1], drive.time[-1])) if t.size else drive.time
+    moment = _MOMENT / frequency.coefficients[..., 0].max() if t.size else 0.0
+    end = np.append(drive.time, max(t[-1], drive.time[-1]) + moment) if t.size else drive.time
     first = np.append(np.searchsorted(t, drive.time), t.size)
     if t.size:
         _march(t, first, end, drive.coefficients, drive.before, frequency.coefficients, damping, RECOIL[jump], out)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import factorial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from vibrissa.exact import cone_kappa
 from vibrissa.mechanics.curved import curved_modes
+from vibrissa.mechanics.dynamics import Drive
 from vibrissa.mechanics.edge import Held
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.projection import profiles
@@ -86,6 +88,39 @@ def held_contacts(prediction: Prediction) -> xr.Dataset:
         sag_height=width * np.sin(angle),
         held_share=_held_shares(prediction),
     )
+
+
+def held_frequency(prediction: Prediction) -> Drive:
+    """ω_i(t) [rad/s] of the modes where the edges hold the contact, all along its way; at ε on the flat.
+
+    A prediction takes them from ε. In this drift, :func:`vibrissa.mechanics.drifting.drift` gives the ringing that two
+    programs show after a jump; what is left out is that the shapes of the modes change too.
+
+    Returns
+    -------
+    Drive
+        Frequencies of M modes, polynomials of time at the events of ``prediction.drive``.
+
+    Raises
+    ------
+    InputError
+        If the posture cannot follow as far.
+    """
+    response, time, events = prediction.response, prediction.drive.time, prediction.events
+    before, after = events.gaps
+    low, high = float(after.min()), float(before.max())
+    excursions = (low + high) / 2 + (high - low) / 2 * chebyshev.chebpts1(_NODES)
+    outwards = np.argsort(np.abs(excursions))
+    unknowns = profiles(response.flat, excursions[outwards], np.array([response.flat.contact, 1.0])).unknowns
+    straight, n_modes = response.modes == "straight", len(prediction.kappa)
+    kappa = [held_kappa(response.flat, c, turn, n_modes, straight=straight) for c, turn, _ in unknowns]
+    z = (2 * excursions[outwards] - low - high) / (high - low)
+    series = chebyshev.chebfit(z, np.array(kappa) / prediction.whisker.timescale, _NODES - 1)
+    moving = np.cumsum(np.append(0.0, events.rate))[np.searchsorted(events.time, time, side="right")]
+    at, rate = (2 * events.excursion(time) - low - high) / (high - low), 2 * moving / (high - low)
+    powers = [chebyshev.chebval(at, chebyshev.chebder(series, k)) * rate**k / factorial(k) for k in range(_NODES)]
+    rest = chebyshev.chebval(-(low + high) / (high - low), series)
+    return Drive(time, np.stack(powers, axis=2), np.asarray(rest))
 
 
 def _means(series: Array, depth: Array) -> Array:
