@@ -7,13 +7,16 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+import xarray as xr
 from scipy.optimize import curve_fit
 
 from vibrissa.exact import cone_kappa
 from vibrissa.mechanics.basis import Modes
-from vibrissa.mechanics.dynamics import amplitudes
+from vibrissa.mechanics.drifting import drift
+from vibrissa.mechanics.dynamics import Drive, amplitudes
 from vibrissa.mechanics.edge import Held, hold, on_the_flat
 from vibrissa.mechanics.gap import excursion_at_jump
+from vibrissa.mechanics.held_contact import held_contacts, held_frequency
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.superposition import Prediction, Scan, predict
 from vibrissa.texture.surface import Troughs
@@ -107,6 +110,16 @@ class Case:
         texture = Troughs(position=self.starts, width=np.full(self.gaps, self.gap), depth=DEPTH)
         return predict(self.whisker, self.posture, texture, Scan(speed=self.speed, damping=0, modes=self.modes))
 
+    @cached_property
+    def held(self) -> xr.Dataset:
+        """Where the edge of a gap holds the contact, from the jump until it is back on the flat."""
+        return held_contacts(self.prediction)
+
+    @property
+    def held_kappa(self) -> float:
+        """κ₁ in the mean while the edge of the first gap holds the contact."""
+        return float(self.prediction.kappa[0] * self.held.held_shift[0, 0])
+
     @property
     def zeta(self) -> Array:
         """Damping ratio of every mode, (M,)."""
@@ -119,6 +132,15 @@ class Case:
         """First mode, q₁ + Q₁(d), over L, (T,)."""
         p = self.prediction
         return (amplitudes(time, p.mode_drive, p.omega, self.zeta, "continuous") + p.mode_drive(time))[0]
+
+    def drifting(self, time: Array) -> Array:
+        """As :meth:`ours`, but ringing at the frequency that the edge gives it, carrying the contact along, (T,)."""
+        drive, frequency = self.prediction.mode_drive, held_frequency(self.prediction)
+        first, omega = (Drive(one.time, one.coefficients[:1], one.before[:1]) for one in (drive, frequency))
+        here = time >= drive.time[0]
+        out = np.zeros(len(time))
+        out[here] = drift(time[here], first, omega, float(self.zeta[0]))[0][0]
+        return out + drive(time)[0]
 
     def seen(self, s: Array, x: Array, y: Array, rest: tuple[Array, Array]) -> Array:
         """First mode in what another program's nodes do, over L, (T,): ∫ s² (r − r₁)·l₁ ds.

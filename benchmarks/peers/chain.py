@@ -11,11 +11,13 @@ import numpy as np
 from case import DEPTH, SETTLE, STEP, Case
 
 Array = np.ndarray
-Ground = Literal["gaps", "tip", "roller"]
+Ground = Literal["gaps", "ridge", "tip", "roller"]
 MM, MS = 1e-3, 1e-3  # units mm, mg, ms: in SI MuJoCo refuses so light a body
 RADIUS = 5e-3  # [mm] of what touches, everywhere the same: the shaft's lower side is parallel to its axis
 CORNER = 2e-3  # [mm] radius of the edges
 ROLLER = 20e-3  # [mm] radius of the fixed edge, which spins
+RIDGE = 10e-3  # [mm] radius of a lone ridge, which spins
+SPIN = 0.3  # [m/s] at which the surface of the ridge runs away from the base, so that the shaft always slips
 HEAVY = 1e5  # [mg], [mg mm²] of the substrate, which nothing slows
 REACH = 60.0  # [mm] of the land before the first gap and after the last
 RIPPLE = 2e-4  # [ms] damping over stiffness of the joints: stills what the links alone have; ζ₁ of 8e-5
@@ -45,12 +47,16 @@ class Grain:
 
 @dataclass(frozen=True)
 class Motion:
-    """Nodes s over L, ascending, (S,); their positions over L, (T, S); CPU seconds per simulated second."""
+    """Nodes s over L, ascending, (S,); their positions over L, (T, S); CPU seconds per simulated second.
+
+    ``left`` [s] is when the shaft left the land for a ridge.
+    """
 
     s: Array
     x: Array
     y: Array
     cost: float
+    left: float = np.nan
 
 
 def joints(case: Case, grain: Grain) -> Array:
@@ -110,6 +116,27 @@ def gapped(case: Case) -> str:
     return heavy(text, SLIDE)
 
 
+def lone(case: Case) -> str:
+    """A land, its edge, and a gap's width behind it a spinning ridge with nothing after it, on one heavy body."""
+    first = case.starts[0] / MM
+    return heavy(block(-REACH, first, 0.0) + edge(first - CORNER, CORNER) + ridge(first + case.gap / MM), SLIDE)
+
+
+def yields(model: mujoco.MjModel, data: mujoco.MjData) -> bool:
+    """Take away the land once the shaft has left it for a ridge, so that one edge bears it, as in the model."""
+    first = int(np.flatnonzero(model.geom_contype == 0)[0])  # the land, and its edge, come after the shaft
+    touched = data.contact.geom[:, 1].min(initial=model.ngeom)
+    left = first + 2 <= touched < model.ngeom
+    if left:
+        model.geom_conaffinity[first:touched] = 0
+    return bool(left)
+
+
+def ridge(x: float) -> str:
+    """A thin cylinder across the scan that spins on its own, its top at height 0."""
+    return heavy(edge(0.0, RIDGE, at=0.0), 'type="hinge" axis="0 0 1"', f"{x} {-RIDGE} 0")
+
+
 def block(low: float, high: float, top: float) -> str:
     """A box from ``low`` to ``high`` along the scan."""
     size = f'pos="{(low + high) / 2} {top - 1} 0" size="{(high - low) / 2} 1 2"'
@@ -126,18 +153,18 @@ def edge(x: float, radius: float, at: float = CORNER) -> str:
     return f'<geom type="capsule" fromto="{x} {-at} -1 {x} {-at} 1" size="{radius}" contype="0" conaffinity="2"/>'
 
 
-def heavy(geoms: str, joint: str) -> str:
+def heavy(geoms: str, joint: str, place: str = "0 0 0") -> str:
     """A body so heavy that nothing slows it."""
     inertia = f'<inertial pos="0 0 0" mass="{HEAVY}" diaginertia="{HEAVY} {HEAVY} {HEAVY}"/>'
-    return f"<body>{inertia}<joint {joint}/>{geoms}</body>"
+    return f'<body pos="{place}">{inertia}<joint {joint}/>{geoms}</body>'
 
 
 def build(case: Case, s: Array, ground: Ground, grain: Grain) -> mujoco.MjModel:
-    """The model; the substrate's joint is its last."""
+    """The model; the substrate's joint follows the shaft's."""
     if ground == "tip":
         below = heavy(block(-REACH, REACH, 0.0), SLIDE)
     else:
-        below = roller() if ground == "roller" else gapped(case)
+        below = {"roller": lambda _: roller(), "gaps": gapped, "ridge": lone}[ground](case)
     return mujoco.MjModel.from_xml_string(f"""<mujoco><compiler angle="radian"/>
     <option timestep="{grain.step / MS}" gravity="0 0 0" cone="elliptic" integrator="Euler" impratio="10"
     tolerance="1e-11"/>
@@ -149,28 +176,32 @@ def build(case: Case, s: Array, ground: Ground, grain: Grain) -> mujoco.MjModel:
 def simulate(case: Case, grain: Grain = Grain(), ground: Ground = "gaps") -> Motion:
     """Run MuJoCo from our stationary profile, at the case's times.
 
-    Over ``gaps``; or plucked, by a torque on the shaft let go at ``SETTLE``, with its cut end alone on the flat
-    (``tip``) or on one fixed edge (``roller``).
+    Over ``gaps``; from a land to a ``ridge``; or plucked, by a torque on the shaft let go at ``SETTLE``, with its cut
+    end alone on the flat (``tip``) or on one fixed edge (``roller``).
     """
     s = joints(case, grain)
     model = build(case, s, ground, grain)
     data = mujoco.MjData(model)
     angle = case.flat.angle(np.maximum((s[1:] + s[:-1]) / 2, case.contact))
-    data.qpos[:-1] = np.diff(angle, prepend=case.base_angle)
-    data.qvel[-1] = case.speed / (ROLLER if ground == "roller" else 1.0)
-    model.dof_damping[:-1] = RIPPLE * model.jnt_stiffness[:-1]
-    torque = np.zeros(model.nv - 1)
-    if ground != "gaps":
+    links = len(s) - 1
+    data.qpos[:links] = np.diff(angle, prepend=case.base_angle)
+    data.qvel[links] = case.speed / (ROLLER if ground == "roller" else 1.0)
+    data.qvel[links + 1 :] = SPIN / RIDGE
+    model.dof_damping[:links] = RIPPLE * model.jnt_stiffness[:links]
+    torque = np.zeros(links)
+    if ground in ("tip", "roller"):
         j = int(np.argmin(np.abs(s - 0.7)))
         torque[j] = PLUCK * model.jnt_stiffness[j]
     x, y = np.empty((2, len(case.time), len(s) - 1))
-    seconds = 0.0
+    seconds, left = 0.0, np.nan
     for i, t in enumerate(case.time):
         drag = case.drag * MS * (0.7 / case.damping if t < SETTLE / 2 else 1.0)
         seconds += advance(model, data, drag, torque if t < SETTLE else 0 * torque, round(HELD / grain.step))
+        if ground == "ridge" and np.isnan(left) and yields(model, data):
+            left = t
         x[i], y[i] = data.site_xpos[:, 0], data.site_xpos[:, 1]
     cost, L = seconds / case.time[-1], case.whisker.length / MM
-    return Motion(s[:0:-1], x[:, ::-1] / L, (y[:, ::-1] - RADIUS) / L, cost)
+    return Motion(s[:0:-1], x[:, ::-1] / L, (y[:, ::-1] - RADIUS) / L, cost, left)
 
 
 def advance(model: mujoco.MjModel, data: mujoco.MjData, drag: float, torque: Array, steps: int) -> float:
@@ -178,7 +209,7 @@ def advance(model: mujoco.MjModel, data: mujoco.MjData, drag: float, torque: Arr
     momentum, seconds = np.zeros(model.nv), 0.0
     for _ in range(round(STEP / HELD)):
         mujoco.mj_mulM(model, data, momentum, data.qvel)
-        data.qfrc_applied[:-1] = torque - drag * momentum[:-1]
+        data.qfrc_applied[: len(torque)] = torque - drag * momentum[: len(torque)]
         start = process_time()
         mujoco.mj_step(model, data, nstep=steps)
         seconds += process_time() - start

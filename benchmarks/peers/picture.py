@@ -9,11 +9,11 @@ from vibrissa.figures.canvas import house_style, new_figure
 
 MICRONS = 1e6 * Case(base_angle=0.3).whisker.length
 SHOWN = (
-    "MuJoCo: pluck, cut end on the flat, 1.2 rad",
-    "MuJoCo: pluck, on an edge, 1.2 rad",
     "MuJoCo: gap 0.30 mm, 0.3 rad, all; κ₁ on the flat",
-    "MuJoCo: gap 0.30 mm, 1.2 rad, modes of a point, all; κ₁ on the flat",
-    "Exudyn: gap 0.30 mm, 1.2 rad, modes of an edge, on the edge",
+    "Exudyn: gap 0.60 mm, 0.3 rad, on the edge",
+    "MuJoCo: ridge, gap 0.15 mm, 1.2 rad",
+    "MuJoCo: pluck, on an edge, 1.2 rad",
+    "MuJoCo: six gaps of 0.30 mm, lands of 0.05 mm, 0.3 rad",
     "MuJoCo: full length, gap 0.60 mm, 0.3 rad, all; κ₁ on the flat",
 )
 LONGEST = 45e-3  # [s]
@@ -23,9 +23,8 @@ LONGEST = 45e-3  # [s]
 def draw(trials):
     """Six panels: first mode against time since the jump or the release."""
     figure, axes = new_figure(7.5, 6.5, 3, 2)
-    named = {trial.name: trial for trial in trials}
     for axis, name in zip(np.ravel(axes), SHOWN, strict=True):
-        trial = named[name]
+        trial = next(trial for trial in trials if trial.name.startswith(name))
         here = trial.time < LONGEST
         axis.plot(
             1e3 * trial.time[here], MICRONS * trial.theirs[here], color="#D55E00", lw=2.2, label=name.split(":")[0]

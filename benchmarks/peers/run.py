@@ -24,10 +24,9 @@ from speed import table as speeds
 from vibrissa.exact import cone_kappa
 from vibrissa.mechanics.basis import Modes
 from vibrissa.mechanics.curved import curved_modes
-from vibrissa.mechanics.edge import hold
-from vibrissa.mechanics.gap import excursion_at_jump
 
 RESONANCE, ALIKE = 0.01, 0.98  # gates
+SAG = 2e-6  # [m] by which the edge must hold the shaft off the land for MuJoCo's links to know it
 PERIODS = 1.2  # of the first mode, in less than which no resonance is read
 MINE = ("<!-- from benchmarks/peers/run.py -->\n", "<!-- to here -->")
 HEAD = "| | κ₁ theirs | κ₁ ours | off | ζ₁ theirs | ζ₁ ours | alike | size | gate |\n" + 9 * "|---" + "|"
@@ -89,7 +88,8 @@ def plucked(name: str, case: Case, ground: Ground, gated: bool) -> Trial:
 def crossed(name: str, case: Case, motion: Motion, rest: tuple[Array, Array], gated: bool) -> Iterator[Trial]:
     """One gap from its jump on, while its edge holds the contact; then with the flat after it, where the peer has one.
 
-    The resonance on the edge is that of the motion without our quasi-static part; that on the flat, of the motion.
+    The resonance on the edge is that of the motion without our quasi-static part, beside κ₁ where the edge holds the
+    contact, in the mean; that on the flat, of the motion. The flat is no pin, and not gated.
     """
     theirs = case.seen(motion.s, motion.x, motion.y, rest)
     ours, quasi_static = case.ours(case.time), case.prediction.mode_drive(case.time)[0]
@@ -97,27 +97,70 @@ def crossed(name: str, case: Case, motion: Motion, rest: tuple[Array, Array], ga
     on_edge, after = (case.time > jump) & (case.time < flat - STEP), case.time > jump
     since, free = case.time - jump, theirs - quasi_static
     motions = since[on_edge], theirs[on_edge], ours[on_edge]
-    yield told(f"{name}, on the edge", gated, case, motions, (since[on_edge], free[on_edge]))
+    yield told(f"{name}, on the edge", gated, case, motions, (since[on_edge], free[on_edge]), case.held_kappa)
     if case.after > 0:
         on_flat = case.time > flat
         motions = since[after], theirs[after], ours[after]
-        yield told(f"{name}, all; κ₁ on the flat", gated, case, motions, (since[on_flat], theirs[on_flat]))
+        yield told(f"{name}, all; κ₁ on the flat", False, case, motions, (since[on_flat], theirs[on_flat]))
 
 
-def told(name: str, gated: bool, case: Case, motions: tuple[Array, Array, Array], free: tuple[Array, Array]) -> Trial:
-    """A trial from time and both motions; the resonance from time and the part of the peer's that rings freely."""
+def left_alone(name: str, case: Case) -> Iterator[Trial]:
+    """From a land onto a ridge with nothing after it, from its own jump on until the contact is back at ε.
+
+    Then beside what is no prediction yet: our mode ringing at the frequency that drifts with the contact.
+    """
+    motion = chain.simulate(case, ground="ridge")
+    theirs = case.seen(motion.s, motion.x, motion.y, resting(case, motion))
+    _, jump, flat = case.prediction.events.time[:3]
+    late = motion.left - jump
+    here = (case.time > motion.left) & (case.time < flat - STEP)
+    time = case.time[here] - late
+    free = theirs[here] - case.prediction.mode_drive(case.time[here])[0]
+    named = f"{name}, {1e6 * late * case.speed:.0f} µm late"
+    for ours, what, gated in ((case.ours, "", True), (case.drifting, ", drifting", False)):
+        motions = time - jump, theirs[here], ours(time)
+        yield told(named + what, gated, case, motions, (time - jump, free), case.held_kappa)
+
+
+def grating(name: str, case: Case, gated: bool) -> Trial:
+    """Several gaps, from the first jump to the end of the last; no resonance is read."""
+    motion = chain.simulate(case)
+    jump = case.prediction.events.time[1]
+    here = (case.time > jump) & (case.time < case.prediction.end)
+    theirs = case.seen(motion.s, motion.x, motion.y, resting(case, motion))[here]
+    since = case.time[here] - jump
+    return told(name, gated, case, (since, theirs, case.ours(case.time[here])), (since[:1], theirs[:1]))
+
+
+def resting(case: Case, motion: Motion) -> tuple[Array, Array]:
+    """MuJoCo's own profile on the flat, just before the first gap."""
+    before = np.searchsorted(case.time, SETTLE) - 2
+    return motion.x[before], motion.y[before]
+
+
+def told(
+    name: str,
+    gated: bool,
+    case: Case,
+    motions: tuple[Array, Array, Array],
+    free: tuple[Array, Array],
+    kappa: float | None = None,
+) -> Trial:
+    """A trial from time and both motions; the resonance from time and the part of the peer's that rings freely.
+
+    It stands beside ``kappa``, by default that of ε.
+    """
+    ours = float(case.prediction.kappa[0]) if kappa is None else kappa
     found = np.nan, np.nan
     if np.ptp(free[0]) > PERIODS * 2 * np.pi / case.prediction.omega[0]:
         found = ring(*free, case.prediction.omega[0], case.zeta[0])
-    kappa = found[0] * case.whisker.timescale, float(case.prediction.kappa[0])
-    return Trial(name, gated, kappa, (found[1], float(case.zeta[0])), *motions)
+    return Trial(name, gated, (found[0] * case.whisker.timescale, ours), (found[1], float(case.zeta[0])), *motions)
 
 
 def in_mujoco(name: str, case: Case, gated: bool, *others: tuple[str, Modes]) -> Iterator[Trial]:
     """One gap, seen in the modes of the case; then the same motion seen in other modes."""
     motion = chain.simulate(case)
-    before = np.searchsorted(case.time, SETTLE) - 2
-    rest = motion.x[before], motion.y[before]
+    rest = resting(case, motion)
     yield from crossed(f"MuJoCo: {name}", case, motion, rest, gated)
     for other, modes in others:
         yield from crossed(f"MuJoCo: {other}", replace(case, modes=modes), motion, rest, gated)
@@ -140,13 +183,27 @@ def trials() -> Iterator[Trial]:
     yield plucked("MuJoCo: pluck, cut end on the flat, 1.2 rad", high, "tip", True)
     yield plucked("MuJoCo: pluck, on an edge, 0.3 rad", replace(low, beyond=0.4e-3), "roller", True)
     yield plucked("MuJoCo: pluck, on an edge, 1.2 rad", slipping, "roller", True)
+    for contact in (0.302, 0.3037, 0.305):
+        up = replace(low, contact=contact, beyond=0.4e-3)
+        yield plucked(f"MuJoCo: pluck, on an edge at ε = {contact}, 0.3 rad", up, "roller", False)
     for width, speed in ((0.15e-3, 0.01), (0.3e-3, 0.02), (0.6e-3, 0.04)):
-        yield from in_mujoco(f"gap {1e3 * width:.2f} mm, 0.3 rad", Case(base_angle=0.3, gap=width, speed=speed), True)
+        case = Case(base_angle=0.3, gap=width, speed=speed)
+        name = f"gap {1e3 * width:.2f} mm, 0.3 rad"
+        yield from in_mujoco(name, case, float(case.held.sag_height[0]) > SAG)
+        yield from in_exudyn(name, case, True)
+    lone = Case(base_angle=0.3, speed=0.02, after=0.0)
+    yield from left_alone("MuJoCo: ridge, gap 0.30 mm, 0.3 rad", lone)
+    high = replace(lone, base_angle=1.2, modes="curved-edge")
+    yield from left_alone("MuJoCo: ridge, gap 0.30 mm, 1.2 rad", high)
+    yield from left_alone("MuJoCo: ridge, gap 0.30 mm, 1.2 rad, half as fast", replace(high, speed=0.01))
+    yield from left_alone("MuJoCo: ridge, gap 0.15 mm, 1.2 rad", replace(high, gap=0.15e-3, speed=0.01))
+    for land in (0.05e-3, 0.3e-3):
+        name = f"MuJoCo: six gaps of 0.30 mm, lands of {1e3 * land:.2f} mm, 0.3 rad"
+        yield grating(name, Case(base_angle=0.3, gap=0.3e-3, period=0.3e-3 + land, gaps=6, speed=0.1), True)
     steep = Case(base_angle=1.2, modes="curved-edge", speed=0.1)
     name = "gap 0.30 mm, 1.2 rad"
-    yield from in_mujoco(f"{name}, modes of an edge", steep, True, (f"{name}, modes of a point", "curved-coulomb"))
-    yield from in_exudyn("gap 0.30 mm, 0.3 rad", Case(base_angle=0.3), True)
-    yield from in_exudyn(f"{name}, modes of an edge", steep, True)
+    yield from in_mujoco(f"{name}, modes of an edge", steep, False, (f"{name}, modes of a point", "curved-coulomb"))
+    yield from in_exudyn(f"{name}, modes of an edge", steep, False)
     for angle, modes in ((0.3, "straight"), (1.2, "curved-edge")):
         whole = Case(base_angle=angle, modes=modes, speed=0.1, gap=0.6e-3, beyond=0.29 * 40e-3)
         yield from in_mujoco(f"full length, gap 0.60 mm, {angle} rad", whole, False)
@@ -166,7 +223,7 @@ def linearised() -> str:
         cells = (point, chains[0], edge, chains[1], flat, laid(case))
         rows.append(f"| {angle} | " + " | ".join(f"{kappa:.3f}" for kappa in cells) + " |")
     straight = f"Straight shaft at ε = 0.3: κ₁ = {cone_kappa(0.3, 1)[0]:.3f} pinned, {clamped(0.3):.3f} clamped.  "
-    return "\n".join([*rows, "", straight, *(drawn_up(width) for width in (0.15e-3, 0.3e-3, 0.6e-3))])
+    return "\n".join([*rows, "", straight])
 
 
 def laid(case: Case) -> float:
@@ -177,14 +234,24 @@ def laid(case: Case) -> float:
     return float(modes.kappa[0] / np.sqrt(1 + case.contact**3 / 3 * slide * dual))
 
 
-def drawn_up(width: float) -> str:
-    """How far up the shaft an edge stands in the mean, from the jump to the flat, and the straight κ₁ there."""
-    case = Case(base_angle=0.3, gap=width)
-    gap = width / case.whisker.length
-    excursions = np.linspace(excursion_at_jump(case.posture, gap) - gap, 0, 9)
-    contact = float(np.mean([hold(case.flat, d).contact for d in excursions]))
-    kappa = float(cone_kappa(contact, 1)[0])
-    return f"Gap {1e3 * width:.2f} mm, 0.3 rad: mean contact on the edge ε = {contact:.4f}, pinned κ₁ = {kappa:.2f}  "
+def drawn_up(angle: float, width: float) -> str:
+    """What our model says of the edge that holds the contact after a jump."""
+    case = Case(
+        base_angle=angle, gap=width, speed=0.02 * width / 0.3e-3, modes="straight" if angle < 1 else "curved-edge"
+    )
+    held, ring = case.held, case.held_kappa
+    cells = f"{float(held.held_contact[0]):.4f} | {ring:.2f} | {1e2 * (ring / case.prediction.kappa[0] - 1):+.1f} %"
+    sag = f"{1e6 * float(held.sag_height[0]):.1f} | {float(held.held_share[0]):.2f}"
+    return f"| {1e3 * width:.2f}, {angle} | {cells} | {sag} |"
+
+
+def drawings() -> str:
+    """Table of them."""
+    head = (
+        "| gap [mm], θ_b [rad] | mean contact ε | κ₁ there | over that at ε = 0.3 | sag [µm] | share of the time held |"
+    )
+    rows = [drawn_up(angle, width) for angle in (0.3, 1.2) for width in (0.15e-3, 0.3e-3, 0.6e-3)]
+    return "\n".join([head + "\n" + 6 * "|---" + "|", *rows])
 
 
 def main() -> None:
@@ -195,7 +262,7 @@ def main() -> None:
         found.append(trial)
         print(trial.row(), flush=True)
     draw(found).savefig(docs / "peers.png", dpi=150)
-    rest = [linearised(), speeds()]
+    rest = [drawings(), linearised(), speeds()]
     print("\n".join(rest))
     page = docs / "peers.md"
     before, after = page.read_text().split(MINE[0])[0], page.read_text().split(MINE[1])[-1]

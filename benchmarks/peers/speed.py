@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import count
 from time import process_time
 
 import chain
@@ -10,6 +11,7 @@ from case import SETTLE, Case
 from chain import Grain
 
 from vibrissa.mechanics.gap import jump_table
+from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.superposition import Scan, predict
 from vibrissa.texture.surface import Troughs
 
@@ -58,7 +60,12 @@ def predicted(gaps: int, tables: bool, form: str) -> float:
     made = predict(case.whisker, case.posture, texture, scan, n_modes=3)
     jumps = jump_table(case.posture, texture.width / case.whisker.length)
     given = {"response": made.response, "jumps": jumps} if tables else {}
-    run = lambda: predict(case.whisker, case.posture, texture, scan, n_modes=3, **given).amplitudes(time)  # noqa: E731
+    postures = (Posture(contact=case.contact + 1e-9 * (not tables) * i, base_angle=case.base_angle) for i in count())
+
+    def run() -> None:
+        """A posture never seen before, unless its tables are given."""
+        predict(case.whisker, next(postures), texture, scan, n_modes=3, **given).amplitudes(time)
+
     return best(run) / time[-1]
 
 
@@ -78,10 +85,11 @@ def table() -> str:
                 cost = predicted(gaps, tables, form)
                 name = f"{form}, {gaps} gaps, tables of the posture {'at hand' if tables else 'made anew'}"
                 rows.append(f"| {name} | {cost:.2g} | {cheapest / cost:,.0f} |")
-                if (form, gaps) == ("exact", GRATING.gaps):
+                if form == "exact":
                     verdicts.append("pass" if cheapest / cost >= FASTER else "FAIL")
-    verdict = f"{verdicts[1]} with the tables at hand, {verdicts[0]} where they are made anew"
-    rows.append(f"\nGate, {FASTER:,.0f} times the cheapest MuJoCo on the short grating, exact form: {verdict}.")
+    few, some = f"{verdicts[1]} with the tables at hand, {verdicts[0]} where they are made anew", verdicts[2]
+    gate = f"\nGate, {FASTER:,.0f} times the cheapest MuJoCo, exact form: on the short grating {few}; "
+    rows.append(gate + f"on 600 gaps {some} with all made anew.")
     return "\n".join(rows)
 
 
