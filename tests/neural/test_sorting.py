@@ -72,6 +72,15 @@ def test_units_are_seen_above_the_noise_on_an_electrode(sorted_units):
     assert sorted_units.attrs["sorter"] == "simple"
 
 
+def test_waveforms_are_in_volts_where_the_gain_is_known(simulated, sorted_units):
+    _, path, how, _ = simulated
+    height = np.ptp(sorted_units.unit_waveform.values, axis=1)
+    noise = 12e-6 * np.sqrt((6000 - 300) / (RATE / 2))  # the white noise that was put in, within the band
+    np.testing.assert_allclose(height / sorted_units.snr_mean.values, noise, rtol=0.1)
+    bare = open_traces(path, RawFormat(sampling_rate=RATE, channels=6, pitch=how.pitch))
+    assert "unit_waveform" not in sorting.sort(bare, "simple")
+
+
 @pytest.fixture
 def tables():
     """A truth of three units; of the sorted, one is right, one has half, one is nobody's."""
@@ -224,6 +233,27 @@ def test_open_ephys_is_read(tmp_path):
     np.testing.assert_allclose(traces.get_channel_gains(), 0.195)
     with pytest.raises(InputError, match=r"must name one stream, got B; they are Record Node 101#Acq\.A"):
         open_traces(folder, RawFormat(pitch=25e-6, stream="B"))
+
+
+def spikeglx(folder):
+    """A run of four channels of a Neuropixels 1.0 probe, and the line of synchronisation, as SpikeGLX writes them."""
+    where = folder / "run_g0" / "run_g0_imec0"
+    where.mkdir(parents=True)
+    noise(folder, channels=5).rename(where / "run_g0_t0.imec0.ap.bin")
+    told = "typeThis=imec\nfileName=D:/run_g0_t0.imec0.ap.bin\nnSavedChans=5\nimSampRate=30000\nimAiRangeMax=0.6\n"
+    told += "imAiRangeMin=-0.6\nimMaxInt=512\nimDatPrb_type=0\nimDatPrb_pn=NP1000\nimDatPrb_port=1\nimDatPrb_slot=2\n"
+    told += "snsApLfSy=4,0,1\nsnsSaveChanSubset=0:3,768\n~imroTbl=(0,384)"
+    told += "".join(f"({k} 0 0 500 250 1)" for k in range(384)) + "\n~snsChanMap=(384,384,1)"
+    told += "".join(f"(AP{k};{k}:{k})" for k in range(4)) + "(SY0;768:768)\n"
+    (where / "run_g0_t0.imec0.ap.meta").write_text(told)
+    return folder
+
+
+def test_spikeglx_tells_its_probe_and_gain(tmp_path):
+    traces = open_traces(spikeglx(tmp_path))
+    assert traces.get_num_channels() == 4
+    np.testing.assert_allclose(traces.get_channel_gains(), 0.6e6 / 512 / 500)
+    np.testing.assert_array_equal(traces.get_channel_locations()[:, 1], [0, 0, 20, 20])
 
 
 GOOD = {"sampling_rate": RATE, "channels": 2, "pitch": 50e-6}

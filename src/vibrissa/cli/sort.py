@@ -112,8 +112,8 @@ def sort(
     Parameters
     ----------
     recording
-        A file of bare samples (.raw, .dat, .bin: channel after channel, sample after sample), or a folder of SpikeGLX,
-        Open Ephys (binary) or SpikeInterface.
+        A file of bare samples (.raw, .dat, .bin: all channels of a sample, then the next sample), or a folder of
+        SpikeGLX, Open Ephys (binary) or SpikeInterface.
     sorter
         A sorter that SpikeInterface has here: spykingcircus2, tridesclous2, simple, or another that is installed.
     truth

@@ -51,7 +51,8 @@ def sort(traces: Any, sorter: str = DEFAULT, *, seed: int = 0, workers: int = 1)
     -------
     Dataset
         Table of :func:`vibrissa.neural.spikes.spike_table` on the session's clock; ``unit_electrode`` (from 0, in the
-        order of the channels), ``snr_mean``, and what :func:`vibrissa.neural.quality.unit_quality` tells.
+        order of the channels), ``snr_mean``, ``unit_waveform`` [V] of that electrode, 300 to 6,000 Hz, where the gain
+        is known, and what :func:`vibrissa.neural.quality.unit_quality` tells.
 
     Raises
     ------
@@ -89,14 +90,14 @@ def _labelled(traces: Any, found: Any, attrs: dict[str, Any]) -> xr.Dataset:
     names = [str(unit) for unit in found.unit_ids]
     place = np.repeat(np.arange(len(trains)), [train.size for train in trains])
     told = {"sampling_rate": rate, "duration": duration, "channels": int(traces.get_num_channels()), **attrs}
-    electrode, ratio = _seen(traces, found, int(attrs["sorter_seed"]))
-    table = spike_table(np.concatenate(trains), place, names, attrs=told, unit_electrode=electrode)
+    table = spike_table(np.concatenate(trains), place, names, attrs=told)
     quality = unit_quality(table, duration, window="session").drop_vars(["snr_smallest", "unit_name"])
-    return table.merge(quality.assign(dataset(snr_mean=ratio).data_vars), combine_attrs="override")
+    seen = _seen(traces, found, int(attrs["sorter_seed"]))
+    return table.merge(quality.assign(seen.data_vars), combine_attrs="override")
 
 
-def _seen(traces: Any, found: Any, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Electrode on which each unit's mean waveform is largest, and its peak-to-peak over the noise there."""
+def _seen(traces: Any, found: Any, seed: int) -> xr.Dataset:
+    """Where each unit's mean waveform is largest, its peak-to-peak over the noise there, and its shape."""
     core, rate = part("core"), traces.get_sampling_frequency()
     band = part("preprocessing").bandpass_filter(traces, *SPIKES, dtype="float32")
     jobs = {"n_jobs": 1, "progress_bar": False}
@@ -104,9 +105,12 @@ def _seen(traces: Any, found: Any, seed: int) -> tuple[np.ndarray, np.ndarray]:
     spikes, units = found.to_spike_vector(), found.unit_ids
     shapes = core.estimate_templates(band, spikes, units, before, after, return_in_uV=False, **jobs)
     noise = core.get_noise_levels(band, return_in_uV=False, random_slices_kwargs={"seed": seed}, **jobs)
-    height = np.ptp(shapes, axis=1)
-    best = height.argmax(axis=1)
-    return best, height[np.arange(len(best)), best] / noise[best]
+    best, every = np.ptp(shapes, axis=1).argmax(axis=1), np.arange(len(units))
+    shape = np.asarray(shapes[every, :, best], float)
+    volts = {}
+    if traces.has_scaleable_traces():
+        volts = {"unit_waveform": 1e-6 * traces.get_channel_gains()[best][:, None] * shape}
+    return dataset(unit_electrode=best, snr_mean=np.ptp(shape, axis=1) / noise[best], **volts)
 
 
 def accuracy(found: xr.Dataset, truth: xr.Dataset, *, coincident: float = COINCIDENT) -> xr.Dataset:

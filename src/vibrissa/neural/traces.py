@@ -48,7 +48,7 @@ def one_line(thing: str, what: str, remedy: str = "") -> Iterator[None]:
 
 @dataclass(frozen=True, kw_only=True)
 class RawFormat:
-    """What a file of bare samples does not tell: channel after channel, sample after sample.
+    """What a file of bare samples does not tell: all channels of a sample, then the next sample.
 
     Attributes
     ----------
