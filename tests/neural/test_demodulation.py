@@ -156,6 +156,17 @@ def test_wandering_excitability_feigns_nothing():
     assert np.mean(found.demodulated.values == "cannot tell") >= 0.9
 
 
+def test_slow_motion_under_the_carrier_cannot_tell_until_its_band_is_given():
+    units = {"phase": (PhaseUnit(baseline=10.0, depth=0.8), "phase"), "hinge": (HingeUnit(), "envelope")}
+    for lopsided in (0.5, 2.0):
+        found = told(0, units, lopsided=lopsided)
+        assert found.phase_likeness.item() > 0.6
+        assert (found.demodulated.values == "cannot tell").all()
+        assert "band" in found.reason.values[0]
+        banded = told(0, units, lopsided=lopsided, how=DemodulationAnalysis(band=(45, 100)))
+        assert banded.demodulated.values.tolist() == ["phase", "envelope"]
+
+
 def test_few_spikes_are_not_told():
     found = told(0, {"few": (PhaseUnit(baseline=0.2), "phase")}, trials=8)
     assert found.reason.item().startswith("too few spikes")

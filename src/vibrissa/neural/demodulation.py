@@ -26,7 +26,7 @@ Window = tuple[float, float]
 FEWEST_SPIKES, FEWEST_TRIALS = 100, 8
 LATENCIES = np.arange(0.0, 0.0305, 0.001)  # [s]
 CYCLE = 6.0  # bins in a period of the carrier, at least: fewer would flatten what locks to it
-ALIKE = 0.9  # correlation of what the envelope and what the phase can explain, above which neither is told
+ALIKE = 0.6  # correlation of what envelope and phase can explain: above it, slow motion spoils both of them
 SEGMENT = 0.5  # [s] of the coherences
 
 
@@ -149,7 +149,7 @@ def _row(
     row |= _coherences(rate, best, shown, how)
     row["vector_strength_plain"] = float(np.abs(rate @ best.carrier) / rate.sum())
     if likeness > ALIKE:
-        return {**row, "reason": f"envelope and phase go together in this stimulus (r = {likeness:.2f}); give --band"}
+        return {**row, "reason": f"envelope and phase go together in this stimulus (r = {likeness:.2f}); give the carrier's band"}
     parts = Parts.of(best, counts)
     told = {name: parts.interval(measure) for name, measure in parts.measures().items()}
     row |= {

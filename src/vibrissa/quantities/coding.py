@@ -54,6 +54,18 @@ CODING: dict[str, Quantity] = {
     "carrier_coherence": Quantity(("unit",), "1", "squared coherence of the mean rate with the carrier"),
     "demodulated": Quantity(("unit",), "1", "whether a unit follows the envelope, the phase, or both"),
     "phase_likeness": Quantity((), "1", "largest correlation of what envelope and phase can explain"),
+    # kernels of a Poisson model
+    "kernel_lag": Quantity(("kernel_lag",), "s", "latency of a whisker's kernel"),
+    "past_lag": Quantity(("past_lag",), "s", "time since a spike of the unit itself"),
+    **_ends("whisker_kernel", ("unit", "whisker", "kernel_lag"), "1/m", "rise of ln(rate) with the envelope, per bin"),
+    **_ends("whisker_effect", ("unit", "whisker"), "1/m", "rise of ln(rate) with a lasting envelope"),
+    "whisker_p_value": Quantity(("unit", "whisker"), "1", "p-value of a whisker's kernel, adjusted over whiskers"),
+    "whisker_matters": Quantity(("unit", "whisker"), "1", "whether a whisker's kernel differs from 0"),
+    **_ends("past_kernel", ("unit", "past_lag"), "1", "factor on the rate after a spike of the unit itself"),
+    "kernel_condition": Quantity((), "1", "condition number of the whiskers' columns, scaled"),
+    "deviance_explained": Quantity(("unit",), "1", "share of the deviance explained in trials not seen"),
+    "penalty": Quantity(("unit",), "1", "penalty on the squared coefficients of the whiskers"),
+    "kernel_rate": Quantity(("unit",), "Hz", "mean rate over the bins that count"),
     # information
     **_information("spike_information", "bit", "information of one spike about the time in the stimulus"),
     **_information("information_rate", "bit/s", "information of single spikes about the time in the stimulus"),
