@@ -1,11 +1,13 @@
 """A sweep whose truth is in curved modes decomposes back into them, and not into straight ones."""
 
+import json
 from functools import cache
 
 import numpy as np
 import pytest
 
 from vibrissa.errors import InputError
+from vibrissa.files import load, save
 from vibrissa.mechanics.basis import basis
 from vibrissa.mechanics.decomposition import decompose
 from vibrissa.mechanics.edge import on_the_flat
@@ -68,7 +70,7 @@ def test_one_curved_mode_alone_is_told_from_the_others(modes):
 
 def test_in_a_flat_posture_curved_modes_give_what_straight_ones_give():
     shallow = Posture(contact=0.29, base_angle=0.1)
-    prediction, profile = sweep("curved", shallow)
+    profile = sweep("curved", shallow)[1]
     one = decompose(profile, WHISKER, 0.29, modes="curved", posture=shallow).mode_displacement.values
     other = decompose(profile, WHISKER, 0.29).mode_displacement.values
     np.testing.assert_allclose(one[0], other[0], atol=0.01 * np.abs(other[0]).max())
@@ -94,3 +96,18 @@ def test_the_analysis_looks_for_resonances_where_the_modes_have_them():
 def test_bad_modes_are_refused(options, message):
     with pytest.raises(InputError, match=message):
         decompose(sweep("curved")[1], WHISKER, 0.29, **options)
+
+
+def test_the_verb_decomposes_into_curved_modes_and_tells_their_shift(tmp_path, vibrissa):
+    prediction, profile = sweep("curved-edge")
+    save(profile.expand_dims(whisker=[0]), tmp_path / "tracks.nc")
+    words = ("decompose", tmp_path / "tracks.nc", "--contact", "0.29", "--json", "--out", tmp_path / "modal.nc")
+    cone = ("--whisker.length", "0.04", "--whisker.cone-angle", "1.5e-3")
+    code, out, err = vibrissa(*words, *cone, "--modes", "curved-edge", "--base-angle", "1.2")
+    assert code == 0, err
+    np.testing.assert_allclose(json.loads(out)["kappa"], prediction.kappa[:3], rtol=1e-9)
+    assert "modes are about the profile (curved-edge); about the curved profile the first resonance is off" in err
+    assert missed(prediction, load(tmp_path / "modal.nc").mode_displacement.values)[0] < 0.005
+    code, out, err = vibrissa(*words, *cone, "--modes", "curved")
+    assert (code, out) == (2, "")
+    assert "--base-angle must be given with curved --modes" in err

@@ -213,7 +213,10 @@ def test_any_file_is_a_texture_or_refused_in_one_line(tmp_path, content):
     ("content", "message"),
     [
         ("Position_mm,Width_mm\n1,0.3\n", "unknown column, got 'Position_mm'; did you mean position_mm?"),
-        ("position;width\n0.001;0.0003\n", "line 1 must separate its columns by commas.*such as 'position,width', with"),
+        (
+            "position;width\n0.001;0.0003\n",
+            "separate its columns by commas.*such as 'position,width', with",
+        ),
     ],
 )
 def test_headers_of_other_habits_are_known_for_gaps_and_told_what_to_write(tmp_path, content, message):

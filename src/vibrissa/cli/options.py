@@ -28,7 +28,8 @@ OfModes = Annotated[
     Literal["straight", "curved", "curved-coulomb", "curved-edge"],
     Parameter(
         help="Modes of a straight shaft (the paper's), or about the curved profile: of a point of the shaft that "
-        "slides, friction constant or following the load, or of a shaft that slips over an edge; these carry axial force."
+        "slides, friction constant or following the load, or of a shaft that slips over an edge; curved ones carry "
+        "axial force."
     ),
 ]
 Atlas = Annotated[str | None, Parameter(help="Take a measured rat whisker instead: C2, beta, …")]

@@ -57,8 +57,9 @@ class FileOptions:
         """Gaps, or heights along the scan."""
         from vibrissa.texture.io import Settled, read_texture
 
-        settled: Settled = {"line": self.line, "x_unit": self.x_unit, "z_unit": self.z_unit, "level": self.level}
-        return read_texture(path, flip=self.reverse, tell=tell, fill=self.fill, part=self._part(), **settled)
+        settled: Settled = {"line": self.line, "part": self._part(), "fill": self.fill, "level": self.level}
+        settled |= {"x_unit": self.x_unit, "z_unit": self.z_unit}
+        return read_texture(path, flip=self.reverse, tell=tell, **settled)
 
     def _part(self) -> tuple[float, float] | None:
         if self.part is None:

@@ -35,8 +35,8 @@ def apparatus(prediction: Motion, film: Film, scene: Scene) -> xr.Dataset:
     Dataset
         ``shaft_x`` along the substrate from the contact towards the base and ``shaft_y`` above it (shaft), at rest,
         from the physical tip to the skin; ``field_x``, ``field_y`` (corner), the field of view; ``trough_start``,
-        ``trough_width`` (trough): x_j, λ_j of the texture [m], of any surface the stretches that lie below the middle of
-        its heights. Attributes: ``base_height`` H, ``base_distance`` D
+        ``trough_width`` (trough): x_j, λ_j of the texture [m], or stretches of any surface below the middle of its
+        heights. Attributes: ``base_height`` H, ``base_distance`` D
         [m], ``base_angle`` [rad], ``speed`` [m/s], ``frame_rate`` [Hz], ``pixel_size``, ``depth`` [m].
     """
     start, width, depth = prediction.gaps
