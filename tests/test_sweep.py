@@ -220,9 +220,21 @@ def test_the_verb_writes_the_map_and_tells_the_reasons(vibrissa, gap, tmp_path):
     assert printed["peak_displacement"][0][0][2][0] == float(written.peak_displacement[0, 0, 2, 0])
 
 
+def test_numbers_of_an_axis_may_stand_in_any_order(vibrissa, gap, tmp_path):
+    maps = []
+    for contact, angle in (("0.2,0.3,0.4", "0.8,1.0"), ("0.4:0.2:3", "1.0,0.8")):
+        where = ("--contact", contact, "--base-angle", angle, "--scan-speed", "0.1")
+        assert vibrissa("sweep", "--texture", gap, *where, *CONE, "--out", tmp_path / "map.nc")[0] == 0
+        maps.append(load(tmp_path / "map.nc"))
+    np.testing.assert_allclose(maps[1].contact, [0.2, 0.3, 0.4])
+    np.testing.assert_allclose(maps[0].peak_displacement, maps[1].peak_displacement, rtol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("option", "value", "words"),
     [
+        ("--contact", "0.3,0.3", "--contact must be a strictly ascending row"),
+        ("--out", "none/map.nc", "--out must lie in an existing folder"),
         ("--contact", "0.1:0.4", "FIRST:LAST:HOW-MANY"),
         ("--contact", "0.1:0.4:1", "2 to 100000"),
         ("--base-angle", "0.8,1.6", "π/2"),
