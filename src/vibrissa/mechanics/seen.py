@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _FEWEST = 100  # frames with every node, from which the decomposition's weights can be read
+_MEAN = 400  # instants that tell the mean profile
 _RIDGE = 1e-13  # of the mean square of a node: rounding, where the motion has fewer dimensions than nodes
-_CHUNK = 2000  # instants at a time
+_CHUNK = 12_000  # instants at a time: each time the held profiles are integrated anew
 
 
 class Seen(NamedTuple):
@@ -59,15 +60,22 @@ def seen_motion(prediction: Motion, modal: xr.Dataset, t: Array) -> Seen:
     if weights is None:
         return Seen(np.ones(count), prediction.mode_drive(t)[:count])
     by_node, s = weights
-    basis, angle = prediction.response.basis, prediction.response.flat.angle(s)
-    along, up = basis.displacement(s)
+    angle = _mean_angle(prediction, t, s)
+    along, up = prediction.response.basis.displacement(s)
     mixed = by_node @ (up * np.cos(angle) - along * np.sin(angle)).T
     own = np.diag(mixed).copy()
     beside = (mixed - np.pad(np.diag(own), ((0, 0), (0, mixed.shape[1] - count)))) @ prediction.amplitudes(t)
     for first in range(0, len(t), _CHUNK):
         part = slice(first, first + _CHUNK)
-        beside[:, part] += by_node @ prediction.quasi_static_displacement(t[part], s).T
+        x, y = prediction.quasi_static_position(t[part], s)
+        beside[:, part] += (by_node * np.cos(angle)) @ y.T - (by_node * np.sin(angle)) @ x.T
     return Seen(own, beside)
+
+
+def _mean_angle(prediction: Motion, t: Array, s: Array) -> Array:
+    """Angle θ of the mean profile at points s [rad]: a movie's displacements are along its normals, not the flat's."""
+    x, y = (one.mean(axis=0) for one in prediction.quasi_static_position(t[:: max(1, len(t) // _MEAN)], s))
+    return np.unwrap(np.arctan2(*(np.gradient(one, s, edge_order=2) for one in (y, x))))
 
 
 def _weights(modal: xr.Dataset) -> tuple[Array, Array] | None:

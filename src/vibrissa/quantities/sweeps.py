@@ -34,6 +34,23 @@ SWEEPS: dict[str, Quantity] = {
     "damping_spread": Quantity((), "1", "χ² of the modes' own damping about it, over its degrees of freedom"),
     "tried_length": Quantity(("tried_length",), "m", "length L tried"),
     "deviance": Quantity(("tried_length",), "1", "deviance of a length tried, 0 at the likeliest"),
+    # E by the collapse of κ = kω on κ_i(ε)
+    "youngs_modulus_animal_low": Quantity(
+        (), "Pa", "Young's modulus, lower end of the 95 % interval, animals the draws"
+    ),
+    "youngs_modulus_animal_high": Quantity(
+        (), "Pa", "Young's modulus, upper end of the 95 % interval, animals the draws"
+    ),
+    "modulus_sd": Quantity((), "1", "standard deviation of ln E over sweeps"),
+    "sweep_modulus": Quantity((), "Pa", "Young's modulus of one sweep"),
+    "kappa_model": Quantity(("mode",), "1", "κ of the modes in the posture found"),
+    "identity": Quantity(("identity",), "1", "name of the whisker, whatever the animal"),
+    "identity_modulus": Quantity(("identity",), "Pa", "Young's modulus of the whiskers of one name"),
+    "identity_modulus_low": Quantity(("identity",), "Pa", "the same, lower end of the 95 % interval by animal"),
+    "identity_modulus_high": Quantity(("identity",), "Pa", "the same, upper end of the 95 % interval by animal"),
+    "collapse_r2": Quantity(("mode",), "1", "share of the variance of κ over sweeps that κ_i(ε) explains"),
+    "collapse_r2_low": Quantity(("mode",), "1", "the same, lower end of the 95 % interval by whisker"),
+    "collapse_r2_high": Quantity(("mode",), "1", "the same, upper end of the 95 % interval by whisker"),
     # the table of sweeps; `length`, `contact`, `friction`, `run`, `mode_rms`, `resonant_frequency` … lead with `sweep`
     "sweep": Quantity(("sweep",), "1", "sweep: one whisker drawn once over one texture"),
     "animal": Quantity((), "1", "name of the animal"),

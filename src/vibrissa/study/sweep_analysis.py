@@ -30,6 +30,7 @@ Row = dict[str, Any]
 Line = tuple[tuple[float, float], tuple[float, float]]
 
 DAMPING = 0.11  # of a prediction where no fit tells it: the paper's mean
+_LITTLE = 0.3  # of a standard error, whose square adds less than a tenth to a variance
 _LEAST_SEEN = 0.9  # share of the frames in which a whisker must be followed
 
 
@@ -207,13 +208,15 @@ def _guess(known: Known, contact: float) -> Array:
 
 
 def _displaced(row: Row) -> list[tuple[float, float]]:
-    """Postures one standard error away, in two directions whose errors are independent; none if it was given."""
+    """Postures one standard error away, in directions whose errors are independent; none if the posture was given.
+
+    ε and θ_b err together: what is left of θ_b when ε is right is mostly too little to count.
+    """
     if "contact_se" not in row:
         return []
-    se, mixed = np.array([row["contact_se"], row["base_angle_se"]]), row["posture_correlation"]
-    value, vector = np.linalg.eigh(np.outer(se, se) * [[1, mixed], [mixed, 1]])
-    steps = np.sqrt(np.maximum(value, 0))[:, None] * vector.T * np.sign(vector[0])[:, None]  # away from the fold
-    return [(row["contact"] + float(one[0]), row["base_angle"] + float(one[1])) for one in steps]
+    mixed = row["posture_correlation"]
+    steps = [(1.0, mixed)] + [(0.0, np.sqrt(1 - mixed**2))] * bool(1 - mixed**2 > _LITTLE**2)
+    return [(row["contact"] + a * row["contact_se"], row["base_angle"] + b * row["base_angle_se"]) for a, b in steps]
 
 
 def _refitted(

@@ -1,0 +1,185 @@
+"""Young's modulus from resonances on textures: the E with which κ = kω falls on κ_i(ε) over whiskers (Fig. 5C)."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibrissa.errors import InputError
+from vibrissa.exact import cone_kappa
+from vibrissa.mechanics.basis import CURVED, Modes
+from vibrissa.mechanics.curved import curved_modes
+from vibrissa.mechanics.gain import effects, whisker_of_animal
+from vibrissa.mechanics.modes import CONTACT_RANGE
+from vibrissa.mechanics.profile import Posture
+from vibrissa.quantities import dataset, require
+from vibrissa.stats import jackknife_interval
+from vibrissa.whisker import YOUNGS_MODULUS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+Forcing = Literal["texture", "white"]
+
+USED = 2  # modes: the paper's third is too small to be told
+FRICTION = 0.4
+
+
+class _Told(NamedTuple):
+    """A mean with the ends of its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+def collapse(
+    sweeps: xr.Dataset, *, forcing: Forcing = "texture", modes: Modes = "straight", friction: float = FRICTION
+) -> xr.Dataset:
+    """E of all sweeps, of each whisker's identity, and how well κ = kω then follows κ_i(ε).
+
+    Each sweep gives ln E, the mean over modes 1 and 2 of 2 ln(kω/κ_i) with k of the nominal E. The mean over sweeps
+    takes whole whiskers of animals for the draws (jackknife, Student's t), since those share L, α, E and their errors;
+    that by whole animals stands beside it, and is wide with few. Errors of L, α and ρ go into E in full
+    (E ∝ (ρ L²/α²) ω²): where they are common to all whiskers no interval can know them.
+
+    Parameters
+    ----------
+    sweeps : Dataset
+        The table of sweeps: ``contact``, ``base_angle``, ``timescale`` k with the nominal E, ``resonant_frequency`` (or
+        ``resonant_frequency_white``), ``animal``, ``whisker_name``; ``accepted``, if it is there.
+    forcing : {"texture", "white"}
+        Which fits: with the texture's forcing known, or Eq. 5, the paper's.
+    modes : {"straight", "curved", "curved-coulomb", "curved-edge"}
+        Whose κ_i: the paper's, of a straight shaft; or about the curved profile of each sweep's posture, see
+        :func:`vibrissa.mechanics.basis.basis`.
+    friction : float
+        μ, for curved modes.
+
+    Returns
+    -------
+    Dataset
+        ``youngs_modulus`` [Pa] with ``_low`` and ``_high`` (95 %, by whisker) and ``_animal_low``, ``_animal_high`` (by
+        animal); ``modulus_sd``, the standard deviation of ln E over sweeps. By ``identity`` (the whisker's name):
+        ``identity_modulus`` [Pa] with ``_low``, ``_high`` (animals the draws; NaN with one). By ``sweep``:
+        ``sweep_modulus`` [Pa], ``kappa`` and ``kappa_model`` (mode), κ with the E of all sweeps and by the modes.
+        By ``mode``: ``collapse_r2``, the share of the variance of κ over sweeps that κ_i(ε) explains, with ``_low``,
+        ``_high`` (by whisker). ``effect_p`` … (term) of identity, ε and v on ln E, see
+        :func:`vibrissa.mechanics.gain.effects`.
+
+    Raises
+    ------
+    InputError
+        If no sweep has a resonance.
+    """
+    require(sweeps, "contact", "base_angle", "timescale", "animal", "whisker_name")
+    some = sweeps.isel(sweep=np.flatnonzero(sweeps.accepted.values.astype(bool))) if "accepted" in sweeps else sweeps
+    nominal, model = _measured(some, forcing), _expected(some, modes, friction)
+    log_e = _log_modulus(nominal, model)
+    if not np.isfinite(log_e).any():
+        raise InputError("sweeps", "must have one with a resonance at least")
+    whisker = whisker_of_animal(some)
+    whole, by_animal = _mean(log_e, whisker), _mean(log_e, some.animal.values)
+    kappa = nominal / np.exp(whole.value / 2)
+    known = {name: some[name].values for name in ("whisker_name", "contact", "scan_speed") if name in some.variables}
+    terms = {name: values for name, values in known.items() if len(np.unique(values)) > 1}
+    names = np.unique(some.whisker_name.values.astype(str))
+    each = [_mean(np.where(some.whisker_name.values == name, log_e, np.nan), some.animal.values) for name in names]
+    columns: dict[str, Any] = {
+        "youngs_modulus": _pascal(whole.value),
+        "youngs_modulus_low": _pascal(whole.low),
+        "youngs_modulus_high": _pascal(whole.high),
+        "youngs_modulus_animal_low": _pascal(by_animal.low),
+        "youngs_modulus_animal_high": _pascal(by_animal.high),
+        "modulus_sd": np.nanstd(log_e),
+        "sweep_modulus": _pascal(log_e),
+        "identity": names,
+        "identity_modulus": _pascal([one.value for one in each]),
+        "identity_modulus_low": _pascal([one.low for one in each]),
+        "identity_modulus_high": _pascal([one.high for one in each]),
+        **_r2(kappa, model, whisker),
+    }
+    told = dataset(
+        {"forcing": forcing, "modes": modes},
+        lead=("sweep",),
+        sweep=some.sweep.values,
+        mode=np.arange(1, USED + 1),
+        kappa=kappa,
+        kappa_model=model,
+        **columns,
+    )
+    return told.merge(effects(log_e, terms, whisker), combine_attrs="override")
+
+
+def _measured(sweeps: xr.Dataset, forcing: Forcing) -> Array:
+    """kω with k of the nominal E, (sweep, mode)."""
+    if forcing not in ("texture", "white"):
+        raise InputError("forcing", "must be 'texture' or 'white'", repr(forcing))
+    found = sweeps["resonant_frequency" if forcing == "texture" else "resonant_frequency_white"].values[:, :USED]
+    return np.asarray(2 * np.pi * sweeps.timescale.values[:, None] * found, float)
+
+
+def _expected(sweeps: xr.Dataset, modes: Modes, friction: float) -> Array:
+    """κ_i of each sweep's posture, (sweep, mode); NaN where it was not found, is out of range or has no stable mode."""
+    postures = zip(sweeps.contact.values.tolist(), sweeps.base_angle.values.tolist(), strict=True)
+    return np.array([_kappa(contact, angle, modes, friction) for contact, angle in postures]).reshape(-1, USED)
+
+
+@lru_cache(maxsize=4096)
+def _straight(contact: float) -> Array:
+    return np.asarray(cone_kappa(contact, USED), float)
+
+
+def _kappa(contact: float, angle: float, modes: Modes, friction: float) -> Array:
+    if not CONTACT_RANGE[0] <= contact <= CONTACT_RANGE[1]:
+        return np.full(USED, np.nan)
+    if modes == "straight":
+        return _straight(contact)
+    if modes not in CURVED:
+        raise InputError("modes", f"must be 'straight' or one of {', '.join(CURVED)}", repr(modes))
+    condition, law = CURVED[modes]
+    posture = Posture(contact=contact, base_angle=angle, friction=friction)
+    found = curved_modes(posture, USED, condition=condition, law=law)
+    return np.where(found.growth > 0, np.nan, found.kappa)
+
+
+def _log_modulus(nominal: Array, model: Array) -> Array:
+    """Logarithm of E over its nominal value that brings the modes measured onto κ_i, (sweep,)."""
+    ratio = 2 * np.log(nominal / model)
+    made = np.isfinite(ratio)
+    total = np.where(made, ratio, 0).sum(axis=1)
+    return np.where(made.any(axis=1), total / np.maximum(made.sum(axis=1), 1), np.nan)
+
+
+def _mean(values: Array, clusters: NDArray[Any]) -> _Told:
+    if not np.isfinite(values).any():
+        return _Told(np.nan, np.nan, np.nan)
+    return _Told(float(np.nanmean(values)), *jackknife_interval(values, clusters=clusters))
+
+
+def _pascal(log_ratio: Any) -> Array:
+    return np.asarray(YOUNGS_MODULUS * np.exp(np.asarray(log_ratio, float)))
+
+
+def _r2(kappa: Array, model: Array, whisker: NDArray[Any]) -> dict[str, list[float]]:
+    """Share of the variance of each mode's κ that lies on κ_i(ε), with its interval by whisker."""
+    told = []
+    for found, expected in zip(kappa.T, model.T, strict=True):
+        index = np.where(np.isfinite(found) & np.isfinite(expected), np.arange(len(found)), np.nan)
+
+        def r2(chosen: Array, found: Array = found, expected: Array = expected) -> float:
+            k = chosen.astype(int)
+            return float(1 - np.sum((found[k] - expected[k]) ** 2) / np.sum((found[k] - found[k].mean()) ** 2))
+
+        made = index[np.isfinite(index)]
+        several = made.size > 2 and len(np.unique(whisker[made.astype(int)])) > 2
+        ends = jackknife_interval(index, r2, clusters=whisker) if several else (np.nan, np.nan)
+        told.append((r2(made) if made.size > 2 else np.nan, *ends))
+    return {
+        f"collapse_r2{end}": list(column)
+        for end, column in zip(("", "_low", "_high"), zip(*told, strict=True), strict=True)
+    }
