@@ -18,12 +18,26 @@ def one_hot(label):
     return (label == np.arange(label.max() + 1)[:, None]).astype(float)
 
 
-def test_expected_counts_worked_by_hand():
-    counts, label = np.array([4.0, 2.0, 9.0, 0.0])[:, None, None], np.array([0, 0, 1, 1])
-    common = 15.5 / 4
-    found = decoder.mean_counts(counts, one_hot(label))
-    np.testing.assert_allclose(found.ravel(), [(6 + common) / 3, (9 + common) / 3])
-    assert np.all(decoder.mean_counts(0 * counts, one_hot(label)) > 0)
+def test_rates_are_drawn_to_their_mean_as_far_as_chance_spreads_them_worked_by_hand():
+    rate, n = np.array([[[1.0, 5.0]], [[3.0, 3.0]]]), np.array([[4.0], [4.0]])
+    # means 2 and 4, spread (1 + 1 + 1 + 1)/6 less noise 1/4: a prior of 2.4 trials, and half a spike in 16 bins
+    common = np.array([2.0, 4.0]) + 0.5 / 16
+    a = 1 / (4 / common.sum() - 1 / 4)
+    found = decoder.shrunk_rates(rate, n)
+    np.testing.assert_allclose(found[0, 0], (4 * rate[0, 0] + a * common) / (4 + a))
+    assert np.all(decoder.shrunk_rates(0 * rate, n) > 0)
+
+
+@pytest.mark.parametrize("trials", [0.5, 8.0, 80.0])
+def test_the_weight_of_the_prior_is_found(trials):
+    rng, n = np.random.default_rng(7), 20.0
+    rate = rng.gamma(trials * 0.3, 1 / trials, (3, 1, 4000)).clip(1e-9)  # mean 0.3, variance 0.3/trials
+    seen = rng.poisson(n * rate) / n
+    found = decoder.shrunk_rates(seen, np.full((3, 1), n))
+    best = (n * seen + trials * 0.3) / (n + trials)
+    assert np.mean((found - rate) ** 2) < np.mean((seen - rate) ** 2)
+    # the mean over three textures is known to a third of the noise, that of the best to none
+    assert np.mean((found - rate) ** 2) < np.mean((best - rate) ** 2) + 1.5 * 0.3 * (1 / n + 1 / trials) / 3
 
 
 def test_scores_are_poisson_and_multinomial_log_likelihoods():
@@ -35,8 +49,10 @@ def test_scores_are_poisson_and_multinomial_log_likelihoods():
     np.testing.assert_allclose(np.diff(found, axis=1), np.diff(truth, axis=1), rtol=1e-9)
     found = decoder.pattern_scores(counts, one_hot(label), counts)
     total = np.array([counts[label == k].sum(0) + 0.5 / 4 for k in range(3)])
-    share = total / total.sum(-1, keepdims=True)
-    share = (share + share.mean(0) / 4) / (1 + 1 / 4)  # one trial beside four
+    usual = total.sum(-1).mean(0) / 4
+    rates = total / total.sum(-1, keepdims=True) * usual[:, None]
+    share = decoder.shrunk_rates(rates, total.sum(-1) / usual)
+    share /= share.sum(-1, keepdims=True)
     truth = [[sum(multinomial.logpmf(n[u], n[u].sum(), of[u]) for u in range(2)) for of in share] for n in counts]
     np.testing.assert_allclose(np.diff(found, axis=1), np.diff(np.array(truth), axis=1), rtol=1e-9)
 
@@ -45,7 +61,23 @@ def test_pattern_is_blind_to_the_rate_of_a_texture():
     counts, label = np.random.default_rng(2).poisson(20.0, (30, 3, 6)).astype(float), np.arange(30) % 2
     louder = counts * np.where(label == 1, 1000.0, 1.0)[:, None, None]
     plain = decoder.pattern_scores(1000 * counts, one_hot(label), counts)
-    np.testing.assert_allclose(decoder.pattern_scores(louder, one_hot(label), counts), plain, rtol=1e-4)
+    # a louder texture is known better, and so drawn less to the mean: that is all
+    np.testing.assert_allclose(decoder.pattern_scores(louder, one_hot(label), counts), plain, rtol=5e-3)
+
+
+def test_units_that_tell_nothing_do_not_drown_those_that_do():
+    rng, label = np.random.default_rng(8), np.arange(60) % 3
+    informative, others = (
+        rng.gamma(4.0, 0.05, (3, 8, 20)),
+        np.broadcast_to(rng.gamma(4.0, 0.05, (100, 20)), (3, 100, 20)),
+    )
+    shares = []
+    for rates in (informative, np.concatenate([informative, others], axis=1)):
+        counts = rng.poisson(rates[np.tile(label, 10)]).astype(float)
+        scores = decoder.poisson_scores(counts[:60], one_hot(label), counts[60:])
+        shares.append(np.mean(scores.argmax(1) == np.tile(label, 9)))
+    assert shares[0] > 0.7
+    assert shares[1] > shares[0] - 0.12
 
 
 def test_discriminant_of_normal_values_reaches_the_best_there_is():

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 FALSE = np.linspace(0, 1, 101)
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")  # of the codes, safe for the colour-blind
 
 
 def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
@@ -83,8 +84,8 @@ def draw(data: xr.Dataset) -> Figure:
     figure, axes = new_figure(9.6, 6.6, 2, 2)
     _draw_accuracy(axes[0, 0], data)
     _draw_confusion(axes[0, 1], data)
-    for code in data.code.values:
-        axes[1, 0].plot(data.roc_false, data.roc_true.sel(code=code), label=str(code))
+    for code, colour in zip(data.code.values, COLOURS, strict=False):
+        axes[1, 0].plot(data.roc_false, data.roc_true.sel(code=code), color=colour, label=str(code))
     axes[1, 0].plot([0, 1], [0, 1], color=TRUTH, zorder=0)
     axes[1, 0].set(
         xlabel="false alarms", ylabel="hits", title="C  Two textures told apart", xlim=(0, 1), ylim=(0, 1.01)
@@ -101,7 +102,7 @@ def _draw_accuracy(axis: Axes, data: xr.Dataset) -> None:
         one = data.sel(code=code)
         axis.fill_between([k - 0.35, k + 0.35], 0, one.chance_accuracy_high, color=TRUTH, alpha=0.6, lw=0)
         ends = [[one.accuracy - one.accuracy_low], [one.accuracy_high - one.accuracy]]
-        axis.errorbar(k, one.accuracy, np.array(ends), fmt="o", capsize=3, color=f"C{k}")
+        axis.errorbar(k, one.accuracy, np.array(ends), fmt="o", capsize=3, color=COLOURS[k])
     axis.axhline(data.attrs["chance"], color="0.4", lw=0.8, ls="--")
     axis.set_xticks(at, [str(code) for code in data.code.values])
     axis.set(ylabel="accuracy", ylim=(0, 1.02), title="A  Trials answered rightly")
@@ -122,9 +123,9 @@ def _draw_confusion(axis: Axes, data: xr.Dataset) -> None:
 def _draw_units(axis: Axes, data: xr.Dataset) -> None:
     for k, code in enumerate(data.code.values):
         one = data.sel(code=code)
-        axis.plot(data.units_used, one.accuracy_by_units, "o-", ms=3, color=f"C{k}")
+        axis.plot(data.units_used, one.accuracy_by_units, "o-", ms=3, color=COLOURS[k])
         axis.fill_between(
-            data.units_used, one.accuracy_by_units_low, one.accuracy_by_units_high, color=f"C{k}", alpha=0.15, lw=0
+            data.units_used, one.accuracy_by_units_low, one.accuracy_by_units_high, color=COLOURS[k], alpha=0.15, lw=0
         )
     axis.axhline(data.attrs["chance"], color="0.4", lw=0.8, ls="--")
     axis.set(xlabel="units", ylabel="accuracy", ylim=(0, 1.02), title="D  How many units it takes")
@@ -141,8 +142,8 @@ def _draw_d_prime(axis: Axes, data: xr.Dataset) -> None:
         finite = np.isfinite(one.d_prime_high.values) & np.isfinite(one.d_prime_low.values)
         low, high = one.d_prime - one.d_prime_low, one.d_prime_high - one.d_prime
         ends = np.array([low, high])[:, finite]
-        axis.errorbar(at[finite], one.d_prime[finite], ends, fmt="o", ms=3, capsize=2, color=f"C{k}")
-        axis.plot(at[~finite], one.d_prime_low[~finite], "^", ms=5, color=f"C{k}")
+        axis.errorbar(at[finite], one.d_prime[finite], ends, fmt="o", ms=3, capsize=2, color=COLOURS[k])
+        axis.plot(at[~finite], one.d_prime_low[~finite], "^", ms=5, color=COLOURS[k])
     axis.axhline(0, color=TRUTH, lw=0.8)
     axis.set_xticks(
         range(data.sizes["contrast"]), [str(pair) for pair in data.contrast.values], rotation=30, ha="right"

@@ -90,8 +90,13 @@ def draw(data: xr.Dataset) -> Figure:
     lines = left.contour(x, y, data.trials_map, [20, 50, 100, 200, 500, 1000], colors="k", linewidths=0.6)
     left.clabel(lines, fontsize=7)
     left.plot(1e6 * data.attrs["threshold"], 1e-6 * data.attrs["slope"], "+", color="w", ms=12, mew=2)
+    slopes = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0]
     left.set(xlabel="threshold [µm]", ylabel="slope [AP/s/µm]", yscale="log", title="A  Trials needed")
-    figure.colorbar(mesh, ax=left, extend="max", label="trials")
+    left.set_yticks(slopes, [f"{one:g}" for one in slopes])
+    left.minorticks_off()
+    figure.colorbar(
+        mesh, ax=left, extend="max", label="trials", ticks=[10, 20, 50, 100, 200, 500, 1000, 2000], format="%d"
+    )
     for letter, (name, (factor, unit)), axis in zip("BCD", SHOWN.items(), axes[:, 1], strict=True):
         axis.plot(data.planned_trials, factor * data[f"{name}_within"].isel(unit=0))
         if f"{name}_wanted" in data.attrs:
@@ -101,5 +106,7 @@ def draw(data: xr.Dataset) -> Figure:
         axis.set(
             xscale="log", xlabel="trials", ylabel=f"± [{unit}]", ylim=(0, None), title=f"{letter}  {name.capitalize()}"
         )
+        axis.set_xticks([10, 20, 50, 100, 200, 400], ["10", "20", "50", "100", "200", "400"])
+        axis.minorticks_off()
     figure.supxlabel(fill(data.attrs["caption"], 175), x=0.01, ha="left", fontsize=8)
     return figure

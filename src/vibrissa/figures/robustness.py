@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
 from vibrissa.figures import robustness_chain as chain
-from vibrissa.figures.canvas import TRUTH, house_style, new_figure
+from vibrissa.figures import robustness_panels as panels
+from vibrissa.figures.canvas import house_style, new_figure
 from vibrissa.figures.robustness_chain import CLAIM, DECODERS, Way
 from vibrissa.mechanics.edge import on_the_flat
 from vibrissa.mechanics.profile import Posture
@@ -22,7 +23,6 @@ from vibrissa.texture.surface import random_grating
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from vibrissa.whisker import Whisker
@@ -299,7 +299,7 @@ def draw(data: xr.Dataset) -> Figure:
     whole.remove()
     cells = figure.add_gridspec(3, 1)
     top, middle, bottom = (figure.add_subfigure(cells[row]) for row in range(3))
-    _draw_envelopes(top.subplots(), data)
+    panels.draw_envelopes(top.subplots(), data)
     arms = (
         ("speed", data.tested_speed, "scanning speed [m/s]"),
         ("height", data.tested_height, "height of the base [L]"),
@@ -307,66 +307,10 @@ def draw(data: xr.Dataset) -> Figure:
     )
     axes = middle.subplots(1, 3)
     for letter, (arm, values, label), axis in zip("BCD", arms, axes, strict=True):
-        _draw_arm(axis, data, arm, values.values)
+        panels.draw_arm(axis, data, arm, values.values)
         axis.set(xlabel=label, ylabel="accuracy", ylim=(0, 1.02), title=f"{letter}  Asked at another {arm}")
-    _draw_kept(bottom.subplots(), data)
+    panels.draw_kept(bottom.subplots(), data)
     handles, labels = axes[0].get_legend_handles_labels()
     top.legend(handles, labels, loc="outside upper center", ncols=5)
     bottom.supxlabel(fill(data.attrs["caption"], 185), x=0.01, ha="left", fontsize=8)
     return figure
-
-
-COLOURS = {"envelope": "C0", "mean rate": "0.35", "spectrum": "C1", "event": "C2"}
-TONES = {"speed": "C3", "height": "C4", "angle": "0.4"}
-STYLES = {"any gain": ("-", "o"), "time": (":", "^"), "sizes": (":", "v")}
-
-
-def _look(name: str) -> dict[str, Any]:
-    """Colour by code, line and marker by what is read of it."""
-    colour = next(colour for start, colour in COLOURS.items() if name.startswith(start))
-    line, marker = next((style for end, style in STYLES.items() if end in name), ("--", "D"))
-    return {"color": colour, "ls": line, "marker": marker, "ms": 4, "lw": 2.2 if name == CLAIM else 1.0}
-
-
-def _draw_envelopes(axis: Axes, data: xr.Dataset) -> None:
-    shown = data.shown_envelope / data.shown_envelope.mean("shown_place")
-    for arm, tone in TONES.items():
-        own = np.flatnonzero(data.tested_arm == arm)
-        for k in {*own[:1], *own[-1:]}:
-            label = f"other {arm}s" if k == own[0] else None
-            axis.plot(1e3 * data.shown_place, shown[k], color=tone, lw=0.8, alpha=0.9, label=label)
-    axis.plot(1e3 * data.shown_place, shown[0], color="k", lw=1.8, label="where taught")
-    axis.set(xlabel="distance scanned [mm]", ylabel="envelope / its mean", ylim=(0, None))
-    axis.set_xlim(*(1e3 * data.shown_place.values[[0, -1]]))
-    axis.set_title("A  Envelope of one grating")
-    axis.legend(loc="upper right", ncols=4)
-
-
-def _draw_arm(axis: Axes, data: xr.Dataset, arm: str, values: Array) -> None:
-    used = np.flatnonzero((data.tested_arm == arm) | (data.tested_arm == "taught"))
-    used = used[np.argsort(values[used])]
-    for name in data.decoder.values:
-        one = data.sel(decoder=name).isel(tested=used)
-        look = _look(str(name))
-        axis.plot(values[used], one.decoder_accuracy, label=str(name), zorder=3 if name == CLAIM else 2, **look)
-        axis.fill_between(
-            values[used], one.decoder_accuracy_low, one.decoder_accuracy_high, color=look["color"], alpha=0.08, lw=0
-        )
-    axis.axhline(data.attrs["chance"], color="k", lw=0.8, ls="--")
-    axis.axvline(values[0], color=TRUTH, ls=":", zorder=0)
-
-
-def _draw_kept(axis: Axes, data: xr.Dataset) -> None:
-    names = [str(name) for name in data.decoder.values][::-1]
-    for i, arm in enumerate(data.arm.values):
-        kept = data.sel(arm=arm, decoder=names)
-        at = np.arange(len(names)) + 0.25 * (1 - i)
-        ends = np.array([kept.kept_share - kept.kept_share_low, kept.kept_share_high - kept.kept_share])
-        axis.errorbar(
-            kept.kept_share, at, xerr=ends, fmt="o", ms=4, capsize=2, color=TONES[str(arm)], label=f"other {arm}s"
-        )
-    axis.axvline(0, color="k", lw=0.8, ls="--")
-    axis.axvline(1, color=TRUTH, lw=0.8)
-    axis.set_yticks(range(len(names)), names)
-    axis.set(xlabel="share kept", title="E  Share kept of the accuracy above chance")
-    axis.legend(loc="lower right", fontsize=7)

@@ -14,29 +14,45 @@ Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
 Reader = Callable[[Array, Array, Array], Array]
 
-PSEUDO_TRIALS = 1.0  # of the mean over textures, added to every texture: no rate is 0 for want of a spike
+LEAST_TRIALS, MOST_SHARE = 0.5, 10.0  # of the prior: trials at least, and at most so many times those that teach
 
 
-def mean_counts(seen: Array, weights: Array) -> Array:
-    """Expected counts of each texture, drawn a little towards the mean over textures.
+def shrunk_rates(rate: Array, n: Array) -> Array:
+    """Rates of each texture, drawn towards their mean over textures as far as they differ by chance.
+
+    Before any spike is seen, a rate is gamma-distributed about the mean m over textures, with the weight of a trials:
+    its variance is m/a. What is found varies by m/n more, the Poisson noise, so the spread between textures, pooled
+    over a unit's bins, tells a: the fewer spikes, or the more alike the textures, the more is drawn. So units that
+    answer all textures alike do not drown the others in the noise of their estimates.
 
     Parameters
     ----------
-    seen : (T, ...) array
-        Counts of the trials.
-    weights : (K, T) array
-        1 where a trial teaches a texture, else 0.
+    rate : (K, U, B) array
+        Spikes per trial found in each bin.
+    n : (K, U) array
+        Trials that each was found in.
 
     Returns
     -------
-    (K, ...) array
-        (sum over the texture's trials + a·mean over textures)/(trials + a), with a of one trial, and half a spike in
-        all trials together where none was ever seen; above 0.
+    (K, U, B) array
+        (n·rate + a·m)/(n + a), above 0.
     """
-    flat, n = seen.reshape(len(seen), -1), weights.sum(1)[:, None]
-    total = weights @ flat
-    common = (total.sum(0) + 0.5) / n.sum()
-    return ((total + PSEUDO_TRIALS * common) / (n + PSEUDO_TRIALS)).reshape(len(weights), *seen.shape[1:])
+    common = rate.mean(0) + 0.5 / (n.sum(0)[:, None] * rate.shape[-1])  # half a spike at any time, where none was seen
+    noise = (1 / n).mean(0)
+    spread = ((rate - rate.mean(0)) ** 2).sum((0, 2)) / (len(rate) - 1) / common.sum(-1)
+    trials = 1 / np.clip(spread - noise, noise / MOST_SHARE, 1 / LEAST_TRIALS)
+    return np.asarray((n[..., None] * rate + trials[:, None] * common) / (n + trials)[..., None], float)
+
+
+def _total(seen: Array, weights: Array) -> Array:
+    """Spikes of each texture, unit and bin over the trials that teach, (K, U, B)."""
+    return (weights @ seen.reshape(len(seen), -1)).reshape(len(weights), *seen.shape[1:])
+
+
+def mean_counts(seen: Array, weights: Array) -> Array:
+    """Expected counts of each texture in a trial, (K, U, B), above 0; parameters as in :func:`poisson_scores`."""
+    n = np.repeat(weights.sum(1)[:, None], seen.shape[1], axis=1)
+    return shrunk_rates(_total(seen, weights) / n[..., None], n)
 
 
 def poisson_scores(seen: Array, weights: Array, unseen: Array, exposure: float = 1.0) -> Array:
@@ -65,15 +81,15 @@ def poisson_scores(seen: Array, weights: Array, unseen: Array, exposure: float =
 def pattern_scores(seen: Array, weights: Array, unseen: Array) -> Array:
     """Log likelihood of when the spikes came, given how many there were of each unit: blind to rate and gain.
 
-    Poisson counts given their sum are multinomial: Σ n log(λ_b/Σ_b λ_b). Each texture's shares are drawn towards their
-    mean over textures by one of its trials. Parameters as in :func:`poisson_scores`.
+    Poisson counts given their sum are multinomial: Σ n log(λ_b/Σ_b λ_b). What a texture's spikes teach counts as if
+    all textures fired alike often. Parameters as in :func:`poisson_scores`.
     """
-    total = (weights @ seen.reshape(len(seen), -1)).reshape(len(weights), *seen.shape[1:])
-    total += 0.5 / seen.shape[-1]  # half a spike of each unit, at any time
-    sums = total.sum(-1, keepdims=True)
-    common = (total / sums).mean(0)
-    share = total / sums + PSEUDO_TRIALS / weights.sum(1)[:, None, None] * common
-    return unseen.reshape(len(unseen), -1) @ np.log(share / share.sum(-1, keepdims=True)).reshape(len(weights), -1).T
+    total = _total(seen, weights) + 0.5 / seen.shape[-1]  # half a spike of each unit, at any time
+    sums = total.sum(-1)
+    usual = (sums / weights.sum(1)[:, None]).mean(0)  # spikes of a unit in a trial
+    expected = shrunk_rates(total / sums[..., None] * usual[:, None], sums / usual)
+    share = expected / expected.sum(-1, keepdims=True)
+    return unseen.reshape(len(unseen), -1) @ np.log(share).reshape(len(weights), -1).T
 
 
 def gaussian_scores(seen: Array, weights: Array, unseen: Array) -> Array:

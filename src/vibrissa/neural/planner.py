@@ -136,7 +136,8 @@ def plan_trials(
     """Trials that each unit needs, from what one trial tells.
 
     The estimates spread as the information says once there are enough spikes; fewer than 8 trials or 50 spikes are
-    never said to be enough, and no interval of the threshold wider than the envelope's spread.
+    never said to be enough, nor trials that leave the threshold's interval wider than the envelope's spread or reaching
+    out of its range, as the analysis calls no such unit identified.
 
     Parameters
     ----------
@@ -180,14 +181,15 @@ def _row(drive: Drive, unit: HingeUnit, wanted: Wanted, gain_sd: float, at: Arra
     rate = predicted(drive, Hinge(*(getattr(unit, name) for name in Hinge._fields)))
     spikes = float(rate @ width)
     half = np.full(3, np.nan) if reason else Z * np.sqrt(np.diag(found)[:3])
-    widest = drive.spread() / 2  # beyond it the analysis does not call the unit identified
+    least, most = drive.told()  # beyond these limits the analysis does not call the unit identified
+    widest = min(drive.spread() / 2, unit.threshold - least, most - unit.threshold)
     limits = (
         min(wanted.threshold or np.inf, widest),
         np.inf if wanted.slope is None else wanted.slope * unit.slope,
         wanted.latency or np.inf,
     )
-    least = max(FEWEST_TRIALS, FEWEST_SPIKES / spikes) if spikes > 0 else np.inf
-    needed = np.ceil(np.maximum((half / np.array(limits)) ** 2, least))
+    fewest = max(FEWEST_TRIALS, FEWEST_SPIKES / spikes) if spikes > 0 else np.inf
+    needed = np.ceil(np.maximum((half / np.array(limits)) ** 2, fewest))
     of = {"threshold": needed[0], "slope": needed[1], "latency": needed[2]}
     row = {f"trials_for_{name}": n if getattr(wanted, name) else np.nan for name, n in of.items()}
     within = {f"{name}_within": one / np.sqrt(at) for name, one in zip(of, half, strict=True)}
