@@ -34,7 +34,6 @@ class Settled(TypedDict, total=False):
     level: Level | None
 
 
-
 UNITS = {"": 1.0, "_mm": 1e3, "_um": 1e6}  # per metre, by the end of a column's name
 LARGEST = {"position": LONGEST, "width": 0.05, "depth": 0.01}  # [m] beyond these a unit is wrong
 COLUMNS = {kind + unit: kind for kind in LARGEST for unit in UNITS}
