@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.figures import fig2, fig6_model, fig7e
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from vibrissa.whisker import Whisker
 
 GAP = 0.6e-3  # [m] of Figure 2: the paper's mean period
+CELLS = 40  # along each axis of the map: as fine as a report shows
 
 
 def model_results(whisker: Whisker, posture: Posture, scan: Scan) -> dict[str, xr.Dataset]:
@@ -36,12 +38,16 @@ def model_results(whisker: Whisker, posture: Posture, scan: Scan) -> dict[str, x
     makers: dict[str, Callable[[], xr.Dataset]] = {
         "gap": lambda: fig2.compute(posture, whisker, GAP, scan),
         "gaps": lambda: fig6_model.compute(posture, whisker, scan, rng=np.random.default_rng(1)),
-        "gain_map": lambda: fig7e.compute(whisker),
+        "gain_map": lambda: fig7e.compute(whisker, contacts=_thin(fig7e.CONTACTS), base_angles=_thin(fig7e.ANGLES)),
     }
-    results = {}
+    results: dict[str, xr.Dataset] = {}
     for name, make in makers.items():
         try:
             results[name] = make()
         except (InputError, ConvergenceError):  # a wide gap that this posture falls into: the figure is left out
             continue
     return results
+
+
+def _thin(axis: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.linspace(axis[0], axis[-1], CELLS)

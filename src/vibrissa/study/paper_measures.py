@@ -170,6 +170,8 @@ def _repeats(results: Results) -> Here:
 def _noise(results: Results) -> Here:
     if "profile" not in results:
         return Here(note="no tracked profile kept; see the page on tracking")
+    if not {"x_sd", "y_sd"} & set(results["profile"].data_vars):
+        return Here(note="the tracks of another program tell none")
     sd = np.nanmedian(measured_sd(results["profile"]).values, axis=-1).ravel()
     ends = np.nanquantile(sd, [0.025, 0.975])
     return Here(

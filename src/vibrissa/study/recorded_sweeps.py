@@ -39,8 +39,8 @@ UNITS = {  # numbers, each with its units by the end of the column's name, per S
     "friction": {"": 1.0},
 }
 POINTS = {"seed": 1, "skin": 1, "substrate": 2}  # points in pixels: columns and rows, separated by spaces
-WORDS = ("movie", "track", "animal", "whisker", "texture", "base", "polarity")
-WHOLE = ("condition", "run")
+WORDS = ("movie", "track", "animal", "whisker", "texture", "base", "polarity", "identity")
+WHOLE = ("condition", "run", "which")
 NUMBERS = {name + end: (name, scale) for name, ends in UNITS.items() for end, scale in ends.items()}
 COLUMNS = (*WORDS, *WHOLE, *NUMBERS, *POINTS)
 NEEDED = ("animal", "whisker", "texture", "scan_speed")
@@ -77,6 +77,9 @@ class RecordedSweep:
         In pixels.
     base, polarity : str
         As in :class:`vibrissa.study.settings.MovieFile`.
+    identity, which
+        Of a track file with several whiskers: how WHISK's segments are told apart, and the number of the one that is
+        meant; see :func:`vibrissa.video.tracks.read_tracks`.
     """
 
     animal: str
@@ -100,8 +103,10 @@ class RecordedSweep:
     seed: tuple[float, ...] | None = None
     skin: tuple[float, ...] | None = None
     substrate: tuple[float, ...] | None = None
-    base: Any = "left"
+    base: Any = None
     polarity: Any = "dark"
+    identity: Any = None
+    which: int | None = None
 
 
 def read_sweeps(path: str | Path) -> list[RecordedSweep]:
@@ -117,8 +122,9 @@ def read_sweeps(path: str | Path) -> list[RecordedSweep]:
         ``run``; ``pixel_size`` [m] or ``pixel_size_um``, ``frame_rate`` [Hz], ``exposure`` [s] or ``exposure_ms``;
         ``start`` [s], when x = 0 of the texture meets the contact; ``contact`` and ``base_angle``
         [rad], if not to be found from the profile; ``friction``; ``seed``, ``skin``,
-        ``substrate``, points in pixels, such as ``120 44``; ``base``; ``polarity``. Files are relative to the table. An
-        empty cell is as if its column were absent.
+        ``substrate``, points in pixels, such as ``120 44``; ``base``; ``polarity``; of track files with several
+        whiskers ``identity`` and ``which``. Files are relative to the table. An empty cell is as if its column were
+        absent.
 
     Raises
     ------
@@ -250,12 +256,19 @@ def _profile(sweep: RecordedSweep) -> xr.Dataset:
         profile = track_file(_movie(sweep, sweep.movie, sweep.pixel_size, sweep.seed), sweep.folder, lambda *_: None)
     else:
         path = sweep.folder / str(sweep.track)
-        profile = load(path) if path.suffix == ".nc" else read_tracks(path, _calibration(sweep))
+        profile = load(path) if path.suffix == ".nc" else _imported(path, sweep)
     if "whisker" not in profile.dims:
         return profile
-    if profile.sizes["whisker"] != 1:
-        raise InputError(str(sweep.track), "must hold one whisker", profile.sizes["whisker"], "select it beforehand")
-    return profile.isel(whisker=0)
+    count = profile.sizes["whisker"]
+    if count != 1 and (sweep.which is None or not 0 <= sweep.which < count):
+        raise InputError(str(sweep.track), f"must hold one whisker, or which must be 0 to {count - 1}", sweep.which)
+    return profile.isel(whisker=0 if count == 1 else sweep.which)
+
+
+def _imported(path: Path, sweep: RecordedSweep) -> xr.Dataset:
+    """Profile of a track file of another program; of WHISK's, of the whisker that is meant."""
+    which = None if sweep.which is None else [sweep.which]
+    return read_tracks(path, _calibration(sweep), identity=sweep.identity, base=sweep.base, whiskers=which)
 
 
 def _movie(sweep: RecordedSweep, path: str, pixel_size: float, seed: tuple[float, ...]) -> MovieFile:
@@ -265,7 +278,7 @@ def _movie(sweep: RecordedSweep, path: str, pixel_size: float, seed: tuple[float
         frame_rate=sweep.frame_rate,
         seeds=((seed[0], seed[1]),),
         skin=None if sweep.skin is None else ((sweep.skin[0], sweep.skin[1]),),
-        base=sweep.base,
+        base=sweep.base or "left",
         polarity=sweep.polarity,
     )
 

@@ -164,11 +164,18 @@ def _tracks(profile: xr.Dataset) -> list[dict[str, Any]]:
                 "name": names[i],
                 "followed": f"{int(table.frames_followed[i])} of {frames}",
                 "length": f"{1e3 * float(table.median_length[i]):.2f}",
-                "sd": f"{1e6 * float(np.nanmedian(measured_sd(profile).values[i])):.1f}",
+                "sd": _node_sd(profile, i),
                 "lost": why,
             }
         )
     return rows
+
+
+def _node_sd(profile: xr.Dataset, whisker: int) -> str:
+    """Median standard deviation of a node [µm]; nothing where the tracks tell none, as those of other programs."""
+    if not {"x_sd", "y_sd"} & set(profile.data_vars):
+        return "not told"
+    return f"{1e6 * float(np.nanmedian(measured_sd(profile).values[whisker])):.1f}"
 
 
 def _names(profile: xr.Dataset) -> list[str]:

@@ -120,7 +120,7 @@ def _shares_words(shares: xr.Dataset) -> str:
         text += (
             f"The share of mode{'s' * (len(missing) > 1)} {' and '.join(map(str, missing))} is larger in the paper: "
             "the model, filmed with any such noise, cannot give it. What could, and is not in it, moves the whisker as "
-            "a whole or in its upper modes: the pad, friction that fluctuates, an error of the contact that mixes modes."
+            "a whole or in its upper modes: the pad, friction that fluctuates, an error of ε that mixes modes."
         )
     return text
 
