@@ -110,5 +110,5 @@ def test_texture_b_is_taken_away_as_b():
 
 def test_a_posture_out_of_reach_is_refused_for_every_kind_of_file():
     for name in KINDS:
-        with pytest.raises(InputError, match="H must be within reach"):
+        with pytest.raises(InputError, match="must lie below L sin θ_b"):
             take(name, height=0.09)

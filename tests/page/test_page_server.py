@@ -121,11 +121,10 @@ def test_a_hostile_message_gets_one_line_and_the_next_one_its_answer(line, messa
 
 
 def test_a_message_beyond_all_bounds_ends_its_own_connection_only(served, line):
-    other = connect(served.root.replace("http", "ws") + "live", origin=served.origin)
-
     def drown():
-        other.send("x" * (LARGEST_MESSAGE + 1))
-        other.recv(timeout=20)
+        with connect(served.root.replace("http", "ws") + "live", origin=served.origin) as other:
+            other.send("x" * (LARGEST_MESSAGE + 1))
+            other.recv(timeout=20)
 
     with pytest.raises((ConnectionClosed, OSError)):
         drown()

@@ -100,14 +100,15 @@ def _curvature(prediction: Motion, t: Array) -> Array:
 
 
 def _spectrogram(signal: Array) -> dict[str, Array]:
-    window = min(WINDOW, len(signal))
-    hop = max(1, -(-(len(signal) - window) // MOST_COLUMNS))
-    frequency, time, power = spectrogram(
-        signal, RATE, window="hann", nperseg=window, noverlap=window - min(hop, window)
-    )
+    """Spectra of windows centred from the first sample to the last, the signal mirrored at its ends."""
+    half = min(WINDOW // 2, len(signal) - 1)
+    hop = max(1, len(signal) // MOST_COLUMNS)
+    mirrored = np.pad(signal, half, mode="reflect")
+    frequency, time, power = spectrogram(mirrored, RATE, window="hann", nperseg=2 * half, noverlap=2 * half - hop)
     kept = frequency <= HIGHEST
     decibels = 10 * np.log10(np.maximum(power[kept] * 1e12, 1e-9))
-    return {"spectrogram": decibels, "spectrogram_axes": np.array([[0, frequency[kept][-1]], time[[0, -1]]])}
+    axes = np.array([[0, frequency[kept][-1]], time[[0, -1]] - half / RATE])
+    return {"spectrogram": decibels, "spectrogram_axes": axes}
 
 
 @lru_cache(1)

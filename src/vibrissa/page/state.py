@@ -63,12 +63,12 @@ class State:
         angle, friction = self.number("base_angle"), self.number("friction")
         if self.values["hold"] == "contact":
             return Posture(contact=self.number("contact"), base_angle=angle, friction=friction)
-        length = self.whisker.length
-        try:
-            return Posture.at_height(self.number("height") / length, angle, friction)
-        except InputError as error:
-            rule = f"must be within reach of a whisker of L = {length * 1e3:.4g} mm ({error})"
-            raise InputError("H", rule, f"{self.number('height') * 1e3:.4g} mm") from error
+        length, height = self.whisker.length, self.number("height")
+        top = length * np.sin(angle)  # reached as ε → 0
+        if not height < top:
+            rule, remedy = f"must lie below L sin θ_b, {top * 1e3:.4g} mm", "lower H or raise θ_b"
+            raise InputError("Posture, Distance H (height)", rule, f"{height * 1e3:.4g} mm", remedy)
+        return Posture.at_height(height / length, angle, friction)
 
     @property
     def scan(self) -> Scan:

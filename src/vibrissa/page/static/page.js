@@ -2,7 +2,7 @@
 import { addressOf, build, show, stateFrom } from "./controls.js";
 import { forgetInks } from "./plots.js";
 import * as sound from "./sound.js";
-import { contrast, drawAll, setPalette } from "./views.js";
+import { contrast, drawAll, drawing, setPalette } from "./views.js";
 import { describeMotion, drawMotion } from "./whisker.js";
 
 const $ = id => document.getElementById(id);
@@ -138,7 +138,7 @@ function motion() {
 }
 
 function tick(now) {
-  if (data && !paused && last !== null && !document.hidden) {
+  if (data && !paused && last !== null && !document.hidden && flying?.want !== "live") { // a new picture goes first
     time = (time + Math.min(0.1, (now - last) / 1000) / Number($("slow").value)) % end();
     motion();
   }
@@ -205,7 +205,7 @@ function read() {
 }
 
 async function start() {
-  globalThis.vibrissa = { latencies, shown: () => shownCount, busy: () => Boolean(flying || waiting), started: 0, ended: 0, data: () => data, other: () => other, rendered: sound.rendered, at: () => time };
+  globalThis.vibrissa = { latencies, shown: () => shownCount, busy: () => Boolean(flying || waiting) || drawing(), started: 0, ended: 0, data: () => data, other: () => other, rendered: sound.rendered, at: () => time };
   const told = await (await fetch("controls.json")).json();
   table = told.controls;
   setPalette(told.palette.flat());

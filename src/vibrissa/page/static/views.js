@@ -8,9 +8,20 @@ const rms = values => { let sum = 0, square = 0; for (const v of values) { sum +
 const mean = values => values.reduce((a, b) => a + b, 0) / values.length;
 const say = (id, text) => $(id).setAttribute("aria-label", text);
 
+const VIEWS = { excursion, modes, "moment-view": moment, spectrogram, resonance, firing };
+const inSight = id => { const box = $(id).getBoundingClientRect(); return box.bottom > 0 && box.top < innerHeight; };
+let later = [], rest = 0;
+
+export const drawing = () => later.length > 0;
+
+// What is in sight at once, the rest when the hands rest.
 export function drawAll(data) {
   const end = (data.excursion.length - 1) / data.rate;
-  excursion(data, end); modes(data, end); moment(data, end); spectrogram(data, end); resonance(data); firing(data, end);
+  later = Object.keys(VIEWS);
+  const draw = wanted => { later = later.filter(id => !wanted(id) || VIEWS[id](data, end)); };
+  draw(inSight);
+  clearTimeout(rest);
+  rest = setTimeout(() => draw(() => true), 150);
 }
 
 function excursion(data, end) {
@@ -54,17 +65,20 @@ function moment(data, end) {
   say("moment-view", `Bending moment at the base from ${told(low)} to ${told(high)} nanonewton metres`);
 }
 
-let palette = null;
-export const setPalette = values => { palette = values; };
+let palette = null, inks32 = null;
+export const setPalette = values => {
+  palette = values;
+  inks32 = Uint32Array.from({ length: 256 }, (_, i) => (255 << 24 | values[3 * i + 2] << 16 | values[3 * i + 1] << 8 | values[3 * i]) >>> 0);
+};
 
 function spectrogram(data, end) {
   const place = opened($("spectrogram")), [bins, columns] = data.shape.spectrogram, [, top, first, last] = data.spectrogram_axes;
   const margin = { ...MARGIN, right: 64 }, box = boxOf(place, margin), map = axes(place, box, [0, end], [0, top], { x: "time [s]", y: "frequency [Hz]" });
   const high = extremes(data.spectrogram)[1], low = high - 60, image = new ImageData(columns, bins);
-  const painted = level => 3 * Math.round(255 * Math.min(1, Math.max(0, (level - low) / 60)));
+  const pixels = new Uint32Array(image.data.buffer);
   for (let f = 0; f < bins; f++) for (let k = 0; k < columns; k++) {
-    const from = painted(data.spectrogram[f * columns + k]), to = 4 * ((bins - 1 - f) * columns + k);
-    image.data.set([palette[from], palette[from + 1], palette[from + 2], 255], to);
+    const share = (data.spectrogram[f * columns + k] - low) / 60;
+    pixels[(bins - 1 - f) * columns + k] = inks32[Math.round(255 * Math.min(1, Math.max(0, share)))];
   }
   const sheet = new OffscreenCanvas(columns, bins);
   sheet.getContext("2d").putImageData(image, 0, 0);

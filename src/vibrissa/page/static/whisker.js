@@ -25,28 +25,37 @@ export function shaftAt(data, time) { // positions of the shaft from the base [m
   return out;
 }
 
+// Where on the shaft the contact is, as an index with its fraction; what comes before it is the free end.
+export function contactAt({ x }, place) {
+  let i = 1;
+  while (i < x.length - 1 && x[i] < place) i++;
+  return i - 1 + Math.min(1, Math.max(0, (place - x[i - 1]) / (x[i] - x[i - 1])));
+}
+
 // How deep the free end lies below the ground at its worst [m]; the model has one contact and does not resolve it.
-export function freeEndDepth(data, time, { x, y }) {
+export function freeEndDepth(data, time, { x, y }, contact) {
   let worst = 0;
-  for (let i = 0; data.shaft[i] < data.contact - 1e-4; i++) for (let k = 0; k < 6; k++) {
-    const px = x[i] + k / 6 * (x[i + 1] - x[i]), py = y[i] + k / 6 * (y[i + 1] - y[i]);
-    const held = data.shaft[i] + k / 6 * (data.shaft[i + 1] - data.shaft[i]);
-    if (held > data.contact - 2e-4 / data.length) break; // the contact itself slides by as much along the shaft
-    worst = Math.max(worst, surfaceAt(data, px + data.distance + data.speed * time) - (py + data.height));
+  const near = x[0] + 0.97 * (between(x, contact) - x[0]); // the contact itself vibrates by some micrometres
+  for (let at = 0; at < contact; at += 1 / 6) {
+    const px = between(x, at);
+    if (px < near) worst = Math.max(worst, surfaceAt(data, px + data.distance + data.speed * time) - (between(y, at) + data.height));
   }
   return worst;
 }
 
-function drawShaft(ctx, data, { x, y }, X, Y, touching, width) {
-  const ink = inks(), free = data.shaft.findIndex(s => s >= data.contact - 1e-6);
-  const run = (from, to, paint, dash, line) => {
+const between = (values, at) => { const i = Math.min(values.length - 2, Math.floor(at)); return values[i] + (at - i) * (values[i + 1] - values[i]); };
+
+function drawShaft(ctx, { x, y }, contact, X, Y, touching, width) {
+  const ink = inks(), split = [X(between(x, contact)), Y(between(y, contact))];
+  const run = (points, paint, dash, line) => {
     ctx.strokeStyle = paint; ctx.lineWidth = line; ctx.setLineDash(dash);
     ctx.beginPath();
-    for (let i = from; i < to; i++) ctx.lineTo(X(x[i]), Y(y[i]));
+    for (const point of points) ctx.lineTo(...point);
     ctx.stroke(); ctx.setLineDash([]);
   };
-  run(0, free + 1, touching ? ink.bad : ink.two, [5, 3], touching ? width + 1 : width);
-  run(free, data.shaft.length, ink.one, [], width + 1);
+  const all = Array.from(x, (v, i) => [X(v), Y(y[i])]), first = Math.floor(contact) + 1;
+  run([...all.slice(0, first), split], touching ? ink.bad : ink.two, [5, 3], touching ? width + 1 : width);
+  run([split, ...all.slice(first)], ink.one, [], width + 1);
 }
 
 function drawGround(ctx, data, time, X, Y, bottom, from, to) { // between two places from the base [m]
@@ -63,14 +72,14 @@ function drawGround(ctx, data, time, X, Y, bottom, from, to) { // between two pl
   ctx.strokeStyle = ink.ink; ctx.lineWidth = 1; ctx.stroke();
 }
 
-function whole(data, time, pose, rest, magnify, touching) {
+function whole(data, time, pose, rest, magnify, contact, touching) {
   const place = opened($("whole")), { ctx, width, height } = place, ink = inks();
   const low = Math.min(...rest.x), scale = Math.min((width - 30) / (-low * 1.06), (height - 40) / (data.height * 1.12));
   const X = v => width - 18 + v * scale, Y = v => 14 - v * scale;
   drawGround(ctx, data, time, X, Y, height, (15 - width) / scale, 21 / scale);
   if (data.gaps) barcode(ctx, data, time, X, Y(-data.height) + 6, scale, width);
   const large = { x: pose.x.map((v, i) => rest.x[i] + magnify * (v - rest.x[i])), y: pose.y.map((v, i) => rest.y[i] + magnify * (v - rest.y[i])) };
-  drawShaft(ctx, data, large, X, Y, touching, 1.5);
+  drawShaft(ctx, large, contact, X, Y, touching, 1.5);
   ctx.fillStyle = ink.ink; ctx.fillRect(X(0) - 2, Y(0) - 8, 14, 16);
   rule(ctx, 10, 14, 5e-3 * scale, "5 mm");
 }
@@ -90,12 +99,12 @@ function rule(ctx, x, y, length, text) {
   ctx.textAlign = "left"; ctx.textBaseline = "top"; ctx.fillText(text, x, y + 4);
 }
 
-function close(data, time, pose, d, touching, depth) {
+function close(data, time, pose, d, contact, touching, depth) {
   const place = opened($("close")), { ctx, width, height } = place, ink = inks(), scale = width / CLOSE;
   const X = v => width * LEFT + (v + data.distance) * scale, Y = v => height * 0.6 - (v + data.height) * scale;
   const at = pixel => (pixel - width * LEFT) / scale - data.distance;
   drawGround(ctx, data, time, X, Y, height, at(-3), at(width + 3));
-  drawShaft(ctx, data, pose, X, Y, touching, 2);
+  drawShaft(ctx, pose, contact, X, Y, touching, 2);
   const ground = surfaceAt(data, data.speed * time - d - 1e-9);
   const held = data.gaps ? Math.max(0, ground) : ground; // an edge of a gap carries it at the height of the land
   ctx.fillStyle = ink.ink;
@@ -103,7 +112,8 @@ function close(data, time, pose, d, touching, depth) {
   rule(ctx, 10, 14, 3e-4 * scale, "0.3 mm, true proportions");
   if (touching) {
     ctx.fillStyle = ink.bad; ctx.textAlign = "left"; ctx.textBaseline = "bottom";
-    ctx.fillText(`free end ${told(1e6 * depth, 2)} µm below ground: a second contact, not modelled`, 10, height - 6);
+    const words = [`free end ${told(1e6 * depth, 2)} µm below ground:`, "a second contact, not modelled"];
+    (width < 400 ? words : [words.join(" ")]).reverse().forEach((line, i) => ctx.fillText(line, 4, height - 4 - 14 * i));
   }
 }
 
@@ -111,9 +121,9 @@ export function drawMotion(data, time, magnify) {
   const pose = shaftAt(data, time), points = data.shaft.length;
   const rest = { x: data.shaft_x.subarray(0, points), y: data.shaft_y.subarray(0, points) };
   const d = data.excursion[Math.min(data.excursion.length - 1, Math.round(time * data.rate))];
-  const depth = freeEndDepth(data, time, pose), touching = depth > 2e-6;
-  whole(data, time, pose, rest, magnify, touching);
-  close(data, time, pose, d, touching, depth);
+  const contact = contactAt(pose, -data.distance - d), depth = freeEndDepth(data, time, pose, contact), touching = depth > 2e-6;
+  whole(data, time, pose, rest, magnify, contact, touching);
+  close(data, time, pose, d, contact, touching, depth);
 }
 
 export function describeMotion(data) {
