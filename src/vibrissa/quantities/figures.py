@@ -91,6 +91,7 @@ FIGURES: dict[str, Quantity] = {
     ),
     "correlogram_lag": Quantity(("correlogram_lag",), "s", "lag of the rate behind the envelope"),
     "correlogram": Quantity(("correlogram_lag",), "1", "correlation of rate and envelope"),
+    "expected_rate": Quantity(("bin",), "Hz", "rate that a simulated unit was given, mean over the bin"),
     "level_envelope": Quantity(("level",), "m", "mean envelope of a class of bins"),
     "level_rate": Quantity(("level",), "Hz", "mean rate in a class of bins"),
     "level_rate_se": Quantity(("level",), "Hz", "standard error of the mean rate in a class of bins"),

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+SELDOM = 0.01  # share of the time above its threshold below which a unit tells next to nothing
+
 
 @dataclass(frozen=True, kw_only=True)
 class Presentation:
@@ -149,11 +151,12 @@ def remarks(spikes: xr.Dataset) -> list[str]:
         From :func:`spikes_of`.
     """
     low, middle, high = 1e6 * np.percentile(spikes.point_envelope, [5, 50, 95])
-    silent = int((spikes.time_above_threshold.values == 0).sum())
+    silent = int((spikes.time_above_threshold.values < SELDOM).sum())
     lines = [
         f"the envelope {1e3 * spikes.attrs['distance']:g} mm from the base has a median of {middle:.3g} µm, "
         f"{low:.3g} to {high:.3g} µm in 90 % of the time"
     ]
     if silent:
-        lines[0] += f"; it never reaches the threshold of {silent} of {spikes.sizes['unit']} units"
+        share = f"less than {SELDOM:.0%} of the time".replace("%", " %")
+        lines[0] += f"; it is above the threshold of {silent} of {spikes.sizes['unit']} units in {share}"
     return lines
