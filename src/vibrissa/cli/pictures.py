@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Protocol
 
 from cyclopts import Parameter
 
 from vibrissa.errors import InputError
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 Picture = Annotated[Path | None, Parameter(help="Draw the results (PNG, PDF or SVG).")]
+
+
+class Figure(Protocol):
+    """What a figure's ``draw`` gives."""
+
+    def savefig(self, path: Path, /, *, metadata: dict[str, None]) -> None:
+        """Write it."""
+
+
 KINDS = (".png", ".pdf", ".svg")
 
 
@@ -27,7 +33,7 @@ def refuse_picture(path: Path | None) -> None:
 
 
 def write_picture(figure: Figure, path: Path) -> None:
-    """Write a figure, whole or not at all, and the same bytes for the same figure."""
+    """Write a figure, whole or not at all, without the time of day in it."""
     from vibrissa.files import written_whole
 
     clock = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
