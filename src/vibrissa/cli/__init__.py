@@ -9,6 +9,7 @@ from pathlib import Path
 from cyclopts import App, CycloptsError
 
 from vibrissa import __version__
+from vibrissa.cli.coding import demodulation, drives, information
 from vibrissa.cli.discriminate import discriminate
 from vibrissa.cli.explore import explore
 from vibrissa.cli.geometry import atlas, whisker
@@ -26,6 +27,7 @@ from vibrissa.cli.sweep import sweep
 from vibrissa.cli.tracks import tracks
 from vibrissa.cli.trials_needed import trials_needed
 from vibrissa.cli.video import decompose, track
+from vibrissa.cli.whisker_maps import glm, surround
 from vibrissa.errors import ConvergenceError, InputError
 
 app = App(name="vibrissa", help="From surface to spikes: how a rat's whisker feels fine texture.", version=__version__)
@@ -55,6 +57,11 @@ for verb in (pick, track, tracks, decompose, modes, profile, gap, scan, whisk, w
     app.command(verb)
 for verb in (sweeps, base, posture, figure):
     app.command(verb)
+app.command(surround)
+app.command(glm)
+app.command(demodulation)
+app.command(drives)
+app.command(information)
 app.command(discriminate)
 app.command(sort)
 app.command(robustness)

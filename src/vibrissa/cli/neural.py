@@ -103,7 +103,7 @@ def neural(
         spontaneous=spontaneous,
         seed=seed,
     )
-    shown = read_stimulus(stimulus) if whisker is None else _played(stimulus, whisker)
+    shown = read_stimulus(stimulus) if whisker is None else played(stimulus, whisker)
     kept = [*(float(t) for t in shown.time.values[[0, -1]]), *(spontaneous or ())]
     with progress_bars() as progress:
         table, told = recorded_spikes(
@@ -125,7 +125,7 @@ def neural(
         _print_units(data)
 
 
-def _played(path: Path, whisker: str) -> xr.Dataset:
+def played(path: Path, whisker: str) -> xr.Dataset:
     """Motion of one whisker of a stimulator's command, as a stimulus."""
     from vibrissa.quantities import dataset
     from vibrissa.stimulus.export import read_command

@@ -149,9 +149,13 @@ def _row(
     row |= _coherences(rate, best, shown, how)
     row["vector_strength_plain"] = float(np.abs(rate @ best.carrier) / rate.sum())
     if likeness > ALIKE:
-        return {**row, "reason": f"envelope and phase go together in this stimulus (r = {likeness:.2f}); give the carrier's band"}
+        return {
+            **row,
+            "reason": f"envelope and phase go together in this stimulus (r = {likeness:.2f}); give the carrier's band",
+        }
     parts = Parts.of(best, counts)
     told = {name: parts.interval(measure) for name, measure in parts.measures().items()}
+    told["demodulation_index"] = Estimate(*np.clip(told["demodulation_index"], -1, 1).tolist())
     row |= {
         f"{name}{end}": value
         for name, one in told.items()
