@@ -8,7 +8,8 @@ import pytest
 from vibrissa.errors import InputError
 from vibrissa.mechanics.superposition import Prediction
 from vibrissa.mechanics.topography import ReliefPrediction
-from vibrissa.study.apparatus import apparatus
+from vibrissa.study import study as study_module
+from vibrissa.study.apparatus import apparatus, true_profile
 from vibrissa.study.settings import Grating, read_study, validated_study
 from vibrissa.study.virtual import exposed_signals, film_motion, lay_out, predicted_motion
 from vibrissa.texture.io import write_relief, write_troughs
@@ -66,6 +67,18 @@ def test_a_relief_is_filmed_and_its_low_stretches_are_drawn(folder):
     np.testing.assert_allclose(shown.trough_start, GRATING.position)
     np.testing.assert_allclose(shown.trough_width, GRATING.width)
     assert shown.attrs["depth"] == pytest.approx(GRATING.depth)
+
+
+def test_a_study_is_decomposed_into_the_modes_of_its_scan(folder):
+    plain = study(folder, 'file = "gaps.csv"')
+    film = dataclasses.replace(BUILT_IN.film, n_frames=600)
+    asked = dataclasses.replace(plain, scan=dataclasses.replace(plain.scan, modes="curved-edge"), film=film)
+    motion = predicted_motion(asked)
+    profile = true_profile(motion, film, lay_out(motion, film), np.linspace(0, 0.0283, 60))
+    found = study_module._modal(asked, profile, asked.whisker, 0.29, motion)
+    assert found["modal"].attrs["modes"] == "curved-edge"
+    np.testing.assert_allclose(found["modal"].kappa, motion.kappa[:3], rtol=1e-9)
+    np.testing.assert_allclose(found["resonance"].resonant_frequency[0], motion.omega[0] / (2 * np.pi), rtol=5e-3)
 
 
 def test_what_was_decided_of_the_file_is_told(folder):
