@@ -1,5 +1,7 @@
 """The two ways a call can fail: bad input, or a solver that does not arrive."""
 
+from __future__ import annotations
+
 
 class InputError(ValueError):
     """Bad input, told in one line: the thing, the rule, the value and the remedy.
@@ -27,6 +29,10 @@ class InputError(ValueError):
         self.thing, self.said = thing.replace("\n", " "), f"{rule}{got}{cure}".replace("\n", " ")
         super().__init__(f"{self.thing} {self.said}")
 
+    def __reduce__(self) -> tuple[type[InputError], tuple[str, str]]:
+        """Rebuild it in another process, to which a worker sends it."""
+        return type(self), (self.thing, self.said)
+
 
 class ConvergenceError(RuntimeError):
     """A solver stopped before it met its tolerance.
@@ -45,4 +51,9 @@ class ConvergenceError(RuntimeError):
 
     def __init__(self, problem: str, residual: float, iterations: int, remedy: str = "") -> None:
         cure = f"; {remedy}" if remedy else ""
+        self._told = problem, residual, iterations, remedy
         super().__init__(f"{problem} did not converge: residual {residual:.3g} after {iterations} iterations{cure}")
+
+    def __reduce__(self) -> tuple[type[ConvergenceError], tuple[str, float, int, str]]:
+        """Rebuild it in another process, to which a worker sends it."""
+        return type(self), self._told
