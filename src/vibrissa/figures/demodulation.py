@@ -48,9 +48,9 @@ def _caption(data: xr.Dataset) -> str:
     carrier, trials = data.carrier_frequency.values[0], data.attrs["n_trials"]
     return (
         f"{data.sizes['unit']} units, {trials} presentations, a carrier of {carrier:.0f} Hz: {named['envelope']} "
-        f"follow the envelope, {named['phase']} the phase, {named['both']} both; of {named['cannot tell']} it cannot be "
-        "told. A: part of the rate that follows each, over the mean rate, taken between different presentations, so that "
-        "noise adds nothing. B: index (V_E − V_C)/(V_E + V_C) of the two variances; bars, 95 % intervals."
+        f"follow the envelope, {named['phase']} the phase, {named['both']} both; of {named['cannot tell']} it cannot "
+        "be told. A: part of the rate that follows each, over the mean rate, taken between different presentations, "
+        "so that noise adds nothing. B: index (V_E − V_C)/(V_E + V_C) of the two variances; bars, 95 % intervals."
         f"{truth} C: coherence of the mean rate with the envelope (below half the carrier's frequency) and with the "
         "carrier (0.75 to 1.25 of it)."
     )
