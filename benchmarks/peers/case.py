@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -16,7 +16,7 @@ from vibrissa.mechanics.drifting import drift
 from vibrissa.mechanics.dynamics import Drive, amplitudes
 from vibrissa.mechanics.edge import Held, hold, on_the_flat
 from vibrissa.mechanics.gap import excursion_at_jump
-from vibrissa.mechanics.held_contact import held_contacts, held_frequency
+from vibrissa.mechanics.held_contact import held_contacts, held_frequency, held_kappa
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.superposition import Prediction, Scan, predict
 from vibrissa.texture.surface import Troughs
@@ -112,13 +112,15 @@ class Case:
 
     @cached_property
     def held(self) -> xr.Dataset:
-        """Where the edge of a gap holds the contact, from the jump until it is back on the flat."""
-        return held_contacts(self.prediction)
+        """Where the edge of a gap holds the contact, from the jump until it is back on the flat; ζ₁ of every mode."""
+        damped = replace(self.prediction.scan, damping=float(self.zeta[0]))
+        return held_contacts(replace(self.prediction, scan=damped))
 
     @property
     def held_kappa(self) -> float:
-        """κ₁ in the mean while the edge of the first gap holds the contact."""
-        return float(self.prediction.kappa[0] * self.held.held_shift[0, 0])
+        """κ₁ in the mean while the edge of the first gap holds the contact, whatever modes the prediction takes."""
+        at_rest = held_kappa(self.flat, self.contact, 0.0, 1, straight=self.modes == "straight")
+        return float(at_rest[0] * self.held.held_shift[0, 0])
 
     @property
     def zeta(self) -> Array:

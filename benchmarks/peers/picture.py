@@ -10,7 +10,7 @@ from vibrissa.figures.canvas import house_style, new_figure
 MICRONS = 1e6 * Case(base_angle=0.3).whisker.length
 SHOWN = (
     "MuJoCo: gap 0.30 mm, 0.3 rad, all; κ₁ on the flat",
-    "Exudyn: gap 0.60 mm, 0.3 rad, on the edge",
+    "MuJoCo: ridge, gap 0.30 mm, 0.3 rad",
     "MuJoCo: ridge, gap 0.15 mm, 1.2 rad",
     "MuJoCo: pluck, on an edge, 1.2 rad",
     "MuJoCo: six gaps of 0.30 mm, lands of 0.05 mm, 0.3 rad",
