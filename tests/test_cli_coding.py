@@ -91,6 +91,8 @@ def test_tables_of_textures_that_do_not_fit_are_refused_in_one_line(vibrissa, re
     [
         (("--window", 0, 1), "textures must be given"),
         (("--window", 0, 1, "--bin-width", 0.3), "must divide the window"),
+        (("--window", 1, 0), "must start before it stops"),
+        (("--window", 7, 8), "must hold a spike"),
         (("--window", 0, 1, "--picture", "x.gif"), "must end in .png"),
         (("--window", 0, 1, "--permutations", 9), "at least 79"),
         (("--window", 0, 1, "--units", 9), "must lie between 1 and 5"),
@@ -155,3 +157,5 @@ def test_trials_needed_draws_and_refuses(vibrissa, stimulus):
     code, out, err = vibrissa(*words)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert "must be wanted of threshold, slope or latency" in err
+    assert vibrissa(*words, "--slope", 0.25, "--slope-within", 0.1)[2].endswith("0.25 AP/s per µm is 2.5e5\n")
+    assert vibrissa(*words, "--threshold", 42, "--slope-within", 0.1)[2].endswith("42 µm is 42e-6\n")

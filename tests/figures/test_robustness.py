@@ -125,6 +125,8 @@ def test_ways_differ_in_one_respect():
         robustness.ways(POSTURE, 0.1, speeds=(1.0,))
     with pytest.raises(InputError, match="at least 2 of each"):
         robustness.compute(WHISKER, ways, rng=np.random.default_rng(1), n_sets=1)
+    with pytest.raises(InputError, match="too short for a spectrum"):
+        robustness.compute(WHISKER, robustness.ways(POSTURE, 0.1, speeds=(3.6,)), rng=np.random.default_rng(1))
 
 
 def test_drawing_labels_every_axis(data):

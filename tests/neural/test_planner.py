@@ -136,6 +136,10 @@ def test_plans_of_nothing_are_refused(drive):
         Wanted()
     with pytest.raises(InputError, match="must be positive"):
         Wanted(slope=-0.1)
-    for change in ({"units": []}, {"gain_sd": -1.0}, {"at": (0,)}):
-        with pytest.raises(InputError, match="must have a unit"):
+    for change, message in (
+        ({"units": []}, "must have a unit"),
+        ({"gain_sd": -1.0}, "zero or positive"),
+        ({"at": (0,)}, "from 1"),
+    ):
+        with pytest.raises(InputError, match=message):
             plan_trials(drive, **{"units": [HingeUnit()], "wanted": Wanted(slope=0.1), **change})

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from vibrissa.cli.options import Json, Out
 from vibrissa.cli.pictures import Picture, refuse_picture, write_picture
+from vibrissa.errors import InputError
 
 Several = Annotated[list[float], Parameter(negative="")]
 TABLE = ("threshold", "slope", "baseline", "spikes_per_trial", "trials_needed", "reason")
@@ -73,6 +74,7 @@ def trials_needed(
     from vibrissa.neural.presentation import Presentation
     from vibrissa.neural.virtual import HingeUnit
 
+    _refuse_units(threshold, slope)
     wanted = Wanted(threshold=threshold_within, slope=slope_within, latency=latency_within)
     refuse_out(out)
     refuse_picture(picture)
@@ -86,3 +88,12 @@ def trials_needed(
 
         write_picture(figure.draw(figure.compute(shown.drive(), units[0], wanted, gain_sd=gain_sd)), picture)
     show(data, None if json else TABLE, json, out)
+
+
+def _refuse_units(threshold: list[float], slope: list[float]) -> None:
+    """Refuse thresholds that look like micrometres, and slopes that look like those per micrometre."""
+    if max(threshold) > 0.01:
+        raise InputError("--threshold", "must be at most 0.01 m", max(threshold), "42 µm is 42e-6")
+    low = [one for one in slope if 0 < one < 100]
+    if low:
+        raise InputError("--slope", "must be 0, or at least 100 per s and m", low[0], "0.25 AP/s per µm is 2.5e5")

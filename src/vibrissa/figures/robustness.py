@@ -32,6 +32,7 @@ Progress = Callable[[str, int, int], None]
 
 SPEEDS, HEIGHTS, ANGLES = (0.5, 0.7, 1.4, 2.0), (0.8, 0.9, 1.1, 1.2), (0.75, 0.875, 1.08, 1.16)  # over those that teach
 LENGTH = 0.062  # [m] of every texture
+FASTEST = 0.35  # [m/s] at which that lasts long enough to tell the bands of the spectrum apart
 PERIODS = (0.6e-3,) * 5  # [m] mean periods of the gratings of a set: the paper's
 MEAN_ENVELOPE = 55e-6  # [m] to which the motions that teach are scaled: the paper prints no amplitude
 ARMS = ("speed", "height", "angle")
@@ -121,6 +122,11 @@ def compute(
     if n_sets < 2 or n_trials < 2 or len(mean_periods) < 2:
         found = f"{n_sets}, {n_trials}, {len(mean_periods)}"
         raise InputError("sets, trials and gratings of a set", "must be at least 2 of each", found)
+    fastest = max(way.speed for way in scanned)
+    if fastest > FASTEST:
+        raise InputError(
+            "speed", f"must be at most {FASTEST:.2g} m/s: faster scans are too short for a spectrum", fastest
+        )
     n_textures = len(mean_periods)
     textures = [random_grating(LENGTH, rng=rng, mean_period=one) for _ in range(n_sets) for one in mean_periods]
     moved, resonance = [], []

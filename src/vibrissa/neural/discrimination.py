@@ -93,9 +93,11 @@ def trial_counts(spikes: xr.Dataset, n_trials: int, window: Window, bin_width: f
     Raises
     ------
     InputError
-        If no unit was observed in all trials, or fewer than two bins fit.
+        If no unit was observed in all trials, fewer than two bins fit, or no spike lies in the window.
     """
     require(spikes, "spike_time", "spike_trial", "spike_unit", "unit_name")
+    if not -np.inf < window[0] < window[1] < np.inf:
+        raise InputError("window", "must start before it stops (s)", window)
     edges = bin_edges(*window, bin_width)
     if len(edges) < 3:
         raise InputError("bin width", "must be at most half the window", bin_width)
@@ -106,6 +108,8 @@ def trial_counts(spikes: xr.Dataset, n_trials: int, window: Window, bin_width: f
         counts, names = counts[:, whole], [name for name, one in zip(names, whole, strict=True) if one]
     if not names:
         raise InputError("units", "must include one that was observed in all trials", 0)
+    if not counts.any():
+        raise InputError("window", "must hold a spike", window, "times count in seconds from each trial's onset")
     return counts.astype(float), names
 
 

@@ -165,8 +165,10 @@ def plan_trials(
     InputError
         If there is no unit, the gain's spread is negative, or a number of trials is not positive.
     """
-    if not units or not 0 <= gain_sd < np.inf or not all(n > 0 for n in at):
-        raise InputError("plan", "must have a unit, a spread of the gain from 0 and numbers of trials from 1")
+    if not units or not all(n > 0 for n in at):
+        raise InputError("plan", "must have a unit, and numbers of trials from 1", f"{len(units)} units, {at}")
+    if not 0 <= gain_sd < np.inf:
+        raise InputError("gain_sd", "must be zero or positive", gain_sd)
     rows = [_row(drive, unit, wanted, gain_sd, np.asarray(at, float)) for unit in units]
     columns: dict[str, Any] = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     asked: dict[str, Any] = {name: np.array([getattr(unit, name) for unit in units]) for name in Hinge._fields}
