@@ -55,7 +55,7 @@ def test_scan_rings_in_the_modes_it_is_told(vibrissa, tmp_path):
     _, printed, told = vibrissa(*words, "--modes", "curved-coulomb", "--out", tmp_path / "r.nc", "--json")
     np.testing.assert_allclose(json.loads(printed)["kappa"][0], 21.067, atol=6e-4)
     assert np.isfinite(load(tmp_path / "r.nc").axial_force).all()
-    assert "curved profile" not in told
+    assert "modes are about the profile (curved-coulomb); about the curved profile" in told
     assert "modes are the straight shaft's; about the curved profile" in vibrissa(*words, "--json")[2]
 
 
@@ -69,7 +69,7 @@ def test_scan_rings_in_the_modes_it_is_told(vibrissa, tmp_path):
         ((*AT, "--contact-condition", "glue"), "--contact-condition"),
         ((*AT, "--contact-condition", "stick", "--friction-law", "coulomb"), "of a stuck contact must be 'constant'"),
         ((*AT, "--contact-condition", "edge", "--friction-law", "constant"), "on an edge must be 'coulomb'"),
-        ((*PROFILE, "--base-angle", "1.7"), "base_angle must lie between 0 and π/2"),
+        ((*PROFILE, "--base-angle", "1.7"), "--base-angle must lie between 0 and π/2"),
     ],
 )
 def test_bad_requests_are_one_line(vibrissa, words, message):
