@@ -1,7 +1,7 @@
 """Profiles on the flat and on an edge: the scaled Eq. (1) marched from the contact, in compiled loops.
 
 With x = s/ε and ψ = θ − θ_ε, in ln x: ψ' = n/x², n' = Λ̂ cos(φ − ψ) − n, X' = x cos ψ, Y' = x sin ψ, where n = m/x. A
-state holds (ψ, n, X, Y) and then, where asked for, their derivatives by Λ̂. The longest step in ln x of the method, of
+state holds (ψ, n, X, Y) and then their derivatives by Λ̂. The longest step in ln x of the method, of
 order 6, is the caller's: 0.05 errs by 1e-9 of the displacements, 0.0125 by a few 1e-13.
 """
 
@@ -37,17 +37,15 @@ def _slope(x, state, load, cos_phi, sin_phi, out):  # type: ignore[no-untyped-de
     sin, cos, square = np.sin(state[0]), np.cos(state[0]), 1 / x**2
     toward = cos_phi * cos + sin_phi * sin
     out[0], out[1], out[2], out[3] = state[1] * square, load * toward - state[1], x * cos, x * sin
-    if out.size == 8:
-        across = sin_phi * cos - cos_phi * sin
-        out[4], out[5] = state[5] * square, toward + load * across * state[4] - state[5]
-        out[6], out[7] = -x * sin * state[4], x * cos * state[4]
+    across = sin_phi * cos - cos_phi * sin
+    out[4], out[5] = state[5] * square, toward + load * across * state[4] - state[5]
+    out[6], out[7] = -x * sin * state[4], x * cos * state[4]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def march(load, phi, log_x, longest, states):  # type: ignore[no-untyped-def]
-    """States (P, 4) or, with derivatives, (P, 8) at ln x (P,), ever farther from the contact at 0, to either side."""
-    rows = states.shape[1]
-    state, trial, slopes = np.zeros(rows), np.empty(rows), np.empty((7, rows))
+    """States (P, 8) at ln x (P,), ever farther from the contact at 0, to either side."""
+    state, trial, slopes = np.zeros(8), np.empty(8), np.empty((7, 8))
     at, cos, sin = 0.0, np.cos(phi), np.sin(phi)
     for j in range(log_x.size):
         steps = int(np.ceil(abs(log_x[j] - at) / longest))
@@ -59,11 +57,11 @@ def march(load, phi, log_x, longest, states):  # type: ignore[no-untyped-def]
                 trial[:] = state
                 for k in range(stage):
                     if _STAGES[stage, k] != 0:
-                        for i in range(rows):
+                        for i in range(8):
                             trial[i] += h * _STAGES[stage, k] * slopes[k, i]
                 _slope(places[stage], trial, load, cos, sin, slopes[stage])
             for k in range(7):
-                for i in range(rows):
+                for i in range(8):
                     state[i] += h * _WEIGHTS[k] * slopes[k, i]
             x *= half**2
         at = log_x[j]
@@ -149,7 +147,7 @@ def place(unknown, phi, s, longest, x, y, tilt):  # type: ignore[no-untyped-def]
     """Positions x, y (P,) from the base and angles θ of ascending points s (P,), s[-1] = 1; straight below ε."""
     contact, turn, load = unknown
     first = np.searchsorted(s, contact)
-    states = np.zeros((s.size, 4))
+    states = np.zeros((s.size, 8))
     march(load, phi, np.log(s[first:] / contact), longest, states[first:])
     cos, sin = np.cos(turn), np.sin(turn)
     for j in range(s.size):
@@ -180,7 +178,7 @@ def follow(start, angle, distance, height, phi, excursions, s, longest, unknowns
     ``unknowns`` (E, 3); ``x``, ``y`` (E, P) from the base at ascending points s (P,), s[-1] = 1, of the curve of Eq. 1,
     which goes on smoothly below its contact; ``curvature`` (E,) at the base, over 1/L.
     """
-    unknown, before, states = start.copy(), 0.0, np.empty((s.size, 4))
+    unknown, before, states = start.copy(), 0.0, np.empty((s.size, 8))
     for e in range(excursions.size):
         guess = _onwards(excursions[:e], unknowns, start, excursions[e])
         near = e > 1 and abs(excursions[e] - before) < _STRIDE
@@ -204,7 +202,7 @@ def follow(start, angle, distance, height, phi, excursions, s, longest, unknowns
 @njit(cache=True, nogil=True, error_model="numpy")
 def straightened(unknowns, phi, s, longest, x, y):  # type: ignore[no-untyped-def]
     """Straight free end less Eq. 1's curve going on, (E, P) over L, at points s (E, P) that ascend to the contact."""
-    states = np.empty((s.shape[1], 4))
+    states = np.empty((s.shape[1], 8))
     for e in range(len(unknowns)):
         contact, turn, load = unknowns[e]
         march(load, phi, np.log(s[e] / contact)[::-1], longest, states[::-1])
