@@ -95,7 +95,7 @@ def test_one_carrier_cannot_tell_envelope_from_speed():
 def test_few_spikes_and_no_drive_are_said():
     weak, _ = compared(3, MANY, share=0.05)
     assert (weak.best_drive.values == "cannot tell").all()
-    none, _ = compared(3, MANY, share=0.0, units=5)
+    none, _ = compared(3, MANY, share=0.0, units=4)
     assert np.mean([reason.startswith("no drive") for reason in none.reason.values]) >= 0.85
     few = recorded(stimuli(0, MANY), 0, names=("envelope",))
     few = [table.isel(spike=slice(0, 10)) for table in few]
@@ -143,7 +143,9 @@ def test_bad_input_is_told_in_one_line(change, match):
     assert "\n" not in str(told.value)
 
 
-@pytest.mark.parametrize("wrong", [{"bin_width": 0.0}, {"skip": -1.0}, {"level": 0.0}, {"smoothing": 0.0}])
+@pytest.mark.parametrize(
+    "wrong", [{"bin_width": 0.0}, {"skip": -1.0}, {"level": 0.0}, {"smoothing": 0.0}, {"latest": 0.05}]
+)
 def test_settings_are_checked(wrong):
     with pytest.raises(InputError, match="must"):
         DriveAnalysis(**wrong)

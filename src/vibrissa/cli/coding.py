@@ -70,6 +70,7 @@ def drives(
     smoothing: float = 0.03,
     band: Window | None = None,
     level: float = 0.05,
+    latest: float = 0.03,
     out: Out = None,
     json: Json = False,
 ) -> None:
@@ -93,11 +94,13 @@ def drives(
         LOW HIGH of the carrier whose envelope is taken [Hz].
     level
         Chance that a wrong drive is named.
+    latest
+        Longest latency searched [s], up to 0.03.
     """
     from vibrissa.neural.drive_choice import DriveAnalysis, compare_drives
     from vibrissa.neural.inputs import read_spikes, read_stimulus
 
-    how = DriveAnalysis(bin_width=bin_width, skip=skip, smoothing=smoothing, band=band, level=level)
+    how = DriveAnalysis(bin_width=bin_width, skip=skip, smoothing=smoothing, band=band, level=level, latest=latest)
     counts = trials * len(spikes) if len(trials) == 1 else trials
     data = compare_drives([read_spikes(one) for one in spikes], [read_stimulus(one) for one in stimulus], counts, how)
     names = ["drive_gain", "drive_loss", "drive_loss_low", "drive_loss_high"]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from vibrissa.errors import InputError
-from vibrissa.neural.drives import DRIVES, Stimuli
+from vibrissa.neural.drives import DRIVES, LATEST, Stimuli
 from vibrissa.neural.hinge import HingeGrid
 from vibrissa.neural.inputs import refuse_misplaced
 from vibrissa.neural.response import spike_counts
@@ -27,6 +27,7 @@ Window = tuple[float, float]
 FEWEST_SPIKES = 100
 PIECES = 12  # at least so many pieces of the stimuli are left out in turn; their scatter gives the intervals
 APART = 1.15  # ratio of the highest to the lowest carrier, below which envelope and speed are one but for a factor
+FEWEST_LATENCIES = 13  # tried, evenly
 LEAST_RATE = 0.02  # of the mean rate: what a hinge at rest may predict, so that one odd spike does not decide
 
 
@@ -42,6 +43,8 @@ class DriveAnalysis:
         Time constant of the smoothed envelope [s].
     level : float
         Chance that a wrong drive is named, over all rivals together.
+    latest : float
+        Longest latency searched [s], up to 30 ms.
     """
 
     bin_width: float = 0.01
@@ -49,6 +52,7 @@ class DriveAnalysis:
     smoothing: float = 0.03
     band: Window | None = None
     level: float = 0.05
+    latest: float = LATEST
 
     def __post_init__(self) -> None:
         for name in ("bin_width", "smoothing"):
@@ -58,6 +62,8 @@ class DriveAnalysis:
             raise InputError("skip", "must be zero or positive (s)", self.skip)
         if not 0 < self.level < 1:
             raise InputError("level", "must lie between 0 and 1", self.level)
+        if not 0 < self.latest <= LATEST:
+            raise InputError("latest", f"must be positive, up to {LATEST:g} s", self.latest)
 
 
 def compare_drives(
@@ -97,9 +103,14 @@ def compare_drives(
     """
     how = how or DriveAnalysis()
     _refuse(spikes, stimuli, n_trials)
-    shown = Stimuli.of(stimuli, bin_width=how.bin_width, skip=how.skip, smoothing=how.smoothing, band=how.band)
+    cut = {"bin_width": how.bin_width, "skip": how.skip, "smoothing": how.smoothing, "latest": how.latest}
+    shown = Stimuli.of(stimuli, band=how.band, **cut)
     pieces = _pieces(shown)
-    grids = {name: HingeGrid.of(drive, n_thresholds=17, n_latencies=9) for name, drive in shown.drives.items()}
+    # latencies a bin apart at most: coarser ones miss what changes within a bin, and favour what changes more slowly
+    n_latencies = max(FEWEST_LATENCIES, 1 + int(np.ceil(how.latest / how.bin_width)))
+    grids = {
+        name: HingeGrid.of(drive, n_thresholds=13, n_latencies=n_latencies) for name, drive in shown.drives.items()
+    }
     trials = np.array(n_trials)[shown.stimulus][shown.valid]
     rows = []
     for name in spikes[0].unit_name.values:
@@ -107,9 +118,8 @@ def compare_drives(
         counts = np.concatenate(own)
         rows.append(_row(grids, counts[shown.valid], trials, pieces, shown, how))
     columns: dict[str, Any] = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    attrs = {"bin_width": how.bin_width, "skip": how.skip, "smoothing": how.smoothing, "level": how.level}
     return dataset(
-        attrs | {"pieces": int(pieces.max()) + 1},
+        cut | {"level": how.level, "pieces": int(pieces.max()) + 1},
         unit_name=spikes[0].unit_name.values,
         drive=np.array(DRIVES),
         drive_likeness=[shown.likeness("envelope", name) for name in DRIVES],

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 Window = tuple[float, float]
 
 DRIVES = ("envelope", "speed", "rise", "smoothed")
-LATEST = 0.03  # [s] latencies searched
+LATEST = 0.03  # [s] latencies searched, at most: so much is left out at the start
 STEP = 0.5e-3  # [s] of the drives, at most: they change within milliseconds
 
 
@@ -58,6 +58,7 @@ class Stimuli:
         skip: float = 0.5,
         smoothing: float = 0.03,
         band: Window | None = None,
+        latest: float = LATEST,
     ) -> Stimuli:
         """Take the drives of each stimulus and lay them end to end.
 
@@ -69,6 +70,8 @@ class Stimuli:
             As in :class:`vibrissa.neural.analysis.EnvelopeAnalysis`.
         smoothing : float
             Time constant of the low-pass [s].
+        latest : float
+            Longest latency searched [s].
 
         Raises
         ------
@@ -87,7 +90,7 @@ class Stimuli:
         joined = {name: np.concatenate([part[name] for part in parts]) for name in DRIVES}
         return cls(
             drives={
-                name: Drive(time=time, envelope=signal, edges=edges, valid=valid, latencies=(0.0, LATEST))
+                name: Drive(time=time, envelope=signal, edges=edges, valid=valid, latencies=(0.0, latest))
                 for name, signal in joined.items()
             },
             starts=np.array([seen.edges[0] for seen in shown]),
