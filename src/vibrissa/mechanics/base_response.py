@@ -57,9 +57,11 @@ def analyse_base_signal(
     -------
     dict of Datasets
         ``resonance_white`` and, with a prediction, ``resonance``: as :func:`vibrissa.mechanics.resonance.fit_modes`
-        gives. ``spectra``: ``base_power`` and the fits. ``envelope``: of each mode's band. With a prediction also
-        ``predicted``, the same of the model, and ``agreement``: ``correlation`` of the envelopes at the ``best_lag``,
-        and ``rms_ratio``, predicted over measured, (mode).
+        gives. Of 60 simulations the intervals of ζ hold the truth in 98 % for mode 1, but in 76 % for mode 2: it stands
+        on the flank of the others, comes out 2.6 % low, and its interval is too narrow. ``spectra``: ``base_power`` and
+        the fits. ``envelope``: of each mode's band. With a prediction also ``predicted``, the same of the model, and
+        ``agreement``: ``correlation`` of the envelopes at the ``best_lag``, and ``rms_ratio``, predicted over measured,
+        (mode).
 
     Raises
     ------
