@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vibrissa.exact import cone_modes
-from vibrissa.figures.canvas import FOUND, TRUTH, house_style, new_figure
+from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, house_style, new_figure
 from vibrissa.quantities import dataset
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+Array = NDArray[np.float64]
+
 SHOWN = 0.3  # [s] of amplitudes
+SEEN = 0.06  # of the profile's length: what the largest displacement is enlarged to in A
+PAPER = "66.4 ± 10.7, 18.6 ± 5.6 and 5.6 ± 2.9"
 
 
 def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
@@ -24,13 +31,15 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     Parameters
     ----------
     study : mapping
-        ``modal``; ``prediction`` if the truth is known.
+        ``modal``; ``profile`` for A; ``prediction`` if the truth is known.
 
     Returns
     -------
     Dataset
         ``s``; ``deformation`` (s) and ``mode_part`` (mode, s) [m]; ``mode_displacement`` (mode, time) and, where known,
-        ``mode_displacement_true``, over L; ``variance_explained`` (mode).
+        ``mode_displacement_true``, over L; ``variance_explained`` (mode); with a profile ``shape_x``, ``shape_y`` (s)
+        [m], its mean, and ``shape_x_instant``, ``shape_y_instant``, displaced from it ``enlarged`` times. Attributes
+        ``instant`` [s], ``enlarged``, ``caption``.
     """
     modal = study["modal"]
     length, contact = modal.attrs["whisker_length"], float(modal.contact)
@@ -45,8 +54,12 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     if "prediction" in study:
         true = study["prediction"].mode_displacement.values[: len(q)]
         columns["mode_displacement_true"] = (true - true.mean(axis=1, keepdims=True))[:, start:stop]
-    return dataset(
-        {"instant": float(modal.time[instant])},
+    attrs: dict[str, Any] = {"instant": float(modal.time[instant])}
+    if "profile" in study:
+        shape, attrs["enlarged"] = _shapes(study["profile"], instant, seen)
+        columns |= shape
+    data = dataset(
+        attrs,
         s=s[seen],
         mode=modal.mode.values,
         time=modal.time.values[start:stop],
@@ -56,29 +69,79 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
         variance_explained=modal.variance_explained.values,
         **columns,
     )
+    return data.assign_attrs(caption=_caption(data))
+
+
+def _shapes(profile: xr.Dataset, instant: int, seen: NDArray[np.bool_]) -> tuple[dict[str, Array], float]:
+    """Mean profile and that of the instant, enlarged by a round number so that one sees it."""
+    one = profile.isel(whisker=0) if "whisker" in profile.dims else profile
+    x, y = one.x.values[:, seen], one.y.values[:, seen]
+    mean, off = (np.nanmean(x, axis=0), np.nanmean(y, axis=0)), (x[instant], y[instant])
+    away = off[0] - mean[0], off[1] - mean[1]
+    most = float(np.nanmax(np.hypot(*away)))
+    wanted = SEEN * float(np.hypot(np.ptp(mean[0]), np.ptp(mean[1]))) / most
+    enlarged = max(1.0, float(f"{wanted:.0e}"))
+    names = ("shape_x", "shape_y")
+    shapes = dict(zip(names, mean, strict=True))
+    moved = (m + enlarged * d for m, d in zip(mean, away, strict=True))
+    return shapes | dict(zip((f"{name}_instant" for name in names), moved, strict=True)), enlarged
+
+
+def _caption(data: xr.Dataset) -> str:
+    """Panels, and the modes' shares here and in the paper."""
+    shares = ", ".join(f"{100 * share:.1f}" for share in data.variance_explained.values)
+    left = data.deformation - data.mode_part.sum("mode")
+    rest = 100 * float((left**2).sum() / (data.deformation**2).sum())
+    shape = "A: profile at rest and at one instant. " if "shape_x" in data else ""
+    return (
+        f"{shape}B: its deformation, largest {1e6 * float(np.abs(data.deformation).max()):.0f} µm, in modes; their sum "
+        f"leaves {rest:.1f} % of its square. C: amplitudes; × marks the instant of B. Modes 1, 2, … explain {shares} % "
+        f"of the variance of this sweep (paper, over sweeps: {PAPER} %)."
+    )
 
 
 @house_style
 def draw(data: xr.Dataset) -> Figure:
-    """Deformation and modes on the left, amplitudes on the right."""
+    """A over B on the left, C on the right."""
     n = data.sizes["mode"]
-    figure, axes = new_figure(7.2, 1.3 + 1.2 * n, n, 2, sharex="col", width_ratios=[1, 1.4])
+    figure, axes = new_figure(8.6, 1.9 + 1.2 * n, n, 2, sharex="col", width_ratios=[1, 1.4])
     for axis in axes[:, 0]:
         axis.remove()
-    shape = figure.add_subplot(axes[0, 0].get_gridspec()[:, 0])
-    shape.plot(data.s, 1e6 * data.deformation, color="0.6", lw=2.5, label="tracked")
-    for i in range(n):
-        shape.plot(data.s, 1e6 * data.mode_part[i], label=f"mode {i + 1}")
-    shape.plot(data.s, 1e6 * data.mode_part.sum("mode"), "k--", label="sum of modes")
-    title = f"Deformation at {data.attrs['instant']:.3f} s"
-    shape.set(xlabel="s = distance from the cone's tip / L", ylabel="transverse displacement [µm]", title=title)
-    shape.legend()
+    both = axes[0, 0].get_gridspec()[:, 0].subgridspec(2, 1)
+    if "shape_x" in data:
+        _draw_profile(figure.add_subplot(both[0]), data)
+    _draw_modes(figure.add_subplot(both[1] if "shape_x" in data else both[:]), data)
     for i, axis in enumerate(axes[:, 1]):
         if "mode_displacement_true" in data:
             axis.plot(data.time, 1e3 * data.mode_displacement_true[i], color=TRUTH, lw=2.6, label="truth")
         axis.plot(data.time, 1e3 * data.mode_displacement[i], color=FOUND, lw=0.9, label="found")
+        at = data.mode_displacement[i].sel(time=data.attrs["instant"], method="nearest")
+        axis.plot(at.time, 1e3 * at, "kx", ms=6, mew=1.6)
         share = 100 * float(data.variance_explained[i])
-        axis.set(ylabel=f"mode {i + 1}\n[10⁻³ L]", title=f"{share:.2g} % of the variance")
-    axes[0, 1].legend(ncols=2, loc="upper right")
+        axis.set(ylabel=f"mode {i + 1}\n[10⁻³ L]", title=f"{'C  ' if i == 0 else ''}{share:.2g} % of the variance")
+    if "mode_displacement_true" in data:
+        axes[0, 1].legend(ncols=2, loc="upper right")
     axes[-1, 1].set_xlabel("time [s]")
+    figure.supxlabel(fill(data.attrs["caption"], 125), x=0.01, ha="left", fontsize=8)
     return figure
+
+
+def _draw_profile(axis: Axes, data: xr.Dataset) -> None:
+    axis.plot(1e3 * data.shape_x, 1e3 * data.shape_y, "k", lw=1.2, label="mean")
+    label = f"at {data.attrs['instant']:.3f} s, displaced × {data.attrs['enlarged']:g}"
+    axis.plot(1e3 * data.shape_x_instant, 1e3 * data.shape_y_instant, color=OTHER, lw=1.2, label=label)
+    pairs = [(data[f"shape_{way}"].values[::12], data[f"shape_{way}_instant"].values[::12]) for way in "xy"]
+    axis.plot(*(1e3 * np.array(pair) for pair in pairs), color=OTHER, lw=0.4, alpha=0.6)
+    axis.set(xlabel="x [mm]", ylabel="y [mm]", title="A  profile")
+    axis.set_aspect("equal", adjustable="datalim")
+    axis.invert_yaxis()
+    axis.legend(fontsize=7)
+
+
+def _draw_modes(axis: Axes, data: xr.Dataset) -> None:
+    axis.plot(data.s, 1e6 * data.deformation, color="0.6", lw=2.5, label="tracked")
+    for i in range(data.sizes["mode"]):
+        axis.plot(data.s, 1e6 * data.mode_part[i], label=f"mode {i + 1}")
+    axis.plot(data.s, 1e6 * data.mode_part.sum("mode"), "k--", label="sum of modes")
+    axis.set(xlabel="s = distance from the cone's tip / L", ylabel="displacement [µm]", title="B  deformation")
+    axis.legend(fontsize=7)

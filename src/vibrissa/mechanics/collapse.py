@@ -126,7 +126,7 @@ def _measured(sweeps: xr.Dataset, forcing: Forcing) -> Array:
 def _expected(sweeps: xr.Dataset, modes: Modes, friction: float) -> Array:
     """κ_i of each sweep's posture, (sweep, mode); NaN where it was not found, is out of range or has no stable mode."""
     postures = zip(sweeps.contact.values.tolist(), sweeps.base_angle.values.tolist(), strict=True)
-    return np.array([_kappa(contact, angle, modes, friction) for contact, angle in postures]).reshape(-1, USED)
+    return np.array([expected_kappa(contact, angle, modes, friction) for contact, angle in postures]).reshape(-1, USED)
 
 
 @lru_cache(maxsize=4096)
@@ -134,7 +134,8 @@ def _straight(contact: float) -> Array:
     return np.asarray(cone_kappa(contact, USED), float)
 
 
-def _kappa(contact: float, angle: float, modes: Modes, friction: float) -> Array:
+def expected_kappa(contact: float, angle: float, modes: Modes, friction: float = FRICTION) -> Array:
+    """κ of the first two modes of a posture, (2,); NaN if it is out of range or they are not stable."""
     if not CONTACT_RANGE[0] <= contact <= CONTACT_RANGE[1]:
         return np.full(USED, np.nan)
     if modes == "straight":

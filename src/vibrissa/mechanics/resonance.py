@@ -190,6 +190,20 @@ def widened(resonance: xr.Dataset, displaced: Sequence[xr.Dataset]) -> xr.Datase
     return resonance.assign({name: (("mode",), values, resonance[name].attrs) for name, values in columns.items()})
 
 
+def line_r2(spectra: xr.Dataset) -> Array:
+    """Share of the variance of each mode's periodogram, over the bins fitted, that lies on its line, (M,).
+
+    The paper's R² of a Lorentzian. A periodogram under random forcing scatters about any line as much as the line is
+    high, so a right line keeps it well below 1.
+    """
+    power, line = spectra.power.values, spectra.power_fit.values
+    here = np.isfinite(line)
+    count = np.where(here.any(axis=1), here.sum(axis=1), np.nan)
+    mean = np.where(here, power, 0).sum(axis=1) / count
+    left, about = (np.where(here, power - one, 0.0) for one in (line, mean[:, None]))
+    return np.asarray(1 - (left**2).sum(axis=1) / np.where(here.any(axis=1), (about**2).sum(axis=1), np.nan))
+
+
 def _labelled(fits: list[Resonance | None], mode: Array, forcing: Forcing) -> xr.Dataset:
     names = {"resonant_frequency": "frequency", "damping": "damping"}
     columns: dict[str, Any] = {

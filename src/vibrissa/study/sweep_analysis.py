@@ -12,7 +12,7 @@ from vibrissa.errors import InputError
 from vibrissa.mechanics.decomposition import decompose
 from vibrissa.mechanics.modes import resonances
 from vibrissa.mechanics.profile import Posture
-from vibrissa.mechanics.resonance import PARTS, fit_modes, moments, widened
+from vibrissa.mechanics.resonance import PARTS, fit_modes, line_r2, moments, widened
 from vibrissa.mechanics.stationary import fit_profile
 from vibrissa.mechanics.superposition import Prediction, Scan, predict
 from vibrissa.quantities import dataset
@@ -97,7 +97,7 @@ def analyse_sweep(profile: xr.Dataset, known: Known) -> tuple[Row, xr.Dataset]:
         For :func:`vibrissa.study.sweep_table.sweep_table`.
     series : Dataset
         ``mode_displacement`` and ``envelope`` (mode, time), over L; ``mode_displacement_model`` and
-        ``envelope_model`` if there is a prediction.
+        ``envelope_model`` if there is a prediction, and ``power``, ``power_fit`` (mode, frequency), the fit to it.
 
     Raises
     ------
@@ -117,7 +117,8 @@ def analyse_sweep(profile: xr.Dataset, known: Known) -> tuple[Row, xr.Dataset]:
     }
     series: dict[str, Any] = {name: modal[name].values for name in ("mode_displacement", "envelope")}
     if known.texture is not None:
-        predicted = _predicted(profile, modal, known, row)
+        predicted, spectra = _predicted(profile, modal, known, row)
+        series |= {name: spectra[name].values for name in ("frequency", "power", "power_fit")}
         row["mode_rms_model"] = predicted.std(axis=1)
         series["mode_displacement_model"] = predicted - predicted.mean(axis=1, keepdims=True)
         series["envelope_model"] = analytic_envelope(series["mode_displacement_model"])[0]
@@ -168,17 +169,11 @@ def _resonance(fit: xr.Dataset, spectra: xr.Dataset, forcing: str) -> Row:
         for name in ("resonant_frequency", "damping")
         for end in ("", "_low", "_high")
     }
-    power, line = spectra.power.values, spectra.power_fit.values
-    here = np.isfinite(line)
-    left = np.where(here, power - line, 0.0)
-    mean = np.array([one[ok].mean() if ok.any() else np.nan for one, ok in zip(power, here, strict=True)])
-    about = np.where(here, power - mean[:, None], 0.0)
-    with np.errstate(invalid="ignore"):
-        return row | {f"fit_r2{forcing}": 1 - (left**2).sum(axis=1) / np.where(here.any(1), (about**2).sum(1), np.nan)}
+    return row | {f"fit_r2{forcing}": line_r2(spectra)}
 
 
-def _predicted(profile: xr.Dataset, modal: xr.Dataset, known: Known, row: Row) -> Array:
-    """Fit with the texture's forcing, into the row; then the prediction from what was found, (M, T)."""
+def _predicted(profile: xr.Dataset, modal: xr.Dataset, known: Known, row: Row) -> tuple[Array, xr.Dataset]:
+    """Fit with the texture's forcing, into the row; the prediction from what was found, (M, T), and the spectra."""
     nominal, guess = _nominal(known, row["contact"], row["base_angle"]), _guess(known, row["contact"])
     shutter: dict[str, Any] = {"exposure": known.exposure, "instants": known.instants}
     fit, spectra = fit_modes(modal, guess, prediction=nominal, **shutter)
@@ -191,7 +186,7 @@ def _predicted(profile: xr.Dataset, modal: xr.Dataset, known: Known, row: Row) -
         stiffness = known.whisker.youngs_modulus * (frequency / guess[0]) ** 2
         whisker = replace(known.whisker, youngs_modulus=stiffness)
         tuned = replace(nominal, whisker=whisker, scan=replace(nominal.scan, damping=damping))
-    return exposed_displacement(tuned, modal.time.values, known.exposure, known.instants)
+    return exposed_displacement(tuned, modal.time.values, known.exposure, known.instants), spectra
 
 
 def _nominal(known: Known, contact: float, base_angle: float) -> Prediction:

@@ -1,0 +1,168 @@
+"""Figure 5C–D over sweeps: κ = kω against ε with one E for all, and that E by forcing, modes and identity."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibrissa.errors import ConvergenceError, InputError
+from vibrissa.exact import cone_kappa
+from vibrissa.figures.canvas import FOUND, OTHER, TRUTH
+from vibrissa.mechanics.basis import Modes
+from vibrissa.mechanics.collapse import USED, Forcing, collapse, expected_kappa
+from vibrissa.quantities import dataset
+from vibrissa.whisker import YOUNGS_MODULUS, Whisker, atlas
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+VARIANTS: dict[str, tuple[Forcing, Modes]] = {
+    "texture, straight": ("texture", "straight"),
+    "white, straight": ("white", "straight"),
+    "texture, curved": ("texture", "curved"),
+    "white, curved": ("white", "curved"),
+}
+AIR = (8.72, 21.15)  # κ of the free cone, as the paper prints them
+RIGHT = "C1"  # the whisker whose frequencies stand on the right, the atlas's mean
+_POINTS = 60
+
+
+def collapsed(sweeps: xr.Dataset) -> xr.Dataset:
+    """The collapse by the best forcing that is there, E by every variant, and κ_i(ε) to draw.
+
+    Returns
+    -------
+    Dataset
+        As :func:`vibrissa.mechanics.collapse.collapse` of straight modes; ``variant`` (forcing, modes) with
+        ``variant_modulus`` and its interval, ``variant_r2`` (variant, mode); ``curve_contact`` with ``curve_kappa`` and
+        ``curve_kappa_curved`` (mode, curve_contact), the latter about the profile of the median base angle,
+        ``base_angle`` [rad]; ``contact`` (sweep); ``identity_modulus_true`` (identity) where the sweeps are virtual.
+        Empty if no sweep has a resonance.
+    """
+    each: dict[str, xr.Dataset] = {}
+    for name, (forcing, modes) in VARIANTS.items():
+        try:
+            each[name] = collapse(sweeps, forcing=forcing, modes=modes)
+        except InputError:  # no texture is known, or no posture has such modes
+            continue
+    if not each:
+        return dataset(mode=np.arange(1, USED + 1))
+    whole = next(iter(each.values()))
+    some = sweeps.sel(sweep=whole.sweep.values)
+    angle, contact = float(np.nanmedian(some.base_angle)), some.contact.values
+    low, high = max(0.9 * np.nanmin(contact), 0.05), min(1.08 * np.nanmax(contact), 0.85)
+    grid = np.linspace(low, high, _POINTS)
+    ends = ("", "_low", "_high")
+    columns: dict[str, Any] = {
+        f"variant_modulus{end}": [float(one[f"youngs_modulus{end}"]) for one in each.values()] for end in ends
+    }
+    curves = dataset(
+        base_angle=angle,
+        mode=whole.mode.values,
+        variant=list(each),
+        variant_r2=[one.collapse_r2.values for one in each.values()],
+        curve_contact=grid,
+        curve_kappa=np.array([cone_kappa(float(one), USED) for one in grid]).T,
+        curve_kappa_curved=_curved(grid, angle),
+        **columns,
+    )
+    data = whole.merge(curves, combine_attrs="override").assign(contact=("sweep", contact))
+    if "youngs_modulus_true" in some:
+        names, true = some.whisker_name.values.astype(str), np.log(some.youngs_modulus_true.values)
+        mean = [float(np.exp(true[names == name].mean())) for name in whole.identity.values]
+        data = data.merge(dataset(identity=whole.identity.values, identity_modulus_true=mean), combine_attrs="override")
+    return data
+
+
+def _curved(grid: Array, angle: float) -> Array:
+    """κ_i(ε) about the profile, one point sliding, (mode, ε); NaN where such a posture cannot be."""
+    out = np.full((USED, len(grid)), np.nan)
+    for k, contact in enumerate(grid.tolist()):
+        try:
+            out[:, k] = expected_kappa(contact, angle, "curved")
+        except (InputError, ConvergenceError):
+            continue
+    return out
+
+
+def collapse_words(data: xr.Dataset) -> str:
+    """E, its interval, R² and the identities, beside the paper's."""
+    r2 = ", ".join(f"{one:.3f}" for one in data.collapse_r2.values[:USED])
+    p = [float(data[name].sel(term="whisker_name")) if "whisker_name" in data.term else np.nan for name in _P]
+    straight, curved = (
+        data.variant_modulus.values[[kind in str(one) for one in data.variant.values]]
+        for kind in ("straight", "curved")
+    )
+    more = f" Curved modes: {_gpa(curved[0])} GPa, {100 * (curved[0] / straight[0] - 1):+.0f} %." if curved.size else ""
+    names = "; ".join(
+        f"{name} {_gpa(value)}" for name, value in zip(data.identity.values, data.identity_modulus.values, strict=True)
+    )
+    count = int(np.isfinite(data.kappa.values[:, 0]).sum())
+    modulus = f"{_gpa(data.youngs_modulus)} GPa [{_gpa(data.youngs_modulus_low)}, {_gpa(data.youngs_modulus_high)}]"
+    return (
+        f" C: κ = kω with one E for {count} sweeps, R² {r2} (paper 0.98, 0.97). D: E = {modulus} (95 %, whiskers the "
+        f"draws; paper 3.74).{more} By identity: {names}; p = {_p(p[0])} with every sweep a draw, {_p(p[1])} with "
+        "every whisker one."
+    )
+
+
+_P = ("effect_p", "effect_p_clustered")
+
+
+def _gpa(value: Any) -> str:
+    return "not told" if not np.isfinite(float(value)) else f"{1e-9 * float(value):.2f}"
+
+
+def _p(value: float) -> str:
+    return "not told" if not np.isfinite(value) else f"{value:.2f}" if value >= 0.01 else f"{value:.0e}"
+
+
+def draw_collapse(axis: Axes, data: xr.Dataset) -> None:
+    """C: both modes, κ_i(ε) straight and curved, the free cone's arrows; hertz of the average C1 on the right."""
+    told: dict[str, Any] = {"color": FOUND, "mfc": "none", "ms": 4, "ls": "none"}
+    for i, mark in enumerate("ox"):
+        axis.plot(data.contact, data.kappa[:, i], mark, label=f"mode {i + 1}", **told)
+        left = float(data.curve_contact[0])
+        axis.annotate("", (left, AIR[i]), (left - 0.02, AIR[i]), arrowprops={"arrowstyle": "->"})
+    lines = (
+        ("curve_kappa", "k", "κ(ε), straight shaft"),
+        ("curve_kappa_curved", OTHER, f"curved, θ_b = {float(data.base_angle):.2f}"),
+    )
+    for name, colour, label in lines:
+        axis.plot(data.curve_contact, data[name][0], color=colour, label=label)
+        axis.plot(data.curve_contact, data[name][1], color=colour, ls="--")
+    entry = next(one for one in atlas() if one.name == RIGHT)
+    whisker = Whisker(length=entry.length, cone_angle=entry.cone_angle, youngs_modulus=float(data.youngs_modulus))
+    scale = 1 / (2 * np.pi * whisker.timescale)
+    right = axis.secondary_yaxis("right", functions=(partial(np.multiply, scale), partial(np.multiply, 1 / scale)))
+    right.set_ylabel(f"an average {RIGHT} [Hz]")
+    axis.set(xlabel="contact ε", ylabel="κ = kω", title="C  collapse (arrows: free cone)")
+    axis.set_ylim(0, 1.1 * float(np.nanmax(data.kappa)))
+    axis.legend(fontsize=7)
+
+
+def draw_modulus(axis: Axes, data: xr.Dataset) -> None:
+    """D: E of all sweeps by variant, then by identity."""
+    labels = [*data.variant.values, *data.identity.values]
+    values, low, high = (
+        1e-9 * np.concatenate([data[f"variant_modulus{end}"].values, data[f"identity_modulus{end}"].values])
+        for end in ("", "_low", "_high")
+    )
+    y, first = np.arange(len(labels))[::-1], data.sizes["variant"]
+    reach = np.nan_to_num(np.array([values - low, high - values]))
+    colours = [FOUND] * first + ["0.2"] * (len(labels) - first)
+    for place, value, ends, colour in zip(y, values, reach.T, colours, strict=True):
+        axis.errorbar(value, place, xerr=ends[:, None], fmt="o", color=colour, ms=4, capsize=2)
+    axis.axvline(1e-9 * YOUNGS_MODULUS, color="0.5", ls=":", lw=0.8)
+    axis.text(1e-9 * YOUNGS_MODULUS, len(labels) - 0.5, " paper 3.74", fontsize=7, color="0.4")
+    if "identity_modulus_true" in data:
+        axis.plot(1e-9 * data.identity_modulus_true, y[first:], "|", color=TRUTH, ms=14, mew=3, zorder=0)
+    axis.set_yticks(y, labels, fontsize=7)
+    axis.set(xlabel="E [GPa]", title="D  Young's modulus", ylim=(-0.6, len(labels) - 0.1))
+    axis.set_xlim(0.6 * np.nanmin(values), 1.6 * np.nanmax(values))  # two animals tell little of one identity
