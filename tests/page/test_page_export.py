@@ -74,7 +74,7 @@ def test_the_study_makes_the_same_motion(kind):
 
 @pytest.mark.parametrize("kind", ["periodic", "wave"])
 def test_the_study_of_another_texture_takes_its_file(kind, tmp_path):
-    state = {"a.kind": kind, "a.period": 2e-3, "a.duty": 0.2, "base_angle": 0.9, "height": 0.02}
+    state = {"a.kind": kind, "a.length": 0.005, "a.amplitude": 5e-6, "base_angle": 0.9, "height": 0.015}
     (tmp_path / "vibrissa-texture.csv").write_bytes(take("texture.csv", **state))
     study = validated_study(tomllib.loads(take("study.toml", **state).decode()), "the page's study", tmp_path)
     again, page = predicted_motion(study), WORKBENCH.predict(read_state({**SHORT, **state}))

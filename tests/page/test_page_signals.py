@@ -55,8 +55,20 @@ def test_tables_kept_from_one_move_to_the_next_change_nothing():
 
 @pytest.mark.parametrize("kind", ["widths", "periodic", "rough", "wave"])
 def test_every_kind_of_texture_is_drawn_as_scan_computes_it(kind):
-    state = read_state({**SHORT, "a.kind": kind, "a.rms": 2e-6, "hold": "contact", "contact": 0.35, "base_angle": 1.0})
+    small = {"a.kind": kind, "a.length": 0.005, "a.rms": 1e-6, "a.amplitude": 5e-6}
+    state = read_state({**small, "hold": "contact", "contact": 0.35, "base_angle": 1.0})
     agree(live_arrays(bench().predict(state), state.unit), anew(state), state.whisker.length)
+
+
+def test_profiles_of_one_surface_serve_the_next():
+    tried, small = (
+        bench(),
+        {"a.kind": "rough", "a.length": 0.005, "hold": "contact", "contact": 0.35, "base_angle": 1.0},
+    )
+    for seed, rms in ((1, 1e-6), (2, 2e-6)):
+        state = read_state({**small, "a.seed": seed, "a.rms": rms})
+        made = tried.predict(state)
+    agree(live_arrays(made, state.unit), anew(state), state.whisker.length)
 
 
 def test_the_shaft_is_clamped_at_the_base_and_stands_on_the_ground():

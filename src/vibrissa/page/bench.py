@@ -20,6 +20,7 @@ from vibrissa.whisker import Whisker
 
 if TYPE_CHECKING:
     from vibrissa.mechanics.gap import JumpTable
+    from vibrissa.mechanics.ground import HeldTable
     from vibrissa.mechanics.profile import Posture
     from vibrissa.mechanics.response import Response
     from vibrissa.page.state import Choice, State
@@ -67,6 +68,7 @@ class Bench:
         self._jumps = lru_cache(KEPT)(self._jumps_anew)
         self._response = lru_cache(KEPT)(self._response_anew)
         self._relief = lru_cache(KEPT)(self._relief_anew)
+        self._held: dict[Posture, HeldTable] = {}
 
     def predict(self, state: State, letter: str = "a") -> Motion:
         """The prediction for one of the two textures.
@@ -113,7 +115,10 @@ class Bench:
     def _relief_anew(self, length: float, posture: Posture, choice: Choice) -> ReliefPrediction:
         surface, scan = self.surface(choice), Scan(speed=0.1, damping=0.0)
         relief = Relief.from_troughs(surface) if isinstance(surface, Troughs) else surface
-        return predict_relief(_cone(length), posture, relief, scan, n_modes=MODES)
+        held = self._held.pop(posture, None)
+        made = predict_relief(_cone(length), posture, relief, scan, n_modes=MODES, table=held)
+        self._held = dict([*self._held.items()][1 - KEPT :]) | {posture: made.episodes.table}
+        return made
 
 
 def _cone(length: float) -> Whisker:

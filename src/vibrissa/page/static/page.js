@@ -11,7 +11,7 @@ const EXPORTS = ["picture.png", "picture.svg", "data.nc", "signals.csv", "sound.
 
 let table, made, state, data = null, other = null, playing = null;
 let time = 0, last = null, paused = matchMedia("(prefers-reduced-motion: reduce)").matches;
-let socket = null, flying = null, waiting = null, count = 0, idle = 0;
+let cursors = [], socket = null, flying = null, waiting = null, count = 0, idle = 0;
 let shownCount = 0, lasting = "";
 const latencies = [];
 
@@ -118,6 +118,7 @@ function redraw() {
   drawAll(data);
   describeMotion(data);
   time = Math.min(time, end());
+  if (!cursors.length) layCursors();
   motion();
   $("status").textContent = `Contact ε = ${data.contact.toPrecision(3)}, H = ${(1e3 * data.height).toPrecision(3)} mm; resonances ${data.frequency.map(f => Math.round(f)).join(", ")} Hz; scan of ${end().toPrecision(3)} s`;
   replay();
@@ -130,20 +131,27 @@ function motion() {
   $("moment").value = Math.round(1000 * time / end());
   $("moment").setAttribute("aria-valuetext", `${(1e3 * time).toFixed(1)} ms`);
   $("clock").textContent = `${(1e3 * time).toFixed(1)} ms`;
-  for (const id of TIMED) {
-    const canvas = $(id), line = canvas.parentElement.querySelector(".cursor") || canvas.parentElement.appendChild(Object.assign(document.createElement("i"), { className: "cursor" }));
-    const width = canvas.clientWidth - 58 - (RIGHT[id] || 12);
-    Object.assign(line.style, { left: `${canvas.offsetLeft + 58 + width * time / end()}px`, top: `${canvas.offsetTop + 8}px`, height: `${canvas.clientHeight - 44}px` });
-  }
+  for (const { line, width } of cursors) line.style.transform = `translateX(${width * time / end()}px)`;
+}
+
+function layCursors() { // measured once for a layout: reading it at every frame would cost more than the drawing
+  cursors = TIMED.map(id => {
+    const canvas = $(id), figure = canvas.parentElement;
+    const line = figure.querySelector(".cursor") || figure.appendChild(Object.assign(document.createElement("i"), { className: "cursor" }));
+    const { offsetLeft, offsetTop, clientWidth, clientHeight } = canvas;
+    Object.assign(line.style, { left: `${offsetLeft + 58}px`, top: `${offsetTop + 8}px`, height: `${clientHeight - 44}px` });
+    return { line, width: clientWidth - 58 - (RIGHT[id] || 12) };
+  });
 }
 
 function tick(now) {
-  if (data && !paused && last !== null && !document.hidden && flying?.want !== "live") { // a new picture goes first
+  requestAnimationFrame(tick);
+  if (last !== null && now - last < 30) return; // as often as a film: what is saved goes to new pictures
+  if (data && !paused && last !== null && !document.hidden && flying?.want !== "live") {
     time = (time + Math.min(0.1, (now - last) / 1000) / Number($("slow").value)) % end();
     motion();
   }
   last = now;
-  requestAnimationFrame(tick);
 }
 
 // Sound
@@ -188,7 +196,7 @@ function bind() {
   $("moment").oninput = () => { paused = true; showPause(); time = $("moment").valueAsNumber / 1000 * end(); motion(); };
   $("magnify").onchange = () => data && motion();
   document.addEventListener("keydown", keys);
-  new ResizeObserver(redraw).observe($("views"));
+  new ResizeObserver(() => { layCursors(); redraw(); }).observe($("views"));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { forgetInks(); redraw(); if (other) contrast(other); });
   document.addEventListener("dragover", event => { event.preventDefault(); document.body.classList.add("over"); });
   document.addEventListener("dragleave", () => document.body.classList.remove("over"));

@@ -40,7 +40,7 @@ function modes(data, end) {
     const values = row(data.modes, i, n), envelope = row(data.envelopes, i, n), middle = mean(values);
     const top = 1.08e6 * Math.max(1e-12, extremes(envelope)[1], extremes(values)[1] - middle, middle - extremes(values)[0]);
     const box = { ...whole, top: whole.top + i * whole.height / 3, height: whole.height / 3 - 8 };
-    const far = ticks([0, 0.9 * top], 1).at(-1), steps = far ? [-far, 0, far] : [0];
+    const far = ticks([0, 0.9 * top], 2).at(-1), steps = far ? [-far, 0, far] : [0];
     const map = axes(place, box, [0, end], [-top, top], { x: i === 2 ? "time [s]" : "", y: `q${"₁₂₃"[i]} [µm]`, ySteps: steps });
     trace(place, map, values, 1 / data.rate, ink[MODES[i]], { width: 1, scale: 1e6, offset: middle });
     for (const sign of [1, -1]) trace(place, map, envelope, 1 / data.rate, ink.ink, { width: 1, scale: sign * 1e6 });

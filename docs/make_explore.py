@@ -1,0 +1,42 @@
+"""Make docs/explore.png, the page of `vibrissa explore` in a browser.
+
+    .venv/bin/python docs/make_explore.py
+
+Needs chromium and the group dev.
+"""
+
+import shutil
+import threading
+import time
+from pathlib import Path
+
+import uvicorn
+from playwright.sync_api import sync_playwright
+
+from vibrissa.page.server import Page, listening, settings
+
+HERE = Path(__file__).parent
+STATE = "#whisker=beta&height=0.025&base_angle=1.1&a.length=0.06&b.length=0.06"
+
+
+def main():
+    """Serve the page, look at it, keep what is seen."""
+    with listening(0) as listener:
+        port = listener.getsockname()[1]
+        page = Page(port)
+        server = uvicorn.Server(settings(page.application()))
+        threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True).start()
+        with sync_playwright() as driver:
+            browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+            view = browser.new_page(viewport={"width": 1280, "height": 1180}, color_scheme="light")
+            view.goto(f"http://127.0.0.1:{port}/{page.token}/{STATE}")
+            while not view.evaluate("Boolean(globalThis.vibrissa?.other?.())"):
+                time.sleep(0.1)
+            time.sleep(1)
+            view.screenshot(path=HERE / "explore.png")
+            browser.close()
+        server.should_exit = True
+
+
+if __name__ == "__main__":
+    main()
