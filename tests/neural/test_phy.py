@@ -107,3 +107,13 @@ def test_a_bad_folder_is_one_line(name, phy):
     with pytest.raises(InputError, match=message) as error:
         read_phy(phy)
     assert "\n" not in str(error.value)
+
+
+def test_spikeinterface_reads_the_same_clusters(phy):
+    extractors = pytest.importorskip("spikeinterface.extractors")
+    found = read_phy(phy, groups=("good", "mua", "noise"))
+    other = extractors.read_phy(phy)
+    for k, cluster in enumerate(found.unit_id.values.tolist()):
+        own = found.spike_time.values[found.spike_unit.values == k]
+        np.testing.assert_array_equal(np.round(own * 30000), other.get_unit_spike_train(cluster))
+    assert other.get_property("quality").tolist() == ["good", "mua", "noise"]

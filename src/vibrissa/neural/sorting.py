@@ -63,23 +63,30 @@ def sort(traces: Any, sorter: str = DEFAULT, *, seed: int = 0, workers: int = 1)
     if sorter not in here:
         remedy = f"here are {', '.join(here)}" if here else "pip install 'vibrissa[sorting]'"
         raise InputError(f"sorter {sorter}", "must be installed with what it needs", None, remedy)
-    wishes, quiet = _parameters(sorter, seed, workers), io.StringIO()
+    quiet = io.StringIO()
     with (
         TemporaryDirectory() as folder,
         one_line("the recording", f"could not be sorted by {sorter}"),
         redirect_stdout(quiet),
         redirect_stderr(quiet),
     ):
+        wishes = _parameters(sorter, seed, workers, Path(folder) / "cache")
         found = part("sorters").run_sorter(sorter, traces, folder=Path(folder) / "sorted", **wishes)
         if not len(found.unit_ids):
             raise InputError("the recording", f"must have units that {sorter} finds", "none", "try another sorter")
         return _labelled(traces, found, {"sorter": sorter, "sorter_seed": seed})
 
 
-def _parameters(sorter: str, seed: int, workers: int) -> dict[str, Any]:
-    """What the sorter takes of the wishes; each has its own names."""
+def _parameters(sorter: str, seed: int, workers: int, cache: Path) -> dict[str, Any]:
+    """What the sorter takes of the wishes, by its own names; it caches on disk, as shared memory would stay behind."""
     known = part("sorters").get_default_sorter_params(sorter)
-    wishes = {"seed": seed, "job_kwargs": {"n_jobs": workers, "progress_bar": False}, "n_jobs": workers}
+    wishes = {
+        "seed": seed,
+        "n_jobs": workers,
+        "job_kwargs": {"n_jobs": workers, "progress_bar": False},
+        "cache_preprocessing": {"mode": "folder", "folder": cache},
+        "cache_preprocessing_mode": "folder",
+    }
     return {name: value for name, value in wishes.items() if name in known}
 
 
@@ -110,7 +117,7 @@ def _seen(traces: Any, found: Any, seed: int) -> xr.Dataset:
     volts = {}
     if traces.has_scaleable_traces():
         volts = {"unit_waveform": 1e-6 * traces.get_channel_gains()[best][:, None] * shape}
-    return dataset(unit_electrode=best, snr_mean=np.ptp(shape, axis=1) / noise[best], **volts)
+    return dataset(unit_electrode=best, snr_mean=np.ptp(shape, axis=1) / noise[best].astype(float), **volts)
 
 
 def accuracy(found: xr.Dataset, truth: xr.Dataset, *, coincident: float = COINCIDENT) -> xr.Dataset:
@@ -221,7 +228,7 @@ def generate(
             generate_unit_locations_kwargs=SOMATA,
             seed=seed,
         )
-        ratio = np.ptp(traces.templates, axis=1).max(axis=1) / NOISE
+        ratio = np.ptp(traces.templates, axis=1).max(axis=1).astype(float) / NOISE
         counts = np.round(traces.get_traces() / (1e6 * STEP)).clip(-32768, 32767).astype("<i2")
     trains = [sorting.get_unit_spike_train(unit) / rate for unit in sorting.unit_ids]
     place = np.repeat(np.arange(units), [train.size for train in trains])
