@@ -6,10 +6,11 @@ import xarray as xr
 
 from vibrissa.errors import InputError
 from vibrissa.exact import cone_kappa
-from vibrissa.mechanics.collapse import collapse
+from vibrissa.mechanics.collapse import collapse, modulus_in_air
 from vibrissa.mechanics.curved import curved_modes
 from vibrissa.mechanics.profile import Posture
 from vibrissa.stats import wilson_interval
+from vibrissa.study.geometry import measured_resonances
 from vibrissa.study.sweep_table import sweep_table
 from vibrissa.whisker import YOUNGS_MODULUS, Whisker
 
@@ -101,3 +102,22 @@ def test_white_forcing_is_read_from_its_own_column_and_what_is_missing_is_left_o
     rejected = sweeps.assign(accepted=xr.zeros_like(sweeps.accepted, dtype=bool))
     with pytest.raises(InputError, match="a resonance"):
         collapse(rejected)
+
+
+def test_modulus_of_whiskers_in_air_is_held_and_that_of_hartmanns_lies_in_the_literature():
+    told = measured_resonances()
+    predicted = np.stack([told[f"predicted_{order}"].values for order in ("first", "second", "third")], axis=1)
+    held = []
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        own = 1.1 * np.exp(0.15 * rng.standard_normal((len(predicted), 1)))  # E over nominal, whisker by whisker
+        each, (_, low, high) = modulus_in_air(predicted * np.sqrt(own), predicted)
+        np.testing.assert_allclose(each, YOUNGS_MODULUS * own[:, 0], rtol=1e-9)
+        held.append(low <= 1.1 * YOUNGS_MODULUS <= high)
+    least, most = wilson_interval(int(np.sum(held)), len(held))
+    assert least < 0.95 < most
+    low, high = told.attrs["youngs_modulus_low"], told.attrs["youngs_modulus_high"]
+    assert low < 3.68e9 < high  # what the paper cites for them
+    assert 0.7 * YOUNGS_MODULUS < told.attrs["youngs_modulus"] < 0.95 * YOUNGS_MODULUS  # and it comes out softer
+    ratio = told.measured_first / told.predicted_first  # of a whisker with one resonance: by hand
+    np.testing.assert_allclose(told.air_modulus[1:], YOUNGS_MODULUS * ratio[1:] ** 2, rtol=1e-9)

@@ -115,6 +115,25 @@ def collapse(
     return told.merge(effects(log_e, terms, whisker), combine_attrs="override")
 
 
+def modulus_in_air(measured: Array, predicted: Array) -> tuple[Array, tuple[float, float, float]]:
+    """E of isolated whiskers from their resonances in air, each whisker a draw.
+
+    Parameters
+    ----------
+    measured, predicted : (N, M) arrays
+        Resonances as measured (NaN where not) and of the free cone with the nominal E [Hz].
+
+    Returns
+    -------
+    modulus : (N,) array
+        E of each whisker [Pa], the mean of ln E over its modes.
+    whole : (value, low, high)
+        Geometric mean over whiskers with its 95 % interval [Pa].
+    """
+    log_e = _log_modulus(measured, predicted)
+    return _pascal(log_e), tuple(_pascal(_mean(log_e, np.arange(len(log_e)))).tolist())
+
+
 def _measured(sweeps: xr.Dataset, forcing: Forcing) -> Array:
     """kω with k of the nominal E, (sweep, mode)."""
     if forcing not in ("texture", "white"):

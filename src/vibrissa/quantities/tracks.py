@@ -97,6 +97,9 @@ TRACKS: dict[str, Quantity] = {
     "predicted_third": Quantity(("position",), "Hz", "third resonance, predicted"),
     "measured_first_impulse": Quantity(("position",), "Hz", "first resonance, measured after an impulse"),
     "measured_damping": Quantity(("position",), "1", "damping ratio of the first mode, measured"),
+    "air_modulus": Quantity(
+        ("position",), "Pa", "Young's modulus that brings the predicted resonances on the measured"
+    ),
     "distance": Quantity(("point",), "m", "distance from the base along the shaft"),
     "diameter": Quantity(("point",), "m", "diameter of the shaft"),
 }

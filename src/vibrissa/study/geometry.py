@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.exact import cone_kappa
+from vibrissa.mechanics.collapse import modulus_in_air
 from vibrissa.quantities import dataset
 from vibrissa.whisker import (
     AtlasEntry,
@@ -93,14 +94,18 @@ def measured_resonances() -> xr.Dataset:
     Dataset
         ``measured_first``, ``_second``, ``_third`` (under vibration of the base) and ``measured_first_impulse`` [Hz];
         ``predicted_first``, ``_second``, ``_third`` [Hz] of the free cone cut at its measured tip, E = 3.74 GPa,
-        ρ = 1140 kg/m³, nothing fitted; ``measured_damping`` (position). NaN where not measured.
+        ρ = 1140 kg/m³, nothing fitted; ``measured_damping``; ``air_modulus`` [Pa], the E that would bring one on the
+        other (position). NaN where not measured. Attributes ``youngs_modulus`` [Pa], the geometric mean over whiskers,
+        with ``_low`` and ``_high`` (95 %, whiskers the draws).
     """
     measured = [one for one in isolated_whiskers() if np.isfinite(one.frequency_1)]
     table = np.array([(one.frequency_1, one.frequency_2, one.frequency_3) for one in measured])
     scale = [2 * np.pi * one.whisker.timescale for one in measured]
     predicted = [cone_kappa(one.tip, 3, "free") / k for one, k in zip(measured, scale, strict=True)]
+    modulus, whole = modulus_in_air(table, np.array(predicted))
+    told = dict(zip(("youngs_modulus", "youngs_modulus_low", "youngs_modulus_high"), whole, strict=True))
     return dataset(
-        {"source": "Hartmann et al. 2003, doi 10.1523/JNEUROSCI.23-16-06510.2003"},
+        {"source": "Hartmann et al. 2003, doi 10.1523/JNEUROSCI.23-16-06510.2003", **told},
         position=np.array([one.name for one in measured]),
         predicted_first=np.array(predicted)[:, 0],
         measured_first=table[:, 0],
@@ -110,6 +115,7 @@ def measured_resonances() -> xr.Dataset:
         predicted_third=np.array(predicted)[:, 2],
         measured_third=table[:, 2],
         measured_damping=np.array([one.damping for one in measured]),
+        air_modulus=modulus,
     )
 
 
