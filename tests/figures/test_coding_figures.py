@@ -1,62 +1,66 @@
-"""Figures of discrimination and of plans: what they draw agrees with what was found."""
-
-import io
+"""Figures of surround maps and of the demodulation index: what their captions claim."""
 
 import numpy as np
 import pytest
 
-from vibrissa.figures import discrimination as discrimination_figure
-from vibrissa.figures import planner as planner_figure
-from vibrissa.neural.discrimination import Discrimination, accuracy_by_units, discriminate
-from vibrissa.neural.hinge import Drive
-from vibrissa.neural.planner import Wanted, plan_trials
-from vibrissa.neural.virtual import HingeUnit
+from vibrissa.errors import InputError
+from vibrissa.figures import demodulation, surround
+from vibrissa.quantities import dataset
+
+NAMES = np.array(["alpha", "C1", "C2", "D1"])
 
 
-@pytest.fixture(scope="module")
-def found():
-    rng = np.random.default_rng(1)
-    label = rng.permutation(np.arange(60) % 3)
-    counts = rng.poisson(rng.gamma(2.0, 0.3, (3, 4, 8))[label]).astype(float)
-    how, names = Discrimination(n_permutations=79, n_partitions=1), [f"grating {k}" for k in label]
-    return discriminate(counts, names, how), accuracy_by_units(counts, names, [1, 4], how, n_draws=3)
+def a_map(names=NAMES):
+    weight = np.array([[np.nan, 1e5, 2.5e5, -1e5]])
+    return dataset(
+        {"n_trials": 40},
+        whisker=names,
+        unit_name=np.array(["u"]),
+        surround_weight=weight,
+        surround_weight_low=weight - 2e4,
+        surround_weight_high=weight + 2e4,
+        surround_verdict=np.array([["cannot tell", "drives", "drives", "suppresses"]]),
+        strongest_whisker=np.array(["C2"]),
+        threshold=np.array([42e-6]),
+        latency=np.array([0.012]),
+        reason=np.array([""]),
+        condition_number=2.0,
+        copy_likeness=np.array([0.95, 0.1, 0.1, 0.2]),
+    )
 
 
-def labelled(figure, panels):
-    figure.savefig(io.BytesIO())  # a warning would be an error
-    titled = [axis for axis in figure.axes if axis.get_title(loc="left")]
-    assert len(titled) == panels
-    assert all(axis.get_ylabel() for axis in titled)
+def test_caption_counts_the_verdicts():
+    data = surround.compute({"surround": a_map()})
+    for text in ("2 drive it", "1 suppress it", "1 cannot be told", "42.0 µm", "12.0 ms"):
+        assert text in data.attrs["caption"]
+    pad = np.reshape(data.attrs["pad"], (-1, 2))
+    assert pad.tolist() == [[0.5, 0], [2, 1], [2, 2], [3, 1]]
 
 
-def test_curves_hold_the_areas(found):
-    data = discrimination_figure.compute({"discrimination": found[0]})
-    area = np.trapezoid(data.roc_true, data.roc_false, axis=-1)
-    np.testing.assert_allclose(area, data.auc.mean("contrast"), atol=0.05)  # pooled over folds, and between steps
-    assert data.attrs["best"] == str(data.code.values[np.argmax(data.accuracy.values)])
-    for code in data.code.values:
-        assert str(code) in data.attrs["caption"]
-    labelled(discrimination_figure.draw(data), 4)
+def test_map_is_drawn_with_whiskers_at_their_places():
+    figure = surround.draw(surround.compute({"surround": a_map()}))
+    assert len(figure.axes) == 4  # and the bar of colours
+    with pytest.raises(InputError, match="named as on the pad"):
+        surround.draw(surround.compute({"surround": a_map(np.array(["w1", "C1", "C2", "D1"]))}))
 
 
-def test_pairs_are_drawn_where_no_numbers_of_units_were_tried(found):
-    with_units = found[0].merge(found[1], combine_attrs="override")
-    data = discrimination_figure.compute({"discrimination": with_units})
-    assert "D: accuracy from so many units" in data.attrs["caption"]
-    labelled(discrimination_figure.draw(data), 4)
-    assert "D: d′ of each pair" in discrimination_figure.compute({"discrimination": found[0]}).attrs["caption"]
+def units():
+    index = np.array([-0.9, np.nan, 0.95])
+    names = ("envelope_modulation", "phase_modulation", "demodulation_index")
+    ends = {f"{name}{end}": index + step for name in names for end, step in (("", 0), ("_low", -0.1), ("_high", 0.1))}
+    return dataset(
+        {"n_trials": 40},
+        unit_name=np.array(["p", "n", "e"]),
+        demodulated=np.array(["phase", "cannot tell", "envelope"]),
+        carrier_frequency=np.array([70.0]),
+        envelope_coherence=np.array([0.0, 0.0, 0.6]),
+        carrier_coherence=np.array([0.5, 0.0, 0.0]),
+        **ends,
+    )
 
 
-def test_map_is_that_of_the_plans():
-    time = np.arange(0, 4, 1 / 2000)
-    envelope = 60e-6 * (1 + np.sin(2 * np.pi * 1.3 * time) * np.cos(2 * np.pi * 3.1 * time))
-    drive = Drive(time=time, envelope=envelope, edges=np.linspace(0.1, 3.9, 381), valid=np.ones(380, bool))
-    wanted, unit = Wanted(threshold=5e-6, slope=0.2), HingeUnit()
-    data = planner_figure.compute(drive, unit, wanted)
-    i, j = 12, 10
-    one = HingeUnit(threshold=float(data.planned_threshold[j]), slope=float(data.planned_slope[i]))
-    assert data.trials_map[i, j] == plan_trials(drive, [one], wanted).trials_needed[0]
-    assert np.isnan(data.trials_map[:, 0]).all()  # below the envelope's range
-    assert np.all(data.trials_map[0, 1:-2] >= data.trials_map[-1, 1:-2])  # weak units need more
-    assert "threshold within 5 µm, slope within 20 %" in data.attrs["caption"]
-    labelled(planner_figure.draw(data), 4)
+def test_units_are_sorted_and_counted():
+    data = demodulation.compute({"demodulation": units()})
+    assert data.unit_name.values.tolist() == ["e", "p", "n"]
+    assert "1 follow the envelope, 1 the phase, 0 both; of 1 it cannot be told" in data.attrs["caption"]
+    assert len(demodulation.draw(data).axes) == 3
