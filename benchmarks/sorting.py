@@ -2,7 +2,7 @@
 
 python benchmarks/sorting.py [RECORDINGS [SORTER ...]]
 
-Each recording: 20 s, 8 electrodes 20 µm apart, 6 units (see ``vibrissa.neural.sorting.generate``). Times are of the
+Each recording: 20 s, 8 electrodes 20 µm apart, 6 units (see ``vibrissa.neural.simulated.generate``). Times are of the
 second recording on: the first call of a sorter compiles it.
 """
 
@@ -12,7 +12,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from vibrissa.neural.sorting import accuracy, generate, sort
+from vibrissa.neural.simulated import generate
+from vibrissa.neural.sorting import accuracy, sort
 from vibrissa.neural.traces import open_traces
 
 CLASSES = ((0.0, 5.0), (5.0, 8.0), (8.0, np.inf))  # of the units' signal to noise

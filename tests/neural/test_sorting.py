@@ -14,6 +14,7 @@ pytest.importorskip("hdbscan")
 
 from vibrissa.neural import sorting
 from vibrissa.neural.recording import recorded_spikes
+from vibrissa.neural.simulated import generate
 
 RATE = 30000.0
 
@@ -21,7 +22,7 @@ RATE = 30000.0
 @pytest.fixture(scope="module")
 def simulated(tmp_path_factory):
     folder = tmp_path_factory.mktemp("simulated")
-    return folder, *sorting.generate(folder, seed=1, duration=8, channels=6, units=4)
+    return folder, *generate(folder, seed=1, duration=8, channels=6, units=4)
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +102,7 @@ def test_scores_are_those_counted_by_hand(tables):
 
 
 def test_equal_seeds_give_equal_recordings(simulated, tmp_path):
-    path, _, truth = sorting.generate(tmp_path, seed=1, duration=8, channels=6, units=4)
+    path, _, truth = generate(tmp_path, seed=1, duration=8, channels=6, units=4)
     assert path.read_bytes() == simulated[1].read_bytes()
     assert truth.identical(simulated[3])
 

@@ -88,7 +88,7 @@ class SimulationOptions:
 
     def generated(self, folder: str | Path, seed: int) -> tuple[Path, RawFormat, xr.Dataset]:
         """The recording, written, and its truth."""
-        from vibrissa.neural.sorting import generate
+        from vibrissa.neural.simulated import generate
 
         where = self.keep or Path(folder)
         return generate(where, seed=seed, duration=self.duration, channels=self.electrodes, units=self.units)

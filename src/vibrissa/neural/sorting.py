@@ -12,8 +12,8 @@ import numpy as np
 
 from vibrissa.errors import InputError
 from vibrissa.neural.quality import unit_quality
-from vibrissa.neural.spikes import spike_table, write_csv
-from vibrissa.neural.traces import RawFormat, one_line, part
+from vibrissa.neural.spikes import spike_table
+from vibrissa.neural.traces import one_line, part
 from vibrissa.quantities import dataset, require
 
 if TYPE_CHECKING:
@@ -21,9 +21,7 @@ if TYPE_CHECKING:
 
 DEFAULT = "spykingcircus2"
 COINCIDENT = 0.4e-3  # [s] spikes closer than this are the same spike
-STEP, NOISE = 0.2e-6, 12.0  # [V] of the generated recording; [µV], the standard deviation of its noise
-PITCH, SPIKES = 20e-6, (300.0, 6000.0)  # [m] of its probe; [Hz] band in which waveforms are taken
-SOMATA = {"margin_um": 5.0, "minimum_z": 10.0, "maximum_z": 30.0, "minimum_distance": 20}  # [µm] of the generated units
+SPIKES = (300.0, 6000.0)  # [Hz] band in which waveforms are taken
 BEFORE, AFTER = 1e-3, 2e-3  # [s] of a waveform about its trough
 
 
@@ -144,7 +142,7 @@ def accuracy(found: xr.Dataset, truth: xr.Dataset, *, coincident: float = COINCI
         If a table has no unit, or is in trials.
     """
     rate = float(found.attrs["sampling_rate"])
-    sortings = [_sorting(table, rate) for table in (found, truth)]
+    sortings = [numbered(table, rate) for table in (found, truth)]
     with one_line("truth", "could not be compared"):
         compared = part("comparison").compare_sorter_to_ground_truth(
             sortings[1], sortings[0], exhaustive_gt=True, delta_time=1e3 * coincident
@@ -166,8 +164,21 @@ def accuracy(found: xr.Dataset, truth: xr.Dataset, *, coincident: float = COINCI
     )
 
 
-def _sorting(table: xr.Dataset, rate: float) -> Any:
-    """SpikeInterface's form of a table of spikes, units numbered."""
+def numbered(table: xr.Dataset, rate: float) -> Any:
+    """SpikeInterface's form of a table of spikes on the session's clock, units numbered from 0.
+
+    Parameters
+    ----------
+    table : Dataset
+        See :func:`vibrissa.neural.spikes.spike_table`.
+    rate : float
+        Samples per second [Hz].
+
+    Raises
+    ------
+    InputError
+        If the spikes are in trials.
+    """
     require(table, "spike_time", "spike_unit", "unit_name")
     if "spike_trial" in table:
         raise InputError("spikes", "must be on the session's clock", "spikes in trials")
@@ -176,64 +187,3 @@ def _sorting(table: xr.Dataset, rate: float) -> Any:
     return part("core").NumpySorting.from_samples_and_labels(
         [samples[order]], [table.spike_unit.values[order]], rate, unit_ids=np.arange(table.sizes["unit"])
     )
-
-
-def generate(
-    folder: str | Path, *, seed: int = 0, duration: float = 20.0, channels: int = 8, units: int = 6
-) -> tuple[Path, RawFormat, xr.Dataset]:
-    """Write a simulated recording of known truth: ``recording.dat``, ``truth.csv``.
-
-    Waveforms of dipoles about one straight shank, 20 µm between electrodes, in noise of 12 µV, as
-    ``spikeinterface.core.generate_ground_truth_recording`` makes them; 30 kHz, 5 to 15 spikes/s. The somata lie 10 to
-    30 µm before the shank: most units stand 5 to 25 times above the noise, as the paper's, and some drown in it.
-
-    Parameters
-    ----------
-    folder : path
-        An existing folder.
-    seed, duration, channels, units
-        Of the recording; duration in seconds.
-
-    Returns
-    -------
-    path, format, truth
-        The file of samples, how it is written, and its spikes on the session's clock.
-
-    Raises
-    ------
-    InputError
-        If a number is out of reach, SpikeInterface is not installed, or the folder is not there.
-    """
-    for name, value, low, high in (
-        ("duration", duration, 5, 600),
-        ("channels", channels, 4, 64),
-        ("units", units, 1, 60),
-    ):
-        if not low <= value <= high:
-            raise InputError(name, f"must be from {low} to {high}", value)
-    folder = Path(folder)
-    if not folder.is_dir():
-        raise InputError(str(folder), "must be an existing folder", remedy="make it, or choose another")
-    rate, core = 30e3, part("core")
-    with one_line("recording", "could not be generated"):
-        traces, sorting = core.generate_ground_truth_recording(
-            durations=[duration],
-            sampling_frequency=rate,
-            num_channels=channels,
-            num_units=units,
-            generate_probe_kwargs={"num_columns": 1, "xpitch": 20, "ypitch": 1e6 * PITCH, "contact_shapes": "circle"}
-            | {"contact_shape_params": {"radius": 6}},
-            generate_sorting_kwargs={"firing_rates": (5.0, 15.0), "refractory_period_ms": 4.0},
-            noise_kwargs={"noise_levels": NOISE, "strategy": "on_the_fly"},
-            generate_unit_locations_kwargs=SOMATA,
-            seed=seed,
-        )
-        ratio = np.ptp(traces.templates, axis=1).max(axis=1).astype(float) / NOISE
-        counts = np.round(traces.get_traces() / (1e6 * STEP)).clip(-32768, 32767).astype("<i2")
-    trains = [sorting.get_unit_spike_train(unit) / rate for unit in sorting.unit_ids]
-    place = np.repeat(np.arange(units), [train.size for train in trains])
-    truth = spike_table(np.concatenate(trains), place, [f"true {k + 1}" for k in range(units)], snr_mean=ratio)
-    path = folder / "recording.dat"
-    counts.tofile(path)
-    write_csv(truth, folder / "truth.csv")
-    return path, RawFormat(sampling_rate=rate, channels=channels, gain=STEP, pitch=PITCH), truth
