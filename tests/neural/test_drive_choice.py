@@ -119,9 +119,9 @@ def test_speed_is_the_envelope_times_the_carrier_s_frequency():
     time = np.arange(6000) / 2000
     tone = 50e-6 * (1 + 0.5 * np.sin(2 * np.pi * 2 * time)) * np.sin(2 * np.pi * 80 * time)
     shown = Stimuli.of([dataset(time=time, point_displacement=tone)])
-    inner = slice(1000, -1000)
+    inner = slice(500, -500)
     envelope, speed = (shown.drives[name].envelope[inner] for name in ("envelope", "speed"))
-    np.testing.assert_allclose(envelope, 50e-6 * (1 + 0.5 * np.sin(2 * np.pi * 2 * time))[inner], rtol=6e-3)
+    np.testing.assert_allclose(envelope, 50e-6 * (1 + 0.5 * np.sin(2 * np.pi * 2 * time[::2]))[inner], rtol=6e-3)
     np.testing.assert_allclose(speed, 2 * np.pi * 80 * envelope, rtol=0.03)  # differences at 2 kHz
     assert shown.carrier.item() == pytest.approx(80, abs=0.1)
 

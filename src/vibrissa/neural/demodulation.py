@@ -16,6 +16,7 @@ from vibrissa.neural.presentation import Presentation
 from vibrissa.neural.response import spike_counts
 from vibrissa.quantities import dataset
 from vibrissa.signals.coherence import banded, corrected_coherence
+from vibrissa.signals.envelope import analytic_envelope
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -102,7 +103,8 @@ def demodulation(
         raise InputError("bin width", rule, how.bin_width)
     valid = shown.drive().valid
     centre = shown.edges[:-1][valid] + how.bin_width / 2
-    tried = [Explained.of(shown, centre, float(latency)) for latency in LATENCIES]
+    phase = np.unwrap(analytic_envelope(shown.carrier)[1])
+    tried = [Explained.of(shown, phase, centre, float(latency)) for latency in LATENCIES]
     likeness = max(one.likeness() for one in tried[:: len(tried) // 3])
     rows = [
         _row(_counts(spikes, unit, n_trials, shown, valid, how), tried, likeness, shown, how)

@@ -24,7 +24,7 @@ Window = tuple[float, float]
 
 DRIVES = ("envelope", "speed", "rise", "smoothed")
 LATEST = 0.03  # [s] latencies searched, at most: so much is left out at the start
-STEP = 0.5e-3  # [s] of the drives, at most: they change within milliseconds
+SAMPLES = 10  # of a drive in each bin: hinges are exact for what is straight between them
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +81,7 @@ class Stimuli:
         if not stimuli:
             raise InputError("stimuli", "must be at least one", 0)
         shown = [Presentation.of(one, bin_width=bin_width, skip=skip, band=band) for one in stimuli]
-        fine = bin_width / np.ceil(bin_width / STEP)
+        fine = bin_width / SAMPLES
         parts = [_signals(one, seen, fine, smoothing) for one, seen in zip(stimuli, shown, strict=True)]
         sizes = [len(seen.edges) - 1 for seen in shown]
         edges: Array = bin_width * np.arange(sum(sizes) + 1, dtype=float)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +12,6 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from vibrissa.neural.presentation import Presentation
-from vibrissa.signals.envelope import analytic_envelope
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -49,12 +49,11 @@ class Explained:
     carrier: Complex
 
     @classmethod
-    def of(cls, shown: Presentation, centre: Array, latency: float) -> Explained:
-        """Take the columns at bins' centres less a latency."""
-        envelope, phase = analytic_envelope(shown.carrier)
+    def of(cls, shown: Presentation, phase: Array, centre: Array, latency: float) -> Explained:
+        """Take the columns at bins' centres less a latency; phase: of the carrier, unwrapped (T,) [rad]."""
         at = centre - latency
-        a = np.interp(at, shown.time, envelope) / envelope.mean()
-        phi = np.interp(at, shown.time, np.unwrap(phase))
+        a = np.interp(at, shown.time, shown.envelope) / shown.envelope.mean()
+        phi = np.interp(at, shown.time, phase)
         bends = [np.maximum(a - knot, 0) for knot in np.quantile(a, KNOTS)]
         turn = [np.cos(phi), np.sin(phi), a * np.cos(phi), a * np.sin(phi), np.cos(2 * phi), np.sin(2 * phi)]
         return cls(
@@ -69,6 +68,7 @@ class Explained:
         bases = [np.linalg.qr(columns.T)[0] for columns in (self.envelope, self.phase)]
         return float(np.linalg.svd(bases[0].T @ bases[1], compute_uv=False)[0])
 
+    @cached_property
     def solver(self) -> Array:
         """(E + C, K) matrix that gives the coefficients of least squares."""
         columns = np.vstack([self.envelope, self.phase])
@@ -77,7 +77,7 @@ class Explained:
     def variance_told(self, rate: Array) -> float:
         """Variance of a rate that all columns explain."""
         product = np.vstack([self.envelope, self.phase]) @ rate
-        return float(product @ (self.solver() @ rate)) / rate.size
+        return float(product @ (self.solver @ rate)) / rate.size
 
 
 def _centred(columns: Array) -> Array:
@@ -123,7 +123,7 @@ class Parts:
     @classmethod
     def of(cls, best: Explained, counts: Array) -> Parts:
         """Take the estimates of each trial; they are linear in its counts."""
-        found = counts @ best.solver().T
+        found = counts @ best.solver.T
         n_envelope, size = len(best.envelope), counts.shape[1]
         envelope, phase = found[:, :n_envelope], found[:, n_envelope:]
         return cls(
