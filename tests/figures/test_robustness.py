@@ -81,6 +81,16 @@ def test_share_kept_worked_by_hand():
     assert np.all(np.isnan(nothing))
 
 
+def test_interval_of_the_share_kept_holds_it_as_often_as_it_says():
+    rng, of_arm, held = np.random.default_rng(4), np.array([False, True, True]), 0
+    for _ in range(200):
+        of_set = rng.normal(0, 0.05, 16)  # sets that are easy are so in every way
+        found = np.array([0.9, 0.6, 0.7])[:, None] + of_set + rng.normal(0, 0.04, (3, 16))
+        _, low, high = robustness.kept_share(found, of_arm, 0.2)
+        held += low <= (0.65 - 0.2) / (0.9 - 0.2) <= high
+    assert 181 <= held <= 199  # 95 % of 200, give or take three standard deviations
+
+
 # The chain from textures to answers
 
 
