@@ -85,7 +85,7 @@ class Stimuli:
         parts = [_signals(one, seen, fine, smoothing) for one, seen in zip(stimuli, shown, strict=True)]
         sizes = [len(seen.edges) - 1 for seen in shown]
         edges: Array = bin_width * np.arange(sum(sizes) + 1, dtype=float)
-        time = fine * np.arange(sum(len(part["envelope"]) for part in parts))
+        time: Array = fine * np.arange(sum(len(part["envelope"]) for part in parts), dtype=float)
         valid = np.concatenate([seen.drive().valid for seen in shown])
         joined = {name: np.concatenate([part[name] for part in parts]) for name in DRIVES}
         return cls(
