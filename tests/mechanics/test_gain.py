@@ -54,3 +54,7 @@ def test_term_of_the_whisker_alone_is_found_by_sweeps_far_too_often_and_by_whisk
 def test_what_the_data_cannot_tell_is_nan():
     told = effects(np.ones(3), {"contact": np.full(3, 0.2)}, np.arange(3))
     assert np.isnan(told.effect_p[0])
+
+
+def test_no_terms_have_no_effects():
+    assert effects(np.arange(3.0), {}, ["a", "b", "c"]).sizes == {"term": 0}

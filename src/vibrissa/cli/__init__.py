@@ -55,8 +55,10 @@ def run(study: Path | None = None, *, out: Path = Path("vibrissa-out"), json: Js
 
 for verb in (pick, track, tracks, decompose, modes, profile, gap, scan, whisk, whisker, atlas, sweep, replay, neural):
     app.command(verb)
-for verb in (sweeps, base, posture, figure):
-    app.command(verb)
+app.command(sweeps)
+app.command(base)
+app.command(posture)
+app.command(figure)
 app.command(surround)
 app.command(glm)
 app.command(demodulation)

@@ -91,8 +91,10 @@ def effects(response: ArrayLike, terms: Mapping[str, ArrayLike], clusters: Array
         naive, clustered = {}, {}
     mean = float(np.nanmean(y)) if np.isfinite(y).any() else np.nan
     lines = [_line(terms[name], naive.get(name), clustered.get(name), mean) for name in terms]
-    columns = ("effect_n", "effect_slope", "effect_low", "effect_high", "effect_p", "effect_p_clustered")
-    return dataset(term=list(terms), **dict(zip(columns, np.array(lines, float).T, strict=True)))
+    names = ("effect_n", "effect_slope", "effect_low", "effect_high", "effect_p", "effect_p_clustered")
+    values = np.array(lines, float).reshape(-1, len(names)).T  # of no terms too
+    columns: dict[str, Any] = dict(zip(names, values, strict=True))
+    return dataset(term=list(terms), **columns)
 
 
 def _line(values: ArrayLike, naive: Effect | None, clustered: Effect | None, mean: float) -> list[float]:

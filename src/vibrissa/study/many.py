@@ -85,8 +85,8 @@ def shown(study: Study, sweeps: xr.Dataset) -> Datasets:
     """One sweep, the accepted one whose contact is nearest to the median: tracked again and laid open."""
     usable = np.flatnonzero(sweeps.accepted.values)
     contact = sweeps.contact.values[usable]
-    number = int(usable[np.abs(contact - np.median(contact)).argmin()])
-    row = sweeps.isel(sweep=number)
+    row = sweeps.isel(sweep=usable[np.abs(contact - np.median(contact)).argmin()])
+    number = int(row.sweep)
     if study.laboratory is not None:
         results, whisker, line = _virtual(study.laboratory, number)
     else:
