@@ -58,3 +58,15 @@ def test_nothing_accepted_is_refused(told):
     sweeps = told[0].assign(accepted=told[0].accepted & False)
     with pytest.raises(InputError, match="accepted"):
         fig7.compute({"sweeps": sweeps}, told[1].__getitem__)
+
+
+def test_one_sweep_is_drawn_and_tells_no_effect(told):
+    sweeps, series, _ = told
+    alone = sweeps.assign(accepted=sweeps.accepted & (sweeps.sweep == 0))
+    alone["resonant_frequency"] = np.nan * alone.resonant_frequency
+    alone["resonant_frequency_white"] = 0 * alone.resonant_frequency_white.fillna(0) + 80.0
+    data = fig7.compute({"sweeps": alone}, series.__getitem__)
+    assert "Measured: too few sweeps to tell an effect." in data.attrs["caption"]
+    assert "nan" not in data.attrs["caption"]
+    assert data.example_frequency.values.tolist() == [80.0]
+    fig7.draw(data).savefig(io.BytesIO())

@@ -90,10 +90,16 @@ def _examples(sweeps: xr.Dataset, usable: NDArray[np.bool_], series: Series) -> 
         example_speed=speed,
         example_contact=sweeps.contact.values[chosen],
         example_angle=sweeps.base_angle.values[chosen],
-        example_frequency=sweeps.resonant_frequency.values[chosen, 0],
+        example_frequency=_first_resonance(sweeps)[chosen],
         example_mode=lines("mode_displacement"),
         example_envelope=lines("envelope"),
     )
+
+
+def _first_resonance(sweeps: xr.Dataset) -> Array:
+    """Resonance of mode 1 [Hz] with the texture's forcing; where it is not known, with white forcing."""
+    known, white = (sweeps[f"resonant_frequency{end}"].values[:, 0] for end in ("", "_white"))
+    return np.where(np.isfinite(known), known, white)
 
 
 def _pairs(sweeps: xr.Dataset, usable: NDArray[np.bool_], series: Series) -> xr.Dataset:
@@ -150,6 +156,9 @@ def _peak_words(data: xr.Dataset) -> str:
 
 def _effect_words(data: xr.Dataset) -> str:
     """Slope and p-values of every term, all whiskers and the two."""
+    source = str(data.source.values)
+    if not np.isfinite(data.effect_p.values).any():
+        return f"{source.capitalize()}: too few sweeps to tell an effect."
     parts = []
     for term in data.term.values:
         one = data.sel(term=term)
@@ -162,7 +171,6 @@ def _effect_words(data: xr.Dataset) -> str:
         "slope per SD over the mean [95 %, by whisker]; p of all whiskers, by sweep | by whisker, then the same of β "
         "and C1"
     )
-    source = str(data.source.values)
     return f"{source.capitalize()}: {'; '.join(parts)}." + (f" ({head}.)" if source == "measured" else "")
 
 

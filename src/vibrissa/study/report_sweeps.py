@@ -92,15 +92,15 @@ def _shares(shares: xr.Dataset) -> list[list[str]]:
     rows = []
     for mode in shares.mode.values.tolist():
         one = {name: 100 * float(shares[name].sel(mode=mode)) for name in shares.data_vars}
-        true = f"{one['share_true']:.2f} %" if np.isfinite(one["share_true"]) else "not known"
+        known = np.isfinite(one["share_true"])  # else the motion is no model's: nothing to say of what that can give
         rows.append(
             [
                 str(mode),
                 f"{one['share_paper']:.1f} ± {one['share_paper_sd']:.1f} %",
                 f"{one['share_found']:.2f} ± {one['share_found_sd']:.2f} %",
-                true,
-                f"{one['share_noisy']:.2f} %",
-                "yes" if one["share_possible"] else "no",
+                f"{one['share_true']:.2f} %" if known else "not known",
+                f"{one['share_noisy']:.2f} %" if known else "",
+                ("yes" if one["share_possible"] else "no") if known else "",
             ]
         )
     return rows
@@ -111,12 +111,14 @@ def _shares_words(shares: xr.Dataset) -> str:
     missing = [
         int(mode) for mode, able in zip(shares.mode.values, shares.share_possible.values, strict=True) if not able
     ]
+    if not known:
+        return "The paper's shares beside those of these sweeps, as tracked; what they are without noise is not known."
     text = (
         "Nothing is tuned to the paper's 66, 19 and 6 %. Noise that each node has by itself, the tracker's or the "
         "camera's, lowers all shares alike and leaves their ratios: with as much as brings mode 1 down to the paper's "
         "share, the others come out as the last but one column says. "
     )
-    if missing and known:
+    if missing:
         text += (
             f"The share of mode{'s' * (len(missing) > 1)} {' and '.join(map(str, missing))} is larger in the paper: "
             "the model, filmed with any such noise, cannot give it. What could, and is not in it, moves the whisker as "
