@@ -50,7 +50,7 @@ GALLERY = (
         "5",
         "Figure 5: spectra",
         ("spectra_white", "resonance_white"),
-        lambda results, _: fig5.draw(fig5.compute(results)),
+        lambda results, series: fig5.draw(fig5.compute(results, series)),
     ),
     Entry("6ab", "Figure 6A–B: gaps of several widths (model)", ("gaps",), lambda r, _: fig6_model.draw(r["gaps"])),
     Entry(
