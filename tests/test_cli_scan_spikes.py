@@ -49,7 +49,9 @@ def test_spikes_go_from_scan_to_neural(vibrissa, folder):
 
 BAD = {
     "no units": (["--spikes", "0"], "number of units must be from 1"),
-    "no file": (["--spikes", "no.csv"], "no.csv must be an existing file"),
+    "no file": (["--spikes", "no.csv"], "--spikes must be a number of units or a CSV of them, got no.csv"),
+    "no number": (["--spikes", "1e3"], "--spikes must be a number of units"),
+    "too many": (["--spikes", "100000", "--trials", "1000"], "must last at most 5e+06 s in all"),
     "no table": (["--spikes", "gaps.csv"], "must have a column unit"),
     "name": (["--spikes", "3", "--spikes-out", "s.mat"], "must end in .csv or .nwb"),
     "folder": (["--spikes", "3", "--spikes-out", "no/s.csv"], "no must be an existing folder"),

@@ -67,6 +67,8 @@ class SpikeOptions:
         try:
             count = int(word)
         except ValueError:
+            if not Path(word).is_file():
+                raise InputError("--spikes", "must be a number of units or a CSV of them", word) from None
             return read_driven(word)
         return draw_driven(count, rng=np.random.default_rng(self.seed))
 

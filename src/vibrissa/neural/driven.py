@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_UNITS = 100_000
+MOST_SECONDS = 5e6  # [s] of all units and trials together: some 5e7 spikes, a gigabyte
 STEADY = SlowState(depth=0.0, trial_sd=0.0)
 # columns of a table of units, each with its name in another unit and the factor to SI, its largest value in SI, and why
 COLUMNS = {
@@ -160,7 +161,16 @@ def fire(
         ``time``, ``point_displacement``, ``point_envelope`` [m]; the units with their truth, ``unit_rate`` [Hz], over
         all trials, and ``time_above_threshold``; ``spike_time`` [s], ``spike_trial``, ``spike_unit``. The rate is
         baseline + slope · max(A(t − latency) − threshold, 0), A the envelope.
+
+    Raises
+    ------
+    InputError
+        If units and trials together last longer than 5,000,000 s; as
+        :func:`~vibrissa.neural.population.record_population` does.
     """
+    seconds = units.sizes["unit"] * n_trials * float(time[-1] - time[0])
+    if seconds > MOST_SECONDS:
+        raise InputError("units and trials", f"must last at most {MOST_SECONDS:g} s in all", f"{seconds:.3g} s")
     rng = np.random.default_rng(seed)
     spikes = record_population(units, time, displacement[None], n_trials, rng=rng, state=state)
     envelope, count = analytic_envelope(displacement)[0], np.bincount(spikes.spike_unit, minlength=units.sizes["unit"])
