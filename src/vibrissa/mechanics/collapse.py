@@ -27,6 +27,7 @@ Forcing = Literal["texture", "white"]
 
 USED = 2  # modes: the paper's third is too small to be told
 FRICTION = 0.4
+_ENDS = "", "_low", "_high"  # of a value and its interval
 
 
 class _Told(NamedTuple):
@@ -87,20 +88,13 @@ def collapse(
     kappa = nominal / np.exp(whole.value / 2)
     known = {name: some[name].values for name in ("whisker_name", "contact", "scan_speed") if name in some.variables}
     terms = {name: values for name, values in known.items() if len(np.unique(values)) > 1}
-    names = np.unique(some.whisker_name.values.astype(str))
-    each = [_mean(np.where(some.whisker_name.values == name, log_e, np.nan), some.animal.values) for name in names]
     columns: dict[str, Any] = {
-        "youngs_modulus": _pascal(whole.value),
-        "youngs_modulus_low": _pascal(whole.low),
-        "youngs_modulus_high": _pascal(whole.high),
+        **{f"youngs_modulus{end}": _pascal(one) for end, one in zip(_ENDS, whole, strict=True)},
         "youngs_modulus_animal_low": _pascal(by_animal.low),
         "youngs_modulus_animal_high": _pascal(by_animal.high),
         "modulus_sd": np.nanstd(log_e),
         "sweep_modulus": _pascal(log_e),
-        "identity": names,
-        "identity_modulus": _pascal([one.value for one in each]),
-        "identity_modulus_low": _pascal([one.low for one in each]),
-        "identity_modulus_high": _pascal([one.high for one in each]),
+        **_by_identity(some, log_e),
         **_r2(kappa, model, whisker),
     }
     told = dataset(
@@ -113,6 +107,15 @@ def collapse(
         **columns,
     )
     return told.merge(effects(log_e, terms, whisker), combine_attrs="override")
+
+
+def _by_identity(sweeps: xr.Dataset, log_e: Array) -> dict[str, Any]:
+    """E of the whiskers of each name, animals the draws."""
+    own, animal = sweeps.whisker_name.values.astype(str), sweeps.animal.values
+    names = np.unique(own)
+    each = [_mean(np.where(own == name, log_e, np.nan), animal) for name in names]
+    ends = dict(zip(_ENDS, np.transpose(each), strict=True))
+    return {"identity": names} | {f"identity_modulus{end}": _pascal(values) for end, values in ends.items()}
 
 
 def modulus_in_air(measured: Array, predicted: Array) -> tuple[Array, tuple[float, float, float]]:
@@ -199,7 +202,4 @@ def _r2(kappa: Array, model: Array, whisker: NDArray[Any]) -> dict[str, list[flo
         several = made.size > 2 and len(np.unique(whisker[made.astype(int)])) > 2
         ends = jackknife_interval(index, r2, clusters=whisker) if several else (np.nan, np.nan)
         told.append((r2(made) if made.size > 2 else np.nan, *ends))
-    return {
-        f"collapse_r2{end}": list(column)
-        for end, column in zip(("", "_low", "_high"), zip(*told, strict=True), strict=True)
-    }
+    return {f"collapse_r2{end}": list(column) for end, column in zip(_ENDS, zip(*told, strict=True), strict=True)}
