@@ -1,7 +1,13 @@
-"""Sphinx: the pages of this folder, and the package's own docstrings."""
+"""Sphinx: the pages of this folder, the package's own docstrings, and what is made from both while building."""
 
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
+
+from docutils.nodes import SkipNode
+from docutils.utils.math.latex2mathml import tex2mathml
 
 from vibrissa import __version__
 
@@ -10,17 +16,28 @@ author = "The vibrissa developers"
 release = __version__
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon"]
+templates_path = ["_templates"]
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 3
 autosummary_generate = True
 autodoc_typehints = "none"  # the docstrings say shape and unit, which types cannot
+autodoc_member_order = "bysource"
 napoleon_google_docstring = False
-exclude_patterns = ["_build/html"]  # the pages of autosummary lie beside it, in _build/api
-suppress_warnings = ["ref.citation"]  # a reference may be listed before a docstring cites it
+napoleon_use_param = napoleon_use_rtype = False  # a type is said in words: no link is made of "row" or "x"
+exclude_patterns = ["_build/html", "_templates"]  # the pages of autosummary lie beside it, in _build/api
+suppress_warnings = [
+    "ref.citation",  # a reference may be listed before a docstring cites it
+    "ref.python",  # a name that two modules have, as attributes
+]
 
 html_theme = "pydata_sphinx_theme"
 html_show_sourcelink = False
+html_math_renderer = "mathml"  # every browser draws it; MathJax would come from elsewhere
 
 ENTRY = re.compile(r"@\w+\{(?P<key>\w+),(?P<fields>.*?)^\}", re.DOTALL | re.MULTILINE)
 FIELD = re.compile(r"^ *(\w+) *= \{(.*)\},$", re.MULTILINE)
+EQUATION = re.compile(r"Eqs?\.\s+\((\d+)\)\s+of\s+\[Boubenec2014\]_")
+PICTURES = os.environ.get("VIBRISSA_GALLERY") != "0"  # without, the build takes half as long
 
 
 def citation(entry):
@@ -32,13 +49,57 @@ def citation(entry):
     return f".. [{entry['key']}] {authors}. {of['title']}. {where}. doi: {of['doi']}\n"
 
 
-def list_references(app, docname, source):
-    """Fill the page of references from references.bib, the one place they are kept in."""
+def complete(app, docname, source):
+    """Fill the page of references from references.bib; leave out the gallery's pictures where none are made."""
     if docname == "references":
         bib = Path(app.srcdir, "references.bib").read_text(encoding="utf-8")
         source[0] += "\n" + "\n".join(citation(entry) for entry in ENTRY.finditer(bib))
+    if docname == "gallery" and not PICTURES:
+        source[0] = re.sub(r"^!\[.*", "*(left out of this build)*", source[0], flags=re.MULTILINE)
+
+
+def lead_to_theory(app, what, name, obj, options, lines):
+    """Let a docstring that has an equation of the paper lead to where the page of theory derives or corrects it."""
+    numbers = sorted(map(int, set(EQUATION.findall("\n".join(lines)))))
+    if numbers:
+        lines += ["", ".. seealso:: Theory: " + ", ".join(f":ref:`Eq. {n} <eq-{n}>`" for n in numbers)]
+
+
+def bars(app, what, name, obj, options, lines):
+    """Keep |x| for what it is, a modulus; reStructuredText would take it for a substitution."""
+    for i, line in enumerate(lines):
+        if "|" in line and not line.lstrip().startswith(">>>"):
+            parts = re.split(r"(``.*?``)", line)
+            lines[i] = "".join(part if part.startswith("``") else part.replace("|", r"\|") for part in parts)
+
+
+def skip_fields(app, what, name, obj, skip, options):
+    """Leave out the fields of named tuples: the docstring of the class describes them."""
+    return True if str(getattr(obj, "__doc__", "")).startswith("Alias for field number") else None
+
+
+def make_gallery(app):
+    """Make the figures, in a process of its own: it starts others."""
+    if PICTURES:
+        make = Path(app.srcdir, "make_gallery.py")
+        subprocess.run([sys.executable, make, Path(app.srcdir, "_build/gallery")], check=True)
+
+
+def mathml(*, block):
+    """Give what writes a formula as MathML."""
+
+    def visit(self, node):
+        self.body.append(tex2mathml(node.astext(), as_block=block))
+        raise SkipNode
+
+    return visit
 
 
 def setup(app):
-    """Hook the list of references in."""
-    app.connect("source-read", list_references)
+    """Hook all of it in."""
+    app.add_html_math_renderer("mathml", (mathml(block=False), None), (mathml(block=True), None))
+    app.connect("builder-inited", make_gallery)
+    app.connect("source-read", complete)
+    app.connect("autodoc-process-docstring", bars)
+    app.connect("autodoc-process-docstring", lead_to_theory)
+    app.connect("autodoc-skip-member", skip_fields)

@@ -66,7 +66,7 @@ def note(command: xr.Dataset) -> str:
     )
 
 
-def analysed(spikes: xr.Dataset, command: xr.Dataset, how: EnvelopeAnalysis) -> xr.Dataset:
+def analysed(spikes: xr.Dataset, command: xr.Dataset, how: EnvelopeAnalysis, n_trials: int = TRIALS) -> xr.Dataset:
     """Analyse each unit against the motion of its own whisker."""
     tables = []
     for whisker in np.unique(spikes.unit_whisker.values).tolist():
@@ -75,9 +75,9 @@ def analysed(spikes: xr.Dataset, command: xr.Dataset, how: EnvelopeAnalysis) -> 
         of = np.searchsorted(index, spikes.spike_unit.values[own])
         names, trial = spikes.unit_name.values[index].tolist(), spikes.spike_trial.values[own]
         table = spike_table(spikes.spike_time.values[own], of, names, trial=trial)
-        table.attrs["n_trials"] = TRIALS
+        table.attrs["n_trials"] = n_trials
         stimulus = dataset(time=command.time.values, point_displacement=command.command.values[whisker])
-        tables.append(analyse_units(table, stimulus, TRIALS, how).assign_coords(unit=index))
+        tables.append(analyse_units(table, stimulus, n_trials, how).assign_coords(unit=index))
     joined = xr.concat(tables, "unit", combine_attrs="override", join="exact").sortby("unit").drop_vars("unit")
     return joined.assign(unit_quality=("unit", spikes.unit_quality.values))
 

@@ -1,0 +1,143 @@
+"""The pages hold: commands are such as the program takes, equations lead to their functions and back, all is there."""
+
+import ast
+import importlib
+import importlib.util
+import os
+import pkgutil
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import vibrissa
+from vibrissa.cli import app
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md"))]
+ROLE = re.compile(r"\{py:(?:func|meth|class|attr|mod|data)\}`~?([\w.]+)`")
+
+
+# Commands
+
+
+def commands(path):
+    """Give the commands of vibrissa in the indented blocks of a page; not those abridged by an ellipsis."""
+    text = path.read_text(encoding="utf-8").replace("\\\n", " ")
+    for line in re.findall(r"^ {4}(?:vibrissa|python3 run\.py) (.+)$", text, re.MULTILINE):
+        words = shlex.split(line, comments=True)
+        if words and words[0] not in ("test", "lock") and "…" not in words:
+            yield words
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
+def test_every_command_of_a_page_is_one_that_the_program_takes(path):
+    for words in commands(path):
+        app.parse_args(words, print_error=False, exit_on_error=False)
+
+
+def test_a_command_that_is_none_is_found_out(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("    vibrissa modes --contact 0.3 \\\n        --colour red\n")
+    (words,) = commands(page)
+    assert words == ["modes", "--contact", "0.3", "--colour", "red"]
+    with pytest.raises(Exception, match="colour"):
+        app.parse_args(words, print_error=False, exit_on_error=False)
+
+
+def test_every_file_that_a_command_takes_from_examples_is_there():
+    for path in PAGES:
+        for word in (word for words in commands(path) for word in words if word.startswith("examples/")):
+            assert (ROOT / word).exists(), f"{path.name}: {word}"
+
+
+# Theory
+
+
+def sections():
+    """Give the sections of the page of theory by their targets."""
+    parts = re.split(r"^\((eq-[\w-]+)\)=$", (DOCS / "theory.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    return dict(zip(parts[1::2], parts[2::2], strict=True))
+
+
+def citing():
+    """Give every equation number of the paper with the full name of what cites it."""
+    for path in sorted((ROOT / "src").rglob("*.py")):
+        module = ".".join(path.relative_to(ROOT / "src").with_suffix("").parts).removesuffix(".__init__")
+        yield from cited_in(ast.parse(path.read_text(encoding="utf-8")), module)
+
+
+def cited_in(node, name):
+    """Give the equations that a module, class or function cites, and those within it."""
+    text = " ".join((ast.get_docstring(node) or "").split())
+    for numbers in re.findall(r"Eqs?\. ((?:\(\d+\)(?:, | and )?)+) of \[Boubenec2014\]_", text):
+        yield from ((int(number), name) for number in re.findall(r"\d+", numbers))
+    for child in node.body:
+        if isinstance(child, ast.ClassDef | ast.FunctionDef):
+            yield from cited_in(child, f"{name}.{child.name}")
+
+
+def test_every_equation_that_the_code_cites_stands_on_the_page_of_theory_with_its_function():
+    found, page = dict.fromkeys(range(1, 20), 0), sections()
+    for number, name in citing():
+        assert name in ROLE.findall(page[f"eq-{number}"]), f"Eq. {number}: {name}"
+        found[number] += 1
+    assert set(found.values()) == {1}
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
+def test_every_function_that_a_page_names_exists(path):
+    for name in ROLE.findall(path.read_text(encoding="utf-8")):
+        assert resolved(name) is not None, name
+
+
+def resolved(name):
+    """Import what a dotted name says."""
+    words = name.split(".")
+    for split in range(len(words), 0, -1):
+        try:
+            found = importlib.import_module(".".join(words[:split]))
+        except ModuleNotFoundError:
+            continue
+        for word in words[split:]:
+            found = getattr(found, word)
+        return found
+    return None
+
+
+def test_every_formula_has_a_function():
+    without = [target for target, text in sections().items() if not ROLE.search(text)]
+    assert not without
+
+
+# The whole
+
+
+def test_picture_of_the_rooms_is_that_of_the_contract():
+    spec = importlib.util.spec_from_file_location("make_layers", DOCS / "make_layers.py")
+    made = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(made)
+    assert (DOCS / "layers.svg").read_text(encoding="utf-8") == made.picture(), "python docs/make_layers.py"
+
+
+def modules():
+    """Name every public module of the package."""
+    found = pkgutil.walk_packages(vibrissa.__path__, "vibrissa.")
+    return [name for _, name, _ in found if not any(word.startswith("_") for word in name.split("."))]
+
+
+def test_pages_build_without_a_warning_and_every_public_module_is_on_them(tmp_path):
+    if not all(importlib.util.find_spec(name) for name in ("sphinx", "myst_parser", "pydata_sphinx_theme")):
+        pytest.skip("the group docs is not installed: pip install --group docs")
+    command = [sys.executable, "-c", "from sphinx.cmd.build import main; import sys; sys.exit(main(sys.argv[1:]))"]
+    command += ["-q", "-W", "--keep-going", "-b", "html", str(DOCS), str(tmp_path)]
+    done = subprocess.run(command, env=os.environ | {"VIBRISSA_GALLERY": "0"}, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-4000:]
+    api = tmp_path / "_build/api"
+    assert [name for name in modules() if not (api / f"{name}.html").exists()] == []
+    assert "theory.html#eq-17" in (api / "vibrissa.signals.envelope.html").read_text(encoding="utf-8")
+    assert not re.search(r'(?:src|href)="https?://[^"]*\.(?:js|css)"', (tmp_path / "theory.html").read_text("utf-8"))
