@@ -1,6 +1,9 @@
 """The page's server answers its own pages alone; whatever else comes changes and crashes nothing."""
 
 import json
+import signal
+import subprocess
+import sys
 import urllib.parse
 
 import httpx
@@ -168,3 +171,24 @@ def test_the_verb_refuses_a_bad_start_in_one_line(vibrissa):
 def test_a_taken_port_is_told(served):
     with pytest.raises(ValueError, match="must be free"):
         serve({}, port=int(served.host.rpartition(":")[2]), tell=print)
+
+
+def test_ctrl_c_closes_the_page_with_a_word():
+    command = [sys.executable, "-m", "vibrissa", "explore", "speed=0.15", "--no-browser"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as running:
+        try:
+            address = next(word for word in running.stderr.readline().split() if word.startswith("http"))
+            assert address.endswith("/#speed=0.15")
+            assert httpx.get(address.partition("#")[0], timeout=30).status_code == 200
+            running.send_signal(signal.SIGINT)
+            assert running.wait(30) == 0
+            assert running.stderr.read() == "vibrissa: the page is closed\n"
+        finally:
+            running.kill()
+
+
+def test_without_the_extra_the_remedy_is_told(vibrissa, monkeypatch):
+    monkeypatch.setitem(sys.modules, "uvicorn", None)
+    code, _, said = vibrissa("explore", "--no-browser")
+    assert code == 2
+    assert said == "vibrissa: explore needs the extra page; pip install 'vibrissa[page]'\n"

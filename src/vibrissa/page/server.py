@@ -7,6 +7,7 @@ import secrets
 import socket
 import threading
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
@@ -218,10 +219,9 @@ def serve(
         server = uvicorn.Server(settings(page.application()))
         if opened is not None:
             threading.Thread(target=opened, args=(address,), daemon=True).start()
-        try:
+        with suppress(KeyboardInterrupt):
             server.run(sockets=[listener])
-        except KeyboardInterrupt:
-            tell("the page is closed")
+        tell("the page is closed")
 
 
 def settings(application: Starlette) -> Any:
@@ -244,6 +244,7 @@ def listening(port: int) -> socket.socket:
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listener.bind(("127.0.0.1", port))
+        listener.listen()  # who is told the address may come at once
     except (OSError, OverflowError) as error:
         listener.close()
         raise InputError("--port", "must be free on this machine, 0 to 65535", port, "0 takes any free one") from error
