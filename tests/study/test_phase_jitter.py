@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.superposition import Scan, predict
 from vibrissa.quantities import dataset
 from vibrissa.study.phase_jitter import jittered, reached
-from vibrissa.texture.surface import random_grating
+from vibrissa.texture.surface import Troughs, random_grating
 from vibrissa.whisker import Whisker
 
 
@@ -50,3 +51,25 @@ def test_value_is_reached_between_the_jitters_around_it_or_nowhere():
         jitter_time=[0.1, 0.5], jitter=[0.0, 1.0, 2.0], jittered_correlation=[[1.0, 0.5, 0.0], [1.0, 0.9, 0.8]]
     )
     np.testing.assert_allclose(reached(curves, 0.25), [1.5, np.nan])
+
+
+def test_gaps_that_jitter_makes_too_wide_for_the_posture_are_not_measured():
+    """A grating whose widest gap the posture can just cross: what wanders meets a wider one."""
+    rng = np.random.default_rng(6)
+    whisker, scan = Whisker(length=0.04, cone_angle=1.5e-3), Scan(speed=0.1, damping=0.11)
+    posture, texture = Posture(contact=0.12, base_angle=1.4), random_grating(0.17, rng=rng)
+    least, most = 0.2, 20.0  # bisect for the factor on the widths at which it cannot be crossed any more
+    for _ in range(12):
+        middle = (least * most) ** 0.5
+        try:
+            widest = np.array([middle * texture.width.max()])
+            predict(whisker, posture, Troughs(position=np.array([1e-3]), width=widest), scan, n_modes=1)
+            least = middle
+        except (InputError, ConvergenceError):
+            most = middle
+    scale = 0.97 * least
+    just = Troughs(position=scale * texture.position, width=scale * texture.width)
+    one = predict(whisker, posture, just, scan)
+    told = jittered([one], np.arange(1000) / 1000, rng=rng, jitters=(0.0, 400e-6), jitter_times=(0.1,))
+    assert float(told.jittered_correlation[0, 0]) == pytest.approx(1)
+    assert np.isnan(told.jittered_correlation[0, 1])

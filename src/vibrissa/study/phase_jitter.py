@@ -8,17 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.errors import InputError
+from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.mechanics.comparison import LARGEST_LAG, best_correlation
-from vibrissa.mechanics.superposition import Prediction, predict_all
+from vibrissa.mechanics.superposition import Prediction, predict, predict_all
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.study.nuisance import slow_motion, wandered
+from vibrissa.texture.surface import Troughs
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from vibrissa.texture.surface import Troughs
 
 Array = NDArray[np.float64]
 
@@ -59,7 +58,7 @@ def jittered(
     Dataset
         ``jittered_correlation`` (jitter_time, jitter), with lags up to 50 ms, its standard deviation over runs and
         predictions, and ``jittered_repeat``: of the displacement of mode 1 of each run with the mean of the five. NaN
-        where the tip would meet edges out of turn.
+        where the tip would meet edges out of turn, or a gap that the posture cannot cross.
     """
     shape = len(jitter_times), len(jitters), len(predictions)
     rho, repeat = np.full((*shape, RUNS), np.nan), np.full((*shape, RUNS), np.nan)
@@ -85,13 +84,17 @@ def jittered(
 
 
 def _met(prediction: Prediction, sd: float, shortest: float, rng: np.random.Generator) -> list[Troughs] | None:
-    """Texture as each run meets it; none where that is out of turn."""
+    """Texture as each run meets it; none where that is out of turn, or a gap gets too wide for the posture."""
     span = prediction.end + shortest
     wanders = [slow_motion(sd, shortest, 2 * span, rng) for _ in range(RUNS)]
     try:
-        return [wandered(prediction.texture, prediction.scan.speed, wander) for wander in wanders]
-    except InputError:
+        met = [wandered(prediction.texture, prediction.scan.speed, wander) for wander in wanders]
+        widest = np.array([max(float(one.width.max()) for one in met)])
+        lone = Troughs(position=np.array([1e-3]), width=widest)
+        predict(prediction.whisker, prediction.posture, lone, prediction.scan, n_modes=1)
+    except (InputError, ConvergenceError):
         return None
+    return met
 
 
 def _motions(prediction: Prediction, met: list[Troughs], time: Array) -> Array:
