@@ -11,7 +11,7 @@ from vibrissa.neural.copies import Copies, condition_number, inflation
 from vibrissa.neural.spikes import join_units
 from vibrissa.neural.surround import SurroundAnalysis, surround_map
 from vibrissa.neural.virtual import HingeUnit, simulate_spikes
-from vibrissa.neural.wandering import SlowState
+from vibrissa.neural.wandering import SlowState, unrelated_feature
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.stimulus.array import replay_command
@@ -101,6 +101,18 @@ def test_a_unit_that_no_whisker_drives_says_so():
     assert called.mean() <= 0.2
     assert "no whisker drives it beyond chance" in found.reason.values
     assert np.isnan(found.threshold.values[~called]).all()
+
+
+def test_a_unit_that_answers_something_else_names_no_whisker():
+    command, _ = copies(2)
+    time, rng = command.time.values, np.random.default_rng(0)
+    tables = {}
+    for k in range(20):
+        feature = unrelated_feature(time, mean=55e-6, timescale=0.05, rng=rng)
+        tables[f"u{k}"] = simulate_spikes(HingeUnit(), time, feature, TRIALS, rng=rng)
+    found = surround_map(join_units(tables), command, TRIALS)
+    assert np.isin(found.surround_verdict.values, ["drives", "suppresses"]).mean() < 0.08
+    assert np.mean(found.strongest_whisker.values == "") >= 0.8
 
 
 def test_weak_weights_of_few_trials_are_not_told():

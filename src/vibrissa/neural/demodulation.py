@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtrit
 
 from vibrissa.errors import InputError
 from vibrissa.neural.inputs import refuse_misplaced
-from vibrissa.neural.phase_parts import Estimate, Explained, Parts
+from vibrissa.neural.phase_parts import Estimate, Explained, Parts, by_chance
 from vibrissa.neural.presentation import Presentation
 from vibrissa.neural.response import spike_counts
 from vibrissa.quantities import dataset
@@ -28,6 +27,7 @@ FEWEST_SPIKES, FEWEST_TRIALS = 100, 8
 LATENCIES = np.arange(0.0, 0.0305, 0.001)  # [s]
 CYCLE = 6.0  # bins in a period of the carrier, at least: fewer would flatten what locks to it
 ALIKE = 0.6  # correlation of what envelope and phase can explain: above it, slow motion spoils both of them
+LEVEL, GUARD = 0.01, 0.06  # largest p of what is said to be followed; [s] shifts left out, as of the envelope's test
 SEGMENT = 0.5  # [s] of the coherences
 
 
@@ -83,8 +83,9 @@ def demodulation(
         and ``vector_strength`` (of what is locked, without what envelope and noise feign), each with its 95 %
         interval; ``vector_strength_plain`` (of all spikes), ``locking_phase`` [rad], ``locking_latency`` [s];
         ``envelope_coherence`` below half the carrier's frequency and ``carrier_coherence`` from 0.75 to 1.25 of it,
-        of the mean rate; ``demodulated`` (envelope, phase, both, cannot tell) and ``reason`` (unit).
-        ``carrier_frequency`` [Hz] and ``phase_likeness``, how alike envelope and phase are in this stimulus.
+        of the mean rate; ``envelope_p_value`` and ``phase_p_value`` against all circular shifts; ``demodulated``
+        (envelope, phase, both, cannot tell) and ``reason`` (unit). ``carrier_frequency`` [Hz] and ``phase_likeness``,
+        how alike envelope and phase are in this stimulus.
 
     Raises
     ------
@@ -135,8 +136,9 @@ def _counts(
 
 
 MEASURES = ("demodulation_index", "envelope_modulation", "phase_modulation", "vector_strength")
+OTHERS = ("vector_strength_plain", "locking_phase", "locking_latency", "envelope_coherence", "carrier_coherence")
 NOT_MEASURED = {f"{name}{end}": np.nan for name in MEASURES for end in ("", "_low", "_high")} | dict.fromkeys(
-    ("vector_strength_plain", "locking_phase", "locking_latency", "envelope_coherence", "carrier_coherence"), np.nan
+    (*OTHERS, "envelope_p_value", "phase_p_value"), np.nan
 )
 
 
@@ -164,17 +166,20 @@ def _row(
         for end, value in zip(("", "_low", "_high"), one, strict=True)
     }
     row |= {"locking_phase": float(-np.angle(parts.locked.sum())), "locking_latency": best.latency}
-    row["demodulated"], row["reason"] = _verdict(told, len(counts))
-    return row
+    p_values = _p_values(tried[0], rate, how.bin_width)
+    row["demodulated"], row["reason"] = _verdict(told, p_values)
+    return row | p_values
 
 
-def _verdict(told: dict[str, Estimate], n_trials: int) -> tuple[str, str]:
-    # the latency is the best of many, of two measures: the level is shared among them all
-    strict, usual = stdtrit(n_trials - 1, [1 - 0.025 / (2 * len(LATENCIES)), 0.975])
-    follows = []
-    for name in ("envelope_modulation", "phase_modulation"):
-        value, low, _ = told[name]
-        follows.append(value - (value - low) * strict / usual > 0)
+def _p_values(unshifted: Explained, rate: Array, width: float) -> dict[str, float]:
+    reach, guard = round(LATENCIES[-1] / width), round(GUARD / width)
+    columns = {"envelope": unshifted.envelope, "phase": unshifted.phase}
+    return {f"{name}_p_value": by_chance(one, rate, reach, guard) for name, one in columns.items()}
+
+
+def _verdict(told: dict[str, Estimate], p_values: dict[str, float]) -> tuple[str, str]:
+    parts = ("envelope", "phase")
+    follows = [p_values[f"{name}_p_value"] <= LEVEL and told[f"{name}_modulation"].low > 0 for name in parts]
     if not any(follows):
         return "cannot tell", "neither envelope nor phase modulates it beyond chance"
     if told["demodulation_index"].high - told["demodulation_index"].low > 1:

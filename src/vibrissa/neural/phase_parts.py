@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 from scipy.special import stdtrit
 
 from vibrissa.neural.presentation import Presentation
@@ -78,6 +79,37 @@ class Explained:
         """Variance of a rate that all columns explain."""
         product = np.vstack([self.envelope, self.phase]) @ rate
         return float(product @ (self.solver @ rate)) / rate.size
+
+
+def by_chance(columns: Array, rate: Array, reach: int, guard: int) -> float:
+    """How often columns explain as much of a rate at shifts where they cannot have driven it.
+
+    Variance explained at every circular shift by the Fourier transform, the largest of as many shifts as latencies are
+    tried. What a unit answers in every trial alike, such as some other feature of the stimulus, goes with envelope or
+    phase by chance at every shift; scatter between trials does not tell.
+
+    Parameters
+    ----------
+    columns : (C, K) array
+        At latency 0, mean 0.
+    rate : (K,) array
+        Mean over trials.
+    reach : int
+        Latencies tried: shifts 0 to this [bins].
+    guard : int
+        Shifts left out on both sides of these [bins].
+
+    Returns
+    -------
+    float
+        (1 + shifts at least as good) / (1 + shifts).
+    """
+    spectra = np.conj(np.fft.rfft(columns)) * np.fft.rfft(rate - rate.mean())
+    product = np.fft.irfft(spectra, rate.size)
+    told = np.einsum("ck,cd,dk->k", product, np.linalg.inv(columns @ columns.T), product, optimize=True)
+    largest = maximum_filter1d(told, reach + 1, mode="wrap", origin=-((reach + 1) // 2))  # of each shift and the next
+    chance = largest[reach + guard : rate.size - reach - guard]
+    return float((1 + np.sum(chance >= largest[0] * (1 - 1e-9))) / (1 + chance.size))
 
 
 def _centred(columns: Array) -> Array:

@@ -24,6 +24,7 @@ Window = tuple[float, float]
 
 FEWEST_SPIKES, FEWEST_TRIALS = 100, 8
 NEGLIGIBLE = 0.2  # of the largest weight: a whisker whose interval stays within this does nothing that matters
+BLOCK = 0.2  # [s] pieces of the stimulus: longer than envelopes, and most of what else drives units, are alike
 _STEPS = 8  # of Gauss and Newton from the best node; two mostly do
 
 
@@ -65,6 +66,8 @@ class Map(NamedTuple):
         θ [m] and τ [s].
     columns : (W, K') array
         Hinged envelopes at them [m].
+    free : int
+        Degrees of freedom of the errors.
     """
 
     weight: Array
@@ -72,6 +75,7 @@ class Map(NamedTuple):
     threshold: float
     latency: float
     columns: Array
+    free: int
 
 
 class SurroundGrid:
@@ -118,7 +122,8 @@ def whisker_weights(grid: SurroundGrid, counts: Array, width: float) -> Map:
 
     The rate of bin k is b + Σ_w g_w · mean over the bin of max(A_w(t − τ) − θ, 0), with one threshold and one latency
     for all whiskers. Least squares weighted by the inverse of the fitted rate, the variance of counts; weights may be
-    negative. The error is that of the mean over trials, the uncertainty of θ and τ included.
+    negative. The error is that of the mean over trials or, where it is larger, that from pieces of the stimulus: a unit
+    that answers something else, in every trial alike, pulls at the weights by chance. θ's and τ's error is included.
 
     Parameters
     ----------
@@ -142,9 +147,18 @@ def whisker_weights(grid: SurroundGrid, counts: Array, width: float) -> Map:
     threshold, latency, b, columns, slopes = _refined(grid, threshold, latency, rate, weights)
     whole = _solve(np.vstack([columns, slopes]), weights)
     of_trials = rates @ whole.T  # every trial's own estimate: the estimate is linear in the counts
-    error = of_trials.std(0, ddof=1) / np.sqrt(len(rates))
-    n_whiskers = len(columns) - 1
-    return Map(b[1:], error[1 : n_whiskers + 1], threshold, latency, columns[1:])
+    noise = of_trials.std(0, ddof=1) / np.sqrt(len(rates))
+    n_blocks = max(int(rate.size * width / BLOCK), 2)
+    error = np.maximum(noise, _misfit_error(whole, rate - b @ columns, n_blocks))
+    return Map(b[1:], error[1 : len(columns)], threshold, latency, columns[1:], min(len(rates), n_blocks) - 1)
+
+
+def _misfit_error(whole: Array, residual: Array, n_blocks: int) -> Array:
+    """Error of the coefficients from pieces of the stimulus: what else the unit answers to does not differ by trial."""
+    block = np.arange(residual.size) * n_blocks // residual.size
+    pulls = np.array([np.bincount(block, row * residual, n_blocks) for row in whole])
+    free = residual.size - len(whole)
+    return np.sqrt((pulls**2).sum(1) * residual.size / max(free, 1))
 
 
 def _fitted_rate(copies: Copies, threshold: float, latency: float, rate: Array) -> Array:
@@ -269,12 +283,12 @@ def _row(grid: SurroundGrid, counts: Array, design: dict[str, Any], how: Surroun
         return {**row, "reason": f"too few spikes: {counts.sum():.0f} in the bins that count, below {FEWEST_SPIKES}"}
     found = whisker_weights(grid, counts, how.bin_width)
     blind = (design["copy_likeness"] > ALIKE) | (inflation(found.columns) > INFLATED)
-    half = stdtrit(len(counts) - 1, 0.975) * found.error
+    half = stdtrit(found.free, 0.975) * found.error
     weight, low, high = (
         np.where(blind, np.nan, one) for one in (found.weight, found.weight - half, found.weight + half)
     )
     with np.errstate(invalid="ignore", divide="ignore"):
-        p = adjusted_p_values(2 * stdtr(len(counts) - 1, -np.abs(weight) / found.error))
+        p = adjusted_p_values(2 * stdtr(found.free, -np.abs(weight) / found.error))
     verdict = _verdicts(weight, low, high, p, how.level)
     driven = verdict == "drives"
     row |= {"surround_weight": weight, "surround_weight_low": low, "surround_weight_high": high, "surround_p_value": p}

@@ -52,6 +52,8 @@ CODING: dict[str, Quantity] = {
     "locking_latency": Quantity(("unit",), "s", "delay at which envelope and phase are taken"),
     "envelope_coherence": Quantity(("unit",), "1", "squared coherence of the mean rate with the envelope"),
     "carrier_coherence": Quantity(("unit",), "1", "squared coherence of the mean rate with the carrier"),
+    "envelope_p_value": Quantity(("unit",), "1", "share of circular shifts at which the envelope explains as much"),
+    "phase_p_value": Quantity(("unit",), "1", "share of circular shifts at which the phase explains as much"),
     "demodulated": Quantity(("unit",), "1", "whether a unit follows the envelope, the phase, or both"),
     "phase_likeness": Quantity((), "1", "largest correlation of what envelope and phase can explain"),
     # kernels of a Poisson model
