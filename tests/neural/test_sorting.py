@@ -151,6 +151,8 @@ def test_a_saved_sorting_is_read(tmp_path):
     np.testing.assert_allclose(np.sort(found.spike_time), [0.01, 0.01, 0.02])
     assert found.unit_name.values.tolist() == ["a", "b"]
     assert "all 2 units are taken" in found.attrs["remark"]
+    with pytest.raises(InputError, match="must tell which units are mua: it does not; leave --group out"):
+        recorded_spikes(tmp_path / "f", window=(0.0, 0.5), trials=trials(tmp_path), groups=("mua",))
 
 
 @UNTOLD
@@ -227,12 +229,14 @@ def open_ephys(folder):
 
 def test_open_ephys_is_read(tmp_path):
     folder = open_ephys(tmp_path)
-    with pytest.raises(InputError, match="pitch must be given"):
+    with pytest.raises(InputError, match="must be given where its electrodes are"):
         open_traces(folder)
     traces = open_traces(folder, RawFormat(pitch=25e-6))
     assert traces.get_total_duration() == 2.0
     np.testing.assert_allclose(traces.get_channel_gains(), 0.195)
-    with pytest.raises(InputError, match=r"must name one stream, got B; they are Record Node 101#Acq\.A"):
+    with pytest.raises(
+        InputError, match=r"must be given one of its streams, got B; --stream NAME; they are Record Node 101#Acq\.A"
+    ):
         open_traces(folder, RawFormat(pitch=25e-6, stream="B"))
 
 
@@ -259,9 +263,9 @@ def test_spikeglx_tells_its_probe_and_gain(tmp_path):
 
 GOOD = {"sampling_rate": RATE, "channels": 2, "pitch": 50e-6}
 BAD = {
-    "no rate": ({"channels": 2, "pitch": 50e-6}, "sampling_rate must be given"),
-    "no channels": ({"sampling_rate": RATE, "pitch": 50e-6}, "channels must be given"),
-    "no pitch": ({"sampling_rate": RATE, "channels": 2}, "pitch must be given"),
+    "no rate": ({"channels": 2, "pitch": 50e-6}, "must be given its sampling rate; it does not tell: --sampling-rate"),
+    "no channels": ({"sampling_rate": RATE, "pitch": 50e-6}, "must be given its channels"),
+    "no pitch": ({"sampling_rate": RATE, "channels": 2}, "must be given where its electrodes are"),
     "size": (GOOD | {"channels": 7}, "must be a whole number of samples: 7 channels of int16 are 14 bytes"),
     "kind": (GOOD | {"dtype": "float64"}, "must (hold finite numbers|last at least)"),
     "short": (GOOD | {"sampling_rate": 90000.0}, "must last at least 1 s, got 0.667 s"),

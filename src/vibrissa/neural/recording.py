@@ -122,7 +122,7 @@ def _sorted_units(path: str | Path, groups: Collection[str]) -> xr.Dataset:
 
     if is_sorted_folder(path):
         return read_sorted_folder(path, groups=groups)
-    raise InputError(str(path), "must be a folder of phy (spike_times.npy) or of SpikeInterface", "another folder")
+    raise InputError(str(path), "must be a folder of phy (spike_times.npy) or of SpikeInterface")
 
 
 def _session(

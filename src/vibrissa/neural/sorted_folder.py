@@ -86,6 +86,9 @@ def _chosen(path: Path, found: Any, groups: Collection[str]) -> tuple[list[Any],
     units, labels = list(found.unit_ids), _labels(found)
     if not units:
         raise InputError(str(path), "must hold at least one unit", 0)
+    if labels is None and tuple(groups) != GOOD:
+        remedy = "leave --group out to take all of them"
+        raise InputError(str(path), f"must tell which units are {', '.join(groups)}: it does not", None, remedy)
     if labels is None:
         return units, f"all {len(units)} units are taken: the folder does not tell which are good"
     kept = [unit for unit, label in zip(units, labels, strict=True) if label in groups]

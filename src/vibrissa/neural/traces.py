@@ -126,7 +126,10 @@ def _bare(path: Path, how: RawFormat) -> Any:
         raise InputError(str(path), f"must end in {', '.join(RAW)}, or be a folder", path.suffix or None)
     for name in ("sampling_rate", "channels"):
         if getattr(how, name) is None:
-            raise InputError(f"RawFormat.{name}", f"must be given: {path.name} does not tell it")
+            option = f"--{name.replace('_', '-')}"
+            raise InputError(
+                str(path), f"must be given its {name.replace('_', ' ')}", None, f"it does not tell: {option}"
+            )
     rate, channels = float(how.sampling_rate or 0), int(how.channels or 0)
     size, row = path.stat().st_size, channels * np.dtype(how.dtype).itemsize
     if size == 0 or size % row:
@@ -161,7 +164,8 @@ def _stream(path: Path, kind: str, reader: str, wanted: str | None, fits: Any) -
     names = [str(name) for name in extractors.get_neo_streams(kind, path)[0]]
     likely = [name for name in names if fits(name)] if wanted is None else [name for name in names if name == wanted]
     if len(likely) != 1:
-        raise InputError("RawFormat.stream", "must name one stream", wanted, f"they are {', '.join(names)}")
+        there = f"--stream NAME; they are {', '.join(names)}"
+        raise InputError(str(path), "must be given one of its streams", wanted, there)
     return getattr(extractors, reader)(path, stream_name=likely[0])
 
 
@@ -172,7 +176,9 @@ def _with_probe(path: Path, traces: Any, how: RawFormat) -> Any:
             raise InputError("RawFormat.pitch", f"must be left out: {path} tells where its electrodes are")
         return traces
     if how.pitch is None:
-        raise InputError("RawFormat.pitch", f"must be given: {path.name} does not tell where its electrodes are")
+        raise InputError(
+            str(path), "must be given where its electrodes are", None, "it does not tell: --pitch, in metres"
+        )
     channels = traces.get_num_channels()
     shank = import_module("probeinterface").generate_linear_probe(num_elec=channels, ypitch=1e6 * how.pitch)
     shank.set_device_channel_indices(np.arange(channels))
