@@ -21,6 +21,7 @@ from vibrissa.study.settings import validated_study
 from vibrissa.study.virtual import predicted_motion
 
 SHORT = {"a.length": 0.01, "b.length": 0.01}
+LEVEL = {"a.length": 0.005, "a.amplitude": 5e-6, "base_angle": 0.9, "height": 0.015}
 WORKBENCH = Bench(lambda key: pytest.fail("no file was dropped"))
 
 
@@ -74,7 +75,7 @@ def test_the_study_makes_the_same_motion(kind):
 
 @pytest.mark.parametrize("kind", ["periodic", "wave"])
 def test_the_study_of_another_texture_takes_its_file(kind, tmp_path):
-    state = {"a.kind": kind, "a.length": 0.005, "a.amplitude": 5e-6, "base_angle": 0.9, "height": 0.015}
+    state = {"a.kind": kind, **LEVEL}
     (tmp_path / "vibrissa-texture.csv").write_bytes(take("texture.csv", **state))
     study = validated_study(tomllib.loads(take("study.toml", **state).decode()), "the page's study", tmp_path)
     again, page = predicted_motion(study), WORKBENCH.predict(read_state({**SHORT, **state}))
@@ -88,7 +89,7 @@ def test_the_texture_is_read_again_to_the_last_bit(tmp_path):
     (tmp_path / "gaps.csv").write_bytes(take("texture.csv"))
     made = made_surface(read_state(SHORT).texture("a"))
     np.testing.assert_array_equal(read_troughs(tmp_path / "gaps.csv").width, made.width)
-    state = {"a.kind": "wave", "a.period": 2e-3, "base_angle": 0.9, "height": 0.02}
+    state = {"a.kind": "wave", **LEVEL}
     (tmp_path / "wave.csv").write_bytes(take("texture.csv", **state))
     made = made_surface(read_state({**SHORT, **state}).texture("a"))
     np.testing.assert_array_equal(read_relief(tmp_path / "wave.csv", level="none").height, made.height)

@@ -84,10 +84,11 @@ def _line(axes: Any, time: NDArray[Any], values: NDArray[Any], label: str) -> No
 def _whisker(axes: Any, prediction: Motion, arrays: Arrays) -> None:
     """Profile at the first moment, the free end dashed, and the substrate line, in millimetres from the base."""
     x, y, s = arrays["shaft_x"][0] * 1e3, arrays["shaft_y"][0] * 1e3, arrays["shaft"]
-    held = s >= prediction.posture.contact - 1e-6
-    axes.plot(x[held], y[held], color=BLUE, lw=1.6)
-    axes.plot(x[~held], y[~held], color=VERMILION, lw=1.2, ls="--")
-    axes.axhline(y[held][0], color="0.5", lw=0.8)
+    contact = int(np.searchsorted(s, prediction.posture.contact - 1e-6))
+    axes.axhline(y[contact], color="0.5", lw=0.8)
+    axes.plot(x[contact:], y[contact:], color=BLUE, lw=1.6)
+    axes.plot(x[: contact + 1], y[: contact + 1], color=VERMILION, lw=1.6, ls=(0, (2, 1)), label="free end")
+    axes.legend(loc="upper left")
     axes.set(xlabel="From the base along the substrate [mm]", ylabel="Up [mm]", aspect="equal")
 
 
