@@ -1,6 +1,6 @@
 """Do the intervals of the resonances hold the truth? Virtual sweeps by the hundred, with the tracker's noise or filmed.
 
-Run: python benchmarks/coverage.py FOLDER [LABORATORIES [filmed]]
+Run: python benchmarks/resonance_coverage.py FOLDER [LABORATORIES [filmed]]
 
 Each laboratory has two animals' three whiskers in three conditions each, 18 sweeps of 3,500 frames over a texture of
 its own; E and ζ differ by 10 and 20 % from whisker to whisker, so that no guess is the truth. Without ``filmed`` the
