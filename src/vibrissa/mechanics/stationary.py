@@ -83,8 +83,9 @@ def fit_profile(
     Dataset
         ``contact``, ``base_angle``, ``base_height`` H [m], ``friction_found``, each with ``_se``, ``_low``, ``_high``
         (95 %); ``posture_correlation`` of the errors of ε and θ_b; ``friction_identified``; ``profile_r2`` (of the
-        angle, as the paper has it) and ``bend_r2`` (of the distance from the best straight line); ``fitted_x``, ``fitted_y`` (s) [m] from the contact to the base, in the
-        profile's frame. Standard error and interval of a friction that was given are NaN. Attributes ``friction_told``,
+        angle, as the paper has it) and ``bend_r2`` (of the distance from the best straight line); ``fitted_x``,
+        ``fitted_y`` (s) [m] from the contact to the base, in the profile's frame. Standard error and interval of a
+        friction that was given are NaN. Attributes ``friction_told``,
         ``degrees_of_freedom`` of Student's t, and ``line_surprise``, χ² (2 degrees of freedom) of the line against
         what the profile alone told: above some 10, one of them is wrong and the intervals do not hold.
 
