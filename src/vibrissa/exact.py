@@ -95,6 +95,11 @@ def cone_kappa(contact: float, n_modes: int, boundary: Boundary = "pinned") -> A
     -------
     (n_modes,) array
         κ in ascending order [1]; ω = κ/k.
+
+    Examples
+    --------
+    >>> cone_kappa(0.0, 2, "free").round(8).tolist()  # the paper: 8.72 and 21.15
+    [8.71925886, 21.14566239]
     """
     stretch = 2 * (1 - np.sqrt(contact))
 

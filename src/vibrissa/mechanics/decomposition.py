@@ -132,6 +132,25 @@ def decompose(
     InputError
         If the profile leaves [ε, 1] or too few nodes are visible; or curved modes lack their posture, or are to be
         projected on by the paper's method, whose ∫ u s² V_i ds is of straight ones.
+
+    Examples
+    --------
+    What the model's own profile tells of its mode 1:
+
+    >>> from vibrissa.mechanics.profile import Posture
+    >>> from vibrissa.mechanics.superposition import Scan, predict
+    >>> from vibrissa.quantities import dataset
+    >>> from vibrissa.texture.surface import periodic_grating
+    >>> from vibrissa.whisker import Whisker
+    >>> whisker, posture = Whisker(length=0.04, cone_angle=1.5e-3), Posture(contact=0.29, base_angle=1.2)
+    >>> scan = Scan(speed=0.1, damping=0.11)
+    >>> moved = predict(whisker, posture, periodic_grating(0.02, period=2e-3), scan, n_modes=3)
+    >>> time, s = np.arange(200) / 2000, np.linspace(0.99, 0.32, 60)
+    >>> x, y = (0.04 * values for values in moved.position(time, s))
+    >>> profile = dataset({"frame": "substrate"}, time=time, arc_length=0.04 * (1 - s), x=x, y=y)
+    >>> found, true = decompose(profile, whisker, 0.29).mode_displacement.values[0], moved.mode_displacement(time)[0]
+    >>> bool(np.abs(found - (true - true.mean())).max() < 0.01 * np.ptp(true))
+    True
     """
     check_contact(contact)
     _check_modes(modes, posture, contact, method)

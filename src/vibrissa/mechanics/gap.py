@@ -118,6 +118,12 @@ def coupling(response: UnitResponse, n_modes: int) -> Array:
     -------
     (n_modes,) array
         c_i [1].
+
+    Examples
+    --------
+    >>> from vibrissa.mechanics.profile import Posture
+    >>> coupling(unit_response(Posture(contact=0.29, base_angle=1.2)), 3).round(5).tolist()
+    [-0.1003, 0.01904, -0.00548]
     """
     contact = response.posture.contact
     s, weights = shaft_quadrature(contact, 80 + 8 * n_modes)
@@ -148,6 +154,12 @@ def excursion_at_jump(posture: Posture, gap_width: float) -> float:
     InputError
         If the gap is not narrower than the base is far, or so wide that no profile held by its far edge meets the near
         one, or none before the fold.
+
+    Examples
+    --------
+    >>> from vibrissa.mechanics.profile import Posture
+    >>> round(excursion_at_jump(Posture(contact=0.29, base_angle=1.2), 0.015), 9)
+    0.000470776
     """
     flat = flat_curve(posture)
     height, distance = posture.contact * float(flat.y[-1]), posture.contact * float(flat.x[-1])

@@ -49,6 +49,11 @@ def eigenmodes(
     ------
     InputError
         If ε, the number of modes or a position is out of range.
+
+    Examples
+    --------
+    >>> eigenmodes(0.29).kappa.values.round(4).tolist()
+    [22.7838, 64.3713, 128.6569]
     """
     check_contact(contact, boundary)
     if not 1 <= n_modes <= MOST_MODES:

@@ -36,6 +36,11 @@ def green_function(t: Array, omega: float, zeta: float) -> Array:
     -------
     (T,) array
         Displacement per unit of velocity given at t = 0 [s].
+
+    Examples
+    --------
+    >>> green_function(np.array([0.0, 1e-3]), omega=770.0, zeta=0.11).round(6).tolist()
+    [0.0, 0.000832]
     """
     t = np.maximum(t, 0.0)
     big_omega = omega * np.sqrt(1 - zeta**2)

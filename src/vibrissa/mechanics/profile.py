@@ -212,6 +212,12 @@ def stationary_profile(posture: Posture, s: ArrayLike | None = None) -> xr.Datas
         If s leaves [ε, 1].
     ConvergenceError
         If the solver fails.
+
+    Examples
+    --------
+    >>> profile = stationary_profile(Posture(contact=0.29, base_angle=1.2))
+    >>> round(float(profile.base_distance), 6), round(float(profile.contact_force), 6)  # H and Λ
+    (0.461769, 0.799412)
     """
     contact = posture.contact
     nodes = np.linspace(contact, 1, 201) if s is None else np.asarray(s, float)

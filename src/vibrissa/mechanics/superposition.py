@@ -246,6 +246,18 @@ def predict(
     ------
     InputError
         If the contact lies beyond the whisker's tip, the posture beyond the fold, or a gap is too wide for it.
+
+    Examples
+    --------
+    >>> from vibrissa.texture.surface import periodic_grating
+    >>> from vibrissa.whisker import Whisker
+    >>> whisker, posture = Whisker(length=0.04, cone_angle=1.5e-3), Posture(contact=0.29, base_angle=1.2)
+    >>> prediction = predict(whisker, posture, periodic_grating(0.01, period=1e-3), Scan(speed=0.1, damping=0.11))
+    >>> round(float(prediction.omega[0] / (2 * np.pi)), 2)  # first resonance [Hz]
+    123.15
+    >>> t = np.arange(0, 0.1, 5e-4)
+    >>> prediction.mode_displacement(t).shape  # q + Q(d) over L, as a movie shows it
+    (12, 200)
     """
     check_tip(posture, whisker)
     check_scale(whisker, texture.end, texture.width)

@@ -29,6 +29,13 @@ def lagged_correlation(signal: Array, reference: Array, max_lag: int) -> tuple[N
     ------
     InputError
         If the lengths differ or fewer than 3 samples overlap.
+
+    Examples
+    --------
+    >>> reference = np.sin(np.arange(60.0))
+    >>> lag, correlation = lagged_correlation(np.roll(reference, 2), reference, 3)
+    >>> int(lag[correlation.argmax()])  # the signal comes two samples late
+    2
     """
     if signal.shape != reference.shape or len(signal) < max_lag + 3:
         raise InputError("signals", "must have equal length, above max_lag + 2", f"{signal.shape}, {reference.shape}")

@@ -31,6 +31,14 @@ def analytic_envelope(signal: Array) -> tuple[Array, Array]:
     ------
     InputError
         If the signal is too short or has samples that were not measured.
+
+    Examples
+    --------
+    >>> t = np.arange(0, 0.5, 1e-3)
+    >>> beat = 1 + 0.5 * np.cos(2 * np.pi * 5 * t)
+    >>> envelope, _ = analytic_envelope(beat * np.cos(2 * np.pi * 100 * t))
+    >>> bool(np.abs(envelope - beat)[50:-50].max() < 0.01)
+    True
     """
     if signal.shape[-1] < 4:
         raise InputError("signal", "must have at least 4 samples", signal.shape[-1])

@@ -44,6 +44,13 @@ def power_spectrum(signal: Array, sampling_rate: float) -> tuple[Array, Array]:
     ------
     InputError
         If samples are NaN.
+
+    Examples
+    --------
+    >>> t = np.arange(0, 1, 1e-3)
+    >>> frequency, power = power_spectrum(np.sin(2 * np.pi * 100 * t), 1000.0)
+    >>> float(frequency[power.argmax()])
+    100.0
     """
     if not np.all(np.isfinite(signal)):
         raise InputError("signal", "must have no NaN", remedy="cut it to where it was measured")

@@ -33,6 +33,11 @@ def adjusted_p_values(p: Array) -> Array:
     ------
     InputError
         If a p-value lies outside 0…1.
+
+    Examples
+    --------
+    >>> adjusted_p_values(np.array([0.01, 0.02, 0.03, 0.5])).round(3).tolist()
+    [0.04, 0.04, 0.04, 0.5]
     """
     p = np.asarray(p, float)
     made = np.isfinite(p)
@@ -63,6 +68,11 @@ def wilson_interval(successes: int, n: int, *, level: float = 0.95) -> tuple[flo
     ------
     InputError
         If there is no case, or the successes do not lie between 0 and n.
+
+    Examples
+    --------
+    >>> [round(end, 3) for end in wilson_interval(45, 170)]
+    [0.204, 0.336]
     """
     if not 0 <= successes <= n or n < 1:
         raise InputError("share", "must be of at least one case, with successes from 0 to all", f"{successes} of {n}")

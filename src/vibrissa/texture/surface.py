@@ -128,6 +128,12 @@ def periodic_grating(length: float, *, period: float, width: float | None = None
     ------
     InputError
         If the gaps do not fit into the period, or no period or too many of them into the length.
+
+    Examples
+    --------
+    >>> grating = periodic_grating(0.01, period=1e-3)
+    >>> len(grating.position), float(grating.width[0])
+    (10, 0.0005)
     """
     if width is None:
         width = period / 2

@@ -125,6 +125,14 @@ def track(
     InputError
         If there are no frames, or as :class:`Search`, :class:`View`, :func:`vibrissa.video.background.reference`,
         :func:`vibrissa.video.following.centrelines` and :func:`vibrissa.video.whisking.whisking_centrelines`.
+
+    Examples
+    --------
+    >>> frames = np.full((50, 60, 80), 200, np.uint8)
+    >>> frames[:, 29:32] = [[120], [40], [120]]  # a dark line along row 30
+    >>> profile = track([frames], seeds=[(40, 30)], calibration=Calibration(frame_rate=2000, pixel_size=1e-4))
+    >>> bool(np.nanmax(np.abs(profile.y / 1e-4 - 30)) < 0.1)  # to a tenth of a pixel
+    True
     """
     view = View(base=base, region=region, cut=whisking is None)
     spacing = SPACING if node_spacing is None else node_spacing / calibration.pixel_size

@@ -34,6 +34,15 @@ class Whisker:
     ------
     InputError
         Names the first parameter that is not finite or out of range.
+
+    Examples
+    --------
+    >>> whisker = Whisker(length=0.04, cone_angle=1.5e-3)
+    >>> round(1e3 * whisker.timescale, 2)  # k [ms]
+    29.45
+    >>> Whisker(length=40, cone_angle=1.5e-3)
+    Traceback (most recent call last):
+    vibrissa.errors.InputError: Whisker.length must be at most 1 m, got 40; give it in m
     """
 
     length: float
