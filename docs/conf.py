@@ -32,10 +32,16 @@ suppress_warnings = [
 
 html_theme = "pydata_sphinx_theme"
 html_show_sourcelink = False
+html_theme_options = {"navbar_center": [], "show_prev_next": False}
+html_sidebars = {"**": ["globaltoc.html"]}  # all pages under their captions, beside each of them
 html_math_renderer = "mathml"  # every browser draws it; MathJax would come from elsewhere
 
 ENTRY = re.compile(r"@\w+\{(?P<key>\w+),(?P<fields>.*?)^\}", re.DOTALL | re.MULTILINE)
 FIELD = re.compile(r"^ *(\w+) *= \{(.*)\},$", re.MULTILINE)
+ACCENTED = re.compile(  # what tex2mathml makes of an accent with a subscript: it puts the subscript under the letter
+    r"<munderover>\s*(<mi>[^<]*</mi>)\s*(<m(?:i|row)>.*?</m(?:i|row)>)\s*(<mo[^>]*>[¨˙ˆ¯]</mo>)\s*</munderover>",
+    re.DOTALL,
+)
 EQUATION = re.compile(r"Eqs?\.\s+\((\d+)\)\s+of\s+\[Boubenec2014\]_")
 PICTURES = os.environ.get("VIBRISSA_GALLERY") != "0"  # without, the build takes half as long
 
@@ -89,7 +95,8 @@ def mathml(*, block):
     """Give what writes a formula as MathML."""
 
     def visit(self, node):
-        self.body.append(tex2mathml(node.astext(), as_block=block))
+        formula = tex2mathml(node.astext(), as_block=block)
+        self.body.append(ACCENTED.sub(r'<msub><mover accent="true">\1\3</mover>\2</msub>', formula))
         raise SkipNode
 
     return visit
