@@ -92,4 +92,5 @@ class SpikeOptions:
         return data.merge(spikes).assign_attrs(data.attrs | spikes.attrs)
 
 
+NO_SPIKES = SpikeOptions()
 OfSpikes = Annotated[SpikeOptions, Parameter(name="*")]
