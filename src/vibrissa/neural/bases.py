@@ -1,4 +1,4 @@
-"""Smooth shapes over lags: raised cosines, even, or stretched so that short lags are told more finely than long ones."""
+"""Smooth shapes over lags: raised cosines, even, or stretched to tell short lags finely and long ones coarsely."""
 
 from __future__ import annotations
 
