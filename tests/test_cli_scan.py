@@ -113,3 +113,34 @@ def test_bad_input_is_one_line(vibrissa, gaps, path, monkeypatch, case):
     assert (code, out) == (2, "")
     assert message in err.splitlines()[-1]  # what was noticed of a file may come before
     assert "Traceback" not in err
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ("", "got an empty file"),
+        ("time,base_angle,contact\n0,1.2,0.3\n", "two lines or more below its header, got 1"),
+        ("time,base_angle,contact\n0,1.2,0.3\n2,1.2,0.3\n1,1.2,0.3\n", "way.csv: PosturePath.time"),
+        ("time,base_angle,contact\n0,60,0.3\n1,60,0.3\n", "way.csv: posture at 0 s"),
+    ],
+)
+def test_a_path_that_is_none_is_refused_by_its_file(vibrissa, gaps, rows, words):
+    (gaps / "way.csv").write_text(rows)
+    code, _, err = vibrissa("whisk", gaps / "gaps.csv", gaps / "way.csv", *SPEED, *WHISKER)
+    assert (code, err.count("\n")) == (2, 1)
+    assert words in err
+
+
+def test_a_surface_where_gaps_are_wanted_is_told_where_to_go(vibrissa, gaps, path):
+    code, _, err = vibrissa("whisk", gaps / "relief.csv", path, *SPEED, *WHISKER)
+    assert (code, err.count("\n")) == (2, 1)
+    assert "goes into scan or run" in err
+
+
+def test_too_few_samples_are_told(vibrissa, gaps):
+    for rate, mode in (("200", 1), ("500", 2)):
+        options = (*HOLD, *SPEED, *WHISKER, "--sampling-rate", rate)
+        code, _, err = vibrissa("scan", gaps / "gaps.csv", *options)
+        assert code == 0, err
+        assert f"Hz of mode {mode}: its record does not show how it rings" in err
+    assert "does not show" not in vibrissa("scan", gaps / "gaps.csv", *HOLD, *SPEED, *WHISKER, *COARSE)[2]

@@ -233,7 +233,7 @@ def test_numbers_of_an_axis_may_stand_in_any_order(vibrissa, gap, tmp_path):
 @pytest.mark.parametrize(
     ("option", "value", "words"),
     [
-        ("--contact", "0.3,0.3", "--contact must be a strictly ascending row"),
+        ("--contact", "0.3,0.3", "--contact must be a strictly ascending row of numbers, none twice"),
         ("--out", "none/map.nc", "--out must lie in an existing folder"),
         ("--contact", "0.1:0.4", "FIRST:LAST:HOW-MANY"),
         ("--contact", "0.1:0.4:1", "2 to 100000"),

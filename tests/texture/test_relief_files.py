@@ -122,6 +122,7 @@ def test_levelling_gives_the_profile_before_it_was_tilted(tmp_path, tilt):
     relief = read_relief(written(tmp_path, table(x, z + tilt * x + 1e-4)), level="line", tell=said.append)
     np.testing.assert_allclose(relief.height, z, atol=1e-15)
     assert any(f"a tilt of {tilt * 1e3:.3g} mm per m taken away" in line for line in said) == (tilt != 0)
+    assert any("no tilt to take away" in line for line in said) == (tilt == 0)
 
 
 @pytest.mark.parametrize(("share", "refused"), [(0.99, False), (-0.99, False), (1.01, True), (-1.01, True)])
@@ -178,6 +179,13 @@ def test_a_part_begins_at_0(tmp_path):
     np.testing.assert_allclose(relief.height, z[100:201], atol=1e-15)
     with pytest.raises(InputError, match=r"asked part, 0.005 m to 0.006 m .* got a length of 0.004 m"):
         read_relief(tmp_path / "profile.csv", part=(5e-3, 6e-3))
+    with pytest.raises(InputError, match="the smaller distance first"):
+        read_relief(tmp_path / "profile.csv", part=(2e-3, 1e-3), level="none")
+
+
+def test_an_empty_file_is_told_as_one(tmp_path):
+    with pytest.raises(InputError, match="must hold a surface, got an empty file"):
+        read_relief(written(tmp_path, ""))
 
 
 def test_flipped_twice_is_as_it_was(tmp_path):

@@ -11,10 +11,13 @@ from cyclopts import Parameter
 
 from vibrissa.cli.options import Atlas, AtPosture, Json, OfModes, OfWhisker, Out, needed_cone
 from vibrissa.cli.output import refuse_out, show, tell
-from vibrissa.cli.scan_spikes import OfSpikes, SpikeOptions
+from vibrissa.cli.scan_spikes import NO_SPIKES, OfSpikes
 from vibrissa.errors import InputError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from vibrissa.mechanics.basis import Modes
     from vibrissa.mechanics.motion import Motion
     from vibrissa.mechanics.posture_path import PosturePath
@@ -121,7 +124,7 @@ def scan(
     modes: OfModes = "straight",
     file: OfFile = FileOptions(),
     node: list[float] | None = None,
-    spiking: OfSpikes = SpikeOptions(),
+    spiking: OfSpikes = NO_SPIKES,
     whisker: OfWhisker = None,
     atlas: Atlas = None,
     out: Out = None,
@@ -158,7 +161,7 @@ def scan(
         prediction = relief = predict_relief(cone, posture, surface, how, n_modes=drawn.count)
         data = scanned_relief(relief, drawn.sampling_rate, nodes=node)
         lines = relief_remarks(data)
-    for line in lines:
+    for line in [*lines, *_undersampled(data.resonant_frequency.to_numpy(), drawn.sampling_rate)]:
         tell(line)
     if units is not None:
         data = spiking.added(data, prediction, units)
@@ -208,11 +211,21 @@ def whisk(
     prediction = predict_slow(cone, way, troughs, how, n_modes=drawn.count)
     t = np.arange(way.time[0], way.time[-1], 1 / drawn.sampling_rate)
     data = slow_signals(prediction, t)
-    for line in [*remarks(prediction, t), _steepest(way)]:
+    highest = prediction.omega(t).max(axis=-1) / (2 * np.pi)
+    for line in [*remarks(prediction, t), *_undersampled(highest, drawn.sampling_rate), _steepest(way)]:
         tell(line)
     if out is not None:
         save(data, out)
     show(data[["frequency_rate", "gain_rate", "mode_mixing", "ring_down_change"]].max(), None, json, None)
+
+
+def _undersampled(resonances: NDArray[np.float64], rate: float) -> list[str]:
+    """First mode that rings too fast for the samples, if one does [Hz]."""
+    for mode, frequency in enumerate(resonances, start=1):
+        if rate <= 2 * frequency:
+            line = f"{rate:g} samples per second are not above twice the {frequency:.4g} Hz of mode {mode}: "
+            return [line + "its record does not show how it rings; raise --sampling-rate"]
+    return []
 
 
 def _steepest(way: PosturePath) -> str:

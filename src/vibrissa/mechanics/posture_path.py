@@ -52,11 +52,14 @@ class PosturePath:
         for name in ("time", "base_angle", "contact", "base_distance"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, np.asarray(getattr(self, name), float))
-        shapes = {self.time.shape, self.base_angle.shape, self._first.shape}
-        if len(shapes) > 1 or self.time.ndim != 1 or self.time.size < 2:
-            raise InputError("PosturePath", "must have one value for each of two times or more", shapes)
-        if not (np.isfinite(self.time).all() and np.all(np.diff(self.time) > 0)):
-            raise InputError("PosturePath.time", "must be finite and ascend")
+        shapes = (self.time.shape, self.base_angle.shape, self._first.shape)
+        if len(set(shapes)) > 1 or self.time.ndim != 1 or self.time.size < 2:
+            sizes = ", ".join(" × ".join(map(str, shape)) or "a single number" for shape in shapes)
+            raise InputError("PosturePath", "must have one value for each of two times or more", f"sizes {sizes}")
+        back = np.flatnonzero(~(np.diff(self.time) > 0))
+        if back.size or not np.isfinite(self.time).all():
+            found = f"{self.time[back[0] + 1]:g} s after {self.time[back[0]]:g} s" if back.size else "infinity"
+            raise InputError("PosturePath.time", "must be finite and ascend", found)
         self._check()
 
     @property
@@ -157,13 +160,16 @@ def read_posture_path(path: str | Path, friction: float = 0.4) -> PosturePath:
     names = lines[0][1] if lines else []
     if set(names) not in COLUMNS or len(names) != 3:
         rule = "must have the columns time,base_angle and contact or base_distance"
-        raise InputError(str(path), rule, ",".join(names), "in seconds, radians and over L")
+        raise InputError(str(path), rule, ",".join(names) or "an empty file", "in seconds, radians and over L")
     rows = []
     for number, cells in lines[1:]:
         values = [as_number(cell) for cell in cells]
         if len(values) != 3 or not np.isfinite(values).all():
             raise InputError(f"{path}, line {number}", "must hold three numbers", ",".join(cells))
         rows.append(values)
-    if not rows:
-        raise InputError(str(path), "must have lines below its header")
-    return PosturePath(friction=friction, **dict(zip(names, np.array(rows).T, strict=True)))
+    if len(rows) < 2:
+        raise InputError(str(path), "must have two lines or more below its header", len(rows))
+    try:
+        return PosturePath(friction=friction, **dict(zip(names, np.array(rows).T, strict=True)))
+    except InputError as refused:
+        raise InputError(f"{path}:", str(refused)) from None

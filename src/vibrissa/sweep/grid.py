@@ -51,7 +51,9 @@ class Grid:
         for name in ("contact", "base_angle", "speed", "friction"):
             values = np.asarray(getattr(self, name), float)
             if values.ndim != 1 or values.size == 0 or not np.all(np.diff(values) > 0):
-                raise InputError(f"Grid.{name}", "must be a strictly ascending row of numbers", values.tolist())
+                raise InputError(
+                    f"Grid.{name}", "must be a strictly ascending row of numbers, none twice", values.tolist()
+                )
             object.__setattr__(self, name, values)
         contact, base_angle, speed, friction = self.axes
         for one in contact[[0, -1]]:

@@ -232,7 +232,9 @@ def _decisions(profile: Measured, whole: Measured, final: Measured) -> list[str]
     if final is not whole:
         slope = float(whole.line()[1])
         rise = slope * np.ptp(whole.position)
-        notes.append(f"a tilt of {slope * 1e3:.3g} mm per m taken away, {rise * 1e6:.3g} µm over the length")
+        said = f"a tilt of {slope * 1e3:.3g} mm per m taken away, {rise * 1e6:.3g} µm over the length"
+        level = abs(rise) <= 1e-9 * np.ptp(whole.height)  # what is left is the rounding of the line of least squares
+        notes.append("no tilt to take away" if level else said)
     return [*notes, *final.sampling()]
 
 
@@ -266,9 +268,10 @@ def _names(path: str | Path, number: int, header: list[str]) -> list[str]:
     for name in header:
         if name not in COLUMNS:
             near = get_close_matches(name.lower(), COLUMNS, n=1, cutoff=0.75)
-            raise InputError(
-                here, "has an unknown column", short(name), f"did you mean {near[0]}?" if near else SAY_COLUMNS
-            )
+            remedy = f"did you mean {near[0]}?" if near else SAY_COLUMNS
+            if any(known.startswith("height") for known in header):
+                remedy = "gaps have position, width, depth; a surface, position and height alone, goes into scan or run"
+            raise InputError(here, "has an unknown column", short(name), remedy)
     kinds = [COLUMNS[name] for name in header]
     for kind in LARGEST:
         if kinds.count(kind) > 1 or (kind != "depth" and kind not in kinds):

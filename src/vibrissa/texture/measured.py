@@ -63,7 +63,8 @@ class Measured:
         inside = (along >= start) & (along <= end)
         if np.count_nonzero(inside) < 2:
             rule = f"must hold the asked part, {start:g} m to {end:g} m from its first point"
-            raise InputError(self.name, rule, f"a length of {along.max():.4g} m")
+            remedy = "the smaller distance first" if start >= end else ""
+            raise InputError(self.name, rule, f"a length of {along.max():.4g} m", remedy)
         position = self.position[inside]
         return replace(self, position=position - position[0], height=self.height[inside])
 

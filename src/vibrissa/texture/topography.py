@@ -57,6 +57,8 @@ def read_topography(path: str | Path, line: str | None = None) -> Measured:
 
 def _opened(path: str | Path) -> tuple[Any, tuple[str, ...]]:
     """Topography in the file, and what the file says of its channels and its stylus."""
+    if Path(path).stat().st_size == 0:
+        raise InputError(str(path), "must hold a surface", "an empty file")
     open_topography = _instrument_readers(path)
     try:
         reader = open_topography(str(path))
