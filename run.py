@@ -138,7 +138,7 @@ def sealed(text):
     tables = tomllib.loads(PYPROJECT.read_text())
     project, groups = tables["project"], tables["dependency-groups"]
     keys = ("requires-python", "dependencies", "optional-dependencies")
-    inputs = [[project[key] for key in keys], [groups[key] for key in ("build", "dev")]]
+    inputs = [[project[key] for key in keys], [groups[key] for key in ("build", "dev", "docs")]]
     digest = hashlib.sha256((json.dumps(inputs, sort_keys=True) + text).encode()).hexdigest()
     return f"# Written by `python3 run.py lock` from pyproject.toml, for {LOCKED_FOR}.\n# {digest}\n{text}"
 

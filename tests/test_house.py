@@ -101,7 +101,7 @@ def test_locks_satisfy_what_the_project_asks_for(python, platform, machine):
     core, dev = pins(CORE, here), pins(DEV, here)
     for one in holding(asked(project["dependencies"], groups["build"]), here):
         assert one.specifier.contains(core[one.name.lower()]), one
-    for one in holding(asked(*extras, groups["dev"]), here):
+    for one in holding(asked(*extras, groups["dev"], groups["docs"]), here):
         assert one.specifier.contains(dev[one.name.lower()]), one
     assert core.items() <= dev.items()
 
