@@ -3,7 +3,7 @@
 export const LONGEST_ADDRESS = 8000;
 const OPEN = ["Posture", "Scan", "Texture A"];
 
-export function stateFrom(address, table) {
+export function stateFrom(address) {
   const state = new Map(), text = address.replace(/^#/, "");
   if (text.length > LONGEST_ADDRESS) throw new Error(`the address must have at most ${LONGEST_ADDRESS} characters behind its #, got ${text.length}; the page starts from its defaults`);
   for (const [name, value] of new URLSearchParams(text)) state.set(name, value);
@@ -35,7 +35,7 @@ function numberControl(name, one, changed) {
   let slider = null;
   if (!one.whole) {
     const log = logarithmic(one);
-    slider = tag("input", { type: "range", id: `${id}-slider`, min: log ? 0 : one.low / one.step, max: log ? 1000 : one.high / one.step, step: log ? 1 : 1 });
+    slider = tag("input", { type: "range", id: `${id}-slider`, min: log ? 0 : one.low / one.step, max: log ? 1000 : one.high / one.step, step: 1 });
     slider.setAttribute("aria-label", one.label + unit);
     slider.addEventListener("input", () => changed(name, fromSlider(one, slider.valueAsNumber)));
     parts.push(slider);

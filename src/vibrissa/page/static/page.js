@@ -1,5 +1,5 @@
 // The page: state, questions to the server one at a time, and what comes back.
-import { addressOf, build, show, stateFrom } from "./controls.js";
+import { addressOf, build, LONGEST_ADDRESS, show, stateFrom } from "./controls.js";
 import { forgetInks } from "./plots.js";
 import * as sound from "./sound.js";
 import { contrast, drawAll, drawing, setPalette } from "./views.js";
@@ -37,7 +37,7 @@ function connect() {
   socket.onclose = () => { say("the page has lost its program: start vibrissa explore again"); flying = null; setTimeout(connect, 2000); };
 }
 
-export function unpacked(message) {
+function unpacked(message) {
   const length = new DataView(message).getUint32(0, true), facts = JSON.parse(new TextDecoder().decode(new Uint8Array(message, 4, length)));
   let place = 4 + length;
   const shape = Object.fromEntries(facts.arrays), out = { ...facts, shape };
@@ -94,7 +94,7 @@ function settle() {
   clearTimeout(idle);
   ask("live");
   const address = addressOf(state, table);
-  if (address.length < 8000) history.replaceState(null, "", address);
+  if (address.length <= LONGEST_ADDRESS) history.replaceState(null, "", address);
   for (const link of $("exports").children) link.href = `export/a/${link.textContent}?${address.slice(1)}`;
 }
 
@@ -207,7 +207,7 @@ function bind() {
 
 function read() {
   lasting = "";
-  try { state = stateFrom(location.hash, table); } catch (error) { state = new Map(); lasting = error.message; }
+  try { state = stateFrom(location.hash); } catch (error) { state = new Map(); lasting = error.message; }
   say(lasting);
   settle();
 }

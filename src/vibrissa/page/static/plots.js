@@ -1,9 +1,7 @@
 // Axes, traces and maps on a canvas; lengths here are CSS pixels.
 
-export const colour = name => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
-
 const probe = document.createElement("canvas").getContext("2d");
-export function resolved(name) { // light-dark() as a colour that a canvas knows
+function resolved(name) { // light-dark() as a colour that a canvas knows
   const at = document.createElement("i");
   at.style.color = `var(--${name})`;
   document.body.append(at);
