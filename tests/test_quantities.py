@@ -5,6 +5,7 @@ from importlib import import_module
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from vibrissa import __version__, quantities
 from vibrissa.errors import InputError
@@ -53,6 +54,12 @@ def test_arrays_that_do_not_fit_the_table_are_refused(call, rule):
 def test_lengths_that_disagree_are_refused():
     with pytest.raises(ValueError, match="mode"):
         dataset(mode=[1, 2, 3], kappa=[1.0, 2.0])
+
+
+def test_what_is_missing_is_told_in_a_short_line():
+    data = xr.Dataset({f"v{i}": 0 for i in range(10)})
+    with pytest.raises(InputError, match=r"got only v0, v1, .*, v7 and 2 more$"):
+        require(data, "time")
 
 
 def test_what_is_required_must_be_there_in_its_unit():

@@ -220,6 +220,12 @@ def test_the_verb_writes_the_map_and_tells_the_reasons(vibrissa, gap, tmp_path):
     assert printed["peak_displacement"][0][0][2][0] == float(written.peak_displacement[0, 0, 2, 0])
 
 
+def test_a_map_that_is_not_kept_is_told(vibrissa, gap):
+    where = ("--contact", "0.3", "--base-angle", "1.0", "--scan-speed", "0.1")
+    code, _, err = vibrissa("sweep", "--texture", gap, *where, *CONE)
+    assert (code, err) == (0, "vibrissa: the map itself is not printed: --out map.nc writes it, --json prints it\n")
+
+
 def test_numbers_of_an_axis_may_stand_in_any_order(vibrissa, gap, tmp_path):
     maps = []
     for contact, angle in (("0.2,0.3,0.4", "0.8,1.0"), ("0.4:0.2:3", "1.0,0.8")):

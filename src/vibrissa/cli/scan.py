@@ -216,6 +216,8 @@ def whisk(
         tell(line)
     if out is not None:
         save(data, out)
+    elif not json:
+        tell("what happens along the path (resonance, coupling, ringing) is not printed: --out slow.nc writes it")
     show(data[["frequency_rate", "gain_rate", "mode_mixing", "ring_down_change"]].max(), None, json, None)
 
 

@@ -94,6 +94,8 @@ def sweep(
     with progress_bars() as progress:
         data = computed(cone, troughs, grid, measure, scheduler=scheduler, progress=progress)
     _tell_reasons(data)
+    if out is None and not json:
+        tell("the map itself is not printed: --out map.nc writes it, --json prints it")
     show(data, None if json else [str(name) for name in data.data_vars if not data[name].dims], json, out)
 
 

@@ -84,11 +84,9 @@ def require(data: xr.Dataset, *names: str) -> None:
     for name in names:
         quantity = QUANTITIES[name]
         if name not in data.variables:
-            raise InputError(
-                f"variable {name!r}",
-                "is missing from the dataset",
-                f"only {sorted(map(str, data.variables))}",
-            )
+            others = sorted(map(str, data.variables))
+            more = f" and {len(others) - 8} more" if others[8:] else ""
+            raise InputError(f"variable {name!r}", "is missing from the dataset", f"only {', '.join(others[:8])}{more}")
         found = data[name]
         if not set(quantity.dims) <= set(found.dims):
             raise InputError(f"variable {name!r}", f"must have dimensions {quantity.dims}", str(found.dims))
