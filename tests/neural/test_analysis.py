@@ -9,6 +9,7 @@ from populations import ringing
 
 from vibrissa.cli.neural import neural
 from vibrissa.errors import InputError
+from vibrissa.figures import fig9
 from vibrissa.files import load
 from vibrissa.neural.analysis import EnvelopeAnalysis, analyse_units
 from vibrissa.neural.inputs import read_spikes, read_stimulus
@@ -327,3 +328,16 @@ def test_spikes_that_do_not_fit_the_stimulus_are_refused(stimulus, spikes, n_tri
 def test_impossible_analyses_are_refused(how):
     with pytest.raises(InputError, match=next(iter(how)).replace("bin_width", "bin width").replace("n_", "")):
         EnvelopeAnalysis(**how)
+
+
+def test_who_the_units_are_goes_along_into_the_table_so_that_figure_9_can_be_made_of_it(spikes, stimulus):
+    known = spikes.assign(unit_quality=("unit", ["SU", "MU", "SU", "MU", "MU"]), unit_session=("unit", [0, 0, 1, 1, 2]))
+    units = analyse_units(known, stimulus, N_TRIALS)
+    assert units.unit_quality.values.tolist() == ["SU", "MU", "SU", "MU", "MU"]
+    assert units.unit_session.values.tolist() == [0, 0, 1, 1, 2]
+    assert fig9.compute(units, rng=np.random.default_rng(0)).sizes["unit"] == len(TRUTH)
+
+
+def test_table_without_quality_is_told_how_to_get_one(units):
+    with pytest.raises(InputError, match="must have unit_quality; give the table of spikes a column quality"):
+        fig9.compute(units, rng=np.random.default_rng(0))

@@ -97,7 +97,8 @@ def _columns(units: xr.Dataset) -> Columns:
     """Columns of the table of units; what may be absent is NaN."""
     missing = [name for name in NEEDED if name not in units]
     if missing:
-        raise InputError("table of units", f"must have {', '.join(missing)}")
+        remedy = "give the table of spikes a column quality, SU or MU" if missing == ["unit_quality"] else ""
+        raise InputError("table of units", f"must have {', '.join(missing)}", remedy=remedy)
     columns: Columns = {name: units[name].values for name in NEEDED}
     strange = sorted(set(columns["unit_quality"].tolist()) - set(QUALITIES))
     if strange:

@@ -124,7 +124,7 @@ def analyse_units(
     -------
     Dataset
         One entry for each unit. NaN where something was not measured; ``reason`` says why. Only units that are
-        significant are fitted.
+        significant are fitted. ``unit_quality`` and ``unit_session`` go along where the spikes have them.
 
     Raises
     ------
@@ -146,6 +146,7 @@ def analyse_units(
     significant = (adjusted if how.null == "circular" else coupling.p_value) <= how.level
     rows = _fits(record, counts, shown, coupling, significant, how)
     columns: dict[str, Any] = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    columns |= {name: spikes[name].values for name in ("unit_quality", "unit_session") if name in spikes}
     return dataset(
         {"n_trials": n_trials, "edge": shown.edge, "lag_low": how.lags[0], "lag_high": how.lags[1], **_told(how)},
         unit_name=spikes.unit_name.values,
