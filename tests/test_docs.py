@@ -19,7 +19,7 @@ from vibrissa.cli import app
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md"))]
-ROLE = re.compile(r"\{py:(?:func|meth|class|attr|mod|data)\}`~?([\w.]+)`")
+ROLE = re.compile(r"\{(?:py:)?(?:func|meth|class|attr|mod|data)\}`~?([\w.]+)`")
 
 
 # Commands
