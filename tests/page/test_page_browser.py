@@ -62,7 +62,7 @@ class Hands:
     def open(self, **state):
         self.page.goto("about:blank")
         self.page.goto(f"{self.root}#{urllib.parse.urlencode({**SHORT, **state})}")
-        self.until("Boolean(globalThis.vibrissa?.data())")
+        self.until("globalThis.vibrissa?.shown() > 0 && !vibrissa.busy()")
         return self
 
     def until(self, condition):
