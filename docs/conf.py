@@ -96,6 +96,7 @@ def mathml(*, block):
 
     def visit(self, node):
         formula = tex2mathml(node.astext(), as_block=block)
+        formula = formula.replace('display="block"', 'display="block" style="margin: 0.8em 0"')
         self.body.append(ACCENTED.sub(r'<msub><mover accent="true">\1\3</mover>\2</msub>', formula))
         raise SkipNode
 
