@@ -18,7 +18,7 @@ def test_modes_about_the_profile_slide_under_constant_friction_unless_told(vibri
     found = json.loads(out)
     assert found["kappa"] == [pytest.approx(19.935, rel=3e-4)]
     assert found["kappa_straight"] == [pytest.approx(23.585537548, rel=1e-9)]
-    assert found["resonance_shift"] == [pytest.approx(0.845, abs=5e-4)]
+    assert found["resonance_ratio"] == [pytest.approx(0.845, abs=5e-4)]
     assert found["growth_rate"] == [0]
     assert json.loads(vibrissa(*AT, "--count", "1", "--json")[1]) == found
 

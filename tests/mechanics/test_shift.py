@@ -20,7 +20,7 @@ def test_shift_of_the_first_resonance_is_that_of_the_model():
     """MODEL.md, "Modes about the curved profile": κ₁ drops by 15.5 % or 10.7 % at ε = 0.3, θ_b = 1.2."""
     shift = resonance_shift(POSTURE, 2)
     assert list(shift.contact_law.values) == ["constant", "coulomb", "stuck", "edge", "flat"]
-    np.testing.assert_allclose(100 * (shift.resonance_shift[:2, 0] - 1), [-15.5, -10.7], atol=0.05)
+    np.testing.assert_allclose(100 * (shift.resonance_ratio[:2, 0] - 1), [-15.5, -10.7], atol=0.05)
     np.testing.assert_allclose(shift.kappa[:3, 0], [19.935, 21.067, 55.6], rtol=3e-4)
     np.testing.assert_allclose(shift.kappa[3, 0], 17.569, rtol=3e-5)  # a chain of links over an edge, extrapolated
     assert 21.067 < shift.kappa[4, 0] < 28.234  # held more than a point is, less than a straight clamp
@@ -73,7 +73,7 @@ def told(modes, base_angle):
 def test_diagnostics_of_straight_modes_remark_the_shift():
     data, lines = told("straight", 1.2)
     expected = resonance_shift(Posture(contact=0.29, base_angle=1.2), 3)
-    np.testing.assert_allclose(data.resonance_shift, expected.resonance_shift, rtol=1e-12)
+    np.testing.assert_allclose(data.resonance_ratio, expected.resonance_ratio, rtol=1e-12)
     assert len(lines) == 1
     assert lines[0].startswith("modes are the straight shaft's; about the curved profile")
     assert len(told("straight", 0.2)[1]) == 1  # however small it is

@@ -51,7 +51,7 @@ def modes(
         if boundary == "free":
             raise InputError("--boundary", "must be 'pinned' about a profile", "'free'", "a free whisker is straight")
         data = pressed.modes(where, count, cone)
-        names = ["contact", "base_angle", "kappa", "kappa_straight", "resonance_shift", "growth_rate"]
+        names = ["contact", "base_angle", "kappa", "kappa_straight", "resonance_ratio", "growth_rate"]
     else:
         pressed.refuse()
         data = (

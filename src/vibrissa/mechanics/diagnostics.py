@@ -55,7 +55,7 @@ def diagnostics(prediction: Prediction, t: Array) -> xr.Dataset:
         positive; a jump sets all modes ringing, so the first depends on how many are taken. ``least_slip``, the least
         speed at which the vibrating contact slips over the ground, over the scanning speed, and ``slip_reversed``, the
         share of times at which it is not positive: there the contact would stick, which no law here follows (while an
-        edge carries the contact along the shaft slips faster, which is left out). ``resonance_shift`` and
+        edge carries the contact along the shaft slips faster, which is left out). ``resonance_ratio`` and
         ``growth_rate`` (contact_law, mode): what modes about the curved profile would change, see
         :func:`vibrissa.mechanics.shift.resonance_shift`.
     """
@@ -129,7 +129,7 @@ def _of_motion(prediction: Motion, t: Array) -> dict[str, Any]:
     return {
         "contact_law": shift.contact_law.values,
         "mode": np.arange(1, len(q) + 1),
-        "resonance_shift": shift.resonance_shift.values,
+        "resonance_ratio": shift.resonance_ratio.values,
         "growth_rate": shift.growth_rate.values,
         "free_end_length": (posture.contact - whisker.tip) * whisker.length,
         "fold_determinant": unit_response(posture).determinant,

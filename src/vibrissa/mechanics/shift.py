@@ -67,7 +67,7 @@ def curved_eigenmodes(
     -------
     Dataset
         ``kappa`` and ``growth_rate`` (mode), the latter 0 of a stable mode; ``kappa_straight`` of the pinned straight
-        shaft and ``resonance_shift``, κ over it; ``mode_across`` and ``mode_along`` (mode, s), displacement along the
+        shaft and ``resonance_ratio``, κ over it; ``mode_across`` and ``mode_along`` (mode, s), displacement along the
         normal n = (−sin θ, cos θ) and the tangent towards the base, together of norm 1 under s², and ``mode_rotation``;
         ``resonant_frequency`` [Hz] with a whisker.
 
@@ -95,7 +95,7 @@ def curved_eigenmodes(
         kappa=modes.kappa,
         growth_rate=modes.growth,
         kappa_straight=straight,
-        resonance_shift=modes.kappa / straight,
+        resonance_ratio=modes.kappa / straight,
         mode_across=y * np.cos(angle) - x * np.sin(angle),
         mode_along=x * np.cos(angle) + y * np.sin(angle),
         mode_rotation=modes.rotation(nodes),
@@ -121,7 +121,7 @@ def resonance_shift(posture: Posture, n_modes: int = 3, *, whisker: Whisker | No
         ``contact_law``: ``constant`` and ``coulomb`` (one point sliding, by the law of friction), ``stuck``, ``edge``
         (the shaft slips over it, as while it rings after a jump in a gap) and ``flat`` (its free end lies on smooth
         ground), both by Coulomb's friction; see :func:`vibrissa.mechanics.curved.curved_modes`. ``kappa_straight``
-        (mode); ``kappa``, ``resonance_shift`` (κ over the straight one) and ``growth_rate`` (contact_law, mode);
+        (mode); ``kappa``, ``resonance_ratio`` (κ over the straight one) and ``growth_rate`` (contact_law, mode);
         ``resonant_frequency`` [Hz] with a whisker.
     """
     flat = on_the_flat(posture)
@@ -136,7 +136,7 @@ def resonance_shift(posture: Posture, n_modes: int = 3, *, whisker: Whisker | No
         base_angle=posture.base_angle,
         kappa_straight=straight,
         kappa=kappa,
-        resonance_shift=kappa / straight,
+        resonance_ratio=kappa / straight,
         growth_rate=np.array([modes.growth for modes in found]),
         **_in_hertz(kappa, posture, whisker),
     )
@@ -148,12 +148,12 @@ def shift_remark(shift: xr.Dataset) -> str:
     Parameters
     ----------
     shift : Dataset
-        ``resonance_shift`` and ``growth_rate`` (contact_law, mode) of :func:`resonance_shift` or a scan's diagnostics.
+        ``resonance_ratio`` and ``growth_rate`` (contact_law, mode) of :func:`resonance_shift` or a scan's diagnostics.
     """
     told = []
     for law, how in _TOLD.items():
         one = shift.sel(contact_law=law)
-        off = f"{100 * (float(one.resonance_shift[0]) - 1):+.1f} %".replace("-", "−")
+        off = f"{100 * (float(one.resonance_ratio[0]) - 1):+.1f} %".replace("-", "−")
         told.append(f"{'unstable' if one.growth_rate[0] > 0 else off} ({how})")
     return f"about the curved profile the first resonance is off the straight shaft's by {', '.join(told)}"
 

@@ -14,7 +14,7 @@ MECHANICS: dict[str, Quantity] = {
     # modes about the curved profile
     "contact_law": Quantity(("contact_law",), "1", "what holds the contact: a point of the shaft, an edge, the flat"),
     "kappa_straight": Quantity(("mode",), "1", "κ of the straight shaft, pinned"),
-    "resonance_shift": Quantity(("mode",), "1", "κ about the curved profile over κ of the straight shaft"),
+    "resonance_ratio": Quantity(("mode",), "1", "κ about the curved profile over κ of the straight shaft"),
     "growth_rate": Quantity(("mode",), "1", "rate at which an unstable mode grows, times the timescale k; 0 if stable"),
     "mode_across": Quantity(("mode", "s"), "1", "mode about the curved profile, displacement along its normal"),
     "mode_along": Quantity(("mode", "s"), "1", "mode about the curved profile, displacement along the shaft"),
