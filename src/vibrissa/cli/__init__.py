@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -77,6 +78,7 @@ def main() -> None:
         app(sys.argv[1:], print_error=False, exit_on_error=False)
     except CycloptsError as error:
         line = " ".join(str(error).split()).replace("requires an argument", "must be given, with its value")
+        line = re.sub(r"requires (\d+) positional arguments", r"must be given, with its \1 values", line)
         _refuse(f"{line.rstrip('.')}; see --help")
     except InputError as error:
         _refuse(f"{_as_typed(error.thing, sys.argv[1:])} {error.said}")

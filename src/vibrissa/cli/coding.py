@@ -44,11 +44,14 @@ def demodulation(
     band
         LOW HIGH of the carrier [Hz]; needed where slower motion runs along with it.
     """
+    from vibrissa.cli.neural import one_stimulus
+    from vibrissa.cli.output import refuse_out
     from vibrissa.neural.demodulation import DemodulationAnalysis, demodulation
 
     how = DemodulationAnalysis(bin_width=bin_width, skip=skip, window=window, band=band)
+    refuse_out(out)
     refuse_picture(picture)
-    shown = _shown(stimulus, whisker)
+    shown = one_stimulus(stimulus, whisker)
     table, count = recorded.read(span(shown))
     data = demodulation(table, shown, count, how)
     if picture is not None:
@@ -97,10 +100,12 @@ def drives(
     latest
         Longest latency searched [s], up to 0.03.
     """
+    from vibrissa.cli.output import refuse_out
     from vibrissa.neural.drive_choice import DriveAnalysis, compare_drives
     from vibrissa.neural.inputs import read_spikes, read_stimulus
 
     how = DriveAnalysis(bin_width=bin_width, skip=skip, smoothing=smoothing, band=band, level=level, latest=latest)
+    refuse_out(out)
     counts = trials * len(spikes) if len(trials) == 1 else trials
     data = compare_drives([read_spikes(one) for one in spikes], [read_stimulus(one) for one in stimulus], counts, how)
     names = ["drive_gain", "drive_loss", "drive_loss_low", "drive_loss_high"]
@@ -119,16 +124,26 @@ def information(
     bin_width
         Width of the bins [s], which must divide the window.
     """
+    from vibrissa.cli.output import refuse_out
+    from vibrissa.cli.output import tell as remark
     from vibrissa.neural.unit_information import unit_information
 
+    refuse_out(out)
     table, count = recorded.read(window)
     data = unit_information(table, count, window=window, bin_width=bin_width)
+    if line := _silent_end(table, window):
+        remark(line)
     ends = [f"spike_information{end}" for end in ("", "_low", "_high", "_plain")]
     tell(data, ["unit_name", "unit_rate", *ends, "information_rate", "count_information", "reason"], json, out)
 
 
-def _shown(path: Path, whisker: str | None) -> xr.Dataset:
-    from vibrissa.cli.neural import played
-    from vibrissa.neural.inputs import read_stimulus
-
-    return read_stimulus(path) if whisker is None else played(path, whisker)
+def _silent_end(spikes: xr.Dataset, window: Window) -> str:
+    """Say that the end of a window is silent: where the recording is shorter, silence counts as information."""
+    start, stop = window
+    last = float(spikes.spike_time.where(spikes.spike_time < stop).max())
+    if stop - last < 0.1 * (stop - start):
+        return ""
+    return (
+        f"no unit fires from {last:.4g} s to the end of the window, {stop:g} s: "
+        "if the recording ended there the bits are wrong; end the window with it"
+    )

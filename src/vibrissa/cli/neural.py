@@ -85,11 +85,12 @@ def neural(
     seed
         Seed of the resampled trials and shuffles.
     """
-    from vibrissa.cli.output import progress_bars, show, tell
+    from vibrissa.cli.output import progress_bars, refuse_out, show, tell
     from vibrissa.neural.analysis import EnvelopeAnalysis, analyse_units
-    from vibrissa.neural.inputs import read_stimulus
     from vibrissa.neural.recording import recorded_spikes
 
+    if first_segment != "flat-first" and fit != "paper2014":
+        raise InputError("--first-segment", "must go with --fit paper2014", first_segment)
     how = EnvelopeAnalysis(
         null=null,
         fit=fit,
@@ -103,7 +104,8 @@ def neural(
         spontaneous=spontaneous,
         seed=seed,
     )
-    shown = read_stimulus(stimulus) if whisker is None else played(stimulus, whisker)
+    refuse_out(out)
+    shown = one_stimulus(stimulus, whisker)
     kept = [*(float(t) for t in shown.time.values[[0, -1]]), *(spontaneous or ())]
     with progress_bars() as progress:
         table, told = recorded_spikes(
@@ -118,11 +120,20 @@ def neural(
     if (count := told if trials is None else trials) is None:
         raise InputError("--trials", "must be given with a CSV", remedy="count silent presentations too")
     data = analyse_units(table, shown, count, how)
-    for line in _remarks(table, shown, count):
+    for line in [*_remarks(table, shown, count), *_unheard(table, spontaneous)]:
         tell(line)
     show(data, [] if json else [*TABLE, "identified", "reason"], False, out)
     if json:
         _print_units(data)
+
+
+def one_stimulus(path: Path, whisker: str | None) -> xr.Dataset:
+    """The stimulus of a file: of one presentation, or of one whisker of a stimulator's command."""
+    from vibrissa.neural.inputs import read_stimulus
+
+    if whisker is None and path.suffix.lower() == ".wav":
+        raise InputError("--whisker", "must be given with a command of vibrissa replay", str(path))
+    return read_stimulus(path) if whisker is None else played(path, whisker)
 
 
 def played(path: Path, whisker: str) -> xr.Dataset:
@@ -161,6 +172,16 @@ def _remarks(spikes: xr.Dataset, stimulus: xr.Dataset, n_trials: int) -> list[st
     if rate < 6 * carrier:
         lines.append(f"the stimulus, about {carrier:.0f} Hz, is sampled at {rate:.0f} Hz: its envelope may be wrong")
     return lines
+
+
+def _unheard(spikes: xr.Dataset, spontaneous: tuple[float, float] | None) -> list[str]:
+    """Say that a window without any spike of any unit may be one that was not recorded."""
+    if spontaneous is None:
+        return []
+    start, stop = spontaneous
+    if ((spikes.spike_time.values >= start) & (spikes.spike_time.values < stop)).any():
+        return []
+    return [f"no unit fired from {start:g} to {stop:g} s: rates of 0, unless the spikes there are not in the file"]
 
 
 def _print_units(data: xr.Dataset) -> None:

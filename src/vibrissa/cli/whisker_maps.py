@@ -47,14 +47,16 @@ def surround(
     unit
         Print and draw the map of this unit alone.
     """
+    from vibrissa.cli.output import refuse_out
     from vibrissa.neural.surround import SurroundAnalysis, surround_map
     from vibrissa.stimulus.export import read_command
 
     how = SurroundAnalysis(bin_width=bin_width, skip=skip, window=window, band=band, level=level)
+    refuse_out(out)
     refuse_picture(picture)
     moved = read_command(command)
     table, count = recorded.read(span(moved))
-    data = _of_unit(surround_map(table, moved, count, how), unit)
+    data = surround_map(_alone(table, unit), moved, count, how)
     if picture is not None:
         from vibrissa.figures import surround as figure
 
@@ -107,6 +109,7 @@ def glm(
     unit
         Print this unit alone.
     """
+    from vibrissa.cli.output import refuse_out
     from vibrissa.neural.glm import whisker_kernels
     from vibrissa.neural.kernel_columns import KernelAnalysis
     from vibrissa.stimulus.export import read_command
@@ -121,17 +124,21 @@ def glm(
         penalty=None if choose_penalty else penalty,
         level=level,
     )
+    refuse_out(out)
     moved = read_command(command)
     table, count = recorded.read(span(moved))
-    data = _of_unit(whisker_kernels(table, moved, count, how), unit)
+    data = whisker_kernels(_alone(table, unit), moved, count, how)
     names = ["whisker_effect", "whisker_effect_low", "whisker_effect_high", "whisker_p_value", "whisker_matters"]
     tell_map(data, names, ["kernel_rate", "deviance_explained", "penalty", "reason", "kernel_condition"], json, out)
 
 
-def _of_unit(data: xr.Dataset, name: str | None) -> xr.Dataset:
+def _alone(spikes: xr.Dataset, name: str | None) -> xr.Dataset:
+    """Spikes of one unit alone, so that no other is fitted; of all where none is named."""
     if name is None:
-        return data
-    names = [str(one) for one in data.unit_name.values]
+        return spikes
+    names = [str(one) for one in spikes.unit_name.values]
     if name not in names:
         raise InputError("--unit", f"must be one of {', '.join(names)}", repr(name))
-    return data.isel(unit=[names.index(name)])
+    k = names.index(name)
+    alone = spikes.isel(spike=spikes.spike_unit.values == k, unit=[k])
+    return alone.assign(spike_unit=alone.spike_unit - k)

@@ -131,6 +131,7 @@ def _draw_units(axis: Axes, data: xr.Dataset) -> None:
     axis.set(xlabel="units", ylabel="accuracy", ylim=(0, 1.02), title="D  How many units it takes")
     if data.units_used.max() > 8 * data.units_used.min():
         axis.set_xscale("log", base=2)
+    if data.sizes["units_used"] <= 8:
         axis.set_xticks(data.units_used.values, [str(number) for number in data.units_used.values])
 
 

@@ -153,8 +153,9 @@ def read_nwb_trials(
         if file.trials is not None:
             found["trials"] = file.trials
         if table not in found:
-            there = f"it has {', '.join(found)}: choose that table, or" if found else "it has no intervals:"
-            raise InputError(str(path), f"must have a table {table}", remedy=f"{there} read trials from a CSV file")
+            there = f"it has {', '.join(found)}" if found else "it has no intervals"
+            remedy = f"{there}: read trials from a CSV file with columns start,stop"
+            raise InputError(str(path), f"must have a table {table}", remedy=remedy)
         rows = found[table]
         start, stop = (np.asarray(rows[name][:], float) for name in ("start_time", "stop_time"))
         kept = np.ones(start.size, bool) if only is None else _with_value(rows, f"{path}, {table}", *only)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 ENDS = ("_plain", "", "_extrapolated", "_low", "_high")  # in the order of Information
 MEASURES = ("spike_information", "information_rate", "count_information")
 NOTHING = Information(*[np.nan] * 5)
+MOST_BINS = 1_000_000  # a window in milliseconds would fill the memory
 FEWEST_TRIALS = 32  # below them both corrections of the count's information are too high, by a fifth at 16 trials
 FEWEST_SPIKES = 1.0  # for each bin, summed over trials: below, bits for each spike come out a fifth too high
 
@@ -48,11 +49,13 @@ def unit_information(
     Raises
     ------
     InputError
-        If there are no trials in the table, or the bins do not fill the window.
+        If there are no trials in the table, the bins do not fill the window or are more than a million.
     """
     require(spikes, "spike_time", "spike_trial", "spike_unit", "unit_name")
     if n_trials < 2:
         raise InputError("number of trials", "must be at least 2", n_trials, "information is told by repeats")
+    if window[1] - window[0] > MOST_BINS * bin_width > 0:
+        raise InputError("window", f"must hold at most {MOST_BINS:,} bins", window, "times are in seconds")
     counts = psth(spikes, bin_edges(*window, bin_width), n_trials=n_trials).spike_count.values
     rows = [_row(own, bin_width) for own in counts]
     columns: dict[str, Any] = {name: np.array([row[name] for row in rows]) for name in rows[0]}
