@@ -107,6 +107,9 @@ def test_figures_are_drawn_of_a_folder_and_what_is_missing_is_said(vibrissa, pro
         assert code == 2
         assert rule in err
     assert not (tmp_path / "f.png").exists()
+    code, _, err = vibrissa("figure", "1", folder, "--out", tmp_path / "f.jpg")
+    assert code == 2
+    assert "--out must end in .png" in err
     assert vibrissa("figure", "1", tmp_path / "absent", "--out", tmp_path / "f.png")[0] == 2
 
 

@@ -15,6 +15,7 @@ from vibrissa.study import many, sweeps
 from vibrissa.study.compared import compare_all
 from vibrissa.study.gratings import Comparison, new_gratings
 from vibrissa.study.laboratory import Laboratory
+from vibrissa.study.report_sweeps import sweeps_of
 from vibrissa.study.settings import read_study
 from vibrissa.study.study import run_study
 from vibrissa.study.sweep_verdict import mode_shares
@@ -160,6 +161,15 @@ def test_shares_of_recorded_sweeps_have_no_truth(out):
     table = load(out / "sweeps.nc")
     recorded = table.drop_vars([name for name in table.data_vars if str(name).endswith("_true")])
     assert np.isnan(mode_shares(recorded).share_true).all()
+
+
+def test_shares_of_one_sweep_have_no_spread(out):
+    results = {"sweeps": load(out / "sweeps.nc").isel(sweep=[0])}
+    results["mode_shares"] = mode_shares(results["sweeps"])
+    assert np.isnan(results["mode_shares"].share_found_sd).all()
+    cells = sweeps_of(results)["shares"]
+    assert [row[2].count("±") for row in cells] == [0, 0, 0]
+    assert cells[0][2].endswith(" %")
 
 
 # A user's study

@@ -22,14 +22,14 @@ class Figure(Protocol):
 KINDS = (".png", ".pdf", ".svg")
 
 
-def refuse_picture(path: Path | None) -> None:
-    """Refuse, before any work, a picture of a kind that is not drawn or that cannot be written."""
+def refuse_picture(path: Path | None, option: str = "--picture") -> None:
+    """Refuse, before any work, a picture of a kind that is not drawn or cannot be written, by its option's name."""
     if path is None:
         return
     if path.suffix not in KINDS:
-        raise InputError("--picture", f"must end in {', '.join(KINDS)}", str(path))
+        raise InputError(option, f"must end in {', '.join(KINDS)}", str(path))
     if not path.absolute().parent.is_dir():
-        raise InputError("--picture", "must lie in an existing folder", str(path), "make it, or choose another")
+        raise InputError(option, "must lie in an existing folder", str(path), "make it, or choose another")
 
 
 def write_picture(figure: Figure, path: Path) -> None:

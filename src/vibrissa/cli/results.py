@@ -205,7 +205,7 @@ def figure(number: str, results: Path, *, out: Path) -> None:
     out
         Picture to write: .png, .pdf or .svg.
     """
-    refuse_picture(out)
+    refuse_picture(out, "--out")
     if not results.exists():
         raise InputError(str(results), "must be an existing folder or dataset")
     from vibrissa.study.gallery import figure_of

@@ -120,7 +120,7 @@ def draw(data: xr.Dataset) -> Figure:
         below.plot(data.time + late, scale * data[f"{name}_envelope_model"][0], color=TRUTH, lw=2.5, label="predicted")
     below.plot(data.time, scale * data[f"{name}_envelope"][0], color=FOUND, lw=1, label="measured")
     top.set(ylabel=f"{words},\nabout its mean", title="Signal")
-    below.set(xlabel="time [s]", ylabel="envelope", ylim=(0, None), title="Envelope about the first resonance")
+    below.set(xlabel="time [s]", ylabel=f"envelope of\n{words}", ylim=(0, None), title="About the first resonance")
     for axis in (top, below):
         axis.legend(ncols=2, loc="upper right")
     top.set_xlim(float(data.time[0]), float(data.time[-1]))

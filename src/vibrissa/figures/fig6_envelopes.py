@@ -198,7 +198,7 @@ def _draw_distribution(axis: Axes, one: xr.Dataset) -> None:
         axis.axvline(np.nanmean(one.chance_mean), color=OTHER, ls=":", label="chance, mean")
     axis.set(title=f"D  mode {int(one.mode)}, {int(made.sum())} sweeps", ylabel="sweeps", xlim=(-0.1, 1.05))
     axis.set_ylim(0, 1.35 * axis.get_ylim()[1])  # room for the legend
-    axis.legend(loc="upper left", fontsize=7)
+    axis.legend(loc="upper left", fontsize=7, frameon=True, framealpha=1, edgecolor="none")
 
 
 def _draw_jitter(axis: Axes, data: xr.Dataset) -> None:
@@ -213,4 +213,5 @@ def _draw_jitter(axis: Axes, data: xr.Dataset) -> None:
         axis.plot(1e6 * line.jitter, line.jittered_repeat, "s:", ms=2.5, color=colour)
     axis.axhline(0.25, color="0.3", ls="--", lw=0.8)
     axis.set(xlabel="jitter of the tip, SD [µm]", ylabel="correlation", ylim=(0, 1.02), title="E  jitter")
-    axis.legend(title="envelope — , motion of repeats ···", loc="upper right", fontsize=7)
+    title = "envelope — , motion of repeats ···"
+    axis.legend(title=title, title_fontsize=7, loc="lower center", ncols=3, columnspacing=1, fontsize=7)

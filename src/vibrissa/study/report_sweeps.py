@@ -92,12 +92,13 @@ def _shares(shares: xr.Dataset) -> list[list[str]]:
     rows = []
     for mode in shares.mode.values.tolist():
         one = {name: 100 * float(shares[name].sel(mode=mode)) for name in shares.data_vars}
+        spread = f" ± {one['share_found_sd']:.2f}" if np.isfinite(one["share_found_sd"]) else ""  # one sweep has none
         known = np.isfinite(one["share_true"])  # else the motion is no model's: nothing to say of what that can give
         rows.append(
             [
                 str(mode),
                 f"{one['share_paper']:.1f} ± {one['share_paper_sd']:.1f} %",
-                f"{one['share_found']:.2f} ± {one['share_found_sd']:.2f} %",
+                f"{one['share_found']:.2f}{spread} %",
                 f"{one['share_true']:.2f} %" if known else "not known",
                 f"{one['share_noisy']:.2f} %" if known else "",
                 ("yes" if one["share_possible"] else "no") if known else "",

@@ -86,8 +86,9 @@ def mode_shares(sweeps: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     Dataset
-        By ``mode``: ``share_paper``, its ``share_paper_sd`` over 582 sweeps; ``share_found``, ``share_found_sd``;
-        ``share_true``, of a perfect tracker, NaN where the sweeps are recorded; ``share_noisy``; ``share_possible``.
+        By ``mode``: ``share_paper``, its ``share_paper_sd`` over 582 sweeps; ``share_found``, ``share_found_sd``,
+        NaN of one sweep; ``share_true``, of a perfect tracker, NaN where the sweeps are recorded; ``share_noisy``;
+        ``share_possible``.
     """
     kept = sweeps.isel(sweep=np.flatnonzero(sweeps.accepted.values))
     paper = {number.id: number for number in paper_numbers()}
@@ -102,7 +103,7 @@ def mode_shares(sweeps: xr.Dataset) -> xr.Dataset:
         share_paper=share,
         share_paper_sd=[number.sd for number in printed],
         share_found=found.mean(axis=0),
-        share_found_sd=found.std(axis=0),
+        share_found_sd=found.std(axis=0) if len(found) > 1 else np.full(3, np.nan),
         share_true=true.mean(axis=0),
         share_noisy=noisy,
         share_possible=noisy >= share * (1 - 1e-9),
