@@ -122,6 +122,7 @@ def test_angle_acts_on_the_gain_and_the_verdict_says_so(data):
     assert data.decoder_accuracy.sel(decoder=CLAIM)[angle].item() < 0.7
     assert data.attrs["verdict"].count("keeps") == 3
     assert "speed:" in data.attrs["verdict"]
+    assert "at chance" not in data.attrs["verdict"]  # an interval that reaches chance does not show that it is chance
 
 
 def test_ways_differ_in_one_respect():

@@ -267,7 +267,7 @@ def verdict(data: xr.Dataset) -> list[str]:
         lost = own.isel(tested=np.flatnonzero(own.decoder_accuracy_low.sel(decoder=CLAIM) <= data.attrs["chance"]))
         words = [f"{arm}: keeps {kept.kept_share:.2f} [{kept.kept_share_low:.2f}, {kept.kept_share_high:.2f}]"]
         if lost.sizes["tested"]:
-            words.append(f"fails, at chance, in {lost.sizes['tested']} of {own.sizes['tested']} conditions")
+            words.append(f"not surely above chance in {lost.sizes['tested']} of {own.sizes['tested']} conditions")
         for word, behind in (("less", over.arm_lead_high < 0), ("more", over.arm_lead_low > 0)):
             names = [str(name) for name in data.decoder.values[behind.values]]
             words += [f"{word} accurate than {', '.join(names)}"] if names else []
@@ -279,7 +279,7 @@ def _caption(data: xr.Dataset) -> str:
     attrs, first = data.attrs, data.isel(tested=0)
     kept = {str(name): data.kept_share.sel(decoder=name).values for name in data.decoder.values}
     rivals = "; ".join(
-        f"{name} " + ", ".join(f"{one:.2f}" for one in kept[name])
+        f"{name} " + ", ".join("–" if np.isnan(one) else f"{one:.2f}" for one in kept[name])
         for name in ("mean rate", "spectrum, any gain", "events over distance, any gain")
     )
     periods = [f"{1e3 * one:.2g}" for one in sorted(set(attrs["mean_periods"].tolist()))]
