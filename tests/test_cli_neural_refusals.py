@@ -23,6 +23,7 @@ def recording(tmp_path):
         (("neural", "--stimulus", "stimulus.csv", "--first-segment", "free-first"), "must go with --fit paper2014"),
         (("neural", "--stimulus", "command.wav"), "--whisker must be given with a command"),
         (("demodulation", "--stimulus", "command.wav"), "--whisker must be given with a command"),
+        (("neural", "--stimulus", "command.nc"), "--whisker must be given with a command"),
         (("neural", "--stimulus", "absent.csv", "--out", "absent/x.nc"), "--out must lie in an existing folder"),
         (("demodulation", "--stimulus", "absent.csv", "--out", "x.csv"), "--out must end in .nc"),
         (("drives", "--stimulus", "absent.csv", "--out", "x.csv"), "--out must end in .nc"),
@@ -35,6 +36,7 @@ def recording(tmp_path):
     ],
 )
 def test_what_makes_no_sense_is_refused_before_the_work(vibrissa, recording, monkeypatch, words, message):
+    (recording / "command.nc.json").write_text("{}")
     monkeypatch.chdir(recording)
     code, out, err = vibrissa(words[0], "--spikes", "spikes.csv", "--trials", 12, *words[1:])
     assert (code, out, err.count("\n")) == (2, "", 1)

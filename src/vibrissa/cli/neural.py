@@ -131,7 +131,7 @@ def one_stimulus(path: Path, whisker: str | None) -> xr.Dataset:
     """The stimulus of a file: of one presentation, or of one whisker of a stimulator's command."""
     from vibrissa.neural.inputs import read_stimulus
 
-    if whisker is None and path.suffix.lower() == ".wav":
+    if whisker is None and (path.suffix.lower() == ".wav" or Path(f"{path}.json").is_file()):  # a command's sidecar
         raise InputError("--whisker", "must be given with a command of vibrissa replay", str(path))
     return read_stimulus(path) if whisker is None else played(path, whisker)
 
