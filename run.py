@@ -105,7 +105,7 @@ def test(words):
     stale = [path.name for path in (CORE, DEV) if path.read_text() != sealed(body(path))]
     if stale:
         sys.exit(f"run.py: {' and '.join(stale)} not made from this pyproject.toml; python3 run.py lock")
-    os.execv(BIN / "pytest", ["pytest", *words])
+    os.execv(BIN / "pytest", ["pytest", "-n", "auto", "--dist", "loadfile", *words])  # a worker for each core
 
 
 def lock(words):
