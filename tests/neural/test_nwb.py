@@ -163,7 +163,11 @@ def test_other_tables_of_intervals_may_hold_the_trials(tmp_path):
         ({"units": False}, read_nwb, "must have units; choose the file"),
         ({"times": False}, read_nwb, "must have spike times in its units"),
         ({}, read_nwb_trials, "must have a table trials; it has no intervals: read trials from a CSV file"),
-        ({"epochs": True}, read_nwb_trials, "must have a table trials; it has epochs: read trials from a CSV file with"),
+        (
+            {"epochs": True},
+            read_nwb_trials,
+            "must have a table trials; it has epochs: read trials from a CSV file with",
+        ),
         (
             {"epochs": True},
             lambda path: read_nwb_trials(path, table="epochs", only=("kind", "a")),
