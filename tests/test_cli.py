@@ -103,7 +103,7 @@ BAD = {
     "no pixel size": lambda movie, tmp: (["track", movie, "--frame-rate", "500", "--seed", "1,1"], "--pixel-size"),
     "bad pixel size": lambda movie, tmp: (
         ["track", movie, "--frame-rate", "500", "--pixel-size", "-1", "--seed", "60,32"],
-        "pixel_size must be positive",
+        "--pixel-size must be positive",
     ),
     "seed outside": lambda movie, tmp: (["track", movie, *CALIBRATION, "--seed", "900,3"], "120 × 60"),
     "seed that is none": lambda movie, tmp: (["track", movie, *CALIBRATION, "--seed", "here"], "COLUMN,ROW"),

@@ -97,7 +97,7 @@ def test_the_measured_motion_is_compared(call, textures, tmp_path):
         (("--delays", "some"), "--delays must be even, random, least, or times"),
         (("--fade", "3"), "fade must be positive and below 1.5 s"),
         (("--order", "0"), "order must be a whole number"),
-        (("--measured-whisker", "Z1", "--measured", "T0"), "measured whisker must be one of"),
+        (("--measured-whisker", "Z1", "--measured", "T0"), "--measured-whisker must be one of"),
     ],
 )
 def test_bad_input_is_one_line_and_no_file(call, textures, tmp_path, words, message):
