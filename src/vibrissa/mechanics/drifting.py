@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from vibrissa.errors import InputError
 from vibrissa.mechanics.dynamics import RECOIL, Drive, JumpRule
-from vibrissa.mechanics.oscillator import ascending, horner
+from vibrissa.mechanics.excitation import horner
+from vibrissa.mechanics.oscillator import ascending
 
 Array = NDArray[np.float64]
 

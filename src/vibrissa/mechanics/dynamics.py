@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline, PPoly
 
 from vibrissa.errors import InputError
-from vibrissa.mechanics.oscillator import TABLE, add_polynomial, ascending, excite, grid, horner, oscillators, rows
+from vibrissa.mechanics.excitation import TABLE, add_polynomial, horner
+from vibrissa.mechanics.oscillator import ascending, excite, grid, oscillators, rows
 
 Array = NDArray[np.float64]
 JumpRule = Literal["continuous", "ramp-limit", "paper2014"]

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from vibrissa.exact import cone_kappa, cone_modes
 from vibrissa.mechanics.dynamics import _fall
+from vibrissa.mechanics.excitation import TABLE, excite_even
 from vibrissa.mechanics.march import excursion_at_jump, hold, place, unit_displacement
-from vibrissa.mechanics.oscillator import TABLE, _excite_even, _first_even
+from vibrissa.mechanics.oscillator import _first_even
 
 Array = NDArray[np.float64]
 
@@ -185,7 +186,7 @@ def vibration(t, time, coefficients, omega, damping, recoil):  # type: ignore[no
             force[r, :, k - 2] = -k * (k - 1.0) * coefficients[r, :, k]
     out = np.empty(rows * t.size + TABLE)
     zeta = np.full(rows, damping)
-    _excite_even(t, _first_even(t, time), time, step, kick, force, omega, zeta, False, out)
+    excite_even(t, _first_even(t, time), time, step, kick, force, omega, zeta, False, out)
     return out[: rows * t.size].reshape(rows, t.size)
 
 
