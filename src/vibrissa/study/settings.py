@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import tomllib
-import types
-import typing
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -17,6 +14,7 @@ from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.superposition import Scan
 from vibrissa.neural.virtual import HingeUnit
 from vibrissa.study.base_signals import BaseSignal
+from vibrissa.study.checked import check_keys, validated
 from vibrissa.study.gratings import Comparison
 from vibrissa.study.laboratory import Laboratory
 from vibrissa.study.textures import Grating, TextureFile
@@ -156,7 +154,10 @@ class UnitRecording:
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """What a study file says. Either ``movie`` or ``film``; ``film`` needs the four that make the motion.
+    """What a study file says. Any part may be absent; what there is must be able to go on.
+
+    One movie is a ``movie`` or a ``film``. A ``film``, and a ``texture`` without a movie, need what makes the motion:
+    ``whisker``, ``posture``, ``scan`` and ``texture``.
 
     Attributes
     ----------
@@ -166,8 +167,20 @@ class Study:
         What is assumed, not measured; the report repeats it.
     n_modes : int
         Modes that are decomposed and fitted.
-    movie, film, whisker, posture, scan, texture, recording
-        The parts; absent ones are left out, and the report says so.
+    movie : MovieFile, optional
+        A recorded movie.
+    film : Film, optional
+        Instead: a virtual one.
+    whisker : Whisker, optional
+        The whisker of the movie, or the one that is drawn over the texture.
+    posture : Posture, optional
+        How it touches the texture.
+    scan : Scan, optional
+        How the texture is drawn past it.
+    texture : Grating or TextureFile, optional
+        The surface; without a movie, what it does to the whisker is predicted.
+    recording : UnitRecording, optional
+        A simulated unit that listens.
     laboratory : Laboratory, optional
         Many virtual sweeps.
     sweeps : str, optional
@@ -200,15 +213,25 @@ class Study:
 
     def __post_init__(self) -> None:
         one = self.movie is not None or self.film is not None
-        if not (one or self.laboratory is not None or self.sweeps is not None or self.base_signal):
-            raise InputError("study", "must have a [movie], a [film], a [laboratory], sweeps or a [[base_signal]]")
+        if not (one or self.laboratory is not None or self.sweeps is not None or self.base_signal or self.texture):
+            raise InputError(
+                "study",
+                "must have a [movie], a [film], a [laboratory], sweeps or a [[base_signal]]",
+                remedy="or a [texture] with [whisker], [posture] and [scan]",
+            )
         for pair in (("movie", "film"), ("laboratory", "sweeps")):
             if all(getattr(self, name) is not None for name in pair):
                 raise InputError("study", f"must have either {pair[0]} or {pair[1]}", "both")
         needed = {"whisker": self.whisker, "posture": self.posture, "scan": self.scan, "texture": self.texture}
         missing = [f"[{name}]" for name, part in needed.items() if part is None]
-        if self.film is not None and missing:
-            raise InputError("[film]", f"must come with {', '.join(missing)}", remedy="they make the motion it shows")
+        if missing and (self.film is not None or self.only_surface):
+            part, what = ("[film]", "motion it shows") if self.film is not None else ("[texture]", "vibration")
+            raise InputError(part, f"must come with {', '.join(missing)}", remedy=f"they make the {what}")
+
+    @property
+    def only_surface(self) -> bool:
+        """Whether a texture is given without a movie: then what it does to the whisker is predicted."""
+        return self.texture is not None and self.movie is None and self.film is None
 
 
 def read_study(path: str | Path | None = None) -> Study:
@@ -240,45 +263,9 @@ def validated_study(table: dict[str, Any], source: str, folder: Path) -> Study:
     InputError
         As :func:`read_study`.
     """
-    _check_keys(Study, table, source)
+    check_keys(Study, table, source)
     if isinstance(table.get("texture"), dict):  # its own first: of two kinds the errors of both would be told
         kind: type = TextureFile if "file" in table["texture"] else Grating
-        table = {**table, "texture": _validated(kind, table["texture"], source, ("texture",))}
-    study: Study = _validated(Study, {**table, "folder": folder}, source)
+        validated(kind, table["texture"], source, ("texture",))
+    study: Study = validated(Study, {**table, "folder": folder}, source)
     return study
-
-
-def _validated(kind: type, table: dict[str, Any], source: str, under: tuple[str, ...] = ()) -> Any:
-    """What a table says, or the first thing that is wrong with it."""
-    from pydantic import TypeAdapter, ValidationError
-
-    try:
-        return TypeAdapter(kind).validate_python(table)
-    except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(map(str, (*under, *first["loc"])))
-        cause = first.get("ctx", {}).get("error", first["msg"])
-        raise InputError(f"{source}: {place or 'study'}", f"is not valid ({cause})") from error
-
-
-def _check_keys(cls: Any, table: dict[str, Any], where: str) -> None:
-    """Refuse a key that no field has, and name the nearest right one."""
-    hints = typing.get_type_hints(cls)
-    known = [field.name for field in dataclasses.fields(cls) if field.name != "folder"]
-    for key, value in table.items():
-        if key not in known:
-            near = difflib.get_close_matches(key, known, n=1, cutoff=0.4)
-            cure = f"did you mean {near[0]!r}?" if near else f"it knows {', '.join(known)}"
-            raise InputError(f"{where}: key {key!r}", "is unknown", remedy=cure)
-        parts = [one for one in _members(hints[key]) if dataclasses.is_dataclass(one)]
-        keys = value.keys() if isinstance(value, dict) else set()
-        part = max(parts, key=lambda one: len(one.__dataclass_fields__.keys() & keys), default=None)
-        for one in value if isinstance(value, list) else [value]:
-            if part is not None and isinstance(one, dict):
-                _check_keys(part, one, f"{where}: [{key}]")
-
-
-def _members(hint: Any) -> tuple[Any, ...]:
-    """Types that a value may have, or its items."""
-    many = isinstance(hint, types.UnionType) or typing.get_origin(hint) is tuple
-    return typing.get_args(hint) if many else (hint,)
