@@ -2,90 +2,20 @@
 
 from __future__ import annotations
 
-import re
-import warnings
-from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibrissa.errors import InputError
-from vibrissa.files import written_whole
 from vibrissa.neural.nwb import UNIT_COLUMNS, pynwb_module
+from vibrissa.neural.nwb_session import Session as Session
+from vibrissa.neural.nwb_session import save_nwb, session_file
 from vibrissa.neural.table import Array
 from vibrissa.quantities import require
 
 if TYPE_CHECKING:
     import xarray as xr
-
-AGE = re.compile(r"P(\d+Y)?(\d+M)?(\d+W)?(\d+D)?")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Session:
-    """What a file tells of a recording session.
-
-    Attributes
-    ----------
-    identifier : str
-        Unique name of the session.
-    description : str
-        What was done.
-    start : datetime
-        When the session's clock was 0, with its time zone.
-    subject : str
-        Name of the animal.
-    age : str
-        Age in the notation of ISO 8601: ``P90D`` is 90 days.
-    sex : str
-        M, F, O (other) or U (unknown).
-    species : str
-        Latin binomial.
-    resolution : float
-        Least step between spike times, and between samples of waveforms [s].
-    probe : str
-        What the electrodes are on.
-    location : str
-        Where they were.
-    shanks, sites : int
-        Shanks of the probe, and electrodes on each.
-    """
-
-    identifier: str
-    description: str
-    start: datetime
-    subject: str
-    age: str
-    sex: str = "M"
-    species: str = "Rattus norvegicus"
-    resolution: float = 2.5e-5
-    probe: str = "silicon probe"
-    location: str = "barrel cortex"
-    shanks: int = 8
-    sites: int = 4
-
-    def __post_init__(self) -> None:
-        for name in ("identifier", "description", "subject"):
-            if not getattr(self, name).strip():
-                raise InputError(f"Session.{name}", "must not be empty")
-        if self.start.tzinfo is None:
-            raise InputError("Session.start", "must have a time zone", self.start, "datetime(…, tzinfo=timezone.utc)")
-        if self.age == "P" or not AGE.fullmatch(self.age):
-            raise InputError("Session.age", "must be a duration of ISO 8601", repr(self.age), "P90D is 90 days")
-        if self.sex not in ("M", "F", "O", "U"):
-            raise InputError("Session.sex", "must be M, F, O or U", repr(self.sex))
-        if self.shanks < 1 or self.sites < 1:
-            raise InputError("Session.shanks and sites", "must be at least 1", (self.shanks, self.sites))
-        if not 0 < self.resolution < np.inf:
-            raise InputError("Session.resolution", "must be positive (s)", self.resolution)
-
-    @property
-    def filename(self) -> str:
-        """Name of the file as archives want it."""
-        subject, session = (re.sub(r"[^A-Za-z0-9-]", "-", name) for name in (self.subject, self.identifier))
-        return f"sub-{subject}_ses-{session}_ecephys.nwb"
 
 
 def write_nwb(
@@ -119,40 +49,78 @@ def write_nwb(
     InputError
         If pynwb is not installed; if the spikes are cut into trials, or one unit fires twice at one time.
     """
+    file = session_file(session)
+    add_units(file, spikes, session)
+    template = None if command is None else add_command(file, command)
+    if trials is not None:
+        add_trials(file, trials, template)
+    save_nwb(file, path)
+
+
+def add_units(file: Any, spikes: xr.Dataset, session: Session) -> None:
+    """Add units with their spike times on the session's clock, and a column for all that is known of each.
+
+    Parameters
+    ----------
+    file : NWBFile
+        From :func:`session_file`.
+    spikes : Dataset
+        As in :func:`write_nwb`. Variables (unit) that the reader knows no other name for keep theirs.
+    session : Session
+        Whose resolution, shanks and sites count.
+
+    Raises
+    ------
+    InputError
+        If the spikes are cut into trials, or one unit fires twice at one time.
+    """
     pynwb = pynwb_module()
     require(spikes, "spike_time", "spike_unit", "unit_name")
     if "spike_trial" in spikes:
         raise InputError(
             "spikes", "must be on the session's clock", "spikes in trials", "write them uncut, with trials="
         )
-    file = _file(pynwb, session)
-    if "unit_electrode" in spikes:
+    placed = "unit_electrode" in spikes
+    if placed:
         _add_probe(file, session)
-    _add_units(pynwb, file, spikes, session)
-    template = None if command is None else _add_command(pynwb, file, command)
-    if trials is not None:
-        _add_trials(pynwb, file, trials, template)
-    with written_whole(path) as temporary, warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        with pynwb.NWBHDF5IO(str(temporary), "w") as io:
-            io.write(file)
+    units = pynwb.misc.Units(
+        name="units",
+        description="simulated units" if session.virtual else "sorted units",
+        resolution=session.resolution,
+        waveform_rate=None if session.resolution is None else 1 / session.resolution,
+        electrode_table=file.electrodes if placed else None,
+    )
+    columns = _columns(spikes)
+    for column, (_, text) in columns.items():
+        units.add_column(name=column, description=text)
+    observed = "interval_unit" in spikes
+    ids = spikes.unit_id.values if "unit_id" in spikes else np.arange(spikes.sizes["unit"])
+    for k, one in enumerate(ids):
+        time = np.sort(spikes.spike_time.values[spikes.spike_unit.values == k])
+        _refuse_repeated(time, str(spikes.unit_name.values[k]))
+        row = {column: spikes[name].values[k].item() for column, (name, _) in columns.items()}
+        if observed:
+            row["obs_intervals"] = _intervals_of(spikes, k)
+        if placed:
+            row["electrodes"] = [_electrode(spikes, k, session)]
+        if "unit_waveform" in spikes:
+            row["waveform_mean"] = spikes.unit_waveform.values[k]
+        units.add_unit(id=int(one), spike_times=time, **row)
+    file.units = units
 
 
-def _file(pynwb: Any, session: Session) -> Any:
-    subject = pynwb.file.Subject(
-        subject_id=session.subject,
-        age=session.age,
-        sex=session.sex,
-        species=session.species,
-        description=f"subject {session.subject}",
-    )
-    return pynwb.NWBFile(
-        session_description=session.description,
-        identifier=session.identifier,
-        session_id=session.identifier,
-        session_start_time=session.start,
-        subject=subject,
-    )
+def _columns(spikes: xr.Dataset) -> dict[str, tuple[str, str]]:
+    """Columns of units: the variable that each is, and its description."""
+    known = {column: (name, text) for column, (name, text) in UNIT_COLUMNS.items() if name in spikes}
+    taken = {"unit_id", "unit_electrode", *(name for name, _ in known.values())}
+    others = [str(name) for name, one in spikes.variables.items() if one.dims == ("unit",) and name not in taken]
+    return known | {name: (name, described(spikes[name])) for name in others}
+
+
+def described(variable: xr.DataArray) -> str:
+    """Long name of a variable, with its unit."""
+    text, unit = str(variable.attrs.get("long_name", variable.name)), str(variable.attrs.get("units", "1"))
+    return text if unit == "1" else f"{text} [{unit}]"
 
 
 def _add_probe(file: Any, session: Session) -> None:
@@ -164,35 +132,6 @@ def _add_probe(file: Any, session: Session) -> None:
         )
         for _ in range(session.sites):
             file.add_electrode(group=group, location=session.location)
-
-
-def _add_units(pynwb: Any, file: Any, spikes: xr.Dataset, session: Session) -> None:
-    """Units with their spike times, and what is known of them."""
-    placed = "unit_electrode" in spikes
-    units = pynwb.misc.Units(
-        name="units",
-        description="sorted units",
-        resolution=session.resolution,
-        waveform_rate=1 / session.resolution,
-        electrode_table=file.electrodes if placed else None,
-    )
-    known = {column: (name, text) for column, (name, text) in UNIT_COLUMNS.items() if name in spikes}
-    for column, (_, text) in known.items():
-        units.add_column(name=column, description=text)
-    observed = "interval_unit" in spikes
-    ids = spikes.unit_id.values if "unit_id" in spikes else np.arange(spikes.sizes["unit"])
-    for k, one in enumerate(ids):
-        time = np.sort(spikes.spike_time.values[spikes.spike_unit.values == k])
-        _refuse_repeated(time, str(spikes.unit_name.values[k]))
-        row = {column: spikes[name].values[k].item() for column, (name, _) in known.items()}
-        if observed:
-            row["obs_intervals"] = _intervals_of(spikes, k)
-        if placed:
-            row["electrodes"] = [_electrode(spikes, k, session)]
-        if "unit_waveform" in spikes:
-            row["waveform_mean"] = spikes.unit_waveform.values[k]
-        units.add_unit(id=int(one), spike_times=time, **row)
-    file.units = units
 
 
 def _electrode(spikes: xr.Dataset, unit: int, session: Session) -> int:
@@ -214,7 +153,9 @@ def _intervals_of(spikes: xr.Dataset, unit: int) -> Array:
     return np.stack([spikes.interval_start.values[mine], spikes.interval_stop.values[mine]], axis=1)
 
 
-def _add_trials(pynwb: Any, file: Any, trials: xr.Dataset, template: Any) -> None:
+def add_trials(file: Any, trials: xr.Dataset, template: Any = None) -> None:
+    """Add trials, each referring to the template of the stimulus from :func:`add_command` if there is one."""
+    pynwb = pynwb_module()
     require(trials, "trial_start", "trial_stop")
     table = pynwb.epoch.TimeIntervals(name="trials", description="presentations of the stimulus")
     if "trial_stimulus" in trials:
@@ -231,8 +172,9 @@ def _add_trials(pynwb: Any, file: Any, trials: xr.Dataset, template: Any) -> Non
     file.trials = table
 
 
-def _add_command(pynwb: Any, file: Any, command: xr.Dataset) -> Any:
-    """Template of the stimulus, one column for each whisker; the whiskers' delays; the envelope."""
+def add_command(file: Any, command: xr.Dataset) -> Any:
+    """Add the template of the stimulus, one column for each whisker; the whiskers' delays; the envelope."""
+    pynwb = pynwb_module()
     require(command, "command", "time", "whisker")
     template = _series(pynwb, "command", "displacement commanded, one column for each whisker", command)
     file.add_stimulus_template(template)
