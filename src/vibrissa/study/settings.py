@@ -161,8 +161,10 @@ class Study:
 
     Attributes
     ----------
-    name, about : str
-        Title and a sentence for the report.
+    name : str
+        Title of the report.
+    about : str
+        A sentence for the report.
     assumptions : (str, ...)
         What is assumed, not measured; the report repeats it.
     n_modes : int

@@ -18,7 +18,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Grating:
-    """A random square-wave grating; see :func:`vibrissa.texture.surface.random_grating`."""
+    """A random square-wave grating; see :func:`vibrissa.texture.surface.random_grating`.
+
+    Attributes
+    ----------
+    length : float
+        Length of the grating [m].
+    seed : int
+        Of its edges: equal seeds give equal gratings.
+    reading : {"telegraph", "widths"}
+        How widths are drawn: edges without memory, or Gaussian widths.
+    mean_period : float
+        Mean of one land and one gap together [m].
+    depth : float
+        Depth of the gaps [m].
+    """
 
     length: float
     seed: int = 0
@@ -40,7 +54,7 @@ class TextureFile:
     Attributes
     ----------
     file : str
-        Relative to the study file.
+        Table of gaps or any surface, relative to the study file.
     line, part, x_unit, z_unit, fill, level
         What the file leaves open: the line of a map, the part that is wanted [m], units, holes, tilt.
     flip : bool
