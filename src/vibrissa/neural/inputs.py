@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrissa.errors import InputError
 from vibrissa.files import load, written_whole
-from vibrissa.neural.spikes import spike_table
+from vibrissa.neural.spikes import ABOUT_UNITS, about_units, spike_table
 from vibrissa.neural.table import read_table
 from vibrissa.quantities import dataset, require
 
@@ -69,6 +69,8 @@ def write_stimulus(stimulus: xr.Dataset, path: str | Path) -> None:
 def read_spikes(path: str | Path) -> xr.Dataset:
     """Spikes in trials: a file with columns ``unit`` (any name), ``trial`` (from 0) and ``spike_time`` [s].
 
+    ``whisker`` and ``quality`` (SU, MU) may be there, with one value for each unit.
+
     Returns
     -------
     Dataset
@@ -80,7 +82,7 @@ def read_spikes(path: str | Path) -> xr.Dataset:
     InputError
         If the file holds no spike, a column is missing, or a cell is not what it should be.
     """
-    table = read_table(path, ("unit", "trial", "spike_time"))
+    table = read_table(path, ("unit", "trial", "spike_time"), tuple(ABOUT_UNITS))
     if not table.lines:
         raise InputError(str(path), "must hold at least one spike", "a header alone")
     trial = table.numbers("trial")
@@ -96,6 +98,7 @@ def read_spikes(path: str | Path) -> xr.Dataset:
         names[first].tolist(),
         trial=trial.astype(int),
         attrs={"source": Path(path).name},
+        **about_units(table, rank[index]),
     )
 
 

@@ -192,10 +192,12 @@ def record_population(
     *,
     rng: np.random.Generator,
     state: SlowState | None = None,
+    only: NDArray[np.int64] | None = None,
 ) -> xr.Dataset:
     """Spikes of all units while the whiskers are moved again and again.
 
-    Units of one session share its slow state, trial by trial. Every unit has a random stream of its own.
+    Units of one session share its slow state, trial by trial. Every unit has a random stream of its own, so that a part
+    of the units fires as it does among all.
 
     Parameters
     ----------
@@ -211,6 +213,8 @@ def record_population(
         Source of randomness, best a fresh one: equal seeds give equal spikes.
     state : SlowState, optional
         Of the sessions; the default one where none is given.
+    only : (n,) array of int, optional
+        Places of the units that are recorded, ascending; all by default.
 
     Returns
     -------
@@ -231,12 +235,14 @@ def record_population(
     for_sessions, for_units = rng.spawn(2)
     sessions = dict(enumerate(for_sessions.spawn(SESSIONS)))
     streams = for_units.spawn(truth.sizes["unit"])
-    when: list[Array] = [np.empty(0)] * len(streams)
-    trial: list[NDArray[np.int64]] = [np.empty(0, int)] * len(streams)
-    for session in np.unique(truth.unit_session.values).tolist():  # one at a time: its state is large
+    places = np.arange(len(streams)) if only is None else np.asarray(only, int)
+    when: list[Array] = [np.empty(0)] * len(places)
+    trial: list[NDArray[np.int64]] = [np.empty(0, int)] * len(places)
+    units = truth.isel(unit=places)
+    for session in np.unique(units.unit_session.values).tolist():  # one at a time: its state is large
         gain = state.draw(n_trials, duration, rng=sessions[session])
-        for k in np.flatnonzero(truth.unit_session.values == session).tolist():
-            unit, stream = truth.isel(unit=k), streams[k]
+        for k in np.flatnonzero(units.unit_session.values == session).tolist():
+            unit, stream = units.isel(unit=k), streams[places[k]]
             rate = population_rate(unit, time, envelope, phase, rng=stream)
             rest = REST if str(unit.unit_quality.values) == "SU" else None
             when[k], trial[k] = draw_spikes(time, rate, n_trials, rng=stream, gain=gain, refractoriness=rest)
@@ -245,7 +251,7 @@ def record_population(
         spike_time=np.concatenate(when),
         spike_trial=np.concatenate(trial),
         spike_unit=np.repeat(np.arange(len(when)), [len(times) for times in when]),
-        unit_name=truth.unit_name.values,
-        unit_quality=truth.unit_quality.values,
-        unit_whisker=truth.unit_whisker.values,
+        unit_name=units.unit_name.values,
+        unit_quality=units.unit_quality.values,
+        unit_whisker=units.unit_whisker.values,
     )

@@ -27,7 +27,7 @@ def recorded_spikes(
     *,
     window: Window,
     event: str | None = None,
-    trials: str | Path | None = None,
+    trials: str | Path | xr.Dataset | None = None,
     only: tuple[str, str] | None = None,
     groups: Collection[str] = GOOD,
     progress: Progress | None = None,
@@ -45,8 +45,9 @@ def recorded_spikes(
         Part of each trial that is kept, about its onset [s].
     event : str, optional
         Event channel whose marks are the onsets; for Plexon and NeuroExplorer.
-    trials : path, optional
-        Table (CSV: start, stop, …) of the trials, instead of the file's own or of an event.
+    trials : path or Dataset, optional
+        Table (CSV: start, stop, …) of the trials, instead of the file's own or of an event; or the trials themselves,
+        see :func:`vibrissa.neural.trials.trial_table`.
     only : (column, value), optional
         Keep the trials with this value in this column of their table: one protocol among interleaved ones.
     groups : collection of str, optional
@@ -68,12 +69,12 @@ def recorded_spikes(
     """
     kind = _kind(path)
     if kind == "trials":
-        if event or trials or only:
+        if event or trials is not None or only:
             raise InputError("--event, --trial-table, --only", "must go with spikes on a session's clock", str(path))
         return _in_trials(path)
     session, table = _session(path, kind, event, only if trials is None else None, trials is None, groups, progress)
     if trials is not None:
-        table = read_trials(trials, only=only)
+        table = read_trials(trials, only=only) if isinstance(trials, str | Path) else trials
     assert table is not None
     spikes = cut_into_trials(session, table, window)
     return spikes, table.sizes["trial"]

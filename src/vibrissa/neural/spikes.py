@@ -123,7 +123,7 @@ def read_csv(path: str | Path, *, duration: float | None = None, first_trial: in
     if trial is not None:
         attrs["n_trials"] = int(trial.max(initial=-1)) + 1
         trial = trial[fired]
-    return spike_table(time[fired], unit[fired], names, trial=trial, attrs=attrs, **_about(table, unit, names))
+    return spike_table(time[fired], unit[fired], names, trial=trial, attrs=attrs, **about_units(table, unit))
 
 
 def _trials(table: Table, first: int | None) -> NDArray[np.int64]:
@@ -160,10 +160,28 @@ def _outside(table: Table, time: Array, duration: float) -> int:
     return int(outside.sum())
 
 
-def _about(table: Table, unit: NDArray[np.int64], names: list[str]) -> dict[str, Any]:
-    """One value of whisker and quality for each unit; refused where a unit has two."""
+def about_units(table: Table, unit: NDArray[np.int64]) -> dict[str, Any]:
+    """What the columns of ``ABOUT_UNITS`` say of each unit.
+
+    Parameters
+    ----------
+    table : Table
+        One line for each spike.
+    unit : (N,) array of int
+        Index of each line's unit.
+
+    Returns
+    -------
+    dict of (U,) arrays
+        ``unit_whisker`` and ``unit_quality``, where there is such a column.
+
+    Raises
+    ------
+    InputError
+        If a unit has two values.
+    """
     about: dict[str, Any] = {}
-    for column in ABOUT_UNITS.keys() & table.columns.keys():
+    for column in (name for name in ABOUT_UNITS if name in table.columns):
         cells = np.array(table.columns[column], str)
         first = np.unique(unit, return_index=True)[1]
         table.refuse_first(cells != cells[first][unit], column, "must be the same on all lines of a unit")
