@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from vibrissa.errors import InputError
-
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -21,6 +19,8 @@ def neural(
     stimulus: Path,
     whisker: str | None = None,
     trials: int | None = None,
+    period: float | None = None,
+    first_onset: float = 0.0,
     event: str | None = None,
     trial_table: Path | None = None,
     only: tuple[str, str] | None = None,
@@ -54,6 +54,10 @@ def neural(
         Whisker of that command whose motion is taken: C2, beta, …
     trials
         Presentations, those without a spike included; must be given with a CSV, other files tell.
+    period
+        From one onset of the stimulus to the next [s], of spikes on the session's clock; with --trials.
+    first_onset
+        The first of these onsets [s].
     event
         Event channel of a .plx or .nex file that marks the onsets of the stimulus.
     trial_table
@@ -86,12 +90,19 @@ def neural(
         Seed of the resampled trials and shuffles.
     """
     from vibrissa.cli.output import progress_bars, refuse_out, show, tell
-    from vibrissa.neural.analysis import EnvelopeAnalysis, analyse_units
-    from vibrissa.neural.recording import recorded_spikes
+    from vibrissa.study.neurons import Neurons, analyse_neurons
 
-    if first_segment != "flat-first" and fit != "paper2014":
-        raise InputError("--first-segment", "must go with --fit paper2014", first_segment)
-    how = EnvelopeAnalysis(
+    asked = Neurons(
+        spikes=str(spikes),
+        stimulus=str(stimulus),
+        whisker=whisker,
+        trials=trials,
+        period=period,
+        first_onset=first_onset,
+        event=event,
+        trial_table=None if trial_table is None else str(trial_table),
+        only=only,
+        group=tuple(group or ("good",)),
         null=null,
         fit=fit,
         first_segment=first_segment,
@@ -100,88 +111,25 @@ def neural(
         skip=skip,
         window=window,
         band=band,
-        delays=tuple(delay or ()),
+        delay=tuple(delay or ()),
         spontaneous=spontaneous,
         seed=seed,
     )
     refuse_out(out)
-    shown = one_stimulus(stimulus, whisker)
-    kept = [*(float(t) for t in shown.time.values[[0, -1]]), *(spontaneous or ())]
     with progress_bars() as progress:
-        table, told = recorded_spikes(
-            spikes,
-            window=(min(kept), max(kept)),
-            event=event,
-            trials=trial_table,
-            only=only,
-            groups=group or ("good",),
-            progress=progress,
-        )
-    if (count := told if trials is None else trials) is None:
-        raise InputError("--trials", "must be given with a CSV", remedy="count silent presentations too")
-    data = analyse_units(table, shown, count, how)
-    for line in [*_remarks(table, shown, count), *_unheard(table, spontaneous)]:
+        found = analyse_neurons(asked, progress=progress)
+    for line in found.remarks:
         tell(line)
-    show(data, [] if json else [*TABLE, "identified", "reason"], False, out)
+    show(found.units, [] if json else [*TABLE, "identified", "reason"], False, out)
     if json:
-        _print_units(data)
+        _print_units(found.units)
 
 
 def one_stimulus(path: Path, whisker: str | None) -> xr.Dataset:
-    """The stimulus of a file: of one presentation, or of one whisker of a stimulator's command."""
-    from vibrissa.neural.inputs import read_stimulus
+    """The stimulus of a file; see :func:`vibrissa.study.neurons.one_stimulus`."""
+    from vibrissa.study.neurons import one_stimulus
 
-    if whisker is None and (path.suffix.lower() == ".wav" or Path(f"{path}.json").is_file()):  # a command's sidecar
-        raise InputError("--whisker", "must be given with a command of vibrissa replay", str(path))
-    return read_stimulus(path) if whisker is None else played(path, whisker)
-
-
-def played(path: Path, whisker: str) -> xr.Dataset:
-    """Motion of one whisker of a stimulator's command, as a stimulus."""
-    from vibrissa.quantities import dataset
-    from vibrissa.stimulus.export import read_command
-
-    command = read_command(path)
-    names = command.whisker.values.tolist()
-    if whisker not in names:
-        raise InputError("--whisker", f"must be one of {', '.join(names)}", repr(whisker))
-    motion = command.command.sel(whisker=whisker).values
-    return dataset({"source": path.name, "whisker": whisker}, time=command.time.values, point_displacement=motion)
-
-
-def _remarks(spikes: xr.Dataset, stimulus: xr.Dataset, n_trials: int) -> list[str]:
-    """What a reader should know of the input: silent trials, a carrier near half the sampling rate."""
-    import numpy as np
-    from scipy.signal import periodogram
-
-    told = {
-        "spikes_unsorted": "are unsorted (unit 0) and left out",
-        "spikes_outside": "lie in no trial and are left out",
-    }
-    lines = [f"{spikes.attrs[name]} spikes {text}" for name, text in told.items() if spikes.attrs.get(name)]
-    lines += filter(None, [spikes.attrs.get("remark")])
-    last = int(spikes.spike_trial.values.max())
-    if last < n_trials - 1:
-        lines.append(f"the last {n_trials - 1 - last} of {n_trials} trials hold no spike of any unit; check --trials")
-    if 0 not in spikes.spike_trial.values and n_trials > 1:
-        lines.append("trial 0 holds no spike of any unit; trials count from 0")
-    time = stimulus.time.values
-    rate = (len(time) - 1) / (time[-1] - time[0])
-    frequency, power = periodogram(stimulus.point_displacement.values, rate)
-    carrier = float(np.sum(frequency * power) / np.sum(power))
-    if rate < 6 * carrier:
-        lines.append(f"the stimulus, about {carrier:.0f} Hz, is sampled at {rate:.0f} Hz: its envelope may be wrong")
-    return lines
-
-
-def _unheard(spikes: xr.Dataset, spontaneous: tuple[float, float] | None) -> list[str]:
-    """Say that a window without any spike of any unit may be one that was not recorded."""
-    if spontaneous is None:
-        return []
-    start, stop = spontaneous
-    if ((spikes.spike_time.values >= start) & (spikes.spike_time.values < stop)).any():
-        return []
-    return [f"no unit fired from {start:g} to {stop:g} s: rates of 0, unless the spikes there are not in the file"]
+    return one_stimulus(path, whisker)
 
 
 def _print_units(data: xr.Dataset) -> None:

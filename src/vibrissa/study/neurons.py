@@ -1,0 +1,266 @@
+"""A user's recorded spikes and their stimulus: from the files to whether the envelope drives each unit."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+from scipy.signal import periodogram
+
+from vibrissa.errors import InputError
+from vibrissa.neural.analysis import EnvelopeAnalysis, analyse_units
+from vibrissa.neural.inputs import read_stimulus
+from vibrissa.neural.recording import recorded_spikes
+from vibrissa.neural.trials import trials_at
+from vibrissa.quantities import dataset
+from vibrissa.stimulus.export import read_command
+from vibrissa.study.shown_unit import best_unit, shown_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Window = tuple[float, float]
+Progress = Callable[[str, int, int], None]
+
+SAMPLES_PER_CYCLE = 6  # of the stimulus: with fewer its envelope may be wrong
+
+
+@dataclass(frozen=True, kw_only=True)
+class Neurons:
+    """Recorded spikes, what was played meanwhile, and how they are analysed: the options of the verb ``neural``.
+
+    Attributes
+    ----------
+    spikes : str
+        CSV with columns unit,trial,spike_time, or what else :func:`vibrissa.neural.recording.recorded_spikes` reads,
+        relative to the study file.
+    stimulus : str
+        CSV with columns time,displacement; with a ``whisker`` the command that was played on several; or a dataset.
+    name : str
+        For the report; that of the file of spikes by default.
+    whisker : str, optional
+        Whisker of the command whose motion is taken.
+    trials : int, optional
+        Presentations, silent ones included; must be given where the file does not tell.
+    period : float, optional
+        From one onset to the next [s], of spikes on the session's clock; needs ``trials``.
+    first_onset : float
+        The first of these onsets [s].
+    event, trial_table, only, group
+        How trials and units are told from others; see :func:`vibrissa.neural.recording.recorded_spikes`.
+    null, fit, first_segment, level, bin_width, skip, window, band, delay, spontaneous, seed
+        How units are tested and fitted; see :class:`vibrissa.neural.analysis.EnvelopeAnalysis`.
+    """
+
+    spikes: str
+    stimulus: str
+    name: str = ""
+    whisker: str | None = None
+    trials: int | None = None
+    period: float | None = None
+    first_onset: float = 0.0
+    event: str | None = None
+    trial_table: str | None = None
+    only: tuple[str, str] | None = None
+    group: tuple[str, ...] = ("good",)
+    null: Literal["circular", "paper2014"] = "circular"
+    fit: Literal["forward", "paper2014"] = "forward"
+    first_segment: Literal["flat-first", "free-first"] = "flat-first"
+    level: float = 0.01
+    bin_width: float = 0.01
+    skip: float = 1.0
+    window: Window | None = None
+    band: Window | None = None
+    delay: tuple[float, ...] = ()
+    spontaneous: Window | None = None
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.first_segment != "flat-first" and self.fit != "paper2014":
+            raise InputError("--first-segment", "must go with --fit paper2014", self.first_segment)
+        if self.period is not None and not 0 < self.period < np.inf:
+            raise InputError("--period", "must be positive (s)", self.period)
+        if self.period is not None and self.trials is None:
+            raise InputError("--trials", "must be given with --period")
+        if self.period is not None and (self.event or self.trial_table or self.only):
+            raise InputError("--period", "must not go with --event, --trial-table or --only")
+        self.analysis()
+
+    @property
+    def label(self) -> str:
+        """Name in the report."""
+        return self.name or Path(self.spikes).stem
+
+    def analysis(self) -> EnvelopeAnalysis:
+        """How the units are tested and fitted."""
+        shared = {field.name for field in fields(self)} & {field.name for field in fields(EnvelopeAnalysis)}
+        return EnvelopeAnalysis(delays=self.delay, **{name: getattr(self, name) for name in sorted(shared)})
+
+
+class Analysed(NamedTuple):
+    """Units as analysed, what they were analysed of, and what a reader should know of it."""
+
+    units: xr.Dataset
+    spikes: xr.Dataset
+    stimulus: xr.Dataset
+    n_trials: int
+    remarks: list[str]
+
+
+def analyse_neurons(neurons: Neurons, folder: Path = Path(), progress: Progress | None = None) -> Analysed:
+    """Read spikes and stimulus, and analyse the units.
+
+    Parameters
+    ----------
+    neurons : Neurons
+        The files, and how they are read and analysed.
+    folder : Path
+        Where relative paths start.
+    progress : callable, optional
+        Called with (stage, done, total).
+
+    Raises
+    ------
+    InputError
+        If a file is bad, or spikes and stimulus do not fit together; options go by the names of the verb ``neural``.
+    """
+    stimulus = one_stimulus(folder / neurons.stimulus, neurons.whisker)
+    spikes, n_trials = _read(neurons, stimulus, folder, progress)
+    units = analyse_units(spikes, stimulus, n_trials, neurons.analysis())
+    remarks = [*_remarks(spikes, stimulus, n_trials), *_unheard(spikes, neurons.spontaneous)]
+    return Analysed(units, spikes, stimulus, n_trials, remarks)
+
+
+def neuron_results(neurons: Neurons, folder: Path = Path(), progress: Progress | None = None) -> dict[str, xr.Dataset]:
+    """Datasets of one recording.
+
+    Parameters
+    ----------
+    neurons, folder, progress
+        As in :func:`analyse_neurons`.
+
+    Returns
+    -------
+    dict of Datasets
+        ``units``, with the attributes ``label``, ``source``, ``remarks`` (JSON); for Figure 8 ``spikes``, ``response``,
+        ``motion`` and, if it is driven, ``unit`` of the unit whose fit explains most.
+
+    Raises
+    ------
+    InputError
+        As :func:`analyse_neurons`; names the recording.
+    """
+    try:
+        found = analyse_neurons(neurons, folder, progress)
+    except InputError as error:
+        thing = error.thing.removeprefix("--").replace("-", "_") if error.thing.startswith("--") else error.thing
+        raise InputError(f"[[neural]] {neurons.label}: {thing}", error.said) from error
+    told = {"label": neurons.label, "source": Path(neurons.spikes).name, "remarks": json.dumps(found.remarks)}
+    place = best_unit(found.units)
+    unit = found.units.isel(unit=place)
+    shown = shown_unit(found.spikes, unit, found.stimulus, found.n_trials, neurons.analysis())
+    shown["spikes"].attrs.setdefault("source", Path(neurons.spikes).name)
+    shown["response"].attrs["note"] = f" Of {found.units.sizes['unit']} units, {_chosen(unit)}."
+    return {"units": found.units.assign_attrs(told), **shown}
+
+
+def _chosen(unit: xr.Dataset) -> str:
+    """Why this unit is shown."""
+    name = str(unit.unit_name.values)
+    if not bool(unit.significant):
+        return f"none of which passes the test, {name}, whose rate is most like the envelope"
+    return f"{name}, whose fit explains most" if bool(unit.identified) else f"{name}, the most like the envelope"
+
+
+def one_stimulus(path: Path, whisker: str | None) -> xr.Dataset:
+    """The stimulus of a file: of one presentation, or of one whisker of a stimulator's command.
+
+    Raises
+    ------
+    InputError
+        If the file is bad, or is a command and no whisker is given.
+    """
+    if whisker is None and (path.suffix.lower() == ".wav" or Path(f"{path}.json").is_file()):  # a command's sidecar
+        raise InputError("--whisker", "must be given with a command of vibrissa replay", str(path))
+    return read_stimulus(path) if whisker is None else played(path, whisker)
+
+
+def played(path: Path, whisker: str) -> xr.Dataset:
+    """Motion of one whisker of a stimulator's command, as a stimulus.
+
+    Raises
+    ------
+    InputError
+        If the file is bad, or the whisker is none of those moved.
+    """
+    command = read_command(path)
+    names = command.whisker.values.tolist()
+    if whisker not in names:
+        raise InputError("--whisker", f"must be one of {', '.join(names)}", repr(whisker))
+    motion = command.command.sel(whisker=whisker).values
+    return dataset({"source": path.name, "whisker": whisker}, time=command.time.values, point_displacement=motion)
+
+
+def _read(neurons: Neurons, stimulus: xr.Dataset, folder: Path, progress: Progress | None) -> tuple[xr.Dataset, int]:
+    """Spikes in trials, and how many trials there were."""
+    kept = [*(float(t) for t in stimulus.time.values[[0, -1]]), *(neurons.spontaneous or ())]
+    trials: xr.Dataset | Path | None = None if neurons.trial_table is None else folder / neurons.trial_table
+    if neurons.period is not None and neurons.trials is not None:
+        trials = _repeated(neurons.first_onset, neurons.period, neurons.trials, stimulus)
+    spikes, told = recorded_spikes(
+        folder / neurons.spikes,
+        window=(min(kept), max(kept)),
+        event=neurons.event,
+        trials=trials,
+        only=neurons.only,
+        groups=neurons.group,
+        progress=progress,
+    )
+    if (count := told if neurons.trials is None else neurons.trials) is None:
+        raise InputError("--trials", "must be given with a CSV", remedy="count silent presentations too")
+    return spikes, count
+
+
+def _repeated(first: float, period: float, n_trials: int, stimulus: xr.Dataset) -> xr.Dataset:
+    """Trials one after the other at even times."""
+    time = stimulus.time.values
+    length = float(time[-1] - time[0]) * (1 - 1e-9)
+    if period < length:
+        raise InputError("--period", f"must not be shorter than the stimulus of {length:.6g} s", period)
+    return trials_at(first + period * np.arange(n_trials, dtype=np.float64), period)
+
+
+def _remarks(spikes: xr.Dataset, stimulus: xr.Dataset, n_trials: int) -> list[str]:
+    """What a reader should know of the input: silent trials, a carrier near half the sampling rate."""
+    told = {
+        "spikes_unsorted": "are unsorted (unit 0) and left out",
+        "spikes_outside": "lie in no trial and are left out",
+    }
+    lines = [f"{spikes.attrs[name]} spikes {text}" for name, text in told.items() if spikes.attrs.get(name)]
+    lines += filter(None, [spikes.attrs.get("remark")])
+    last = int(spikes.spike_trial.values.max())
+    if last < n_trials - 1:
+        lines.append(f"the last {n_trials - 1 - last} of {n_trials} trials hold no spike of any unit; check --trials")
+    if 0 not in spikes.spike_trial.values and n_trials > 1:
+        lines.append("trial 0 holds no spike of any unit; trials count from 0")
+    time = stimulus.time.values
+    rate = (len(time) - 1) / (time[-1] - time[0])
+    frequency, power = periodogram(stimulus.point_displacement.values, rate)
+    carrier = float(np.sum(frequency * power) / np.sum(power))
+    if rate < SAMPLES_PER_CYCLE * carrier:
+        lines.append(f"the stimulus, about {carrier:.0f} Hz, is sampled at {rate:.0f} Hz: its envelope may be wrong")
+    return lines
+
+
+def _unheard(spikes: xr.Dataset, spontaneous: Window | None) -> list[str]:
+    """Say that a window without any spike of any unit may be one that was not recorded."""
+    if spontaneous is None:
+        return []
+    start, stop = spontaneous
+    if ((spikes.spike_time.values >= start) & (spikes.spike_time.values < stop)).any():
+        return []
+    return [f"no unit fired from {start:g} to {stop:g} s: rates of 0, unless the spikes there are not in the file"]
