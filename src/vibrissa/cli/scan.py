@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from vibrissa.mechanics.basis import Modes
-    from vibrissa.mechanics.motion import Motion
     from vibrissa.mechanics.posture_path import PosturePath
     from vibrissa.mechanics.superposition import Scan
     from vibrissa.texture.relief import Relief
@@ -143,24 +142,13 @@ def scan(
     node
         Distance from the base of a point of the shaft whose motion is wanted [m]; once for each.
     """
-    from vibrissa.mechanics.diagnostics import relief_remarks, remarks
-    from vibrissa.mechanics.sampled import scanned
-    from vibrissa.mechanics.superposition import predict
-    from vibrissa.mechanics.topography import predict_relief, scanned_relief
-    from vibrissa.texture.surface import Troughs
+    from vibrissa.study.surface import scan_surface
 
     refuse_out(out)
     cone, posture, how, surface = needed_cone(whisker, atlas), at.posture(), drawn.scan(modes), file.texture(texture)
     units = spiking.units()
-    prediction: Motion
-    if isinstance(surface, Troughs):
-        prediction = gaps = predict(cone, posture, surface, how, n_modes=drawn.count)
-        data = scanned(gaps, drawn.sampling_rate, nodes=node)
-        lines = remarks(data)
-    else:
-        prediction = relief = predict_relief(cone, posture, surface, how, n_modes=drawn.count)
-        data = scanned_relief(relief, drawn.sampling_rate, nodes=node)
-        lines = relief_remarks(data)
+    sampled: dict[str, Any] = {"n_modes": drawn.count, "sampling_rate": drawn.sampling_rate, "nodes": node}
+    prediction, data, lines = scan_surface(surface, cone, posture, how, **sampled)
     for line in [*lines, *_undersampled(data.resonant_frequency.to_numpy(), drawn.sampling_rate)]:
         tell(line)
     if units is not None:
