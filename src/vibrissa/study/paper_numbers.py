@@ -1,4 +1,4 @@
-"""Paper | here | same?: every number that the paper prints for its Figures 1 to 7, beside what these sweeps give."""
+"""Paper | here | same?: every number that the paper prints for its figures, beside what sweeps and units give."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from vibrissa import __version__
 from vibrissa.errors import InputError
 from vibrissa.files import written_whole
 from vibrissa.stats import wilson_interval
-from vibrissa.study.paper_measures import MEASURES
+from vibrissa.study import paper_measures, paper_neurons
+from vibrissa.study.paper_neurons import NO_UNITS, is_simulated, populations
 from vibrissa.study.sweep_measures import Here, is_virtual
 
 if TYPE_CHECKING:
@@ -27,16 +28,21 @@ Origin = Literal["put in", "recovered", "came out"]
 Verdict = Literal["same", "differs", "put in", "not comparable", "not measured"]
 
 WHISKERS = 13  # the paper's: where it counts sweeps, these are its independent draws
+SESSIONS = 15  # the same, where it counts units
+NEURAL = ("8", "9")  # figures of neurons
+MEASURES = paper_measures.MEASURES | paper_neurons.MEASURES
+NO_SWEEPS = "no sweeps: the study has no [laboratory] and no sweeps"
 LEVEL = 0.05
 
 RULE = (
-    "Same: the 95 % intervals of the two overlap. The paper's is that of a mean over its 13 whiskers, their "
-    "spread taken for the printed one of all sweeps, which is too wide rather than too narrow and so favours "
-    "“same”; Wilson's for a share; half a unit of the last digit where no spread is printed. Here whole whiskers "
-    "are left out in turn. Of p-values: the paper's own test, which takes sweeps for independent draws, comes out "
-    "on the same side of 0.05, with the effect in the direction told. A bound is kept by the value here, or not. "
-    "Put in: chosen, not found. Recovered: the truth of virtual sweeps was put in, the value came out of their "
-    "analysis, so that agreement tests the analysis and not the rat."
+    "Same: the 95 % intervals of the two overlap. The paper's is that of a mean over its 13 whiskers, of units over "
+    "its 15 sessions, their spread taken for the printed one of all sweeps or units, which is too wide rather than "
+    "too narrow and so favours “same”; Wilson's for a share; half a unit of the last digit where no spread is "
+    "printed. Here whole whiskers, or sessions, are left out in turn. Of p-values: the paper's own test, which takes "
+    "sweeps and units for independent draws, comes out on the same side of 0.05, with the effect in the direction "
+    "told. A bound is kept by the value here, or not. Put in: chosen, not found. Recovered: the truth of virtual "
+    "sweeps and simulated units was put in, the value came out of their analysis, so that agreement tests the "
+    "analysis and not the rat."
 )
 
 
@@ -65,10 +71,15 @@ class PaperNumber(NamedTuple):
     direction: float
 
     @property
+    def is_neural(self) -> bool:
+        """Whether it is one of neurons and the stimulator, not of sweeps."""
+        return self.figure in NEURAL
+
+    @property
     def interval(self) -> tuple[float, float]:
         """95 % interval of the number; NaN where none can be stated."""
         if self.kind == "mean":
-            draws = min(self.n, WHISKERS)
+            draws = min(self.n, SESSIONS if self.is_neural else WHISKERS)
             half = float(stdtrit(draws - 1, 0.975)) * self.sd / np.sqrt(draws)
             return self.value - half, self.value + half
         if self.kind == "share":
@@ -88,7 +99,7 @@ class Row(NamedTuple):
 
 @cache
 def paper_numbers() -> tuple[PaperNumber, ...]:
-    """Every number that the paper prints for Figures 1 to 7, with each reading where it disagrees with itself."""
+    """Every number that the paper prints for its figures, with each reading where it disagrees with itself."""
     text = (files("vibrissa") / "data" / "paper_numbers.csv").read_text(encoding="utf-8")
     return tuple(_number(line) for line in csv.DictReader(text.splitlines()))
 
@@ -107,15 +118,17 @@ def compare(results: Mapping[str, xr.Dataset]) -> list[Row]:
     Parameters
     ----------
     results : mapping of Datasets
-        ``sweeps``; ``repeats``, ``comparison``, ``profile`` and ``gap`` where they are: what is absent is said.
+        ``sweeps``; ``repeats``, ``comparison``, ``profile`` and ``gap`` where they are; ``units``, ``units_1``, …: what
+        is absent is said.
 
     Returns
     -------
     list of Row
         One for each of :func:`paper_numbers`, in their order, none without a verdict; the rule is ``RULE``.
     """
-    virtual = "sweeps" in results and is_virtual(results["sweeps"])
-    return [_row(number, results, virtual) for number in paper_numbers()]
+    sweeps = "sweeps" in results and is_virtual(results["sweeps"])
+    units = any(is_simulated(one) for one in populations(results).values())
+    return [_row(number, results, units if number.is_neural else sweeps) for number in paper_numbers()]
 
 
 def _row(number: PaperNumber, results: Mapping[str, xr.Dataset], virtual: bool) -> Row:
@@ -123,11 +136,20 @@ def _row(number: PaperNumber, results: Mapping[str, xr.Dataset], virtual: bool) 
     if number.why:
         return Row(number, Here(), origin, "not comparable", number.why)
     here = MEASURES[number.id](results) if number.id in MEASURES else Here(note="not in the table of sweeps")
+    if not np.isfinite(here.value) and (absent := _absent(number, results)):
+        return Row(number, Here(), origin, "not measured", absent)
     if origin == "put in":
         return Row(number, here, origin, "put in", "; ".join(filter(None, (here.note, _set_otherwise(number, here)))))
     if not np.isfinite(here.value):
         return Row(number, here, origin, "not measured", here.note)
     return Row(number, here, origin, *_verdict(number, here))
+
+
+def _absent(number: PaperNumber, results: Mapping[str, xr.Dataset]) -> str:
+    """That the whole half of the study is absent to which a number belongs; nothing if it is there."""
+    if number.is_neural:
+        return "" if populations(results) else NO_UNITS
+    return "" if "sweeps" in results else NO_SWEEPS
 
 
 def _set_otherwise(number: PaperNumber, here: Here) -> str:
@@ -145,7 +167,8 @@ def _verdict(number: PaperNumber, here: Here) -> tuple[Verdict, str]:
     elif number.kind == "bound":
         same = not (here.value > high or here.value < low)
     elif not np.isfinite(here.low):
-        return "not comparable", "no interval: fewer than two whiskers" + (f"; {here.note}" if here.note else "")
+        draws = "sessions" if number.is_neural else "whiskers"
+        return "not comparable", "; ".join(filter(None, (f"no interval: fewer than two {draws}", here.note)))
     else:
         same = here.low <= high and low <= here.high
     return ("same" if same else "differs"), here.note
@@ -198,13 +221,24 @@ def html_rows(rows: list[Row]) -> list[dict[str, str]]:
     ]
 
 
-SCALED = {"m": (1e3, "mm"), "Pa": (1e-9, "GPa"), "m/s": (1e3, "mm/s"), "s": (1e3, "ms")}
+SCALED = {
+    "m": (1e3, "mm"),
+    "Pa": (1e-9, "GPa"),
+    "m/s": (1e3, "mm/s"),
+    "s": (1e3, "ms"),
+    "1/(s m)": (1e-6, "AP/s/µm"),
+}
+_SMALL = 1e-4  # [m] lengths below it are told in µm
 
 
 def _shown(here: Here, unit: str) -> str:
     if not np.isfinite(here.value):
         return ""
     factor, name = SCALED.get(unit, (1.0, "" if unit == "1" else unit))
+    if unit == "m" and abs(here.value) < _SMALL:
+        factor, name = 1e6, "µm"
+    if unit == "s" and abs(here.value) >= 1:
+        factor, name = 1.0, "s"
     ends = f" ({factor * here.low:.4g} to {factor * here.high:.4g})" if np.isfinite(here.low) else ""
     n = f", N = {here.n:.0f}" if np.isfinite(here.n) else ""
     return f"{factor * here.value:.4g}{ends} {name}".strip() + n
