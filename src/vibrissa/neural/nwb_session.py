@@ -19,6 +19,7 @@ from vibrissa.neural.nwb import pynwb_module
 _BLOCK = 2**24  # bytes by which the file in memory grows
 
 AGE = re.compile(r"P(\d+Y)?(\d+M)?(\d+W)?(\d+D)?")
+SPECIES = re.compile(r"[A-Z][a-z]* [a-z]+|http://purl\.obolibrary\.org/obo/NCBITaxon_\d+/?")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,8 +42,8 @@ class Session:
         M, F, O (other) or U (unknown).
     species : str
         Latin binomial.
-    resolution : float or None
-        Least step between spike times, and between samples of waveforms [s]; None where it is not known.
+    resolution : float
+        Least step between spike times, and between samples of waveforms [s].
     probe : str
         What the electrodes are on.
     location : str
@@ -62,7 +63,7 @@ class Session:
     age: str
     sex: str = "M"
     species: str = "Rattus norvegicus"
-    resolution: float | None = 2.5e-5
+    resolution: float = 2.5e-5
     probe: str = "silicon probe"
     location: str = "barrel cortex"
     shanks: int = 8
@@ -74,6 +75,11 @@ class Session:
         for name in ("identifier", "description", "subject"):
             if not getattr(self, name).strip():
                 raise InputError(f"Session.{name}", "must not be empty")
+        for name in ("subject", "session"):
+            if "/" in getattr(self, name):
+                raise InputError(f"Session.{name}", "must not hold a /", repr(getattr(self, name)))
+        if not SPECIES.fullmatch(self.species):
+            raise InputError("Session.species", "must be a Latin name of two words", repr(self.species), "Mus musculus")
         if self.start.tzinfo is None:
             raise InputError("Session.start", "must have a time zone", self.start, "datetime(…, tzinfo=timezone.utc)")
         if self.age == "P" or not AGE.fullmatch(self.age):
@@ -82,7 +88,7 @@ class Session:
             raise InputError("Session.sex", "must be M, F, O or U", repr(self.sex))
         if self.shanks < 1 or self.sites < 1:
             raise InputError("Session.shanks and sites", "must be at least 1", (self.shanks, self.sites))
-        if self.resolution is not None and not 0 < self.resolution < np.inf:
+        if not 0 < self.resolution < np.inf:
             raise InputError("Session.resolution", "must be positive (s)", self.resolution)
 
     @property
@@ -127,23 +133,28 @@ def session_file(session: Session) -> Any:
     )
 
 
+def nwb_bytes(file: Any) -> bytes:
+    """Content of the file on the disk of a file of pynwb.
+
+    It is built in memory: the HDF5 library crashes where a disk fills up under it.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        memory = h5py.File(file.identifier, "w", driver="core", backing_store=False, block_size=_BLOCK)
+        with memory, pynwb_module().NWBHDF5IO(file=memory, mode="w") as io:
+            io.write(file)
+            memory.flush()
+            return bytes(memory.id.get_file_image())
+
+
 def save_nwb(file: Any, path: str | Path) -> None:
     """Write a file of pynwb, whole or not at all.
-
-    It is built in memory first: the HDF5 library crashes where a disk fills up under it.
 
     Raises
     ------
     InputError
         As :func:`vibrissa.files.written_whole`.
     """
-    pynwb = pynwb_module()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        memory = h5py.File(Path(path).name, "w", driver="core", backing_store=False, block_size=_BLOCK)
-        with memory, pynwb.NWBHDF5IO(file=memory, mode="w") as io:
-            io.write(file)
-            memory.flush()
-            content = memory.id.get_file_image()
+    content = nwb_bytes(file)
     with written_whole(path) as temporary:
         temporary.write_bytes(content)

@@ -87,7 +87,7 @@ def add_units(file: Any, spikes: xr.Dataset, session: Session) -> None:
         name="units",
         description="simulated units" if session.virtual else "sorted units",
         resolution=session.resolution,
-        waveform_rate=None if session.resolution is None else 1 / session.resolution,
+        waveform_rate=1 / session.resolution,
         electrode_table=file.electrodes if placed else None,
     )
     columns = _columns(spikes)

@@ -1,0 +1,138 @@
+"""The sweeps of one animal, for an archive: laid on one clock, a row and a stretch of each series for each."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibrissa.study.export_series import Array, Clock, add_intervals, add_series, add_table
+from vibrissa.study.sweeps import read_series
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+REASON = ("accepted", "rejected")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Laid:
+    """Sweeps on the session's clock.
+
+    Attributes
+    ----------
+    own, session : dict of arrays
+        By number: times of the sweep's samples, its own and the session's [s].
+    rejected : list of int
+        Numbers of those that have none.
+    """
+
+    own: dict[int, Array]
+    session: dict[int, Array]
+    rejected: list[int]
+
+
+def add_sweeps(
+    file: Any, module: Any, folder: Path, sweeps: xr.Dataset, comparison: xr.Dataset | None, clock: Clock
+) -> Laid:
+    """Add the sweeps of one animal.
+
+    Those accepted become rows of the intervals ``sweeps``, and their series one series each of all, in the order of the
+    table, so that an interval cuts a sweep out of it. Those rejected become rows of a table of their own: they have no
+    time.
+
+    Parameters
+    ----------
+    file, module : NWBFile, ProcessingModule
+        Of pynwb.
+    folder : Path
+        Results of the study.
+    sweeps : Dataset
+        Rows of the table that are this animal's.
+    comparison : Dataset, optional
+        Prediction against measurement, by sweep.
+    clock : Clock
+        Where they are laid.
+
+    Raises
+    ------
+    InputError
+        If the series of a sweep is missing.
+    """
+    accepted = sweeps.accepted.values.astype(bool)
+    numbers = [int(number) for number in sweeps.sweep.values[accepted]]
+    series = [read_series(folder, number) for number in numbers]
+    own = [one.time.values for one in series]
+    laid = [clock.lay(time) for time in own]
+    _add_joined(module, series, laid)
+    if numbers:
+        rows = _columns(sweeps.isel(sweep=accepted), comparison)
+        rows["own_start"] = _own_start([float(time[0]) for time in own])
+        add_intervals(file, "sweeps", _about(laid), laid, rows)
+    text = "sweeps that could not be analysed, and why; they have no series"
+    lost = _columns(sweeps.isel(sweep=~accepted), None).assign(rejected=sweeps.rejected[~accepted])
+    add_table(module, "rejected_sweeps", text, lost, "sweep")
+    rejected = [int(number) for number in sweeps.sweep.values[~accepted]]
+    return Laid(
+        own=dict(zip(numbers, own, strict=True)), session=dict(zip(numbers, laid, strict=True)), rejected=rejected
+    )
+
+
+def _add_joined(module: Any, series: list[xr.Dataset], laid: list[Array]) -> None:
+    """One series of all sweeps for each variable; a sweep without it, as one over an unknown texture, is left out."""
+    import xarray as xr
+
+    named = dict.fromkeys(str(name) for one in series for name in one.data_vars if "time" in one[name].dims)
+    together: dict[tuple[int, ...], list[str]] = {}
+    for name in named:
+        together.setdefault(tuple(k for k, one in enumerate(series) if name in one), []).append(name)
+    for having, names in together.items():
+        parts = [series[k][names].transpose("time", ...) for k in having]
+        whole = xr.concat(parts, "time", join="outer", combine_attrs="override")
+        add_series(
+            module, whole, np.concatenate([laid[k] for k in having]), comments="Sweeps laid one after the other."
+        )
+
+
+def _columns(sweeps: xr.Dataset, comparison: xr.Dataset | None) -> xr.Dataset:
+    """One column for each thing known of a sweep; what goes by mode, one for each mode; what nobody measured, none."""
+    import xarray as xr
+
+    whole = sweeps.reset_coords([name for name in sweeps.coords if name not in ("sweep", "mode")])
+    parts = [*_by_mode(whole), *([] if comparison is None else _by_mode(comparison.reindex(sweep=sweeps.sweep)))]
+    columns = {name: one for part in parts for name, one in part.items() if name not in REASON}
+    kept = {name: one for name, one in columns.items() if one.dtype.kind != "f" or np.isfinite(one.values).any()}
+    if "textures" in sweeps.attrs:
+        names = json.loads(sweeps.attrs["textures"])
+        words = [names[k] if 0 <= k < len(names) else "unknown" for k in whole.texture.values.tolist()]
+        kept["texture_name"] = xr.DataArray(words, dims="sweep", attrs={"long_name": "file of the texture"})
+    number = whole.sweep.reset_coords(drop=True).drop_vars("sweep")
+    return xr.Dataset({"sweep_number": number, **{name: one.drop_vars(one.coords) for name, one in kept.items()}})
+
+
+def _by_mode(data: xr.Dataset) -> list[dict[str, xr.DataArray]]:
+    """Columns of the variables by sweep, and of those by sweep and mode."""
+    columns: list[dict[str, xr.DataArray]] = []
+    for name, one in data.data_vars.items():
+        if one.dims == ("sweep",):
+            columns.append({str(name): one})
+        elif one.dims == ("sweep", "mode"):
+            columns.append({f"{name}_mode_{m}": one.sel(mode=m) for m in one.mode.values.tolist()})
+    return columns
+
+
+def _own_start(values: list[float]) -> tuple[str, list[float], dict[str, str]]:
+    return "sweep", values, {"units": "s", "long_name": "time of the first sample on the sweep's own clock"}
+
+
+def _about(laid: list[Array]) -> str:
+    gaps = [float(later[0] - earlier[-1]) for earlier, later in pairwise(laid)]
+    told = "sweeps: one whisker drawn once over one texture each, from its first to its last sample"
+    if not gaps:
+        return told
+    between = f"{min(gaps):.3g} to {max(gaps):.3g} s between two"
+    return f"{told}; when they were made is not known: they are laid in the order of the table, {between}"
