@@ -13,6 +13,7 @@ from vibrissa import __version__
 from vibrissa.cli.coding import demodulation, drives, information
 from vibrissa.cli.discriminate import discriminate
 from vibrissa.cli.explore import explore
+from vibrissa.cli.export import export
 from vibrissa.cli.geometry import atlas, whisker
 from vibrissa.cli.mechanics import gap, modes, profile
 from vibrissa.cli.neural import neural
@@ -70,6 +71,7 @@ app.command(sort)
 app.command(robustness)
 app.command(trials_needed)
 app.command(explore)
+app.command(export)
 
 
 def main() -> None:
