@@ -13,13 +13,14 @@ import numpy as np
 
 from vibrissa.study.laboratory import Laboratory
 from vibrissa.study.sweeps import run_laboratory
+from vibrissa.sweep.engine import Engine
 
 
 def main(frames: int = 3500, conditions: int = 2, textures: int = 5, workers: int = 2) -> None:
     laboratory = Laboratory(n_frames=frames, conditions=conditions, textures=textures)
     with tempfile.TemporaryDirectory() as folder:
         wall = time.perf_counter()
-        table = run_laboratory(laboratory, folder, workers=workers)
+        table = run_laboratory(laboratory, folder, engine=Engine(workers=workers))
         print(
             f"{laboratory.n_sweeps} sweeps of {frames} frames in {time.perf_counter() - wall:.0f} s on {workers} cores"
         )

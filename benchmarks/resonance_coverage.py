@@ -27,12 +27,15 @@ from vibrissa.stats import wilson_interval
 from vibrissa.study.backward import analyse
 from vibrissa.study.laboratory import SWEEP, Laboratory, VirtualSweep, plan
 from vibrissa.study.settings import Film
+from vibrissa.study.store import Job, made_of
 from vibrissa.study.sweep_analysis import Known, analyse_sweep
-from vibrissa.study.sweeps import Job, run_jobs, run_laboratory
+from vibrissa.study.sweeps import run_jobs, run_laboratory
 from vibrissa.study.virtual import lay_out
+from vibrissa.sweep.engine import Engine
 from vibrissa.video.camera import exposure_times
 from vibrissa.whisker import YOUNGS_MODULUS
 
+ONE = Engine(scheduler="synchronous")
 SPACING = 116e-6  # [m] of the nodes
 NOISE = 0.05, 0.022  # [pixels] of a node, at the contact and at the base
 ALIKE = 0.15  # correlation of neighbours
@@ -113,7 +116,7 @@ def job(lab: Laboratory, sweep: VirtualSweep) -> Job:
         "cone_angle": sweep.whisker.cone_angle,
         "timescale": replace(sweep.whisker, youngs_modulus=lab.youngs_modulus).timescale,
     }
-    return Job(sweep.number, row, partial(analysed, lab, sweep), f"{lab.seed} {sweep.number}")
+    return Job(row, partial(analysed, lab, sweep), made_of(seed=lab.seed, sweep=sweep.number))
 
 
 def main(folder: Path, count: int, filmed: bool) -> None:
@@ -121,9 +124,9 @@ def main(folder: Path, count: int, filmed: bool) -> None:
     for seed in range(count):
         out = folder / f"{'filmed' if filmed else 'tracked'}-{seed:03d}"
         if filmed:
-            run_laboratory(laboratory(seed), out, workers=1)
+            run_laboratory(laboratory(seed), out, engine=ONE)
         else:
-            run_jobs([job(laboratory(seed), one) for one in plan(laboratory(seed))[0]], out, {}, workers=1)
+            run_jobs([job(laboratory(seed), one) for one in plan(laboratory(seed))[0]], out, {}, ONE, None)
         print(f"{seed + 1} of {count} laboratories", file=sys.stderr, flush=True)
     tables = [load(path) for path in sorted(folder.glob(f"{'filmed' if filmed else 'tracked'}-*/sweeps.nc"))]
     tell(tables)

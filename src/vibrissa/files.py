@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import csv
+import fcntl
+import hashlib
 import os
+import platform
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -32,6 +36,8 @@ def written_whole(path: str | Path) -> Iterator[Path]:
     temporary = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     try:
         yield temporary
+        with open(temporary, "rb") as written:
+            os.fsync(written.fileno())  # else a power cut may leave the name without the content
         os.replace(temporary, path)
     except OSError as error:
         raise InputError(str(path), f"could not be written ({error.strerror or error})") from error
@@ -65,6 +71,73 @@ def load(path: str | Path) -> xr.Dataset:
         return xr.load_dataset(path, engine="h5netcdf", decode_times=False)
     except (OSError, ValueError, KeyError) as error:
         raise InputError(str(path), "must be a NetCDF file written by vibrissa", remedy=str(error)) from error
+
+
+@contextmanager
+def held(folder: str | Path) -> Iterator[Path]:
+    """Hold a folder of results, which need not exist yet, for this process alone; gives an empty folder beside it.
+
+    What makes the results writes into the folder that is given, and moves what is whole. It is removed in the end, and
+    a lock beside it; those that a killed process left are taken over.
+
+    Raises
+    ------
+    InputError
+        If another process holds it, or its parent does not exist or cannot be written.
+    """
+    folder = Path(folder).absolute()
+    if not folder.parent.is_dir():
+        raise InputError(str(folder.parent), "must be an existing folder", remedy="make it, or choose another --out")
+    if folder.exists() and not folder.is_dir():
+        raise InputError(str(folder), "must be a folder", remedy="choose another --out")
+    lock, work = folder.with_name(f".{folder.name}.lock"), folder.with_name(f".{folder.name}.part")
+    with _locked(lock, folder):
+        try:
+            shutil.rmtree(work, ignore_errors=True)
+            work.mkdir()
+            yield work
+        except OSError as error:
+            raise InputError(str(folder), f"could not be written ({error.strerror or error})") from error
+        finally:
+            shutil.rmtree(work, ignore_errors=True)
+
+
+@contextmanager
+def _locked(lock: Path, folder: Path) -> Iterator[None]:
+    """The system lets go of the lock when this process ends, whatever ends it."""
+    try:
+        file = open(lock, "a+", encoding="utf-8")  # noqa: SIM115 (closed below; here its own error is told)
+    except OSError as error:
+        raise InputError(str(folder), f"could not be written ({error.strerror or error})") from error
+    with file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            file.seek(0)
+            remedy = "wait for it, or choose another --out"
+            raise InputError(str(folder), "must not be in use", file.read() or "another run's", remedy) from error
+        if not lock.exists() or not os.path.samestat(os.fstat(file.fileno()), lock.stat()):
+            raise InputError(str(folder), "must not be in use", "a run that just ended", "try again")
+        file.truncate(0)
+        file.write(f"process {os.getpid()} on {platform.node()}")
+        file.flush()
+        try:
+            yield
+        finally:
+            lock.unlink(missing_ok=True)
+
+
+def digest(path: str | Path) -> str:
+    """SHA-256 of a file, or of all files of a folder with their names; nothing where it cannot be read."""
+    path = Path(path)
+    if path.is_dir():
+        parts = [f"{part.name} {digest(part)}" for part in sorted(path.iterdir()) if part.is_file()]
+        return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+    try:
+        with open(path, "rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return ""
 
 
 def text_lines(path: str | Path) -> list[tuple[int, str]]:

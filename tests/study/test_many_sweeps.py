@@ -11,14 +11,15 @@ from vibrissa.files import load
 from vibrissa.mechanics.follicle import follicle_signals
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.superposition import Scan, predict
-from vibrissa.study import many, sweeps
+from vibrissa.study import many, store
 from vibrissa.study.compared import compare_all
-from vibrissa.study.gratings import Comparison, new_gratings
+from vibrissa.study.gratings import new_gratings
 from vibrissa.study.laboratory import Laboratory
 from vibrissa.study.report_sweeps import sweeps_of
 from vibrissa.study.settings import read_study
 from vibrissa.study.study import run_study
 from vibrissa.study.sweep_verdict import mode_shares
+from vibrissa.sweep.engine import Engine
 from vibrissa.texture.io import write_troughs
 from vibrissa.texture.surface import random_grating
 from vibrissa.whisker import Whisker
@@ -36,7 +37,6 @@ speeds = [0.15]
 seed = 3
 [comparison]
 gratings = 19
-workers = 1
 """
 
 
@@ -114,15 +114,19 @@ def test_noise_of_the_nodes_lowers_all_shares_alike(out):
 def test_a_run_that_was_stopped_goes_on_where_it_was(out, tmp_path, monkeypatch):
     shutil.copytree(out, tmp_path / "out")
     (tmp_path / "study.toml").write_text(LABORATORY)
-    for lost in ("sweeps/0001.nc", "comparison/0000.nc", "report.html"):
+    sweep = f"sweeps/{load(out / 'sweeps.nc').address.values[1]}.nc"
+    compared = f"comparison/{sorted((out / 'comparison').iterdir())[0].name}"
+    for lost in (sweep, compared, "report.html"):
         (tmp_path / "out" / lost).unlink()
     without_model(monkeypatch)
     done = []
-    work = sweeps.do
-    monkeypatch.setattr(sweeps, "do", lambda job, folder: (done.append((folder.name, job.number)), work(job, folder)))
-    run_study(read_study(tmp_path / "study.toml"), tmp_path / "out")
-    assert sorted(done) == [("comparison", 0), ("sweeps", 1)]
-    for name in ("sweeps.nc", "sweeps/0001.nc", "comparison.nc", "gain.nc", "report.html"):
+    work = store.do
+    monkeypatch.setattr(
+        store, "do", lambda job, folder: (done.append(f"{folder.name}/{job.address}.nc"), work(job, folder))
+    )
+    run_study(read_study(tmp_path / "study.toml"), tmp_path / "out", engine=Engine(scheduler="synchronous"))
+    assert sorted(done) == [compared, sweep]
+    for name in ("sweeps.nc", sweep, "comparison.nc", "gain.nc", "report.html"):
         assert (tmp_path / "out" / name).read_bytes() == (out / name).read_bytes(), name
 
 
@@ -138,7 +142,7 @@ def test_a_fault_in_the_report_leaves_the_sweeps(out, tmp_path, monkeypatch):
     with pytest.raises(InputError, match="No space left on device"):
         run_study(read_study(tmp_path / "study.toml"), tmp_path / "out")
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["comparison", "sweeps", "sweeps.nc"]
-    assert [path for path in tmp_path.iterdir() if path.suffix == ".part"] == []
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["out", "study.toml"]
 
 
 def test_new_gratings_are_none_that_was_scanned():
@@ -154,7 +158,7 @@ def test_new_gratings_are_none_that_was_scanned():
 def test_without_a_texture_nothing_is_compared(out, tmp_path):
     table = load(out / "sweeps.nc")
     table["mode_rms_model"] = np.nan * table.mode_rms_model
-    assert compare_all(table, tmp_path, [], how=Comparison(), progress=lambda *_: None) is None
+    assert compare_all(table, tmp_path, [], engine=None, progress=lambda *_: None) is None
 
 
 def test_shares_of_recorded_sweeps_have_no_truth(out):
@@ -267,7 +271,7 @@ def test_a_users_movie_tracks_and_base_signal_go_through_the_same_code(tmp_path,
     base_csv(tmp_path)
     (tmp_path / "sweeps.csv").write_text(USER.format(shared=SHARED.resolve()))
     (tmp_path / "study.toml").write_text(
-        'name = "mine"\nsweeps = "sweeps.csv"\n[comparison]\nworkers = 1\n' + BASE + "guess = [90.0]\n"
+        'name = "mine"\nsweeps = "sweeps.csv"\n[comparison]\n' + BASE + "guess = [90.0]\n"
     )
     without_model(monkeypatch)
     lines = run_study(read_study(tmp_path / "study.toml"), tmp_path / "out")

@@ -14,13 +14,16 @@ from vibrissa.mechanics.stationary import fit_profile
 from vibrissa.study.laboratory import Laboratory, plan
 from vibrissa.study.nuisance import Nuisance
 from vibrissa.study.recorded_sweeps import read_sweeps
+from vibrissa.study.store import Job, made_of
 from vibrissa.study.sweep_analysis import analyse_sweep
 from vibrissa.study.sweep_table import COORDINATES, N_MODES, sweep_table
-from vibrissa.study.sweeps import Job, read_series, run_jobs, run_laboratory, run_recorded, series_path
+from vibrissa.study.sweeps import read_series, run_jobs, run_laboratory, run_recorded
 from vibrissa.study.virtual_sweep import filmed_sweep, virtual_sweep
+from vibrissa.sweep.engine import Engine
 from vibrissa.texture.io import write_troughs
 
 LABORATORY = Laboratory(animals=1, whiskers=("C1",), conditions=1, textures=1, n_frames=500, speeds=(0.15,), seed=3)
+ONE = Engine(scheduler="synchronous")
 HEADER = "track,animal,whisker,texture,scan_speed_mm_s,base_height_mm,length,cone_angle,exposure,substrate\n"
 WHAT = {"animal": "a", "whisker_name": "C1", "texture": 0, "condition": 0, "run": 0}
 
@@ -32,7 +35,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def table(folder):
-    return run_laboratory(LABORATORY, folder, workers=1)
+    return run_laboratory(LABORATORY, folder, engine=ONE)
 
 
 @pytest.fixture(scope="module")
@@ -113,8 +116,8 @@ def test_the_table_is_saved_with_what_made_it(table, folder):
 
 
 def test_equal_seeds_give_equal_bytes(table, folder, tmp_path):
-    run_laboratory(LABORATORY, tmp_path, workers=1)
-    for name in ("sweeps.nc", "sweeps/0000.nc"):
+    run_laboratory(LABORATORY, tmp_path, engine=ONE)
+    for name in ("sweeps.nc", f"sweeps/{table.address.values[0]}.nc"):
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
 
 
@@ -122,7 +125,7 @@ def test_equal_seeds_give_equal_bytes(table, folder, tmp_path):
 
 
 def job(number, work, mark="m"):
-    return Job(number, WHAT, work, mark)
+    return Job(WHAT, work, made_of(number=number, mark=mark))
 
 
 def given(contact):
@@ -133,15 +136,15 @@ def refuse(error):
     raise error
 
 
-def test_sweeps_of_the_same_mark_are_kept_and_others_done_anew(tmp_path):
-    run_jobs([job(0, given(0.1)), job(1, given(0.2))], tmp_path, {}, 1)
-    again = run_jobs([job(0, given(0.9)), job(1, given(0.9), mark="n")], tmp_path, {}, 1)
+def test_sweeps_made_of_the_same_are_kept_and_others_done_anew(tmp_path):
+    run_jobs([job(0, given(0.1)), job(1, given(0.2))], tmp_path, {}, ONE, None)
+    again = run_jobs([job(0, given(0.9)), job(1, given(0.9), mark="n")], tmp_path, {}, ONE, None)
     assert again.contact.values.tolist() == [0.1, 0.9]
 
 
 def test_a_sweep_that_cannot_be_analysed_is_reported_and_the_others_go_on(tmp_path):
     bad = [partial(refuse, InputError("the whisker", "must be seen")), partial(refuse, ConvergenceError("x", 1.0, 3))]
-    found = run_jobs([job(0, bad[0]), job(1, given(0.2)), job(2, bad[1])], tmp_path, {}, 1)
+    found = run_jobs([job(0, bad[0]), job(1, given(0.2)), job(2, bad[1])], tmp_path, {}, ONE, None)
     assert found.accepted.values.tolist() == [False, True, False]
     assert found.rejected.values[0] == "the whisker must be seen"
     assert "did not converge" in found.rejected.values[2]
@@ -150,20 +153,21 @@ def test_a_sweep_that_cannot_be_analysed_is_reported_and_the_others_go_on(tmp_pa
 
 def test_a_fault_of_the_program_is_no_rejected_sweep(tmp_path):
     with pytest.raises(ZeroDivisionError):
-        run_jobs([job(0, partial(refuse, ZeroDivisionError()))], tmp_path, {}, 1)
+        run_jobs([job(0, partial(refuse, ZeroDivisionError()))], tmp_path, {}, ONE, None)
     assert not (tmp_path / "sweeps.nc").exists()
 
 
 def test_processes_give_what_one_process_gives(tmp_path):
     jobs = [job(number, given(number / 10)) for number in range(3)]
     told = []
-    one = run_jobs(jobs, tmp_path / "one", {}, 1)
-    two = run_jobs(jobs, tmp_path / "two", {}, 2, lambda *progress: told.append(progress))
+    one = run_jobs(jobs, tmp_path / "one", {}, ONE, None)
+    two = run_jobs(jobs, tmp_path / "two", {}, Engine(workers=2), lambda *progress: told.append(progress))
     assert one.identical(two)
     assert told[-1] == ("sweeps", 3, 3)
-    for number in range(3):
-        a, b = (series_path(tmp_path / name / "sweeps", number).read_bytes() for name in ("one", "two"))
-        assert a == b
+    files = [sorted((tmp_path / name / "sweeps").iterdir()) for name in ("one", "two")]
+    assert [path.name for path in files[0]] == sorted(f"{one}.nc" for one in one.address.values)
+    for a, b in zip(*files, strict=True):
+        assert a.read_bytes() == b.read_bytes()
 
 
 # A user's table
@@ -184,7 +188,7 @@ def test_a_users_sweeps_are_analysed_like_the_laboratorys(recorded, filmed, tmp_
     unknown = recorded.replace("texture.csv", "unknown")
     lines = [f"track.nc,{recorded}", f"absent.nc,{recorded}", f"track.nc,{unknown}"]
     (tmp_path / "sweeps.csv").write_text(HEADER + "\n".join(lines))
-    found = run_recorded(tmp_path / "sweeps.csv", tmp_path / "out", workers=1)
+    found = run_recorded(tmp_path / "sweeps.csv", tmp_path / "out", engine=ONE)
     assert found.accepted.values.tolist() == [True, False, True]
     assert "absent.nc must be an existing file" in found.rejected.values[1]
     assert found.texture.values.tolist() == [0, 0, -1]

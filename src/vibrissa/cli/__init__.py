@@ -17,8 +17,8 @@ from vibrissa.cli.export import export
 from vibrissa.cli.geometry import atlas, whisker
 from vibrissa.cli.mechanics import gap, modes, profile
 from vibrissa.cli.neural import neural
-from vibrissa.cli.options import Json
-from vibrissa.cli.output import progress_bars, show, tell
+from vibrissa.cli.options import Json, Scheduler, Workers
+from vibrissa.cli.output import progress_bars, show, stoppable, tell
 from vibrissa.cli.pick import pick
 from vibrissa.cli.replay import replay
 from vibrissa.cli.results import base, figure, posture, sweeps
@@ -36,8 +36,17 @@ app = App(name="vibrissa", help="From surface to spikes: how a rat's whisker fee
 
 
 @app.command
-def run(study: Path | None = None, *, out: Path = Path("vibrissa-out"), json: Json = False) -> None:
+def run(
+    study: Path | None = None,
+    *,
+    out: Path = Path("vibrissa-out"),
+    scheduler: Scheduler = "processes",
+    workers: Workers = None,
+    json: Json = False,
+) -> None:
     """Run a study: the main job. Without one, the built-in virtual experiment.
+
+    A run that was stopped, by Ctrl-C or anything else, goes on where it was by the same command.
 
     Parameters
     ----------
@@ -48,9 +57,11 @@ def run(study: Path | None = None, *, out: Path = Path("vibrissa-out"), json: Js
     """
     from vibrissa.study.settings import read_study
     from vibrissa.study.study import run_study
+    from vibrissa.sweep.engine import Engine
 
-    with progress_bars() as progress:
-        verdict = run_study(read_study(study), out, progress=progress)
+    engine = Engine(scheduler=scheduler, workers=workers)
+    with stoppable(out), progress_bars() as progress:
+        verdict = run_study(read_study(study), out, engine=engine, progress=progress)
     tell(f"the report is {out / 'report.html'}")
     show(verdict, None, json, None)
 

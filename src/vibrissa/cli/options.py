@@ -32,6 +32,14 @@ OfModes = Annotated[
         "axial force."
     ),
 ]
+Scheduler = Annotated[
+    str,
+    Parameter(
+        help="Who does what comes by the many: processes, threads or synchronous, of this machine, or the address of a "
+        "Dask scheduler, tcp://HOST:PORT. The results are the same."
+    ),
+]
+Workers = Annotated[int | None, Parameter(help="Processes or threads of this machine; one per core by default.")]
 Atlas = Annotated[str | None, Parameter(help="Take a measured rat whisker instead: C2, beta, …")]
 
 

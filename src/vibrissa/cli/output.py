@@ -38,6 +38,24 @@ def progress_bars() -> Iterator[Progress]:
         yield tell
 
 
+@contextmanager
+def stoppable(out: Path) -> Iterator[None]:
+    """On Ctrl-C, or what a batch system sends when time is up, stop cleanly and say how to go on."""
+    import signal
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    except KeyboardInterrupt:
+        tell(f"stopped; what is done is kept in {out}, and the same command goes on from there")
+        raise
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
 def show(data: xr.Dataset, names: Sequence[str] | None, json: bool, out: Path | None) -> None:
     """Write the dataset if asked, then print the named variables as JSON or as a table."""
     from vibrissa.files import save

@@ -7,15 +7,22 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from vibrissa.cli.options import Atlas, Json, OfWhisker, Out, cone_of, needed_cone
-from vibrissa.cli.output import progress_bars, show, tell
+from vibrissa.cli.options import Atlas, Json, OfWhisker, Out, Scheduler, Workers, cone_of, needed_cone
+from vibrissa.cli.output import progress_bars, show, stoppable, tell
 from vibrissa.cli.pictures import Picture, refuse_picture, write_picture
 from vibrissa.cli.points import line_of
 from vibrissa.errors import InputError
 
 
 def sweeps(
-    table: Path, *, out: Path, gratings: int = 39, jitter: int = 0, workers: int | None = None, json: Json = False
+    table: Path,
+    *,
+    out: Path,
+    gratings: int = 39,
+    jitter: int = 0,
+    scheduler: Scheduler = "processes",
+    workers: Workers = None,
+    json: Json = False,
 ) -> None:
     """Many recorded sweeps, listed in a table: posture, modes, resonances, prediction against measurement, report.
 
@@ -33,17 +40,17 @@ def sweeps(
         New gratings of the textures' statistics whose predictions tell what correlation chance gives.
     jitter
         Sweeps whose prediction is disturbed by jitter of the tip.
-    workers
-        Processes; one per core by default.
     """
     from vibrissa.study.gratings import Comparison
     from vibrissa.study.settings import Study
     from vibrissa.study.study import run_study
+    from vibrissa.sweep.engine import Engine
 
-    how = Comparison(gratings=gratings, jitter=jitter, workers=workers)
+    engine = Engine(scheduler=scheduler, workers=workers)
+    how = Comparison(gratings=gratings, jitter=jitter)
     study = Study(name=f"Sweeps of {table.name}", sweeps=table.name, comparison=how, folder=table.parent)
-    with progress_bars() as progress:
-        lines = run_study(study, out, progress=progress)
+    with stoppable(out), progress_bars() as progress:
+        lines = run_study(study, out, engine=engine, progress=progress)
     tell(f"the report is {out / 'report.html'}")
     show(lines, None, json, None)
 

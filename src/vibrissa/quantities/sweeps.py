@@ -86,6 +86,7 @@ SWEEPS: dict[str, Quantity] = {
     "envelope_model": Quantity(("mode", "time"), "1", "envelope of the predicted mode displacement, over L"),
     "phase_jitter": Quantity((), "m", "rms of the tip's motion along the texture beside the steady scan"),
     "accepted": Quantity((), "1", "whether the sweep was analysed to the end"),
+    "address": Quantity((), "1", "name of the file that holds the sweep, made of all that the sweep depends on"),
     "rejected": Quantity((), "1", "why a sweep was not analysed; nothing where it was"),
     "first_resonance": Quantity((), "Hz", "resonant frequency of mode 1; white forcing where no texture is known"),
     "first_damping": Quantity((), "1", "damping ratio of mode 1; white forcing where no texture is known"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Sequence
 from functools import partial
@@ -14,9 +15,11 @@ from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.files import load
 from vibrissa.mechanics.comparison import compare_sweeps, found_scan
 from vibrissa.mechanics.superposition import Prediction, predict
-from vibrissa.study.gratings import Comparison, Textures
+from vibrissa.study.gratings import Textures
 from vibrissa.study.phase_jitter import jittered
-from vibrissa.study.sweeps import Job, Progress, finish, mark_of, read_series, series_path
+from vibrissa.study.store import Job, Progress, Row, finish, made_of, path_of
+from vibrissa.study.sweeps import FOLDER, read_series
+from vibrissa.sweep.engine import Engine
 from vibrissa.texture.io import read_troughs
 from vibrissa.texture.surface import Troughs
 
@@ -33,7 +36,7 @@ def textures_of(table: str | Path, sweeps: xr.Dataset) -> Textures:
 
 
 def compare_all(
-    sweeps: xr.Dataset, out: Path, gratings: Sequence[Troughs], *, how: Comparison, progress: Progress
+    sweeps: xr.Dataset, out: Path, gratings: Sequence[Troughs], *, engine: Engine | None, progress: Progress
 ) -> xr.Dataset | None:
     """Hold the prediction of every accepted sweep against its measurement.
 
@@ -42,11 +45,11 @@ def compare_all(
     sweeps : Dataset
         The table of sweeps.
     out : Path
-        Its folder; each sweep's result is kept in ``comparison/NNNN.nc``.
+        Its folder; each sweep's result is kept in a file of ``comparison``.
     gratings : sequence of Troughs
         From :func:`new_gratings`.
-    how, progress
-        Processes; called with ("comparing", done, total).
+    engine, progress
+        Who does the work; called with ("comparing", done, total).
 
     Returns
     -------
@@ -57,25 +60,27 @@ def compare_all(
 
     if not np.isfinite(sweeps.mode_rms_model.values).any():
         return None
-    jobs = [_job(sweeps.isel(sweep=[i]), out, list(gratings)) for i in range(sweeps.sizes["sweep"])]
-    finish(jobs, out / "comparison", "comparing", how.workers, progress)
-    rows = [load(series_path(out / "comparison", job.number)) for job in jobs]
-    for row in rows:
-        if "correlation" not in row:
-            raise InputError("comparison", "could not be made", json.loads(row.attrs["row"])["rejected"])
+    numbers = sweeps.sweep.values.tolist()
+    jobs = [_job(sweeps.isel(sweep=[i]), out, list(gratings)) for i in range(len(numbers))]
+    found = finish(jobs, out / "comparison", "comparing", engine, progress)
+    for row in found:
+        if not row["accepted"]:
+            raise InputError("comparison", "could not be made", row["rejected"])
+    rows = [load(path_of(out / "comparison", row["address"])) for row in found]
+    rows = [row.assign_coords(sweep=[number]) for row, number in zip(rows, numbers, strict=True)]
     whole = xr.concat(rows, "sweep", combine_attrs="drop")
     return whole.assign_attrs({name: rows[0].attrs[name] for name in _TOLD})
 
 
 def _job(row: xr.Dataset, out: Path, gratings: list[Troughs]) -> Job:
-    number = int(row.sweep[0])
-    made_of = load(series_path(out / "sweeps", number)).attrs["mark"]
-    shape = [[float(one.position.sum()), float(one.width.sum())] for one in gratings]
-    return Job(number, {}, partial(_compared, row, out, gratings), mark_of("comparison", made_of, shape))
+    series = path_of(out.absolute() / FOLDER, str(row.address.values[0]))
+    drawn = [hashlib.sha256(np.concatenate([one.position, one.width]).tobytes()).hexdigest() for one in gratings]
+    of = made_of(comparison_of=str(row.address.values[0]), gratings=drawn)
+    return Job({}, partial(_compared, row.assign_coords(sweep=[0]), series, gratings), of)
 
 
-def _compared(row: xr.Dataset, out: Path, gratings: list[Troughs]) -> tuple[dict[str, object], xr.Dataset]:
-    return {}, compare_sweeps(row, partial(read_series, out), gratings)
+def _compared(row: xr.Dataset, series: Path, gratings: list[Troughs]) -> tuple[Row, xr.Dataset]:
+    return {}, compare_sweeps(row, lambda _: load(series), gratings)
 
 
 def jitter_of(sweeps: xr.Dataset, out: Path, textures: Textures, count: int) -> xr.Dataset | None:

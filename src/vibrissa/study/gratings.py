@@ -29,19 +29,15 @@ class Comparison:
         1/(1 + their number). 0 for none.
     jitter : int
         Sweeps whose prediction is disturbed by jitter of the tip, to see what jitter does to the correlation; 0: none.
-    workers : int, optional
-        Processes; one per core by default.
     """
 
     gratings: int = 39
     jitter: int = 0
-    workers: int | None = None
 
     def __post_init__(self) -> None:
-        for name, least in (("gratings", 0), ("jitter", 0), ("workers", 1)):
-            value = getattr(self, name)
-            if value is not None and not least <= value <= MOST:
-                raise InputError(f"Comparison.{name}", f"must lie between {least} and {MOST}", value)
+        for name in ("gratings", "jitter"):
+            if not 0 <= getattr(self, name) <= MOST:
+                raise InputError(f"Comparison.{name}", f"must lie between 0 and {MOST}", getattr(self, name))
 
 
 def new_gratings(source: Laboratory | Textures, numbers: Sequence[int], count: int) -> list[Troughs]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import cycle
 from typing import Literal
 
 import numpy as np
@@ -46,9 +48,13 @@ class Laboratory:
     animals : int
         Number of animals.
     whiskers : (str, ...)
-        Positions in the atlas.
-    conditions, textures, runs : int
-        Conditions per whisker, textures (the same plates for all conditions), repeats of the same sweep.
+        Positions in the atlas; or a list of them for each animal in turn.
+    conditions : int
+        Conditions per whisker; or a number for each whisker in turn.
+    textures : int
+        Textures per condition, the same plates for all; or a number for each condition in turn.
+    runs : int
+        Repeats of the same sweep.
     speeds : (float, ...)
         Scanning speeds [m/s].
     base_heights : (float, float)
@@ -71,8 +77,10 @@ class Laboratory:
         Reading of the random gratings.
     texture_length, mean_period : float
         [m].
-    n_frames, subframes : int
-        Frames of a movie, and instants of an exposure.
+    n_frames : int or "plate"
+        Frames of a movie; ``plate``: as many as the texture lasts at the sweep's speed.
+    subframes : int
+        Instants of an exposure.
     camera : Camera
         Its ``width`` and ``height`` are those of the field of view; they do not count if ``crop``.
     crop : bool
@@ -88,9 +96,9 @@ class Laboratory:
     """
 
     animals: int = 2
-    whiskers: tuple[str, ...] = ("beta", "C1", "C2")
-    conditions: int = 2
-    textures: int = 6
+    whiskers: tuple[str, ...] | tuple[tuple[str, ...], ...] = ("beta", "C1", "C2")
+    conditions: int | tuple[int, ...] = 2
+    textures: int | tuple[int, ...] = 6
     runs: int = 1
     speeds: tuple[float, ...] = (0.1, 0.15, 0.2)
     base_heights: Interval = (14e-3, 33e-3)
@@ -107,7 +115,7 @@ class Laboratory:
     reading: Literal["telegraph", "widths"] = "telegraph"
     texture_length: float = 0.35
     mean_period: float = 0.6e-3
-    n_frames: int = 3500
+    n_frames: int | Literal["plate"] = 3500
     subframes: int = 3
     camera: Camera = field(default_factory=lambda: Camera(width=500, height=450))
     crop: bool = True
@@ -118,21 +126,39 @@ class Laboratory:
 
     def __post_init__(self) -> None:
         for name in ("animals", "conditions", "textures", "runs"):
-            if not getattr(self, name) >= 1:
+            if not in_turn(getattr(self, name)) or min(in_turn(getattr(self, name))) < 1:
                 raise InputError(f"Laboratory.{name}", "must be at least 1", getattr(self, name))
         known = {entry.name for entry in atlas() if entry.n_cone}
-        for name in self.whiskers:
-            if name not in known:
-                raise InputError("Laboratory.whiskers", "must be positions of the atlas with a cone", repr(name))
+        for names in self._lists:
+            for name in names or ("none",):
+                if name not in known:
+                    raise InputError("Laboratory.whiskers", "must be positions of the atlas with a cone", repr(name))
         for name, top in (("base_heights", np.inf), ("base_angles", np.pi / 2), ("contacts", 1.0)):
             low, high = getattr(self, name)
             if not 0 < low <= high < top:
                 raise InputError(f"Laboratory.{name}", f"must rise within 0 … {top:.4g}", (low, high))
         if not self.whiskers or not self.speeds or not all(0 < speed < np.inf for speed in self.speeds):
             raise InputError("Laboratory", "must have whiskers, and speeds that are positive (m/s)", self.speeds)
-        if self.camera.frame_rate * self.texture_length / max(self.speeds) < self.n_frames:
-            longest = int(self.camera.frame_rate * self.texture_length / max(self.speeds))
+        longest = self._plate(max(self.speeds))
+        if self.n_frames != "plate" and not 1 <= self.n_frames <= longest:
             raise InputError("Laboratory.n_frames", "must not outlast the texture", self.n_frames, f"at most {longest}")
+
+    @property
+    def _lists(self) -> tuple[tuple[str, ...], ...]:
+        """Whiskers of each animal in turn."""
+        lists = tuple(one for one in self.whiskers if not isinstance(one, str))
+        return lists or (tuple(one for one in self.whiskers if isinstance(one, str)),)
+
+    def whiskers_of(self, animal: int) -> tuple[str, ...]:
+        """Positions of the whiskers of one animal."""
+        return self._lists[animal % len(self._lists)]
+
+    def _plate(self, speed: float) -> int:
+        return int(self.camera.frame_rate * self.texture_length / speed + 1e-6)
+
+    def frames(self, speed: float) -> int:
+        """Frames of a sweep at a speed [m/s]."""
+        return self._plate(speed) if self.n_frames == "plate" else self.n_frames
 
     def rng(self, purpose: int, *numbers: int) -> np.random.Generator:
         """Source of randomness for one purpose, and the numbers it goes by."""
@@ -143,10 +169,22 @@ class Laboratory:
         rng = self.rng(TEXTURE, number)
         return random_grating(self.texture_length, rng=rng, reading=self.reading, mean_period=self.mean_period)
 
+    def preparations(self) -> Iterator[tuple[int, int, str, list[int]]]:
+        """Animal, number and position of each whisker, and how many textures each of its conditions has."""
+        conditions, textures = cycle(in_turn(self.conditions)), cycle(in_turn(self.textures))
+        for a in range(self.animals):
+            for w, name in enumerate(self.whiskers_of(a)):
+                yield a, w, name, [next(textures) for _ in range(next(conditions))]
+
     @property
     def n_sweeps(self) -> int:
         """Number of sweeps."""
-        return self.animals * len(self.whiskers) * self.conditions * self.textures * self.runs
+        return self.runs * sum(sum(textures) for _, _, _, textures in self.preparations())
+
+
+def in_turn(count: int | tuple[int, ...]) -> tuple[int, ...]:
+    """Numbers that are taken in turn."""
+    return (count,) if isinstance(count, int) else count
 
 
 @dataclass(frozen=True)
@@ -194,26 +232,26 @@ def plan(laboratory: Laboratory) -> tuple[list[VirtualSweep], dict[str, int]]:
     InputError
         If a whisker finds no condition in 500 draws.
     """
-    widths = np.concatenate([laboratory.grating(number).width for number in range(laboratory.textures)])
+    plates = max(in_turn(laboratory.textures))
+    widths = np.concatenate([laboratory.grating(number).width for number in range(plates)])
     widest = Troughs(position=np.array([1e-3]), width=widths.max(keepdims=True))
     impossible: Counter[str] = Counter(height=0, contact=0, fold=0)
     sweeps: list[VirtualSweep] = []
-    for a in range(laboratory.animals):
-        for w, name in enumerate(laboratory.whiskers):
-            whisker, damping = _drawn_whisker(laboratory, a, w)
-            for c in range(laboratory.conditions):
-                speed = laboratory.speeds[(a * len(laboratory.whiskers) + w + c) % len(laboratory.speeds)]
-                scan = Scan(speed=speed, damping=damping, response=laboratory.response, jump=laboratory.jump)
-                posture, height = _drawn_posture(laboratory, (a, w, c), whisker, widest, scan, impossible)
-                for key in ((a, w, c, t, r) for t in range(laboratory.textures) for r in range(laboratory.runs)):
-                    sweeps.append(VirtualSweep(len(sweeps), key, name, whisker, posture, scan, height))
+    for number, (a, w, name, conditions) in enumerate(laboratory.preparations()):
+        whisker, damping = _drawn_whisker(laboratory, a, w, name)
+        for c, textures in enumerate(conditions):
+            speed = laboratory.speeds[(number + c) % len(laboratory.speeds)]
+            scan = Scan(speed=speed, damping=damping, response=laboratory.response, jump=laboratory.jump)
+            posture, height = _drawn_posture(laboratory, (a, w, c), whisker, widest, scan, impossible)
+            for key in ((a, w, c, t, r) for t in range(textures) for r in range(laboratory.runs)):
+                sweeps.append(VirtualSweep(len(sweeps), key, name, whisker, posture, scan, height))
     return sweeps, dict(impossible)
 
 
-def _drawn_whisker(laboratory: Laboratory, animal: int, whisker: int) -> tuple[Whisker, float]:
+def _drawn_whisker(laboratory: Laboratory, animal: int, whisker: int, name: str) -> tuple[Whisker, float]:
     """Whisker with its true E and ρ, and its true ζ."""
     rng = laboratory.rng(WHISKER, animal, whisker)
-    entry = next(entry for entry in atlas() if entry.name == laboratory.whiskers[whisker])
+    entry = next(entry for entry in atlas() if entry.name == name)
     stiffness, loss = np.exp(rng.standard_normal(2) * (laboratory.youngs_modulus_spread, laboratory.damping_spread))
     drawn = Whisker(
         length=entry.length + entry.length_sd * _truncated(rng),

@@ -20,10 +20,12 @@ from vibrissa.study.gratings import Textures, new_gratings
 from vibrissa.study.laboratory import Laboratory, plan
 from vibrissa.study.model_figures import model_results
 from vibrissa.study.recorded_sweeps import profile_of, read_sweeps
+from vibrissa.study.store import Progress
 from vibrissa.study.sweep_analysis import DAMPING, Line
 from vibrissa.study.sweep_verdict import mode_shares, sweep_verdict
-from vibrissa.study.sweeps import Progress, run_laboratory, run_recorded
+from vibrissa.study.sweeps import run_laboratory, run_recorded
 from vibrissa.study.virtual_sweep import filmed_sweep
+from vibrissa.sweep.engine import Engine
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,7 +36,7 @@ if TYPE_CHECKING:
 Datasets = dict[str, "xr.Dataset"]
 
 
-def many_sweeps(study: Study, out: Path, progress: Progress) -> Datasets:
+def many_sweeps(study: Study, out: Path, engine: Engine | None, progress: Progress) -> Datasets:
     """Run the laboratory or the table of a study; what was done before in ``out`` is kept.
 
     Parameters
@@ -43,8 +45,8 @@ def many_sweeps(study: Study, out: Path, progress: Progress) -> Datasets:
         With ``laboratory`` or ``sweeps``.
     out : Path
         Folder of the results; made if absent.
-    progress : callable
-        Called with (stage, done, total).
+    engine, progress
+        Who does the work; called with (stage, done, total).
 
     Returns
     -------
@@ -55,11 +57,11 @@ def many_sweeps(study: Study, out: Path, progress: Progress) -> Datasets:
     """
     how, source = study.comparison, study.laboratory
     if source is not None:
-        sweeps = run_laboratory(source, out, workers=how.workers, progress=progress)
+        sweeps = run_laboratory(source, out, engine=engine, progress=progress)
         textures: Textures = source.grating
     else:
         table = study.folder / str(study.sweeps)
-        sweeps = run_recorded(table, out, workers=how.workers, progress=progress)
+        sweeps = run_recorded(table, out, engine=engine, progress=progress)
         textures = textures_of(table, sweeps)
     results = {"sweeps": sweeps}
     if not sweeps.accepted.values.any():
@@ -69,7 +71,7 @@ def many_sweeps(study: Study, out: Path, progress: Progress) -> Datasets:
         results["sweep_verdict"] = sweep_verdict(sweeps)
     known = sorted({int(number) for number in sweeps.texture.values[sweeps.accepted.values] if number >= 0})
     gratings = new_gratings(source or textures, known, how.gratings)
-    comparison = compare_all(sweeps, out, gratings, how=how, progress=progress)
+    comparison = compare_all(sweeps, out, gratings, engine=engine, progress=progress)
     if comparison is not None:
         results["comparison"] = comparison
     results["gain"] = gain_table(sweeps)

@@ -207,6 +207,18 @@ def _told(*path: str) -> Measure:
     return of
 
 
+def _frames(results: Results) -> Here:
+    told = _told("n_frames")
+    if (
+        "sweeps" not in results
+        or json.loads(results["sweeps"].attrs.get("laboratory", "{}")).get("n_frames") != "plate"
+    ):
+        return told(results)
+    plate = _told("texture_length")(results).value * _told("camera", "frame_rate")(results).value
+    count = plate / results["sweeps"].scan_speed.values
+    return Here(float(np.median(count)), float(count.min()), float(count.max()), count.size, "as the plate lasts")
+
+
 MEASURES: dict[str, Measure] = {
     "animals": count(lambda sweeps: sweeps.animal.values),
     "whiskers": count(whiskers_of),
@@ -223,7 +235,7 @@ MEASURES: dict[str, Measure] = {
     "pixel": _told("camera", "pixel_size"),
     "field": _told("camera", "width"),
     "shadow": _told("shadow"),
-    "frames": _told("n_frames"),
+    "frames": _frames,
     "density": _told("density"),
     "noise": _noise,
     "profile_r2": mean_of("profile_r2"),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
-from vibrissa.files import save
+from vibrissa.files import held, save
 from vibrissa.mechanics.resonance import fit_modes
 from vibrissa.neural.coupling import bin_means
 from vibrissa.neural.response import spike_counts
@@ -28,6 +27,7 @@ from vibrissa.study.settings import Film, Study, UnitRecording
 from vibrissa.study.sweeps import read_series
 from vibrissa.study.verdict import hold_against
 from vibrissa.study.virtual import exposed_signals, film_motion, lay_out, predicted_motion, record_unit
+from vibrissa.sweep.engine import Engine
 from vibrissa.video.movie import read_blocks, write_movie
 from vibrissa.video.tracking import Calibration, track
 
@@ -43,7 +43,9 @@ NODE_SPACING = 116e-6  # [m] the paper's median
 _EVERY = 8  # nodes from one to the next whose truth is kept
 
 
-def run_study(study: Study, out: str | Path, *, progress: Progress | None = None) -> xr.Dataset:
+def run_study(
+    study: Study, out: str | Path, *, engine: Engine | None = None, progress: Progress | None = None
+) -> xr.Dataset:
     """Run a study and write its datasets (NetCDF), its movie if virtual, its verdict and its report.
 
     Parameters
@@ -53,6 +55,8 @@ def run_study(study: Study, out: str | Path, *, progress: Progress | None = None
     out : path
         Folder of the results; made if absent, files of the same name replaced, only once all went well. Many sweeps are
         kept one by one, in ``sweeps`` and ``comparison``: a run that was stopped goes on where it was.
+    engine : Engine, optional
+        Who does the work that comes by the many; a process per core by default.
     progress : callable, optional
         Called with (stage, done, total); total 0 where it is not known.
 
@@ -65,24 +69,17 @@ def run_study(study: Study, out: str | Path, *, progress: Progress | None = None
     Raises
     ------
     InputError
-        If an input is bad or the folder cannot be written.
+        If an input is bad, the folder cannot be written, or another run is at work in it.
     """
-    out = Path(out)
-    _writable(out)
-    work = out.with_name(f".{out.name}.{os.getpid()}.part")
-    try:
-        work.mkdir()
-        results = _results(study, work, out, progress or (lambda *_: None))
+    out = Path(out).absolute()
+    with held(out) as work:
+        results = _results(study, work, out, engine, progress or (lambda *_: None))
         write_report(study, results, work / "report.html", partial(read_series, out))
         for name, data in results.items():
             save(data, work / f"{name}.nc")
         out.mkdir(exist_ok=True)
         for made in sorted(work.iterdir()):
             os.replace(made, out / made.name)
-    except OSError as error:
-        raise InputError(str(out), f"could not be written ({error.strerror or error})") from error
-    finally:
-        shutil.rmtree(work, ignore_errors=True)
     return _told(results)
 
 
@@ -97,21 +94,14 @@ def _told(results: Datasets) -> xr.Dataset:
     return base_lines(results)
 
 
-def _writable(out: Path) -> None:
-    if not out.absolute().parent.is_dir():
-        raise InputError(str(out.parent), "must be an existing folder", remedy="make it, or choose another --out")
-    if out.exists() and not out.is_dir():
-        raise InputError(str(out), "must be a folder", remedy="choose another --out")
-
-
-def _results(study: Study, work: Path, out: Path, progress: Progress) -> Datasets:
+def _results(study: Study, work: Path, out: Path, engine: Engine | None, progress: Progress) -> Datasets:
     """Every dataset the study's parts allow, in the order of the work."""
     results: Datasets = {}
     for number, signal in enumerate(study.base_signal, 1):
         progress("base signals", number, len(study.base_signal))
         results[f"base_signal_{number}"] = analyse_signal(signal, study.folder)
     if study.laboratory is not None or study.sweeps is not None:
-        results |= many_sweeps(study, out, progress)
+        results |= many_sweeps(study, out, engine, progress)
     if study.film is not None or study.movie is not None:
         results |= _one_movie(study, work, progress)
     return results

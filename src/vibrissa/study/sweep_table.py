@@ -63,7 +63,7 @@ def sweep_table(rows: Sequence[Mapping[str, Any]], attrs: Mapping[str, Any] | No
         ``youngs_modulus_true``, ``phase_jitter`` (sweep); ``resonant_frequency_true``, ``damping_true``,
         ``mode_rms_true``, ``variance_explained_true`` (sweep, mode).
 
-        ``accepted`` and ``rejected`` (sweep).
+        ``accepted`` and ``rejected`` (sweep); ``address``, the file of each sweep's time series.
     """
     import xarray as xr
 
@@ -73,7 +73,11 @@ def sweep_table(rows: Sequence[Mapping[str, Any]], attrs: Mapping[str, Any] | No
     table |= {name: _labelled(name, [row.get(name, np.nan) for row in rows]) for name in (*SET, *own)}
     lost = np.full(N_MODES, np.nan)
     table |= {name: _labelled(name, [row.get(name, lost) for row in rows]) for name in by_mode}
-    table |= {name: _labelled(name, [row[name] for row in rows]) for name in ("accepted", "rejected")}
+    table |= {
+        name: _labelled(name, [row[name] for row in rows])
+        for name in ("accepted", "rejected", "address")
+        if name in rows[0]
+    }
     numbers = {"sweep": np.arange(len(rows)), "mode": np.arange(1, N_MODES + 1)}
     coordinates = {name: ((name,), values, _words(name)) for name, values in numbers.items()}
     whole = xr.Dataset(table, coordinates, {**(attrs or {}), "vibrissa_version": __version__})

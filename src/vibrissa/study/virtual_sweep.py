@@ -145,7 +145,7 @@ def _film(prediction: Prediction, laboratory: Laboratory, rng: np.random.Generat
     nuisance, pixels, light = laboratory.nuisance, int(rng.integers(2**31)), int(rng.integers(2**31))
     drift = Light(drift=nuisance.light_drift, drift_time=nuisance.drift_time, seed=light)
     film = Film(
-        n_frames=laboratory.n_frames,
+        n_frames=laboratory.frames(prediction.scan.speed),
         subframes=laboratory.subframes,
         seed=pixels,
         camera=laboratory.camera,
