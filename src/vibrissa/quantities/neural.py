@@ -108,4 +108,12 @@ NEURAL: dict[str, Quantity] = {
     "noise_ceiling": Quantity(("unit",), "1", "correlation of the rates of odd and even trials"),
     "sub_threshold_rate": Quantity(("unit",), "Hz", "rate in bins whose envelope stays below the threshold"),
     "spontaneous_rate": Quantity(("unit",), "Hz", "rate in the spontaneous window"),
+    # populations: a line for each
+    "population_name": Quantity(("population_name",), "1", "name of a recording or of a simulated population"),
+    "units_counted": Quantity((), "1", "units of a population"),
+    "units_passed": Quantity((), "1", "units that the envelope drives"),
+    "units_fitted": Quantity((), "1", "units of known threshold and slope"),
+    "median_threshold": Quantity((), "m", "median threshold of the units fitted"),
+    "median_slope": Quantity((), "1/(s m)", "median slope of the units fitted"),
+    "median_latency": Quantity((), "s", "median latency of the units fitted"),
 }
