@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -41,6 +42,12 @@ def _first(results: Results, _: Series) -> Figure:
     return fig1.draw(data)
 
 
+def _ninth(results: Results, _: Series) -> Figure:
+    units = results["units"]  # of simulated ones the truth stands beside what was found
+    truth = units if "driven_by" in units else None
+    return fig9.draw(fig9.compute(units, rng=np.random.default_rng(0), truth=truth))
+
+
 GALLERY = (
     Entry("1", "Figure 1: whisker and profile at rest", ("profile", "posture"), _first),
     Entry("2", "Figure 2: one gap crossed (model)", ("gap",), lambda results, _: fig2.draw(results["gap"])),
@@ -73,12 +80,7 @@ GALLERY = (
     ),
     Entry("7e", "Figure 7E: gain over posture (model)", ("gain_map",), lambda r, _: fig7e.draw(r["gain_map"])),
     Entry("8", "Figure 8: one neuron", ("spikes", "response"), lambda results, _: fig8.draw(fig8.compute(results))),
-    Entry(
-        "9",
-        "Figure 9: the population",
-        ("units",),
-        lambda results, _: fig9.draw(fig9.compute(results["units"], rng=np.random.default_rng(0))),
-    ),
+    Entry("9", "Figure 9: the population", ("units",), _ninth),
 )
 
 REASONS = {
@@ -95,9 +97,9 @@ REASONS = {
     "sweeps": "no [laboratory] and no sweeps",
     "comparison": "no texture of a sweep is known: nothing to hold against the measurement",
     "gain": "no sweep was analysed to the end",
-    "spikes": "no [recording]",
-    "response": "no [recording]",
-    "units": "no table of units; see the verb neural",
+    "spikes": "no [recording], no [cortex] and no [[neural]]",
+    "response": "no [recording], no [cortex] and no [[neural]]",
+    "units": "no table of units: no [cortex] and no [[neural]], or see the verb neural",
 }
 
 
@@ -138,7 +140,7 @@ def figure_of(number: str, folder: str | Path) -> Figure:
         As in the paper: 1 … 9, 6ab, 7e.
     folder : path
         Folder that ``vibrissa run`` or ``vibrissa sweeps`` wrote; or one dataset that is named as a result is
-        (``units.nc``).
+        (``units.nc``), of several recordings with the number of one (``units_2.nc``).
 
     Raises
     ------
@@ -149,7 +151,7 @@ def figure_of(number: str, folder: str | Path) -> Figure:
     if folder.is_dir():
         results = {path.stem: load(path) for path in sorted(folder.glob("*.nc"))}
     else:
-        results, folder = {folder.stem: load(folder)}, folder.parent
+        results, folder = {re.sub(r"_\d+$", "", folder.stem): load(folder)}, folder.parent
     figure = made(best_entry(number, results), results, partial(read_series, folder))
     if isinstance(figure, str):
         raise InputError(f"figure {number}", f"cannot be made of {folder} ({figure})")
