@@ -221,10 +221,11 @@ MEASURES: dict[str, Measure] = {
 for _quality in ("SU", "MU"):
     _end = _quality.lower()
     MEASURES |= {f"units_{_end}{reading}": _of_units(partial(_kept, _quality)) for reading in ("", "_methods")}
-    MEASURES |= {f"driven_{_end}{one}": _of_units(partial(_driven, _quality)) for one in ("", "_printed", "_methods")}
+    MEASURES |= {f"driven_{_end}{one}": _of_units(partial(_driven, _quality)) for one in ("", "_methods")}
     MEASURES |= {
         f"envelope_r2_{_end}": _of_units(partial(_fitted, _quality, "tuning_r_squared")),
         f"threshold_{_end}": _of_units(partial(_fitted, _quality, "threshold")),
         f"slope_{_end}": _of_units(partial(_fitted, _quality, "slope")),
         f"spontaneous_{_end}": _of_units(partial(_spontaneous, _quality)),
     }
+MEASURES["driven_mu_printed"] = MEASURES["driven_mu"]
