@@ -13,7 +13,7 @@ import numpy as np
 
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.superposition import Scan, predict
-from vibrissa.sweep import Grid, Measure, sweep
+from vibrissa.sweep import Engine, Grid, Measure, sweep
 from vibrissa.texture.surface import Troughs
 from vibrissa.whisker import Whisker
 
@@ -44,7 +44,8 @@ def main() -> None:
     for form, count in (("linear", 7), ("exact", 2)):
         for scheduler in ("threads", "synchronous"):
             measure = Measure(response=form)
-            wall, cpu = best(lambda s=scheduler, m=measure: sweep(WHISKER, GAP, GRID, m, scheduler=s), count)
+            engine = Engine(scheduler=scheduler)
+            wall, cpu = best(lambda e=engine, m=measure: sweep(WHISKER, GAP, GRID, m, engine=e), count)
             print(f"{form:6}  {scheduler:11}  map {wall:6.2f} s wall  {cpu:6.2f} s processor", flush=True)
         _, cpu = best(lambda f=form: alone(f), 2)
         print(f"{form:6}  one by one   {cpu / len(SAMPLE) * 1e4:6.0f} s processor for as many cells", flush=True)

@@ -9,7 +9,7 @@ from vibrissa.errors import InputError
 from vibrissa.files import load
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.superposition import Scan, predict
-from vibrissa.sweep import REASONS, Grid, Measure, sweep
+from vibrissa.sweep import REASONS, Engine, Grid, Measure, sweep
 from vibrissa.sweep.cells import jumps as crossed
 from vibrissa.sweep.cells import linear, shaft, width_nodes
 from vibrissa.sweep.maps import _postures
@@ -123,8 +123,8 @@ def test_schedulers_agree_to_the_last_digit():
     grid = Grid(contact=[0.15, 0.2, 0.29, 0.4], base_angle=[0.8, 1.2, 1.5], speed=[0.1, 0.2], friction=[0.3, 0.4])
     told = []
     maps = [
-        sweep(WHISKER, GAP, grid, Measure(), scheduler=scheduler, progress=lambda *words: told.append(words))
-        for scheduler in ("synchronous", "threads", "processes")
+        sweep(WHISKER, GAP, grid, Measure(), engine=engine, progress=lambda *words: told.append(words))
+        for engine in (Engine(scheduler=name, workers=2) for name in ("synchronous", "threads", "processes"))
     ]
     assert maps[0].identical(maps[1])
     assert maps[0].identical(maps[2])
@@ -193,11 +193,6 @@ def test_bad_input_is_refused(grid, measure, words):
         sweep(WHISKER, GAP, Grid(**({**SMALL, "speed": [0.1]} | grid)), Measure(**measure))
 
 
-def test_an_unknown_scheduler_is_refused():
-    with pytest.raises(InputError, match="scheduler"):
-        sweep(WHISKER, GAP, Grid(**SMALL, speed=[0.1]), Measure(), scheduler="cluster")
-
-
 CONE = ("--whisker.length", "0.04", "--whisker.cone-angle", "1.5e-3")
 
 
@@ -233,7 +228,8 @@ def test_numbers_of_an_axis_may_stand_in_any_order(vibrissa, gap, tmp_path):
         assert vibrissa("sweep", "--texture", gap, *where, *CONE, "--out", tmp_path / "map.nc")[0] == 0
         maps.append(load(tmp_path / "map.nc"))
     np.testing.assert_allclose(maps[1].contact, [0.2, 0.3, 0.4])
-    np.testing.assert_allclose(maps[0].peak_displacement, maps[1].peak_displacement, rtol=1e-12)
+    gains = [one.peak_displacement for one in maps]
+    np.testing.assert_allclose(*gains, rtol=1e-10)  # linspace and the list differ in the last bit of an angle
 
 
 @pytest.mark.parametrize(

@@ -2,22 +2,73 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from vibrissa.cli.options import Atlas, Json, OfWhisker, Out, needed_cone
+from cyclopts import Parameter
+
+from vibrissa.cli.options import Atlas, Json, OfWhisker, Out, Scheduler, Workers, needed_cone
 from vibrissa.cli.output import progress_bars, refuse_out, show, tell
 from vibrissa.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from vibrissa.sweep import Gratings
+    from vibrissa.texture.surface import Troughs
+
 _MOST = 100_000  # numbers along one axis
+
+
+@dataclass(frozen=True, kw_only=True)
+class GratingOptions:
+    """Random gratings instead of a texture.
+
+    Attributes
+    ----------
+    seeds : str, optional
+        Instead of --texture: seeds of random square-wave gratings, one map for each. Equal seeds, equal gratings.
+    grating_length : float, optional
+        Length of each grating [m].
+    mean_period : float
+        Mean of one land and one gap of a grating together [m].
+    reading : {"telegraph", "widths"}
+        How a grating's widths are drawn: edges without memory, or Gaussian widths.
+    """
+
+    seeds: str | None = None
+    grating_length: float | None = None
+    mean_period: float = 0.6e-3
+    reading: Literal["telegraph", "widths"] = "telegraph"
+
+    def texture(self, path: Path | None) -> Troughs | Gratings:
+        """Gaps of the file, or the gratings."""
+        from vibrissa.sweep import Gratings
+        from vibrissa.texture.io import read_troughs
+
+        if path is not None and self == GratingOptions():
+            return read_troughs(path)
+        if path is not None or self.seeds is None:
+            remedy = "either --texture, or --seeds and --grating-length for random gratings"
+            raise InputError("texture", "must be given once", remedy=remedy)
+        if self.grating_length is None:
+            raise InputError("--grating-length", "must be given with --seeds", remedy="for example 0.02 (metres)")
+        return Gratings(
+            seed=axis_of(self.seeds, "--seeds"),
+            length=self.grating_length,
+            reading=self.reading,
+            mean_period=self.mean_period,
+        )
+
+
+OfGratings = Annotated[GratingOptions, Parameter(name="*")]
 
 
 def sweep(
     *,
-    texture: Path,
+    texture: Path | None = None,
+    drawn: OfGratings = GratingOptions(),
     contact: str,
     base_angle: str,
     scan_speed: str,
@@ -29,22 +80,22 @@ def sweep(
     least_linearity: float | None = None,
     count: int = 12,
     node: float = 0.9,
-    scheduler: Literal["threads", "processes", "synchronous"] = "threads",
+    scheduler: Scheduler = "threads",
+    workers: Workers = None,
     whisker: OfWhisker = None,
     atlas: Atlas = None,
     out: Out = None,
     json: Json = False,
 ) -> None:
-    """Map of the vibration that a texture excites, over contact, base angle, speed and friction.
+    """Map of the vibration that textures excite, over contact, base angle, speed, friction and seeds of gratings.
 
     Numbers along an axis are written FIRST:LAST:HOW-MANY, or as a list with commas, in any order; the map has them
-    ascending. Cells without a value, beyond the
-    fold for one, are told with the reason.
+    ascending. Cells without a value, beyond the fold for one, are told with the reason.
 
     Parameters
     ----------
     texture
-        CSV with columns position,width in metres, as `scan` takes it; one gap for the map of Figure 7E.
+        CSV with columns position,width in metres, as `scan` takes it; one gap for the map of Figure 7E. Or --seeds.
     contact
         Positions of the contact along the shaft, over L: 0 at the cone's tip, 1 at the base.
     base_angle
@@ -67,15 +118,13 @@ def sweep(
         Number of modes that the largest displacement sums.
     node
         Position s of the point whose largest displacement is taken, 1 at the base.
-    scheduler
-        How Dask runs the parts of the map.
     """
-    from vibrissa.sweep import Grid, Measure
+    from vibrissa.sweep import Engine, Grid, Measure
     from vibrissa.sweep import sweep as computed
-    from vibrissa.texture.io import read_troughs
 
     refuse_out(out)
-    cone, troughs = needed_cone(whisker, atlas), read_troughs(texture)
+    engine = Engine(scheduler=scheduler, workers=workers)
+    cone, surface = needed_cone(whisker, atlas), drawn.texture(texture)
     grid = Grid(
         contact=axis_of(contact, "--contact"),
         base_angle=axis_of(base_angle, "--base-angle"),
@@ -92,7 +141,7 @@ def sweep(
         node=node,
     )
     with progress_bars() as progress:
-        data = computed(cone, troughs, grid, measure, scheduler=scheduler, progress=progress)
+        data = computed(cone, surface, grid, measure, engine=engine, progress=progress)
     _tell_reasons(data)
     if out is None and not json:
         tell("the map itself is not printed: --out map.nc writes it, --json prints it")

@@ -159,7 +159,8 @@ MECHANICS: dict[str, Quantity] = {
     "base_power_white_fit": Quantity(("mode", "frequency"), "1/Hz", "fit with white forcing, over the variance"),
     "best_lag": Quantity(("mode",), "s", "lag of measurement behind prediction at which their envelopes agree best"),
     "rms_ratio": Quantity(("mode",), "1", "rms about a resonance, predicted over measured"),
-    # maps over the context of a scan
+    # maps over the context of a scan; led by the seeds where random gratings are drawn
+    "seed": Quantity(("seed",), "1", "seed of the random grating"),
     "friction": Quantity(("friction",), "1", "coefficient of friction μ of the substrate"),
     "peak_displacement": Quantity(
         ("friction", "speed", "contact", "base_angle"), "1", "largest transverse displacement of a point, over L"

@@ -1,6 +1,8 @@
 """Parameter sweeps on Dask: maps of the transduction gain over the context of a scan."""
 
+from vibrissa.sweep.engine import Engine
+from vibrissa.sweep.gratings import Gratings
 from vibrissa.sweep.grid import Grid, Measure
 from vibrissa.sweep.maps import REASONS, sweep
 
-__all__ = ["REASONS", "Grid", "Measure", "sweep"]
+__all__ = ["REASONS", "Engine", "Gratings", "Grid", "Measure", "sweep"]

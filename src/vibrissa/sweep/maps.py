@@ -1,11 +1,12 @@
-"""A map of what a texture does to a whisker, over contact, base angle, speed and friction, on Dask."""
+"""A map of what textures do to a whisker, over contact, base angle, speed, friction and the textures' seeds."""
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
+from functools import partial
+from itertools import product
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,8 @@ from vibrissa.mechanics.family import equilibria
 from vibrissa.mechanics.superposition import check_scale
 from vibrissa.quantities import dataset
 from vibrissa.sweep.cells import OK, TIP, row, shaft, side_nodes, width_nodes
+from vibrissa.sweep.engine import Engine, each
+from vibrissa.sweep.gratings import Gratings
 from vibrissa.sweep.grid import Grid, Measure
 
 if TYPE_CHECKING:
@@ -25,7 +28,6 @@ if TYPE_CHECKING:
     from vibrissa.whisker import Whisker
 
 Array = NDArray[np.float64]
-Scheduler = Literal["threads", "processes", "synchronous"]
 Progress = Callable[[str, int, int], None]
 
 REASONS = (  # by the code in ``cell_reason``
@@ -41,57 +43,68 @@ _LEAST_TASKS = 4  # for each core: blocks of contacts differ in how much of them
 
 
 class Job(NamedTuple):
-    """What a task of Dask is given: plain data.
+    """What all tasks are given: plain data.
 
     Attributes
     ----------
-    gaps : (2, J) array
-        Starts and widths over L.
+    texture : Troughs or Gratings
+        The gaps, or what each task draws its own from.
+    length, timescale, tip : float
+        Of the whisker: L [m], k [s], s of its tip.
     pace : (V,) array
         Speeds over L [1/s].
-    timescale, tip : float
-        Of the whisker: k [s], s of its tip.
     base_angle : (B,) array
         Angles [rad].
     measure : Measure
         What is asked.
     """
 
-    gaps: Array
-    pace: Array
+    texture: Troughs | Gratings
+    length: float
     timescale: float
     tip: float
+    pace: Array
     base_angle: Array
     measure: Measure
 
 
-Block = list[tuple[float, float]]  # friction and contact of each row
+class Row(NamedTuple):
+    """What sets a row of base angles apart; the seed counts only where gratings are drawn."""
+
+    contact: float
+    friction: float
+    seed: int
+
+
+Found = tuple[Array, Array, NDArray[np.int8]]  # of a row: values (V, B), linearity (B,), reason (B,)
 
 
 def sweep(
     whisker: Whisker,
-    texture: Troughs,
+    texture: Troughs | Gratings,
     grid: Grid,
     measure: Measure,
     *,
-    scheduler: Scheduler = "threads",
+    engine: Engine | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Map of the transduction gain over contact, base angle, speed and friction.
+    """Map of the transduction gain over contact, base angle, speed, friction and the seeds of random gratings.
 
     Every cell is what :func:`vibrissa.mechanics.superposition.predict` gives, to some 1e-5: the same model by the
     scaled family of Eq. (1), marched in compiled loops.
 
     Parameters
     ----------
-    whisker, texture
-        What is drawn past what.
+    whisker : Whisker
+        What is drawn past the texture.
+    texture : Troughs or Gratings
+        One texture, or a random grating for each of several seeds.
     grid : Grid
         The parameters.
     measure : Measure
         What a cell holds.
-    scheduler : {"threads", "processes", "synchronous"}
-        Dask's; the result is the same.
+    engine : Engine, optional
+        Who does the work, by default the threads of this machine; the result is the same to the last bit.
     progress : callable, optional
         Told stage, tasks done and all tasks.
 
@@ -101,34 +114,45 @@ def sweep(
         ``peak_displacement`` or ``mode_rms`` (friction, speed, contact, base_angle), NaN where ``cell_reason``
         (friction, contact, base_angle) is not 0: its attribute ``flag_meanings`` lists the reasons, separated by
         semicolons. ``jump_linearity`` (friction, contact, base_angle): of the exact response, or where asked for.
-        ``cells_with_value``, ``least_gain``, ``largest_gain`` of all.
+        All three are led by ``seed`` where gratings are drawn. ``cells_with_value``, ``least_gain``, ``largest_gain``
+        of all.
 
     Raises
     ------
     InputError
-        If the point looked at does not lie between the contacts and the base, or the scheduler is unknown.
+        If the point looked at does not lie between the contacts and the base, a texture is in a wrong unit, or the
+        engine cannot do the work (:func:`vibrissa.sweep.engine.each`).
     """
     contact, base_angle, speed, friction = grid.axes
     if not contact[-1] < measure.node < 1:
         raise InputError("node", "must lie between the largest contact and the base, 1", measure.node)
-    if scheduler not in get_args(Scheduler):
-        raise InputError("scheduler", f"must be one of {', '.join(get_args(Scheduler))}", repr(scheduler))
-    check_scale(whisker, texture.end, texture.width)
-    gaps = np.stack([texture.position - texture.position[0], texture.width]) / whisker.length
-    job = Job(gaps, speed / whisker.length, whisker.timescale, whisker.tip, base_angle, measure)
-    rows = _computed(job, [(mu, epsilon) for epsilon in contact for mu in friction], scheduler, progress)
-    shape = len(contact), len(friction)
-    values, ratio, reason = (np.array(column).reshape(*shape, *column[0].shape) for column in zip(*rows, strict=True))
-    values = values.transpose(1, 2, 0, 3)
-    return _labelled(whisker, texture, grid, measure, values, ratio.swapaxes(0, 1), reason.swapaxes(0, 1))
+    told = _of_texture(whisker, texture)
+    seeds = texture.seeds if isinstance(texture, Gratings) else np.zeros(1, np.int64)
+    job = Job(texture, whisker.length, whisker.timescale, whisker.tip, speed / whisker.length, base_angle, measure)
+    rows = [Row(*where) for where in product(contact.tolist(), friction.tolist(), seeds.tolist())]
+    found = _computed(job, rows, engine or Engine(scheduler="threads"), progress)
+    shape = len(contact), len(friction), len(seeds)
+    values, ratio, reason = (np.array(column).reshape(*shape, *column[0].shape) for column in zip(*found, strict=True))
+    maps = values.transpose(2, 1, 3, 0, 4), ratio.transpose(2, 1, 0, 3), reason.transpose(2, 1, 0, 3)
+    if isinstance(texture, Gratings):
+        return _labelled(_told(whisker, measure) | told, grid, measure, *maps).assign_coords(dataset(seed=seeds).coords)
+    return _labelled(_told(whisker, measure) | told, grid, measure, *(column[0] for column in maps))
 
 
-def _labelled(
-    whisker: Whisker, texture: Troughs, grid: Grid, measure: Measure, values: Array, ratio: Array, reason: Array
-) -> xr.Dataset:
-    contact, base_angle, speed, friction = grid.axes
-    name = "peak_displacement" if measure.quantity == "peak" else "mode_rms"
-    attrs: dict[str, Any] = {
+def _of_texture(whisker: Whisker, texture: Troughs | Gratings) -> dict[str, Any]:
+    """What is told of the texture; refused where it is in a wrong unit."""
+    drawn = [texture.drawn(int(seed)) for seed in texture.seeds] if isinstance(texture, Gratings) else [texture]
+    for one in drawn:
+        check_scale(whisker, one.end, one.width)
+    told: dict[str, Any] = {"widest_gap": max(float(one.width.max()) for one in drawn)}
+    if isinstance(texture, Gratings):
+        how = {"grating_length": texture.length, "reading": texture.reading, "mean_period": texture.mean_period}
+        return told | how
+    return told | {"n_gaps": len(texture.width)}
+
+
+def _told(whisker: Whisker, measure: Measure) -> dict[str, Any]:
+    told: dict[str, Any] = {
         "response": measure.response,
         "damping": measure.damping,
         "jump": measure.jump,
@@ -136,52 +160,57 @@ def _labelled(
         "node": measure.node,
         "whisker_length": whisker.length,
         "timescale": whisker.timescale,
-        "n_gaps": len(texture.width),
-        "widest_gap": float(texture.width.max()),
     }
-    if measure.least_linearity is not None:
-        attrs["least_linearity"] = measure.least_linearity
+    return told if measure.least_linearity is None else told | {"least_linearity": measure.least_linearity}
+
+
+def _labelled(
+    attrs: dict[str, Any], grid: Grid, measure: Measure, values: Array, ratio: Array, reason: Array
+) -> xr.Dataset:
+    contact, base_angle, speed, friction = grid.axes
+    name = "peak_displacement" if measure.quantity == "peak" else "mode_rms"
     columns: dict[str, Any] = {name: values, "jump_linearity": ratio, "cell_reason": reason}
     if not np.isnan(values).all():
         columns |= {"least_gain": np.nanmin(values), "largest_gain": np.nanmax(values)}
-    data = dataset(attrs, speed=speed, friction=friction, cells_with_value=(~np.isnan(values)).sum(), **columns)
+    columns |= {"speed": speed, "friction": friction, "cells_with_value": (~np.isnan(values)).sum()}
+    data = dataset(attrs, lead=("seed",), **columns)
     data = data.merge(dataset(lead=("contact",), contact=contact), combine_attrs="override")
     data = data.merge(dataset(lead=("base_angle",), base_angle=base_angle), combine_attrs="override")
     data.cell_reason.attrs.update(flag_values=np.arange(len(REASONS), dtype=np.int8), flag_meanings="; ".join(REASONS))
     return data
 
 
-def _computed(job: Job, rows: Block, scheduler: Scheduler, progress: Progress | None) -> list[tuple[Array, ...]]:
-    """All rows, in blocks of some half a second, as the last row shows; it also compiles what the others need."""
-    from dask.base import compute
-    from dask.callbacks import Callback
-    from dask.delayed import delayed
-
+def _computed(job: Job, rows: list[Row], engine: Engine, progress: Progress | None) -> list[Found]:
+    """All rows, in blocks of some half a second, as the last row shows."""
+    map_rows(job._replace(pace=job.pace[:1], base_angle=job.base_angle[:1]), rows[-1:])  # compiles
     begin = time.process_time()
     last = map_rows(job, rows[-1:])
-    each = time.process_time() - begin
-    most = -(-(len(rows) - 1) // (_LEAST_TASKS * (os.cpu_count() or 1)))
-    size = max(1, min(int(_CHUNK / each), most))
-    tasks = [delayed(map_rows)(job, rows[i : min(i + size, len(rows) - 1)]) for i in range(0, len(rows) - 1, size)]
-    done = 0
+    one = time.process_time() - begin
+    most = -(-(len(rows) - 1) // (_LEAST_TASKS * engine.at_once))
+    size = max(1, min(int(_CHUNK / one), most))
+    blocks = [rows[i : min(i + size, len(rows) - 1)] for i in range(0, len(rows) - 1, size)]
 
-    def count(*_: object) -> None:
-        nonlocal done
-        done += 1
+    def tell(done: int, total: int) -> None:
         if progress is not None:
-            progress("sweep", done, len(tasks))
+            progress("sweep", done, total)
 
-    with Callback(posttask=count):  # type: ignore[no-untyped-call]
-        blocks = compute(*tasks, scheduler=scheduler)  # type: ignore[no-untyped-call]
-    return [one for block in (*blocks, last) for one in block]
-
-
-def map_rows(job: Job, rows: Block) -> list[tuple[Array, Array, NDArray[np.int8]]]:
-    """Rows of a map, each values (V, B), linearity (B,) and reason (B,): the work of one task."""
-    return [_one_row(job, friction, contact) for friction, contact in rows]
+    found = each(partial(map_rows, job), blocks, engine, tell)
+    return [row for block in (*found, last) for row in block]
 
 
-def _one_row(job: Job, friction: float, contact: float) -> tuple[Array, Array, NDArray[np.int8]]:
+def map_rows(job: Job, rows: list[Row]) -> list[Found]:
+    """Rows of a map: the work of one task."""
+    return [_one_row(job, row) for row in rows]
+
+
+def _gaps(job: Job, seed: int) -> Array:
+    """Starts and widths over L, (2, J)."""
+    texture = job.texture.drawn(seed) if isinstance(job.texture, Gratings) else job.texture
+    return np.stack([texture.position - texture.position[0], texture.width]) / job.length
+
+
+def _one_row(job: Job, where: Row) -> Found:
+    contact, friction, seed = where
     measure, n = job.measure, len(job.base_angle)
     values, ratio = np.full((len(job.pace), n), np.nan), np.full(n, np.nan)
     reason = np.full(n, OK, np.int8)
@@ -195,7 +224,7 @@ def _one_row(job: Job, friction: float, contact: float) -> tuple[Array, Array, N
     rule = measure.quantity == "peak", exact, least, measure.damping, RECOIL[measure.jump]
     tables = *(side_nodes() if exact else side_nodes(1)), *width_nodes()
     omega = of.kappa / job.timescale
-    row(postures, determined, *of[:3], omega, job.gaps, job.pace, rule, tables, values, ratio, reason)
+    row(postures, determined, *of[:3], omega, _gaps(job, seed), job.pace, rule, tables, values, ratio, reason)
     return values, ratio, reason
 
 
