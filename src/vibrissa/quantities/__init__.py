@@ -19,6 +19,7 @@ from vibrissa.quantities.discrimination import DISCRIMINATION
 from vibrissa.quantities.figures import FIGURES
 from vibrissa.quantities.mechanics import MECHANICS
 from vibrissa.quantities.neural import NEURAL
+from vibrissa.quantities.plans import PLANS
 from vibrissa.quantities.quantity import Quantity as Quantity
 from vibrissa.quantities.sorting import SORTING
 from vibrissa.quantities.sweeps import SWEEPS
@@ -27,7 +28,7 @@ from vibrissa.quantities.tracks import TRACKS
 if TYPE_CHECKING:
     import xarray as xr
 
-QUANTITIES = TRACKS | MECHANICS | SWEEPS | NEURAL | CODING | FIGURES | DISCRIMINATION | SORTING
+QUANTITIES = TRACKS | MECHANICS | SWEEPS | NEURAL | CODING | FIGURES | DISCRIMINATION | SORTING | PLANS
 
 
 def _dims(name: str, values: np.ndarray, lead: tuple[str, ...]) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ import numpy as np
 from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.figures import base_signal as base_figure
 from vibrissa.figures import fig1, fig2, fig3, fig4, fig5, fig6, fig6_envelopes, fig6_model, fig7, fig7e, fig8, fig9
+from vibrissa.figures import scan as scan_figure
 from vibrissa.files import load
 from vibrissa.study.sweeps import read_series
 from vibrissa.whisker import Whisker
@@ -83,6 +84,9 @@ GALLERY = (
     Entry("9", "Figure 9: the population", ("units",), _ninth),
 )
 
+SURFACE = "From the surface to the follicle (model)"
+ONLY_WHERE_MADE = ("2", "6ab", "7e", "9")  # of the model alone, or of a verb of its own: no part of every study
+
 REASONS = {
     "profile": "no movie and no tracks",
     "still": "the sweep shown was given as tracks, without a movie",
@@ -91,9 +95,9 @@ REASONS = {
     "spectra_white": "no modes",
     "resonance_white": "no modes",
     "prediction": "no texture is known",
-    "gap": "no whisker and posture",
-    "gaps": "no whisker and posture",
-    "gain_map": "no whisker",
+    "gap": "made of [laboratory], sweeps or a surface alone, where the posture can cross the gap",
+    "gaps": "made of [laboratory], sweeps or a surface alone, where the posture can cross the gaps",
+    "gain_map": "made of [laboratory], sweeps or a surface alone",
     "sweeps": "no [laboratory] and no sweeps",
     "comparison": "no texture of a sweep is known: nothing to hold against the measurement",
     "gain": "no sweep was analysed to the end",
@@ -156,6 +160,12 @@ def figure_of(number: str, folder: str | Path) -> Figure:
     if isinstance(figure, str):
         raise InputError(f"figure {number}", f"cannot be made of {folder} ({figure})")
     return figure
+
+
+def surface_figures(results: Results) -> list[tuple[str, Figure]]:
+    """Heading and figure of a surface that was given without a movie, if one was."""
+    some = [results["scan"]] if "scan" in results else []
+    return [(SURFACE, scan_figure.draw(scan_figure.compute(one))) for one in some]
 
 
 def base_figures(results: Results) -> list[tuple[str, Figure]]:

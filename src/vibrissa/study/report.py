@@ -15,10 +15,21 @@ from vibrissa import __version__
 from vibrissa.mechanics.shift import resonance_shift, shift_remark
 from vibrissa.quantities import measured_sd
 from vibrissa.study.backward import followed
-from vibrissa.study.gallery import Entry, Series, base_figures, best_entry, made, missing, numbers
+from vibrissa.study.gallery import (
+    ONLY_WHERE_MADE,
+    Entry,
+    Series,
+    base_figures,
+    best_entry,
+    made,
+    missing,
+    numbers,
+    surface_figures,
+)
 from vibrissa.study.paper_numbers import compare, page_of
 from vibrissa.study.report_sweeps import base_rows, sweeps_of
 from vibrissa.study.settings import Study
+from vibrissa.study.surface import surface_rows
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,6 +77,7 @@ def write_report(study: Study, results: Results, path: Path, series: Series) -> 
         sweeps=sweeps_of(results),
         shown_sweep=results["posture"].attrs.get("sweep") if "posture" in results else None,
         base_signals=base_rows(results),
+        surface=surface_rows(results["scan"]) if "scan" in results else [],
         pictures=[*_pictures(study, results, series), *_base_pictures(results)],
         **(page_of(compare(results)) if "sweeps" in results else {}),
     )
@@ -76,7 +88,7 @@ def _pictures(study: Study, results: Results, series: Series) -> Iterator[Pictur
     """Every figure, or why it is left out; of several of one number the one that the results serve."""
     for number in numbers():
         entry = best_entry(number, results)
-        asked = number not in _ONLY_WHERE_MADE and ("sweeps" in results or "gain" not in entry.needs)
+        asked = number not in ONLY_WHERE_MADE and ("sweeps" in results or "gain" not in entry.needs)
         if missing(entry, results) and not asked:
             continue
         figure = made(entry, results, series)
@@ -86,11 +98,8 @@ def _pictures(study: Study, results: Results, series: Series) -> Iterator[Pictur
             yield Picture(entry.heading, png_of(figure), "")
 
 
-_ONLY_WHERE_MADE = ("2", "6ab", "7e", "9")  # of the model alone, or of a verb of its own: no part of the study
-
-
 def _base_pictures(results: Results) -> Iterator[Picture]:
-    for heading, figure in base_figures(results):
+    for heading, figure in (*surface_figures(results), *base_figures(results)):
         yield Picture(heading, png_of(figure), "")
 
 
@@ -111,7 +120,13 @@ def _why(study: Study, results: Results, entry: Entry, reason: str) -> str:
 
 def _remarks(study: Study, results: Results) -> list[str]:
     told = json.loads(results["profile"].attrs.get("remarks", "[]")) if "profile" in results else []
+    if "scan" in results:  # its remarks hold that of the curvature
+        return [*told, *map(_sentence, json.loads(results["scan"].attrs["remarks"])), *_surface(study)]
     return [*told, *_curvature(study), *_surface(study)]
+
+
+def _sentence(line: str) -> str:
+    return line[:1].upper() + line[1:].rstrip(".") + "."
 
 
 def why_left_out(study: Study, results: Results) -> str:
