@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -105,9 +105,9 @@ def export_nwb(
     pynwb_module()
     results = read_results(folder)
     results = Results(results.folder, {**results.parts, **(extra or {})}, results.left_out)
-    sessions = [
-        (told.session(subject, parts, results.folder, animals or {}), parts) for subject, parts in _files(results, told)
-    ]
+    files = _files(results, told)
+    named = told if len(files) == 1 else replace(told, subject=None)  # each by its own name
+    sessions = [(named.session(name, parts, results.folder, animals or {}), parts) for name, parts in files]
     paths = _paths(Path(out), sessions, overwrite)
     built = [
         (path, session, *_built(session, parts, results.folder, Clock(pause, taken_until(parts)), sampling_rate))

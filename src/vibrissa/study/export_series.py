@@ -106,7 +106,7 @@ def add_series(
 def add_table(module: Any, name: str, text: str, data: xr.Dataset, dim: str) -> None:
     """Add the variables of a dataset that go by one dimension alone as a table; what nobody measured, no column."""
     pynwb = pynwb_module()
-    named = [str(one) for one in data.data_vars if data[one].dims == (dim,) and _measured(data[one])]
+    named = [str(one) for one in data.data_vars if data[one].dims == (dim,) and measured(data[one])]
     if not named or not data.sizes[dim]:
         return
     named = [*([dim] if dim in data.coords else []), *named]
@@ -143,8 +143,14 @@ def add_intervals(file: Any, name: str, text: str, times: Sequence[Array], colum
     values = {str(one): plain(columns[one].values) for one in columns.data_vars}
     for k, time in enumerate(times):
         row = {one: column[k] for one, column in values.items()}
-        table.add_row(start_time=float(time[0]), stop_time=float(time[-1]), **row)
+        table.add_row(start_time=float(time[0]), stop_time=_last(time), **row)
     file.add_time_intervals(table)
+
+
+def _last(time: Array) -> float:
+    """Last time, or what a reader who adds up steps of the rate finds in its place, if that is later by a rounding."""
+    told = sampling(time)
+    return max(float(time[-1]), told["starting_time"] + (time.size - 1) / told["rate"] if "rate" in told else -np.inf)
 
 
 def plain(values: NDArray[Any]) -> Any:
@@ -152,7 +158,8 @@ def plain(values: NDArray[Any]) -> Any:
     return values.astype(str).tolist() if values.dtype.kind in "OUS" else values
 
 
-def _measured(variable: xr.DataArray) -> bool:
+def measured(variable: xr.DataArray | xr.Variable) -> bool:
+    """Whether a variable has a value anywhere: NaN means not measured."""
     return variable.dtype.kind != "f" or bool(np.isfinite(variable.values).any())
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.study.export_series import Array, Clock, add_intervals, add_series, add_table
+from vibrissa.study.export_series import Array, Clock, add_intervals, add_series, add_table, measured
 from vibrissa.study.sweeps import read_series
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def add_sweeps(
         rows["own_start"] = _own_start([float(time[0]) for time in own])
         add_intervals(file, "sweeps", _about(laid), laid, rows)
     text = "sweeps that could not be analysed, and why; they have no series"
-    lost = _columns(sweeps.isel(sweep=~accepted), None).assign(rejected=sweeps.rejected[~accepted])
+    lost = _columns(sweeps.isel(sweep=~accepted), None).assign(rejected=sweeps.rejected.variable[~accepted])
     add_table(module, "rejected_sweeps", text, lost, "sweep")
     rejected = [int(number) for number in sweeps.sweep.values[~accepted]]
     return Laid(
@@ -102,26 +102,24 @@ def _columns(sweeps: xr.Dataset, comparison: xr.Dataset | None) -> xr.Dataset:
     """One column for each thing known of a sweep; what goes by mode, one for each mode; what nobody measured, none."""
     import xarray as xr
 
-    whole = sweeps.reset_coords([name for name in sweeps.coords if name not in ("sweep", "mode")])
-    parts = [*_by_mode(whole), *([] if comparison is None else _by_mode(comparison.reindex(sweep=sweeps.sweep)))]
-    columns = {name: one for part in parts for name, one in part.items() if name not in REASON}
-    kept = {name: one for name, one in columns.items() if one.dtype.kind != "f" or np.isfinite(one.values).any()}
+    columns = {"sweep_number": sweeps.sweep.variable.to_base_variable(), **_by_mode(sweeps)}
+    if comparison is not None:
+        columns |= _by_mode(comparison.reindex(sweep=sweeps.sweep.values))
     if "textures" in sweeps.attrs:
         names = json.loads(sweeps.attrs["textures"])
-        words = [names[k] if 0 <= k < len(names) else "unknown" for k in whole.texture.values.tolist()]
-        kept["texture_name"] = xr.DataArray(words, dims="sweep", attrs={"long_name": "file of the texture"})
-    number = whole.sweep.reset_coords(drop=True).drop_vars("sweep")
-    return xr.Dataset({"sweep_number": number, **{name: one.drop_vars(one.coords) for name, one in kept.items()}})
+        words = [names[k] if 0 <= k < len(names) else "unknown" for k in sweeps.texture.values.tolist()]
+        columns["texture_name"] = xr.Variable("sweep", words, {"long_name": "file of the texture"})
+    return xr.Dataset({name: one for name, one in columns.items() if measured(one) and name not in REASON})
 
 
-def _by_mode(data: xr.Dataset) -> list[dict[str, xr.DataArray]]:
+def _by_mode(data: xr.Dataset) -> dict[str, xr.Variable]:
     """Columns of the variables by sweep, and of those by sweep and mode."""
-    columns: list[dict[str, xr.DataArray]] = []
-    for name, one in data.data_vars.items():
-        if one.dims == ("sweep",):
-            columns.append({str(name): one})
+    columns = {}
+    for name, one in data.variables.items():
+        if one.dims == ("sweep",) and name != "sweep":
+            columns[str(name)] = one
         elif one.dims == ("sweep", "mode"):
-            columns.append({f"{name}_mode_{m}": one.sel(mode=m) for m in one.mode.values.tolist()})
+            columns |= {f"{name}_mode_{mode}": one[:, k] for k, mode in enumerate(data.mode.values.tolist())}
     return columns
 
 
