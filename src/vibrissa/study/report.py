@@ -27,6 +27,7 @@ from vibrissa.study.gallery import (
     surface_figures,
 )
 from vibrissa.study.paper_numbers import compare, page_of
+from vibrissa.study.report_neurons import neuron_figures, neurons_of, tables_of
 from vibrissa.study.report_sweeps import base_rows, sweeps_of
 from vibrissa.study.settings import Study
 from vibrissa.study.surface import surface_rows
@@ -78,8 +79,9 @@ def write_report(study: Study, results: Results, path: Path, series: Series) -> 
         shown_sweep=results["posture"].attrs.get("sweep") if "posture" in results else None,
         base_signals=base_rows(results),
         surface=surface_rows(results["scan"]) if "scan" in results else [],
-        pictures=[*_pictures(study, results, series), *_base_pictures(results)],
-        **(page_of(compare(results)) if "sweeps" in results else {}),
+        neurons=neurons_of(results),
+        pictures=[*_pictures(study, results, series), *_neuron_pictures(results), *_base_pictures(results)],
+        **(page_of(compare(results)) if "sweeps" in results or tables_of(results) else {}),
     )
     path.write_text(page, encoding="utf-8")
 
@@ -96,6 +98,14 @@ def _pictures(study: Study, results: Results, series: Series) -> Iterator[Pictur
             yield Picture(entry.heading, "", _why(study, results, entry, figure))
         else:
             yield Picture(entry.heading, png_of(figure), "")
+
+
+def _neuron_pictures(results: Results) -> Iterator[Picture]:
+    for heading, figure in neuron_figures(results):
+        if isinstance(figure, str):
+            yield Picture(heading, "", f"Left out: {figure}.")
+        else:
+            yield Picture(heading, png_of(figure), "")
 
 
 def _base_pictures(results: Results) -> Iterator[Picture]:
