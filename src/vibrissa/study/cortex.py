@@ -74,8 +74,12 @@ class Cortex:
         Mean envelope to which the command is scaled [m]: chosen, since the paper prints no amplitude.
     bin_width : float
         Width of the bins [s].
-    texture_seed, population_seed, spike_seed : int
-        Of the textures; of who the units are; of their spikes.
+    texture_seed : int
+        Of the textures.
+    population_seed : int
+        Of who the units are.
+    spike_seed : int
+        Of their spikes.
     """
 
     counts: Counts = "results"

@@ -50,10 +50,16 @@ class Neurons:
         From one onset to the next [s], of spikes on the session's clock; needs ``trials``.
     first_onset : float
         The first of these onsets [s].
-    event, trial_table, only, group
-        How trials and units are told from others; see :func:`vibrissa.neural.recording.recorded_spikes`.
-    null, fit, first_segment, level, bin_width, skip, window, band, delay, spontaneous, seed
-        How units are tested and fitted; see :class:`vibrissa.neural.analysis.EnvelopeAnalysis`.
+    event, only
+        See :func:`vibrissa.neural.recording.recorded_spikes`.
+    trial_table : str, optional
+        Table of the trials (CSV: start, stop, …), instead of the file's own or of an event; relative to the study file.
+    group : (str, ...)
+        Of a folder of sorted units, the groups that are taken.
+    null, fit, first_segment, level, bin_width, skip, window, band, spontaneous, seed
+        See :class:`vibrissa.neural.analysis.EnvelopeAnalysis`.
+    delay : (float, ...)
+        Delays at which other whiskers had the same stimulus [s].
     """
 
     spikes: str

@@ -15,8 +15,10 @@ from vibrissa.mechanics.superposition import Scan
 from vibrissa.neural.virtual import HingeUnit
 from vibrissa.study.base_signals import BaseSignal
 from vibrissa.study.checked import check_keys, validated
+from vibrissa.study.cortex import Cortex
 from vibrissa.study.gratings import Comparison
 from vibrissa.study.laboratory import Laboratory
+from vibrissa.study.neurons import Neurons
 from vibrissa.study.textures import Grating, TextureFile
 from vibrissa.video.camera import Camera
 from vibrissa.video.scenery import Light
@@ -192,6 +194,10 @@ class Study:
         How prediction is held against measurement in many sweeps.
     base_signal : (BaseSignal, ...)
         Signals measured at the base of a whisker.
+    cortex : Cortex, optional
+        A simulated population at the stimulator.
+    neural : (Neurons, ...)
+        Recorded spikes, and what was played meanwhile.
     folder : Path
         Where the file's relative paths start.
     """
@@ -211,14 +217,17 @@ class Study:
     sweeps: str | None = None
     comparison: Comparison = dataclasses.field(default_factory=Comparison)
     base_signal: tuple[BaseSignal, ...] = ()
+    cortex: Cortex | None = None
+    neural: tuple[Neurons, ...] = ()
     folder: Path = Path()
 
     def __post_init__(self) -> None:
         one = self.movie is not None or self.film is not None
-        if not (one or self.laboratory is not None or self.sweeps is not None or self.base_signal or self.texture):
+        many, neurons = self.laboratory or self.sweeps is not None, self.cortex or self.neural
+        if not (one or many or neurons or self.base_signal or self.texture):
             raise InputError(
                 "study",
-                "must have a [movie], a [film], a [laboratory], sweeps or a [[base_signal]]",
+                "must have a [movie], a [film], a [laboratory], sweeps, a [[base_signal]], a [cortex] or a [[neural]]",
                 remedy="or a [texture] with [whisker], [posture] and [scan]",
             )
         for pair in (("movie", "film"), ("laboratory", "sweeps")):
