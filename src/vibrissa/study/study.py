@@ -22,7 +22,9 @@ from vibrissa.study.backward import Progress, analyse, counted, followed, still_
 from vibrissa.study.base_signals import analyse_signal
 from vibrissa.study.lines import base_lines, sweep_lines
 from vibrissa.study.many import many_sweeps, posture_of
+from vibrissa.study.populations import populations_of
 from vibrissa.study.report import write_report
+from vibrissa.study.report_neurons import tables_of, unit_lines
 from vibrissa.study.settings import Film, Study, UnitRecording
 from vibrissa.study.sweeps import read_series
 from vibrissa.study.verdict import hold_against
@@ -64,7 +66,7 @@ def run_study(
     -------
     Dataset
         The verdict, truth against found; of many sweeps, a line for each; for a recorded movie, how far each whisker
-        was followed; of base signals alone, their resonances.
+        was followed; of units, how many are driven; of base signals alone, their resonances.
 
     Raises
     ------
@@ -91,6 +93,8 @@ def _told(results: Datasets) -> xr.Dataset:
         return sweep_lines(results["sweeps"], results.get("comparison"))
     if "profile" in results:
         return followed(results["profile"])
+    if tables_of(results):
+        return unit_lines(results)
     return base_lines(results)
 
 
@@ -104,7 +108,7 @@ def _results(study: Study, work: Path, out: Path, engine: Engine | None, progres
         results |= many_sweeps(study, out, engine, progress)
     if study.film is not None or study.movie is not None:
         results |= _one_movie(study, work, progress)
-    return results
+    return results | populations_of(study, out, engine, progress)
 
 
 def _one_movie(study: Study, work: Path, progress: Progress) -> Datasets:
