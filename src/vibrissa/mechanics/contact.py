@@ -62,6 +62,19 @@ class Episodes:
         stick = int((self.kind == STICK).sum())
         return {"stick": stick, "glide": len(self.kind) - stick, "jump": int(self.jumped.sum())}
 
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Least and largest excursion, sheared as in :class:`vibrissa.mechanics.ground.Box`, over L; 0 lies within."""
+        begin, end = self.within(self.travelled, np.arange(len(self.kind))), self._ends
+        sheared = [d - self.table.box.tilt * z for d, z, _ in (begin, end)]
+        return float(min(0.0, *map(np.min, sheared))), float(max(0.0, *map(np.max, sheared)))
+
+    @property
+    def _ends(self) -> tuple[Array, Array, Array]:
+        """As :meth:`contact`, where each episode ends."""
+        ends = np.append(self.travelled[1:], self.travelled[-1])
+        return self.within(ends, np.arange(len(self.kind)))
+
     def contact(self, travelled: ArrayLike) -> tuple[Array, Array, Array]:
         """Excursion d, height z and place X of the contact after some travel v t, over L, (T,) each.
 
@@ -86,7 +99,13 @@ def tables(table: HeldTable) -> Tables:
     return ahead, np.ascontiguousarray(ahead @ signs), np.array([*box.low, *box.high, box.tilt]), table.reach
 
 
-def episodes(relief: Relief, whisker: Whisker, flat: Held, table: HeldTable | None = None) -> Episodes:
+def episodes(
+    relief: Relief,
+    whisker: Whisker,
+    flat: Held,
+    table: HeldTable | None = None,
+    expected: tuple[float, float] | None = None,
+) -> Episodes:
     """Follow the contact over a relief.
 
     The contact sticks to its point of the ground, d growing with the travel, until the base side of the profile held
@@ -105,6 +124,8 @@ def episodes(relief: Relief, whisker: Whisker, flat: Held, table: HeldTable | No
         The posture on the flat, at height 0.
     table : HeldTable, optional
         Of the same posture, to be used as far as it serves.
+    expected : (float, float), optional
+        As :attr:`Episodes.extent` of a like scan: where no table serves, one is made for them, which saves widening it.
 
     Raises
     ------
@@ -115,8 +136,10 @@ def episodes(relief: Relief, whisker: Whisker, flat: Held, table: HeldTable | No
     heights = float(ground[1].min()), float(ground[1].max())
     if table is None or not _serves(table, flat, heights):
         try:
-            table = _first_table(flat, heights)
+            table = _first_table(flat, heights, expected)
         except InputError as error:
+            if expected is not None:  # may be more than this posture can follow, and than this surface asks for
+                return episodes(relief, whisker, flat)
             raise _too_much("the relief", error) from None
     for _ in range(_TRIES):
         (travelled, place, height, slope), (kind, jumped), status, where = trace(tables(table), ground)
@@ -160,11 +183,11 @@ def _chords(x: Array, h: Array, start: NDArray[np.int64]) -> Array:
     return np.divide(rise, step, out=np.full(step.shape, np.inf), where=step > 0)
 
 
-def _first_table(flat: Held, heights: tuple[float, float]) -> HeldTable:
+def _first_table(flat: Held, heights: tuple[float, float], expected: tuple[float, float] | None) -> HeldTable:
     x, y = flat.position(np.linspace(flat.contact, 1, 400))
     clear = int(np.searchsorted(y - y[0], 2 * (heights[1] - heights[0])))
     reach = max(10 * _LEAST, float(1.3 * (x - x[0])[min(clear, 300)]))
-    low, high = (share * reach for share in _FIRST)
+    low, high = (share * reach for share in _FIRST) if expected is None else expected
     margin = 1e-3 * (heights[1] - heights[0]) + 1e-6
     box = Box((low, min(heights[0], 0) - margin), (high, max(heights[1], 0) + margin), flat_tilt(flat))
     return held_table(flat, box, reach)

@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
-from scipy.integrate import solve_ivp
 
 from vibrissa.errors import ConvergenceError, InputError
+from vibrissa.mechanics.family_loop import ends
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -72,29 +72,16 @@ class Family:
 
 
 def _march(contact: Array, load: Array, friction: float, tolerance: float) -> tuple[Array, Array, Array]:
-    """ψ/p at the base, H/(p(1 − ε)) and D/(1 − ε) by marching in ln x, all loads p together.
+    """ψ/p at the base, H/(p(1 − ε)) and D/(1 − ε) by marching in ln x.
 
     With n = m/x: dψ/d ln x = n/x², dn/d ln x = cos ψ + μ sin ψ − n (per Λ̂ cos φ), and likewise dD = cos ψ − D,
     dH = sin ψ − H for lengths over the piece of shaft below x. Every state is scaled to be of order 1 for any ε and p.
     """
-    shape = np.broadcast_shapes(contact.shape, load.shape)
-    epsilon, p = (np.broadcast_to(v, shape).ravel() for v in (contact, load))
-    span, free = -np.log(epsilon), 1 - epsilon
-    bend = 6 / (free * (1 + 2 * epsilon))  # (1 − ε)/σ
-
-    def slope(t: float, state: Array) -> Array:
-        psi, n, height, distance = state.reshape(4, -1)
-        cos, sin = np.cos(p * psi), np.sin(p * psi)
-        rates = (
-            bend * n * np.exp(-2 * t * span),
-            (cos + friction * sin) / free - n,
-            sin / (p * free) - height,
-            cos / free - distance,
-        )
-        return np.concatenate([span * rate for rate in rates])
-
-    end = solve_ivp(slope, (0, 1), np.zeros(4 * p.size), "DOP853", rtol=tolerance, atol=tolerance).y[:, -1]
-    psi, _, height, distance = end.reshape(4, *shape)
+    both = np.broadcast_arrays(contact, load)
+    out = np.empty((3, both[0].size))
+    epsilon, p = (np.ascontiguousarray(one, float).ravel() for one in both)
+    ends(epsilon, p, friction, tolerance, out)
+    psi, height, distance = out.reshape(3, *both[0].shape)
     return psi, height, distance
 
 

@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property, partial
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import get_args
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from vibrissa.errors import InputError
+from vibrissa.errors import ConvergenceError, InputError
+from vibrissa.mechanics import held_grid
 from vibrissa.mechanics.basis import Basis, Modes, basis, couplings
 from vibrissa.mechanics.edge import Held, hold
 from vibrissa.mechanics.gap import unit_response
-from vibrissa.mechanics.response import Form, displaced, held_rows
+from vibrissa.mechanics.march import LONGEST
+from vibrissa.mechanics.projection import Profiles, Projection
+from vibrissa.mechanics.response import Form, held_rows, table_rows
 
 Array = NDArray[np.float64]
 
 _DEGREES = ((14, 6), (22, 10), (32, 14))  # Chebyshev nodes in excursion and height
 _AHEAD = 18  # and along the substrate, towards the base
-_BLOCK = 4096  # places at once
 _TAIL = 1e-9  # last coefficients over the largest: of d₂ a part in a million
 
 
@@ -64,8 +65,8 @@ class HeldTable:
         Profile on the flat.
     box : Box
         Where the nodes stand.
-    held : tuple of tuple of Held
-        For each node of the excursion, one for each node of the height.
+    unknowns : (J, K, 3) array
+        ε, θ_ε [rad] and Λ̂ at each node of the excursion and of the height.
     reach : float
         Distance along the substrate from the contact, over L, up to which ``ahead`` tells the profile.
     ahead : (n, J, K) array
@@ -74,20 +75,35 @@ class HeldTable:
 
     flat: Held
     box: Box
-    held: tuple[tuple[Held, ...], ...]
+    unknowns: Array
     reach: float
     ahead: Array
 
     @property
     def shape(self) -> tuple[int, int]:
         """Number of nodes of the excursion and of the height."""
-        return len(self.held), len(self.held[0])
+        return self.unknowns.shape[0], self.unknowns.shape[1]
 
-    def coefficients(self, of: Callable[[Held], Array]) -> Array:
-        """Chebyshev coefficients (…, J, K) of what each profile has, (…)."""
-        values = np.array([[of(held) for held in row] for row in self.held])
+    def series(self, values: Array) -> Array:
+        """Chebyshev coefficients (…, J, K) of what the profiles have, (…, J · K)."""
         first, second = (np.linalg.inv(chebyshev.chebvander(_nodes(n), n - 1)) for n in self.shape)
-        return np.einsum("aj,bk,jk...->...ab", first, second, values, optimize=True)
+        return np.asarray(first @ values.reshape(*values.shape[:-1], *self.shape) @ second.T)
+
+    def profiles(self, s: Array) -> Profiles:
+        """All profiles at ascending points s (N,), s[-1] = 1."""
+        unknowns = self.unknowns.reshape(-1, 3)
+        out = Profiles(unknowns, *(np.empty((len(unknowns), *rest)) for rest in (s.shape, s.shape, ())))
+        held_grid.laid(unknowns, self.flat.posture.friction_angle, s, LONGEST, *out[1:])
+        return out
+
+    def positions(self, s: Array) -> Array:
+        """Positions (2, S, J · K) of points from the base, over L; straight are the free end, and above 1."""
+        unknowns, points = self.unknowns.reshape(-1, 3), np.append(np.unique(s[s < 1]), 1.0)
+        x, y = np.empty((2, len(unknowns), len(points)))
+        held_grid.placed(unknowns, self.flat.posture.friction_angle, points, LONGEST, x, y)
+        which, angle = np.searchsorted(points, np.minimum(s, 1)), self.flat.posture.base_angle
+        inside = np.maximum(s - 1, 0)[:, None] * np.array([np.cos(angle), np.sin(angle)])[:, None, None]
+        return np.stack([x.T[which], y.T[which]]) + inside
 
 
 def held_table(flat: Held, box: Box, reach: float) -> HeldTable:
@@ -101,12 +117,11 @@ def held_table(flat: Held, box: Box, reach: float) -> HeldTable:
     u = reach * (1 + _nodes(_AHEAD)) / 2
     in_u = np.linalg.inv(chebyshev.chebvander(_nodes(_AHEAD), _AHEAD - 1))
     for shape in _DEGREES:
-        held = _profiles(flat, box, shape)
-        table = HeldTable(flat, box, held, reach, np.empty(0))
-        ahead = np.einsum("nu,ujk->njk", in_u, table.coefficients(partial(_rise, u=u)))
+        table = HeldTable(flat, box, _held(flat, box, shape), reach, np.empty(0))
+        ahead = np.tensordot(in_u, table.series(_rises(table, u)), 1)
         size = np.abs(ahead)
         if max(size[:, -1].max(), size[:, :, -1].max()) < _TAIL * size.max():
-            return HeldTable(flat, box, held, reach, ahead)
+            return replace(table, ahead=ahead)
     raise InputError(
         "relief",
         "must be within what the posture can follow",
@@ -120,31 +135,29 @@ def _nodes(count: int) -> Array:
     return np.asarray(np.cos(np.pi * (np.arange(count) + 0.5) / count), float)
 
 
-def _profiles(flat: Held, box: Box, shape: tuple[int, int]) -> tuple[tuple[Held, ...], ...]:
-    """Hold the contact at every node, each from a neighbour nearer the flat."""
+def _held(flat: Held, box: Box, shape: tuple[int, int]) -> Array:
+    """ε, θ_ε and Λ̂ of the profile held at every node, (J, K, 3)."""
     first, second = np.meshgrid(_nodes(shape[0]), _nodes(shape[1]), indexing="ij")
     d, z = box.place((first, second))
-    found: dict[tuple[int, int], Held] = {}
-    row = flat
-    outwards = np.argsort(np.abs(d[:, 0] - box.tilt * z[:, 0])).tolist()
-    for k in np.argsort(np.abs(z[0])).tolist():
-        near = row = hold(flat, float(d[outwards[0], k]), row, height=float(z[0, k]))
-        for j in outwards:
-            near = found[j, k] = hold(flat, float(d[j, k]), near, height=float(z[j, k]))
-    return tuple(tuple(found[j, k] for k in range(shape[1])) for j in range(shape[0]))
+    posture, (distance, height) = flat.posture, flat.base
+    start, unknowns = np.array([flat.contact, 0.0, flat.curve.load]), np.empty((*shape, 3))
+    rows, middle = np.argsort(np.abs(z[0])), int(np.argmin(np.abs(d[:, 0] - box.tilt * z[0, 0])))
+    stands = posture.base_angle, distance, height, posture.friction_angle
+    missed = held_grid.settle(start, *stands, d, z[0], rows, middle, LONGEST, unknowns)
+    if missed >= 0:
+        excursion, above = float(d.flat[missed]), float(z.flat[missed])
+        hold(flat, excursion, height=above)  # refuses, and tells why
+        raise ConvergenceError("profile on an edge", excursion, missed)
+    return unknowns
 
 
-def _rise(held: Held, u: Array) -> Array:
-    """Height of the profile above its contact, over the distance u from it towards the base."""
-    (x0,), (y0,) = held.position(np.array([held.contact]))
-    s = held.contact + u
-    for _ in range(60):
-        x, y = held.position(s)
-        step = (x - x0 - u) / np.cos(held.angle(s))
-        s = np.clip(s - step, held.contact, 1.0)
-        if np.abs(step).max() < 1e-15:
-            break
-    return np.asarray((y - y0) / (x - x0), float)
+def _rises(table: HeldTable, u: Array) -> Array:
+    """Height of the profiles above their contact, over the distance u from it towards the base, (U, J · K)."""
+    unknowns, ascending = table.unknowns.reshape(-1, 3), np.argsort(u)
+    out, found = np.empty((2, len(unknowns), len(u)))
+    held_grid.rises(unknowns, table.flat.posture.friction_angle, u[ascending], LONGEST, found)
+    out[:, ascending] = found
+    return np.ascontiguousarray(out.T)
 
 
 @dataclass(frozen=True)
@@ -181,7 +194,9 @@ class GroundResponse:
     @cached_property
     def rows(self) -> Array:
         """Chebyshev coefficients (K, J, K') of the rows of :class:`vibrissa.mechanics.response.Response`."""
-        return self._formed(lambda held: held_rows(self.table.flat, self.basis, held))
+        project = Projection(self.flat, self.basis)
+        of_flat = held_rows(self.flat, self.basis, self.flat)
+        return self._formed(table_rows(project, self.table.profiles(project.s)), of_flat)
 
     def __call__(self, d: Array, z: Array) -> Array:
         """All rows at excursions d and heights z, (K, len(d))."""
@@ -192,34 +207,41 @@ class GroundResponse:
 
         Below the contact the free end goes on straight.
         """
-        x, y = self._at(self._formed(lambda held: np.array(held.position(s))), d, z).transpose(0, 2, 1)
+        return self.placed(d, z, self.places(s))
+
+    def places(self, s: Array) -> Array:
+        """Chebyshev coefficients (2, S, J, K) of the position of points of the shaft, for :meth:`placed`."""
+        return self._formed(self.table.positions(s), np.stack(self.flat.position(s)))
+
+    def placed(self, d: Array, z: Array, places: Array) -> tuple[Array, Array]:
+        """As :meth:`position`, of points whose places are known."""
+        x, y = self._at(places, d, z).transpose(0, 2, 1)
         return x, y
 
     def displacement(self, d: Array, z: Array, s: Array) -> Array:
         """Transverse displacement n₁·(r − r₁) about the profile on the flat, over L, (len(d), S)."""
-        return self._at(self._formed(lambda held: displaced(self.table.flat, held, s)), d, z).T
+        angle, (x0, y0) = self.flat.angle(s), self.flat.position(s)
+        x, y = self.position(d, z, s)
+        return np.cos(angle) * (y - y0) - np.sin(angle) * (x - x0)
 
-    def _formed(self, of: Callable[[Held], Array]) -> Array:
-        coefficients = self.table.coefficients(of)
+    def _formed(self, values: Array, of_flat: Array) -> Array:
+        """Series (…, J, K) of what the profiles have, (…, J · K), and the one on the flat, (…)."""
+        coefficients = self.table.series(values)
         if self.form == "exact":
             return coefficients
         by_d, by_z = _tangent(coefficients, self.table.box)
         (a, c), (b, e) = zip(self.table.box.low, self.table.box.high, strict=True)
         plane = np.zeros((*by_d.shape, 2, 2))
         by_height = by_z + by_d * self.table.box.tilt  # at a fixed sheared excursion
-        plane[..., 0, 0] = of(self.table.flat) + by_d * (a + c) / 2 + by_height * (b + e) / 2
+        plane[..., 0, 0] = of_flat + by_d * (a + c) / 2 + by_height * (b + e) / 2
         plane[..., 1, 0], plane[..., 0, 1] = by_d * (c - a) / 2, by_height * (e - b) / 2
         return plane
 
     def _at(self, coefficients: Array, d: Array, z: Array) -> Array:
         """Series (…, J, K) at the places of the box, (…, len(d))."""
-        j, k = coefficients.shape[-2:]
-        flat, out = coefficients.reshape(-1, j * k), np.empty((coefficients[..., 0, 0].size, len(d)))
-        for start in range(0, len(d), _BLOCK):
-            some = slice(start, start + _BLOCK)
-            first, second = self.table.box.unit(d[some], z[some])
-            basis = chebyshev.chebvander(first, j - 1)[:, :, None] * chebyshev.chebvander(second, k - 1)[:, None, :]
-            out[:, some] = flat @ basis.reshape(-1, j * k).T
+        series = np.ascontiguousarray(coefficients.reshape(-1, *coefficients.shape[-2:]))
+        out = np.empty((len(series), len(d)))
+        held_grid.summed(series, *self.table.box.unit(d, z), out)
         return out.reshape(*coefficients.shape[:-2], len(d))
 
 

@@ -43,27 +43,33 @@ def _slope(x, state, load, cos_phi, sin_phi, out):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def onwards(state, at, to, load, phi, longest, trial, slopes):  # type: ignore[no-untyped-def]
+    """Carry a state (8,) at one ln x on to another, in place; ``trial`` (8,) and ``slopes`` (7, 8) are room to work."""
+    cos, sin = np.cos(phi), np.sin(phi)
+    steps = int(np.ceil(abs(to - at) / longest))
+    h, x = (to - at) / max(steps, 1), np.exp(at)
+    third, half = np.exp(h / 3), np.exp(h / 2)
+    for _ in range(steps):
+        places = (x, x * third, x * third**2, x * third, x * half, x * half, x * half**2)
+        for stage in range(7):
+            trial[:] = state
+            for k in range(stage):
+                if _STAGES[stage, k] != 0:
+                    for i in range(8):
+                        trial[i] += h * _STAGES[stage, k] * slopes[k, i]
+            _slope(places[stage], trial, load, cos, sin, slopes[stage])
+        for k in range(7):
+            for i in range(8):
+                state[i] += h * _WEIGHTS[k] * slopes[k, i]
+        x *= half**2
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def march(load, phi, log_x, longest, states):  # type: ignore[no-untyped-def]
     """States (P, 8) at ln x (P,), ever farther from the contact at 0, to either side."""
-    state, trial, slopes = np.zeros(8), np.empty(8), np.empty((7, 8))
-    at, cos, sin = 0.0, np.cos(phi), np.sin(phi)
+    state, trial, slopes, at = np.zeros(8), np.empty(8), np.empty((7, 8)), 0.0
     for j in range(log_x.size):
-        steps = int(np.ceil(abs(log_x[j] - at) / longest))
-        h, x = (log_x[j] - at) / max(steps, 1), np.exp(at)
-        third, half = np.exp(h / 3), np.exp(h / 2)
-        for _ in range(steps):
-            places = (x, x * third, x * third**2, x * third, x * half, x * half, x * half**2)
-            for stage in range(7):
-                trial[:] = state
-                for k in range(stage):
-                    if _STAGES[stage, k] != 0:
-                        for i in range(8):
-                            trial[i] += h * _STAGES[stage, k] * slopes[k, i]
-                _slope(places[stage], trial, load, cos, sin, slopes[stage])
-            for k in range(7):
-                for i in range(8):
-                    state[i] += h * _WEIGHTS[k] * slopes[k, i]
-            x *= half**2
+        onwards(state, at, log_x[j], load, phi, longest, trial, slopes)
         at = log_x[j]
         states[j] = state
 
@@ -105,8 +111,8 @@ def solve3(m, determinant, right, out):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _correct(unknown, angle, distance, height, phi, longest):  # type: ignore[no-untyped-def]
-    # Newton's method for (ε, θ_ε, Λ̂) that stand at (θ_b, D, H), in place; the first step goes along the tangent
+def correct(unknown, angle, distance, height, phi, longest):  # type: ignore[no-untyped-def]
+    """Newton's method for (ε, θ_ε, Λ̂) that stand at (θ_b, D, H), in place; whether it arrived."""
     matrix, right, step, state = np.empty((3, 3)), np.zeros(3), np.empty(3), np.empty((1, 8))
     for _ in range(_ITERATIONS):
         contact, turn, load = unknown
@@ -127,17 +133,23 @@ def _correct(unknown, angle, distance, height, phi, longest):  # type: ignore[no
 @njit(cache=True, nogil=True, error_model="numpy")
 def hold(unknown, angle, distance, height, phi, ahead, longest):  # type: ignore[no-untyped-def]
     """Carry a solution (ε, θ_ε, Λ̂) that stands at (θ_b, D, H) on to D + ahead, in place; whether it got there."""
-    done, stride = 0.0, 1.0
+    return carry(unknown, angle, distance, height, phi, ahead, 0.0, longest)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def carry(unknown, angle, distance, height, phi, ahead, up, longest):  # type: ignore[no-untyped-def]
+    """Carry a solution (ε, θ_ε, Λ̂) that stands at (θ_b, D, H) on to D + ahead, H + up, in place, as :func:`hold`."""
+    done, stride, way = 0.0, 1.0, np.hypot(ahead, up)
     while done < 1:
-        stride = min(stride, _STRIDE / abs(ahead))
+        stride = min(stride, _STRIDE / way)
         to = 1.0 if stride >= 1 - done else done + stride
         trial = unknown.copy()
-        if _correct(trial, angle, distance + to * ahead, height, phi, longest):
+        if correct(trial, angle, distance + to * ahead, height + to * up, phi, longest):
             unknown[:] = trial
             done, stride = to, 2 * (to - done)
         else:
             stride = (to - done) / 2
-            if stride * abs(ahead) < _SHORTEST:
+            if stride * way < _SHORTEST:
                 return False
     return True
 
@@ -158,8 +170,8 @@ def place(unknown, phi, s, longest, x, y, tilt):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _onwards(excursions, unknowns, start, d):  # type: ignore[no-untyped-def]
-    # the polynomial through the start at d = 0 and the last solutions, at d
+def foretold(excursions, unknowns, start, d):  # type: ignore[no-untyped-def]
+    """The polynomial through the start at d = 0 and the last solutions, at d."""
     first, out = max(excursions.size - _BACK, 0), np.zeros(3)
     for i in range(first - 1, excursions.size):
         here, share = (0.0 if i < first else excursions[i]), 1.0
@@ -180,23 +192,33 @@ def follow(start, angle, distance, height, phi, excursions, s, longest, unknowns
     """
     unknown, before, states = start.copy(), 0.0, np.empty((s.size, 8))
     for e in range(excursions.size):
-        guess = _onwards(excursions[:e], unknowns, start, excursions[e])
+        guess = foretold(excursions[:e], unknowns, start, excursions[e])
         near = e > 1 and abs(excursions[e] - before) < _STRIDE
-        if near and _correct(guess, angle, distance + excursions[e], height, phi, longest):
+        if near and correct(guess, angle, distance + excursions[e], height, phi, longest):
             unknown[:] = guess
         elif not hold(unknown, angle, distance + before, height, phi, excursions[e] - before, longest):
             return e
-        before, (contact, turn, load) = excursions[e], unknown
+        before = excursions[e]
         unknowns[e] = unknown
-        first = np.searchsorted(s, contact)
-        march(load, phi, np.log(s[:first] / contact)[::-1], longest, states[:first][::-1])
-        march(load, phi, np.log(s[first:] / contact), longest, states[first:])
-        cos, sin = contact * np.cos(turn), contact * np.sin(turn)
-        for j in range(s.size):
-            along, up = states[j, 2] - states[-1, 2], states[j, 3] - states[-1, 3]
-            x[e, j], y[e, j] = along * cos - up * sin, along * sin + up * cos
-        curvature[e] = states[-1, 1] * contact**2
+        curvature[e] = lay(unknown, phi, s, longest, states, x[e], y[e])
     return excursions.size
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def lay(unknown, phi, s, longest, states, x, y):  # type: ignore[no-untyped-def]
+    """Positions x, y (P,) from the base, over L, as :func:`follow` gives them; returns the curvature at the base.
+
+    ``states`` (P, 8) is room to work.
+    """
+    contact, turn, load = unknown
+    first = np.searchsorted(s, contact)
+    march(load, phi, np.log(s[:first] / contact)[::-1], longest, states[:first][::-1])
+    march(load, phi, np.log(s[first:] / contact), longest, states[first:])
+    cos, sin = contact * np.cos(turn), contact * np.sin(turn)
+    for j in range(s.size):
+        along, up = states[j, 2] - states[-1, 2], states[j, 3] - states[-1, 3]
+        x[j], y[j] = along * cos - up * sin, along * sin + up * cos
+    return states[-1, 1] * contact**2
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -19,6 +19,7 @@ from vibrissa.mechanics.profile import nodes_to_series, unit_nodes
 
 Array = NDArray[np.float64]
 
+_BETWEEN = 24  # Chebyshev nodes, and 4 more for each mode, from which modes at many points are read
 _DRAWN = 8  # Gauss nodes between ε on the flat and where an edge has drawn the contact to: the shaft is straight there
 
 
@@ -109,5 +110,16 @@ class Projection:
         s, weights = low + width * (1 + z) / 2, width * w / 2
         x, y = np.empty((2, *s.shape))
         march.straightened(unknowns, self.flat.posture.friction_angle, s, march.LONGEST, x, y)
-        across = self.modes.adjoint(s.ravel()).reshape(2, -1, *s.shape) * (weights * s**2)
+        across = self._adjoint(s) * (weights * s**2)
         return np.asarray((across[0] * x + across[1] * y).sum(axis=-1))
+
+    def _adjoint(self, s: Array) -> Array:
+        """Adjoint modes (2, M, …) at points s near one another; of many points from polynomials between few."""
+        count, low, high = _BETWEEN + 4 * len(self.modes.kappa), s.min(), s.max()
+        if s.size <= 2 * count or high == low:
+            return self.modes.adjoint(s.ravel()).reshape(2, -1, *s.shape)
+        nodes = chebyshev.chebpts1(count)
+        to_series = np.linalg.inv(chebyshev.chebvander(nodes, count - 1))
+        at = chebyshev.chebvander((2 * s.ravel() - low - high) / (high - low), count - 1)
+        few = self.modes.adjoint((low + high) / 2 + (high - low) / 2 * nodes)
+        return np.asarray(few @ (at @ to_series).T).reshape(2, -1, *s.shape)

@@ -237,7 +237,7 @@ def _pieces(project: Projection, low: float, high: float) -> list[Piece]:
     outwards = np.argsort(np.abs(d))
     found = profiles(project.flat, d[outwards], project.s)
     at_nodes = Profiles(*(values[np.argsort(outwards)] for values in found))
-    coefficients = _rows(project, at_nodes) @ _to_series().T
+    coefficients = table_rows(project, at_nodes) @ _to_series().T
     if _converged(coefficients) or high - low < _NARROWEST:
         return [Piece(low, high, coefficients, at_nodes.unknowns)]
     middle = (low + high) / 2
@@ -251,7 +251,7 @@ def _converged(coefficients: Array) -> bool:
     return bool(np.all(tail <= _TAIL * size))
 
 
-def _rows(project: Projection, held: Profiles) -> Array:
+def table_rows(project: Projection, held: Profiles) -> Array:
     """The table at many profiles (E,) at once, (K, E)."""
     contact, turn, load = held.unknowns.T
     follicle = _follicle(project.flat.posture, turn, load * contact**2, held.base_curvature)
