@@ -1,22 +1,51 @@
-"""From slider to picture, in a browser: `python benchmarks/page.py`. Needs chromium and the group dev.
+"""From slider to picture, in a browser: `python benchmarks/page.py`. Needs chromium, the group dev and extra surface.
 
-Each move is one step of an arrow key on a slider, from its event to after the frame in which what is in sight was
-drawn. Beside it the processor time of the server and of the browser per move, which other load inflates less.
+Every slider of texture A, whisker, posture, scan and neuron, on a grating, a rough surface and a dropped file of a
+profilometer; the posture on a smooth wave too. Each move is one step of an arrow key. "First" is the time from its
+event to after the frame in which what is in sight was drawn, "all" to after the frame with every picture. Beside them
+the processor time of the server and of the browser per move, which other load inflates less. Some three minutes.
 """
 
 import os
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
+from pathlib import Path
 
 import numpy as np
 from playwright.sync_api import sync_playwright
 
-MOVES = 40
-CONTROLS = {"height": "Left", "base_angle": "Left", "friction": "Right", "speed": "Right", "damping": "Right"}
-CONTROLS |= {"a.period": "Right", "threshold": "Right"}
-ROUGH = "#a.kind=rough&a.length=0.02&b.kind=rough&b.length=0.02&a.rms=2e-6&b.rms=2e-6&hold=contact&contact=0.35"
+MOVES = 10
+DOWN = ("height", "base_angle", "duty", "a.duty")  # the other way the whisker does not reach, or runs into its fold
+RESTS = np.linspace(0.2, 0.6, MOVES)  # [s] before moves that may meet what the server does when the hands rest
+SURFACES = {
+    "grating": "",
+    "rough": "a.kind=rough&b.kind=rough",
+    "file": "a.kind=file",
+    "wave": "a.kind=wave&b.kind=wave",
+}
+POSTURE = ("height", "base_angle", "friction", "speed")
+SLIDERS = "[...document.querySelectorAll('input[type=range][id^=c-]')].filter(e => e.checkVisibility())"
+SLIDERS += ".map(e => e.id.slice(2, -7)).filter(n => !n.startsWith('b.'))"
+MAP = """aISO-1.0
+ManufacID = vibrissa
+CreateDate = 010120260000
+ModDate = 010120260000
+NumPoints = {nx}
+NumProfiles = {ny}
+Xscale = 1e-05
+Yscale = 1e-05
+Zscale = 1e-06
+Zresolution = -1
+Compression = 0
+DataType = 7
+CheckType = 0
+*
+{rows}
+*
+"""
 
 
 def main():
@@ -26,30 +55,72 @@ def main():
         address = next(word for word in server.stderr.readline().split() if word.startswith("http"))
         browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1280, "height": 900})
-        print(f"{'':<24}{'median':>8}{'p95':>8}{'largest':>9}{'server':>9}{'browser':>9}   [ms]")
-        for title, state, controls in (("", "#", CONTROLS), ("rough, ", ROUGH, ("base_angle", "speed", "damping"))):
-            for control in controls:
-                page.goto("about:blank")
-                page.goto(address + state)
-                until(page, "Boolean(globalThis.vibrissa?.other?.())")
-                page.evaluate("document.querySelectorAll('details').forEach(one => { one.open = true; })")
-                print(f"{title + control:<24}" + moved(page, control, server.pid), flush=True)
+        print(f"[ms]{'':<24}{'first: median':>14}{'p95':>6}{'all: median':>13}{'p95':>6}{'server':>9}{'browser':>9}")
+        for surface, state in SURFACES.items():
+            page.goto("about:blank")
+            page.goto(f"{address}#{state}")
+            until(page, "document.querySelectorAll('details').length > 4")
+            page.evaluate("document.querySelectorAll('details').forEach(one => { one.open = true; })")
+            if surface == "file":
+                drop(page)
+            until(page, "Boolean(vibrissa.data()) && !vibrissa.busy()")
+            every(page, surface, server.pid)
         browser.close()
         server.terminate()
 
 
-def moved(page, control, server):
-    """Move one slider; latencies and processor times as a line."""
-    page.evaluate("vibrissa.latencies.length = 0")
-    before = spent(descendants(server)), spent(browsers())
-    for _ in range(MOVES):
+def every(page, surface, server):
+    """Each slider in turn, from the same state; then the base angle after rests."""
+    start, all_told = page.evaluate("location.hash"), []
+    for control in POSTURE if surface == "wave" else page.evaluate(SLIDERS):
+        told, line = moved(page, control, server)
+        all_told.append(told)
+        print(f"{surface + ', ' + control:<28}{line}", flush=True)
         shown = page.evaluate("vibrissa.shown()")
-        page.locator(f"[id='c-{control}-slider']").press(f"Arrow{CONTROLS[control]}")
-        until(page, f"vibrissa.shown() > {shown}")
-    took = np.array(page.evaluate("vibrissa.latencies"))
+        page.evaluate(f"location.hash = '{start or '#'}'")
+        until(page, f"vibrissa.shown() > {shown} && !vibrissa.busy()")
+    told, line = moved(page, "base_angle", server, RESTS)
+    print(f"{surface + ', angle after rests':<28}{line}", flush=True)
+    print(f"{surface + ', all of these':<28}{as_line(np.concatenate([*all_told, told], axis=1))}\n", flush=True)
+
+
+def moved(page, control, server, rests=None):
+    """Move one slider; times of first and whole pictures (2, N), and a line with them and the processor times."""
+    page.evaluate("vibrissa.latencies.length = vibrissa.wholes.length = 0")
+    before = spent(descendants(server)), spent(browsers())
+    for k in range(MOVES):
+        if rests is not None:
+            time.sleep(rests[k])
+        drawn = page.evaluate("vibrissa.wholes.length")
+        page.locator(f"[id='c-{control}-slider']").press("ArrowLeft" if control in DOWN else "ArrowRight")
+        until(page, f"vibrissa.wholes.length > {drawn}")
     after = spent(descendants(server)), spent(browsers())
-    work = [(now - then) / MOVES * 1e3 for now, then in zip(after, before, strict=True)]
-    return f"{np.median(took):8.0f}{np.quantile(took, 0.95):8.0f}{took.max():9.0f}{work[0]:9.0f}{work[1]:9.0f}"
+    told = np.array([page.evaluate(f"vibrissa.{name}")[-MOVES:] for name in ("latencies", "wholes")])
+    return told, as_line(told) + "".join(f"{(b - a) / MOVES * 1e3:9.0f}" for a, b in zip(before, after, strict=True))
+
+
+def as_line(told):
+    """Medians and 95th percentiles."""
+    numbers = [f(one) for one in told for f in (np.median, lambda one: np.quantile(one, 0.95))]
+    return "".join(f"{one:{width}.0f}" for one, width in zip(numbers, (14, 6, 13, 6), strict=True))
+
+
+def drop(page):
+    """Drop a map of five lines of 2,000 points, 10 µm apart, rough by some micrometres, and settle which line."""
+    rng = np.random.default_rng(1)
+    spectrum = np.fft.rfft(rng.normal(size=(5, 4000)), axis=1) / np.maximum(np.arange(2001), 10) ** 1.3
+    height = np.fft.irfft(spectrum, axis=1)[:, :2000]
+    height *= 3.0 / height.std()
+    rows = "\n".join(" ".join(f"{z:.4f}" for z in row) for row in height)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "map.sdf"
+        path.write_text(MAP.format(nx=2000, ny=5, rows=rows))
+        page.locator("[id='c-a.file']").set_input_files(path)
+        until(page, "document.getElementById('error').textContent.includes('is a map')")
+        line = page.locator("[id='c-a.file'] ~ .open input[name=line]").first
+        line.fill("x:1")
+        line.blur()
+        until(page, "document.getElementById('error').hidden && !vibrissa.busy()")
 
 
 def until(page, condition):

@@ -15,7 +15,7 @@ from vibrissa.files import load
 from vibrissa.mechanics.sampled import sampling_times
 from vibrissa.page.bench import Bench, made_surface
 from vibrissa.page.export import KINDS, RATE, exported
-from vibrissa.page.signals import NODE
+from vibrissa.page.shaft import NODE
 from vibrissa.page.state import read_state
 from vibrissa.study.settings import validated_study
 from vibrissa.study.virtual import predicted_motion

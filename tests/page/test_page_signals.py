@@ -13,7 +13,8 @@ from vibrissa.page.answers import answer, notes
 from vibrissa.page.bench import MODES, Bench, made_surface
 from vibrissa.page.contrast import discrimination, expected_counts
 from vibrissa.page.frames import packed, unpacked
-from vibrissa.page.signals import NODE, RATE, TRIALS, live_arrays
+from vibrissa.page.shaft import NODE
+from vibrissa.page.signals import RATE, TRIALS, live_arrays
 from vibrissa.page.state import read_state
 
 SHORT = {"a.length": 0.01, "b.length": 0.01}

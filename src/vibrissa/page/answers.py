@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.errors import ConvergenceError, InputError
-from vibrissa.mechanics.diagnostics import diagnostics, relief_remarks, remarks
+from vibrissa.mechanics.diagnostics import diagnostics, relief_diagnostics, relief_remarks, remarks
 from vibrissa.mechanics.sampled import sampling_times
 from vibrissa.mechanics.superposition import Prediction
-from vibrissa.mechanics.topography import scanned_relief
+from vibrissa.mechanics.topography import free_end_depth
 from vibrissa.page.contrast import discrimination, expected_counts
 from vibrissa.page.frames import packed
-from vibrissa.page.signals import NODE, RATE, live_arrays, node_motion
+from vibrissa.page.shaft import NODE
+from vibrissa.page.signals import RATE, live_arrays, node_motion
 from vibrissa.page.state import read_state
 
 if TYPE_CHECKING:
@@ -24,7 +25,15 @@ if TYPE_CHECKING:
 LONGEST_ASK = 1 << 16  # bytes of one question: a state is a thirtieth of it
 
 
-def answer(bench: Bench, message: str | bytes) -> str | bytes:
+class GivenUpError(Exception):
+    """Nobody waits for this answer any longer."""
+
+
+def _patient() -> bool:
+    return False
+
+
+def answer(bench: Bench, message: str | bytes, hurried: Callable[[], bool] = _patient) -> str | bytes:
     """Answer one message of the page; an error is answered with its one line.
 
     Parameters
@@ -33,6 +42,8 @@ def answer(bench: Bench, message: str | bytes) -> str | bytes:
         That makes the predictions.
     message : str
         JSON with ``id`` (given back), ``want``: ``live``, ``notes`` or ``contrast``, and ``state``.
+    hurried : callable
+        Whether the next message waits: then notes and contrast, which take longer, are given up.
 
     Returns
     -------
@@ -42,7 +53,9 @@ def answer(bench: Bench, message: str | bytes) -> str | bytes:
     ask: dict[str, Any] = {}
     try:
         ask = _asked(message)
-        return ANSWERS[ask["want"]](bench, ask)
+        return ANSWERS[ask["want"]](bench, ask, hurried)
+    except GivenUpError:
+        return json.dumps({"id": ask["id"], "want": ask["want"], "given_up": True})
     except (InputError, ConvergenceError) as error:
         return json.dumps({"id": ask.get("id"), "want": ask.get("want"), "error": str(error)})
 
@@ -60,10 +73,18 @@ def _asked(message: str | bytes) -> dict[str, Any]:
     return {**ask, "id": number if isinstance(number, int) and 0 <= number < 2**53 else 0}
 
 
-def _live(bench: Bench, ask: Mapping[str, Any]) -> bytes:
+def _on(hurried: Callable[[], bool]) -> None:
+    """Between two steps of a long answer."""
+    if hurried():
+        raise GivenUpError
+
+
+def _live(bench: Bench, ask: Mapping[str, Any], hurried: Callable[[], bool]) -> bytes:
     state = read_state(ask["state"])
     prediction = bench.predict(state)
-    return packed({"id": ask["id"], "want": "live", **facts(prediction)}, live_arrays(prediction, state.unit))
+    return packed(
+        {"id": ask["id"], "want": "live", **facts(prediction)}, live_arrays(prediction, state.unit, bench.ways(state))
+    )
 
 
 def facts(prediction: Motion) -> dict[str, Any]:
@@ -84,26 +105,34 @@ def facts(prediction: Motion) -> dict[str, Any]:
     }
 
 
-def _notes(bench: Bench, ask: Mapping[str, Any]) -> str:
+def _notes(bench: Bench, ask: Mapping[str, Any], hurried: Callable[[], bool]) -> str:
     state = read_state(ask["state"])
-    return json.dumps({"id": ask["id"], "want": "notes", "notes": notes(bench.predict(state))})
+    return json.dumps({"id": ask["id"], "want": "notes", "notes": notes(bench.predict(state), hurried)})
 
 
-def notes(prediction: Motion) -> list[str]:
+def notes(prediction: Motion, hurried: Callable[[], bool] = _patient) -> list[str]:
     """What the model says of its own assumptions, one line each."""
+    t = sampling_times(prediction, RATE)
     if isinstance(prediction, Prediction):
-        return remarks(diagnostics(prediction, sampling_times(prediction, RATE)))
-    return relief_remarks(scanned_relief(prediction, RATE))
+        return remarks(diagnostics(prediction, t))
+    data = relief_diagnostics(prediction, t)
+    _on(hurried)
+    depth = free_end_depth(prediction, t)
+    _on(hurried)
+    counts = {f"{kind}s": count for kind, count in prediction.episodes.counts.items()}
+    return relief_remarks(data.assign(free_end_depth=("time", depth)).assign_attrs(counts))
 
 
-def _contrast(bench: Bench, ask: Mapping[str, Any]) -> bytes:
+def _contrast(bench: Bench, ask: Mapping[str, Any], hurried: Callable[[], bool]) -> bytes:
     state = read_state(ask["state"])
     sounds, rates, counts = {}, {}, []
     ends = []
     for letter in "ab":
         prediction = bench.predict(state, letter)
-        t = sampling_times(prediction, RATE)
-        moved, drive = node_motion(prediction, t)
+        _on(hurried)
+        known, t = bench.ways(state, letter), sampling_times(prediction, RATE)
+        _on(hurried)
+        moved, drive = node_motion(prediction, t, known)
         rates[letter] = (t, state.unit.rate(t, drive))
         sounds[f"displacement_{letter}"] = moved.astype("<f4")
         ends.append(t[-1])
@@ -121,7 +150,7 @@ def _contrast(bench: Bench, ask: Mapping[str, Any]) -> bytes:
     return packed(told, {**sounds, **binned})
 
 
-ANSWERS: dict[str, Callable[[Bench, Mapping[str, Any]], str | bytes]] = {
+ANSWERS: dict[str, Callable[[Bench, Mapping[str, Any], Callable[[], bool]], str | bytes]] = {
     "live": _live,
     "notes": _notes,
     "contrast": _contrast,

@@ -13,6 +13,7 @@ from vibrissa.errors import InputError
 from vibrissa.mechanics.gap import jump_table
 from vibrissa.mechanics.superposition import Prediction, Scan, check_tip, predict
 from vibrissa.mechanics.topography import ReliefPrediction, predict_relief
+from vibrissa.page.shaft import Ways, ways
 from vibrissa.texture.generators import self_affine, wave
 from vibrissa.texture.relief import Relief
 from vibrissa.texture.surface import Reading, Troughs, periodic_grating, random_grating
@@ -31,6 +32,7 @@ MODES = 3
 LONGEST = 6.0  # [s] of one scan: what the page draws stays a few megabytes
 ROUGH_SPACING = 5e-6  # [m] half the shortest wave of self-affine roughness
 KEPT = 8  # postures whose tables are kept
+MARGIN = 1.1  # of the excursions that the next posture is expected to make on the same kind of surface, over the last
 
 
 def made_surface(choice: Choice) -> Troughs | Relief:
@@ -68,7 +70,9 @@ class Bench:
         self._jumps = lru_cache(KEPT)(self._jumps_anew)
         self._response = lru_cache(KEPT)(self._response_anew)
         self._relief = lru_cache(KEPT)(self._relief_anew)
+        self._ways: dict[tuple[float, float, Posture, Choice], Ways] = {}
         self._held: dict[Posture, HeldTable] = {}
+        self._went: dict[str, tuple[float, float]] = {}
 
     def predict(self, state: State, letter: str = "a") -> Motion:
         """The prediction for one of the two textures.
@@ -96,6 +100,14 @@ class Bench:
         _refuse_long(float(surface.position[-1]), scan.speed)
         return replace(self._relief(whisker.length, posture, choice), whisker=whisker, scan=scan)
 
+    def ways(self, state: State, letter: str = "a") -> Ways:
+        """Where the shaft is without vibration, for the prediction of the same state."""
+        whisker = state.whisker
+        key = whisker.length, whisker.tip, state.posture, state.texture(letter)
+        if key not in self._ways:
+            self._ways = dict([*self._ways.items()][1 - KEPT :]) | {key: ways(self.predict(state, letter))}
+        return self._ways[key]
+
     def _surface(self, choice: Choice) -> Troughs | Relief:
         return self._dropped(choice.file) if choice.kind == "file" else made_surface(choice)
 
@@ -115,9 +127,11 @@ class Bench:
     def _relief_anew(self, length: float, posture: Posture, choice: Choice) -> ReliefPrediction:
         surface, scan = self.surface(choice), Scan(speed=0.1, damping=0.0)
         relief = Relief.from_troughs(surface) if isinstance(surface, Troughs) else surface
-        held = self._held.pop(posture, None)
-        made = predict_relief(_cone(length), posture, relief, scan, n_modes=MODES, table=held)
+        held, expected = self._held.pop(posture, None), self._went.get(choice.kind)
+        made = predict_relief(_cone(length), posture, relief, scan, n_modes=MODES, table=held, expected=expected)
         self._held = dict([*self._held.items()][1 - KEPT :]) | {posture: made.episodes.table}
+        low, high = made.episodes.extent
+        self._went[choice.kind] = MARGIN * low, MARGIN * high
         return made
 
 

@@ -16,7 +16,8 @@ from vibrissa.mechanics.superposition import Prediction
 from vibrissa.mechanics.topography import scanned_relief
 from vibrissa.page.bench import MODES
 from vibrissa.page.picture import picture
-from vibrissa.page.signals import NODE, TRIALS, live_arrays, node_motion
+from vibrissa.page.shaft import NODE
+from vibrissa.page.signals import TRIALS, live_arrays, node_motion
 from vibrissa.study.pick import as_toml
 from vibrissa.study.settings import Film
 from vibrissa.study.virtual import lay_out

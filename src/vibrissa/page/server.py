@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import secrets
 import socket
@@ -132,7 +133,7 @@ class Page:
             return _told(404, "not here")
         given = dict(request.query_params)
         return await self._answered(
-            lambda: _given(exported(self.bench, read_state(given), letter, name), KINDS[name], name)
+            lambda: _given(exported(Bench(self.shelf.get), read_state(given), letter, name), KINDS[name], name)
         )
 
     async def _answered(self, work: Callable[[], Response]) -> Response:
@@ -149,12 +150,27 @@ class Page:
             await socket.close(1008)
             return
         await socket.accept()
+        with suppress(WebSocketDisconnect):
+            await self._converse(socket)
+
+    async def _converse(self, socket: WebSocket) -> None:
+        """Answer message after message; while one is answered the next is listened for, which hurries it."""
+        coming = _awaited(socket)
         try:
             while True:
-                told = await self._work(answer, self.bench, await _message(socket))
+                message = await coming
+                coming = _awaited(socket)
+                told = await self._work(answer, self.bench, message, coming.done)
                 await (socket.send_text(told) if isinstance(told, str) else socket.send_bytes(told))
-        except WebSocketDisconnect:
-            return
+        finally:
+            coming.cancel()
+
+
+def _awaited(socket: WebSocket) -> asyncio.Task[str | bytes]:
+    """The next message, listened for; an end of the connection that nobody asks for is no error."""
+    coming = asyncio.create_task(_message(socket))
+    coming.add_done_callback(lambda one: None if one.cancelled() else one.exception())
+    return coming
 
 
 async def _message(socket: WebSocket) -> str | bytes:
@@ -208,6 +224,8 @@ def serve(
     """
     from urllib.parse import urlencode
 
+    from threadpoolctl import threadpool_limits
+
     read_state(given)
     uvicorn = _uvicorn()
     with listening(port) as listener:
@@ -219,7 +237,7 @@ def serve(
         server = uvicorn.Server(settings(page.application()))
         if opened is not None:
             threading.Thread(target=opened, args=(address,), daemon=True).start()
-        with suppress(KeyboardInterrupt):
+        with suppress(KeyboardInterrupt), threadpool_limits(1):  # small sums: threads would only wait for one another
             server.run(sockets=[listener])
         tell("the page is closed")
 

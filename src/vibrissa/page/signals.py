@@ -14,28 +14,27 @@ from vibrissa.mechanics.follicle import base_curvature, base_moment
 from vibrissa.mechanics.sampled import sampling_times
 from vibrissa.mechanics.topography import ReliefPrediction
 from vibrissa.neural.virtual import draw_spikes
-from vibrissa.page.shaft import across, way
+from vibrissa.page.shaft import ways
 from vibrissa.signals.envelope import analytic_envelope
 
 if TYPE_CHECKING:
     from vibrissa.neural.virtual import HingeUnit
     from vibrissa.page.bench import Motion
+    from vibrissa.page.shaft import Ways
 
 Array = NDArray[np.float64]
 Arrays = dict[str, NDArray[np.float32]]
 
 RATE = 10_000.0  # [Hz] eight samples and more in a period of the third mode of any rat whisker
-NODE = 5e-3  # [m] from the base: where the paper's stimulator held the whiskers, and what it replayed
 TRIALS = 12  # of the raster
 POSITIONS = 800  # moments at which the shaft is placed, at most
-SHAFT = 36  # points of it
 WINDOW, MOST_COLUMNS = 512, 160  # samples of one spectrum, 51 ms; spectra over the record
 HIGHEST = 1000.0  # [Hz] of the spectrogram
 CONTACTS = np.linspace(0.02, 0.95, 94)
 DRAWN = 20_000  # points of a relief that are drawn
 
 
-def live_arrays(prediction: Motion, unit: HingeUnit) -> Arrays:
+def live_arrays(prediction: Motion, unit: HingeUnit, known: Ways | None = None) -> Arrays:
     """Everything drawn, as float32 arrays by name.
 
     Parameters
@@ -44,6 +43,8 @@ def live_arrays(prediction: Motion, unit: HingeUnit) -> Arrays:
         From the bench.
     unit : HingeUnit
         Driven by the envelope of the shaft's displacement 5 mm from the base.
+    known : Ways, optional
+        Of the same posture and surface.
 
     Returns
     -------
@@ -56,11 +57,11 @@ def live_arrays(prediction: Motion, unit: HingeUnit) -> Arrays:
         pinned there. ``shaft`` (S,) from tip to base, ``shaft_x``, ``shaft_y`` (P, S) [m] from the base,
         ``shaft_time`` (P,) [s]. ``surface`` (2, N): corners of the surface, place and height [m].
     """
-    t = sampling_times(prediction, RATE)
-    length = prediction.whisker.length
-    modes = prediction.mode_displacement(t) * length
-    curvature = _curvature(prediction, t)
-    moved, drive = node_motion(prediction, t)
+    t, length, known = sampling_times(prediction, RATE), prediction.whisker.length, known or ways(prediction)
+    quasi_static, q = prediction.drive(t), prediction.amplitudes(t)
+    modes = (q + quasi_static[: len(q)]) * length
+    curvature = _curvature(prediction, quasi_static[len(q)], q)
+    moved, drive = _moved(prediction, t, q, known)
     arrays = {
         "excursion": prediction.excursion(t) * length,
         "modes": modes,
@@ -72,17 +73,21 @@ def live_arrays(prediction: Motion, unit: HingeUnit) -> Arrays:
         **firing(unit, t, drive),
         **_spectrogram(moved),
         "resonance": resonances_by_contact(prediction.whisker.timescale),
-        **_shaft(prediction, t),
+        **_shaft(prediction, t, q, known),
         "surface": corners(prediction),
     }
     return {name: np.ascontiguousarray(values, "<f4") for name, values in arrays.items()}
 
 
-def node_motion(prediction: Motion, t: Array) -> tuple[Array, Array]:
+def node_motion(prediction: Motion, t: Array, known: Ways | None = None) -> tuple[Array, Array]:
     """Displacement of the point 5 mm from the base, less its mean, and its envelope [m], (T,) each."""
-    length = prediction.whisker.length
-    moved = across(prediction, t, 1 - NODE / length) * length
-    return moved - moved.mean(), analytic_envelope(moved)[0]
+    return _moved(prediction, t, prediction.amplitudes(t), known or ways(prediction))
+
+
+def _moved(prediction: Motion, t: Array, q: Array, known: Ways) -> tuple[Array, Array]:
+    moved = known.node.across(prediction, t, q)[:, 0] * prediction.whisker.length
+    moved -= moved.mean()
+    return moved, analytic_envelope(moved)[0]
 
 
 def firing(unit: HingeUnit, t: Array, drive: Array) -> dict[str, Array]:
@@ -92,11 +97,10 @@ def firing(unit: HingeUnit, t: Array, drive: Array) -> dict[str, Array]:
     return {"firing": rate, "spikes": np.stack([times, trials])}
 
 
-def _curvature(prediction: Motion, t: Array) -> Array:
-    """Curvature at the base, quasi-static and of the vibration [1/m], (T,)."""
+def _curvature(prediction: Motion, slow: Array, q: Array) -> Array:
+    """Curvature at the base, quasi-static (over 1/L) and of the vibration [1/m], (T,)."""
     bending = prediction.response.basis.base_curvature
-    slow = prediction.drive(t)[len(bending)] / prediction.whisker.length
-    return slow + base_curvature(prediction.whisker, bending, prediction.amplitudes(t))
+    return slow / prediction.whisker.length + base_curvature(prediction.whisker, bending, q)
 
 
 def _spectrogram(signal: Array) -> dict[str, Array]:
@@ -121,14 +125,11 @@ def resonances_by_contact(timescale: float) -> Array:
     return np.concatenate([CONTACTS[None], _kappa_by_contact() / (2 * np.pi * timescale)])
 
 
-def _shaft(prediction: Motion, t: Array) -> dict[str, Array]:
+def _shaft(prediction: Motion, t: Array, q: Array, known: Ways) -> dict[str, Array]:
     """Where the shaft is, from the physical tip to the base [m], at even moments."""
-    moments = t[:: -(-len(t) // POSITIONS)]
-    contact, tip, length = prediction.posture.contact, prediction.whisker.tip, prediction.whisker.length
-    free, held = np.linspace(tip, contact, 8, endpoint=False), np.linspace(0, 1, SHAFT - 8)
-    s = np.concatenate([free, contact + (1 - contact) * held**1.5])
-    x, y = way(prediction, moments, s)
-    return {"shaft": s, "shaft_x": length * x, "shaft_y": length * y, "shaft_time": moments}
+    some, length = slice(None, None, -(-len(t) // POSITIONS)), prediction.whisker.length
+    x, y = known.shaft.at(prediction, t[some], q[:, some])
+    return {"shaft": known.shaft.s, "shaft_x": length * x, "shaft_y": length * y, "shaft_time": t[some]}
 
 
 def corners(prediction: Motion) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import lru_cache
 from reprlib import repr as short
 from typing import Any
 
@@ -19,6 +20,8 @@ from vibrissa.page.controls import CONTROLS, Control
 from vibrissa.whisker import Whisker, atlas_whisker
 
 LONGEST_TEXT = 80  # characters of one value
+
+_at_height = lru_cache(64)(Posture.at_height)  # asked for several times in one answer
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +71,7 @@ class State:
         if not height < top:
             rule, remedy = f"must lie below L sin θ_b, {top * 1e3:.4g} mm", "lower H or raise θ_b"
             raise InputError("Posture, Distance H (height)", rule, f"{height * 1e3:.4g} mm", remedy)
-        return Posture.at_height(height / length, angle, friction)
+        return _at_height(height / length, angle, friction)
 
     @property
     def scan(self) -> Scan:

@@ -7,19 +7,20 @@ import { describeMotion, drawMotion } from "./whisker.js";
 
 const $ = id => document.getElementById(id);
 const TIMED = ["excursion", "modes", "moment-view", "spectrogram", "firing"], RIGHT = { "moment-view": 52, spectrogram: 64 };
+const REST = 150; // [ms] without a move until the hands are said to rest
 const EXPORTS = ["picture.png", "picture.svg", "data.nc", "signals.csv", "sound.wav", "texture.csv", "study.toml"];
 
 let table, made, state, data = null, other = null, playing = null;
 let time = 0, last = null, paused = matchMedia("(prefers-reduced-motion: reduce)").matches;
 let cursors = [], socket = null, flying = null, waiting = null, count = 0, idle = 0;
-let shownCount = 0, lasting = "";
-const latencies = [];
+let shownCount = 0, lasting = "", touched = 0;
+const latencies = [], wholes = []; // [ms] from the hand to the pictures in sight, and to all
 
 // Questions
 
 function ask(want) {
   waiting = { want, since: performance.now() };
-  if (!flying) send();
+  if (flying?.want !== "live") send(); // what takes longer is given up for it
 }
 
 function send() {
@@ -51,10 +52,12 @@ function unpacked(message) {
 
 function received(told) {
   const asked = flying;
+  if (told.id !== undefined && told.id !== null && told.id !== asked?.id) return; // nobody waits for it any longer
   flying = null;
   if (told.want === "live" && !told.error) {
     data = told;
-    requestAnimationFrame(() => { redraw(); setTimeout(() => measured(asked)); });
+    redraw(() => framed(() => wholes.push(performance.now() - asked.since)));
+    framed(() => { latencies.push(performance.now() - asked.since); shownCount += 1; });
   } else if (told.want === "notes" && !told.error) $("notes").replaceChildren(...told.notes.map(text => Object.assign(document.createElement("li"), { textContent: text })));
   else if (told.want === "contrast" && !told.error) { other = told; $("play-b").disabled = false; contrast(other); replay(); }
   if (told.want === "live" || !told.want) say(told.error || lasting);
@@ -69,10 +72,7 @@ function next(want) { // when the hands rest: what takes longer
   else if (want === "notes") idle = setTimeout(() => ask("contrast"), 10);
 }
 
-function measured(asked) {
-  latencies.push(performance.now() - asked.since);
-  shownCount += 1;
-}
+const framed = then => requestAnimationFrame(() => setTimeout(then)); // once the next frame is painted
 
 function say(line, id = "error") {
   if (id === "index" && !line) return;
@@ -92,6 +92,7 @@ function changed(name, value) {
 function settle() {
   show(made, table, state);
   clearTimeout(idle);
+  touched = performance.now();
   ask("live");
   const address = addressOf(state, table);
   if (address.length <= LONGEST_ADDRESS) history.replaceState(null, "", address);
@@ -113,9 +114,9 @@ async function dropped(letter, file, settled) {
 
 // Pictures
 
-function redraw() {
+function redraw(done = () => {}) {
   if (!data) return;
-  drawAll(data);
+  drawAll(data, Math.max(0, touched + REST - performance.now()), done);
   describeMotion(data);
   time = Math.min(time, end());
   if (!cursors.length) layCursors();
@@ -147,7 +148,7 @@ function layCursors() { // measured once for a layout: reading it at every frame
 function tick(now) {
   requestAnimationFrame(tick);
   if (last !== null && now - last < 30) return; // as often as a film: what is saved goes to new pictures
-  if (data && !paused && last !== null && !document.hidden && flying?.want !== "live") {
+  if (data && !paused && last !== null && !document.hidden && performance.now() > touched + REST && flying?.want !== "live") {
     time = (time + Math.min(0.1, (now - last) / 1000) / Number($("slow").value)) % end();
     motion();
   }
@@ -213,7 +214,7 @@ function read() {
 }
 
 async function start() {
-  globalThis.vibrissa = { latencies, shown: () => shownCount, busy: () => Boolean(flying || waiting) || drawing(), started: 0, ended: 0, data: () => data, other: () => other, rendered: sound.rendered, at: () => time };
+  globalThis.vibrissa = { latencies, wholes, shown: () => shownCount, busy: () => Boolean(flying || waiting) || drawing(), started: 0, ended: 0, data: () => data, other: () => other, rendered: sound.rendered, at: () => time };
   const told = await (await fetch("controls.json")).json();
   table = told.controls;
   setPalette(told.palette.flat());

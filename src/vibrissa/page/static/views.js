@@ -14,14 +14,14 @@ let later = [], rest = 0;
 
 export const drawing = () => later.length > 0;
 
-// What is in sight at once, the rest when the hands rest.
-export function drawAll(data) {
+// What is in sight at once, the rest when the hands have rested for `pause` ms; then `done` is called.
+export function drawAll(data, pause, done) {
   const end = (data.excursion.length - 1) / data.rate;
   later = Object.keys(VIEWS);
   const draw = wanted => { later = later.filter(id => !wanted(id) || VIEWS[id](data, end)); };
   draw(inSight);
   clearTimeout(rest);
-  rest = setTimeout(() => draw(() => true), 150);
+  rest = setTimeout(() => { draw(() => true); done(); }, pause);
 }
 
 function excursion(data, end) {
