@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from contextlib import ExitStack
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Datasets = Mapping[str, "xr.Dataset"]
+Build = Callable[[], tuple[Any, dict[str, Any]]]
 
 OF_SWEEPS = ("sweeps", "comparison", "profile")
 
@@ -109,12 +111,15 @@ def export_nwb(
     named = told if len(files) == 1 else replace(told, subject=None)  # each by its own name
     sessions = [(named.session(name, parts, results.folder, animals or {}), parts) for name, parts in files]
     paths = _paths(Path(out), sessions, overwrite)
-    built = [
-        (path, session, *_built(session, parts, results.folder, Clock(pause, taken_until(parts)), sampling_rate))
+    builds: list[tuple[Path, Session, Build]] = [
+        (
+            path,
+            session,
+            partial(_built, session, parts, results.folder, Clock(pause, taken_until(parts)), sampling_rate),
+        )
         for path, (session, parts) in zip(paths, sessions, strict=True)
     ]
-    _write([(path, file) for path, _, file, _ in built])
-    return [Written(path=path, session=session, holds=holds) for path, session, _, holds in built], results.left_out
+    return _write(builds, paths[0].parent), results.left_out
 
 
 def _files(results: Results, told: Told) -> list[tuple[str | None, Datasets]]:
@@ -250,14 +255,27 @@ def _add_recordings(file: Any, laid: list[tuple[str, Array, Array]]) -> None:
     add_intervals(file, "recordings", text, [time for _, _, time in laid], xr.Dataset(columns))
 
 
-def _write(files: list[tuple[Path, Any]]) -> None:
-    """Write all files under other names, then rename them; if one fails, none is there."""
-    contents = [(path, nwb_bytes(file)) for path, file in files]
-    for path, _ in contents:
-        try:
-            path.parent.mkdir(exist_ok=True)
-        except OSError as error:
-            raise InputError(str(path.parent), f"could not be made ({error.strerror or error})") from error
-    with ExitStack() as stack:
-        for path, content in contents:
-            stack.enter_context(written_whole(path)).write_bytes(content)
+def _write(builds: list[tuple[Path, Session, Build]], folder: Path) -> list[Written]:
+    """Write one file after the other under other names, then rename all; if one fails, none is there."""
+    made, done = not folder.is_dir(), []
+    try:
+        folder.mkdir(exist_ok=True)
+        with ExitStack() as stack:
+            for path, session, build in builds:
+                temporary = stack.enter_context(written_whole(path))
+                done.append(Written(path=path, session=session, holds=_write_one(build, temporary)))
+    except BaseException as error:
+        if made:
+            with suppress(OSError):
+                folder.rmdir()
+        if isinstance(error, OSError):
+            raise InputError(str(folder), f"could not be written ({error.strerror or error})") from error
+        raise
+    return done
+
+
+def _write_one(build: Build, path: Path) -> dict[str, Any]:
+    """Build a file, write it, and let its memory go."""
+    file, holds = build()
+    path.write_bytes(nwb_bytes(file))
+    return holds
