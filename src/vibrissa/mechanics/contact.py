@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -132,14 +133,21 @@ def episodes(
     InputError
         If the posture cannot follow the surface; the message tells where.
     """
+    if expected is not None:
+        with suppress(InputError):  # as much may be more than this posture can follow, and than this surface asks for
+            return _followed(relief, whisker, flat, table, expected)
+    return _followed(relief, whisker, flat, table, None)
+
+
+def _followed(
+    relief: Relief, whisker: Whisker, flat: Held, table: HeldTable | None, expected: tuple[float, float] | None
+) -> Episodes:
     ground = _ground(relief, whisker.length)
     heights = float(ground[1].min()), float(ground[1].max())
     if table is None or not _serves(table, flat, heights):
         try:
             table = _first_table(flat, heights, expected)
         except InputError as error:
-            if expected is not None:  # may be more than this posture can follow, and than this surface asks for
-                return episodes(relief, whisker, flat)
             raise _too_much("the relief", error) from None
     for _ in range(_TRIES):
         (travelled, place, height, slope), (kind, jumped), status, where = trace(tables(table), ground)
@@ -187,7 +195,9 @@ def _first_table(flat: Held, heights: tuple[float, float], expected: tuple[float
     x, y = flat.position(np.linspace(flat.contact, 1, 400))
     clear = int(np.searchsorted(y - y[0], 2 * (heights[1] - heights[0])))
     reach = max(10 * _LEAST, float(1.3 * (x - x[0])[min(clear, 300)]))
-    low, high = (share * reach for share in _FIRST) if expected is None else expected
+    low, high = (share * reach for share in _FIRST)
+    if expected is not None:
+        low, high = min(expected[0], low / _WIDER), max(expected[1], high / _WIDER)
     margin = 1e-3 * (heights[1] - heights[0]) + 1e-6
     box = Box((low, min(heights[0], 0) - margin), (high, max(heights[1], 0) + margin), flat_tilt(flat))
     return held_table(flat, box, reach)

@@ -1,0 +1,74 @@
+"""Profiles held at a grid by compiled loops are those that collocation holds; what is expected only saves time."""
+
+import numpy as np
+import pytest
+
+from vibrissa.errors import InputError
+from vibrissa.mechanics.contact import episodes
+from vibrissa.mechanics.edge import hold, on_the_flat
+from vibrissa.mechanics.ground import Box, flat_tilt, held_table
+from vibrissa.mechanics.profile import Posture
+from vibrissa.texture.generators import self_affine
+from vibrissa.whisker import Whisker
+
+WHISKER = Whisker(length=0.04, cone_angle=1.5e-3, tip=0.05)
+POSTURES = [Posture(contact=0.29, base_angle=1.2), Posture(contact=0.6, base_angle=0.5, friction=0.0)]
+
+
+@pytest.fixture(scope="module", params=POSTURES, ids=["steep", "flat"])
+def table(request):
+    flat = on_the_flat(request.param)
+    return held_table(flat, Box((-0.02, -1e-3), (0.004, 5e-4), flat_tilt(flat)), reach=0.05)
+
+
+def some_nodes(table):
+    """Excursion and height of nodes of the table, their index, and the profile that collocation holds there."""
+    count = table.shape[1]
+    first, second = (np.cos(np.pi * (np.arange(n) + 0.5) / n) for n in table.shape)
+    d, z = table.box.place(tuple(np.meshgrid(first, second, indexing="ij")))
+    for j, k in ((0, 0), (table.shape[0] - 1, count - 1), (4, 2)):
+        yield j * count + k, hold(table.flat, d[j, k], height=z[j, k])
+
+
+def test_every_node_holds_the_profile_that_collocation_holds(table):
+    s = np.array([0.1, table.flat.contact, 0.7, 0.95, 1.0, 1.01])
+    positions = table.positions(s)
+    for node, held in some_nodes(table):
+        np.testing.assert_allclose(
+            table.unknowns.reshape(-1, 3)[node],
+            [held.contact, held.contact_angle, held.curve.load],
+            rtol=1e-9,
+            atol=1e-11,
+        )
+        np.testing.assert_allclose(positions[:, :, node], held.position(s), atol=1e-11)
+
+
+def test_the_shaft_ahead_of_the_contact_is_where_its_table_says(table):
+    u = np.array([1e-4, 0.01, 0.03, 0.05])
+    for node, held in some_nodes(table):
+        j, k = divmod(node, table.shape[1])
+        at = [np.cos(np.pi * (i + 0.5) / n) for i, n in zip((j, k), table.shape, strict=True)]
+        rise = np.polynomial.chebyshev.chebval3d(
+            2 * u / table.reach - 1, *(np.full(len(u), x) for x in at), table.ahead
+        )
+        s = np.linspace(held.contact, 1, 4000)
+        x, y = held.position(s)
+        np.testing.assert_allclose(u * rise, np.interp(u, x - x[0], y - y[0]), atol=2e-8)  # of chords
+
+
+def test_a_box_beyond_the_fold_is_refused_with_the_place(table):
+    with pytest.raises(InputError, match="must be within what the posture can follow"):
+        held_table(table.flat, Box((-0.02, -1e-3), (2.0, 5e-4), table.box.tilt), reach=0.05)
+
+
+@pytest.mark.parametrize("expected", [(-0.05, 0.01), (-1e-4, 1e-5), (-5.0, 3.0)], ids=["wide", "narrow", "absurd"])
+def test_what_is_expected_of_a_scan_changes_nothing_but_its_time(expected):
+    relief, flat = self_affine(0.01, rng=np.random.default_rng(3), rms=3e-6, spacing=5e-6), on_the_flat(POSTURES[0])
+    plain, other = episodes(relief, WHISKER, flat), episodes(relief, WHISKER, flat, expected=expected)
+    travelled = np.linspace(0, plain.travelled[-1], 500)
+    np.testing.assert_array_equal(other.kind, plain.kind)
+    np.testing.assert_allclose(other.contact(travelled), plain.contact(travelled), atol=1e-9)
+    low, high = plain.extent
+    sheared = np.subtract(plain.contact(travelled)[0], plain.table.box.tilt * plain.contact(travelled)[1])
+    assert low <= sheared.min() + 1e-12 < sheared.max() - 1e-12 <= high
+    assert plain.table.box.low[0] <= low <= high <= plain.table.box.high[0]
