@@ -6,8 +6,8 @@ import shutil
 import threading
 import time
 import urllib.parse
+import zipfile
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -334,8 +334,9 @@ def test_what_is_taken_away_is_of_the_state_that_is_set(hands):
     hands.open()
     hands.act(lambda: hands.control("damping").fill("0.06"))
     with hands.page.expect_download() as waited:
-        hands.page.locator("#exports a", has_text="study.toml").click()
-    text = Path(waited.value.path()).read_text(encoding="utf-8")
-    assert waited.value.suggested_filename == "vibrissa-study.toml"
+        hands.page.locator("#exports a", has_text="study.zip").click()
+    with zipfile.ZipFile(waited.value.path()) as archive:
+        text = archive.read("vibrissa-study/study.toml").decode()
+    assert waited.value.suggested_filename == "vibrissa-study.zip"
     assert "damping = 0.06" in text
     assert "length = 0.01" in text

@@ -1,9 +1,8 @@
 """What is taken away says the same as the page: data, sound, picture, texture, and the study that makes it again."""
 
 import io
-import tomllib
 import xml.etree.ElementTree as Xml
-from pathlib import Path
+import zipfile
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ from vibrissa.page.bench import Bench, made_surface
 from vibrissa.page.export import KINDS, RATE, exported
 from vibrissa.page.shaft import NODE
 from vibrissa.page.state import read_state
-from vibrissa.study.settings import validated_study
+from vibrissa.study.settings import read_study
 from vibrissa.study.virtual import predicted_motion
 
 SHORT = {"a.length": 0.01, "b.length": 0.01}
@@ -61,10 +60,19 @@ def test_sound_rings_at_the_resonance_in_seconds():
     assert np.argmax(power) * rate / (8 * ringing.size) == pytest.approx(resonance, abs=0.5)
 
 
+def study_taken(folder, **state):
+    """The study as `vibrissa run` reads it where the archive was unpacked, and the names of its files."""
+    with zipfile.ZipFile(io.BytesIO(take("study.zip", **state))) as archive:
+        archive.extractall(folder)
+        names = sorted(archive.namelist())
+    return read_study(folder / "vibrissa-study" / "study.toml"), names
+
+
 @pytest.mark.parametrize("kind", ["random", "widths"])
-def test_the_study_makes_the_same_motion(kind):
+def test_the_study_makes_the_same_motion(kind, tmp_path):
     state = {"a.kind": kind, "a.seed": 5, "whisker": "beta", "height": 0.025, "friction": 0.3, "speed": 0.12}
-    study = validated_study(tomllib.loads(take("study.toml", **state).decode()), "the page's study", Path())
+    study, names = study_taken(tmp_path, **state)
+    assert names == ["vibrissa-study/study.toml"]  # the seed makes the texture
     again, page = predicted_motion(study), WORKBENCH.predict(read_state({**SHORT, **state}))
     t = sampling_times(page, 5000.0)
     np.testing.assert_allclose(again.mode_displacement(t)[:3], page.mode_displacement(t), rtol=1e-7, atol=1e-12)
@@ -74,10 +82,10 @@ def test_the_study_makes_the_same_motion(kind):
 
 
 @pytest.mark.parametrize("kind", ["periodic", "wave"])
-def test_the_study_of_another_texture_takes_its_file(kind, tmp_path):
+def test_the_study_of_another_texture_has_its_file_beside_it(kind, tmp_path):
     state = {"a.kind": kind, **LEVEL}
-    (tmp_path / "vibrissa-texture.csv").write_bytes(take("texture.csv", **state))
-    study = validated_study(tomllib.loads(take("study.toml", **state).decode()), "the page's study", tmp_path)
+    study, names = study_taken(tmp_path, **state)
+    assert names == ["vibrissa-study/study.toml", "vibrissa-study/texture.csv"]
     again, page = predicted_motion(study), WORKBENCH.predict(read_state({**SHORT, **state}))
     t = sampling_times(page, 5000.0)
     np.testing.assert_allclose(again.mode_displacement(t)[:3], page.mode_displacement(t), rtol=1e-7, atol=1e-12)
@@ -102,6 +110,7 @@ def test_pictures_are_pictures_and_equal_states_give_equal_files():
     assert "Spikes" in svg.decode() or len(svg) > 10_000
     assert svg == take("picture.svg")
     assert take("data.nc") == take("data.nc")
+    assert take("study.zip", **{"a.kind": "wave", **LEVEL}) == take("study.zip", **{"a.kind": "wave", **LEVEL})
 
 
 def test_texture_b_is_taken_away_as_b():

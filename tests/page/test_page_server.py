@@ -39,6 +39,17 @@ def fine(socket):
     return told["id"] == 7 and "error" not in told and told["contact"] == pytest.approx(0.2894, abs=1e-4)
 
 
+def test_what_takes_long_is_given_up_for_the_next_question(line):
+    rough = {"a.kind": "rough", "a.length": 0.03, "b.kind": "rough", "b.length": 0.03}
+    assert ask(line, "live", rough)["id"] == 7
+    line.send(json.dumps({"id": 1, "want": "contrast", "state": {**SHORT, **rough}}))
+    line.send(json.dumps({"id": 2, "want": "live", "state": SHORT}))
+    told = [heard(line), heard(line)]
+    assert [one["id"] for one in told] == [1, 2]
+    assert told[0] == {"id": 1, "want": "contrast", "given_up": True}
+    assert "error" not in told[1]
+
+
 def test_page_and_scripts_are_its_own_and_forbid_all_else(served):
     for name in STATIC:
         reply = httpx.get(served.root + name)
@@ -61,7 +72,7 @@ def test_both_pictures_of_the_model_come_over_the_line(line):
     ids=str,
 )
 def test_strangers_get_nothing(served, headers):
-    for place in ("", "controls.json", "export/a/study.toml"):
+    for place in ("", "controls.json", "export/a/study.zip"):
         assert httpx.get(served.root + place, headers=headers).status_code == 404
     assert httpx.post(served.root + "texture?name=x.csv", content=b"x", headers=headers).status_code == 403
     with pytest.raises(InvalidStatus) as refused:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import tempfile
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -35,13 +36,14 @@ RATE = 20_000.0  # [Hz] of data and sound, as `vibrissa scan`
 LOUD = 0.9  # of full scale: the loudest sample
 FRAME_RATE, LEAST_FRAMES = 2000.0, 100  # [Hz] of the study's virtual camera
 READINGS = {"random": "telegraph", "widths": "widths"}
-BESIDE = "vibrissa-texture.csv"  # as the page's texture is called when it is taken away
+FOLDER, BESIDE = "vibrissa-study", "texture.csv"  # in the archive: its folder, and the texture beside the study
+THEN = (1980, 1, 1, 0, 0, 0)  # of every file in the archive: equal states give equal archives
 
 KINDS = {
     "data.nc": "application/x-netcdf",
     "signals.csv": "text/csv",
     "sound.wav": "audio/wav",
-    "study.toml": "application/toml",
+    "study.zip": "application/zip",
     "texture.csv": "text/csv",
     "picture.png": "image/png",
     "picture.svg": "image/svg+xml",
@@ -119,6 +121,20 @@ def _texture(prediction: Motion, state: State, letter: str) -> bytes:
 
 
 def _study(prediction: Motion, state: State, letter: str) -> bytes:
+    """An archive with the study file and, where it names one, its texture: unpacked it runs as it is."""
+    files = {"study.toml": _settings(prediction, state, letter)}
+    if state.texture(letter).kind not in READINGS:
+        files[BESIDE] = _texture(prediction, state, letter)
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as opened:
+        for name, content in files.items():
+            entry = zipfile.ZipInfo(f"{FOLDER}/{name}", THEN)
+            entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
+            opened.writestr(entry, content)
+    return archive.getvalue()
+
+
+def _settings(prediction: Motion, state: State, letter: str) -> bytes:
     """The study file of the same whisker, posture, scan, texture and neuron, filmed by the virtual camera."""
     posture, scan = prediction.posture, prediction.scan
     neuron, film = state.unit, Film(n_frames=max(LEAST_FRAMES, int(np.ceil(prediction.end * FRAME_RATE))))
@@ -134,8 +150,7 @@ def _study(prediction: Motion, state: State, letter: str) -> bytes:
         "recording": {"n_trials": TRIALS, "distance": NODE},
         "recording.unit": {name: getattr(neuron, name) for name in ("threshold", "slope", "baseline", "latency")},
     }
-    beside = f"# needs the page's texture.csv of texture {letter.upper()} beside it, under the name {BESIDE}\n"
-    return ((beside if "file" in table["texture"] else "") + as_toml(table)).encode()
+    return as_toml(table).encode()
 
 
 def _texture_table(prediction: Motion, choice: Choice) -> dict[str, Any]:
@@ -164,7 +179,7 @@ MAKERS: dict[str, Maker] = {
     "data.nc": _netcdf,
     "signals.csv": _csv,
     "sound.wav": _wave,
-    "study.toml": _study,
+    "study.zip": _study,
     "texture.csv": _texture,
     "picture.png": _picture("png"),
     "picture.svg": _picture("svg"),

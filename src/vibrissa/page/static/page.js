@@ -8,7 +8,7 @@ import { describeMotion, drawMotion } from "./whisker.js";
 const $ = id => document.getElementById(id);
 const TIMED = ["excursion", "modes", "moment-view", "spectrogram", "firing"], RIGHT = { "moment-view": 52, spectrogram: 64 };
 const REST = 150; // [ms] without a move until the hands are said to rest
-const EXPORTS = ["picture.png", "picture.svg", "data.nc", "signals.csv", "sound.wav", "texture.csv", "study.toml"];
+const EXPORTS = ["picture.png", "picture.svg", "data.nc", "signals.csv", "sound.wav", "texture.csv", "study.zip"];
 
 let table, made, state, data = null, other = null, playing = null;
 let time = 0, last = null, paused = matchMedia("(prefers-reduced-motion: reduce)").matches;
