@@ -51,8 +51,11 @@ def base_lines(results: Mapping[str, xr.Dataset]) -> xr.Dataset:
     -------
     Dataset
         By ``signal_name``: ``first_resonance`` [Hz], ``first_damping`` and ``first_correlation`` with the prediction.
+        Nothing where there is none.
     """
     some = [data for name, data in results.items() if name.startswith("base_signal_")]
+    if not some:
+        return dataset()
     rows: list[list[float]] = []
     for one in some:
         end = "" if "resonant_frequency" in one else "_white"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -49,7 +49,7 @@ class Picture(NamedTuple):
     left_out: str
 
 
-def write_report(study: Study, results: Results, path: Path, series: Series) -> None:
+def write_report(study: Study, results: Results, path: Path, series: Series, not_analysed: Sequence[str] = ()) -> None:
     """Write the report of a study.
 
     Parameters
@@ -62,6 +62,8 @@ def write_report(study: Study, results: Results, path: Path, series: Series) -> 
         HTML file to write.
     series : callable
         Number of a sweep → its time series, where there are many.
+    not_analysed : sequence of str
+        What could not be analysed, and why: a line each.
     """
     from jinja2 import Environment, PackageLoader, select_autoescape
 
@@ -70,6 +72,7 @@ def write_report(study: Study, results: Results, path: Path, series: Series) -> 
     page = environment.get_template("report.html").render(
         study=study,
         version=__version__,
+        not_analysed=not_analysed,
         verdict=[row for row in rows if WHITE not in row["quantity"]],
         white=[row for row in rows if WHITE in row["quantity"]],
         tracks=_tracks(results["profile"]) if "profile" in results else [],

@@ -1,0 +1,81 @@
+"""What of a study could not be analysed: told, while the rest goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from vibrissa.errors import ConvergenceError, InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from vibrissa.study.settings import Study
+
+Failures = dict[str, str]
+Attempt = Callable[[str, Callable[[], dict[str, "xr.Dataset"]]], dict[str, "xr.Dataset"]]
+
+_NAMED = 5  # sweeps of one reason that are named one by one
+
+
+def attempting(study: Study, failed: Failures) -> Attempt:
+    """How the parts of a study are done: where one cannot be, the others go on, and the reason is noted.
+
+    Parameters
+    ----------
+    study : Study
+        What is asked. Where it has one part only its error is raised: nothing is left that could go on.
+    failed : dict
+        Takes the reasons, by part.
+
+    Returns
+    -------
+    callable
+        (name of a part, its work) → its datasets; none where it could not be done.
+    """
+    one, many = study.movie or study.film, study.laboratory or study.sweeps is not None
+    alone = [bool(part) for part in (one, many, study.only_surface, study.cortex)].count(True)
+    if alone + len(study.base_signal) + len(study.neural) == 1:
+        return _plainly
+
+    def attempt(thing: str, work: Callable[[], dict[str, xr.Dataset]]) -> dict[str, xr.Dataset]:
+        try:
+            return work()
+        except (InputError, ConvergenceError, OSError) as error:
+            failed[thing] = str(error)
+            return {}
+
+    return attempt
+
+
+def _plainly(_: str, work: Callable[[], dict[str, xr.Dataset]]) -> dict[str, xr.Dataset]:
+    return work()
+
+
+def not_analysed(results: Mapping[str, xr.Dataset], failed: Failures) -> list[str]:
+    """A line for each part that could not be analysed, and for each reason for which sweeps could not.
+
+    Parameters
+    ----------
+    results : mapping of Datasets
+        Of a study; of ``sweeps``, ``accepted`` and ``rejected`` are looked at.
+    failed : dict
+        Reasons by part, as :func:`attempting` notes them.
+    """
+    lines = [f"{thing}: {reason}" for thing, reason in failed.items()]
+    return lines + (_sweeps(results["sweeps"]) if "sweeps" in results else [])
+
+
+def _sweeps(sweeps: xr.Dataset) -> list[str]:
+    """Sweeps that were rejected, those of one reason together."""
+    why: dict[str, list[str]] = {}
+    rows = zip(sweeps.sweep.values, sweeps.accepted.values, sweeps.rejected.values, strict=True)
+    for number, accepted, reason in rows:
+        if not accepted:
+            why.setdefault(str(reason), []).append(str(number))
+    return [f"{_named(numbers)} of {sweeps.sizes['sweep']}: {reason}" for reason, numbers in why.items()]
+
+
+def _named(numbers: list[str]) -> str:
+    more = f" and {len(numbers) - _NAMED} more" if len(numbers) > _NAMED else ""
+    return f"sweep{'s' if len(numbers) > 1 else ''} {', '.join(numbers[:_NAMED])}{more}"
