@@ -69,7 +69,8 @@ def compare_all(
     rows = [load(path_of(out / "comparison", row["address"])) for row in found]
     rows = [row.assign_coords(sweep=[number]) for row, number in zip(rows, numbers, strict=True)]
     whole = xr.concat(rows, "sweep", combine_attrs="drop")
-    return whole.assign_attrs({name: rows[0].attrs[name] for name in _TOLD})
+    addresses = xr.Variable("sweep", [row["address"] for row in found], dict(sweeps.address.attrs))
+    return whole.assign(address=addresses).assign_attrs({name: rows[0].attrs[name] for name in _TOLD})
 
 
 def _job(row: xr.Dataset, out: Path, gratings: list[Troughs]) -> Job:

@@ -31,6 +31,7 @@ Array = NDArray[np.float64]
 
 NODE_SPACING = 116e-6  # [m] the paper's median
 _SEEN = 0.5  # of the frames in which a node that counts was seen
+_EVERY = 4  # frames from one to the next that the shares of the modes are taken from
 _MARGIN = 24  # pixels about a whisker whose film is cropped
 
 
@@ -115,8 +116,10 @@ def _shares(filmed: Filmed) -> Array:
     """Shares of the variance that the modes would explain to a perfect tracker, ε known."""
     seen = np.isfinite(filmed.profile.x.values).mean(axis=0) >= _SEEN
     arc = filmed.profile.arc_length.values[seen]
-    instants = replace(filmed.film, subframes=1)  # of the shutter's three, which take 3 % of mode 3 and much time
-    perfect = true_profile(filmed.motion, instants, filmed.scene, arc)
+    film = filmed.film  # one instant of the shutter's three, which take 3 % of mode 3, and few frames: they cost much
+    camera = replace(film.camera, frame_rate=film.camera.frame_rate / _EVERY)
+    some = replace(film, subframes=1, n_frames=film.n_frames // _EVERY, camera=camera)
+    perfect = true_profile(filmed.motion, some, filmed.scene, arc)
     found = decompose(perfect, filmed.known.whisker, filmed.motion.posture.contact, n_modes=N_MODES)
     return np.asarray(found.variance_explained.values)
 
