@@ -34,6 +34,10 @@ class InputError(ValueError):
         return type(self), (self.thing, self.said)
 
 
+class MachineError(InputError):
+    """What the machine refuses, not the input: a full disk, a lost scheduler. The whole stops, and can go on later."""
+
+
 class ConvergenceError(RuntimeError):
     """A solver stopped before it met its tolerance.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from vibrissa.errors import ConvergenceError, InputError
+from vibrissa.errors import ConvergenceError, InputError, MachineError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,16 +31,18 @@ def attempting(study: Study, failed: Failures) -> Attempt:
     Returns
     -------
     callable
-        (name of a part, its work) → its datasets; none where it could not be done.
+        (name of a part, its work) → its datasets; none where it could not be done. What the machine refuses is raised.
     """
     one, many = study.movie or study.film, study.laboratory or study.sweeps is not None
     alone = [bool(part) for part in (one, many, study.only_surface, study.cortex)].count(True)
     if alone + len(study.base_signal) + len(study.neural) == 1:
-        return _plainly
+        return plainly
 
     def attempt(thing: str, work: Callable[[], dict[str, xr.Dataset]]) -> dict[str, xr.Dataset]:
         try:
             return work()
+        except MachineError:
+            raise
         except (InputError, ConvergenceError, OSError) as error:
             failed[thing] = str(error)
             return {}
@@ -48,7 +50,8 @@ def attempting(study: Study, failed: Failures) -> Attempt:
     return attempt
 
 
-def _plainly(_: str, work: Callable[[], dict[str, xr.Dataset]]) -> dict[str, xr.Dataset]:
+def plainly(_: str, work: Callable[[], dict[str, xr.Dataset]]) -> dict[str, xr.Dataset]:
+    """Do the work of a part; its error is raised."""
     return work()
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa import __version__
-from vibrissa.errors import ConvergenceError, InputError
+from vibrissa.errors import ConvergenceError, InputError, MachineError
 from vibrissa.files import load, save
 from vibrissa.quantities import dataset
 from vibrissa.sweep.engine import Engine, each
@@ -86,8 +86,8 @@ def finish(
 
     Raises
     ------
-    InputError
-        If the folder cannot be written, or the workers write somewhere else.
+    MachineError
+        If the folder cannot be written, the workers write somewhere else, or are lost.
     """
     folder = folder.absolute()
     try:
@@ -95,7 +95,7 @@ def finish(
         for left in folder.glob(".*.part*"):  # of a process that was killed
             left.unlink(missing_ok=True)
     except OSError as error:
-        raise InputError(str(folder), f"could not be written ({error.strerror or error})") from error
+        raise MachineError(str(folder), f"could not be written ({error.strerror or error})") from error
     rows = {job.address: kept_row(folder, job.address) for job in jobs}
     missing = list({job.address: job for job in jobs if rows[job.address] is None}.values())
     there = len(jobs) - len(missing)
@@ -104,7 +104,11 @@ def finish(
         if progress is not None:
             progress(stage, there + done, len(jobs))
 
-    for job, _ in zip(missing, each(partial(do, folder=folder), missing, engine or Engine(), tell), strict=True):
+    try:
+        each(partial(do, folder=folder), missing, engine or Engine(), tell)
+    except InputError as error:  # what is wrong with a job stands in its row: this is none's
+        raise MachineError(error.thing, error.said) from error
+    for job in missing:
         rows[job.address] = kept_row(folder, job.address)
     return [_found(folder, job, rows[job.address]) for job in jobs]
 
@@ -112,7 +116,7 @@ def finish(
 def _found(folder: Path, job: Job, row: Row | None) -> Row:
     if row is None:
         remedy = "give --out on a file system that all see under the same name"
-        raise InputError(str(path_of(folder, job.address)), "must be seen by all workers", None, remedy)
+        raise MachineError(str(path_of(folder, job.address)), "must be seen by all workers", None, remedy)
     return row
 
 
