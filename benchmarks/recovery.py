@@ -27,6 +27,8 @@ def one_seed(seed: int) -> dict[str, float]:
     study = read_study()
     study = dataclasses.replace(
         study,
+        laboratory=None,
+        cortex=None,
         texture=dataclasses.replace(study.texture, seed=seed),
         film=dataclasses.replace(study.film, seed=seed),
     )

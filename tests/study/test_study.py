@@ -18,7 +18,7 @@ from vibrissa.study.study import run_study
 
 
 def small(study: Study, **film) -> Study:
-    return dataclasses.replace(study, film=dataclasses.replace(study.film, **film))
+    return dataclasses.replace(study, laboratory=None, cortex=None, film=dataclasses.replace(study.film, **film))
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,9 @@ import os
 import re
 import sys
 from pathlib import Path
+from typing import Annotated, Literal
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CycloptsError, Parameter
 
 from vibrissa import __version__
 from vibrissa.cli.coding import demodulation, drives, information
@@ -25,6 +26,8 @@ from vibrissa.cli.results import base, figure, posture, sweeps
 from vibrissa.cli.robustness import robustness
 from vibrissa.cli.scan import scan, whisk
 from vibrissa.cli.sort import sort
+from vibrissa.cli.study import leave, plan_run
+from vibrissa.cli.study import study as study_file
 from vibrissa.cli.sweep import sweep
 from vibrissa.cli.tracks import tracks
 from vibrissa.cli.trials_needed import trials_needed
@@ -40,13 +43,17 @@ def run(
     study: Path | None = None,
     *,
     out: Path = Path("vibrissa-out"),
+    scale: Literal["small", "paper"] | None = None,
     scheduler: Scheduler = "processes",
     workers: Workers = None,
+    dry_run: Annotated[bool, Parameter(negative="")] = False,
     json: Json = False,
 ) -> None:
     """Run a study: the main job. Without one, the built-in virtual experiment.
 
-    A run that was stopped, by Ctrl-C or anything else, goes on where it was by the same command.
+    A run that was stopped, by Ctrl-C or anything else, goes on where it was by the same command. Exit code 2: the input
+    is bad, and nothing was made; 3: a part, or a sweep, could not be analysed, which report and screen tell, and the
+    rest is there.
 
     Parameters
     ----------
@@ -54,16 +61,25 @@ def run(
         Study file (TOML).
     out
         Folder for datasets and report; made if absent.
+    scale
+        Of the built-in experiment: small, the default, or the paper's (582 sweeps, 514 units; more than an hour).
+    dry_run
+        Do nothing, but say what would be done: stages, sizes, time, inputs, figures.
     """
     from vibrissa.study.settings import read_study
     from vibrissa.study.study import run_study
     from vibrissa.sweep.engine import Engine
 
-    engine = Engine(scheduler=scheduler, workers=workers)
+    if study is not None and scale is not None:
+        raise InputError("--scale", "must be left out where a study is given", scale, "it is the built-in experiment's")
+    engine, told = Engine(scheduler=scheduler, workers=workers), read_study(study, scale or "small")
+    if dry_run:
+        return plan_run(told, out, engine.at_once, json)
     with stoppable(out), progress_bars() as progress:
-        verdict = run_study(read_study(study), out, engine=engine, progress=progress)
+        verdict = run_study(told, out, engine=engine, progress=progress)
     tell(f"the report is {out / 'report.html'}")
     show(verdict, None, json, None)
+    leave(verdict)
 
 
 for verb in (pick, track, tracks, decompose, modes, profile, gap, scan, whisk, whisker, atlas, sweep, replay, neural):
@@ -83,6 +99,7 @@ app.command(robustness)
 app.command(trials_needed)
 app.command(explore)
 app.command(export)
+app.command(study_file, name="study")
 
 
 def main() -> None:

@@ -29,13 +29,16 @@ class Comparison:
         1/(1 + their number). 0 for none.
     jitter : int
         Sweeps whose prediction is disturbed by jitter of the tip, to see what jitter does to the correlation; 0: none.
+    repeats : int
+        Sweeps of a laboratory that are run five times each; 0: none.
     """
 
     gratings: int = 39
     jitter: int = 0
+    repeats: int = 0
 
     def __post_init__(self) -> None:
-        for name in ("gratings", "jitter"):
+        for name in ("gratings", "jitter", "repeats"):
             if not 0 <= getattr(self, name) <= MOST:
                 raise InputError(f"Comparison.{name}", f"must lie between 0 and {MOST}", getattr(self, name))
 

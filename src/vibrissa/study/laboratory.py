@@ -25,7 +25,7 @@ from vibrissa.whisker.cone import DENSITY, YOUNGS_MODULUS
 Array = NDArray[np.float64]
 Interval = tuple[float, float]
 
-WHISKER, CONDITION, TEXTURE, SWEEP = range(4)  # what a seed is for
+WHISKER, CONDITION, TEXTURE, SWEEP, REPEAT = range(5)  # what a seed is for
 _MOST_DRAWS = 500  # of one posture
 _TRUNCATION = 2.0  # standard deviations beyond which a geometry is drawn anew
 

@@ -20,6 +20,7 @@ from vibrissa.study.gratings import Textures, new_gratings
 from vibrissa.study.laboratory import Laboratory, plan
 from vibrissa.study.model_figures import model_results
 from vibrissa.study.recorded_sweeps import profile_of, read_sweeps
+from vibrissa.study.repeated import repeats_of
 from vibrissa.study.store import Progress
 from vibrissa.study.sweep_analysis import DAMPING, Line
 from vibrissa.study.sweep_verdict import mode_shares, sweep_verdict
@@ -51,9 +52,9 @@ def many_sweeps(study: Study, out: Path, engine: Engine | None, progress: Progre
     Returns
     -------
     dict of Datasets
-        ``sweeps``; ``comparison`` where a texture is known, ``gain``, ``jitter`` if asked for; of one sweep, for the
-        figures, ``profile``, ``posture``, ``modal``, ``resonance_white``, ``spectra_white``, ``still`` where there
-        is a movie, and what the model says: ``gap``, ``gaps``, ``gain_map``.
+        ``sweeps``; ``comparison`` where a texture is known, ``gain``, ``jitter`` and ``repeats`` if asked for; of one
+        sweep, for the figures, ``profile``, ``posture``, ``modal``, ``resonance_white``, ``spectra_white``, ``still``
+        where there is a movie, and what the model says: ``gap``, ``gaps``, ``gain_map``.
     """
     how, source = study.comparison, study.laboratory
     if source is not None:
@@ -79,6 +80,9 @@ def many_sweeps(study: Study, out: Path, engine: Engine | None, progress: Progre
         progress("jitter", 0, 0)
         found = jitter_of(sweeps, out, textures, how.jitter)
         results |= {} if found is None else {"jitter": found}
+    if how.repeats and source is not None:
+        again = repeats_of(source, sweeps, how.repeats, out, engine, progress)
+        results |= {} if again is None else {"repeats": again}
     progress("one sweep shown", 0, 0)
     return results | shown(study, sweeps)
 

@@ -25,6 +25,9 @@ from vibrissa.video.scenery import Light
 from vibrissa.video.whisking import Whisking
 from vibrissa.whisker import Whisker
 
+Scale = Literal["small", "paper"]
+BUILT_IN: dict[Scale, str] = {"small": "experiment.toml", "paper": "paper.toml"}
+
 
 @dataclass(frozen=True, kw_only=True)
 class MovieFile:
@@ -245,8 +248,8 @@ class Study:
         return self.texture is not None and self.movie is None and self.film is None
 
 
-def read_study(path: str | Path | None = None) -> Study:
-    """Read a study file (TOML); without one, the built-in virtual experiment.
+def read_study(path: str | Path | None = None, scale: Scale = "small") -> Study:
+    """Read a study file (TOML); without one, the built-in virtual experiment, small or at the paper's scale.
 
     Raises
     ------
@@ -254,7 +257,7 @@ def read_study(path: str | Path | None = None) -> Study:
         If the file is missing or no TOML, a key is unknown (the nearest right one is named), or a value is bad.
     """
     if path is None:
-        text = resources.files("vibrissa.data").joinpath("experiment.toml").read_text(encoding="utf-8")
+        text = resources.files("vibrissa.data").joinpath(BUILT_IN[scale]).read_text(encoding="utf-8")
         return validated_study(tomllib.loads(text), "built-in experiment", Path())
     path = Path(path)
     if not path.is_file():

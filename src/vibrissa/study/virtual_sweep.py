@@ -71,7 +71,7 @@ def filmed_sweep(laboratory: Laboratory, sweep: VirtualSweep) -> Filmed:
     texture = laboratory.grating(sweep.key[3])
     rng = laboratory.rng(SWEEP, *sweep.key)
     real = _run(predict(sweep.whisker, sweep.posture, texture, sweep.scan), laboratory, rng)
-    film = _film(real, laboratory, rng)
+    film = film_of(real, laboratory, rng)
     scene = lay_out(real, film)
     span = film.n_frames / film.camera.frame_rate
     known = Known(
@@ -143,7 +143,7 @@ def _jitter(nuisance: Nuisance) -> Jitter:
     return Jitter(**{name: getattr(nuisance, name) for name in names})
 
 
-def _film(prediction: Prediction, laboratory: Laboratory, rng: np.random.Generator) -> Film:
+def film_of(prediction: Prediction, laboratory: Laboratory, rng: np.random.Generator) -> Film:
     """The movie of one run: its seeds, and its field if it is cropped to the whisker."""
     nuisance, pixels, light = laboratory.nuisance, int(rng.integers(2**31)), int(rng.integers(2**31))
     drift = Light(drift=nuisance.light_drift, drift_time=nuisance.drift_time, seed=light)
