@@ -8,7 +8,7 @@ from typing import Any
 from vibrissa.whisker import DENSITY, YOUNGS_MODULUS, atlas
 
 TEXTURES = {
-    "random": "random grating (edges without memory)",
+    "random": "random grating (no memory)",
     "widths": "random grating (Gaussian widths)",
     "periodic": "periodic grating",
     "rough": "self-affine roughness",

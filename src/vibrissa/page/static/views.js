@@ -42,8 +42,8 @@ function modes(data, end) {
     const box = { ...whole, top: whole.top + i * whole.height / 3, height: whole.height / 3 - 8 };
     const far = ticks([0, 0.9 * top], 2).at(-1), steps = far ? [-far, 0, far] : [0];
     const map = axes(place, box, [0, end], [-top, top], { x: i === 2 ? "time [s]" : "", y: `q${"₁₂₃"[i]} [µm]`, ySteps: steps });
+    for (const sign of [1, -1]) trace(place, map, envelope, 1 / data.rate, ink.pale, { width: 1, scale: sign * 1e6 });
     trace(place, map, values, 1 / data.rate, ink[MODES[i]], { width: 1, scale: 1e6, offset: middle });
-    for (const sign of [1, -1]) trace(place, map, envelope, 1 / data.rate, ink.ink, { width: 1, scale: sign * 1e6 });
     place.ctx.fillStyle = ink.ink; place.ctx.textAlign = "right"; place.ctx.textBaseline = "top";
     place.ctx.fillText(`${told(data.frequency[i])} Hz`, box.left + box.width, box.top);
     said.push(`mode ${i + 1} at ${told(data.frequency[i])} hertz, rms ${told(1e6 * rms(values))} micrometres`);

@@ -111,10 +111,21 @@ function close(data, time, pose, d, contact, touching, depth) {
   ctx.beginPath(); ctx.arc(X(-data.distance - d), Y(-data.height + held), 4.5, 0, 7); ctx.fill();
   rule(ctx, 10, 14, 3e-4 * scale, "0.3 mm, true proportions");
   if (touching) {
-    ctx.fillStyle = ink.bad; ctx.textAlign = "left"; ctx.textBaseline = "bottom";
-    const words = [`free end ${told(1e6 * depth, 2)} µm below ground:`, "a second contact, not modelled"];
-    (width < 400 ? words : [words.join(" ")]).reverse().forEach((line, i) => ctx.fillText(line, 4, height - 4 - 14 * i));
+    ctx.textAlign = "left"; ctx.textBaseline = "bottom";
+    const lines = wrapped(ctx, `free end ${told(1e6 * depth, 2)} µm below ground: a second contact, not modelled`, width - 12);
+    ctx.fillStyle = ink.card; ctx.fillRect(0, height - 8 - 14 * lines.length, 8 + Math.max(...lines.map(line => ctx.measureText(line).width)), 8 + 14 * lines.length);
+    ctx.fillStyle = ink.bad;
+    lines.reverse().forEach((line, i) => ctx.fillText(line, 4, height - 4 - 14 * i));
   }
+}
+
+function wrapped(ctx, text, width) { // lines of whole words
+  const lines = [];
+  for (const word of text.split(" ")) {
+    const longer = lines.length ? `${lines.at(-1)} ${word}` : word;
+    if (lines.length && ctx.measureText(longer).width <= width) lines[lines.length - 1] = longer; else lines.push(word);
+  }
+  return lines;
 }
 
 export function drawMotion(data, time, magnify) {
