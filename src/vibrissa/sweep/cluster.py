@@ -84,9 +84,9 @@ def alone(function: Callable[[Item], Result], item: Item) -> Result:
 @cache
 def _one_thread() -> None:
     """For the rest of this process, a worker of the cluster."""
-    from threadpoolctl import threadpool_limits
+    from vibrissa.sweep.engine import single_threaded
 
-    threadpool_limits(1)
+    single_threaded()
 
 
 def _flow(

@@ -92,10 +92,8 @@ def each(
     elif engine.scheduler == "processes" and engine.at_once > 1 and len(items) > 1:
         _in_processes(function, items, engine.at_once, done, count)
     else:
-        from threadpoolctl import threadpool_limits
-
         scheduler = "threads" if engine.scheduler == "threads" and engine.at_once > 1 else "synchronous"
-        with threadpool_limits(1):  # sums of several threads differ in the last bit from those of one
+        with single_threaded():
             _by_dask(function, dict(enumerate(items)), count, scheduler=scheduler, num_workers=engine.at_once)
     return [done[number] for number in range(len(items))]
 
@@ -181,6 +179,14 @@ def _begin() -> None:
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
+
+
+def single_threaded() -> Any:
+    """Limit this process to one thread of each library: sums of several differ in the last bit; undone by ``with``."""
+    import scipy.linalg  # noqa: F401 (its BLAS is another than NumPy's, and is only limited once it is there)
+    from threadpoolctl import threadpool_limits
+
+    return threadpool_limits(1)
 
 
 @contextmanager
