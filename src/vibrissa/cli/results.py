@@ -11,6 +11,7 @@ from vibrissa.cli.options import Atlas, Json, OfWhisker, Out, Scheduler, Workers
 from vibrissa.cli.output import progress_bars, show, stoppable, tell
 from vibrissa.cli.pictures import Picture, refuse_picture, write_picture
 from vibrissa.cli.points import line_of
+from vibrissa.cli.study import leave
 from vibrissa.errors import InputError
 
 
@@ -26,8 +27,8 @@ def sweeps(
 ) -> None:
     """Many recorded sweeps, listed in a table: posture, modes, resonances, prediction against measurement, report.
 
-    A sweep that cannot be analysed is told with its reason, and the others go on. Started again with the same --out it
-    goes on where it was stopped.
+    A sweep that cannot be analysed is told with its reason, and the others go on; the exit code is then 3. Started
+    again with the same --out it goes on where it was stopped.
 
     Parameters
     ----------
@@ -53,6 +54,7 @@ def sweeps(
         lines = run_study(study, out, engine=engine, progress=progress)
     tell(f"the report is {out / 'report.html'}")
     show(lines, None, json, None)
+    leave(lines)
 
 
 def base(

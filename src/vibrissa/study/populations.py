@@ -11,6 +11,7 @@ from vibrissa.errors import InputError
 from vibrissa.files import load
 from vibrissa.study.cortex import Cortex, analyse_block, command_of, gathered, stimulated
 from vibrissa.study.neurons import neuron_results
+from vibrissa.study.outcome import Attempt, plainly
 from vibrissa.study.store import Job, Progress, finish, made_of, path_of
 
 if TYPE_CHECKING:
@@ -24,7 +25,11 @@ _KEEPING = ("row", "made_of", "address")  # attributes of a kept file, not of wh
 
 
 def populations_of(
-    study: Study, out: Path, engine: Engine | None = None, progress: Progress | None = None
+    study: Study,
+    out: Path,
+    engine: Engine | None = None,
+    progress: Progress | None = None,
+    attempt: Attempt = plainly,
 ) -> dict[str, xr.Dataset]:
     """Units of a study and, where the names are free, those that Figure 8 shows.
 
@@ -36,6 +41,8 @@ def populations_of(
         Folder of the results: the units of each whisker of a simulated population are kept in its ``cortex``.
     engine, progress
         As in :func:`vibrissa.study.study.run_study`.
+    attempt : callable, optional
+        How each part is done; see :func:`vibrissa.study.outcome.attempting`.
 
     Returns
     -------
@@ -51,14 +58,15 @@ def populations_of(
     """
     results: dict[str, xr.Dataset] = {}
     if study.cortex is not None:
-        found = kept_cortex(study.cortex, out, engine, progress)
-        results |= found if study.recording is None else {"units": found["units"]}
+        found = attempt("cortex", partial(kept_cortex, study.cortex, out, engine, progress))
+        results |= {name: data for name, data in found.items() if study.recording is None or name == "units"}
     alone = study.cortex is None and study.recording is None and len(study.neural) == 1
     for number, neurons in enumerate(study.neural, 1):
         if progress is not None:
             progress("recorded neurons", number, len(study.neural))
         end = "" if alone else f"_{number}"
-        results |= {name + end: data for name, data in neuron_results(neurons, study.folder, progress).items()}
+        found = attempt(f"recording {number}", partial(neuron_results, neurons, study.folder, progress))
+        results |= {name + end: data for name, data in found.items()}
     return results
 
 

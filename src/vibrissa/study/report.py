@@ -83,7 +83,12 @@ def write_report(study: Study, results: Results, path: Path, series: Series, not
         base_signals=base_rows(results),
         surface=surface_rows(results["scan"]) if "scan" in results else [],
         neurons=neurons_of(results),
-        pictures=[*_pictures(study, results, series), *_neuron_pictures(results), *_base_pictures(results)],
+        pictures=[
+            *_drawn(surface_figures(results)),
+            *_pictures(study, results, series),
+            *_neuron_pictures(results),
+            *_drawn(base_figures(results)),
+        ],
         **(page_of(compare(results)) if "sweeps" in results or tables_of(results) else {}),
     )
     path.write_text(page, encoding="utf-8")
@@ -111,8 +116,8 @@ def _neuron_pictures(results: Results) -> Iterator[Picture]:
             yield Picture(heading, png_of(figure), "")
 
 
-def _base_pictures(results: Results) -> Iterator[Picture]:
-    for heading, figure in (*surface_figures(results), *base_figures(results)):
+def _drawn(figures: list[tuple[str, Figure]]) -> Iterator[Picture]:
+    for heading, figure in figures:
         yield Picture(heading, png_of(figure), "")
 
 

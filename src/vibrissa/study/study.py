@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from functools import partial
 from pathlib import Path
@@ -19,13 +20,16 @@ from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.study.apparatus import apparatus, true_profile
 from vibrissa.study.backward import Progress, analyse, counted, followed, still_of, track_file
-from vibrissa.study.base_signals import analyse_signal
+from vibrissa.study.base_signals import BaseSignal, analyse_signal
 from vibrissa.study.lines import base_lines, sweep_lines
 from vibrissa.study.many import many_sweeps, posture_of
+from vibrissa.study.outcome import Attempt, Failures, attempting, not_analysed
 from vibrissa.study.populations import populations_of
+from vibrissa.study.provenance import write_provenance
 from vibrissa.study.report import write_report
 from vibrissa.study.report_neurons import tables_of, unit_lines
 from vibrissa.study.settings import Film, Study, UnitRecording
+from vibrissa.study.surface import surface_lines, surface_results
 from vibrissa.study.sweeps import read_series
 from vibrissa.study.verdict import hold_against
 from vibrissa.study.virtual import exposed_signals, film_motion, lay_out, predicted_motion, record_unit
@@ -48,7 +52,7 @@ _EVERY = 8  # nodes from one to the next whose truth is kept
 def run_study(
     study: Study, out: str | Path, *, engine: Engine | None = None, progress: Progress | None = None
 ) -> xr.Dataset:
-    """Run a study and write its datasets (NetCDF), its movie if virtual, its verdict and its report.
+    """Run a study and write its datasets (NetCDF), its movie if virtual, its verdict, its report and its provenance.
 
     Parameters
     ----------
@@ -66,7 +70,9 @@ def run_study(
     -------
     Dataset
         The verdict, truth against found; of many sweeps, a line for each; for a recorded movie, how far each whisker
-        was followed; of units, how many are driven; of base signals alone, their resonances.
+        was followed; of units, how many are driven; of a surface alone, its modes and how far the model's assumptions
+        hold; of base signals alone, their resonances. The attribute ``not_analysed`` (JSON) holds a line for each part,
+        and each reason for which sweeps, could not be analysed, while the rest went on.
 
     Raises
     ------
@@ -75,14 +81,18 @@ def run_study(
     """
     out = Path(out).absolute()
     with held(out) as work:
-        results = _results(study, work, out, engine, progress or (lambda *_: None))
-        write_report(study, results, work / "report.html", partial(read_series, out))
+        failed: Failures = {}
+        attempt = attempting(study, failed)
+        results = _results(study, work, out, engine, progress or (lambda *_: None), attempt)
+        lines = not_analysed(results, failed)
+        write_report(study, results, work / "report.html", partial(read_series, out), lines)
         for name, data in results.items():
             save(data, work / f"{name}.nc")
+        write_provenance(study, results, work, out)
         out.mkdir(exist_ok=True)
         for made in sorted(work.iterdir()):
             os.replace(made, out / made.name)
-    return _told(results)
+    return _told(results).assign_attrs(not_analysed=json.dumps(lines, ensure_ascii=False))
 
 
 def _told(results: Datasets) -> xr.Dataset:
@@ -95,20 +105,32 @@ def _told(results: Datasets) -> xr.Dataset:
         return followed(results["profile"])
     if tables_of(results):
         return unit_lines(results)
+    if "scan" in results:
+        return surface_lines(results["scan"])
     return base_lines(results)
 
 
-def _results(study: Study, work: Path, out: Path, engine: Engine | None, progress: Progress) -> Datasets:
+def _results(
+    study: Study, work: Path, out: Path, engine: Engine | None, progress: Progress, attempt: Attempt
+) -> Datasets:
     """Every dataset the study's parts allow, in the order of the work."""
     results: Datasets = {}
     for number, signal in enumerate(study.base_signal, 1):
         progress("base signals", number, len(study.base_signal))
-        results[f"base_signal_{number}"] = analyse_signal(signal, study.folder)
+        name = f"base_signal_{number}"
+        results |= attempt(f"base signal {signal.label}", partial(_one_signal, name, signal, study.folder))
+    if study.only_surface:
+        progress("scan of the surface", 0, 0)
+        results |= attempt("texture", partial(surface_results, study))
     if study.laboratory is not None or study.sweeps is not None:
-        results |= many_sweeps(study, out, engine, progress)
+        results |= attempt("sweeps", partial(many_sweeps, study, out, engine, progress))
     if study.film is not None or study.movie is not None:
-        results |= _one_movie(study, work, progress)
-    return results | populations_of(study, out, engine, progress)
+        results |= attempt("movie", partial(_one_movie, study, work, progress))
+    return results | populations_of(study, out, engine, progress, attempt)
+
+
+def _one_signal(name: str, signal: BaseSignal, folder: Path) -> Datasets:
+    return {name: analyse_signal(signal, folder)}
 
 
 def _one_movie(study: Study, work: Path, progress: Progress) -> Datasets:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Datasets = dict[str, "xr.Dataset"]
 
 SAMPLING_RATE = 20_000.0  # [Hz], as the verb scan
-_LONG = frozenset({"time", "trough"})  # dimensions that no screen shows
+_LONG = frozenset({"time", "trough", "contact_law"})  # dimensions that no screen shows
 
 
 def surface_results(study: Study) -> Datasets:
