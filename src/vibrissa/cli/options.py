@@ -36,7 +36,7 @@ Scheduler = Annotated[
     str,
     Parameter(
         help="Who does what comes by the many: processes, threads or synchronous, of this machine, or the address of a "
-        "Dask scheduler, tcp://HOST:PORT. The results are the same."
+        "Dask scheduler, tcp://HOST:PORT, or its scheduler file, FILE.json. The results are the same."
     ),
 ]
 Workers = Annotated[int | None, Parameter(help="Processes or threads of this machine; one per core by default.")]

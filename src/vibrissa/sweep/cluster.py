@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import json
+import logging
+import socket
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
+from pathlib import Path
+from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
+from urllib.parse import urlsplit
 
 from vibrissa import __version__
 from vibrissa.errors import InputError
@@ -13,14 +20,17 @@ from vibrissa.errors import InputError
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-_CONNECT = 15.0  # [s]
+CONNECT = 15.0  # [s] to wait for the scheduler
+WORKERS = 60.0  # [s] to wait for a worker where there is none
+_LOOK = 2.0  # [s] between looks at who is there
 _AHEAD = 4  # tasks in flight for each thread of the workers
-_MOST_DEATHS = 10  # of workers, at the same task
-_LOST = "start it again, and the same command: what is done is kept"
+_MOST_KILLS = 3  # times that a task is given up by the scheduler, each after the death of several workers
+_START = "start one: dask scheduler --host 127.0.0.1 --port 8786"
+_LOST = "start it again, and give the same command again: what a study has done is kept"
 
 
 def on_cluster(
-    function: Callable[[Item], Result], items: Sequence[Item], address: str, count: Callable[[int, Result], None]
+    function: Callable[[Item], Result], items: Sequence[Item], scheduler: str, count: Callable[[int, Result], None]
 ) -> None:
     """Have each item done by the cluster; ``count`` is told number and result as they come.
 
@@ -33,41 +43,106 @@ def on_cluster(
     """
     if not items:
         return
-    with _client(address) as client:
-        _check(client, address)
-        _flow(client, function, items, count, address)
+    with _client(scheduler) as client:
+        _check(client, scheduler)
+        _Flow(client, function, items, count, scheduler).run()
 
 
 @contextmanager
-def _client(address: str) -> Iterator[Any]:
+def _client(scheduler: str) -> Iterator[Any]:
     try:
         from distributed import Client
     except ImportError as error:
         remedy = "install the extra: pip install 'vibrissa[cluster]'"
         raise InputError("--scheduler tcp://…", "needs distributed", remedy=remedy) from error
+    address = _reached(scheduler)
+    with _quiet():
+        try:
+            client = Client(address, timeout=CONNECT, set_as_default=False)  # type: ignore[no-untyped-call]
+        except (OSError, ValueError) as error:
+            raise InputError(scheduler, "must be the address of a Dask scheduler", remedy=_START) from error
+        try:
+            yield client
+        finally:
+            client.close(timeout=2)  # type: ignore[no-untyped-call]
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Without the lines and tracebacks that distributed logs of connections lost: one line will say it."""
+    names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in ("distributed", "tornado")]
+    loggers = [logging.getLogger(name) for name in names]
+    before = [logger.level for logger in loggers]
     try:
-        client = Client(address, timeout=_CONNECT, set_as_default=False)  # type: ignore[no-untyped-call]
-    except (OSError, ValueError) as error:
-        remedy = "start one: dask scheduler --host 127.0.0.1 --port 8786"
-        raise InputError(address, "must be the address of a Dask scheduler that runs", remedy=remedy) from error
-    try:
-        yield client
+        for logger in loggers:
+            logger.setLevel(logging.CRITICAL + 1)
+        yield
     finally:
-        client.close(timeout=2)  # type: ignore[no-untyped-call]
+        for logger, level in zip(loggers, before, strict=True):
+            logger.setLevel(level)
 
 
-def _check(client: Any, address: str) -> None:
+def _reached(scheduler: str) -> str:
+    """Address of the scheduler, as soon as it answers: distributed would wait for ever for what does not speak as it.
+
+    Raises
+    ------
+    InputError
+        If none answers in time.
+    """
+    end = time.monotonic() + CONNECT
+    while True:
+        try:
+            address = _address(scheduler)
+            place = urlsplit(address)
+            with socket.create_connection((place.hostname, place.port), timeout=CONNECT) as line:
+                if place.scheme != "tcp" or line.recv(1):  # a scheduler speaks first, but for TLS
+                    return address
+                raise OSError("silent")
+        except (OSError, ValueError) as error:
+            if time.monotonic() > end:
+                told = "scheduler file" if scheduler.endswith(".json") else "address"
+                raise InputError(
+                    scheduler, f"must be the {told} of a Dask scheduler that runs", None, _START
+                ) from error
+        time.sleep(0.2)
+
+
+def _address(scheduler: str) -> str:
+    """The address that is given, or stands in the file that ``dask scheduler --scheduler-file`` writes."""
+    if not scheduler.endswith(".json"):
+        return scheduler
+    content = json.loads(Path(scheduler).read_text(encoding="utf-8"))
+    if not isinstance(content, dict) or not isinstance(content.get("address"), str):
+        raise ValueError("no address")
+    return str(content["address"])
+
+
+def _check(client: Any, scheduler: str) -> None:
     """Wait for a worker, and refuse workers of another version."""
     try:
-        client.wait_for_workers(1, timeout=_CONNECT)
-        versions = client.run(version)
-    except (OSError, TimeoutError) as error:
-        remedy = f"start some: dask worker {address} --nthreads 1"
-        raise InputError(address, "must have workers", "none within 15 s", remedy) from error
-    other = {worker: one for worker, one in versions.items() if one != __version__}
-    if other:
-        worker, one = next(iter(other.items()))
-        raise InputError(f"worker {worker}", f"must have version {__version__}", one, "install the same everywhere")
+        client.wait_for_workers(1, timeout=WORKERS)
+        versions = client.run(version, on_error="return")
+    except TimeoutError as error:
+        raise _deserted(scheduler) from error
+    except OSError as error:
+        raise InputError(f"scheduler {scheduler}", "must stay alive", "it was lost", _LOST) from error
+    for worker, one in versions.items():
+        if isinstance(one, OSError):  # died meanwhile
+            continue
+        if one != __version__:
+            raise _stranger(worker, one)
+
+
+def _deserted(scheduler: str) -> InputError:
+    how = f"--scheduler-file {scheduler}" if scheduler.endswith(".json") else scheduler
+    return InputError(
+        scheduler, "must have workers", f"none within {WORKERS:g} s", f"start some: dask worker {how} --nthreads 1"
+    )
+
+
+def _stranger(worker: str, found: object) -> InputError:
+    return InputError(f"worker {worker}", f"must have vibrissa {__version__}", found, "install the same everywhere")
 
 
 def version() -> str:
@@ -75,8 +150,10 @@ def version() -> str:
     return __version__
 
 
-def alone(function: Callable[[Item], Result], item: Item) -> Result:
-    """Call it on one thread: sums of several differ in the last bit."""
+def alone(function: Callable[[Item], Result], item: Item, wanted: str) -> Result:
+    """Call it on one thread, for sums of several differ in the last bit; refused by a worker of another version."""
+    if wanted != __version__:
+        raise _stranger(f"on {socket.gethostname()}", __version__)
     _one_thread()
     return function(item)
 
@@ -89,45 +166,72 @@ def _one_thread() -> None:
     single_threaded()
 
 
-def _flow(
-    client: Any,
-    function: Callable[[Item], Result],
-    items: Sequence[Item],
-    count: Callable[[int, Result], None],
-    address: str,
-) -> None:
-    """Keep a few tasks for each thread in flight until all are done."""
-    from concurrent.futures import CancelledError
+class _Flow:
+    """A few tasks for each thread in flight, until all are done."""
 
-    from distributed import as_completed
-    from distributed.scheduler import KilledWorker
+    def __init__(
+        self,
+        client: Any,
+        function: Callable[[Any], Result],
+        items: Sequence[Any],
+        count: Callable[[int, Result], None],
+        scheduler: str,
+    ) -> None:
+        self.client, self.function, self.items, self.count, self.scheduler = client, function, items, count, scheduler
+        self.waiting = list(range(len(items)))[::-1]
+        self.numbers: dict[str, int] = {}  # of the tasks in flight, by key
+        self.kills = dict.fromkeys(range(len(items)), 0)
+        self.ended: SimpleQueue[Any] = SimpleQueue()
+        self.threads, self.looked, self.seen = 1, -_LOOK, time.monotonic()
 
-    numbers: dict[str, int] = {}
-    deaths = dict.fromkeys(range(len(items)), 0)
-    flow = as_completed([], loop=client.loop)  # type: ignore[no-untyped-call]
-    waiting = list(range(len(items)))[::-1]
+    def run(self) -> None:
+        """Do all."""
+        from concurrent.futures import CancelledError
 
-    def send() -> None:
-        room = _AHEAD * max(1, sum(client.nthreads().values())) - len(numbers)
-        for _ in range(min(room, len(waiting))):
-            number = waiting.pop()
-            future = client.submit(alone, function, items[number], pure=False, retries=0)
-            numbers[future.key] = number
-            flow.add(future)  # type: ignore[no-untyped-call]
+        try:
+            while self.waiting or self.numbers:
+                self._look()
+                self._send()
+                try:
+                    self._take(self.ended.get(timeout=_LOOK))
+                except Empty:
+                    continue
+        except (CancelledError, OSError) as error:
+            lost = InputError(f"scheduler {self.scheduler}", "must stay alive", "it was lost", _LOST)
+            raise (lost if self.client.status != "running" or isinstance(error, CancelledError) else error) from error
 
-    try:
-        send()
-        while numbers:
-            future = next(flow)
-            number = numbers.pop(future.key)
-            try:
-                count(number, future.result())
-            except KilledWorker as error:
-                deaths[number] += 1
-                if deaths[number] >= _MOST_DEATHS:
-                    raise InputError("workers", "must stay alive", str(error), "is their memory full?") from error
-                waiting.append(number)
-            future.release()
-            send()
-    except (CancelledError, OSError, TimeoutError, StopIteration) as error:
-        raise InputError(f"scheduler {address}", "must stay alive", "it was lost", _LOST) from error
+    def _look(self) -> None:
+        """Count the threads of the workers, now and then."""
+        now = time.monotonic()
+        if now - self.looked < _LOOK:
+            return
+        self.threads, self.looked = sum(self.client.nthreads().values()), now
+        if self.threads:
+            self.seen = now
+        elif now - self.seen > WORKERS:
+            raise _deserted(self.scheduler)
+
+    def _send(self) -> None:
+        room = _AHEAD * max(1, self.threads) - len(self.numbers)
+        for _ in range(min(room, len(self.waiting))):
+            number = self.waiting.pop()
+            future = self.client.submit(alone, self.function, self.items[number], __version__, pure=False, retries=0)
+            self.numbers[future.key] = number
+            future.add_done_callback(self.ended.put)
+
+    def _take(self, future: Any) -> None:
+        from distributed.scheduler import KilledWorker
+
+        number = self.numbers.pop(future.key)
+        try:
+            result = future.result()
+        except KilledWorker as error:
+            self.kills[number] += 1
+            if self.kills[number] >= _MOST_KILLS:
+                rule, remedy = "must stay alive", "is their memory full?"
+                found = f"the death of several at the same task, number {number + 1}, {_MOST_KILLS} times"
+                raise InputError("workers", rule, found, remedy) from error
+            self.waiting.append(number)
+        else:
+            self.count(number, result)
+        future.release()

@@ -16,7 +16,7 @@ Result = TypeVar("Result")
 Tell = Callable[[int, int], None]
 
 LOCAL = ("threads", "processes", "synchronous")
-_ADDRESS = re.compile(r"(tcp|tls)://[^\s/]+:\d+")
+_ADDRESS = re.compile(r"(tcp|tls)://[^\s/]+:\d+|.+\.json")
 _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 _MOST_BREAKS = 3  # of a pool in which nothing was done between
 
@@ -29,7 +29,8 @@ class Engine:
     ----------
     scheduler : str
         ``threads``, ``processes`` or ``synchronous`` (one after the other, in this process) of this machine; or the
-        address of a Dask scheduler, ``tcp://HOST:PORT``.
+        address of a Dask scheduler, ``tcp://HOST:PORT``, or the file with its address that
+        ``dask scheduler --scheduler-file FILE.json`` writes.
     workers : int, optional
         Threads or processes of this machine; one per core by default. A cluster has its own.
     """
@@ -40,7 +41,7 @@ class Engine:
     def __post_init__(self) -> None:
         if self.scheduler not in LOCAL and not _ADDRESS.fullmatch(self.scheduler):
             raise InputError(
-                "scheduler", f"must be one of {', '.join(LOCAL)}, or tcp://HOST:PORT", repr(self.scheduler)
+                "scheduler", f"must be one of {', '.join(LOCAL)}, tcp://HOST:PORT or FILE.json", repr(self.scheduler)
             )
         if self.workers is not None and not 1 <= self.workers <= 10_000:
             raise InputError("workers", "must lie between 1 and 10000", self.workers)
