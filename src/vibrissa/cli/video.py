@@ -175,6 +175,8 @@ def decompose(
         raise InputError("--base-angle", "must be given with curved --modes, and only then")
     posture = None if base_angle is None else Posture(contact=contact, base_angle=base_angle, friction=friction)
     tracks = load(profile)
+    if "x" not in tracks:
+        raise InputError(str(profile), "must hold profiles", remedy="take what `vibrissa track` or `tracks` wrote")
     require(tracks, "x", "y", "arc_length", "whisker")
     if not 0 <= which < tracks.sizes.get("whisker", 0):
         raise InputError("--which", f"must name one of the {tracks.sizes.get('whisker', 0)} tracked whiskers", which)
