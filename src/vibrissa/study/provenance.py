@@ -50,6 +50,7 @@ MADE = {
     "resonance_true": ("vibrissa.mechanics.resonance.fit_modes", ("prediction",)),
     "resonance_white": ("vibrissa.mechanics.resonance.fit_modes", ("modal",)),
     "response": ("vibrissa.neural.response.spike_counts", ("spikes", "modal", "prediction")),
+    "scan": ("vibrissa.study.surface.scan_surface", ("study", "inputs")),
     "spectra": ("vibrissa.mechanics.resonance.fit_modes", ("modal", "prediction")),
     "spectra_true": ("vibrissa.mechanics.resonance.fit_modes", ("prediction",)),
     "spectra_white": ("vibrissa.mechanics.resonance.fit_modes", ("modal",)),
