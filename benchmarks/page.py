@@ -1,11 +1,15 @@
 """From slider to picture, in a browser: `python benchmarks/page.py`. Needs chromium, the group dev and extra surface.
 
+`python benchmarks/page.py answers` takes no browser: the processor time of the server's answers alone, half a minute.
+
 Every slider of texture A, whisker, posture, scan and neuron, on a grating, a rough surface and a dropped file of a
-profilometer; the posture on a smooth wave too. Each move is one step of an arrow key. "First" is the time from its
-event to after the frame in which what is in sight was drawn, "all" to after the frame with every picture. Beside them
-the processor time of the server and of the browser per move, which other load inflates less. Some three minutes.
+profilometer; the posture on a smooth wave, a long grating and a coarse surface too. Each move is one step of an arrow
+key. "First" is the time from its event to after the frame in which what is in sight was drawn, "all" to after the frame
+with every picture. Beside them the processor time of the server and of the browser per move, which other load inflates
+less. Some three minutes.
 """
 
+import json
 import os
 import shutil
 import subprocess
@@ -13,19 +17,22 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from urllib.parse import parse_qsl
 
 import numpy as np
 from playwright.sync_api import sync_playwright
+from threadpoolctl import threadpool_limits
+
+from vibrissa.page.answers import answer
+from vibrissa.page.bench import Bench
+from vibrissa.page.controls import CONTROLS
+from vibrissa.page.shelf import Shelf
 
 MOVES = 10
 DOWN = ("height", "base_angle", "duty", "a.duty")  # the other way the whisker does not reach, or runs into its fold
 RESTS = np.linspace(0.2, 0.6, MOVES)  # [s] before moves that may meet what the server does when the hands rest
-SURFACES = {
-    "grating": "",
-    "rough": "a.kind=rough&b.kind=rough",
-    "file": "a.kind=file",
-    "wave": "a.kind=wave&b.kind=wave",
-}
+SURFACES = {"grating": "", "rough": "a.kind=rough&b.kind=rough", "file": "a.kind=file"}
+MORE = {"wave": "a.kind=wave&b.kind=wave", "350 mm": "a.length=0.35", "100 µm rms": "a.kind=rough&a.rms=1e-4"}
 POSTURE = ("height", "base_angle", "friction", "speed")
 SLIDERS = "[...document.querySelectorAll('input[type=range][id^=c-]')].filter(e => e.checkVisibility())"
 SLIDERS += ".map(e => e.id.slice(2, -7)).filter(n => !n.startsWith('b.'))"
@@ -56,7 +63,7 @@ def main():
         browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1280, "height": 900})
         print(f"[ms]{'':<24}{'first: median':>14}{'p95':>6}{'all: median':>13}{'p95':>6}{'server':>9}{'browser':>9}")
-        for surface, state in SURFACES.items():
+        for surface, state in (SURFACES | MORE).items():
             page.goto("about:blank")
             page.goto(f"{address}#{state}")
             until(page, "document.querySelectorAll('details').length > 4")
@@ -69,10 +76,47 @@ def main():
         server.terminate()
 
 
+def answers():
+    """Processor time of one answer after a step of every slider, median and 95 %, from a server in this process."""
+    with tempfile.TemporaryDirectory() as folder:
+        shelf = Shelf()
+        key, _ = shelf.put("map.sdf", rough_map(folder).read_bytes(), {"line": "x:1"})
+    print(f"[ms]{'':<24}{'median':>14}{'p95':>6}")
+    with threadpool_limits(1):
+        for surface, words in (SURFACES | MORE).items():
+            state, bench = dict(parse_qsl(words)) | ({"a.file": key} if surface == "file" else {}), Bench(shelf.get)
+            for control in POSTURE if surface in MORE else sliders(state):
+                took = [spent_on(bench, {**state, control: value}) for value in stepped(control)]
+                print(f"{surface + ', ' + control:<28}{np.median(took[2:]):14.0f}{np.quantile(took[2:], 0.95):6.0f}")
+
+
+def sliders(state):
+    """Numbers that the page shows as sliders."""
+    value = {name: state.get(name, one.default) for name, one in CONTROLS.items()}
+    number = [name for name, one in CONTROLS.items() if one.step and not one.whole and not name.startswith("b.")]
+    return [name for name in number if all(value[other] in kinds for other, kinds in CONTROLS[name].only.items())]
+
+
+def stepped(control):
+    """Values of a slider, step by step from its default."""
+    one, sign = CONTROLS[control], -1 if control in DOWN else 1
+    if one.low > 0 and one.high / one.low >= 50:
+        return [one.default * (one.high / one.low) ** (sign * k / 1000) for k in range(MOVES + 2)]
+    return [one.default + sign * k * one.step for k in range(MOVES + 2)]
+
+
+def spent_on(bench, state):
+    """Processor time of one answer [ms]."""
+    before = time.process_time()
+    if isinstance(told := answer(bench, json.dumps({"id": 1, "want": "live", "state": state})), str):
+        sys.exit(told)
+    return (time.process_time() - before) * 1e3
+
+
 def every(page, surface, server):
     """Each slider in turn, from the same state; then the base angle after rests."""
     start, all_told = page.evaluate("location.hash"), []
-    for control in POSTURE if surface == "wave" else page.evaluate(SLIDERS):
+    for control in POSTURE if surface in MORE else page.evaluate(SLIDERS):
         told, line = moved(page, control, server)
         all_told.append(told)
         print(f"{surface + ', ' + control:<28}{line}", flush=True)
@@ -105,17 +149,21 @@ def as_line(told):
     return "".join(f"{one:{width}.0f}" for one, width in zip(numbers, (14, 6, 13, 6), strict=True))
 
 
-def drop(page):
-    """Drop a map of five lines of 2,000 points, 10 µm apart, rough by some micrometres, and settle which line."""
+def rough_map(folder):
+    """A profilometer's map of five lines of 2,000 points, 10 µm apart, rough by some micrometres, as a file."""
     rng = np.random.default_rng(1)
     spectrum = np.fft.rfft(rng.normal(size=(5, 4000)), axis=1) / np.maximum(np.arange(2001), 10) ** 1.3
     height = np.fft.irfft(spectrum, axis=1)[:, :2000]
     height *= 3.0 / height.std()
-    rows = "\n".join(" ".join(f"{z:.4f}" for z in row) for row in height)
+    path = Path(folder) / "map.sdf"
+    path.write_text(MAP.format(nx=2000, ny=5, rows="\n".join(" ".join(f"{z:.4f}" for z in row) for row in height)))
+    return path
+
+
+def drop(page):
+    """Drop a map on the page, and settle which line."""
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "map.sdf"
-        path.write_text(MAP.format(nx=2000, ny=5, rows=rows))
-        page.locator("[id='c-a.file']").set_input_files(path)
+        page.locator("[id='c-a.file']").set_input_files(rough_map(folder))
         until(page, "document.getElementById('error').textContent.includes('is a map')")
         line = page.locator("[id='c-a.file'] ~ .open input[name=line]").first
         line.fill("x:1")
@@ -171,4 +219,4 @@ def spent(pids):
 
 
 if __name__ == "__main__":
-    main()
+    answers() if sys.argv[1:] == ["answers"] else main()
