@@ -64,12 +64,23 @@ def plan_run(study: Study, out: Path, workers: int, json: bool) -> None:
     from vibrissa.study.plan import plan_study
     from vibrissa.study.plan_told import plan_dataset, plan_lines
 
-    plan = plan_study(study, workers=workers)
+    plan = plan_study(study, kept=_kept(study, out), workers=workers)
     if json:
         show(plan_dataset(plan), None, json, None)
     else:
         print("\n".join(plan_lines(plan)))
     refuse_missing(plan.inputs)
+
+
+def _kept(study: Study, out: Path) -> int:
+    """Sweeps of the study that are in the folder of results already."""
+    from vibrissa.study.sweeps import FOLDER, kept_sweeps, laboratory_jobs, recorded_jobs
+
+    if not (out / FOLDER).is_dir() or (study.laboratory is None and study.sweeps is None):
+        return 0
+    if study.laboratory is not None:
+        return kept_sweeps(laboratory_jobs(study.laboratory)[0], out)
+    return kept_sweeps(recorded_jobs(study.folder / str(study.sweeps))[0], out)
 
 
 def leave(found: xr.Dataset) -> None:

@@ -94,6 +94,7 @@ def _of_many(study: Study) -> set[str]:
         table = table_of(study)
         names |= {"comparison"} if any(one.texture is not None for one in table) else set()
         names |= {"still"} if any(one.movie is not None for one in table) else set()
+    names |= {"repeats"} if study.comparison.repeats and study.laboratory is not None else set()
     return names | ({"jitter"} if study.comparison.jitter and "comparison" in names else set())
 
 

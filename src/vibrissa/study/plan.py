@@ -18,6 +18,7 @@ from vibrissa.study.gallery import ONLY_WHERE_MADE, SURFACE, best_entry, missing
 from vibrissa.study.laboratory import plan as planned_sweeps
 from vibrissa.study.parts import Input, absent, expected, given, inputs, table_of
 from vibrissa.study.recorded_sweeps import RecordedSweep
+from vibrissa.study.repeated import RUNS
 from vibrissa.study.settings import Film, MovieFile, Study
 from vibrissa.study.surface import SAMPLING_RATE
 from vibrissa.study.textures import Grating
@@ -31,6 +32,7 @@ FIT_FRAME = 0.5e-3  # decompose a profile and fit its modes
 SWEEP_FRAME = 7.8 / 3500  # a virtual sweep: filmed, tracked, fitted by both forcings, posture and its errors
 COMPARE = 0.5  # one sweep against its prediction and those of 39 new gratings
 JITTER = 2.8  # one sweep whose prediction is disturbed
+REPEAT_FRAME = 1.3e-3  # one more run of a sweep: filmed and tracked
 SHOWN = 10.0  # the sweep that the figures show, and the figures of the model
 MODEL = 3.0  # the figures of the model alone
 BASE = 0.4  # one base signal
@@ -219,11 +221,15 @@ def _many(study: Study, kept: int) -> list[Stage]:
     left, longest = count - min(kept, count), max(each, default=0)
     compared = 0 if "comparison" not in expected(study) else left
     jitter = study.comparison.jitter if "jitter" in expected(study) else 0
-    held = LOADED + HELD_FRAME * longest
+    again = study.comparison.repeats if "repeats" in expected(study) else 0
+    frames_again, held = RUNS * again * longest, LOADED + HELD_FRAME * longest
     cost = COMPARE * (1 + study.comparison.gratings) / 40
     stages = [
         Stage("sweeps", left, round(share * frames), share * seconds, held, share * SERIES_FRAME * frames, shared=True),
         Stage("comparison", compared, 0, cost * compared, LOADED, COMPARED * compared, shared=True),
+        Stage(
+            "repeated runs", again, frames_again, REPEAT_FRAME * frames_again, held, 16.0 * frames_again, shared=True
+        ),
         Stage("jitter", jitter, 0, JITTER * jitter, LOADED, 1e4 * jitter),
         Stage("one sweep shown", 1, longest, SHOWN, 1e8 + held, PROFILE_FRAME * longest),
     ]

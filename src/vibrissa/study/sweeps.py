@@ -55,12 +55,17 @@ def run_laboratory(
     InputError
         If the laboratory finds no posture, or the folder cannot be written.
     """
-    planned, impossible = plan(laboratory)
-    told = {name: value for name, value in asdict(laboratory).items() if name not in _COUNTS}
-    jobs = [_virtual_job(laboratory, sweep, told) for sweep in planned]
+    jobs, impossible = laboratory_jobs(laboratory)
     counted = {f"impossible_{reason}": count for reason, count in impossible.items()}
     attrs = {"laboratory": json.dumps(asdict(laboratory), sort_keys=True), **counted}
     return run_jobs(jobs, Path(out), attrs, engine, progress)
+
+
+def laboratory_jobs(laboratory: Laboratory) -> tuple[list[Job], dict[str, int]]:
+    """Sweeps of a laboratory, and how many conditions were drawn anew, by reason."""
+    planned, impossible = plan(laboratory)
+    told = {name: value for name, value in asdict(laboratory).items() if name not in _COUNTS}
+    return [_virtual_job(laboratory, sweep, told) for sweep in planned], impossible
 
 
 def _virtual_job(laboratory: Laboratory, sweep: VirtualSweep, told: dict[str, Any]) -> Job:
@@ -105,10 +110,20 @@ def run_recorded(
     InputError
         If the table is bad, or the folder cannot be written.
     """
+    jobs, names = recorded_jobs(table)
+    return run_jobs(jobs, Path(out), {"textures": json.dumps(names), "table": Path(table).name}, engine, progress)
+
+
+def recorded_jobs(table: str | Path) -> tuple[list[Job], list[str]]:
+    """Sweeps of a user's table, and the files of their textures."""
     entries = read_sweeps(table)
     names = list(dict.fromkeys(entry.texture for entry in entries if entry.texture is not None))
-    jobs = [_recorded_job(entry, names) for entry in entries]
-    return run_jobs(jobs, Path(out), {"textures": json.dumps(names), "table": Path(table).name}, engine, progress)
+    return [_recorded_job(entry, names) for entry in entries], names
+
+
+def kept_sweeps(jobs: Sequence[Job], out: str | Path) -> int:
+    """How many of them are in the folder of results already."""
+    return sum(path_of(Path(out) / FOLDER, job.address).is_file() for job in jobs)
 
 
 def _recorded_job(entry: RecordedSweep, names: list[str]) -> Job:
