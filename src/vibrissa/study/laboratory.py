@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import cycle
 from typing import Literal
 
@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 Interval = tuple[float, float]
 
 WHISKER, CONDITION, TEXTURE, SWEEP, REPEAT = range(5)  # what a seed is for
+_DIGITS = 10  # of a contact over L: what is kept of a sweep is not to hang on the last bits of a solver
 _MOST_DRAWS = 500  # of one posture
 _TRUNCATION = 2.0  # standard deviations beyond which a geometry is drawn anew
 
@@ -282,10 +283,11 @@ def _drawn_posture(
     for _ in range(_MOST_DRAWS):
         height, angle = rng.uniform(*laboratory.base_heights), rng.uniform(*laboratory.base_angles)
         try:
-            posture = Posture.at_height(height / whisker.length, angle, laboratory.friction)
+            stands = Posture.at_height(height / whisker.length, angle, laboratory.friction)
         except InputError:
             impossible["height"] += 1
             continue
+        posture = replace(stands, contact=round(stands.contact, _DIGITS))
         low, high = laboratory.contacts
         if not max(low, whisker.tip) < posture.contact < high:
             impossible["contact"] += 1
