@@ -195,6 +195,10 @@ def test_tracks_of_the_sweep_that_figures_show_stand_at_that_sweep(more, tmp_pat
     (first, _), left_out = exported(more, tmp_path / "nwb", TOLD)
     assert "posture.nc" in left_out
     assert "profile.nc" not in left_out
+    save(profile.isel(time=slice(9)), more / "profile.nc")
+    (again, _), left_out = exported(more, tmp_path / "other", TOLD)
+    assert left_out["profile.nc"].startswith("its times are not those of sweep 3")
+    assert not any("whisker" in name for name in again.holds["series"])
 
     def look(file):
         start = file.intervals["sweeps"].to_dataframe().start_time[1]
@@ -238,6 +242,14 @@ def test_animals_that_differ_are_told_by_a_table(folder, tmp_path):
 
 
 # All or none
+
+
+def test_names_that_fit_no_sweep_are_refused(folder, tmp_path):
+    with pytest.raises(InputError, match=r"--subject must be left out, got x; the table of sweeps names rat 1, rat 2"):
+        exported(folder, tmp_path / "nwb", Told(**{**vars(TOLD), "subject": "x"}))
+    with pytest.raises(InputError, match=r"--animals must name rat 1, rat 2, got rat 3"):
+        exported(folder, tmp_path / "nwb", TOLD, animals={"rat 3": {"age": "P1D"}})
+    assert not (tmp_path / "nwb").exists()
 
 
 def test_two_animals_need_a_folder(folder, tmp_path):

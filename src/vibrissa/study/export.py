@@ -18,7 +18,7 @@ from vibrissa.neural.nwb_session import Session, nwb_bytes, session_file
 from vibrissa.study.export_folder import BASE, ONE_MOVIE, Results, read_results
 from vibrissa.study.export_series import Array, Clock, add_intervals, add_table
 from vibrissa.study.export_session import OfAnimals, Told
-from vibrissa.study.export_sweeps import add_sweeps
+from vibrissa.study.export_sweeps import Laid, add_sweeps
 from vibrissa.study.export_tracks import (
     add_base_signal,
     add_modes,
@@ -107,6 +107,9 @@ def export_nwb(
     pynwb_module()
     results = read_results(folder)
     results = Results(results.folder, {**results.parts, **(extra or {})}, results.left_out)
+    if unknown := sorted(set(animals or {}) - {*results.animals, told.subject}):
+        known = ", ".join(results.animals) or "--subject"
+        raise InputError("--animals", f"must name {known}", ", ".join(unknown))
     files = _files(results, told)
     named = told if len(files) == 1 else replace(told, subject=None)  # each by its own name
     sessions = [(named.session(name, parts, results.folder, animals or {}), parts) for name, parts in files]
@@ -119,7 +122,10 @@ def export_nwb(
         )
         for path, (session, parts) in zip(paths, sessions, strict=True)
     ]
-    return _write(builds, paths[0].parent), results.left_out
+    written, left_out = _write(builds, paths[0].parent), results.left_out
+    for one in written:
+        left_out = left_out | one.holds.pop("left_out")
+    return written, left_out
 
 
 def _files(results: Results, told: Told) -> list[tuple[str | None, Datasets]]:
@@ -137,6 +143,10 @@ def _files(results: Results, told: Told) -> list[tuple[str | None, Datasets]]:
         if "profile" in results.parts and results.parts["profile"].attrs["sweep"] in table.sweep.values[mine]:
             files[animal]["profile"] = results.parts["profile"]
     rest = {name: data for name, data in results.parts.items() if name not in OF_SWEEPS}
+    if told.subject is not None and not rest:
+        raise InputError(
+            "--subject", "must be left out", told.subject, f"the table of sweeps names {', '.join(animals)}"
+        )
     if rest:
         if told.subject is None:
             raise InputError("--subject", "must be given", remedy=f"of which animal {', '.join(sorted(rest))} is")
@@ -180,16 +190,13 @@ def _built(
     """File in memory, and what it holds."""
     file = session_file(session)
     module = file.create_processing_module("behavior", "whiskers: tracks, modes, posture, resonances, base signals")
-    holds: dict[str, Any] = {"sweeps": 0, "rejected": 0}
+    holds: dict[str, Any] = {"sweeps": 0, "rejected": 0, "left_out": {}}
     recordings: list[tuple[str, Array, Array]] = []
     if "sweeps" in parts:
         laid = add_sweeps(file, module, folder, parts["sweeps"], parts.get("comparison"), clock)
         holds |= {"sweeps": len(laid.own), "rejected": len(laid.rejected)}
         if "profile" in parts:
-            number = int(parts["profile"].attrs["sweep"])
-            time = shown_time(parts["profile"], laid.own[number], laid.session[number])
-            if time is not None:
-                add_tracks(module, parts["profile"], time)
+            holds["left_out"] = _add_shown(module, parts["profile"], laid)
     else:
         recordings += _add_movie(module, parts, clock)
     recordings += _add_signals(module, parts, clock)
@@ -205,6 +212,16 @@ def _built(
     if not module.data_interfaces:
         file.processing.pop("behavior")
     return file, holds
+
+
+def _add_shown(module: Any, profile: xr.Dataset, laid: Laid) -> dict[str, str]:
+    """Tracks of the sweep that the figures show, at its place; if they are not its, they are left out."""
+    number = int(profile.attrs["sweep"])
+    time = shown_time(profile, laid.own[number], laid.session[number]) if number in laid.own else None
+    if time is None:
+        return {"profile.nc": f"its times are not those of sweep {number}, which posture.nc names"}
+    add_tracks(module, profile, time)
+    return {}
 
 
 def _add_movie(module: Any, parts: Datasets, clock: Clock) -> list[tuple[str, Array, Array]]:
