@@ -175,7 +175,8 @@ def _table(statistics: list[dict[str, Any]], columns: Columns) -> list[list[str]
 
     def pair(one: dict[str, Any], name: str, scale: float, digits: int) -> tuple[str, str]:
         mean, error = (scale * np.array(one[f"{name}_{part}"]) for part in ("mean", "sem"))
-        return tuple(f"{mean[k]:.{digits}f} ± {error[k]:.{digits}f}" for k in (0, 2))  # type: ignore[return-value]
+        paper, here = (_with_error(mean[k], error[k], digits) for k in (0, 2))
+        return paper, here
 
     per_quality = []
     for quality, one in zip(QUALITIES, statistics, strict=True):
@@ -187,10 +188,10 @@ def _table(statistics: list[dict[str, Any]], columns: Columns) -> list[list[str]
                 (f"{k[0]}", f"{k[2]}"),
                 (f"{share(one, 0)}; printed {paper['printed']}", share(one, 2)),
                 (share(one, 1), "as above"),
-                ("not told", f"[{100 * low:.1f}–{100 * high:.1f}]"),
+                ("not told", "–" if np.isnan(low) else f"[{100 * low:.1f}–{100 * high:.1f}]"),
                 pair(one, "threshold", 1e6, 1),
                 pair(one, "slope", 1e-6, 3),
-                (PAPER_R2[quality], "–" if np.isnan(r2) else f"{r2:.2f} ± {r2_error:.2f}"),
+                (PAPER_R2[quality], _with_error(r2, r2_error, 2)),
             ]
         )
     names = (
@@ -206,6 +207,13 @@ def _table(statistics: list[dict[str, Any]], columns: Columns) -> list[list[str]
     rows = [[name, *su, *mu] for name, su, mu in zip(names, *per_quality, strict=True)]
     differences = [["SU against MU: " + name, f"p = {PAPER_P[name]}", _p(columns, name), "", ""] for name in PAPER_P]
     return rows + differences
+
+
+def _with_error(mean: float, error: float, digits: int) -> str:
+    """Mean ± standard error as text; of one value no error, of none a dash."""
+    if np.isnan(mean):
+        return "–"
+    return f"{mean:.{digits}f}" if np.isnan(error) else f"{mean:.{digits}f} ± {error:.{digits}f}"
 
 
 def _p(columns: Columns, name: str) -> str:

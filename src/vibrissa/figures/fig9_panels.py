@@ -85,8 +85,9 @@ def shares(axis: Axes, data: xr.Dataset) -> None:
         error = [share - low, high - share]
         axis.errorbar(at, share, error, fmt="os"[row], color=COLOURS[quality], capsize=3, ms=5, label=quality)
     axis.set_xticks(range(len(SOURCES)), [name.replace(", ", ",\n") for name in SOURCES])
-    axis.set(ylabel="driven by the envelope [%]", ylim=(0, 75), xlim=(-0.6, 2.6), title="E  Share of driven units")
-    axis.legend(loc="upper right")
+    top = max(75.0, 1.05 * float(np.nanmax(100 * data.share_driven_high)))
+    axis.set(ylabel="driven by the envelope [%]", ylim=(0, top), xlim=(-0.6, 2.6), title="E  Share of driven units")
+    axis.legend(loc="upper left")
 
 
 def latencies(axis: Axes, data: xr.Dataset) -> None:

@@ -98,7 +98,10 @@ def _absent(units: xr.Dataset) -> list[str]:
     if not _passed(units).any():
         lines.append("No unit is driven: no threshold, slope and latency.")
     elif not_told := int((_passed(units) & ~_told(units)).sum()):
-        lines.append(f"Of {not_told} of the driven units the trials do not tell the threshold; the table says why.")
+        lines.append(
+            f"The trials do not tell the threshold of {not_told} of the {_passed(units).sum()} driven units; the table "
+            "says why."
+        )
     if "unit_session" not in units and "source" not in units.attrs:
         lines.append("Sessions are not told apart.")
     return lines
