@@ -3,6 +3,7 @@
 import hashlib
 import importlib
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -120,3 +121,14 @@ def test_files_of_a_table_of_sweeps_are_inputs(tmp_path):
     (tmp_path / "sweeps.csv").write_text(f"{head}\na.nc,rat,C1,plate.csv,100,40,1.5\n")
     (tmp_path / "study.toml").write_text('name = "mine"\nsweeps = "sweeps.csv"\n')
     assert set(input_files(read_study(tmp_path / "study.toml"))) == {"sweeps.csv", "a.nc", "plate.csv"}
+
+
+def test_another_study_in_the_same_folder_leaves_nothing_of_the_first(out, tmp_path):
+    shutil.copytree(out, tmp_path / "out")
+    (tmp_path / "out" / "notes.txt").write_text("the user's own")
+    signal = STUDY[STUDY.index("[[base_signal]]") :]
+    (tmp_path / "study.toml").write_text('name = "another"\n' + signal)
+    shutil.copy(out.parent / "signal.csv", tmp_path)
+    run_study(read_study(tmp_path / "study.toml"), tmp_path / "out")
+    there = {path.name for path in (tmp_path / "out").iterdir() if path.is_file()}
+    assert there == {"base_signal_1.nc", "notes.txt", "provenance.json", "report.html"}

@@ -100,6 +100,15 @@ def write_provenance(study: Study, results: Results, work: Path, out: Path) -> N
     (work / "provenance.json").write_text(text + "\n", encoding="utf-8")
 
 
+def earlier_results(out: Path) -> set[str]:
+    """Files that the run before this one made in a folder, as its ``provenance.json`` tells; none if there is none."""
+    try:
+        told = json.loads((out / "provenance.json").read_text(encoding="utf-8"))
+        return {Path(name).name for name in told["results"]}
+    except (OSError, ValueError, KeyError, TypeError):
+        return set()
+
+
 @cache
 def source_digest() -> str:
     """SHA-256 of this package's modules and data, names included."""

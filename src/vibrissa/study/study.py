@@ -25,7 +25,7 @@ from vibrissa.study.lines import base_lines, sweep_lines
 from vibrissa.study.many import many_sweeps, posture_of
 from vibrissa.study.outcome import Attempt, Failures, attempting, not_analysed
 from vibrissa.study.populations import populations_of
-from vibrissa.study.provenance import write_provenance
+from vibrissa.study.provenance import earlier_results, write_provenance
 from vibrissa.study.report import write_report
 from vibrissa.study.report_neurons import tables_of, unit_lines
 from vibrissa.study.settings import Film, Study, UnitRecording
@@ -59,8 +59,8 @@ def run_study(
     study : Study
         From :func:`vibrissa.study.settings.read_study`.
     out : path
-        Folder of the results; made if absent, files of the same name replaced, only once all went well. Many sweeps are
-        kept one by one, in ``sweeps`` and ``comparison``: a run that was stopped goes on where it was.
+        Folder of the results; made if absent. What an earlier run made there is replaced, only once all went well. Many
+        sweeps are kept one by one, in ``sweeps`` and ``comparison``: a run that was stopped goes on where it was.
     engine : Engine, optional
         Who does the work that comes by the many; a process per core by default.
     progress : callable, optional
@@ -90,6 +90,8 @@ def run_study(
             save(data, work / f"{name}.nc")
         write_provenance(study, results, work, out)
         out.mkdir(exist_ok=True)
+        for name in earlier_results(out) - {made.name for made in work.iterdir()}:
+            (out / name).unlink(missing_ok=True)  # of another study: figures must not mix the two
         for made in sorted(work.iterdir()):
             os.replace(made, out / made.name)
     return _told(results).assign_attrs(not_analysed=json.dumps(lines, ensure_ascii=False))
