@@ -1,0 +1,148 @@
+"""What cannot be analysed is told, the rest goes on, and the exit code says so; a study of a surface alone."""
+
+import json
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vibrissa.errors import ConvergenceError, InputError
+from vibrissa.files import load
+from vibrissa.mechanics.sampled import scanned
+from vibrissa.mechanics.superposition import predict
+from vibrissa.quantities import dataset
+from vibrissa.study import surface
+from vibrissa.study.outcome import attempting, not_analysed
+from vibrissa.study.settings import validated_study
+from vibrissa.texture.io import read_texture
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+BASE = """[[base_signal]]
+path = "{}"
+kind = "moment"
+unit = "V"
+calibration = 2e-7
+guess = [120.0]
+"""
+SURFACE = """[whisker]
+length = 0.04
+cone_angle = 1.5e-3
+tip = 0.05
+[posture]
+contact = 0.29
+base_angle = 1.2
+[scan]
+speed = 0.1
+damping = 0.11
+[texture]
+file = "{}"
+"""
+
+
+def study(text, folder=EXAMPLES):
+    return validated_study(tomllib.loads('name = "x"\n' + text), "s.toml", folder)
+
+
+def refuse(error):
+    raise error
+
+
+def test_a_part_that_fails_is_noted_and_the_others_go_on():
+    failed = {}
+    attempt = attempting(study(BASE.format("a.csv") + BASE.format("b.csv")), failed)
+    assert attempt("first", lambda: refuse(InputError("a.csv", "must be a table"))) == {}
+    assert attempt("second", lambda: {"found": 1}) == {"found": 1}
+    attempt("third", lambda: refuse(ConvergenceError("x", 1.0, 3)))
+    assert failed["first"] == "a.csv must be a table"
+    assert list(failed) == ["first", "third"]
+    with pytest.raises(ZeroDivisionError):  # a fault of the program is none of the input
+        attempt("fourth", lambda: 1 / 0)
+
+
+def test_the_error_of_a_study_s_only_part_is_raised():
+    for text in (BASE.format("a.csv"), SURFACE.format("a.csv"), "[laboratory]\n"):
+        with pytest.raises(InputError, match="must be a table"):
+            attempting(study(text), {})("part", lambda: refuse(InputError("a.csv", "must be a table")))
+
+
+def test_sweeps_of_one_reason_are_told_together():
+    why = ["", "no whisker", "lost", "", *["no whisker"] * 7]
+    sweeps = dataset(
+        lead=("sweep",), sweep=np.arange(11), accepted=[not reason for reason in why], rejected=np.array(why, object)
+    )
+    lines = not_analysed({"sweeps": sweeps}, {"movie": "gone"})
+    assert lines == ["movie: gone", "sweeps 1, 4, 5, 6, 7 and 3 more of 11: no whisker", "sweep 2 of 11: lost"]
+    assert not_analysed({}, {}) == []
+
+
+def test_a_signal_that_is_missing_is_told_and_the_exit_code_is_3(vibrissa, tmp_path):
+    (tmp_path / "s.toml").write_text('name = "x"\n' + BASE.format(EXAMPLES / "robot.csv") + BASE.format("none.csv"))
+    code, out, err = vibrissa("run", tmp_path / "s.toml", "--out", tmp_path / "out")
+    assert code == 3
+    assert "robot" in out
+    line = f"base signal none: {tmp_path / 'none.csv'} must be an existing file"
+    assert f"vibrissa: not analysed: {line}\n" in err
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert f"<li>{line}</li>" in page
+    assert (tmp_path / "out" / "base_signal_1.nc").exists()
+    assert not (tmp_path / "out" / "base_signal_2.nc").exists()
+
+
+def test_where_none_could_be_analysed_the_exit_code_is_3_and_the_report_is_there(vibrissa, tmp_path):
+    (tmp_path / "s.toml").write_text('name = "x"\n' + BASE.format("a.csv") + BASE.format("b.csv"))
+    code, out, err = vibrissa("run", tmp_path / "s.toml", "--out", tmp_path / "out")
+    assert (code, out) == (3, "")
+    assert err.count("not analysed") == 2
+    assert "Could not be analysed" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_one_signal_alone_that_is_missing_is_bad_input(vibrissa, tmp_path):
+    (tmp_path / "s.toml").write_text('name = "x"\n' + BASE.format("a.csv"))
+    code, out, err = vibrissa("run", tmp_path / "s.toml", "--out", tmp_path / "out")
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["s.toml"]
+
+
+def test_rejected_sweeps_of_a_table_make_the_exit_code_3(vibrissa, tmp_path):
+    header = "track,animal,whisker,texture,scan_speed,contact,base_angle\n"
+    (tmp_path / "sweeps.csv").write_text(header + "a.nc,m,C2,unknown,0.1,0.3,1.2\nb.nc,m,C2,unknown,0.1,0.3,1.2\n")
+    words = ("--out", tmp_path / "out", "--scheduler", "synchronous")
+    code, _, err = vibrissa("sweeps", tmp_path / "sweeps.csv", *words)
+    assert code == 3
+    assert "not analysed: sweep 0 of 2: " in err
+    assert "not analysed: sweep 1 of 2: " in err
+
+
+# A surface alone
+
+
+def test_a_surface_alone_gives_what_the_model_says_of_it(vibrissa, tmp_path, monkeypatch):
+    monkeypatch.setattr(surface, "model_results", lambda *_: {})
+    (tmp_path / "s.toml").write_text('name = "x"\n' + SURFACE.format(EXAMPLES / "gap.csv"))
+    code, out, err = vibrissa("run", tmp_path / "s.toml", "--out", tmp_path / "out", "--json")
+    assert code == 0, err
+    asked = study(SURFACE.format("gap.csv"))
+    expected = scanned(
+        predict(asked.whisker, asked.posture, read_texture(EXAMPLES / "gap.csv"), asked.scan, n_modes=3), 20_000.0
+    )
+    made = load(tmp_path / "out" / "scan.nc")
+    for name in ("mode_displacement", "envelope", "base_moment", "linearity"):
+        size = float(np.abs(expected[name]).max())  # the two runs sum in another order
+        np.testing.assert_allclose(made[name].values, expected[name].values, rtol=0, atol=1e-9 * size)
+    told = json.loads(out)
+    np.testing.assert_allclose(told["resonant_frequency"], expected.resonant_frequency.values)
+    assert "base_moment" not in told
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "What the surface does to the whisker" in page
+    assert "From the surface to the follicle (model)" in page
+    assert "one contact" in page  # the free end hangs into the gap
+
+
+def test_a_surface_that_is_missing_is_bad_input(vibrissa, tmp_path):
+    (tmp_path / "s.toml").write_text('name = "x"\n' + SURFACE.format("none.csv"))
+    code, _, err = vibrissa("run", tmp_path / "s.toml", "--out", tmp_path / "out")
+    assert code == 2
+    assert err.endswith("none.csv must be an existing file\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["s.toml"]
