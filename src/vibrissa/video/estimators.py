@@ -20,7 +20,6 @@ ASIDE = 1.0  # rows from the barycentre beyond which a profile is another line's
 G1, G2, G3, G4 = (np.float32(np.exp(-0.5 * (d / PROFILE) ** 2)) for d in range(1, REACH + 1))
 CURVE = np.float32(1 / PROFILE**2)
 SPREAD = np.float32(np.sqrt(np.sqrt(np.pi) / 2 * PROFILE**3))  # √Σ u² g(u)²
-UNLIKE = {"contract", "reassoc", "nsz", "arcp"}  # arithmetic that may be reordered, with NaN as NaN
 
 
 @njit(cache=True, nogil=True)
@@ -75,7 +74,7 @@ def _contrast(grey, upper, lower, share, offset):  # type: ignore[no-untyped-def
     return (high + share * (low - high) - np.float32(grey)) * np.float32(1 / SCALE) - offset
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=UNLIKE)
+@njit(cache=True, nogil=True, error_model="numpy")
 def five_pixel_sums(a, b, c, d, e, total, shift):  # type: ignore[no-untyped-def]
     """Sum of the contrast over five pixels, and its barycentre about the middle one."""
     for j in range(total.size):
@@ -129,7 +128,7 @@ def exponential(x):  # type: ignore[no-untyped-def]
     return (z * z) * (z * z)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=UNLIKE)
+@njit(cache=True, nogil=True, error_model="numpy")
 def ascend(a, b, c, d, e, f, g, h, i, shift, step, bend):  # type: ignore[no-untyped-def]
     """One step of Newton's method, of at most half a pixel and never down, to the maximum of Σ C(d) g(d − shift).
 
