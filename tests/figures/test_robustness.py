@@ -25,6 +25,16 @@ def data():
 
 # Decoders on counts made by hand: what each must and must not notice
 
+_EACH = list(DECODERS.values())
+
+
+class Still:
+    """A code that nothing drives."""
+
+    def drive(self, _moved, _rate, n_bins):
+        return np.zeros((2, n_bins))
+
+
 rng = np.random.default_rng(2)
 TAUGHT = {
     (code, bins): 6 * rng.gamma(1.0, 1.0, (4, 5, 30)) * rng.uniform(0.5, 2.0, (4, 5, 1))
@@ -61,6 +71,13 @@ def test_decoders_of_totals_do_not_mind_the_order_and_patterns_do():
 def test_a_reader_that_knows_the_speed_reckons_with_how_long_it_lasts():
     slow = chain.accuracies(TAUGHT, {key: 2 * one for key, one in TAUGHT.items()}, 2.0, 40, rng=rng)
     assert dict(zip(DECODERS, slow, strict=True))["mean rate"] > 0.95
+
+
+def test_trials_are_drawn_in_the_order_of_the_decoders_whatever_strings_hash_to():
+    people = {decoder.code: chain.Population(code=Still(), baseline=np.ones(2), gain=np.ones(2)) for decoder in _EACH}
+    found = chain.expected_everywhere(people, np.zeros((3, 40)), robustness.LENGTH, 0.1, 0.1)
+    in_order = [(decoder.code, decoder.bins) for decoder in _EACH]
+    assert list(found) == sorted(set(in_order), key=in_order.index)
 
 
 def test_textures_that_are_alike_are_not_told_apart():

@@ -169,7 +169,7 @@ def expected_everywhere(
     """Spikes expected of every population in bins of distance, and of time as long as those at the base speed."""
     n_place = round((length - LEAD_IN) / STEP)
     n_time = max(2, round(n_place * base / speed))
-    wanted = {(one.code, one.bins) for one in DECODERS.values()}
+    wanted = dict.fromkeys((one.code, one.bins) for one in DECODERS.values())  # in order: trials are drawn in it
     return {
         (code, bins): people[code].expected(moved, n_place if bins == "distance" else n_time) for code, bins in wanted
     }
