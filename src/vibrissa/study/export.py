@@ -134,15 +134,17 @@ def _files(results: Results, told: Told) -> list[tuple[str | None, Datasets]]:
     if len(animals) < 2:
         return [(animals[0] if animals else None, results.parts)]
     table = results.parts["sweeps"]
+    shown = results.parts["profile"].attrs.get("sweep") if "profile" in results.parts else None
     files: dict[str, dict[str, xr.Dataset]] = {}
     for animal in animals:
         mine = np.flatnonzero(table.animal.values.astype(str) == animal)
         files[animal] = {"sweeps": table.isel(sweep=mine)}
         if "comparison" in results.parts:
             files[animal]["comparison"] = results.parts["comparison"]
-        if "profile" in results.parts and results.parts["profile"].attrs["sweep"] in table.sweep.values[mine]:
+        if shown is not None and shown in table.sweep.values[mine]:
             files[animal]["profile"] = results.parts["profile"]
-    rest = {name: data for name, data in results.parts.items() if name not in OF_SWEEPS}
+    of_sweeps = [name for name in OF_SWEEPS if name != "profile" or shown is not None]
+    rest = {name: data for name, data in results.parts.items() if name not in of_sweeps}
     if told.subject is not None and not rest:
         raise InputError(
             "--subject", "must be left out", told.subject, f"the table of sweeps names {', '.join(animals)}"

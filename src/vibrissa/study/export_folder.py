@@ -105,7 +105,9 @@ def _roles(name: str, data: xr.Dataset) -> dict[str, xr.Dataset]:
 
 def _leave_out_shown(parts: dict[str, xr.Dataset], left_out: dict[str, str]) -> None:
     """Of the one sweep that figures show only the tracks stay, if it is told which it is: all else is in the series."""
-    number = int(parts["posture"].attrs.get("sweep", -1)) if "posture" in parts else -1
+    if "posture" in parts and "sweep" not in parts["posture"].attrs:
+        return  # these are of a movie of the study's own
+    number = int(parts["posture"].attrs["sweep"]) if "posture" in parts else -1
     shown = {"profile"} if number >= 0 else set()
     if "profile" in parts and shown:
         parts["profile"] = parts["profile"].assign_attrs(sweep=number)

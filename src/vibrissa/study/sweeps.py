@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, replace
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -164,5 +164,13 @@ def read_series(out: str | Path, sweep: int) -> xr.Dataset:
         is known, ``mode_displacement_true`` where the sweep is virtual (mode, time), over L. No variable if the sweep
         was rejected.
     """
-    table = load(Path(out) / "sweeps.nc")
-    return load(path_of(Path(out) / FOLDER, str(table.address.values[sweep])))
+    table = (Path(out) / "sweeps.nc").absolute()
+    return load(
+        path_of(Path(out) / FOLDER, _addresses(table, table.stat().st_mtime_ns if table.is_file() else 0)[sweep])
+    )
+
+
+@lru_cache(maxsize=4)
+def _addresses(table: Path, _: int) -> list[str]:
+    """Addresses of a table's sweeps, read once for each state of the file."""
+    return [str(address) for address in load(table).address.values]
