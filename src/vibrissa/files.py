@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vibrissa.errors import InputError
+from vibrissa.errors import InputError, MachineError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,7 +28,7 @@ def written_whole(path: str | Path) -> Iterator[Path]:
     Raises
     ------
     InputError
-        If the folder does not exist, or the disk is full.
+        If the folder does not exist; :class:`~vibrissa.errors.MachineError` if the disk is full.
     """
     path = Path(path)
     if not path.parent.is_dir():
@@ -40,7 +40,7 @@ def written_whole(path: str | Path) -> Iterator[Path]:
             os.fsync(written.fileno())  # else a power cut may leave the name without the content
         os.replace(temporary, path)
     except OSError as error:
-        raise InputError(str(path), f"could not be written ({error.strerror or error})") from error
+        raise MachineError(str(path), f"could not be written ({error.strerror or error})") from error
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -97,7 +97,7 @@ def held(folder: str | Path) -> Iterator[Path]:
             work.mkdir()
             yield work
         except OSError as error:
-            raise InputError(str(folder), f"could not be written ({error.strerror or error})") from error
+            raise MachineError(str(folder), f"could not be written ({error.strerror or error})") from error
         finally:
             shutil.rmtree(work, ignore_errors=True)
 

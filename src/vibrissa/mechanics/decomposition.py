@@ -26,6 +26,7 @@ Method = Literal["least-squares", "paper2014"]
 
 _PROFILE_DEGREE = 8  # of the polynomial through the mean profile: its tangent to 1e-3 rad
 _SMALLEST_TURN = 0.02  # [rad] below it a mean profile does not tell its concave side
+_BLOCK = 12_000  # frames at a time; of longer movies sums are formed in parts, and differ in the last bits
 _TAIL = 7  # modes above those that are solved for freely
 _LIMIT = 5.0  # times their likely size: 20 leaks less where all is seen, and doubles the noise where 4 mm are hidden
 _END_NODES = 25  # nodes (about 3 mm) that extrapolate the profile in the paper's form
@@ -62,24 +63,50 @@ def normal_displacement(profile: xr.Dataset) -> tuple[Array, NDArray[np.bool_]]:
         raise InputError("profile", "must be of one whisker", f"dimensions {profile.x.dims}", "select one")
     if len(x) < 2:
         raise InputError("profile", "must have two frames at least: a displacement is about their mean", len(x))
-    x = np.where(measured(profile), x, np.nan)
-    visible = np.isfinite(x).mean(axis=0) >= 0.5
+    seen = measured(profile) & np.isfinite(x)
+    visible = seen.mean(axis=0) >= 0.5
     if visible.sum() < 3 * _PROFILE_DEGREE:
         rule, remedy = (
             f"must have {3 * _PROFILE_DEGREE} nodes seen in half the frames",
             "track with a finer node spacing",
         )
         raise InputError("profile", rule, int(visible.sum()), remedy)
-    mean = [np.nanmean(values[:, visible], axis=0) for values in (x, y)]
+    mean = _mean(x, visible, seen), _mean(y, visible)
     fit_x, fit_y = (Polynomial.fit(arc[visible], values, _PROFILE_DEGREE) for values in mean)
     angle = np.unwrap(np.arctan2(fit_y.deriv()(arc[visible]), fit_x.deriv()(arc[visible])))
     turn = angle[-1] - angle[0]
     if abs(turn) < _SMALLEST_TURN:
         raise InputError("mean profile", f"must turn by {_SMALLEST_TURN} rad to tell its concave side", f"{turn:.3g}")
     displacement = np.full(x.shape, np.nan)
-    dx, dy = x[:, visible] - mean[0], y[:, visible] - mean[1]
-    displacement[:, visible] = np.sign(turn) * (np.cos(angle) * dy - np.sin(angle) * dx)
+    for part in _blocks(len(x)):
+        dx, dy = x[part, visible] - mean[0], y[part, visible] - mean[1]
+        dx[~seen[part, visible]] = np.nan
+        displacement[part, visible] = np.sign(turn) * (np.cos(angle) * dy - np.sin(angle) * dx)
     return displacement, visible
+
+
+def _blocks(count: int, size: int = 0) -> list[slice]:
+    """Parts of a long movie that are worked on one after the other, so that little is held at a time."""
+    size = size or _BLOCK
+    return [slice(first, first + size) for first in range(0, count, size)]
+
+
+def _some_nodes(values: Array) -> list[slice]:
+    """Nodes that are worked on at a time, in all frames: all of them, if the movie is no longer than one block."""
+    return _blocks(values.shape[1], max(1, _BLOCK * values.shape[1] // len(values)))
+
+
+def _mean(values: Array, visible: NDArray[np.bool_], seen: NDArray[np.bool_] | None = None) -> Array:
+    """Mean over time of the visible nodes, (V,)."""
+    nodes, means = np.flatnonzero(visible), []
+    for part in _some_nodes(values):
+        some = np.zeros_like(visible)
+        some[nodes[part]] = True
+        one = values[:, some]
+        if seen is not None:
+            one[~seen[:, some]] = np.nan
+        means.append(np.nanmean(one, axis=0) if some.any() else np.empty(0))
+    return np.concatenate(means)
 
 
 def decompose(
@@ -159,7 +186,8 @@ def decompose(
     visible = visible & (s >= contact) & (s <= 1)
     kappa, every = _shapes(modes, posture, contact, n_modes + extra_modes + _TAIL, s[visible])
     shapes = every[: n_modes + extra_modes]
-    u = displacement[:, visible] / whisker.length
+    u = displacement[:, visible]
+    u /= whisker.length
     if method == "least-squares":
         q, sd = _with_tail(u, every, len(shapes))
     elif method == "paper2014":
@@ -219,11 +247,17 @@ def _with_tail(u: Array, every: Array, count: int) -> tuple[Array, Array]:
     unit[count:] *= _LIMIT * last * (count / number[:, None]) ** 3
     precision = (np.arange(len(every)) >= count).astype(float)
     q, _ = _least_squares(u, unit, weight, precision)
-    return _least_squares(u, unit, 1 / np.nanvar(u - q.T @ unit, axis=0), precision)
+    return _least_squares(u, unit, 1 / _residual_variance(u, q, unit), precision)
 
 
 def _least_squares(u: Array, shapes: Array, weight: Array, precision: Array | float = 0.0) -> tuple[Array, Array]:
     """Amplitudes (M, T), zero to within 1/√precision, and their standard deviations; NaN in frames with few nodes."""
+    found = [_solved(u[part], shapes, weight, precision) for part in _blocks(len(u))]
+    q, sd = (np.concatenate(one, axis=1) for one in zip(*found, strict=True))
+    return q, sd
+
+
+def _solved(u: Array, shapes: Array, weight: Array, precision: Array | float) -> tuple[Array, Array]:
     seen = np.isfinite(u)
     w = np.where(seen, weight, 0.0)
     moment = np.einsum("in,jn,tn->tij", shapes, shapes, w, optimize=True) + np.diag(precision + np.zeros(len(shapes)))
@@ -241,16 +275,30 @@ def _least_squares(u: Array, shapes: Array, weight: Array, precision: Array | fl
 def _node_weights(u: Array, shapes: Array) -> Array:
     """1/variance of each node's residual about an unweighted fit, (N,)."""
     q, _ = _least_squares(u, shapes, np.ones(u.shape[1]))
-    return 1 / np.nanvar(u - q.T @ shapes, axis=0)
+    return 1 / _residual_variance(u, q, shapes)
+
+
+def _residual_variance(u: Array, q: Array, shapes: Array) -> Array:
+    """Variance over time of what the modes leave at each node, (N,)."""
+    return np.concatenate([np.nanvar(u[:, part] - q.T @ shapes[:, part], axis=0) for part in _some_nodes(u)])
+
+
+def _mean_square(u: Array, q: Array | None = None, shapes: Array | None = None) -> float:
+    """Mean square, or that of what the modes leave."""
+    total, count = 0.0, 0
+    for part in _blocks(len(u)):
+        left = (u[part] if q is None or shapes is None else u[part] - q[:, part].T @ shapes) ** 2
+        total, count = total + float(np.nansum(left)), count + int(np.count_nonzero(~np.isnan(left)))
+    return total / count
 
 
 def _variance_explained(u: Array, shapes: Array, n_modes: int) -> Array:
     """Share of the displacement's variance that each mode adds, by nested unweighted fits."""
     even = np.ones(u.shape[1])
-    residual = [np.nanmean(u**2)]
+    residual = [_mean_square(u)]
     for count in range(1, n_modes + 1):
         q, _ = _least_squares(u, shapes[:count], even)
-        residual.append(np.nanmean((u - q.T @ shapes[:count]) ** 2))
+        residual.append(_mean_square(u, q, shapes[:count]))
     return -np.diff(residual) / residual[0]
 
 

@@ -82,12 +82,14 @@ def _weights(modal: xr.Dataset) -> tuple[Array, Array] | None:
     """Matrix (M, N) that made the amplitudes, over L, of the nodes' displacements over L, and the nodes' s."""
     length = float(modal.attrs["whisker_length"])
     s = 1 - modal.arc_length.values / length
-    u = modal.displacement.values / length
-    used = np.isfinite(u).any(axis=0) & (s >= float(modal.contact)) & (s <= 1)
-    whole = np.isfinite(u[:, used]).all(axis=1)
+    displacement = modal.displacement.values
+    finite = np.isfinite(displacement)
+    used = finite.any(axis=0) & (s >= float(modal.contact)) & (s <= 1)
+    whole = finite[:, used].all(axis=1)
     if whole.sum() < _FEWEST:
         return None
-    u, q = u[np.ix_(whole, used)], modal.mode_displacement.values[:, whole]
+    u, q = displacement[np.ix_(whole, used)], modal.mode_displacement.values[:, whole]
+    u /= length
     square = u.T @ u
     square.flat[:: len(square) + 1] += _RIDGE * np.trace(square)
     return np.linalg.solve(square, u.T @ q.T).T, s[used]

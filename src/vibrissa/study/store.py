@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 from collections.abc import Callable, Sequence
@@ -25,6 +26,7 @@ Row = dict[str, Any]
 Progress = Callable[[str, int, int], None]
 
 _LETTERS = 24  # of an address: 96 bits
+_PASSING = {errno.ENOSPC, errno.EDQUOT, errno.ENOMEM, errno.EMFILE, errno.ENFILE}  # errors that may pass by themselves
 
 
 @dataclass(frozen=True)
@@ -125,11 +127,22 @@ def do(job: Job, folder: Path) -> None:
     try:
         row, series = job.work()
         row = job.row | row | {"accepted": True, "rejected": ""}
-    except (InputError, ConvergenceError, OSError) as error:
+    except (InputError, ConvergenceError, OSError, MemoryError) as error:
+        _refuse_machine(error)
         row, series = job.row | {"accepted": False, "rejected": str(error)}, dataset()
     plain = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in row.items()}
     told = {"row": json.dumps(plain), "made_of": job.made_of, "address": job.address}
     save(series.assign_attrs(told), path_of(folder, job.address))
+
+
+def _refuse_machine(error: Exception) -> None:
+    """Raise what is no fault of the job, and may go well another time: it is not kept as its result."""
+    if isinstance(error, MachineError):
+        raise error
+    if isinstance(error, MemoryError):
+        raise MachineError("a worker", "has too little memory", None, "try fewer --workers") from error
+    if isinstance(error, OSError) and error.errno in _PASSING:
+        raise MachineError("a worker", "could not go on", error.strerror, "then give the same command again") from error
 
 
 def kept_row(folder: Path, address: str) -> Row | None:

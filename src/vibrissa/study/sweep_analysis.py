@@ -31,6 +31,7 @@ Line = tuple[tuple[float, float], tuple[float, float]]
 
 DAMPING = 0.11  # of a prediction where no fit tells it: the paper's mean
 _LITTLE = 0.3  # of a standard error, whose square adds less than a tenth to a variance
+_BLOCK = 12_000  # frames at a time
 _LEAST_SEEN = 0.9  # share of the frames in which a whisker must be followed
 
 
@@ -142,11 +143,16 @@ def _levelled(profile: xr.Dataset, known: Known, found: xr.Dataset) -> xr.Datase
     motion = _nominal(known, float(found.contact), float(found.base_angle))
     s = 1 - profile.arc_length.values / known.whisker.length
     flat = motion.response.flat
-    moved, still = motion.quasi_static_position(profile.time.values, s), flat.position(s)
-    along, up = (over.mean(axis=0) - rest for over, rest in zip(moved, still, strict=True))
+    along, up = _mean_motion(motion, profile.time.values, s) - np.array(flat.position(s))
     turn, mirrored = _laid(flat.position(found.s.values), found.fitted_x.values, found.fitted_y.values)
     off = turn * (along - 1j * up if mirrored else along + 1j * up)
     return profile.assign(x=profile.x - off.real, y=profile.y - off.imag)
+
+
+def _mean_motion(motion: Prediction, t: Array, s: Array) -> Array:
+    """Mean position without vibration at these times [s], over L, (2, N)."""
+    blocks = (motion.quasi_static_position(t[first : first + _BLOCK], s) for first in range(0, len(t), _BLOCK))
+    return np.asarray(sum(np.array([one.sum(axis=0) for one in block]) for block in blocks) / len(t))
 
 
 def _laid(shape: tuple[Array, Array], x: Array, y: Array) -> tuple[complex, bool]:

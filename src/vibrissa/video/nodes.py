@@ -40,9 +40,9 @@ def profile(
     if not parts:
         raise InputError("blocks", "must hold at least one frame")
     nodes = max((origin.count for origin in origins if origin), default=0)
-    x, y, sd = (
-        np.concatenate([_widened(values, nodes) for values in found], axis=1) for found in zip(*parts, strict=True)
-    )
+    kinds = [list(kind) for kind in zip(*parts, strict=True)]
+    parts.clear()
+    x, y, sd = (_joined(kind, nodes) for kind in kinds)
     if longest:
         nodes = int(np.max(np.flatnonzero(~np.isnan(x).all(axis=(0, 1))), initial=-1)) + 1
         x, y, sd = x[..., :nodes], y[..., :nodes], sd[..., :nodes]
@@ -53,8 +53,16 @@ def profile(
     return x, y, sd, arc, np.concatenate(reasons, axis=1)
 
 
-def _widened(values: Values, nodes: int) -> Values:
-    return np.pad(values, ((0, 0), (0, 0), (0, nodes - values.shape[2])), constant_values=np.nan)
+def _joined(blocks: list[Values], nodes: int) -> Values:
+    """Blocks one after the other; each is given up as it is copied, so that a long movie is held once."""
+    whole = np.empty((len(blocks[0]), sum(block.shape[1] for block in blocks), nodes))
+    first = 0
+    while blocks:
+        block = blocks.pop(0)
+        here = whole[:, first : first + block.shape[1]]
+        here[..., : block.shape[2]], here[..., block.shape[2] :] = block, np.nan
+        first += block.shape[1]
+    return whole
 
 
 @dataclass(frozen=True)

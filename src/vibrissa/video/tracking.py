@@ -156,6 +156,7 @@ def track(
         "lost": json.dumps(_lost(reason)),
     }
     x, y = view.back(along, across)
+    del along, across  # of a long movie, each is large
     return _labelled(attrs, calibration, x=x, y=y, arc_length=arc, **{"x_sd" if view.turned else "y_sd": sd})
 
 
@@ -226,15 +227,17 @@ def _marked(seeds: Sequence[Point], whisking: Whisking | None) -> dict[str, str]
 
 
 def _labelled(attrs: dict[str, Any], calibration: Calibration, **pixels: NDArray[np.float64]) -> xr.Dataset:
-    """The dataset of places in pixels."""
+    """The dataset of places in pixels, which are turned into metres where they stand."""
     count, frames, nodes = pixels["x"].shape
+    for values in pixels.values():
+        values *= calibration.pixel_size
     return dataset(
         attrs,
         lead=("whisker",),
         whisker=np.arange(count),
         time=np.arange(frames) / calibration.frame_rate,
         node=np.arange(nodes),
-        **{name: values * calibration.pixel_size for name, values in pixels.items()},
+        **pixels,
     )
 
 
