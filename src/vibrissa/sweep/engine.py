@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -151,10 +152,20 @@ def _pool(workers: int) -> Iterator[Any]:
     import multiprocessing
     from concurrent.futures import ProcessPoolExecutor
 
+    class Deaf(ProcessPoolExecutor):
+        """Starts processes, as work comes, that a terminal's Ctrl-C does not reach even while they start."""
+
+        def submit(self, *words: Any, **named: Any) -> Any:
+            before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+            try:
+                return super().submit(*words, **named)
+            finally:
+                signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
     strangers = set(multiprocessing.active_children())
     with one_thread():
         context = multiprocessing.get_context("spawn")
-        pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin)
+        pool = Deaf(workers, mp_context=context, initializer=_begin)
         try:
             yield pool
         except BaseException:
@@ -168,7 +179,6 @@ def _pool(workers: int) -> Iterator[Any]:
 def _begin() -> None:
     """In a worker: leave Ctrl-C to the process that started it, and do not outlive that one."""
     import multiprocessing
-    import signal
     import threading
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
