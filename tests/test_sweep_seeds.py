@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from vibrissa.errors import InputError
 from vibrissa.files import load
@@ -87,6 +88,24 @@ def test_the_verb_writes_a_map_for_each_seed(vibrissa, tmp_path):
     )
     np.testing.assert_array_equal(written.mode_rms.sel(seed=4), known.mode_rms)
     assert (written.attrs["grating_length"], written.attrs["mean_period"]) == (0.01, 8e-4)
+
+
+def test_a_large_map_is_a_whole_folder_of_zarr(vibrissa, tmp_path):
+    pytest.importorskip("zarr", reason="the extra cluster is not installed: pip install 'vibrissa[cluster]'")
+    words = ("sweep", "--seeds", "1,2", "--grating-length", "0.01", *WHERE, *CONE, "--scheduler", "synchronous")
+    for name in ("map.nc", "map.zarr", "map.zarr"):  # the second replaces the first
+        assert vibrissa(*words, "--out", tmp_path / name)[::2] == (0, "")
+    with xr.open_zarr(tmp_path / "map.zarr", decode_times=False) as written:
+        assert written.load().identical(load(tmp_path / "map.nc"))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["map.nc", "map.zarr"]
+
+    (tmp_path / "mine.zarr").mkdir()
+    (tmp_path / "mine.zarr/notes.txt").touch()
+    for out, said in ((tmp_path / "mine.zarr", "--out must be free"), (tmp_path / "no/map.zarr", "existing folder")):
+        code, _, err = vibrissa(*words, "--out", out)
+        assert (code, err.count("\n")) == (2, 1)
+        assert said in err
+    assert (tmp_path / "mine.zarr/notes.txt").exists()
 
 
 @pytest.mark.parametrize(

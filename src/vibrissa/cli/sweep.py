@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from vibrissa.cli.options import Atlas, Json, OfWhisker, Out, Scheduler, Workers, needed_cone
+from vibrissa.cli.options import Atlas, Json, OfWhisker, Scheduler, Workers, needed_cone
 from vibrissa.cli.output import progress_bars, refuse_out, show, tell
 from vibrissa.errors import InputError
 
@@ -62,6 +62,7 @@ class GratingOptions:
         )
 
 
+OfMap = Annotated[Path | None, Parameter(help="Write the map: NetCDF (.nc), or a folder of Zarr (.zarr) if large.")]
 OfGratings = Annotated[GratingOptions, Parameter(name="*")]
 
 
@@ -84,7 +85,7 @@ def sweep(
     workers: Workers = None,
     whisker: OfWhisker = None,
     atlas: Atlas = None,
-    out: Out = None,
+    out: OfMap = None,
     json: Json = False,
 ) -> None:
     """Map of the vibration that textures excite, over contact, base angle, speed, friction and seeds of gratings.
@@ -121,8 +122,13 @@ def sweep(
     """
     from vibrissa.sweep import Engine, Grid, Measure
     from vibrissa.sweep import sweep as computed
+    from vibrissa.sweep.zarr_folder import refuse_zarr, save_zarr
 
-    refuse_out(out)
+    large = out if out is not None and out.suffix == ".zarr" else None
+    if large is None:
+        refuse_out(out)
+    else:
+        refuse_zarr(large)
     engine = Engine(scheduler=scheduler, workers=workers)
     cone, surface = needed_cone(whisker, atlas), drawn.texture(texture)
     grid = Grid(
@@ -145,6 +151,9 @@ def sweep(
     _tell_reasons(data)
     if out is None and not json:
         tell("the map itself is not printed: --out map.nc writes it, --json prints it")
+    if large is not None:
+        save_zarr(data, large)
+        out = None
     show(data, None if json else [str(name) for name in data.data_vars if not data[name].dims], json, out)
 
 

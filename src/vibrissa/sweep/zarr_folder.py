@@ -1,0 +1,53 @@
+"""Large maps as Zarr, in chunks that are read alone: a folder, whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vibrissa.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def refuse_zarr(path: Path) -> None:
+    """Refuse, before any work, what cannot become a folder of Zarr.
+
+    Raises
+    ------
+    InputError
+        If zarr is not installed, the name is taken by something else, or its folder cannot be written.
+    """
+    if find_spec("zarr") is None:
+        raise InputError("--out", "needs zarr", str(path), "pip install 'vibrissa[cluster]', or choose a name in .nc")
+    parent = path.absolute().parent
+    if not (parent.is_dir() and os.access(parent, os.W_OK)):
+        raise InputError("--out", "must lie in an existing folder that can be written", str(path), "choose another")
+    if path.exists() and not (path / ".zgroup").is_file():
+        raise InputError("--out", "must be free, or a Zarr folder, which is replaced", str(path), "choose another")
+
+
+def save_zarr(data: xr.Dataset, path: Path) -> None:
+    """Write a dataset as Zarr of format 2, whole or not at all; one that is there is replaced.
+
+    Raises
+    ------
+    InputError
+        See :func:`refuse_zarr`; or if the disk is full.
+    """
+    refuse_zarr(path)
+    new, old = (path.absolute().with_name(f".{path.stem}.{os.getpid()}.{part}.zarr") for part in ("part", "old"))
+    try:
+        data.to_zarr(new, mode="w", zarr_format=2, consolidated=True)
+        if path.exists():
+            os.replace(path, old)
+        os.replace(new, path)
+    except OSError as error:
+        raise InputError(str(path), f"could not be written ({error.strerror or error})") from error
+    finally:
+        shutil.rmtree(new, ignore_errors=True)
+        shutil.rmtree(old, ignore_errors=True)
