@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+_BLOCK = 1_000_000  # candidates that are thinned at a time
+_NONE = np.empty(0), np.empty(0, np.int64), np.empty(0)
+
 
 class Unit(Protocol):
     """Anything that turns a driving signal into a firing rate."""
@@ -160,17 +163,23 @@ def draw_spikes(
         raise InputError("rate and gain", "must be zero or positive", f"{rate.min()}, {gain.min()}")
     hazard = refractoriness.hazard if refractoriness else np.asarray
     highest, duration = float(hazard(rate.max() * gain.max())), float(time[-1] - time[0])
-    trial = np.repeat(np.arange(n_trials), rng.poisson(highest * duration, n_trials))
-    share = rng.random(trial.size)
-    candidate = time[0] + duration * share
-    step = np.minimum((share * gain.shape[1]).astype(int), gain.shape[1] - 1)
-    chance = rng.random(trial.size) * highest
-    wanted = hazard(_rate_at(candidate, share, time, rate) * gain[trial, step])
-    kept = np.flatnonzero(chance < wanted)
-    kept = kept[np.lexsort((candidate[kept], trial[kept]))]
+    ends = np.cumsum(rng.poisson(highest * duration, n_trials))
+    shares = rng.random(ends[-1])
+    chances = rng.random(ends[-1])
+    found = []
+    for first in range(0, int(ends[-1]), _BLOCK):  # a steep unit has candidates by the ten million
+        share, chance = shares[first : first + _BLOCK], chances[first : first + _BLOCK] * highest
+        trial = np.searchsorted(ends, np.arange(first, first + share.size), side="right")
+        candidate = time[0] + duration * share
+        step = np.minimum((share * gain.shape[1]).astype(int), gain.shape[1] - 1)
+        wanted = hazard(_rate_at(candidate, share, time, rate) * gain[trial, step])
+        kept = np.flatnonzero(chance < wanted)
+        found.append((candidate[kept], trial[kept], chance[kept] / wanted[kept]))
+    candidate, trial, luck = (np.concatenate(part) for part in zip(*found, strict=True)) if found else _NONE
+    order = np.lexsort((candidate, trial))
     if refractoriness:
-        kept = kept[refractoriness.spare(candidate[kept], trial[kept], chance[kept] / wanted[kept])]
-    return candidate[kept], trial[kept]
+        order = order[refractoriness.spare(candidate[order], trial[order], luck[order])]
+    return candidate[order], trial[order]
 
 
 def _rate_at(when: Array, share: Array, time: Array, rate: Array) -> Array:
