@@ -5,6 +5,7 @@ import pytest
 from driven import driven_by, transfer, white_driven
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import minimize
 from scipy.signal import periodogram
 
 from vibrissa.errors import InputError
@@ -103,6 +104,23 @@ def test_exact_line_is_found_exactly():
     assert fit.gain == pytest.approx(3e-9, rel=1e-2)
     assert fit.floor == pytest.approx(1e-8, rel=1e-2)
     assert fit.frequency_low <= fit.frequency <= fit.frequency_high
+
+
+def test_a_spectrum_that_is_curved_twice_as_much_as_expected_is_fitted_all_the_same():
+    """There steps of the expected curvature go from one side of the valley to the other, for ever."""
+    bins = np.arange(300.0)
+    power = lorentzian(bins)(120.0, 0.12) * np.random.default_rng(101).gamma(0.35, 1 / 0.35, size=bins.size)
+    fit = fit_resonance(bins, power, guess=124.0)
+    f, p = (values[(bins >= 62) & (bins <= 198.4)] for values in (bins, power / power.mean()))
+
+    def loss(theta):
+        line = lorentzian(f)(*np.exp(theta[:2]))
+        s = np.exp(theta[2]) * (line - line.min()) / line.max() + np.exp(theta[3])
+        return np.sum(np.log(s) + p / s)
+
+    begin = [np.log(fit.frequency) + 0.01, np.log(fit.damping) - 0.05, 2.0, -2.0]
+    least = minimize(loss, begin, method="Nelder-Mead", options={"maxfev": 10_000, "xatol": 1e-7, "fatol": 1e-10})
+    assert (fit.frequency, fit.damping) == pytest.approx(tuple(np.exp(least.x[:2])), rel=3e-5)
 
 
 @pytest.mark.parametrize("unit", [1e-6, 1e5])

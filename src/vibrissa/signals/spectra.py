@@ -21,6 +21,9 @@ _NEIGHBOURS = 2  # bins on either side that a Hann taper correlates with one bin
 _ITERATIONS = 200
 _WIDE = float(norm.ppf(0.975))
 _NEAR, _THERE = 1e-2, 1e-8  # changes of a loss in which one standard error is worth 0.5: of a start, of the end
+_POOR = (
+    0.25  # of what a step gains at its start; half where the expected curvature is the true one, 0 where that is twice
+)
 
 
 def power_spectrum(signal: Array, sampling_rate: float) -> tuple[Array, Array]:
@@ -193,26 +196,36 @@ def _scoring(
     log_spectrum: Callable[[Array], Array], p: Array, theta: Array, low: Array, high: Array, enough: float
 ) -> tuple[Array, float]:
     """Least Σ ln S + P/S by Fisher scoring: JᵀJ is its expected curvature. Returns θ and the loss there."""
-    log_s, resistance = log_spectrum(theta), 1e-3
-    loss = float(np.sum(log_s + p * np.exp(-log_s)))
+    log_s, loss = _loss(log_spectrum, theta, p)
+    resistance = 1e-3
     for _ in range(_ITERATIONS):
         jacobian = _jacobian(log_spectrum, theta)
         slope, curvature = jacobian.T @ (p * np.exp(-log_s) - 1), jacobian.T @ jacobian
         stiff = np.diag(np.diag(curvature) + 1e-12)
         while resistance < 1e8:
             trial = np.clip(theta + np.linalg.solve(curvature + resistance * stiff, slope), low, high)
-            log_trial = log_spectrum(trial)
-            new = float(np.sum(log_trial + p * np.exp(-log_trial)))
+            log_trial, new = _loss(log_spectrum, trial, p)
             if new < loss:
                 break
             resistance *= 10
         else:  # no way down
             return theta, loss
+        first = float(slope @ (trial - theta))  # what the step would gain if the loss fell as at its start
+        if loss - new < _POOR * first:
+            shorter = theta + first / (2 * (first - loss + new)) * (trial - theta)  # bottom of the parabola
+            log_shorter, lower = _loss(log_spectrum, shorter, p)
+            if lower < new:
+                trial, log_trial, new = shorter, log_shorter, lower
         arrived = loss - new < enough
         theta, log_s, loss, resistance = trial, log_trial, new, max(resistance / 10, 1e-6)
         if arrived:
             return theta, loss
     raise ConvergenceError("resonance fit", float(np.abs(slope).max()), _ITERATIONS)
+
+
+def _loss(log_spectrum: Callable[[Array], Array], theta: Array, p: Array) -> tuple[Array, float]:
+    log_s = log_spectrum(theta)
+    return log_s, float(np.sum(log_s + p * np.exp(-log_s)))
 
 
 def _jacobian(log_spectrum: Callable[[Array], Array], theta: Array) -> Array:
