@@ -33,7 +33,7 @@ from vibrissa.study.surface import surface_lines, surface_results
 from vibrissa.study.sweeps import read_series
 from vibrissa.study.verdict import hold_against
 from vibrissa.study.virtual import exposed_signals, film_motion, lay_out, predicted_motion, record_unit
-from vibrissa.sweep.engine import Engine
+from vibrissa.sweep.engine import Engine, single_threaded
 from vibrissa.video.movie import read_blocks, write_movie
 from vibrissa.video.tracking import Calibration, track
 
@@ -80,7 +80,7 @@ def run_study(
         If an input is bad, the folder cannot be written, or another run is at work in it.
     """
     out = Path(out).absolute()
-    with held(out) as work:
+    with held(out) as work, single_threaded():
         failed: Failures = {}
         attempt = attempting(study, failed)
         results = _results(study, work, out, engine, progress or (lambda *_: None), attempt)
