@@ -46,8 +46,8 @@ def draw(results):
         title=f"4  A neuron follows the envelope, {lag:.0f} ms later: r = {unit.attrs['correlation']:.2f}",
         xlabel="time [s]",
     )
-    axes[1, 1].set(ylabel="over its maximum", ylim=(0, 1.3), xlim=(0, 1))
-    axes[1, 1].legend(loc="upper right", ncols=2)
+    axes[1, 1].set(ylabel="over its maximum", ylim=(0, 1.5), xlim=(0, 1))
+    axes[1, 1].legend(loc="upper right")
     return figure
 
 
