@@ -90,6 +90,29 @@ def test_sessions_that_agree_in_nothing_widen_the_interval(truth):
     assert high - low > 35  # Wilson's is 14 wide
 
 
+def test_a_population_of_one_quality_has_dashes_and_no_share_is_off_the_axis(truth):
+    mine = np.flatnonzero(truth.unit_quality == "SU")
+    units = units_of(truth).isel(unit=mine)
+    units["significant"] = ("unit", np.ones(len(mine), bool))
+    data = fig9.compute(units, rng=RNG(0), truth=truth.isel(unit=mine))
+    assert not any("nan" in cell for row in data.table_text.values.tolist() for cell in row)
+    row = next(row for row in data.table_text.values.tolist() if row[0].startswith("share of N, Results"))
+    assert row[2].startswith("100.0 %")
+    assert row[4] == "–"
+    shares = next(axis for axis in fig9.draw(data).axes if axis.get_title(loc="left").startswith("E"))
+    assert shares.get_ylim()[1] > 100
+
+
+def test_the_legend_of_the_correlations_lies_above_their_bars(data):
+    figure = fig9.draw(data)
+    figure.draw_without_rendering()
+    axis = next(axis for axis in figure.axes if axis.get_title(loc="left").startswith("D"))
+    tallest = max(bar.get_height() for bar in axis.patches if hasattr(bar, "get_height"))
+    outline = max(patch.get_xy()[:, 1].max() for patch in axis.patches if not hasattr(patch, "get_height"))
+    top = axis.transData.transform((0, max(tallest, outline)))[1]
+    assert axis.get_legend().get_window_extent().y0 > top
+
+
 def test_nobody_driven_is_drawn_too(truth):
     units = units_of(truth)
     units["significant"] = ("unit", np.zeros(514, bool))

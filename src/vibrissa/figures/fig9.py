@@ -170,6 +170,8 @@ def _table(statistics: list[dict[str, Any]], columns: Columns) -> list[list[str]
     """Rows of text: what, SU in the paper, SU here, MU in the paper, MU here."""
 
     def share(one: dict[str, Any], k: int) -> str:
+        if np.isnan(one["share_driven"][k]):  # no units of this quality
+            return "–"
         low, high = (100 * one[f"share_driven_{end}"][k] for end in ("low", "high"))
         return f"{100 * one['share_driven'][k]:.1f} % [{low:.1f}–{high:.1f}]"
 

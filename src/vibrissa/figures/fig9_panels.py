@@ -49,7 +49,12 @@ def spread(axis: Axes, data: xr.Dataset, name: str, scale: float, edges: Array) 
             style: dict[str, Any] = {"color": TRUTH, "lw": 2.5, "ls": ("-", ":")[row], "zorder": 0.5}
             label = f"truth, {quality}"
             axis.hist(
-                true, edges.tolist(), weights=np.full(true.size, 1 / true.size), histtype="step", label=label, **style
+                true,
+                edges.tolist(),
+                weights=np.full(true.size, 1 / max(true.size, 1)),
+                histtype="step",
+                label=label,
+                **style,
             )
         height, *_ = axis.hist(
             values, edges.tolist(), weights=weights, histtype="step", color=COLOURS[quality], label=quality
@@ -72,9 +77,10 @@ def correlations(axis: Axes, data: xr.Dataset) -> None:
         axis.hist(every[np.isfinite(every)], edges, histtype="step", color=COLOURS[quality], label=f"{quality}, all")
         axis.hist(driven[np.isfinite(driven)], edges, color=COLOURS[quality], alpha=0.45, label=f"{quality}, driven")
     axis.set(xlabel="largest correlation with the envelope", ylabel="units", title="D  Correlations")
+    axis.set_ylim(0, 1.35 * axis.get_ylim()[1])  # room for the legend above the bars
     if not np.isfinite(data.unit_correlation).any():
         axis.text(0.5, 0.5, "not in the table of units", ha="center", transform=axis.transAxes)
-    axis.legend(loc="upper right")
+    axis.legend(loc="upper right", ncols=2)
 
 
 def shares(axis: Axes, data: xr.Dataset) -> None:

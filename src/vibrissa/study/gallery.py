@@ -85,6 +85,7 @@ GALLERY = (
 )
 
 SURFACE = "From the surface to the follicle (model)"
+UNITS = {"significant", "threshold", "slope"}  # what a table of units holds, whatever the file's name
 ONLY_WHERE_MADE = ("2", "6ab", "7e", "9")  # of the model alone, or of a verb of its own: no part of every study
 
 REASONS = {
@@ -144,22 +145,27 @@ def figure_of(number: str, folder: str | Path) -> Figure:
         As in the paper: 1 … 9, 6ab, 7e.
     folder : path
         Folder that ``vibrissa run`` or ``vibrissa sweeps`` wrote; or one dataset that is named as a result is
-        (``units.nc``), of several recordings with the number of one (``units_2.nc``).
+        (``gap.nc``), of several recordings with the number of one (``units_2.nc``). A table of units may have any name.
 
     Raises
     ------
     InputError
         If the results do not serve the figure; says what is missing.
     """
-    folder = Path(folder)
-    if folder.is_dir():
-        results = {path.stem: load(path) for path in sorted(folder.glob("*.nc"))}
-    else:
-        results, folder = {re.sub(r"_\d+$", "", folder.stem): load(folder)}, folder.parent
-    figure = made(best_entry(number, results), results, partial(read_series, folder))
+    given = Path(folder)
+    whole = given.is_dir()
+    results = {path.stem: load(path) for path in sorted(given.glob("*.nc"))} if whole else _of_file(given)
+    figure = made(best_entry(number, results), results, partial(read_series, given if whole else given.parent))
     if isinstance(figure, str):
-        raise InputError(f"figure {number}", f"cannot be made of {folder} ({figure})")
+        raise InputError(f"figure {number}", f"cannot be made of {given} ({figure})")
     return figure
+
+
+def _of_file(path: Path) -> dict[str, xr.Dataset]:
+    """One result under the name that it has in a folder: units by what is in the table, others by the file's name."""
+    data = load(path)
+    name = "units" if set(data.variables) >= UNITS else re.sub(r"_\d+$", "", path.stem)
+    return {name: data}
 
 
 def surface_figures(results: Results) -> list[tuple[str, Figure]]:
