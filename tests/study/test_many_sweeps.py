@@ -73,7 +73,7 @@ def test_a_laboratory_is_run_to_the_report(out, page):
         assert (out / f"{name}.nc").is_file(), name
     for number in ("1", "3", "4", "5", "6C–D", "7A–D"):
         assert f'<img alt="Figure {number}' in page, number
-    assert "2 sweeps of 2 whiskers of 1 animals, 2 analysed to the end" in page
+    assert "2 sweeps of 2 whiskers of 1 animal, 2 analysed to the end" in page
     assert "Paper | here | same?" in page
     assert "Left out: no [recording], no [cortex] and no [[neural]]." in page  # Figure 8
 

@@ -124,6 +124,18 @@ def test_what_was_put_in_is_told_apart_from_what_came_out(rows):
     assert own["modulus"].origin == "came out"
 
 
+def test_a_recording_tells_its_rate_pixel_field_and_frames():
+    profile = xr.Dataset(coords={"time": np.arange(3500) / 1000.0}, attrs={"pixel_size": 9e-5})
+    still = xr.Dataset(coords={"column": np.arange(480), "row": np.arange(300)})
+    found = by_id(compare({"sweeps": simulated(virtual=False), "profile": profile, "still": still}))
+    told = {name: found[name].here.value for name in ("frame_rate", "pixel", "field", "frames")}
+    assert told == pytest.approx({"frame_rate": 1000, "pixel": 9e-5, "field": 480, "frames": 3500})
+    assert found["pixel"].why.startswith("of the sweep shown")
+    assert "not told" in found["exposure"].why
+    tracks = by_id(compare({"sweeps": simulated(virtual=False), "profile": profile.assign_attrs(pixel_size=np.nan)}))
+    assert "not told" in tracks["pixel"].why
+
+
 def test_comparison_and_repeats_enter_where_they_are(rows):
     assert rows["agreement_1"].verdict == rows["repeats"].verdict == "not measured"
     sweeps, rng = simulated(), np.random.default_rng(2)

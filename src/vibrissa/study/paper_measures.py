@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+UNTOLD = "not told by the table of sweeps"
+
 
 def _variance_sum(sweeps: xr.Dataset) -> Here:
     return mean(sweeps["variance_explained"].sel(mode=[1, 2, 3]).values.sum(axis=1), whiskers_of(sweeps))
@@ -202,9 +204,37 @@ def _told(*path: str) -> Measure:
         value: Any = json.loads(results["sweeps"].attrs.get("laboratory", "{}")) if "sweeps" in results else {}
         for key in path:
             value = value.get(key) if isinstance(value, dict) else None
-        return Here(note="not told by the table of sweeps") if value is None else Here(float(value))
+        return Here(note=UNTOLD) if value is None else Here(float(value))
 
     return of
+
+
+def _of_recording(setting: Measure, found: Callable[[Results], float]) -> Measure:
+    """A setting of the virtual laboratory; of recorded sweeps, what the one that is shown tells."""
+
+    def of(results: Results) -> Here:
+        told, value = setting(results), np.nan
+        if np.isnan(told.value) and "profile" in results:
+            value = found(results)
+        return told if np.isnan(value) else Here(value, note="of the sweep shown")
+
+    return of
+
+
+def _rate_of_profile(results: Results) -> float:
+    return 1 / float(np.median(np.diff(results["profile"].time.values)))
+
+
+def _pixel_of_profile(results: Results) -> float:
+    return float(results["profile"].attrs.get("pixel_size", np.nan))
+
+
+def _field_of_still(results: Results) -> float:
+    return float(results["still"].sizes["column"]) if "still" in results else np.nan
+
+
+def _frames_of_profile(results: Results) -> float:
+    return float(results["profile"].sizes["time"])
 
 
 def _frames(results: Results) -> Here:
@@ -230,12 +260,12 @@ MEASURES: dict[str, Measure] = {
     "textures": of_sweeps(_textures),
     "plate_length": _told("texture_length"),
     "period": _told("mean_period"),
-    "frame_rate": _told("camera", "frame_rate"),
+    "frame_rate": _of_recording(_told("camera", "frame_rate"), _rate_of_profile),
     "exposure": _told("camera", "exposure"),
-    "pixel": _told("camera", "pixel_size"),
-    "field": _told("camera", "width"),
+    "pixel": _of_recording(_told("camera", "pixel_size"), _pixel_of_profile),
+    "field": _of_recording(_told("camera", "width"), _field_of_still),
     "shadow": _told("shadow"),
-    "frames": _frames,
+    "frames": _of_recording(_frames, _frames_of_profile),
     "density": _told("density"),
     "noise": _noise,
     "profile_r2": mean_of("profile_r2"),

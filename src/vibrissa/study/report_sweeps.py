@@ -36,9 +36,10 @@ def sweeps_of(results: Results) -> dict[str, Any]:
 
 def _words(sweeps: xr.Dataset) -> str:
     accepted = int(sweeps.accepted.values.sum())
+    animals, whiskers = len(np.unique(sweeps.animal.values)), len(np.unique(whiskers_of(sweeps)))
     text = (
-        f"{sweeps.sizes['sweep']} sweeps of {len(np.unique(whiskers_of(sweeps)))} whiskers of "
-        f"{len(np.unique(sweeps.animal.values))} animals, {accepted} analysed to the end."
+        f"{_counted(sweeps.sizes['sweep'], 'sweep')} of {_counted(whiskers, 'whisker')} of "
+        f"{_counted(animals, 'animal')}, {accepted} analysed to the end."
     )
     counts = {name: sweeps.attrs.get(f"impossible_{name}", 0) for name in ("height", "contact", "fold")}
     if any(counts.values()):
@@ -47,6 +48,10 @@ def _words(sweeps: xr.Dataset) -> str:
             f"{counts['contact']} with a contact that is not looked at, {counts['fold']} beyond the fold."
         )
     return text
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}{'s' * (number != 1)}"
 
 
 def _conditions(sweeps: xr.Dataset, comparison: xr.Dataset | None) -> list[list[str]]:
