@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.exact import cone_modes
+from vibrissa.errors import InputError
 from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, house_style, new_figure
+from vibrissa.mechanics.decomposition import transverse_shapes
+from vibrissa.mechanics.profile import Posture
 from vibrissa.quantities import dataset
 
 if TYPE_CHECKING:
@@ -31,7 +33,8 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     Parameters
     ----------
     study : mapping
-        ``modal``; ``profile`` for A; ``prediction`` if the truth is known.
+        ``modal``, of curved modes with the posture in its attributes; ``profile`` for A; ``prediction`` if the truth is
+        known.
 
     Returns
     -------
@@ -40,6 +43,11 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
         ``mode_displacement_true``, over L; ``variance_explained`` (mode); with a profile ``shape_x``, ``shape_y`` (s)
         [m], its mean, and ``shape_x_instant``, ``shape_y_instant``, displaced from it ``enlarged`` times. Attributes
         ``instant`` [s], ``enlarged``, ``caption``.
+
+    Raises
+    ------
+    InputError
+        If the modes are curved and the posture that they are about is not told.
     """
     modal = study["modal"]
     length, contact = modal.attrs["whisker_length"], float(modal.contact)
@@ -47,7 +55,7 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     instant = int(np.nanargmax(np.abs(q[0])))
     s = 1 - modal.arc_length.values / length
     seen = np.isfinite(modal.displacement.values[instant]) & (s >= contact)
-    parts = q[:, instant, None] * cone_modes(modal.kappa.values, contact, s[seen]) * length
+    parts = q[:, instant, None] * _modes_at(modal, s[seen]) * length
     start = max(0, min(instant - 100, len(modal.time) - 2))
     stop = start + int(np.searchsorted(modal.time.values - modal.time.values[0], SHOWN))
     columns: dict[str, Any] = {}
@@ -70,6 +78,18 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
         **columns,
     )
     return data.assign_attrs(caption=_caption(data))
+
+
+def _modes_at(modal: xr.Dataset, s: Array) -> Array:
+    """Transverse displacement of the modes that were fitted, (M, S)."""
+    told, posture = modal.attrs, None
+    modes, contact = told.get("modes", "straight"), float(modal.contact)
+    if modes != "straight":
+        if "base_angle" not in told:
+            remedy = "decompose the profile again"
+            raise InputError("modal", f"must tell the posture that its {modes} modes are about", remedy=remedy)
+        posture = Posture(contact=contact, base_angle=float(told["base_angle"]), friction=float(told["friction"]))
+    return transverse_shapes(modes, posture, contact, modal.sizes["mode"], s)[1]
 
 
 def _shapes(profile: xr.Dataset, instant: int, seen: NDArray[np.bool_]) -> tuple[dict[str, Array], float]:

@@ -153,6 +153,7 @@ def decompose(
     Dataset
         ``mode_displacement`` (mode, time), ``mode_displacement_sd`` (NaN for ``paper2014``), both over L; ``kappa``;
         ``displacement`` (time, node) [m]; ``variance_explained`` (mode): what each mode adds to those before.
+        Attributes ``base_angle`` [rad] and ``friction`` of the posture, where one is given.
 
     Raises
     ------
@@ -184,7 +185,7 @@ def decompose(
     displacement, visible = normal_displacement(profile)
     s = 1 - profile.arc_length.values / whisker.length
     visible = visible & (s >= contact) & (s <= 1)
-    kappa, every = _shapes(modes, posture, contact, n_modes + extra_modes + _TAIL, s[visible])
+    kappa, every = transverse_shapes(modes, posture, contact, n_modes + extra_modes + _TAIL, s[visible])
     shapes = every[: n_modes + extra_modes]
     u = displacement[:, visible]
     u /= whisker.length
@@ -195,8 +196,9 @@ def decompose(
         sd = np.full(q.shape, np.nan)
     else:
         raise InputError("method", "must be 'least-squares' or 'paper2014'", repr(method))
+    about = {} if posture is None else {"base_angle": posture.base_angle, "friction": posture.friction}
     return dataset(
-        {"method": method, "modes": modes, "whisker_length": whisker.length},
+        {"method": method, "modes": modes, "whisker_length": whisker.length} | about,
         time=profile.time.values,
         mode=np.arange(1, n_modes + 1),
         node=np.arange(len(s)),
@@ -220,8 +222,20 @@ def _check_modes(modes: Modes, posture: Posture | None, contact: float, method: 
         raise InputError("method", f"must be least-squares for {modes} modes", method)
 
 
-def _shapes(modes: Modes, posture: Posture | None, contact: float, count: int, s: Array) -> tuple[Array, Array]:
-    """Frequencies (M,) and transverse displacement (M, S) of modes at points s."""
+def transverse_shapes(
+    modes: Modes, posture: Posture | None, contact: float, count: int, s: Array
+) -> tuple[Array, Array]:
+    """Frequencies κ (M,) and transverse displacement V (M, S) of the lowest modes at points s.
+
+    Parameters
+    ----------
+    modes, posture, contact
+        As in :func:`decompose`.
+    count : int
+        Modes, from the lowest.
+    s : (S,) array
+        Positions in [ε, 1].
+    """
     if modes == "straight" or posture is None:
         kappa = cone_kappa(contact, count)
         return kappa, cone_modes(kappa, contact, s)
