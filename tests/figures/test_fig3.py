@@ -173,11 +173,12 @@ def texts(figure):
     return " ".join(" ".join(text.get_text() for axis in figure.axes for text in axis.texts).split())
 
 
-def test_panels_without_data_say_so(filmed):
+def test_panels_without_data_take_no_place_and_the_caption_says_so(filmed):
     bare = fig3.compute({name: filmed[name] for name in ("still", "profile")})
-    told = texts(fig3.draw(bare))
-    assert "not given" in told
-    assert "no repeated runs" in told
+    titles = [axis.get_title(loc="left")[:1] for axis in fig3.draw(bare).axes]
+    assert titles == ["B", "C", "C", "D"]
+    assert "A, the set-up: not given." in bare.attrs["caption"]
+    assert "E, repeated runs: not measured." in bare.attrs["caption"]
     assert "truth" not in bare.attrs["caption"]
 
 
@@ -197,6 +198,19 @@ def test_a_whisker_that_was_lost_leaves_its_motion_out_and_says_why(filmed):
     data = fig3.compute({"still": filmed["still"], "profile": lost})
     assert "field_arc" not in data
     assert "nodes seen in half of the frames" in texts(fig3.draw(data))
+
+
+def test_no_title_or_line_of_the_caption_is_cut_off(filmed):
+    figure = fig3.draw(fig3.compute(filmed))
+    figure.draw_without_rendering()
+    words = [axis.title for axis in figure.axes] + [axis._left_title for axis in figure.axes] + [figure._supxlabel]
+    for text in words:
+        if text.get_text():
+            ends = text.get_window_extent()
+            assert ends.x0 >= 0, text.get_text()
+            assert ends.y0 >= 0, text.get_text()
+            assert ends.x1 <= figure.bbox.x1, text.get_text()
+            assert ends.y1 <= figure.bbox.y1, text.get_text()
 
 
 def test_whole_figure_tells_its_numbers(filmed):

@@ -1,12 +1,15 @@
 """Figures 4 and 5: what their captions claim of a sweep whose truth is known, and of a table of sweeps."""
 
 import io
+import re
 
 import numpy as np
 import pytest
 from simulated_sweeps import simulated
 
+from vibrissa.errors import InputError
 from vibrissa.figures import fig4, fig5
+from vibrissa.mechanics.decomposition import decompose
 from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.resonance import fit_modes, line_r2
 from vibrissa.mechanics.superposition import Scan, predict
@@ -48,6 +51,20 @@ def test_the_modes_sum_to_the_deformation_and_mode_1_is_most_of_it(results):
     assert f"{100 * share:.1f} % of its square" in data.attrs["caption"]
     assert float(data.variance_explained[0]) > 0.9
     assert f"{1e6 * np.abs(data.deformation.values).max():.0f} µm" in data.attrs["caption"]
+
+
+def test_modes_of_an_edge_sum_to_the_deformation_in_the_shapes_that_were_fitted():
+    scan = Scan(speed=0.1, damping=0.11, modes="curved-edge")
+    motion = predict(WHISKER, POSTURE, random_grating(0.05, rng=np.random.default_rng(3)), scan, n_modes=5)
+    x, y = (WHISKER.length * one for one in motion.position(TIME[:600] + 0.02, 1 - ARC / WHISKER.length))
+    profile = dataset(time=TIME[:600], node=np.arange(len(ARC)), arc_length=ARC, x=x, y=y)
+    modal = decompose(profile, WHISKER, POSTURE.contact, modes="curved-edge", posture=POSTURE)
+    data = fig4.compute({"modal": modal})
+    left = (data.deformation - data.mode_part.sum("mode")).values
+    assert np.abs(left).max() < 0.1 * np.abs(data.deformation.values).max()
+    del modal.attrs["base_angle"]
+    with pytest.raises(InputError, match="posture that its curved-edge modes are about"):
+        fig4.compute({"modal": modal})
 
 
 def test_the_cross_stands_where_the_deformation_was_taken(results):
@@ -118,6 +135,33 @@ def test_the_line_of_the_sweep_shown_comes_from_its_series(results, sweeps):
     np.testing.assert_allclose(data.resonant_frequency, sweeps.resonant_frequency.sel(sweep=3))
     assert "power_fit" in data
     assert fig5.compute(own).attrs["forcing"] == "white"
+
+
+def test_resonances_that_were_not_found_are_dashes_and_take_no_panel(results):
+    study = {name: results[name] for name in ("modal", "resonance_white", "spectra_white")}
+    some = fig5.compute(study | {"resonance_white": _without(study["resonance_white"], [0])})
+    assert ", – dB" not in some.attrs["caption"]
+    assert "flanks: –, " in some.attrs["caption"]
+    second = fig5.draw(some).axes[4]
+    assert second.get_title(loc="left") == "B  about mode 2"
+    assert second.get_legend() is not None
+    none = fig5.compute(study | {"resonance_white": _without(study["resonance_white"], [0, 1, 2])})
+    assert not re.search(r"\bnan\b", none.attrs["caption"])
+    assert len(fig5.draw(none).axes) == 3
+
+
+def _without(fit, modes):
+    lost = fit.copy(deep=True)
+    lost.resonant_frequency[modes] = np.nan
+    return lost
+
+
+def test_one_sweep_alone_tells_no_number_that_is_none(results, sweeps):
+    alone = sweeps.isel(sweep=[0])
+    alone["resonant_frequency"][:, 1:] = np.nan
+    caption = fig5.compute({**results, "sweeps": alone}).attrs["caption"]
+    assert not re.search(r"\bnan\b", caption)
+    assert "with one E for 1 sweep, R² –, –" in caption
 
 
 def test_figures_are_drawn(results, sweeps):

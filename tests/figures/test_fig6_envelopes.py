@@ -51,8 +51,13 @@ def test_caption_tells_both_tests(data):
     assert "by 24 new gratings" in data.attrs["caption"]
 
 
-def test_figure_is_drawn(data):
-    fig6_envelopes.draw(data).savefig(io.BytesIO())
+def test_figure_is_drawn_and_every_panel_of_it_is_filled(data):
+    figure = fig6_envelopes.draw(data)
+    figure.savefig(io.BytesIO())
+    assert len(figure.axes) == data.sizes["example"] + 2
+    assert all(axis.axison and axis.has_data() for axis in figure.axes)
+    lowest = {round(axis.get_position().x0, 1): axis.get_position().y0 for axis in figure.axes}  # of each column
+    assert np.ptp(list(lowest.values())) < 0.05
 
 
 def test_sweeps_without_prediction_are_refused(study):

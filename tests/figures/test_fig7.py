@@ -60,6 +60,26 @@ def test_nothing_accepted_is_refused(told):
         fig7.compute({"sweeps": sweeps}, told[1].__getitem__)
 
 
+def test_without_a_texture_neither_the_model_nor_correlograms_take_a_place(told):
+    sweeps, series, _ = told
+    blind = sweeps.assign(mode_rms_model=np.nan * sweeps.mode_rms_model).assign_coords(texture=0 * sweeps.texture - 1)
+    for name in ("resonant_frequency", "resonant_frequency_white"):
+        blind[name] = np.nan * blind[name]
+    data = fig7.compute({"sweeps": blind}, series.__getitem__)
+    caption = data.attrs["caption"]
+    assert "nan" not in caption
+    assert "B: " not in caption
+    assert "Model: no texture is known." in caption
+    figure = fig7.draw(data)
+    figure.savefig(io.BytesIO())
+    titles = [axis.get_title(loc="left") for axis in figure.axes]
+    assert [title for title in titles if title[0] != "A"] == ["C", "D", "D", "D  measured"]
+    assert all(axis.axison and axis.has_data() for axis in figure.axes)
+    assert not any("nan" in title for title in titles)
+    shown = [text.get_text() for axis in figure.axes if axis.get_legend() for text in axis.get_legend().get_texts()]
+    assert shown == ["C1", "C2", "beta"]
+
+
 def test_one_sweep_is_drawn_and_tells_no_effect(told):
     sweeps, series, _ = told
     alone = sweeps.assign(accepted=sweeps.accepted & (sweeps.sweep == 0))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import wraps
 from importlib.resources import as_file, files
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 TRUTH, FOUND, OTHER = "0.72", "#0072B2", "#D55E00"  # the truth lies behind, broad and pale
@@ -49,3 +50,13 @@ def new_figure(width: float, height: float, rows: int = 1, columns: int = 1, **l
 
     figure = Figure(figsize=(width, height))
     return figure, figure.subplots(rows, columns, squeeze=False, **layout)
+
+
+def split(
+    figure: Figure, axis: Axes, *, heights: Sequence[float] = (1.0,), widths: Sequence[float] = (1.0,)
+) -> list[Axes]:
+    """Share the place of an axis among panels of these heights and widths, row by row."""
+    place = axis.get_subplotspec()
+    axis.remove()
+    cells = place.subgridspec(len(heights), len(widths), height_ratios=heights, width_ratios=widths)  # type: ignore[union-attr]
+    return [figure.add_subplot(cells[i, j]) for i in range(len(heights)) for j in range(len(widths))]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
 from vibrissa.figures import fig3_panels as panels
-from vibrissa.figures.canvas import house_style, new_figure
+from vibrissa.figures.canvas import house_style, new_figure, split
 from vibrissa.figures.fig3_caption import SHADOW, caption
 from vibrissa.figures.fig3_motion import (
     NodeMotion,
@@ -201,22 +201,19 @@ def _runs(study: Mapping[str, xr.Dataset]) -> tuple[dict[str, Any], dict[str, An
 def draw(data: xr.Dataset) -> Figure:
     """A set-up, B frame; C field of motion and its share along the shaft; D single nodes; E repeated runs."""
     given, repeated = "shaft_x" in data, "run_motion" in data
-    heights = [1.05, 1.05, 1.1, 1.15 if repeated else 0.15]
-    figure, axes = new_figure(9.6, 2.8 * sum(heights), 4, 1, height_ratios=heights)
-    widths = [1 if given else 0.4, 1.7], [1.7, 1], [1.0], [2.1, 1] if repeated else [1.0]
-    rows = [_split(figure, axis, row) for axis, row in zip(axes[:, 0], widths, strict=True)]
+    heights, widths = [1.05, 1.05, 1.1], [[1, 1.7] if given else [1], [1.7, 1], [1]]
+    if repeated:
+        heights, widths = [*heights, 1.15], [*widths, [2.1, 1]]
+    figure, axes = new_figure(9.6, 2.8 * sum(heights) + 0.7, len(heights), 1, height_ratios=heights)
+    rows = [split(figure, axis, widths=row) for axis, row in zip(axes[:, 0], widths, strict=True)]
     if given:
         panels.draw_apparatus(rows[0][0], data)
-    else:
-        panels.without(rows[0][0], "A  Set-up", "not given")
-    panels.draw_frame(rows[0][1], data)
+    panels.draw_frame(rows[0][-1], data)
     _draw_motion([*rows[1], *rows[2]], data)
     if repeated:
         panels.draw_runs(rows[3][0], data)
         panels.draw_correlations(rows[3][1], data)
-    else:
-        panels.without(rows[3][0], "E  Repeated runs", "no repeated runs of the same scan")
-    figure.supxlabel(fill(data.attrs["caption"], 165), x=0.01, ha="left", fontsize=8)
+    figure.supxlabel(fill(data.attrs["caption"], 145), x=0.01, ha="left", fontsize=8)
     return figure
 
 
@@ -229,11 +226,3 @@ def _draw_motion(axes: list[Axes], data: xr.Dataset) -> None:
             panels.without(axis, title, data.attrs["no_field"])
         else:
             draw_one(axis, data)
-
-
-def _split(figure: Figure, axis: Axes, widths: list[float]) -> list[Axes]:
-    """Share a row among panels of these widths."""
-    place = axis.get_subplotspec()
-    axis.remove()
-    cells = place.subgridspec(1, len(widths), width_ratios=widths)  # type: ignore[union-attr]
-    return [figure.add_subplot(cells[i]) for i in range(len(widths))]

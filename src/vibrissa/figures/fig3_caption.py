@@ -20,10 +20,11 @@ def caption(told: Mapping[str, Any]) -> str:
             f"A: to scale, but for the depth of the grating, {1e6 * told['depth']:.0f} µm; pale, its gaps. The camera "
             "looks along their edges."
         )
+    else:
+        parts.append("A, the set-up: not given.")
     if "exaggeration" in told:
         parts.append(_of_motion(told))
-    if "runs" in told:
-        parts.append(_of_runs(told))
+    parts.append(_of_runs(told) if "runs" in told else "E, repeated runs: not measured.")
     return " ".join(parts)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, house_style, new_figure
-from vibrissa.figures.fig5_collapse import collapse_words, collapsed, draw_collapse, draw_modulus
+from vibrissa.figures.fig5_collapse import collapse_words, collapsed, draw_collapse, draw_modulus, each
 from vibrissa.mechanics.resonance import line_r2
 from vibrissa.quantities import dataset
 from vibrissa.signals.spectra import power_spectrum
@@ -113,8 +113,8 @@ def _node(modal: xr.Dataset) -> tuple[Array, float]:
 def _contrasts(frequency: Array, power: Array, node: Array, resonance: Array) -> dict[str, Any]:
     """How far each resonance stands above what is on either side of it, in its mode's spectrum and at the node [dB]."""
     pairs = zip(power, resonance, strict=True)
-    each = [[_contrast(frequency, one, f), _contrast(frequency, node, f)] for one, f in pairs]
-    return {"source": ["mode", "node"], "peak_contrast": np.array(each).T}
+    found = [[_contrast(frequency, one, f), _contrast(frequency, node, f)] for one, f in pairs]
+    return {"source": ["mode", "node"], "peak_contrast": np.array(found).T}
 
 
 def _contrast(frequency: Array, power: Array, resonance: float) -> float:
@@ -138,16 +138,13 @@ def _running_mean(power: Array, half: int) -> Array:
 
 def _caption(data: xr.Dataset) -> str:
     """R² of the lines, the peaks at a node, and the collapse."""
-    white = ", ".join(f"{one:.2f}" for one in data.fit_r2_white.values)
-    parts = [f"A: R² of Eq. 5 {white} (paper {', '.join(map(str, PAPER_R2[: data.sizes['mode']]))})"]
+    white, paper = each(data.fit_r2_white.values, ".2f"), ", ".join(map(str, PAPER_R2[: data.sizes["mode"]]))
+    parts = [f"A: R² of Eq. 5 {white} (paper {paper})"]
     if "fit_r2" in data:
-        parts.append(f"of the line of the known texture {', '.join(f'{one:.3f}' for one in data.fit_r2.values)}")
+        parts.append(f"of the line of the known texture {each(data.fit_r2.values, '.3f')}")
     text = "; ".join(parts) + "."
-    if "peak_contrast" in data:
-        mode, node = (
-            ", ".join(f"{one:+.0f}" for one in data.peak_contrast.sel(source=source).values)
-            for source in ("mode", "node")
-        )
+    if _close_up(data):
+        mode, node = (each(data.peak_contrast.sel(source=source).values, "+.0f") for source in ("mode", "node"))
         text += (
             f" B: one node, s = {data.attrs['node_s']:.2f}, about each resonance, and the mode's own spectrum. Peaks"
             f" over their flanks: {mode} dB in the modes, {node} dB at the node."
@@ -155,20 +152,26 @@ def _caption(data: xr.Dataset) -> str:
     return (text + (collapse_words(data) if "variant" in data.dims else "")).replace("-", "−")
 
 
+def _close_up(data: xr.Dataset) -> bool:
+    """Whether there is a resonance about which one node can be looked at."""
+    return "node_power" in data and bool(np.isfinite(data.resonant_frequency).any())
+
+
 @house_style
 def draw(data: xr.Dataset) -> Figure:
-    """A: modes; B: one node; C: collapse, D: E."""
-    n, parts = data.sizes["mode"], 1 + ("node_power" in data) + ("variant" in data.dims)
+    """A: modes; B: one node, where a resonance is told; C: collapse, D: E."""
+    n, parts = data.sizes["mode"], 1 + _close_up(data) + ("variant" in data.dims)
     figure, axes = new_figure(9.5, 2.9 * parts + 0.9, parts, n)
     for i, axis in enumerate(axes[0]):
         _draw_mode(axis, data, i)
     axes[0, 0].set_ylabel("power density [L²/Hz]")
     axes[0, 0].legend(loc="lower left", fontsize=7)
-    if "node_power" in data:
+    if _close_up(data):
         for i, axis in enumerate(axes[1]):
             _draw_node(axis, data, i)
-        axes[1, 0].set_ylabel("power density / its maximum")
-        axes[1, 0].legend(fontsize=7)
+        first = axes[1, int(np.flatnonzero(np.isfinite(data.resonant_frequency))[0])]
+        first.set(ylabel="power density / its maximum", title=f"B  {first.get_title(loc='left')}")
+        first.legend(fontsize=7)
     if "variant" in data.dims:
         for axis in axes[-1]:
             axis.remove()
@@ -203,5 +206,4 @@ def _draw_node(axis: Axes, data: xr.Dataset, i: int) -> None:
     for values, colour, label in ((near.power[i], FOUND, "mode"), (near.node_power, "0.2", "node")):
         axis.plot(near.frequency, values / values.max(), lw=1.0, color=colour, label=label)
     axis.axvline(f, color="0.7", lw=0.7, zorder=0)
-    title = f"{'B  ' if i == 0 else ''}about mode {i + 1}"
-    axis.set(xlabel="frequency [Hz]", xlim=(0.5 * f, 1.6 * f), ylim=(0, 1.05), title=title)
+    axis.set(xlabel="frequency [Hz]", xlim=(0.5 * f, 1.6 * f), ylim=(0, 1.05), title=f"about mode {i + 1}")

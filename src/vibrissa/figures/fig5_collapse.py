@@ -45,28 +45,28 @@ def collapsed(sweeps: xr.Dataset) -> xr.Dataset:
         ``base_angle`` [rad]; ``contact`` (sweep); ``identity_modulus_true`` (identity) where the sweeps are virtual.
         Empty if no sweep has a resonance.
     """
-    each: dict[str, xr.Dataset] = {}
+    found: dict[str, xr.Dataset] = {}
     for name, (forcing, modes) in VARIANTS.items():
         try:
-            each[name] = collapse(sweeps, forcing=forcing, modes=modes)
+            found[name] = collapse(sweeps, forcing=forcing, modes=modes)
         except InputError:  # no texture is known, or no posture has such modes
             continue
-    if not each:
+    if not found:
         return dataset(mode=np.arange(1, USED + 1))
-    whole = next(iter(each.values()))
+    whole = next(iter(found.values()))
     some = sweeps.sel(sweep=whole.sweep.values)
     angle, contact = float(np.nanmedian(some.base_angle)), some.contact.values
     low, high = max(0.9 * np.nanmin(contact), 0.05), min(1.08 * np.nanmax(contact), 0.85)
     grid = np.linspace(low, high, _POINTS)
     ends = ("", "_low", "_high")
     columns: dict[str, Any] = {
-        f"variant_modulus{end}": [float(one[f"youngs_modulus{end}"]) for one in each.values()] for end in ends
+        f"variant_modulus{end}": [float(one[f"youngs_modulus{end}"]) for one in found.values()] for end in ends
     }
     curves = dataset(
         base_angle=angle,
         mode=whole.mode.values,
-        variant=list(each),
-        variant_r2=[one.collapse_r2.values for one in each.values()],
+        variant=list(found),
+        variant_r2=[one.collapse_r2.values for one in found.values()],
         curve_contact=grid,
         curve_kappa=np.array([cone_kappa(float(one), USED) for one in grid]).T,
         curve_kappa_curved=_curved(grid, angle),
@@ -91,24 +91,30 @@ def _curved(grid: Array, angle: float) -> Array:
     return out
 
 
+def each(values: Array, form: str) -> str:
+    """Numbers one after the other as a caption tells them; a dash where not measured."""
+    return ", ".join(format(one, form) if np.isfinite(one) else "–" for one in values.tolist())
+
+
 def collapse_words(data: xr.Dataset) -> str:
     """E, its interval, R² and the identities, beside the paper's."""
-    r2 = ", ".join(f"{one:.3f}" for one in data.collapse_r2.values[:USED])
+    r2 = each(data.collapse_r2.values[:USED], ".3f")
     p = [float(data[name].sel(term="whisker_name")) if "whisker_name" in data.term else np.nan for name in _P]
     straight, curved = (
         data.variant_modulus.values[[kind in str(one) for one in data.variant.values]]
         for kind in ("straight", "curved")
     )
-    more = f" Curved modes: {_gpa(curved[0])} GPa, {100 * (curved[0] / straight[0] - 1):+.0f} %." if curved.size else ""
+    told = curved.size and np.isfinite(curved[0] / straight[0])
+    more = f" Curved modes: {_gpa(curved[0])} GPa, {100 * (curved[0] / straight[0] - 1):+.0f} %." if told else ""
     names = "; ".join(
         f"{name} {_gpa(value)}" for name, value in zip(data.identity.values, data.identity_modulus.values, strict=True)
     )
     count = int(np.isfinite(data.kappa.values[:, 0]).sum())
     modulus = f"{_gpa(data.youngs_modulus)} GPa [{_gpa(data.youngs_modulus_low)}, {_gpa(data.youngs_modulus_high)}]"
     return (
-        f" C: κ = kω with one E for {count} sweeps, R² {r2} (paper 0.98, 0.97). D: E = {modulus} (95 %, whiskers the "
-        f"draws; paper 3.74).{more} By identity: {names}; p = {_p(p[0])} with every sweep a draw, {_p(p[1])} with "
-        "every whisker one."
+        f" C: κ = kω with one E for {count} sweep{'s' * (count != 1)}, R² {r2} (paper 0.98, 0.97). D: E = {modulus} "
+        f"(95 %, whiskers the draws; paper 3.74).{more} By identity: {names}; p = {_p(p[0])} with every sweep a draw, "
+        f"{_p(p[1])} with every whisker one."
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
-from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, house_style, new_figure
+from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, house_style, new_figure, split
 from vibrissa.mechanics.gain import STEP, by_distance, effects, whisker_of_animal
 from vibrissa.quantities import dataset
 
@@ -155,19 +155,20 @@ def _jitter_words(data: xr.Dataset) -> str:
 
 @house_style
 def draw(data: xr.Dataset) -> Figure:
-    """C on the left, D on the right, jitter beneath D."""
-    figure, axes = new_figure(11.5, 7.6, 3, 2, width_ratios=(1.5, 1))
-    looks = zip(axes[:, 0], range(data.sizes["example"]), strict=False)
-    for axis, k in looks:
+    """C on the left, D on the right, jitter beneath D if there is any; each column as full as the other."""
+    n, modes, jitter = data.sizes["example"], data.mode.values[:2], int("jittered_correlation" in data)
+    figure, axes = new_figure(11.5, 2.3 * max(n, len(modes) + jitter) + 0.7, 1, 2, width_ratios=(1.5, 1))
+    examples = split(figure, axes[0, 0], heights=[1] * n)
+    told = split(figure, axes[0, 1], heights=[1] * (len(modes) + jitter))
+    for k, axis in enumerate(examples):
         _draw_example(axis, data.isel(example=k))
-    for axis in axes[data.sizes["example"] :, 0]:
-        axis.set_axis_off()
-    axes[0, 0].legend(ncols=2, loc="upper right")
-    axes[data.sizes["example"] - 1, 0].set_xlabel("distance scanned [mm]")
-    for axis, mode in zip(axes[:2, 1], data.mode.values, strict=False):
+    examples[0].legend(ncols=2, loc="upper right")
+    examples[-1].set_xlabel("distance scanned [mm]")
+    for axis, mode in zip(told, modes, strict=False):
         _draw_distribution(axis, data.sel(mode=mode))
-    axes[1, 1].set_xlabel("correlation of the envelopes")
-    _draw_jitter(axes[2, 1], data)
+    told[len(modes) - 1].set_xlabel("correlation of the envelopes")
+    if jitter:
+        _draw_jitter(told[-1], data)
     figure.supxlabel(fill(data.attrs["caption"], 165), x=0.01, ha="left", fontsize=8)
     return figure
 
@@ -203,9 +204,6 @@ def _draw_distribution(axis: Axes, one: xr.Dataset) -> None:
 
 def _draw_jitter(axis: Axes, data: xr.Dataset) -> None:
     """Correlation, full, and repeat, dotted, against jitter."""
-    if "jittered_correlation" not in data:
-        axis.set_axis_off()
-        return
     for colour, one in zip((FOUND, OTHER, "#009E73"), data.transpose("jitter_time", ...).jitter_time, strict=False):
         line = data.sel(jitter_time=one)
         label = f"slower than {float(one):g} s"

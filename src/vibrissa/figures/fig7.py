@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from itertools import combinations
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.errors import InputError
-from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, house_style, new_figure
+from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, house_style, new_figure, split
 from vibrissa.figures.fig6_envelopes import alike, p_words
 from vibrissa.mechanics.gain import SOURCES, STEP, by_distance, distance_correlogram, gain_table, whisker_of_animal
 from vibrissa.quantities import dataset, require
@@ -133,11 +134,14 @@ def _correlogram(series: Series, sweeps: xr.Dataset, i: int, j: int) -> Array:
 def _caption(data: xr.Dataset) -> str:
     """The paper's tests, here and there."""
     gain = data.sweep_gain.values[0]
+    pairs = "B: correlograms of envelopes by distance, two speeds. " if data.sizes["pair"] else ""
     text = (
-        f"A: mode 1 and envelope. B: correlograms of envelopes by distance, two speeds. C, D: rms of mode 1, mean "
-        f"{1e3 * np.nanmean(gain):.2f} × 10⁻³ (paper 2.64 × 10⁻³). "
+        f"A: mode 1 and envelope. {pairs}C, D: rms of mode 1, mean {1e3 * np.nanmean(gain):.2f} × 10⁻³ (paper "
+        "2.64 × 10⁻³). "
     )
-    if data.sizes["pair"]:
+    if not data.sizes["pair"]:
+        text += "B, correlograms: no whisker met a known texture at two speeds. "
+    else:
         middle = data.pair_correlogram.sel(offset=0, method="nearest").values
         same = data.pair_same_texture.values
         means = (
@@ -157,6 +161,8 @@ def _peak_words(data: xr.Dataset) -> str:
 def _effect_words(data: xr.Dataset) -> str:
     """Slope and p-values of every term, all whiskers and the two."""
     source = str(data.source.values)
+    if not np.isfinite(data.sweep_gain).any():
+        return f"{source.capitalize()}: no texture is known."
     if not np.isfinite(data.effect_p.values).any():
         return f"{source.capitalize()}: too few sweeps to tell an effect."
     parts = []
@@ -176,41 +182,48 @@ def _effect_words(data: xr.Dataset) -> str:
 
 @house_style
 def draw(data: xr.Dataset) -> Figure:
-    """A across the left; B and C; D measured and model on one scale."""
-    figure, axes = new_figure(11.5, 8.2, 3, 3, width_ratios=(1.5, 1, 1))
-    for k in range(EXAMPLES):
-        _draw_example(axes[k, 0], data, k)
-    axes[min(EXAMPLES, data.sizes["example"]) - 1, 0].set_xlabel("distance scanned [mm]")
-    _draw_pairs(axes[0, 1], data)
-    _draw_relation(axes[0, 2], data, "scan_speed", "scanning speed [m/s]")
-    _draw_relation(axes[1, 1], data, "base_angle", "base angle θ_b [rad]")
-    _draw_relation(axes[1, 2], data, "contact", "contact ε")
-    mean = float(data.sweep_gain.sel(source="measured").mean())
-    for axis, source in zip(axes[2, 1:], data.source.values, strict=True):
-        _draw_plane(axis, data.sel(source=source), mean)
-    axes[0, 2].legend(fontsize=7, ncols=2)
+    """A across the left; B and C; D measured and model on one scale. What is not there takes no place."""
+    made, n = _right(data), data.sizes["example"]
+    places = [range(k, min(k + 2, len(made))) for k in range(len(made) % 2, len(made), 2)]
+    places = [range(len(made) % 2), *places] if len(made) % 2 else places  # an odd one has a row of its own
+    figure, axes = new_figure(11.5, 2.5 * max(n, len(places)) + 0.7, 1, 2, width_ratios=(1.5, 2))
+    examples = split(figure, axes[0, 0], heights=[1] * n)
+    for k, axis in enumerate(examples):
+        _draw_example(axis, data, k)
+    examples[-1].set_xlabel("distance scanned [mm]")
+    for row, place in zip(split(figure, axes[0, 1], heights=[1] * len(places)), places, strict=True):
+        for k, axis in zip(place, split(figure, row, widths=[1] * len(place)), strict=True):
+            made[k](axis)
     figure.supxlabel(fill(data.attrs["caption"], 165), x=0.01, ha="left", fontsize=8)
     return figure
 
 
+def _right(data: xr.Dataset) -> list[Callable[[Axes], None]]:
+    """What draws B, C and D: correlograms where there are pairs, the model where a texture is known."""
+    mean = float(data.sweep_gain.sel(source="measured").mean())
+    sources = [one for one in data.source.values if np.isfinite(data.sweep_gain.sel(source=one)).any()]
+    return [
+        *([partial(_draw_pairs, data=data)] if data.sizes["pair"] else []),
+        partial(_draw_relation, data=data, name="scan_speed", label="scanning speed [m/s]"),
+        partial(_draw_relation, data=data, name="base_angle", label="base angle θ_b [rad]"),
+        partial(_draw_relation, data=data, name="contact", label="contact ε"),
+        *(partial(_draw_plane, data=data.sel(source=one), mean=mean) for one in sources),
+    ]
+
+
 def _draw_example(axis: Axes, data: xr.Dataset, k: int) -> None:
-    if k >= data.sizes["example"]:
-        axis.set_axis_off()
-        return
     one, x = data.isel(example=k), 1e3 * data.distance_scanned
     axis.plot(x, 1e3 * one.example_mode, color="0.2", lw=0.6)
     axis.plot(x, 1e3 * one.example_envelope, color=OTHER, lw=1.2)
     title = f"A  ε = {float(one.example_contact):.2f}, {float(one.example_speed):.2g} m/s"
-    axis.set(title=f"{title}, {float(one.example_frequency):.0f} Hz", ylabel="mode 1 [10⁻³ L]")
+    resonance = f", {float(one.example_frequency):.0f} Hz" if np.isfinite(one.example_frequency) else ""
+    axis.set(title=title + resonance, ylabel="mode 1 [10⁻³ L]")
     top = 1.1e3 * float(data.example_envelope.max())
     axis.set(xlim=(float(x[0]), float(x[-1])), ylim=(-top, top))
 
 
 def _draw_pairs(axis: Axes, data: xr.Dataset) -> None:
     """Each pair thin, their mean thick."""
-    if not data.sizes["pair"]:
-        axis.set_axis_off()
-        return
     for same, colour, label in ((False, TRUTH, "two textures"), (True, FOUND, "same texture")):
         curves = data.pair_correlogram.values[data.pair_same_texture.values == same]
         if not len(curves):
@@ -222,16 +235,18 @@ def _draw_pairs(axis: Axes, data: xr.Dataset) -> None:
 
 
 def _draw_relation(axis: Axes, data: xr.Dataset, name: str, label: str) -> None:
-    """Measured full, model hollow, by whisker."""
+    """Measured full, model hollow where there is one, by whisker."""
     for colour, whisker in zip(COLOURS, np.unique(data.whisker_name), strict=False):
         some = data.sel(sweep=data.whisker_name == whisker)
         looks: tuple[dict[str, Any], ...] = ({"color": colour}, {"facecolors": "none", "edgecolors": colour})
         for source, look, word in zip(data.source.values, looks, ("", " (model)"), strict=True):
-            axis.scatter(
-                some[name], 1e3 * some.sweep_gain.sel(source=source), s=14, lw=0.8, label=f"{whisker}{word}", **look
-            )
+            gain = 1e3 * some.sweep_gain.sel(source=source)
+            if np.isfinite(gain).any():
+                axis.scatter(some[name], gain, s=14, lw=0.8, label=f"{whisker}{word}", **look)
     axis.set(xlabel=label, ylabel="rms of mode 1 [10⁻³ L]", title="C" if name == "scan_speed" else "D")
     axis.set_ylim(0, None)
+    if name == "scan_speed":
+        axis.legend(fontsize=7, ncols=2)
 
 
 def _draw_plane(axis: Axes, data: xr.Dataset, mean: float) -> None:
