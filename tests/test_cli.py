@@ -131,6 +131,24 @@ BAD = {
         ["track", movie, "--frame-rate", "500", "--pixel-size", "0.1", "--seed", "60,32"],
         "give it in m",
     ),
+    "pixels in micrometres, before whiskers are looked for": lambda movie, tmp: (
+        ["track", tmp / "no.mkv", "--pixel-size", "95"],
+        "--pixel-size must be at most",
+    ),
+    "a point in two words": lambda movie, tmp: (
+        ["track", movie, *CALIBRATION, "--seed", "60,32", "--skin", "50.5", "57"],
+        "--skin must be COLUMN,ROW in one word, got '50.5' and '57'\n",
+    ),
+    "a word too many": lambda movie, tmp: (["modes", "foo"], "'foo' is a word too many; see --help"),
+    "a verb that is none": lambda movie, tmp: (["frobnicate"], 'Unknown command "frobnicate"; see --help\n'),
+    "scan in millimetres": lambda movie, tmp: (
+        ["scan", "built-in", "--contact", "0.3", "--base-angle", "1.2", "--scan-speed", "100", "--atlas", "C2"],
+        "--scan-speed must be at most 10 m/s, got 100.0; give it in m/s\n",
+    ),
+    "whisker in millimetres": lambda movie, tmp: (
+        ["modes", "--contact", "0.3", "--whisker.length", "40", "--whisker.cone-angle", "1.5e-3"],
+        "--whisker.length must be at most 1 m, got 40.0; give it in m",
+    ),
     "cylinder": lambda movie, tmp: (["whisker", cylinder(tmp)], "cone only"),
 }
 
@@ -168,3 +186,10 @@ def test_a_full_disk_leaves_no_partial_file(movie, tmp_path):
     assert "could not be written" in done.stderr
     assert done.stderr.count("\n") == 1
     assert [path.name for path in tmp_path.iterdir()] == ["movie.mkv"]
+
+
+def test_help_names_no_option_that_empties_a_list(vibrissa):
+    for verb in ("track", "pick", "neural", "scan"):
+        code, out, _ = vibrissa(verb, "--help")
+        assert code == 0
+        assert "--empty" not in out

@@ -55,3 +55,17 @@ def test_a_spontaneous_window_without_spikes_is_told(vibrissa, recording):
     words = ("neural", "--spikes", recording / "spikes.csv", "--stimulus", recording / "stimulus.csv", "--trials", 12)
     assert "no unit fired from -1 to 0 s" in vibrissa(*words, "--spontaneous", -1, 0)[2]
     assert "no unit fired" not in vibrissa(*words, "--spontaneous", 0, 1)[2]
+
+
+def test_trials_that_end_before_the_stimulus_are_told(vibrissa, recording):
+    rng, starts = np.random.default_rng(1), 5.0 * np.arange(12)
+    lines = [f"{t:.4f},a" for start in starts for t in np.sort(start + rng.uniform(0, 3.5, 40))]
+    (recording / "session.csv").write_text("\n".join(["time,unit", *lines]))
+    words = ("neural", "--spikes", recording / "session.csv", "--stimulus", recording / "stimulus.csv")
+    for name, lasted in (("whole", 4.0), ("short", 3.6)):
+        rows = [f"{start},{start + (lasted if k % 3 else 4.0)}" for k, start in enumerate(starts)]
+        (recording / f"{name}.csv").write_text("\n".join(["start,stop", *rows]))
+    code, _, err = vibrissa(*words, "--trial-table", recording / "short.csv")
+    assert code == 0, err
+    assert "8 of 12 trials end before the stimulus: the shortest lasts 3.6 s of 3.999 s" in err
+    assert "end before" not in vibrissa(*words, "--trial-table", recording / "whole.csv")[2]

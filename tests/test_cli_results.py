@@ -81,10 +81,14 @@ def test_a_profile_tells_its_posture(vibrissa, profile):
     assert told["base_angle_low"] < 1.2 < told["base_angle_high"]
     assert told["profile_r2"] > 0.99
     assert told["friction_se"] is None
-    assert "friction: given" in err
+    assert "friction: given, 0.4; --fit-friction asks the profile" in err
 
 
 def test_a_profile_that_cannot_serve_is_refused(vibrissa, profile):
+    other = profile.parent / "other.nc"
+    save(dataset(row=np.arange(40)), other)
+    code, _, err = vibrissa("posture", other, *CONE)
+    assert (code, err) == (2, f"vibrissa: {other} must hold profiles; take what `vibrissa track` or `tracks` wrote\n")
     for words, rule in (
         ((*CONE, "--which", "1"), "--which must be one of 0 to 0"),
         ((*CONE, "--substrate", "1,2", "--substrate", "3,4"), "does not tell its pixel size"),

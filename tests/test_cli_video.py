@@ -118,7 +118,15 @@ BAD = {
     "not a dataset": (["track", "MOVIE", *CALIBRATION, "--out", "a.csv"], "must end in .nc"),
     "no tracks": (["tracks", "MOVIE", "--out", "a.nc"], "tracked whiskers"),
     "half a calibration": (["tracks", "MOVIE", "--out", "a.nc", "--frame-rate", "1"], "or neither"),
-    "nothing to measure by": (["pick", "MOVIE", "--no-page", "--frame-rate", "2000"], "scale must be two points"),
+    "nothing to measure by": (
+        ["pick", "MOVIE", "--no-page", "--frame-rate", "2000"],
+        "--pixel-size must be given, or --scale",
+    ),
+    "no rate to pick with": (["pick", "MOVIE", "--no-page", "--pixel-size", "1e-4"], "--frame-rate must be given"),
+    "a seed off the image": (
+        ["pick", "MOVIE", "--no-page", *CALIBRATION, "--base", "left", "--seed", "9000,1"],
+        "--seed must lie in the image",
+    ),
 }
 
 

@@ -1,10 +1,17 @@
 """An error is one line, in the process that meets it and in the one that hears of it."""
 
 import pickle
+import re
+import shlex
+import sys
+import tomllib
+from pathlib import Path
 
 import pytest
 
-from vibrissa.errors import ConvergenceError, InputError
+from vibrissa.errors import ConvergenceError, InputError, install
+
+ROOT = Path(__file__).parents[1]
 
 
 @pytest.mark.parametrize(
@@ -25,3 +32,17 @@ def test_an_error_is_one_line_that_survives_the_way_between_processes(error, lin
 def test_an_error_keeps_its_thing():
     there = pickle.loads(pickle.dumps(InputError("Posture.contact", "must be given")))
     assert (there.thing, there.said) == ("Posture.contact", "must be given")
+
+
+def test_the_remedy_for_an_extra_is_a_command_of_the_running_python(monkeypatch):
+    monkeypatch.setattr(sys, "executable", "/my rats/.venv/bin/python")
+    words = shlex.split(install("page"))
+    assert words == ["/my rats/.venv/bin/python", "-m", "pip", "install", "vibrissa[page]"]
+
+
+def test_every_extra_that_is_asked_for_is_one_and_no_refusal_has_words_of_its_own():
+    known = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+    texts = {path: path.read_text("utf-8") for path in (ROOT / "src").rglob("*.py")}
+    asked = {extra for text in texts.values() for extra in re.findall(r"\binstall\([\"'](\w+)[\"']\)", text)}
+    assert asked == set(known) - {"all"}
+    assert [path.name for path, text in texts.items() if "pip install 'vibrissa" in text] == ["errors.py"]

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
+import sys
+
 
 class InputError(ValueError):
     """Bad input, told in one line: the thing, the rule, the value and the remedy.
@@ -61,3 +64,14 @@ class ConvergenceError(RuntimeError):
     def __reduce__(self) -> tuple[type[ConvergenceError], tuple[str, float, int, str]]:
         """Rebuild it in another process, to which a worker sends it."""
         return type(self), self._told
+
+
+def install(extra: str) -> str:
+    """Remedy where a package of an extra is missing: the command that installs it beside the Vibrissa that runs.
+
+    Parameters
+    ----------
+    extra : str
+        One of those of ``pyproject.toml``: ``page``, ``surface``, …
+    """
+    return f"{shlex.quote(sys.executable)} -m pip install 'vibrissa[{extra}]'"

@@ -66,6 +66,7 @@ def test_glm_tells_the_whisker_that_matters(vibrissa, folder):
     code, out, err = vibrissa(*words)
     assert (code, err) == (0, "")
     assert "whisker_matters" in out
+    assert "left out" not in out  # nothing to tell of a unit that is not
     told = json.loads(vibrissa(*words, "--json")[1])
     assert told["whisker_matters"][0][0] is True
     assert len(told["past_lag"]) == 10

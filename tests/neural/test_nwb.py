@@ -162,11 +162,11 @@ def test_other_tables_of_intervals_may_hold_the_trials(tmp_path):
     [
         ({"units": False}, read_nwb, "must have units; choose the file"),
         ({"times": False}, read_nwb, "must have spike times in its units"),
-        ({}, read_nwb_trials, "must have a table trials; it has no intervals: read trials from a CSV file"),
+        ({}, read_nwb_trials, "must have a table trials; it has no intervals; --trial-table FILE, a CSV"),
         (
             {"epochs": True},
             read_nwb_trials,
-            "must have a table trials; it has epochs: read trials from a CSV file with",
+            "must have a table trials; it has epochs; --trial-table FILE, a CSV with",
         ),
         (
             {"epochs": True},
@@ -224,5 +224,5 @@ def test_what_archives_would_not_take_is_refused(tmp_path, call, message):
 def test_without_pynwb_the_remedy_is_told(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "pynwb", None)
     for call in (lambda: read_nwb(tmp_path / "a.nwb"), lambda: write_nwb(units(), tmp_path / "a.nwb", SESSION)):
-        with pytest.raises(InputError, match=r"need pynwb; pip install 'vibrissa\[neuro\]'"):
+        with pytest.raises(InputError, match=r"need pynwb; .* -m pip install 'vibrissa\[neuro\]'"):
             call()

@@ -151,5 +151,5 @@ def test_missing_and_mistaken_files_are_refused(tmp_path):
 
 def test_without_neo_the_remedy_is_told(plx, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "neo.rawio.plexonrawio", None)
-    with pytest.raises(InputError, match=r"needs neo; pip install 'vibrissa\[neuro\]'"):
+    with pytest.raises(InputError, match=r"needs neo; .* -m pip install 'vibrissa\[neuro\]'"):
         read_plexon(plx)

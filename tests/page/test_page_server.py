@@ -11,6 +11,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+from vibrissa.errors import install
 from vibrissa.page.frames import unpacked
 from vibrissa.page.server import LARGEST_MESSAGE, STATIC, serve
 
@@ -202,4 +203,4 @@ def test_without_the_extra_the_remedy_is_told(vibrissa, monkeypatch):
     monkeypatch.setitem(sys.modules, "uvicorn", None)
     code, _, said = vibrissa("explore", "--no-browser")
     assert code == 2
-    assert said == "vibrissa: explore needs the extra page; pip install 'vibrissa[page]'\n"
+    assert said == f"vibrissa: explore needs the extra page; {install('page')}\n"

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vibrissa.errors import install
 from vibrissa.files import save
 from vibrissa.quantities import dataset
 from vibrissa.study.export_series import Clock, sampling
@@ -328,4 +329,4 @@ def test_without_pynwb_the_remedy_is_told(folder, tmp_path, vibrissa, monkeypatc
     monkeypatch.setitem(__import__("sys").modules, "pynwb", None)
     code, _, err = vibrissa("export", folder, "--nwb", tmp_path / "a.nwb", *WHO)
     assert code == 2
-    assert "need pynwb; pip install 'vibrissa[neuro]'" in err
+    assert f"need pynwb; {install('neuro')}" in err

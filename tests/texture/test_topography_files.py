@@ -135,7 +135,7 @@ def test_a_point_marked_as_invalid_is_a_hole(tmp_path):
 def test_without_the_readers_the_extra_is_named(tmp_path, monkeypatch):
     path = surface_file(tmp_path, wavy())
     monkeypatch.setitem(sys.modules, "SurfaceTopography.IO", None)
-    with pytest.raises(InputError, match=r"map.sdf needs SurfaceTopography; pip install 'vibrissa\[surface\]'"):
+    with pytest.raises(InputError, match=r"map.sdf needs SurfaceTopography; .* -m pip install 'vibrissa\[surface\]'"):
         read_relief(path, line="x:4")
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import sys
 from pathlib import Path
 from typing import Annotated, Literal
@@ -31,11 +30,17 @@ from vibrissa.cli.study import study as study_file
 from vibrissa.cli.sweep import sweep
 from vibrissa.cli.tracks import tracks
 from vibrissa.cli.trials_needed import trials_needed
+from vibrissa.cli.usage import usage_line
 from vibrissa.cli.video import decompose, track
 from vibrissa.cli.whisker_maps import glm, surround
 from vibrissa.errors import ConvergenceError, InputError
 
-app = App(name="vibrissa", help="From surface to spikes: how a rat's whisker feels fine texture.", version=__version__)
+app = App(
+    name="vibrissa",
+    help="From surface to spikes: how a rat's whisker feels fine texture.",
+    version=__version__,
+    default_parameter=Parameter(negative_iterable=()),
+)
 
 
 @app.command
@@ -107,9 +112,7 @@ def main() -> None:
     try:
         app(sys.argv[1:], print_error=False, exit_on_error=False)
     except CycloptsError as error:
-        line = " ".join(str(error).split()).replace("requires an argument", "must be given, with its value")
-        line = re.sub(r"requires (\d+) positional arguments", r"must be given, with its \1 values", line)
-        _refuse(f"{line.rstrip('.')}; see --help")
+        _refuse(usage_line(error, sys.argv[1:]))
     except InputError as error:
         _refuse(f"{_as_typed(error.thing, sys.argv[1:])} {error.said}")
     except ConvergenceError as error:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -9,7 +11,18 @@ from cyclopts import Parameter
 
 from vibrissa.cli.output import tell
 from vibrissa.cli.points import Side, points_of
+from vibrissa.errors import InputError
 
+OPTIONS = {
+    "frame_rate": "--frame-rate",
+    "pixel_size": "--pixel-size",
+    "scale": "--scale",
+    "scale_length": "--scale-length",
+    "seeds": "--seed",
+    "names": "--name",
+    "skin": "--skin",
+    "substrate": "--substrate",
+}
 Flag = Annotated[bool, Parameter(negative="")]
 
 
@@ -70,22 +83,35 @@ def pick(
     from vibrissa.study.pick import pixel_size as size_from
 
     out = out or Path(movie.name).with_suffix(".toml")
+    if not page and pixel_size is None and not scale:
+        raise InputError("--pixel-size", "must be given, or --scale twice with --scale-length")
     if pixel_size is None and scale:
-        pixel_size = size_from(points_of(scale, "--scale"), scale_length)
-    written = pick_study(
-        movie,
-        out,
-        frame_rate=frame_rate,
-        pixel_size=pixel_size,
-        seeds=points_of(seed, "--seed"),
-        names=name or (),
-        skin=points_of(skin, "--skin"),
-        substrate=points_of(substrate, "--substrate"),
-        base=base,
-        polarity=polarity,
-        force=force,
-        page=page,
-        browser=browser,
-        tell=tell,
-    )
+        with _by_option():
+            pixel_size = size_from(points_of(scale, "--scale"), scale_length)
+    with _by_option():
+        written = pick_study(
+            movie,
+            out,
+            frame_rate=frame_rate,
+            pixel_size=pixel_size,
+            seeds=points_of(seed, "--seed"),
+            names=name or (),
+            skin=points_of(skin, "--skin"),
+            substrate=points_of(substrate, "--substrate"),
+            base=base,
+            polarity=polarity,
+            force=force,
+            page=page,
+            browser=browser,
+            tell=tell,
+        )
     tell(f"the study is {out}: vibrissa run {out}" if written else "given up, nothing written")
+
+
+@contextmanager
+def _by_option() -> Iterator[None]:
+    """Name a value that is missing or bad by its option."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(OPTIONS.get(error.thing, error.thing), error.said) from error

@@ -78,5 +78,7 @@ def tell_map(data: xr.Dataset, by_both: list[str], by_unit: list[str], json: boo
     from vibrissa.cli.output import show
 
     show(data, [], False, out)
+    if "reason" in data and not str(data.reason.values[0]):  # it is not left out
+        names.remove("reason")
     show(data.isel(unit=0), [*names, *by_both], False, None)
     return None

@@ -12,6 +12,7 @@ from vibrissa.cli.output import progress_bars, show, stoppable, tell
 from vibrissa.cli.pictures import Picture, refuse_picture, write_picture
 from vibrissa.cli.points import line_of
 from vibrissa.cli.study import leave
+from vibrissa.cli.video import tracked_in
 from vibrissa.errors import InputError
 
 
@@ -176,11 +177,10 @@ def posture(
     length_sd
         Standard deviation of the whisker's length [m].
     """
-    from vibrissa.files import load
     from vibrissa.mechanics.stationary import fit_profile
 
     refuse_picture(picture)
-    cone, tracked = needed_cone(whisker, atlas), load(profile)
+    cone, tracked = needed_cone(whisker, atlas), tracked_in(profile)
     if "whisker" in tracked.dims:
         if not 0 <= which < tracked.sizes["whisker"]:
             raise InputError("--which", f"must be one of 0 to {tracked.sizes['whisker'] - 1}", which)
@@ -198,7 +198,8 @@ def posture(
         from vibrissa.figures import fig1
 
         write_picture(fig1.draw(fig1.compute(tracked, found, cone)), picture)
-    tell(f"friction: {found.attrs['friction_told']}")
+    told = found.attrs["friction_told"]
+    tell(f"friction: {told}" if fit_friction else f"friction: {told}, {friction:g}; --fit-friction asks the profile")
     show(found, [str(name) for name in found.data_vars if not found[name].dims], json, out)
 
 
@@ -210,7 +211,8 @@ def figure(number: str, results: Path, *, out: Path) -> None:
     number
         1 to 9 as in the paper; 6ab and 7e for the model's panels.
     results
-        Folder that `run` or `sweeps` wrote, or one dataset of it.
+        Folder that `run` or `sweeps` wrote, or one dataset of it under the name that it has there (gap.nc); for figure
+        9 a table of units of any name.
     out
         Picture to write: .png, .pdf or .svg.
     """

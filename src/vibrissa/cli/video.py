@@ -87,7 +87,9 @@ def track(
     from vibrissa.files import save
     from vibrissa.study.backward import followed, track_file
     from vibrissa.study.settings import MovieFile
+    from vibrissa.video.tracking import Calibration
 
+    Calibration(frame_rate=1.0 if frame_rate is None else frame_rate, pixel_size=pixel_size)  # refuses before the work
     out = out or Path(movie.name).with_suffix(".nc")
     refuse_out(out)
     if preview is not None and preview.suffix not in (".mp4", ".mkv", ".png"):
@@ -164,7 +166,6 @@ def decompose(
     """
     import xarray as xr
 
-    from vibrissa.files import load
     from vibrissa.mechanics.profile import Posture
     from vibrissa.mechanics.shift import resonance_shift, shift_remark
     from vibrissa.quantities import require
@@ -174,9 +175,7 @@ def decompose(
     if (base_angle is None) != (modes == "straight"):
         raise InputError("--base-angle", "must be given with curved --modes, and only then")
     posture = None if base_angle is None else Posture(contact=contact, base_angle=base_angle, friction=friction)
-    tracks = load(profile)
-    if "x" not in tracks:
-        raise InputError(str(profile), "must hold profiles", remedy="take what `vibrissa track` or `tracks` wrote")
+    tracks = tracked_in(profile)
     require(tracks, "x", "y", "arc_length", "whisker")
     if not 0 <= which < tracks.sizes.get("whisker", 0):
         raise InputError("--which", f"must name one of the {tracks.sizes.get('whisker', 0)} tracked whiskers", which)
@@ -193,6 +192,16 @@ def decompose(
         tell("the forcing is taken for white (Eq. 5); a study that knows its texture does better")
     names = ("kappa", "variance_explained", *_with_ends("resonant_frequency"), *_with_ends("damping"))
     show(data, [name for name in names if name in data], json, out)
+
+
+def tracked_in(path: Path) -> xr.Dataset:
+    """The profiles of a dataset that `track` or `tracks` wrote; another is refused."""
+    from vibrissa.files import load
+
+    tracks = load(path)
+    if "x" not in tracks:
+        raise InputError(str(path), "must hold profiles", remedy="take what `vibrissa track` or `tracks` wrote")
+    return tracks
 
 
 def remarks_on(profile: xr.Dataset) -> None:

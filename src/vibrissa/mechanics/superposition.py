@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
+FASTEST = 10.0  # [m/s] of a scan: a rat's whisker sweeps at most at some 2 m/s; beyond it a unit is wrong
 _FARTHEST = 50  # [L] of a texture: beyond it a unit is wrong
 _NARROWEST = 1e-5  # [L] of a gap: the shaft sags into it by a thousandth of an atom
 
@@ -36,7 +37,7 @@ class Scan:
     Attributes
     ----------
     speed : float
-        Scanning speed v_scan [m/s].
+        Scanning speed v_scan [m/s], at most 10.
     damping : float
         Damping ratio ζ of every mode, in [0, 1).
     jump : {"continuous", "ramp-limit", "paper2014"}
@@ -59,6 +60,8 @@ class Scan:
     def __post_init__(self) -> None:
         if not (self.speed > 0 and np.isfinite(self.speed)):
             raise InputError("Scan.speed", "must be positive (m/s)", self.speed)
+        if self.speed > FASTEST:
+            raise InputError("Scan.speed", f"must be at most {FASTEST:g} m/s", self.speed, "give it in m/s")
         if not 0 <= self.damping < 1:
             raise InputError("Scan.damping", "must lie in [0, 1)", self.damping)
         choices = (("jump", self.jump, JumpRule), ("response", self.response, Form), ("modes", self.modes, Modes))

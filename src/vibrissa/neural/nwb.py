@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.errors import InputError
+from vibrissa.errors import InputError, install
 from vibrissa.neural.spikes import spike_table
 from vibrissa.neural.table import LONGEST
 from vibrissa.neural.trials import trial_table
@@ -33,7 +33,7 @@ def pynwb_module() -> Any:
     try:
         return import_module("pynwb")
     except ImportError as error:
-        raise InputError("NWB files", "need pynwb", remedy="pip install 'vibrissa[neuro]'") from error
+        raise InputError("NWB files", "need pynwb", remedy=install("neuro")) from error
 
 
 def read_nwb(path: str | Path, *, names: str | None = None) -> xr.Dataset:
@@ -154,7 +154,7 @@ def read_nwb_trials(
             found["trials"] = file.trials
         if table not in found:
             there = f"it has {', '.join(found)}" if found else "it has no intervals"
-            remedy = f"{there}: read trials from a CSV file with columns start,stop"
+            remedy = f"{there}; --trial-table FILE, a CSV with columns start,stop"
             raise InputError(str(path), f"must have a table {table}", remedy=remedy)
         rows = found[table]
         start, stop = (np.asarray(rows[name][:], float) for name in ("start_time", "stop_time"))

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.errors import InputError
+from vibrissa.errors import InputError, install
 from vibrissa.neural.spikes import spike_table
 from vibrissa.neural.table import LONGEST, Array
 from vibrissa.quantities import dataset
@@ -111,7 +111,7 @@ def _open(path: str | Path) -> Any:
     try:
         make = getattr(import_module(module), name)
     except ImportError as error:
-        raise InputError(str(path), "needs neo", remedy="pip install 'vibrissa[neuro]'") from error
+        raise InputError(str(path), "needs neo", remedy=install("neuro")) from error
     with _one_line(path):
         _refuse_truncated(path)
         reader = make(str(path), **({"progress_bar": False} if kind == ".plx" else {}))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.errors import InputError
+from vibrissa.errors import InputError, install
 from vibrissa.neural.quality import unit_quality
 from vibrissa.neural.spikes import spike_table
 from vibrissa.neural.traces import one_line, part
@@ -59,7 +59,7 @@ def sort(traces: Any, sorter: str = DEFAULT, *, seed: int = 0, workers: int = 1)
     """
     here = sorters()
     if sorter not in here:
-        remedy = f"here are {', '.join(here)}" if here else "pip install 'vibrissa[sorting]'"
+        remedy = f"here are {', '.join(here)}" if here else install("sorting")
         raise InputError(f"sorter {sorter}", "must be installed with what it needs", None, remedy)
     quiet = io.StringIO()
     with (

@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from vibrissa.errors import InputError
+from vibrissa.errors import InputError, install
 
 Samples = Literal["int16", "int32", "float32", "float64"]
 RAW = (".raw", ".dat", ".bin")
@@ -28,7 +28,7 @@ def part(name: str) -> Any:
     try:
         return import_module(f"spikeinterface.{name}")
     except ImportError as error:
-        raise InputError("spike sorting", "needs spikeinterface", remedy="pip install 'vibrissa[sorting]'") from error
+        raise InputError("spike sorting", "needs spikeinterface", remedy=install("sorting")) from error
 
 
 @contextmanager

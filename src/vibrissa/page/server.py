@@ -12,7 +12,7 @@ from contextlib import suppress
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-from vibrissa.errors import ConvergenceError, InputError
+from vibrissa.errors import ConvergenceError, InputError, install
 from vibrissa.page.answers import answer
 from vibrissa.page.bench import Bench
 from vibrissa.page.controls import as_table
@@ -275,5 +275,5 @@ def _uvicorn() -> Any:
         import uvicorn
         import websockets  # noqa: F401
     except ImportError as error:
-        raise InputError("explore", "needs the extra page", remedy="pip install 'vibrissa[page]'") from error
+        raise InputError("explore", "needs the extra page", remedy=install("page")) from error
     return uvicorn

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 Window = tuple[float, float]
 Progress = Callable[[str, int, int], None]
 
+SHORT = 0.01  # [s] by which trials may end before the stimulus unremarked: a bin
 SAMPLES_PER_CYCLE = 6  # of the stimulus: with fewer its envelope may be wrong
 
 
@@ -138,6 +139,8 @@ def analyse_neurons(neurons: Neurons, folder: Path = Path(), progress: Progress 
     spikes, n_trials = _read(neurons, stimulus, folder, progress)
     units = analyse_units(spikes, stimulus, n_trials, neurons.analysis())
     remarks = [*_remarks(spikes, stimulus, n_trials), *_unheard(spikes, neurons.spontaneous)]
+    if neurons.event is None:  # else the trials' ends are not known
+        remarks += _cut_short(spikes, stimulus)
     return Analysed(units, spikes, stimulus, n_trials, remarks)
 
 
@@ -260,6 +263,20 @@ def _remarks(spikes: xr.Dataset, stimulus: xr.Dataset, n_trials: int) -> list[st
     if rate < SAMPLES_PER_CYCLE * carrier:
         lines.append(f"the stimulus, about {carrier:.0f} Hz, is sampled at {rate:.0f} Hz: its envelope may be wrong")
     return lines
+
+
+def _cut_short(spikes: xr.Dataset, stimulus: xr.Dataset) -> list[str]:
+    """Say that trials end before the stimulus does: another stimulus may have been shown."""
+    if "trial_stop" not in spikes:
+        return []
+    lasted = spikes.trial_stop.values - spikes.trial_start.values
+    time = stimulus.time.values
+    length = float(time[-1] - time[0])
+    short = int((lasted < length - SHORT).sum())
+    if not short:
+        return []
+    least = f"the shortest lasts {lasted.min():.4g} s of {length:.4g} s"
+    return [f"{short} of {lasted.size} trials end before the stimulus: {least}; check that it was the one shown"]
 
 
 def _unheard(spikes: xr.Dataset, spontaneous: Window | None) -> list[str]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from vibrissa.errors import InputError
 from vibrissa.files import as_number, csv_lines, load
+from vibrissa.mechanics.superposition import FASTEST
 from vibrissa.study.backward import track_file
 from vibrissa.study.settings import MovieFile
 from vibrissa.study.sweep_analysis import Known, Line, Row, analyse_sweep, followed_throughout
@@ -44,7 +45,7 @@ WHOLE = ("condition", "run", "which")
 NUMBERS = {name + end: (name, scale) for name, ends in UNITS.items() for end, scale in ends.items()}
 COLUMNS = (*WORDS, *WHOLE, *NUMBERS, *POINTS)
 NEEDED = ("animal", "whisker", "texture", "scan_speed")
-LARGEST = {"scan_speed": 10.0, "base_height": 0.5, "length": 1.0, "cone_angle": 0.1, "pixel_size": 1e-3}
+LARGEST = {"scan_speed": FASTEST, "base_height": 0.5, "length": 1.0, "cone_angle": 0.1, "pixel_size": 1e-3}
 
 
 @dataclass(frozen=True, kw_only=True)

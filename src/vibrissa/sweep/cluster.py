@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 from urllib.parse import urlsplit
 
 from vibrissa import __version__
-from vibrissa.errors import InputError
+from vibrissa.errors import InputError, install
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -53,8 +53,7 @@ def _client(scheduler: str) -> Iterator[Any]:
     try:
         from distributed import Client
     except ImportError as error:
-        remedy = "install the extra: pip install 'vibrissa[cluster]'"
-        raise InputError("--scheduler tcp://…", "needs distributed", remedy=remedy) from error
+        raise InputError("--scheduler tcp://…", "needs distributed", remedy=install("cluster")) from error
     address = _reached(scheduler)
     with _quiet():
         try:

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vibrissa.errors import InputError
+from vibrissa.errors import InputError, install
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,7 +23,7 @@ def refuse_zarr(path: Path) -> None:
         If zarr is not installed, the name is taken by something else, or its folder cannot be written.
     """
     if find_spec("zarr") is None:
-        raise InputError("--out", "needs zarr", str(path), "pip install 'vibrissa[cluster]', or choose a name in .nc")
+        raise InputError("--out", "needs zarr", str(path), f"{install('cluster')}, or a name in .nc")
     parent = path.absolute().parent
     if not (parent.is_dir() and os.access(parent, os.W_OK)):
         raise InputError("--out", "must lie in an existing folder that can be written", str(path), "choose another")

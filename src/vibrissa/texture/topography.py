@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.errors import InputError
+from vibrissa.errors import InputError, install
 from vibrissa.texture.measured import PER_METRE, SHORTEST_SCAN, TOO_SHORT, Measured
 
 Array = NDArray[np.float64]
@@ -81,7 +81,7 @@ def _instrument_readers(path: str | Path) -> Callable[[str], Any]:
             warnings.simplefilter("ignore", ImportWarning)  # that there is no MPI
             from SurfaceTopography.IO import open_topography
     except ImportError as error:
-        remedy = "pip install 'vibrissa[surface]', or give a table with a header such as position_mm,height_um"
+        remedy = f"{install('surface')}, or give a table with a header such as position_mm,height_um"
         raise InputError(str(path), "needs SurfaceTopography", remedy=remedy) from error
     return open_topography
 

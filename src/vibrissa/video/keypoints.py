@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from vibrissa.errors import InputError
+from vibrissa.errors import InputError, install
 from vibrissa.video.traces import labelled
 from vibrissa.video.tracking import Calibration
 from vibrissa.video.whisk_files import FURTHEST, Values, existing
@@ -64,7 +64,7 @@ def read_keypoints(path: str | Path, software: Software) -> Keypoints:
         try:
             load = import_module("movement.io.load_poses")
         except ImportError as error:
-            raise InputError(str(path), "needs movement", remedy="pip install 'vibrissa[tracks]'") from error
+            raise InputError(str(path), "needs movement", remedy=install("tracks")) from error
         log = import_module("loguru").logger
         log.disable("movement")
         try:
