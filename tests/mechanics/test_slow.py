@@ -246,7 +246,7 @@ def test_swifter_whisking_is_remarked_on_then_refused():
     lines = remarks(predict_slow(WHISKER, whisking(duration=0.05), ONE, asked, n_modes=2))
     assert any("frequency drifts" in line and " at 0.0" in line for line in lines)
     with pytest.raises(InputError, match=r"posture path must be slow .* at most 0.2, got .* at 0\.00"):
-        predict_slow(WHISKER, whisking(duration=0.02), ONE, scan(speed=10.0), n_modes=2)
+        predict_slow(WHISKER, whisking(duration=0.004), ONE, scan(speed=10.0), n_modes=2)
 
 
 def straight(contact, angle, duration=0.5):

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 from scipy.signal import periodogram
 
-from vibrissa.errors import InputError
+from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.signals.spectra import fit_resonance, lorentzian, power_spectrum
 
 RATE = 1500.0
@@ -121,6 +121,19 @@ def test_a_spectrum_that_is_curved_twice_as_much_as_expected_is_fitted_all_the_s
     begin = [np.log(fit.frequency) + 0.01, np.log(fit.damping) - 0.05, 2.0, -2.0]
     least = minimize(loss, begin, method="Nelder-Mead", options={"maxfev": 10_000, "xatol": 1e-7, "fatol": 1e-10})
     assert (fit.frequency, fit.damping) == pytest.approx(tuple(np.exp(least.x[:2])), rel=3e-5)
+
+
+@pytest.mark.parametrize(("count", "guess"), [(900, 120.0), (3000, 350.0)])
+def test_white_noise_has_no_line_and_a_line_in_it_is_found(count, guess):
+    for seed in range(60):
+        noise = np.random.default_rng(1000 + seed).normal(size=count)
+        with pytest.raises(ConvergenceError):
+            fit_resonance(*power_spectrum(noise, RATE), guess=guess)
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        x = white_driven(1, count, RATE, guess, 0.05, rng)[0]
+        fit = fit_resonance(*power_spectrum(x / x.std() + 0.5 * rng.normal(size=count), RATE), guess=guess)
+        assert fit.frequency == pytest.approx(guess, rel=0.08)
 
 
 @pytest.mark.parametrize("unit", [1e-6, 1e5])

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-FASTEST = 10.0  # [m/s] of a scan: a rat's whisker sweeps at most at some 2 m/s; beyond it a unit is wrong
+FASTEST = 10.0  # [m/s] of a scan: beyond it a unit is wrong
 _FARTHEST = 50  # [L] of a texture: beyond it a unit is wrong
 _NARROWEST = 1e-5  # [L] of a gap: the shaft sags into it by a thousandth of an atom
 
