@@ -6,14 +6,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
+from vibrissa.cli.study import leave
 from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.files import load
 from vibrissa.mechanics.sampled import scanned
 from vibrissa.mechanics.superposition import predict
 from vibrissa.quantities import dataset
 from vibrissa.study import surface
-from vibrissa.study.outcome import attempting, not_analysed
+from vibrissa.study.outcome import attempting, not_analysed, not_fitted
+from vibrissa.study.report_sweeps import _lacking
 from vibrissa.study.settings import validated_study
 from vibrissa.texture.io import read_texture
 
@@ -146,3 +149,20 @@ def test_a_surface_that_is_missing_is_bad_input(vibrissa, tmp_path):
     assert code == 2
     assert err.endswith("none.csv must be an existing file\n")
     assert [path.name for path in tmp_path.iterdir()] == ["s.toml"]
+
+
+def test_modes_without_a_fit_are_told_with_the_reason_and_the_run_is_whole(capsys):
+    white = dataset(mode=[1, 2], damping=[0.1, np.nan]).assign_attrs(left_out="mode 2: resonance fit did not converge")
+    lines = not_fitted({"resonance_white": white, "resonance": dataset(mode=[1, 2], damping=[0.1, 0.1])})
+    assert lines == ["Not fitted with the forcing taken for white: mode 2: resonance fit did not converge."]
+    assert not not_fitted({})
+    leave(dataset({"not_analysed": "[]", "not_fitted": json.dumps(lines)}, mode=[1]))  # no exit code
+    told = capsys.readouterr().err
+    assert told == "vibrissa: not fitted with the forcing taken for white: mode 2: resonance fit did not converge\n"
+
+
+def test_modes_that_sweeps_lack_are_counted():
+    table = {"mode": ("mode", [1, 2]), "accepted": ("sweep", [True, True, False])}
+    damping = ("sweep", "mode"), [[0.1, np.nan], [0.1, 0.1], [np.nan, np.nan]]
+    assert "white: mode 2 in 1; the file" in _lacking(xr.Dataset(table | {"damping_white": damping}))
+    assert _lacking(xr.Dataset(table | {"damping_white": damping}).isel(sweep=[1])) == ""

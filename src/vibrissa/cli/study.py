@@ -84,9 +84,11 @@ def _kept(study: Study, out: Path) -> int:
 
 
 def leave(found: xr.Dataset) -> None:
-    """Say what a run could not analyse; then the exit code is 3."""
+    """Say what a run could not fit, and what it could not analyse; then the exit code is 3."""
     import json
 
+    for line in json.loads(found.attrs.get("not_fitted", "[]")):
+        tell(line[:1].lower() + line[1:].rstrip("."))
     lines = json.loads(found.attrs["not_analysed"])
     for line in lines:
         tell(f"not analysed: {line}")

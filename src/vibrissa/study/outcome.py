@@ -69,6 +69,19 @@ def not_analysed(results: Mapping[str, xr.Dataset], failed: Failures) -> list[st
     return lines + (_sweeps(results["sweeps"]) if "sweeps" in results else [])
 
 
+def not_fitted(results: Mapping[str, xr.Dataset]) -> list[str]:
+    """A line for each fit of a movie's resonances that lacks modes: which, and why.
+
+    Parameters
+    ----------
+    results : mapping of Datasets
+        Of a study; the attribute ``left_out`` of ``resonance`` and ``resonance_white`` is looked at.
+    """
+    forcings = {"resonance": "with the texture's forcing", "resonance_white": "with the forcing taken for white"}
+    why = {how: results[name].attrs.get("left_out") for name, how in forcings.items() if name in results}
+    return [f"Not fitted {how}: {reason}." for how, reason in why.items() if reason]
+
+
 def _sweeps(sweeps: xr.Dataset) -> list[str]:
     """Sweeps that were rejected, those of one reason together."""
     why: dict[str, list[str]] = {}

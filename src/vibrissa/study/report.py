@@ -26,6 +26,7 @@ from vibrissa.study.gallery import (
     numbers,
     surface_figures,
 )
+from vibrissa.study.outcome import not_fitted
 from vibrissa.study.paper_numbers import compare, page_of
 from vibrissa.study.report_neurons import neuron_figures, neurons_of, tables_of
 from vibrissa.study.report_sweeps import base_rows, sweeps_of
@@ -138,6 +139,7 @@ def _why(study: Study, results: Results, entry: Entry, reason: str) -> str:
 
 def _remarks(study: Study, results: Results) -> list[str]:
     told = json.loads(results["profile"].attrs.get("remarks", "[]")) if "profile" in results else []
+    told += not_fitted(results)
     if "scan" in results:  # its remarks hold that of the curvature
         return [*told, *map(_sentence, json.loads(results["scan"].attrs["remarks"])), *_surface(study)]
     return [*told, *_curvature(study), *_surface(study)]

@@ -41,6 +41,7 @@ def _words(sweeps: xr.Dataset) -> str:
         f"{_counted(sweeps.sizes['sweep'], 'sweep')} of {_counted(whiskers, 'whisker')} of "
         f"{_counted(animals, 'animal')}, {accepted} analysed to the end."
     )
+    text += _lacking(sweeps)
     counts = {name: sweeps.attrs.get(f"impossible_{name}", 0) for name in ("height", "contact", "fold")}
     if any(counts.values()):
         text += (
@@ -48,6 +49,18 @@ def _words(sweeps: xr.Dataset) -> str:
             f"{counts['contact']} with a contact that is not looked at, {counts['fold']} beyond the fold."
         )
     return text
+
+
+def _lacking(sweeps: xr.Dataset) -> str:
+    """Modes without a fit of white forcing in sweeps that were analysed."""
+    lacks = ~np.isfinite(sweeps.damping_white.values[sweeps.accepted.values]).T
+    each = [
+        f"mode {mode} in {int(one.sum())}" for mode, one in zip(sweeps.mode.values, lacks, strict=True) if one.any()
+    ]
+    if not each:
+        return ""
+    lacking = ", ".join(each)
+    return f" Not fitted with the forcing taken for white: {lacking}; the file of each sweep says why (not_fitted)."
 
 
 def _counted(number: int, noun: str) -> str:

@@ -23,7 +23,7 @@ from vibrissa.study.backward import Progress, analyse, counted, followed, still_
 from vibrissa.study.base_signals import BaseSignal, analyse_signal
 from vibrissa.study.lines import base_lines, sweep_lines
 from vibrissa.study.many import many_sweeps, posture_of
-from vibrissa.study.outcome import Attempt, Failures, attempting, not_analysed
+from vibrissa.study.outcome import Attempt, Failures, attempting, not_analysed, not_fitted
 from vibrissa.study.populations import populations_of
 from vibrissa.study.provenance import earlier_results, write_provenance
 from vibrissa.study.report import write_report
@@ -94,7 +94,8 @@ def run_study(
             (out / name).unlink(missing_ok=True)  # of another study: figures must not mix the two
         for made in sorted(work.iterdir()):
             os.replace(made, out / made.name)
-    return _told(results).assign_attrs(not_analysed=json.dumps(lines, ensure_ascii=False))
+    told = {"not_analysed": lines, "not_fitted": not_fitted(results)}
+    return _told(results).assign_attrs({name: json.dumps(one, ensure_ascii=False) for name, one in told.items()})
 
 
 def _told(results: Datasets) -> xr.Dataset:

@@ -99,6 +99,7 @@ def analyse_sweep(profile: xr.Dataset, known: Known) -> tuple[Row, xr.Dataset]:
     series : Dataset
         ``mode_displacement`` and ``envelope`` (mode, time), over L; ``mode_displacement_model`` and
         ``envelope_model`` if there is a prediction, and ``power``, ``power_fit`` (mode, frequency), the fit to it.
+        The attribute ``not_fitted`` says which modes lack the fit of white forcing, and why.
 
     Raises
     ------
@@ -123,7 +124,8 @@ def analyse_sweep(profile: xr.Dataset, known: Known) -> tuple[Row, xr.Dataset]:
         row["mode_rms_model"] = predicted.std(axis=1)
         series["mode_displacement_model"] = predicted - predicted.mean(axis=1, keepdims=True)
         series["envelope_model"] = analytic_envelope(series["mode_displacement_model"])[0]
-    return row, dataset(mode=modal.mode.values, time=modal.time.values, **series)
+    why = {"not_fitted": found["resonance_white"].attrs.get("left_out", "")}  # of white forcing
+    return row, dataset(why, mode=modal.mode.values, time=modal.time.values, **series)
 
 
 def _posture(profile: xr.Dataset, known: Known) -> Row:
