@@ -22,6 +22,7 @@ _ITERATIONS = 200
 _WIDE = float(norm.ppf(0.975))
 _NEAR, _THERE = 1e-2, 1e-8  # changes of a loss in which one standard error is worth 0.5: of a start, of the end
 _LINE = 20.0  # log-likelihood that a line must gain over a flat spectrum: white noise gained up to 18.6 in 450 spectra
+_FLAT = 0.85  # share of the periodogram's variance that a line of noise leaves
 _POOR = 0.25  # of what a step would gain at its first slope: half where the expected curvature is the true one
 
 
@@ -157,8 +158,8 @@ def fit_resonance(
         If the band holds fewer than 20 bins.
     ConvergenceError
         If the likelihood has no maximum inside ζ < 1 and the band, or the interval of the frequency leaves the band:
-        the spectrum then does not tell it. Or if the line gains less log-likelihood over a flat spectrum than chance
-        may: half of all spectra of white noise have some line with an interval of its own.
+        the spectrum then does not tell it. Or if the line neither gains more log-likelihood over a flat spectrum
+        than chance may, nor explains 15 % of the periodogram's variance: it is noise.
     """
     use = (frequency >= band[0] * guess) & (frequency <= band[1] * guess)
     if use.sum() < 20:
@@ -181,7 +182,8 @@ def fit_resonance(
     near = [_scoring(log_spectrum, p, start, low, high, _NEAR) for start in starts]
     best, loss = _scoring(log_spectrum, p, min(near, key=lambda fit: fit[1])[0], low, high, _THERE)
     gained = p.size * (float(np.log(scale)) + 1) - loss
-    if gained < _LINE:
+    left = float(np.sum((p - np.exp(log_spectrum(best))) ** 2) / np.sum((p - scale) ** 2))
+    if gained < _LINE and left > _FLAT:  # the few bins of a short record gain little even by a right line
         raise ConvergenceError("resonance fit (its line is not above the noise)", gained, _ITERATIONS)
     if np.any((best[:2] <= low[:2]) | (best[:2] >= high[:2])):
         raise ConvergenceError("resonance fit (maximum on the border)", loss, _ITERATIONS)
