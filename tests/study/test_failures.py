@@ -226,11 +226,7 @@ needs_proc = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="th
     ("wait_for", "send"),
     [
         ("out/sweeps/[!.]*.nc", lambda run: run.send_signal(signal.SIGTERM)),
-        pytest.param(
-            "out/sweeps/[!.]*.nc",
-            lambda run: os.killpg(run.pid, signal.SIGINT),
-            marks=pytest.mark.xfail(reason="a process that has just been started may tell a traceback"),
-        ),
+        ("out/sweeps/[!.]*.nc", lambda run: os.killpg(run.pid, signal.SIGINT)),
         ("out/sweeps", lambda run: os.killpg(run.pid, signal.SIGINT)),  # while the workers start
     ],
     ids=["batch system", "terminal", "terminal, early"],

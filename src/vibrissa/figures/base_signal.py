@@ -47,7 +47,7 @@ def compute(found: xr.Dataset) -> xr.Dataset:
     start = float(np.clip(middle - SHOWN / 2, time[0], max(time[0], time[-1] - SHOWN)))
     excerpt = found.sel(time=slice(start, start + SHOWN))
     spectra = [one for one in ("base_power", "base_power_white_fit", "base_power_fit") if one in found]
-    thin = _thinned(found.frequency.values, float(_best(found)[0].max()) * 4)
+    thin = _thinned(found.frequency.values, _highest(_best(found)[0]))
     columns: dict[str, Any] = {one: _means(found[one].values, thin) for one in spectra}
     lines = [str(one) for one in found.data_vars if "frequency" not in found[one].dims]
     data = excerpt[lines].drop_vars("frequency", errors="ignore")
@@ -55,6 +55,12 @@ def compute(found: xr.Dataset) -> xr.Dataset:
     labelled = dataset(mode=found.mode.values, frequency=frequency, **columns)
     whole = data.merge(labelled, combine_attrs="override")
     return whole.assign_attrs({**found.attrs, "caption": _caption(found)})
+
+
+def _highest(resonance: Array) -> float:
+    """Four times the highest resonance [Hz]; without end where none was found."""
+    found = resonance[np.isfinite(resonance)]
+    return 4 * float(found.max()) if found.size else np.inf
 
 
 def _thinned(frequency: Array, highest: float) -> list[slice]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +21,7 @@ from vibrissa.study.compared import compare_all, jitter_of, textures_of
 from vibrissa.study.gratings import Textures, new_gratings
 from vibrissa.study.laboratory import Laboratory, plan
 from vibrissa.study.model_figures import model_results
+from vibrissa.study.outcome import Attempt, plainly
 from vibrissa.study.recorded_sweeps import profile_of, read_sweeps
 from vibrissa.study.repeated import repeats_of
 from vibrissa.study.store import Progress
@@ -37,7 +40,9 @@ if TYPE_CHECKING:
 Datasets = dict[str, "xr.Dataset"]
 
 
-def many_sweeps(study: Study, out: Path, engine: Engine | None, progress: Progress) -> Datasets:
+def many_sweeps(
+    study: Study, out: Path, engine: Engine | None, progress: Progress, attempt: Attempt = plainly
+) -> Datasets:
     """Run the laboratory or the table of a study; what was done before in ``out`` is kept.
 
     Parameters
@@ -48,6 +53,8 @@ def many_sweeps(study: Study, out: Path, engine: Engine | None, progress: Progre
         Folder of the results; made if absent.
     engine, progress
         Who does the work; called with (stage, done, total).
+    attempt : callable, optional
+        How what follows from the sweeps is done; see :func:`vibrissa.study.outcome.noting`.
 
     Returns
     -------
@@ -56,7 +63,7 @@ def many_sweeps(study: Study, out: Path, engine: Engine | None, progress: Progre
         sweep, for the figures, ``profile``, ``posture``, ``modal``, ``resonance_white``, ``spectra_white``, ``still``
         where there is a movie, and what the model says: ``gap``, ``gaps``, ``gain_map``.
     """
-    how, source = study.comparison, study.laboratory
+    source = study.laboratory
     if source is not None:
         sweeps = run_laboratory(source, out, engine=engine, progress=progress)
         textures: Textures = source.grating
@@ -70,21 +77,34 @@ def many_sweeps(study: Study, out: Path, engine: Engine | None, progress: Progre
     results["mode_shares"] = mode_shares(sweeps)
     if source is not None:
         results["sweep_verdict"] = sweep_verdict(sweeps)
-    known = sorted({int(number) for number in sweeps.texture.values[sweeps.accepted.values] if number >= 0})
-    gratings = new_gratings(source or textures, known, how.gratings)
-    comparison = compare_all(sweeps, out, gratings, engine=engine, progress=progress)
-    if comparison is not None:
-        results["comparison"] = comparison
-    results["gain"] = gain_table(sweeps)
+    for name, part in _parts(study, sweeps, textures, out, engine, progress):
+        results |= attempt(name, part)
+    progress("one sweep shown", 0, 0)
+    return results | attempt("one sweep shown", partial(shown, study, sweeps))
+
+
+def _parts(
+    study: Study, sweeps: xr.Dataset, textures: Textures, out: Path, engine: Engine | None, progress: Progress
+) -> Iterator[tuple[str, Callable[[], Datasets]]]:
+    """What follows from the sweeps, by name."""
+    how, source = study.comparison, study.laboratory
+
+    def compared() -> Datasets:
+        known = sorted({int(number) for number in sweeps.texture.values[sweeps.accepted.values] if number >= 0})
+        gratings = new_gratings(source or textures, known, how.gratings)
+        return _if_made("comparison", compare_all(sweeps, out, gratings, engine=engine, progress=progress))
+
+    yield "comparison", compared
+    yield "gain", lambda: {"gain": gain_table(sweeps)}
     if how.jitter:
         progress("jitter", 0, 0)
-        found = jitter_of(sweeps, out, textures, how.jitter)
-        results |= {} if found is None else {"jitter": found}
+        yield "jitter", lambda: _if_made("jitter", jitter_of(sweeps, out, textures, how.jitter))
     if how.repeats and source is not None:
-        again = repeats_of(source, sweeps, how.repeats, out, engine, progress)
-        results |= {} if again is None else {"repeats": again}
-    progress("one sweep shown", 0, 0)
-    return results | shown(study, sweeps)
+        yield "repeats", lambda: _if_made("repeats", repeats_of(source, sweeps, how.repeats, out, engine, progress))
+
+
+def _if_made(name: str, data: xr.Dataset | None) -> Datasets:
+    return {} if data is None else {name: data}
 
 
 def shown(study: Study, sweeps: xr.Dataset) -> Datasets:

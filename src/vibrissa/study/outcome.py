@@ -35,8 +35,11 @@ def attempting(study: Study, failed: Failures) -> Attempt:
     """
     one, many = study.movie or study.film, study.laboratory or study.sweeps is not None
     alone = [bool(part) for part in (one, many, study.only_surface, study.cortex)].count(True)
-    if alone + len(study.base_signal) + len(study.neural) == 1:
-        return plainly
+    return plainly if alone + len(study.base_signal) + len(study.neural) == 1 else noting(failed)
+
+
+def noting(failed: Failures) -> Attempt:
+    """Do parts of which each may fail; the reasons go to ``failed``, what the machine refuses is raised."""
 
     def attempt(thing: str, work: Callable[[], dict[str, xr.Dataset]]) -> dict[str, xr.Dataset]:
         try:

@@ -101,10 +101,10 @@ def _modulus(sweeps: xr.Dataset) -> Here:
 def _collapse(mode: int, sweeps: xr.Dataset) -> Here:
     """Share of the variance of κ that κ(ε) explains, one E for all sweeps."""
     found, model = _kappa(sweeps, mode)
-    found = found / np.exp(np.nanmean(np.log(_modulus_ratio(sweeps))) / 2)
     made = np.isfinite(found) & np.isfinite(model)
     if made.sum() < 3:
         return Here(note="fewer than 3 sweeps")
+    found = found / np.exp(np.nanmean(np.log(_modulus_ratio(sweeps))) / 2)
     index = np.flatnonzero(made).astype(float)
 
     def r2(chosen: Array) -> float:

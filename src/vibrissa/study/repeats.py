@@ -126,10 +126,11 @@ def film_repeats(
         ``run_motion`` as tracked and ``run_motion_true`` (repetition, run, run_time): y of the node about its mean,
         down the image [m]. Attributes: the jitter, ``run_arc`` [m], ``speed`` [m/s].
     """
-    jitter, scene = jitter or Jitter(), lay_out(prediction, film)
+    jitter = jitter or Jitter()
     found, true = [], []
     for _ in range(n_runs * n_repetitions):
         again = run_again(prediction, jitter, film.camera.frame_rate, rng)
+        scene = lay_out(again, film)  # the pad has moved
         tracked, arc = _tracked(again, replace(film, seed=int(rng.integers(2**31))), scene, distance)
         exact = true_profile(again, film, scene, np.array([arc])).y.values[:, 0]
         found.append(tracked - tracked.mean())

@@ -23,7 +23,7 @@ from vibrissa.study.backward import Progress, analyse, counted, followed, still_
 from vibrissa.study.base_signals import BaseSignal, analyse_signal
 from vibrissa.study.lines import base_lines, sweep_lines
 from vibrissa.study.many import many_sweeps, posture_of
-from vibrissa.study.outcome import Attempt, Failures, attempting, not_analysed, not_fitted
+from vibrissa.study.outcome import Failures, attempting, not_analysed, not_fitted, noting
 from vibrissa.study.populations import populations_of
 from vibrissa.study.provenance import earlier_results, write_provenance
 from vibrissa.study.report import write_report
@@ -82,8 +82,7 @@ def run_study(
     out = Path(out).absolute()
     with held(out) as work, single_threaded():
         failed: Failures = {}
-        attempt = attempting(study, failed)
-        results = _results(study, work, out, engine, progress or (lambda *_: None), attempt)
+        results = _results(study, work, out, engine, progress or (lambda *_: None), failed)
         lines = not_analysed(results, failed)
         write_report(study, results, work / "report.html", partial(read_series, out), lines)
         for name, data in results.items():
@@ -114,10 +113,11 @@ def _told(results: Datasets) -> xr.Dataset:
 
 
 def _results(
-    study: Study, work: Path, out: Path, engine: Engine | None, progress: Progress, attempt: Attempt
+    study: Study, work: Path, out: Path, engine: Engine | None, progress: Progress, failed: Failures
 ) -> Datasets:
     """Every dataset the study's parts allow, in the order of the work."""
     results: Datasets = {}
+    attempt = attempting(study, failed)
     for number, signal in enumerate(study.base_signal, 1):
         progress("base signals", number, len(study.base_signal))
         name = f"base_signal_{number}"
@@ -126,7 +126,7 @@ def _results(
         progress("scan of the surface", 0, 0)
         results |= attempt("texture", partial(surface_results, study))
     if study.laboratory is not None or study.sweeps is not None:
-        results |= attempt("sweeps", partial(many_sweeps, study, out, engine, progress))
+        results |= attempt("sweeps", partial(many_sweeps, study, out, engine, progress, noting(failed)))
     if study.film is not None or study.movie is not None:
         results |= attempt("movie", partial(_one_movie, study, work, progress))
     return results | populations_of(study, out, engine, progress, attempt)
