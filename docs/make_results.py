@@ -1,0 +1,48 @@
+"""Write the tables of docs/results.md from a folder of results: truth and found, and paper | here | same?.
+
+python docs/make_results.py FOLDER
+"""
+
+import sys
+from pathlib import Path
+
+from vibrissa.files import load, written_whole
+from vibrissa.study.paper_numbers import compare, html_rows
+
+DOCS = Path(__file__).parent
+
+
+def line(*cells):
+    """One line of a table."""
+    return "| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |\n"
+
+
+def truth(verdict):
+    """Truth and found over the sweeps."""
+    text = line("quantity", "median error", "SD over sweeps", "95 % intervals that hold the truth", "sweeps")
+    text += line(*["---"] * 5)
+    for i in range(verdict.sizes["entry"]):
+        name, unit = str(verdict.quantity.values[i]), str(verdict.error_unit.values[i])
+        median, spread = (float(verdict[f"error_{end}"][i]) for end in ("median", "spread"))
+        covered = f"{100 * float(verdict.covered[i]):.0f} %"
+        if unit == "1":
+            errors = f"{100 * median:+.3f} %", f"{100 * spread:.2f} %"
+        else:
+            errors = f"{median:+.5f} {unit}", f"{spread:.5f} {unit}"
+        text += line(name, *errors, covered, int(verdict.entry_count[i]))
+    return text
+
+
+def paper(results):
+    """Every number of the paper beside what came out here."""
+    text = line("paper", "Fig.", "here", "origin", "same?") + line(*["---"] * 5)
+    for row in html_rows(compare(results)):
+        text += line(row["paper"], row["figure"], row["here"], row["origin"], row["verdict"])
+    return text
+
+
+if __name__ == "__main__":
+    results = {path.stem: load(path) for path in sorted(Path(sys.argv[1]).glob("*.nc"))}
+    for name, text in (("truth", truth(results["sweep_verdict"])), ("paper", paper(results))):
+        with written_whole(DOCS / f"results-{name}.txt") as temporary:
+            temporary.write_text(text, encoding="utf-8")
