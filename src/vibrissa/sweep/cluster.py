@@ -153,8 +153,11 @@ def alone(function: Callable[[Item], Result], item: Item, wanted: str) -> Result
     """Call it on one thread, for sums of several differ in the last bit; refused by a worker of another version."""
     if wanted != __version__:
         raise _stranger(f"on {socket.gethostname()}", __version__)
+    import dask
+
     _one_thread()
-    return function(item)
+    with dask.config.set(scheduler="synchronous"):  # else xarray writes files under a lock of the whole cluster
+        return function(item)
 
 
 @cache
