@@ -197,3 +197,8 @@ def test_friction_noise_drives_the_modes_as_equation_six_says(prediction):
 def test_nuisances_out_of_range_are_refused(name, value):
     with pytest.raises(InputError, match=f"Nuisance.{name}"):
         Nuisance(**{name: value})
+
+
+def test_a_sweep_that_would_not_fit_into_memory_is_refused_beforehand():
+    with pytest.raises(InputError, match="at most 48000 frames, to be analysed in 2 GiB of memory, got 60000; cut it"):
+        dataclasses.replace(SMALL, n_frames=60_000, texture_length=6.0)

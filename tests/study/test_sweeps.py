@@ -11,6 +11,7 @@ import xarray as xr
 from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.files import load, save
 from vibrissa.mechanics.stationary import fit_profile
+from vibrissa.study import sweep_table as sweep_table_module
 from vibrissa.study.laboratory import Laboratory, plan
 from vibrissa.study.nuisance import Nuisance
 from vibrissa.study.recorded_sweeps import read_sweeps
@@ -238,3 +239,10 @@ def test_units_of_the_header_are_those_of_the_numbers(tmp_path):
     assert (one.scan_speed, one.base_height, one.pixel_size) == pytest.approx((0.15, 0.02, 95e-6))
     assert (one.seed, one.skin, one.run, one.texture) == ((120, 44), (3, 40), 2, None)
     assert one.folder == tmp_path
+
+
+def test_a_recorded_sweep_that_would_not_fit_into_memory_is_rejected(recorded, tmp_path, monkeypatch):
+    monkeypatch.setattr(sweep_table_module, "MOST_FRAMES", 499)
+    (tmp_path / "sweeps.csv").write_text(HEADER + f"track.nc,{recorded}\n")
+    found = run_recorded(tmp_path / "sweeps.csv", tmp_path / "out", engine=ONE)
+    assert "must have at most 499 frames" in found.rejected.values[0]

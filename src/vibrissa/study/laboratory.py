@@ -17,6 +17,7 @@ from vibrissa.mechanics.profile import Posture
 from vibrissa.mechanics.response import Form
 from vibrissa.mechanics.superposition import Scan, predict
 from vibrissa.study.nuisance import Nuisance
+from vibrissa.study.sweep_table import refuse_long
 from vibrissa.texture.surface import Troughs, random_grating
 from vibrissa.video.camera import Camera
 from vibrissa.whisker import Whisker, atlas
@@ -143,6 +144,7 @@ class Laboratory:
         longest = self._plate(max(self.speeds))
         if self.n_frames != "plate" and not 1 <= self.n_frames <= longest:
             raise InputError("Laboratory.n_frames", "must not outlast the texture", self.n_frames, f"at most {longest}")
+        refuse_long(max(self.frames(speed) for speed in self.speeds))
 
     @property
     def _lists(self) -> tuple[tuple[str, ...], ...]:

@@ -17,7 +17,9 @@ from vibrissa.mechanics.superposition import FASTEST
 from vibrissa.study.backward import track_file
 from vibrissa.study.settings import MovieFile
 from vibrissa.study.sweep_analysis import Known, Line, Row, analyse_sweep, followed_throughout
+from vibrissa.study.sweep_table import refuse_long
 from vibrissa.texture.io import read_troughs
+from vibrissa.video.movie import open_movie
 from vibrissa.video.tracking import Calibration
 from vibrissa.video.tracks import read_tracks
 from vibrissa.whisker import Whisker, atlas_whisker
@@ -228,7 +230,10 @@ def recorded_sweep(sweep: RecordedSweep) -> tuple[Row, xr.Dataset]:
     InputError
         If a file is missing or bad, or the whisker was lost.
     """
+    if sweep.movie is not None and (sweep.folder / sweep.movie).exists():
+        refuse_long(open_movie(sweep.folder / sweep.movie).frame_count)
     profile, substrate = profile_of(sweep)
+    refuse_long(profile.sizes["time"])
     followed_throughout(profile)
     texture = None if sweep.texture is None else read_troughs(sweep.folder / sweep.texture)
     known = Known(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa import __version__
+from vibrissa.errors import InputError
 from vibrissa.quantities import QUANTITIES
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ WHAT = ("animal", "whisker_name", "texture", "condition", "run")  # what tells o
 SET = ("scan_speed", "base_height", "length", "cone_angle", "timescale")  # what the experimenter set or measured
 COORDINATES = WHAT + SET
 N_MODES = 3
+MOST_FRAMES = 48_000  # 28,000 of 400 nodes are analysed in 1.3 GiB
 BY_MODE = (
     *(
         f"{name}{forcing}{end}"
@@ -82,6 +84,13 @@ def sweep_table(rows: Sequence[Mapping[str, Any]], attrs: Mapping[str, Any] | No
     coordinates = {name: ((name,), values, _words(name)) for name, values in numbers.items()}
     whole = xr.Dataset(table, coordinates, {**(attrs or {}), "vibrissa_version": __version__})
     return whole.set_coords(list(COORDINATES))
+
+
+def refuse_long(frames: int) -> None:
+    """Refuse a sweep of more frames than are analysed in 2 GiB of memory."""
+    if frames > MOST_FRAMES:
+        rule = f"must have at most {MOST_FRAMES} frames, to be analysed in 2 GiB of memory"
+        raise InputError("a sweep", rule, frames, "cut it into several")
 
 
 def _labelled(name: str, values: list[Any]) -> tuple[tuple[str, ...], np.ndarray, dict[str, str]]:
