@@ -131,12 +131,20 @@ class Folder:
     span: float
     commands: int = 0
     rows: list[tuple[str, float, str]] = field(default_factory=list)
+    runs: list[subprocess.Popen[bytes]] = field(default_factory=list)
+
+    def close(self) -> None:
+        """Wait for every run, and close what it was heard by."""
+        for run in self.runs:
+            run.wait()
+            if run.stderr:
+                run.stderr.close()
 
     def run(self) -> subprocess.Popen[bytes]:
         self.commands += 1
-        return subprocess.Popen(
-            self.command(self.place, self.cluster.address), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
-        )
+        words = self.command(self.place, self.cluster.address)
+        self.runs.append(subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE))
+        return self.runs[-1]
 
     def kill(self, kind: str, run: subprocess.Popen[bytes]) -> str:
         """Kill one, and give what the run said of it, if it ended."""
@@ -201,6 +209,7 @@ def try_out(
     finally:
         watch.done = True
         thread.join()
+        folder.close()
     found = results(folder.place)
     faults = [f"{name}: not as undisturbed" for name in sorted(known) if found.get(name) != known[name]]
     faults += [f"{name}: seen half-written or other" for name in sorted(watch.wrong)]
