@@ -6,7 +6,7 @@ import os
 import shutil
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vibrissa.errors import InputError, install
 
@@ -42,7 +42,7 @@ def save_zarr(data: xr.Dataset, path: Path) -> None:
     refuse_zarr(path)
     new, old = (path.absolute().with_name(f".{path.stem}.{os.getpid()}.{part}.zarr") for part in ("part", "old"))
     try:
-        data.to_zarr(new, mode="w", zarr_format=2, consolidated=True)
+        data.to_zarr(new, mode="w", consolidated=True, **_format())
         if path.exists():
             os.replace(path, old)
         os.replace(new, path)
@@ -51,3 +51,10 @@ def save_zarr(data: xr.Dataset, path: Path) -> None:
     finally:
         shutil.rmtree(new, ignore_errors=True)
         shutil.rmtree(old, ignore_errors=True)
+
+
+def _format() -> dict[str, Any]:
+    """The second format, which all read: the only one that zarr 2 writes, and it is not asked for it."""
+    from importlib.metadata import version
+
+    return {"zarr_format": 2} if int(version("zarr").partition(".")[0]) > 2 else {}
