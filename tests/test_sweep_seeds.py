@@ -91,7 +91,7 @@ def test_the_verb_writes_a_map_for_each_seed(vibrissa, tmp_path):
 
 
 def test_a_large_map_is_a_whole_folder_of_zarr(vibrissa, tmp_path):
-    pytest.importorskip("zarr", reason="the extra cluster is not installed: pip install 'vibrissa[cluster]'")
+    pytest.importorskip("zarr", minversion="3", reason="zarr 3 is not installed, and xarray no longer writes with 2")
     words = ("sweep", "--seeds", "1,2", "--grating-length", "0.01", *WHERE, *CONE, "--scheduler", "synchronous")
     for name in ("map.nc", "map.zarr", "map.zarr"):  # the second replaces the first
         assert vibrissa(*words, "--out", tmp_path / name)[::2] == (0, "")

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 import shutil
+from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from vibrissa.errors import InputError, install
 
@@ -22,8 +23,8 @@ def refuse_zarr(path: Path) -> None:
     InputError
         If zarr is not installed, the name is taken by something else, or its folder cannot be written.
     """
-    if find_spec("zarr") is None:
-        raise InputError("--out", "needs zarr", str(path), f"{install('cluster')}, or a name in .nc")
+    if find_spec("zarr") is None or int(version("zarr").partition(".")[0]) < 3:  # xarray no longer writes with zarr 2
+        raise InputError("--out", "needs zarr 3", str(path), f"{install('cluster')}, or a name in .nc")
     parent = path.absolute().parent
     if not (parent.is_dir() and os.access(parent, os.W_OK)):
         raise InputError("--out", "must lie in an existing folder that can be written", str(path), "choose another")
@@ -42,7 +43,7 @@ def save_zarr(data: xr.Dataset, path: Path) -> None:
     refuse_zarr(path)
     new, old = (path.absolute().with_name(f".{path.stem}.{os.getpid()}.{part}.zarr") for part in ("part", "old"))
     try:
-        data.to_zarr(new, mode="w", consolidated=True, **_format())
+        data.to_zarr(new, mode="w", zarr_format=2, consolidated=True)
         if path.exists():
             os.replace(path, old)
         os.replace(new, path)
@@ -51,10 +52,3 @@ def save_zarr(data: xr.Dataset, path: Path) -> None:
     finally:
         shutil.rmtree(new, ignore_errors=True)
         shutil.rmtree(old, ignore_errors=True)
-
-
-def _format() -> dict[str, Any]:
-    """The second format, which all read: the only one that zarr 2 writes, and it is not asked for it."""
-    from importlib.metadata import version
-
-    return {"zarr_format": 2} if int(version("zarr").partition(".")[0]) > 2 else {}
