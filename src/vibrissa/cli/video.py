@@ -87,13 +87,9 @@ def track(
     from vibrissa.files import save
     from vibrissa.study.backward import followed, track_file
     from vibrissa.study.settings import MovieFile
-    from vibrissa.video.tracking import Calibration
 
-    Calibration(frame_rate=1.0 if frame_rate is None else frame_rate, pixel_size=pixel_size)  # refuses before the work
     out = out or Path(movie.name).with_suffix(".nc")
-    refuse_out(out)
-    if preview is not None and preview.suffix not in (".mp4", ".mkv", ".png"):
-        raise InputError("--preview", "must end in .mp4, .mkv or .png", str(preview))
+    _refuse_before(frame_rate, pixel_size, out, preview)
     seeds, area = points_of(seed, "--seed"), pixels_of(region, "--region")
     if not seeds:
         seeds, base = _found(movie, polarity, base, area)
@@ -221,6 +217,16 @@ def remarks_on(profile: xr.Dataset) -> None:
             tell(f"whisker {whisker} is rejected: {reason}")
     if "led_frame" in profile.attrs:
         tell(f"the lamp lights in frame {profile.attrs['led_frame']}")
+
+
+def _refuse_before(frame_rate: float | None, pixel_size: float, out: Path, preview: Path | None) -> None:
+    """Refuse, before any work, what would only fail after it."""
+    from vibrissa.video.tracking import Calibration
+
+    Calibration(frame_rate=1.0 if frame_rate is None else frame_rate, pixel_size=pixel_size)
+    refuse_out(out)
+    if preview is not None and preview.suffix not in (".mp4", ".mkv", ".png"):
+        raise InputError("--preview", "must end in .mp4, .mkv or .png", str(preview))
 
 
 def _found(
