@@ -35,6 +35,48 @@ def test_a_file_that_does_not_serve_is_refused_by_its_name(tmp_path):
         figure_of("9", tmp_path / "spikes.nc")
 
 
+def recording(folder, end, name):
+    """Save what a study writes of one recording; its name is in the captions of both figures."""
+    n, rng = 120, np.random.default_rng(len(name))
+    save(units().assign_attrs(label=name, note=f" Of {name}."), folder / f"units{end}.nc")
+    spikes = dataset(spike_time=rng.uniform(0, 1, 40), spike_trial=rng.integers(0, 5, 40))
+    save(spikes.assign_attrs(source=name), folder / f"spikes{end}.nc")
+    rates = {"firing_rate": rng.uniform(0, 50, n), "bin_envelope": rng.uniform(0, 1e-4, n)}
+    response = dataset({"bin_width": 0.01, "n_trials": 5}, bin=0.01 * np.arange(n), **rates)
+    save(response, folder / f"response{end}.nc")
+
+
+def caption(number, given):
+    return " ".join(figure_of(number, given).get_supxlabel().split())
+
+
+def test_of_several_recordings_one_must_be_chosen_and_is_drawn(vibrissa, tmp_path):
+    for end, name in (("_2", "second"), ("_10", "tenth")):
+        recording(tmp_path, end, name)
+    for number in "89":
+        code, out, err = vibrissa("figure", number, tmp_path, "--out", tmp_path / "figure.png")
+        assert (code, out) == (2, "")
+        told = f"{tmp_path} holds 2: units_2.nc (second), units_10.nc (tenth); give {tmp_path / 'units_10.nc'}, say"
+        assert err == f"vibrissa: figure {number} must be of one recording, and {told}\n"
+        assert not (tmp_path / "figure.png").exists()
+    assert "of second" in caption("8", tmp_path / "units_2.nc")
+    assert "of tenth" in caption("8", tmp_path / "spikes_10.nc")
+    assert caption("9", tmp_path / "units_2.nc").endswith("Of second.")
+
+
+def test_the_only_recording_of_a_folder_is_drawn_whatever_its_number(tmp_path):
+    recording(tmp_path, "_1", "only")
+    assert "of only" in caption("8", tmp_path)
+    assert caption("9", tmp_path).endswith("Of only.")
+
+
+def test_a_population_beside_recordings_keeps_its_figures(tmp_path):
+    for end, name in (("", "cortex"), ("_1", "first"), ("_2", "second")):
+        recording(tmp_path, end, name)
+    assert "of cortex" in caption("8", tmp_path)
+    assert caption("9", tmp_path).endswith("Of cortex.")
+
+
 def test_figures_of_the_model_say_for_which_studies_they_are_made():
     for name in ("gap", "gaps", "gain_map"):
         assert "made of [laboratory], sweeps or a surface alone" in REASONS[name]

@@ -211,8 +211,8 @@ def figure(number: str, results: Path, *, out: Path) -> None:
     number
         1 to 9 as in the paper; 6ab and 7e for the model's panels.
     results
-        Folder that `run` or `sweeps` wrote, or one dataset of it under the name that it has there (gap.nc); for figure
-        9 a table of units of any name.
+        Folder that `run` or `sweeps` wrote, or one dataset of it under the name that it has there (gap.nc); of several
+        recordings the table of units of one (units_2.nc), for figure 8 too; for figure 9 a table of units of any name.
     out
         Picture to write: .png, .pdf or .svg.
     """

@@ -86,6 +86,8 @@ GALLERY = (
 
 SURFACE = "From the surface to the follicle (model)"
 UNITS = {"significant", "threshold", "slope"}  # what a table of units holds, whatever the file's name
+RECORDING = ("units", "spikes", "response", "motion", "unit")  # names of the results of a recording
+OF_RECORDINGS = {"8": "spikes", "9": "units"}  # figures of which a folder may hold several, one for each of these files
 ONLY_WHERE_MADE = ("2", "6ab", "7e", "9")  # of the model alone, or of a verb of its own: no part of every study
 
 REASONS = {
@@ -145,27 +147,53 @@ def figure_of(number: str, folder: str | Path) -> Figure:
         As in the paper: 1 … 9, 6ab, 7e.
     folder : path
         Folder that ``vibrissa run`` or ``vibrissa sweeps`` wrote; or one dataset that is named as a result is
-        (``gap.nc``), of several recordings with the number of one (``units_2.nc``). A table of units may have any name.
+        (``gap.nc``). One of several recordings is told by its table of units (``units_2.nc``), for Figure 8 too, whose
+        spikes are looked for beside it. A table of units may have any name.
 
     Raises
     ------
     InputError
-        If the results do not serve the figure; says what is missing.
+        If the results do not serve the figure, and says what is missing; or serve it several times, and says of whom.
     """
     given = Path(folder)
     whole = given.is_dir()
-    results = {path.stem: load(path) for path in sorted(given.glob("*.nc"))} if whole else _of_file(given)
+    results = _of_folder(number, given) if whole else _of_file(number, given)
     figure = made(best_entry(number, results), results, partial(read_series, given if whole else given.parent))
     if isinstance(figure, str):
         raise InputError(f"figure {number}", f"cannot be made of {given} ({figure})")
     return figure
 
 
-def _of_file(path: Path) -> dict[str, xr.Dataset]:
-    """One result under the name that it has in a folder: units by what is in the table, others by the file's name."""
+def _of_folder(number: str, folder: Path) -> dict[str, xr.Dataset]:
+    """Results under their names; those of the only recording that has this figure under the names without a number."""
+    results = {path.stem: load(path) for path in sorted(folder.glob("*.nc"))}
+    name = OF_RECORDINGS.get(number)
+    if name is None or name in results:
+        return results
+    ends = sorted((one.removeprefix(name) for one in results if re.fullmatch(rf"{name}_\d+", one)), key=_place)
+    if len(ends) > 1:
+        labels = [results[one].attrs.get("label", "") if (one := f"units{end}") in results else "" for end in ends]
+        several = ", ".join(f"units{end}.nc ({label})" for end, label in zip(ends, labels, strict=True))
+        rule = f"must be of one recording, and {folder} holds {len(ends)}: {several}"
+        raise InputError(f"figure {number}", rule, remedy=f"give {folder / f'units{ends[-1]}.nc'}, say")
+    return results | {part: results[part + end] for end in ends for part in RECORDING if part + end in results}
+
+
+def _place(end: str) -> int:
+    return int(end.removeprefix("_"))
+
+
+def _of_file(number: str, path: Path) -> dict[str, xr.Dataset]:
+    """One result under the name that it has in a folder: units by what is in the table, others by the file's name.
+
+    For Figure 8 with what else there is of the same recording.
+    """
     data = load(path)
-    name = "units" if set(data.variables) >= UNITS else re.sub(r"_\d+$", "", path.stem)
-    return {name: data}
+    name = re.sub(r"_\d+$", "", path.stem)
+    end = path.stem.removeprefix(name)
+    files = {part: path.with_name(f"{part}{end}.nc") for part in RECORDING if number == "8" and name in RECORDING}
+    beside = {part: load(file) for part, file in files.items() if file.is_file()}
+    return {**beside, "units" if set(data.variables) >= UNITS else name: data}
 
 
 def surface_figures(results: Results) -> list[tuple[str, Figure]]:
