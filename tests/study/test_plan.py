@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -18,20 +19,6 @@ from vibrissa.study.settings import Study, read_study
 from vibrissa.study.study import run_study
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-SURFACE = """name = "a surface"
-[whisker]
-length = 0.04
-cone_angle = 1.5e-3
-tip = 0.05
-[posture]
-contact = 0.29
-base_angle = 1.2
-[scan]
-speed = 0.1
-damping = 0.11
-[texture]
-file = "gap.csv"
-"""
 
 
 def small(n_frames):
@@ -97,17 +84,17 @@ def test_sixty_virtual_sweeps_take_what_they_took():
 
 
 def test_a_surface_alone_is_planned_with_its_file(tmp_path):
-    (tmp_path / "s.toml").write_text(SURFACE)
-    (tmp_path / "gap.csv").write_text("position,width\n0,0.001\n")
-    study = read_study(tmp_path / "s.toml")
+    for name in ("surface-file.toml", "ridges.csv"):
+        shutil.copy(EXAMPLES / name, tmp_path)
+    study = read_study(tmp_path / "surface-file.toml")
     assert given(study) == ["whisker", "posture", "scan", "texture"]
     assert {"movie", "laboratory", "base_signal"} <= set(absent(study))
     (file,) = inputs(study)
-    assert (file.name, file.size, file.problem) == ("gap.csv", 23, "")
+    assert (file.name, file.size, file.problem) == ("ridges.csv", (EXAMPLES / "ridges.csv").stat().st_size, "")
     refuse_missing(inputs(study))
     assert "the vibration that is predicted" in "\n".join(parts_lines(study))
-    (tmp_path / "gap.csv").unlink()
-    with pytest.raises(InputError, match=r"gap\.csv must be an existing file$"):
+    (tmp_path / "ridges.csv").unlink()
+    with pytest.raises(InputError, match=r"ridges\.csv must be an existing file$"):
         refuse_missing(plan_study(study).inputs)
 
 
