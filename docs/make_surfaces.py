@@ -39,7 +39,7 @@ def panel(axes, relief, title, **look):
     """Height along the scan, in the unit that suits it."""
     factor, unit = scale(relief.height)
     axes.plot(relief.position * 1e3, relief.height * factor, **look)
-    axes.set(title=title, xlabel="place (mm)", ylabel=f"height ({unit})")
+    axes.set(title=title, xlabel="place [mm]", ylabel=f"height [{unit}]")
     return factor
 
 
@@ -50,7 +50,7 @@ def answer(axes, prediction):
     factor, unit = scale(u)
     axes.plot(t * 1e3, u * factor, color=FOUND)
     distance = (1 - POINT) * WHISKER.length
-    axes.set(title=f"shaft, {distance * 1e3:g} mm from its base", xlabel="time (ms)", ylabel=f"displacement ({unit})")
+    axes.set(title=f"shaft, {distance * 1e3:g} mm from its base", xlabel="time [ms]", ylabel=f"displacement [{unit}]")
 
 
 @house_style
