@@ -1,7 +1,10 @@
 """Profiles held at a grid by compiled loops are those that collocation holds; what is expected only saves time."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from numpy.polynomial import chebyshev
 
 from vibrissa.errors import InputError
 from vibrissa.mechanics.contact import episodes
@@ -61,10 +64,12 @@ def test_a_box_beyond_the_fold_is_refused_with_the_place(table):
         held_table(table.flat, Box((-0.02, -1e-3), (2.0, 5e-4), table.box.tilt), reach=0.05)
 
 
-@pytest.mark.parametrize("expected", [(-0.05, 0.01), (-1e-4, 1e-5), (-5.0, 3.0)], ids=["wide", "narrow", "absurd"])
-def test_what_is_expected_of_a_scan_changes_nothing_but_its_time(expected):
+@pytest.mark.parametrize("extent", [(-0.05, 0.01), (-1e-4, 1e-5), (-5.0, 3.0)], ids=["wide", "narrow", "absurd"])
+@pytest.mark.parametrize("enough", [(14, 6), (27, 12)])
+def test_what_is_expected_of_a_scan_changes_nothing_but_its_time(extent, enough):
+    like = SimpleNamespace(extent=extent, table=SimpleNamespace(enough=enough))
     relief, flat = self_affine(0.01, rng=np.random.default_rng(3), rms=3e-6, spacing=5e-6), on_the_flat(POSTURES[0])
-    plain, other = episodes(relief, WHISKER, flat), episodes(relief, WHISKER, flat, expected=expected)
+    plain, other = episodes(relief, WHISKER, flat), episodes(relief, WHISKER, flat, like=like)
     travelled = np.linspace(0, plain.travelled[-1], 500)
     np.testing.assert_array_equal(other.kind, plain.kind)
     np.testing.assert_allclose(other.contact(travelled), plain.contact(travelled), atol=1e-9)
@@ -72,3 +77,20 @@ def test_what_is_expected_of_a_scan_changes_nothing_but_its_time(expected):
     sheared = np.subtract(plain.contact(travelled)[0], plain.table.box.tilt * plain.contact(travelled)[1])
     assert low <= sheared.min() + 1e-12 < sheared.max() - 1e-12 <= high
     assert plain.table.box.low[0] <= low <= high <= plain.table.box.high[0]
+
+
+def test_a_table_has_as_many_nodes_as_it_takes_in_either_direction_and_tells_how_few_would_do():
+    """High ground takes more than low; begun with what was enough, the table is the same to its tolerance."""
+    flat = on_the_flat(POSTURES[0])
+    low, high = (held_table(flat, Box((-0.05, -z), (0.01, z), flat_tilt(flat)), 0.1) for z in (1e-4, 6e-3))
+    assert low.shape[0] <= high.shape[0]
+    assert low.shape[1] < high.shape[1]
+    again = held_table(flat, high.box, high.reach, high.enough)
+    assert again.shape == high.enough
+    assert again.enough == high.enough
+    finest = held_table(flat, high.box, high.reach, (32, 14))
+    at = [np.linspace(-1, 1, 9)] * 2
+    first, second = np.meshgrid(*at)
+    values = [chebyshev.chebval2d(first, second, np.moveaxis(one.ahead, 0, -1)) for one in (again, high, finest)]
+    for one in values[:2]:
+        np.testing.assert_allclose(one, values[2], atol=2e-8 * np.abs(values[2]).max())

@@ -1,5 +1,7 @@
 """What the page draws is what `scan` computes, whatever was set before."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,7 @@ from vibrissa.neural.sensitivity import d_prime, roc_area
 from vibrissa.page.answers import answer, notes
 from vibrissa.page.bench import MODES, Bench, made_surface
 from vibrissa.page.contrast import discrimination, expected_counts
-from vibrissa.page.frames import packed, unpacked
+from vibrissa.page.frames import packed, sketched, unpacked
 from vibrissa.page.shaft import NODE
 from vibrissa.page.signals import RATE, TRIALS, live_arrays
 from vibrissa.page.state import read_state
@@ -118,6 +120,36 @@ def test_a_scan_that_lasts_too_long_is_refused():
 def test_the_free_end_is_told_of():
     told = notes(bench().predict(read_state(SHORT)))
     assert any("free end beyond the contact would touch ground" in line for line in told)
+
+
+def test_a_sketch_has_every_peak_where_it_was():
+    values = np.random.default_rng(0).normal(size=(2, 10_007)).astype("f4")
+    values[0, 10_000] = 9
+    few = sketched(values, 1000)
+    assert few.shape[0] == 2
+    assert 900 < few.shape[1] <= 1002
+    stretch = 2 * values.shape[1] / few.shape[1]
+    for line, short in zip(values, few, strict=True):
+        assert short.max() == line.max()
+        assert short.min() == line.min()
+        assert short.argmax() / 2 * stretch == pytest.approx(line.argmax(), abs=1.1 * stretch)
+    k = np.arange(10_007, dtype="f4")
+    np.testing.assert_array_equal(np.diff(sketched(k, 1000)[:-2]) > 0, True)  # in the order in which they come
+    assert sketched(k, 20_000) is k
+
+
+def test_a_long_message_is_a_sketch_but_for_what_is_heard_and_where_the_contact_is():
+    state = {"a.length": 0.2}
+    facts, told = unpacked(answer(bench(), json.dumps({"id": 1, "want": "live", "state": state})))
+    known = read_state(state)
+    arrays = live_arrays(bench().predict(known), known.unit)
+    for name in ("excursion", "displacement", "spectrogram", "shaft_x"):
+        np.testing.assert_array_equal(told[name], arrays[name])
+    for name in ("modes", "envelopes", "moment", "firing"):
+        assert told[name].shape[-1] < 4100 < arrays[name].shape[-1]
+        np.testing.assert_array_equal(told[name].max(axis=-1), arrays[name].max(axis=-1))
+    np.testing.assert_allclose(facts["rms"], arrays["modes"].std(axis=1), rtol=1e-5)
+    np.testing.assert_allclose(facts["curvature_by_moment"] * arrays["moment"], arrays["curvature"], rtol=1e-5)
 
 
 def test_a_message_is_read_back_as_it_was_packed():

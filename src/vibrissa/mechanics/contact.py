@@ -26,6 +26,7 @@ STICK, GLIDE = 0, 1
 _TRIES = 24  # enlargements of the tables
 _WIDER = 1.5  # each
 _FIRST = (-0.2, 0.05)  # excursions first tabulated, over the distance at which the profile clears all heights
+_MARGIN = 1.1  # of the excursions expected, over those of the like scan
 _LEAST = 2e-3  # [L] neither box nor reach is smaller
 
 
@@ -105,7 +106,7 @@ def episodes(
     whisker: Whisker,
     flat: Held,
     table: HeldTable | None = None,
-    expected: tuple[float, float] | None = None,
+    like: Episodes | None = None,
 ) -> Episodes:
     """Follow the contact over a relief.
 
@@ -125,28 +126,26 @@ def episodes(
         The posture on the flat, at height 0.
     table : HeldTable, optional
         Of the same posture, to be used as far as it serves.
-    expected : (float, float), optional
-        As :attr:`Episodes.extent` of a like scan: where no table serves, one is made for them, which saves widening it.
+    like : Episodes, optional
+        Of a scan that went much the same way: where no table serves, one is made at once as large and fine as it took.
 
     Raises
     ------
     InputError
         If the posture cannot follow the surface; the message tells where.
     """
-    if expected is not None:
+    if like is not None:
         with suppress(InputError):  # as much may be more than this posture can follow, and than this surface asks for
-            return _followed(relief, whisker, flat, table, expected)
+            return _followed(relief, whisker, flat, table, like)
     return _followed(relief, whisker, flat, table, None)
 
 
-def _followed(
-    relief: Relief, whisker: Whisker, flat: Held, table: HeldTable | None, expected: tuple[float, float] | None
-) -> Episodes:
+def _followed(relief: Relief, whisker: Whisker, flat: Held, table: HeldTable | None, like: Episodes | None) -> Episodes:
     ground = _ground(relief, whisker.length)
     heights = float(ground[1].min()), float(ground[1].max())
     if table is None or not _serves(table, flat, heights):
         try:
-            table = _first_table(flat, heights, expected)
+            table = _first_table(flat, heights, like)
         except InputError as error:
             raise _too_much("the relief", error) from None
     for _ in range(_TRIES):
@@ -191,16 +190,17 @@ def _chords(x: Array, h: Array, start: NDArray[np.int64]) -> Array:
     return np.divide(rise, step, out=np.full(step.shape, np.inf), where=step > 0)
 
 
-def _first_table(flat: Held, heights: tuple[float, float], expected: tuple[float, float] | None) -> HeldTable:
+def _first_table(flat: Held, heights: tuple[float, float], like: Episodes | None) -> HeldTable:
     x, y = flat.position(np.linspace(flat.contact, 1, 400))
     clear = int(np.searchsorted(y - y[0], 2 * (heights[1] - heights[0])))
     reach = max(10 * _LEAST, float(1.3 * (x - x[0])[min(clear, 300)]))
     low, high = (share * reach for share in _FIRST)
-    if expected is not None:
-        low, high = min(expected[0], low / _WIDER), max(expected[1], high / _WIDER)
+    if like is not None:
+        went = [_MARGIN * end for end in like.extent]
+        low, high = min(went[0], low / _WIDER), max(went[1], high / _WIDER)
     margin = 1e-3 * (heights[1] - heights[0]) + 1e-6
     box = Box((low, min(heights[0], 0) - margin), (high, max(heights[1], 0) + margin), flat_tilt(flat))
-    return held_table(flat, box, reach)
+    return held_table(flat, box, reach) if like is None else held_table(flat, box, reach, like.table.enough)
 
 
 def _serves(table: HeldTable, flat: Held, heights: tuple[float, float]) -> bool:

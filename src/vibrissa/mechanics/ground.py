@@ -21,7 +21,8 @@ from vibrissa.mechanics.response import Form, held_rows, table_rows
 
 Array = NDArray[np.float64]
 
-_DEGREES = ((14, 6), (22, 10), (32, 14))  # Chebyshev nodes in excursion and height
+_COUNTS = ((14, 18, 22, 27, 32), (6, 8, 10, 12, 14))  # of Chebyshev nodes in excursion and in height, one of each
+_LEAST = (14, 6)
 _AHEAD = 18  # and along the substrate, towards the base
 _TAIL = 1e-9  # last coefficients over the largest: of d₂ a part in a million
 
@@ -84,6 +85,12 @@ class HeldTable:
         """Number of nodes of the excursion and of the height."""
         return self.unknowns.shape[0], self.unknowns.shape[1]
 
+    @property
+    def enough(self) -> tuple[int, int]:
+        """The fewest nodes that would have served."""
+        first, second = (next(n for n in _COUNTS[axis] if _tail(self.ahead, axis, n) < _TAIL) for axis in (0, 1))
+        return first, second
+
     def series(self, values: Array) -> Array:
         """Chebyshev coefficients (…, J, K) of what the profiles have, (…, J · K)."""
         first, second = (np.linalg.inv(chebyshev.chebvander(_nodes(n), n - 1)) for n in self.shape)
@@ -106,8 +113,8 @@ class HeldTable:
         return np.stack([x.T[which], y.T[which]]) + inside
 
 
-def held_table(flat: Held, box: Box, reach: float) -> HeldTable:
-    """Tabulate the profiles of a box, with as many nodes as it takes.
+def held_table(flat: Held, box: Box, reach: float, least: tuple[int, int] = _LEAST) -> HeldTable:
+    """Tabulate the profiles of a box, with as many nodes as it takes, ``least`` at first.
 
     Raises
     ------
@@ -116,12 +123,14 @@ def held_table(flat: Held, box: Box, reach: float) -> HeldTable:
     """
     u = reach * (1 + _nodes(_AHEAD)) / 2
     in_u = np.linalg.inv(chebyshev.chebvander(_nodes(_AHEAD), _AHEAD - 1))
-    for shape in _DEGREES:
+    shape: tuple[int, int] | None = least
+    while shape is not None:
         table = HeldTable(flat, box, _held(flat, box, shape), reach, np.empty(0))
         ahead = np.tensordot(in_u, table.series(_rises(table, u)), 1)
-        size = np.abs(ahead)
-        if max(size[:, -1].max(), size[:, :, -1].max()) < _TAIL * size.max():
+        short = [_tail(ahead, axis, n) >= _TAIL for axis, n in enumerate(shape)]
+        if not any(short):
             return replace(table, ahead=ahead)
+        shape = _finer(shape, short)
     raise InputError(
         "relief",
         "must be within what the posture can follow",
@@ -129,6 +138,21 @@ def held_table(flat: Held, box: Box, reach: float) -> HeldTable:
         "too near the fold",
         "lower the base angle, raise the contact, or flatten the surface",
     )
+
+
+def _tail(ahead: Array, axis: int, count: int) -> float:
+    """Largest of the last coefficients of as many nodes in excursion (0) or height (1), over the largest of all."""
+    size = np.abs(ahead)
+    return float(size.take(count - 1, 1 + axis).max() / size.max())
+
+
+def _finer(shape: tuple[int, int], short: list[bool]) -> tuple[int, int] | None:
+    """Two counts further in excursion or height, where nodes are short; none if there are no more."""
+    j, k = (
+        counts[min(counts.index(n) + 2, len(counts) - 1)] if one else n
+        for n, one, counts in zip(shape, short, _COUNTS, strict=True)
+    )
+    return None if (j, k) == shape else (j, k)
 
 
 def _nodes(count: int) -> Array:

@@ -117,7 +117,7 @@ def predict_relief(
     *,
     n_modes: int = 12,
     table: HeldTable | None = None,
-    expected: tuple[float, float] | None = None,
+    like: Episodes | None = None,
 ) -> ReliefPrediction:
     """Prepare the prediction for one whisker, posture, relief and scan.
 
@@ -132,8 +132,8 @@ def predict_relief(
         Number of modes.
     table : HeldTable, optional
         Profiles of the same posture, from an earlier prediction's ``episodes.table``; widened where it falls short.
-    expected : (float, float), optional
-        ``episodes.extent`` of an earlier prediction that went much the same way, which saves time.
+    like : Episodes, optional
+        Of an earlier prediction that went much the same way, which saves time.
 
     Raises
     ------
@@ -144,7 +144,7 @@ def predict_relief(
     check_tip(posture, whisker)
     check_scale(whisker, relief.position)
     unit_response(posture)  # refuse at once a posture beyond the fold
-    found = episodes(relief, whisker, on_the_flat(posture), table, expected)
+    found = episodes(relief, whisker, on_the_flat(posture), table, like)
     response = ground_response(found.table, form=scan.response, n_modes=n_modes, modes=scan.modes)
     return ReliefPrediction(whisker, posture, scan, relief, found, response)
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.mechanics.diagnostics import diagnostics, relief_diagnostics, relief_remarks, remarks
@@ -14,7 +15,7 @@ from vibrissa.mechanics.sampled import sampling_times
 from vibrissa.mechanics.superposition import Prediction
 from vibrissa.mechanics.topography import free_end_depth
 from vibrissa.page.contrast import discrimination, expected_counts
-from vibrissa.page.frames import packed
+from vibrissa.page.frames import packed, sketched
 from vibrissa.page.shaft import NODE
 from vibrissa.page.signals import RATE, live_arrays, node_motion
 from vibrissa.page.state import read_state
@@ -22,6 +23,7 @@ from vibrissa.page.state import read_state
 if TYPE_CHECKING:
     from vibrissa.page.bench import Bench, Motion
 
+SKETCHED, MOST = ("modes", "envelopes", "moment", "firing"), 4096  # drawn only, on fewer than 2,000 columns
 LONGEST_ASK = 1 << 16  # bytes of one question: a state is a thirtieth of it
 
 
@@ -82,9 +84,18 @@ def _on(hurried: Callable[[], bool]) -> None:
 def _live(bench: Bench, ask: Mapping[str, Any], hurried: Callable[[], bool]) -> bytes:
     state = read_state(ask["state"])
     prediction = bench.predict(state)
-    return packed(
-        {"id": ask["id"], "want": "live", **facts(prediction)}, live_arrays(prediction, state.unit, bench.ways(state))
-    )
+    arrays = live_arrays(prediction, state.unit, bench.ways(state))
+    told = {"id": ask["id"], "want": "live", **facts(prediction), **_levels(arrays)}
+    drawn = {name: values for name, values in arrays.items() if name not in ("curvature", "drive")}
+    return packed(told, drawn | {name: sketched(arrays[name], MOST) for name in SKETCHED})
+
+
+def _levels(arrays: Mapping[str, NDArray[np.float32]]) -> dict[str, Any]:
+    """Means and standard deviations of the modes [m], and curvature over moment at the base [1/(N m²)]."""
+    modes, moment = arrays["modes"].astype(float), np.abs(arrays["moment"])
+    most = int(moment.argmax())
+    bent = float(arrays["curvature"][most] / arrays["moment"][most]) if moment[most] else 0.0
+    return {"mean": modes.mean(axis=1).tolist(), "rms": modes.std(axis=1).tolist(), "curvature_by_moment": bent}
 
 
 def facts(prediction: Motion) -> dict[str, Any]:

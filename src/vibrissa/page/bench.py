@@ -20,6 +20,7 @@ from vibrissa.texture.surface import Reading, Troughs, periodic_grating, random_
 from vibrissa.whisker import Whisker
 
 if TYPE_CHECKING:
+    from vibrissa.mechanics.contact import Episodes
     from vibrissa.mechanics.gap import JumpTable
     from vibrissa.mechanics.ground import HeldTable
     from vibrissa.mechanics.profile import Posture
@@ -32,7 +33,6 @@ MODES = 3
 LONGEST = 6.0  # [s] of one scan: what the page draws stays a few megabytes
 ROUGH_SPACING = 5e-6  # [m] half the shortest wave of self-affine roughness
 KEPT = 8  # postures whose tables are kept
-MARGIN = 1.1  # of the excursions that the next posture is expected to make on the same kind of surface, over the last
 
 
 def made_surface(choice: Choice) -> Troughs | Relief:
@@ -72,7 +72,7 @@ class Bench:
         self._relief = lru_cache(KEPT)(self._relief_anew)
         self._ways: dict[tuple[float, float, Posture, Choice], Ways] = {}
         self._held: dict[Posture, HeldTable] = {}
-        self._went: dict[str, tuple[float, float]] = {}
+        self._went: dict[str, Episodes] = {}
 
     def predict(self, state: State, letter: str = "a") -> Motion:
         """The prediction for one of the two textures.
@@ -127,11 +127,10 @@ class Bench:
     def _relief_anew(self, length: float, posture: Posture, choice: Choice) -> ReliefPrediction:
         surface, scan = self.surface(choice), Scan(speed=0.1, damping=0.0)
         relief = Relief.from_troughs(surface) if isinstance(surface, Troughs) else surface
-        held, expected = self._held.pop(posture, None), self._went.get(choice.kind)
-        made = predict_relief(_cone(length), posture, relief, scan, n_modes=MODES, table=held, expected=expected)
+        held, like = self._held.pop(posture, None), self._went.get(choice.kind)
+        made = predict_relief(_cone(length), posture, relief, scan, n_modes=MODES, table=held, like=like)
         self._held = dict([*self._held.items()][1 - KEPT :]) | {posture: made.episodes.table}
-        low, high = made.episodes.extent
-        self._went[choice.kind] = MARGIN * low, MARGIN * high
+        self._went[choice.kind] = made.episodes
         return made
 
 

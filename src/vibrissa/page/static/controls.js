@@ -40,12 +40,13 @@ function numberControl(name, one, changed) {
     slider.addEventListener("input", () => changed(name, fromSlider(one, slider.valueAsNumber)));
     parts.push(slider);
   } else field.step = "1";
-  const show = value => {
-    const number = Number(value);
-    if (document.activeElement !== field) field.value = value === "" || !Number.isFinite(number) ? "" : String(rounded(number * one.scale));
+  const typed = () => field.value === "" ? NaN : rounded(Number(field.value) / one.scale);
+  const show = value => { // what already says so is left alone: someone may be typing or dragging there
+    const number = value === "" ? NaN : Number(value), known = Number.isFinite(number), text = known ? String(rounded(number * one.scale)) : "";
+    if (!Object.is(typed(), number)) field.value = text;
     if (!slider) return;
-    if (Number.isFinite(number) && document.activeElement !== slider) slider.value = toSlider(one, number);
-    slider.setAttribute("aria-valuetext", `${rounded(number * one.scale)} ${one.unit}`);
+    if (known && fromSlider(one, slider.valueAsNumber) !== number) slider.value = toSlider(one, number);
+    slider.setAttribute("aria-valuetext", `${text} ${one.unit}`);
   };
   return { parts, show };
 }
@@ -89,7 +90,8 @@ export function build(form, table, { changed, dropped }) {
 export function show(made, table, state) {
   const value = name => state.get(name) ?? table[name].default;
   for (const [name, control] of Object.entries(made)) {
-    control.show(value(name));
-    control.row.hidden = !Object.entries(table[name].only).every(([other, values]) => values.includes(String(value(other))));
+    if (control.shown !== value(name)) control.show(control.shown = value(name));
+    const hidden = !Object.entries(table[name].only).every(([other, values]) => values.includes(String(value(other))));
+    if (control.row.hidden !== hidden) control.row.hidden = hidden;
   }
 }

@@ -12,7 +12,7 @@ const EXPORTS = ["picture.png", "picture.svg", "data.nc", "signals.csv", "sound.
 
 let table, made, state, data = null, other = null, playing = null;
 let time = 0, last = null, paused = matchMedia("(prefers-reduced-motion: reduce)").matches;
-let cursors = [], socket = null, flying = null, waiting = null, count = 0, idle = 0;
+let cursors = [], socket = null, flying = null, waiting = null, count = 0, idle = 0, addressing = 0;
 let shownCount = 0, lasting = "", touched = 0;
 const latencies = [], wholes = []; // [ms] from the hand to the pictures in sight, and to all
 
@@ -94,6 +94,12 @@ function settle() {
   clearTimeout(idle);
   touched = performance.now();
   ask("live");
+  clearTimeout(addressing);
+  addressing = setTimeout(tellAddress, REST); // browsers take few changes of it in a second
+}
+
+function tellAddress() {
+  addressing = 0;
   const address = addressOf(state, table);
   if (address.length <= LONGEST_ADDRESS) history.replaceState(null, "", address);
   for (const link of $("exports").children) link.href = `export/a/${link.textContent}?${address.slice(1)}`;
@@ -214,7 +220,7 @@ function read() {
 }
 
 async function start() {
-  globalThis.vibrissa = { latencies, wholes, shown: () => shownCount, busy: () => Boolean(flying || waiting) || drawing(), started: 0, ended: 0, data: () => data, other: () => other, rendered: sound.rendered, at: () => time };
+  globalThis.vibrissa = { latencies, wholes, shown: () => shownCount, busy: () => Boolean(flying || waiting || addressing) || drawing(), started: 0, ended: 0, data: () => data, other: () => other, rendered: sound.rendered, at: () => time };
   const told = await (await fetch("controls.json")).json();
   table = told.controls;
   setPalette(told.palette.flat());

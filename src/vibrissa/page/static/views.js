@@ -4,8 +4,7 @@ import { axes, boxOf, inks, MARGIN, opened, path, range, ticks, told, trace } fr
 const $ = id => document.getElementById(id);
 const MODES = ["one", "two", "three"];
 const row = (array, i, n) => array.subarray(i * n, (i + 1) * n);
-const rms = values => { let sum = 0, square = 0; for (const v of values) { sum += v; square += v * v; } return Math.sqrt(Math.max(0, square / values.length - (sum / values.length) ** 2)); };
-const mean = values => values.reduce((a, b) => a + b, 0) / values.length;
+const step = (data, values) => data.excursion.length / values.length / data.rate; // [s] of what may be sketched: fewer samples
 const say = (id, text) => $(id).setAttribute("aria-label", text);
 
 const VIEWS = { excursion, modes, "moment-view": moment, spectrogram, resonance, firing };
@@ -34,28 +33,28 @@ function excursion(data, end) {
 function extremes(values) { let low = Infinity, high = -Infinity; for (const v of values) { if (v < low) low = v; if (v > high) high = v; } return [low, high]; }
 
 function modes(data, end) {
-  const place = opened($("modes")), n = data.excursion.length, ink = inks(), whole = boxOf(place);
+  const place = opened($("modes")), n = data.shape.modes[1], ink = inks(), whole = boxOf(place);
   const said = [];
   for (let i = 0; i < 3; i++) {
-    const values = row(data.modes, i, n), envelope = row(data.envelopes, i, n), middle = mean(values);
+    const values = row(data.modes, i, n), envelope = row(data.envelopes, i, n), middle = data.mean[i];
     const top = 1.08e6 * Math.max(1e-12, extremes(envelope)[1], extremes(values)[1] - middle, middle - extremes(values)[0]);
     const box = { ...whole, top: whole.top + i * whole.height / 3, height: whole.height / 3 - 8 };
     const far = ticks([0, 0.9 * top], 2).at(-1), steps = far ? [-far, 0, far] : [0];
     const map = axes(place, box, [0, end], [-top, top], { x: i === 2 ? "time [s]" : "", y: `q${"₁₂₃"[i]} [µm]`, ySteps: steps });
-    for (const sign of [1, -1]) trace(place, map, envelope, 1 / data.rate, ink.pale, { width: 1, scale: sign * 1e6 });
-    trace(place, map, values, 1 / data.rate, ink[MODES[i]], { width: 1, scale: 1e6, offset: middle });
+    for (const sign of [1, -1]) trace(place, map, envelope, step(data, envelope), ink.pale, { width: 1, scale: sign * 1e6 });
+    trace(place, map, values, step(data, values), ink[MODES[i]], { width: 1, scale: 1e6, offset: middle });
     place.ctx.fillStyle = ink.ink; place.ctx.textAlign = "right"; place.ctx.textBaseline = "top";
     place.ctx.fillText(`${told(data.frequency[i])} Hz`, box.left + box.width, box.top);
-    said.push(`mode ${i + 1} at ${told(data.frequency[i])} hertz, rms ${told(1e6 * rms(values))} micrometres`);
+    said.push(`mode ${i + 1} at ${told(data.frequency[i])} hertz, rms ${told(1e6 * data.rms[i])} micrometres`);
   }
   say("modes", said.join("; "));
 }
 
 function moment(data, end) {
   const place = opened($("moment-view")), margin = { ...MARGIN, right: 52 }, box = boxOf(place, margin), ink = inks();
-  const unit = data.moment[0] / data.curvature[0] * 1e9, nano = data.moment.map(v => v * 1e9), limits = range(nano, 1e-6);
+  const unit = 1e9 / data.curvature_by_moment, nano = data.moment.map(v => v * 1e9), limits = range(nano, 1e-6);
   const map = axes(place, box, [0, end], limits, { x: "time [s]", y: "moment [nN m]" });
-  trace(place, map, nano, 1 / data.rate, ink.one);
+  trace(place, map, nano, step(data, nano), ink.one);
   const { ctx } = place;
   ctx.fillStyle = ink.pale; ctx.textAlign = "left"; ctx.textBaseline = "middle";
   for (const v of ticks(limits.map(m => m / unit), box.height / 35)) ctx.fillText(told(v, 6), box.left + box.width + 4, map.Y(v * unit));
@@ -129,7 +128,7 @@ function firing(data, end) {
   const place = opened($("firing")), ink = inks(), top = Math.max(1, 1.1 * extremes(data.firing)[1]), box = boxOf(place);
   const low = { ...box, top: box.top + box.height * 0.4, height: box.height * 0.6 };
   const map = axes(place, low, [0, end], [0, top], { x: "time [s]", y: "rate [Hz]" });
-  trace(place, map, data.firing, 1 / data.rate, ink.one, { width: 1.6 });
+  trace(place, map, data.firing, step(data, data.firing), ink.one, { width: 1.6 });
   const spikes = data.spikes.length / 2, { ctx } = place, pitch = box.height * 0.38 / 12;
   ctx.strokeStyle = ink.ink; ctx.lineWidth = 1.2; ctx.beginPath();
   for (let k = 0; k < spikes; k++) {
