@@ -143,6 +143,25 @@ def test_a_slider_moved_by_an_arrow_changes_what_is_drawn(hands, served, name, c
     np.testing.assert_allclose(hands.told("modes"), expected(served, **state)["modes"].ravel(), rtol=1e-5, atol=1e-12)
 
 
+TRACED = """async () => {
+  const { trace } = await import("./plots.js"), values = Float32Array.from({ length: 3000 }, (_, i) => Math.sin(i * i));
+  values[1234] = 2;
+  return [1, -1].map(scale => {
+    const canvas = new OffscreenCanvas(100, 200), ctx = canvas.getContext("2d");
+    trace({ ctx, ratio: 1 }, { X: t => t / 30, Y: v => 100 - 45 * v }, values, 1, "#000", { scale });
+    return Array.from(ctx.getImageData(0, 0, 100, 200).data).filter((_, i) => i % 4 === 3);
+  });
+}"""
+
+
+def test_dense_lines_keep_their_peaks_either_way_up(hands):
+    up, down = np.reshape(hands.open().page.evaluate(TRACED), (2, 200, 100))
+    np.testing.assert_array_equal(up, down[::-1])
+    tops = (up > 0).argmax(axis=0)
+    assert tops[41] == 9  # the one peak of 2, in its column
+    assert np.all(np.delete(tops, 41) >= 54)  # the others are 1 at most
+
+
 def test_numbers_and_choices_set_the_same(hands, served):
     hands.open()
     hands.act(lambda: hands.control("damping").fill("0.05"))

@@ -101,8 +101,8 @@ function bars(ctx, values, left, Y, pixel, perPixel, paint, width) {
     const end = Math.min(Math.ceil((k + 1) * perPixel), values.length - 1); // the next one's first: bars meet
     let low = Infinity, high = -Infinity;
     for (let j = Math.floor(k * perPixel); j <= end; j++) { if (values[j] < low) low = values[j]; if (values[j] > high) high = values[j]; }
-    const top = Y(high), height = Y(low) - top;
-    ctx.fillRect(left + k * pixel, top - width / 2, pixel, height + width);
+    const a = Y(low), b = Y(high);
+    ctx.fillRect(left + k * pixel, Math.min(a, b) - width / 2, pixel, Math.abs(a - b) + width);
   }
 }
 
