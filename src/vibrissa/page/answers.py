@@ -17,7 +17,7 @@ from vibrissa.mechanics.topography import free_end_depth
 from vibrissa.page.contrast import discrimination, expected_counts
 from vibrissa.page.frames import packed, sketched
 from vibrissa.page.shaft import NODE
-from vibrissa.page.signals import RATE, live_arrays, node_motion
+from vibrissa.page.signals import RATE, instants, live_arrays, node_motion
 from vibrissa.page.state import read_state
 
 if TYPE_CHECKING:
@@ -141,7 +141,7 @@ def _contrast(bench: Bench, ask: Mapping[str, Any], hurried: Callable[[], bool])
     for letter in "ab":
         prediction = bench.predict(state, letter)
         _on(hurried)
-        known, t = bench.ways(state, letter), sampling_times(prediction, RATE)
+        known, t = bench.ways(state, letter), instants(prediction)
         _on(hurried)
         moved, drive = node_motion(prediction, t, known)
         rates[letter] = (t, state.unit.rate(t, drive))

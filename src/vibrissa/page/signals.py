@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import count
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import next_fast_len
 from scipy.signal import spectrogram
 
 from vibrissa.exact import cone_kappa
@@ -15,7 +17,7 @@ from vibrissa.mechanics.sampled import sampling_times
 from vibrissa.mechanics.topography import ReliefPrediction
 from vibrissa.neural.virtual import draw_spikes
 from vibrissa.page.shaft import ways
-from vibrissa.signals.envelope import analytic_envelope
+from vibrissa.signals.envelope import MIRRORED, analytic_envelope
 
 if TYPE_CHECKING:
     from vibrissa.neural.virtual import HingeUnit
@@ -49,7 +51,7 @@ def live_arrays(prediction: Motion, unit: HingeUnit, known: Ways | None = None) 
     Returns
     -------
     dict
-        On an even grid of 10 kHz from time 0: ``excursion`` d (T,) [m]; ``modes`` q + Q(d) and ``envelopes`` (3, T)
+        At :func:`instants`, an even grid of 10 kHz: ``excursion`` d (T,) [m]; ``modes`` q + Q(d) and ``envelopes`` (3, T)
         [m]; ``curvature`` (T,) [1/m], ``moment`` (T,) [N m]; ``displacement`` (T,) [m] 5 mm from the base, less its
         mean, and ``drive``, its envelope; ``firing`` (T,), rate [Hz]. ``spikes`` (2, N): times [s] and trials.
         ``spectrogram`` (F, W) [dB re 1 µm²/Hz] of the displacement, ``spectrogram_axes`` (2, 2): first and last
@@ -57,7 +59,7 @@ def live_arrays(prediction: Motion, unit: HingeUnit, known: Ways | None = None) 
         pinned there. ``shaft`` (S,) from tip to base, ``shaft_x``, ``shaft_y`` (P, S) [m] from the base,
         ``shaft_time`` (P,) [s]. ``surface`` (2, N): corners of the surface, place and height [m].
     """
-    t, length, known = sampling_times(prediction, RATE), prediction.whisker.length, known or ways(prediction)
+    t, length, known = instants(prediction), prediction.whisker.length, known or ways(prediction)
     quasi_static, q = prediction.drive(t), prediction.amplitudes(t)
     modes = (q + quasi_static[: len(q)]) * length
     curvature = _curvature(prediction, quasi_static[len(q)], q)
@@ -77,6 +79,14 @@ def live_arrays(prediction: Motion, unit: HingeUnit, known: Ways | None = None) 
         "surface": corners(prediction),
     }
     return {name: np.ascontiguousarray(values, "<f4") for name, values in arrays.items()}
+
+
+def instants(prediction: Motion) -> Array:
+    """Times of the record [s]: as of `vibrissa scan`, and up to 3 % more, which transforms quickly."""
+    n = len(sampling_times(prediction, RATE))
+    if n > MIRRORED:
+        n = next(more for more in count(n) if next_fast_len(more + 2 * MIRRORED) == more + 2 * MIRRORED)
+    return np.arange(n) / RATE
 
 
 def node_motion(prediction: Motion, t: Array, known: Ways | None = None) -> tuple[Array, Array]:

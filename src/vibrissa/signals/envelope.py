@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from itertools import count
-
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import next_fast_len
 from scipy.signal import hilbert
 
 from vibrissa.errors import InputError
 
 Array = NDArray[np.float64]
+
+MIRRORED = 2048  # samples at either end, as far as there are as many
 
 
 def analytic_envelope(signal: Array) -> tuple[Array, Array]:
@@ -48,13 +47,7 @@ def analytic_envelope(signal: Array) -> tuple[Array, Array]:
     if not np.all(np.isfinite(signal)):
         raise InputError("signal", "must have no NaN", remedy="cut it to where it was measured")
     centred = signal - signal.mean(axis=-1, keepdims=True)
-    pad = _mirrored_at_each_end(signal.shape[-1])
+    pad = min(signal.shape[-1] - 1, MIRRORED)
     mirrored = np.pad(centred, [(0, 0)] * (signal.ndim - 1) + [(pad, pad)], mode="reflect")
     analytic = hilbert(mirrored, axis=-1)[..., pad:-pad]
     return np.abs(analytic), np.angle(analytic)
-
-
-def _mirrored_at_each_end(n: int) -> int:
-    """At least 2,048 samples, or all but one, so that the whole has a length whose transform is quick."""
-    least = min(n - 1, 2048)
-    return next(pad for pad in count(least) if next_fast_len(n + 2 * pad) == n + 2 * pad)
