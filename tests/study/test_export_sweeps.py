@@ -209,6 +209,20 @@ def test_tracks_of_the_sweep_that_figures_show_stand_at_that_sweep(more, tmp_pat
     read(first.path, look)
 
 
+def test_a_movie_that_is_none_of_the_sweeps_is_of_an_animal_by_itself(more, tmp_path):
+    values = np.zeros((1, 50, 4))
+    labels = {"whisker": np.arange(1), "time": np.arange(50) / 100, "node": np.arange(4)}
+    save(dataset(lead=("whisker",), **labels, x=values, y=values, arc_length=values[:, 0]), more / "profile.nc")
+    save(dataset(contact=0.3), more / "posture.nc")  # of no sweep
+    with pytest.raises(
+        InputError, match=r"--subject must be a name of its own: .*got rat 2; the table of sweeps names"
+    ):
+        exported(more, tmp_path / "nwb", Told(**{**vars(TOLD), "subject": "rat 2"}))
+    assert not (tmp_path / "nwb").exists()
+    written, _ = exported(more, tmp_path / "nwb", Told(**{**vars(TOLD), "subject": "robot"}))
+    assert "whisker_0_x" in {one.session.subject: one for one in written}["robot"].holds["series"]
+
+
 def test_base_signals_of_several_animals_ask_whose_they_are(more, tmp_path):
     signal = dataset(time=np.arange(50) / 100, base_moment=np.arange(50.0))
     save(signal, more / "base_signal_1.nc")

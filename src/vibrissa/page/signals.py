@@ -51,7 +51,7 @@ def live_arrays(prediction: Motion, unit: HingeUnit, known: Ways | None = None) 
     Returns
     -------
     dict
-        At :func:`instants`, an even grid of 10 kHz: ``excursion`` d (T,) [m]; ``modes`` q + Q(d) and ``envelopes`` (3, T)
+        At :func:`instants`, an even grid of 10 kHz: ``excursion`` d (T,) [m]; ``modes`` q + Q(d), ``envelopes`` (3, T)
         [m]; ``curvature`` (T,) [1/m], ``moment`` (T,) [N m]; ``displacement`` (T,) [m] 5 mm from the base, less its
         mean, and ``drive``, its envelope; ``firing`` (T,), rate [Hz]. ``spikes`` (2, N): times [s] and trials.
         ``spectrogram`` (F, W) [dB re 1 µm²/Hz] of the displacement, ``spectrogram_axes`` (2, 2): first and last

@@ -152,6 +152,9 @@ def _files(results: Results, told: Told) -> list[tuple[str | None, Datasets]]:
     if rest:
         if told.subject is None:
             raise InputError("--subject", "must be given", remedy=f"of which animal {', '.join(sorted(rest))} is")
+        if told.subject in files and not set(rest).isdisjoint(ONE_MOVIE):
+            rule = "must be a name of its own: a movie that is none of the sweeps goes into a file of its own"
+            raise InputError("--subject", rule, told.subject, f"the table of sweeps names {', '.join(animals)}")
         files.setdefault(told.subject, {}).update(rest)
     return list(files.items())
 

@@ -24,7 +24,7 @@ def refuse_zarr(path: Path) -> None:
         If zarr is not installed, the name is taken by something else, or its folder cannot be written.
     """
     if find_spec("zarr") is None or int(version("zarr").partition(".")[0]) < 3:  # xarray no longer writes with zarr 2
-        raise InputError("--out", "needs zarr 3", str(path), f"{install('cluster')}, or a name in .nc")
+        raise InputError("--out", "needs zarr 3", str(path), f"{install('cluster')} 'zarr>=3', or a name in .nc")
     parent = path.absolute().parent
     if not (parent.is_dir() and os.access(parent, os.W_OK)):
         raise InputError("--out", "must lie in an existing folder that can be written", str(path), "choose another")
