@@ -130,6 +130,16 @@ def modules():
     return [name for _, name, _ in found if not any(word.startswith("_") for word in name.split("."))]
 
 
+def test_every_module_stands_in_the_section_of_its_room():
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    sections = {title: text for title, _, text in (one.partition("\n") for one in page.split("\n### ")[1:])}
+    for path in sorted((ROOT / "src" / "vibrissa").rglob("*.py")):
+        room, name = path.relative_to(ROOT / "src" / "vibrissa").parts[0].removesuffix(".py"), path.stem
+        if not name.startswith("_") and not room.startswith("_"):
+            section = next(text for title, text in sections.items() if room in title.split(", "))
+            assert name == room or f"`{name}`" in section.split("\n## ")[0], f"{room}.{name}"
+
+
 def test_pages_build_without_a_warning_and_every_public_module_is_on_them(tmp_path):
     if not all(importlib.util.find_spec(name) for name in ("sphinx", "myst_parser", "pydata_sphinx_theme")):
         pytest.skip("the group docs is not installed: pip install --group docs")
