@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vibrissa.files import encoded
 from vibrissa.mechanics.sampled import sampling_times, scanned
 from vibrissa.mechanics.superposition import Prediction
 from vibrissa.mechanics.topography import scanned_relief
@@ -79,7 +80,7 @@ def _dataset(prediction: Motion) -> xr.Dataset:
 
 
 def _netcdf(prediction: Motion, state: State, letter: str) -> bytes:
-    return bytes(_dataset(prediction).to_netcdf(engine="h5netcdf"))
+    return encoded(_dataset(prediction))
 
 
 def _csv(prediction: Motion, state: State, letter: str) -> bytes:
