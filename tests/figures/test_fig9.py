@@ -66,6 +66,15 @@ def test_table_shows_both_readings_and_what_was_printed(data):
     assert "p = 0.73" in text
 
 
+def test_shares_by_sessions_are_told_only_where_resampling_tells_something(truth):
+    driven = np.array([True, True, False, True])
+    low, high = fig9._by_session(driven, np.array([0, 0, 1, 1]), RNG(0))
+    assert low == 0.5
+    assert high == 1.0
+    for alike, session in ((np.ones(4, bool), [0, 0, 1, 1]), (~np.ones(4, bool), [0, 0, 1, 1]), (driven, [0, 0, 0, 0])):
+        assert np.isnan(fig9._by_session(alike, np.array(session), RNG(0))).all()
+
+
 def test_caption_says_that_units_are_simulated_only_where_they_are(truth, data):
     assert data.attrs["caption"].startswith("Simulated units")
     assert "Simulated" not in fig9.compute(units_of(truth), rng=RNG(2)).attrs["caption"]

@@ -10,7 +10,7 @@ from populations import ringing
 from vibrissa.cli.neural import neural
 from vibrissa.errors import InputError
 from vibrissa.figures import fig9
-from vibrissa.files import load
+from vibrissa.files import load, save
 from vibrissa.neural.analysis import EnvelopeAnalysis, analyse_units
 from vibrissa.neural.inputs import read_spikes, read_stimulus
 from vibrissa.neural.presentation import Presentation
@@ -274,6 +274,12 @@ def lines(time, displacement):
 
 GOOD = np.arange(3000) / 1000
 WAVE = 5e-5 * np.sin(2 * np.pi * 60 * GOOD)
+
+
+def test_a_scan_without_spikes_is_no_stimulus(tmp_path):
+    save(dataset(time=np.arange(9) / 1e4, mode=[1], mode_displacement=np.zeros((1, 9))), tmp_path / "scan.nc")
+    with pytest.raises(InputError, match="must tell what was presented, got a scan without spikes; scan with --spikes"):
+        read_stimulus(tmp_path / "scan.nc")
 
 
 @pytest.mark.parametrize(

@@ -183,6 +183,8 @@ def refusals(tmp_path):
     yield tmp_path / "wide.nc", "must have a node at 0.005 m"
     save(dataset(time=t, excursion=u), tmp_path / "bare.nc")
     yield tmp_path / "bare.nc", "'arc_length' is missing"
+    save(dataset(time=t, mode=[1], mode_displacement=u[None]), tmp_path / "scan.nc")
+    yield tmp_path / "scan.nc", "must tell how a point moves, got modes alone; scan again with --node 0.005"
 
 
 def test_bad_input_is_refused_in_one_line(tmp_path):

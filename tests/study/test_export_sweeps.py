@@ -234,6 +234,8 @@ def test_base_signals_of_several_animals_ask_whose_they_are(more, tmp_path):
         written, _ = exported(more, tmp_path / subject, told)
         assert [one.session.subject for one in written] == names
         assert "base_signal_1_base_moment" in {one.session.subject: one for one in written}[subject].holds["series"]
+    with pytest.raises(InputError, match=r"sub-rat-2 would be of two animals"):
+        exported(more, tmp_path / "alike", Told(**{**vars(TOLD), "subject": "rat-2"}))
 
 
 def test_animals_that_differ_are_told_by_a_table(folder, tmp_path):
@@ -300,7 +302,7 @@ def test_names_of_animals_that_archives_cannot_tell_apart_are_refused(more, tmp_
     (more / "sweeps.nc").unlink()
     renamed = table.assign_coords(animal=("sweep", ["rat 1", "rat 1", "rat-1", "rat 1"]))
     save(renamed, more / "sweeps.nc")
-    with pytest.raises(InputError, match="would be written twice"):
+    with pytest.raises(InputError, match="would be of two animals"):
         exported(more, tmp_path / "nwb", TOLD)
 
 

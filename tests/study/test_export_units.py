@@ -197,6 +197,16 @@ def test_trials_of_unknown_length_are_refused(folder, tmp_path, vibrissa, make, 
     assert not (tmp_path / "a.nwb").exists()
 
 
+def test_a_table_without_a_spike_is_refused(folder, tmp_path, vibrissa):
+    save(tuning(), folder / "units.nc")
+    (tmp_path / "spikes.csv").write_text("time,unit\n")
+    call = ("export", folder, "--nwb", tmp_path / "a.nwb", *WHO, "--spikes", tmp_path / "spikes.csv")
+    code, _, err = vibrissa(*call, "--sampling-rate", "25000")
+    assert code == 2
+    assert "spikes must be of at least one unit, got none" in err
+    assert not (tmp_path / "a.nwb").exists()
+
+
 def test_two_recordings_in_a_folder_are_refused(folder, tmp_path, vibrissa):
     save(spikes(), folder / "one.nc")
     save(spikes(), folder / "two.nc")

@@ -93,6 +93,14 @@ def fails_once(kind, mark):
     return {}, None
 
 
+def test_where_nobody_can_work_nothing_is_made(tmp_path):
+    (tmp_path / "mine").mkdir()
+    for place in ("new", "mine"):
+        with pytest.raises(InputError, match="no file"):
+            finish(naps(8), tmp_path / place / "sweeps", "naps", Engine(scheduler=str(tmp_path / "no file.json")))
+    assert [path.relative_to(tmp_path) for path in tmp_path.rglob("*")] == [Path("mine")]
+
+
 @pytest.mark.parametrize(
     "kind", [OSError(errno.ENOSPC, "No space left on device"), MemoryError(), MachineError("x", "was lost")]
 )

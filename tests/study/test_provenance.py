@@ -8,6 +8,7 @@ import shutil
 import numpy as np
 import pytest
 
+from vibrissa.errors import InputError
 from vibrissa.files import load
 from vibrissa.study import many
 from vibrissa.study.inputs import input_files
@@ -123,12 +124,25 @@ def test_files_of_a_table_of_sweeps_are_inputs(tmp_path):
     assert set(input_files(read_study(tmp_path / "study.toml"))) == {"sweeps.csv", "a.nc", "plate.csv"}
 
 
-def test_another_study_in_the_same_folder_leaves_nothing_of_the_first(out, tmp_path):
-    shutil.copytree(out, tmp_path / "out")
-    (tmp_path / "out" / "notes.txt").write_text("the user's own")
+def changed(out, folder, name):
+    """A folder of results, and the study that made them with all but the base signal taken away."""
+    shutil.copytree(out, folder / "out")
+    (folder / "out" / "notes.txt").write_text("the user's own")
     signal = STUDY[STUDY.index("[[base_signal]]") :]
-    (tmp_path / "study.toml").write_text('name = "another"\n' + signal)
-    shutil.copy(out.parent / "signal.csv", tmp_path)
-    run_study(read_study(tmp_path / "study.toml"), tmp_path / "out")
+    (folder / "study.toml").write_text(f'name = "{name}"\n' + signal)
+    shutil.copy(out.parent / "signal.csv", folder)
+    return read_study(folder / "study.toml")
+
+
+def test_a_study_that_was_changed_leaves_nothing_of_its_former_results(out, tmp_path):
+    run_study(changed(out, tmp_path, "small"), tmp_path / "out")
     there = {path.name for path in (tmp_path / "out").iterdir() if path.is_file()}
     assert there == {"base_signal_1.nc", "notes.txt", "provenance.json", "report.html"}
+
+
+def test_the_results_of_another_study_are_not_replaced(out, tmp_path):
+    study = changed(out, tmp_path, "another")
+    before = {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir() if path.is_file()}
+    with pytest.raises(InputError, match=r"--out must hold no results of another study, got .*; choose another folder"):
+        run_study(study, tmp_path / "out")
+    assert {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir() if path.is_file()} == before

@@ -63,6 +63,7 @@ def plan_run(study: Study, out: Path, workers: int, json: bool) -> None:
     from vibrissa.study.parts import refuse_missing
     from vibrissa.study.plan import plan_study
     from vibrissa.study.plan_told import plan_dataset, plan_lines
+    from vibrissa.study.provenance import earlier_results
 
     plan = plan_study(study, kept=_kept(study, out), workers=workers)
     if json:
@@ -70,6 +71,7 @@ def plan_run(study: Study, out: Path, workers: int, json: bool) -> None:
     else:
         print("\n".join(plan_lines(plan)))
     refuse_missing(plan.inputs)
+    earlier_results(study, out)
 
 
 def _kept(study: Study, out: Path) -> int:

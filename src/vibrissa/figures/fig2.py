@@ -177,7 +177,7 @@ def draw(data: xr.Dataset) -> Figure:
     _draw_excursion(axes[1, 0], data)
     _draw_mode(axes[1, 1], data)
     _draw_jumps(axes[1, 2], data)
-    figure.supxlabel(fill(data.attrs["caption"], 185), x=0.01, ha="left", fontsize=8)
+    figure.supxlabel(fill(data.attrs["caption"], 170), x=0.01, ha="left", fontsize=8)
     return figure
 
 

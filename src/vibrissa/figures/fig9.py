@@ -155,10 +155,13 @@ def _mean(values: Array) -> tuple[float, float]:
 
 
 def _by_session(driven: NDArray[np.bool_], session: NDArray[Any], rng: np.random.Generator) -> tuple[float, float]:
-    """95 % interval of the share driven when whole sessions are resampled: their units are not independent."""
+    """95 % interval of the share driven when whole sessions are resampled: their units are not independent.
+
+    NaN where that tells nothing: one session, or all units alike.
+    """
     _, index = np.unique(session, return_inverse=True)
     n = np.bincount(index).astype(float)
-    if n.size < 2:
+    if n.size < 2 or driven.all() or not driven.any():
         return np.nan, np.nan
     k = np.bincount(index, driven)
     drawn = rng.multinomial(n.size, np.full(n.size, 1 / n.size), RESAMPLES)

@@ -36,6 +36,8 @@ def read_stimulus(path: str | Path) -> xr.Dataset:
     """
     if Path(path).suffix == ".nc":
         shown = load(path)
+        if "mode_displacement" in shown and "point_displacement" not in shown:
+            raise InputError(str(path), "must tell what was presented", "a scan without spikes", "scan with --spikes")
         require(shown, "time", "point_displacement")
         return shown[["point_displacement"]]
     table = read_table(path, ("time", "displacement"))

@@ -94,9 +94,9 @@ def _whisker(axes: Any, prediction: Motion, arrays: Arrays) -> None:
 
 def _mode(axes: Any, i: int, colour: str, time: NDArray[Any], arrays: Arrays) -> None:
     mean = arrays["modes"][i].mean()
-    axes.plot(time, (arrays["modes"][i] - mean) * 1e6, color=colour, lw=0.5)
     for sign in (1, -1):
-        axes.plot(time, sign * arrays["envelopes"][i] * 1e6, color="0.35", lw=0.8)
+        axes.plot(time, sign * arrays["envelopes"][i] * 1e6, color="0.6", lw=0.8)
+    axes.plot(time, (arrays["modes"][i] - mean) * 1e6, color=colour, lw=0.5)
     axes.set(xlabel="Time [s]", ylabel=f"Mode {i + 1}, q + Q(d) [µm]")
 
 
@@ -118,3 +118,4 @@ def _firing(axes: Any, time: NDArray[Any], arrays: Arrays) -> None:
     axes.plot(time, rate, color=BLUE)
     axes.plot(when, top * (1 + 0.6 * trial / TRIALS), "|", color="0.35", ms=3)
     axes.set(xlabel="Time [s]", ylabel="Rate [Hz], spikes of 12 trials", ylim=(0, 1.65 * top))
+    axes.set_yticks([tick for tick in axes.get_yticks() if 0 <= tick <= top])  # above stand trials

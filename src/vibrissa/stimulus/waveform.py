@@ -121,6 +121,8 @@ def motion_at(data: xr.Dataset, distance: float, *, which: int = 0, source: str 
         if not 0 <= which < data.sizes["whisker"]:
             raise InputError(f"{source}: whisker", f"must be one of 0 to {data.sizes['whisker'] - 1}", which)
         data = data.isel(whisker=which)
+    if "mode_displacement" in data and "arc_length" not in data:
+        raise InputError(source, "must tell how a point moves", "modes alone", f"scan again with --node {distance:g}")
     require(data, "time", "arc_length", *(["displacement"] if "displacement" in data else ["x", "y"]))
     extra = set(data["displacement" if "displacement" in data else "x"].dims) - {"time", "node"}
     if extra:

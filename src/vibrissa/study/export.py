@@ -173,11 +173,12 @@ def _paths(out: Path, sessions: list[tuple[Session, Datasets]], overwrite: bool)
     inside = out.absolute().parent
     if not inside.is_dir():
         raise InputError(str(inside), "must be an existing folder", remedy="make it, or choose another")
-    for path in paths:
-        if paths.count(path) > 1:
-            raise InputError(
-                str(path), "would be written twice", remedy="names of animals must differ in letters or digits"
-            )
+    called: dict[str, str] = {}
+    for path, (session, _) in zip(paths, sessions, strict=True):
+        one = session.named("").partition("_")[0]
+        if paths.count(path) > 1 or called.setdefault(one, session.subject) != session.subject:
+            rule, remedy = "would be of two animals", "names of animals must differ in letters or digits"
+            raise InputError(f"{path.parent / one}", rule, remedy=remedy)
         if path.exists() and not overwrite:
             raise InputError("--nwb", "must not name a file that exists", str(path), "--overwrite replaces it")
     return paths

@@ -76,6 +76,8 @@ def add_neurons(
     trials, found = parts.get("trials"), tables_of_units(parts)
     if "spikes" in parts:
         spikes = _named(parts["spikes"])
+        if not spikes.sizes["unit"]:
+            raise InputError("spikes", "must be of at least one unit", "none", "leave them out, or choose another file")
         if "spike_trial" in spikes:
             trials = laid_trials(parts, clock) if trials is None else trials
             spikes = _on_clock(spikes, trials)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa import __version__
+from vibrissa.errors import InputError
 from vibrissa.files import digest
 from vibrissa.study.inputs import input_files
 from vibrissa.study.paper_measures import MEASURES
@@ -100,13 +101,23 @@ def write_provenance(study: Study, results: Results, work: Path, out: Path) -> N
     (work / "provenance.json").write_text(text + "\n", encoding="utf-8")
 
 
-def earlier_results(out: Path) -> set[str]:
-    """Files that the run before this one made in a folder, as its ``provenance.json`` tells; none if there is none."""
+def earlier_results(study: Study, out: Path) -> set[str]:
+    """Files that the run before this one made in a folder, as its ``provenance.json`` tells; none if there is none.
+
+    Raises
+    ------
+    InputError
+        If it was a run of another study, by its name: its results may have taken hours.
+    """
     try:
         told = json.loads((out / "provenance.json").read_text(encoding="utf-8"))
-        return {Path(name).name for name in told["results"]}
+        name, made = str(told["study"]["name"]), {Path(name).name for name in told["results"]}
     except (OSError, ValueError, KeyError, TypeError):
         return set()
+    if name != study.name:
+        remedy = "choose another folder, or remove this one"
+        raise InputError("--out", "must hold no results of another study", f"{out} with those of {name!r}", remedy)
+    return made
 
 
 @cache

@@ -6,6 +6,7 @@ import errno
 import hashlib
 import json
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
@@ -92,6 +93,7 @@ def finish(
         If the folder cannot be written, the workers write somewhere else, or are lost.
     """
     folder = folder.absolute()
+    new = [place for place in (folder, folder.parent) if not place.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for left in folder.glob(".*.part*"):  # of a process that was killed
@@ -109,6 +111,9 @@ def finish(
     try:
         each(partial(do, folder=folder), missing, engine or Engine(), tell)
     except InputError as error:  # what is wrong with a job stands in its row: this is none's
+        with suppress(OSError):  # not empty
+            for place in new:
+                place.rmdir()
         raise MachineError(error.thing, error.said) from error
     for job in missing:
         rows[job.address] = kept_row(folder, job.address)

@@ -77,11 +77,13 @@ def run_study(
     Raises
     ------
     InputError
-        If an input is bad, the folder cannot be written, or another run is at work in it.
+        If an input is bad, the folder cannot be written, another run is at work in it, or it holds another study's
+        results.
     """
     out = Path(out).absolute()
     with held(out) as work, single_threaded():
         failed: Failures = {}
+        earlier = earlier_results(study, out)
         results = _results(study, work, out, engine, progress or (lambda *_: None), failed)
         lines = not_analysed(results, failed)
         write_report(study, results, work / "report.html", partial(read_series, out), lines)
@@ -89,8 +91,8 @@ def run_study(
             save(data, work / f"{name}.nc")
         write_provenance(study, results, work, out)
         out.mkdir(exist_ok=True)
-        for name in earlier_results(out) - {made.name for made in work.iterdir()}:
-            (out / name).unlink(missing_ok=True)  # of another study: figures must not mix the two
+        for name in earlier - {made.name for made in work.iterdir()}:
+            (out / name).unlink(missing_ok=True)  # before the study was changed: figures must not mix the two
         for made in sorted(work.iterdir()):
             os.replace(made, out / made.name)
     told = {"not_analysed": lines, "not_fitted": not_fitted(results)}

@@ -61,8 +61,10 @@ def _opened(path: str | Path) -> tuple[Any, tuple[str, ...]]:
         raise InputError(str(path), "must hold a surface", "an empty file")
     open_topography = _instrument_readers(path)
     try:
-        reader = open_topography(str(path))
-        surface = reader.topography()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # of readers that try a file which is not theirs
+            reader = open_topography(str(path))
+            surface = reader.topography()
     except Exception as error:  # forty readers, each with its own ways to fail
         cause = str(error).splitlines()
         about = f": {cause[0][:120]}" if cause and not cause[0].startswith("tried ") else ""
