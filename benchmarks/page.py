@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import contextmanager
 from pathlib import Path
 from urllib.parse import parse_qsl
 
@@ -58,7 +59,11 @@ CheckType = 0
 def main():
     """Serve the page in a process of its own, move every slider, print a table."""
     command = [sys.executable, "-m", "vibrissa", "explore", "--no-browser"]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as server, sync_playwright() as driver:
+    with (
+        subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as server,
+        ended(server),
+        sync_playwright() as driver,
+    ):
         address = next(word for word in server.stderr.readline().split() if word.startswith("http"))
         browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1280, "height": 900})
@@ -73,6 +78,14 @@ def main():
             until(page, "Boolean(vibrissa.data()) && !vibrissa.busy()")
             every(page, surface, server.pid)
         browser.close()
+
+
+@contextmanager
+def ended(server):
+    """End the server, whatever happened."""
+    try:
+        yield
+    finally:
         server.terminate()
 
 
@@ -168,7 +181,7 @@ def drop(page):
         line = page.locator("[id='c-a.file'] ~ .open input[name=line]").first
         line.fill("x:1")
         line.blur()
-        until(page, "document.getElementById('error').hidden && !vibrissa.busy()")
+        until(page, "location.hash.includes('a.file')")  # the file is read until then
 
 
 def until(page, condition):

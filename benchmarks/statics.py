@@ -227,7 +227,7 @@ def starts() -> None:
         table, table_all = min(fresh(FIRST_TABLE, cache) for _ in range(3))
     line("first ring() in a process, cached : cold", f"{warm:.3f} s", f"{cold:.2f} s", cold / warm)
     line("  the process with it", f"{warm_all:.2f} s", f"{cold_all:.2f} s", cold_all / warm_all)
-    line("first equilibria() in a process (nothing to compile)", f"{table:.3f} s of {table_all:.2f} s")
+    line("first equilibria() in a process, cached", f"{table:.3f} s of {table_all:.2f} s")
 
 
 def main() -> None:

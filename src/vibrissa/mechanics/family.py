@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.mechanics.family_loop import ends
+from vibrissa.mechanics.series import chebyshev_sum
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -147,8 +148,8 @@ def _load(table: Family, basis: Array, base_angle: Array) -> tuple[Array, Array,
     floor = _TOLERANCE * np.abs(psi).sum(axis=0)
     for _ in range(_ITERATIONS):
         z = 2 * p / table.load_max - 1
-        value = chebyshev.chebval(z, psi, tensor=False)
-        slope = value + p * chebyshev.chebval(z, derivative, tensor=False)
+        value = chebyshev_sum(z, psi)
+        slope = value + p * chebyshev_sum(z, derivative)
         miss = p * value - goal
         newton = p - miss / slope
         if np.all(np.abs(miss) <= floor * p):
@@ -164,9 +165,9 @@ def _solve(table: Family, contact: Array, base_angle: Array) -> tuple[Equilibria
     p, slope, reached = _load(table, basis, base_angle)
     z, free = 2 * p / table.load_max - 1, 1 - contact
     polynomial = np.ascontiguousarray((basis @ table.height).T)
-    height = chebyshev.chebval(z, polynomial, tensor=False)
-    rise = height + p * chebyshev.chebval(z, chebyshev.chebder(polynomial) * (2 / table.load_max), tensor=False)
-    distance = chebyshev.chebval(z, np.ascontiguousarray((basis @ table.distance).T), tensor=False)
+    height = chebyshev_sum(z, polynomial)
+    rise = height + p * chebyshev_sum(z, chebyshev.chebder(polynomial) * (2 / table.load_max))
+    distance = chebyshev_sum(z, (basis @ table.distance).T)
     force = contact**2 * np.hypot(1, table.friction) / (free**2 * (1 + 2 * contact) / 6)  # Λ/p = ε²/(σ cos φ)
     found = contact, force * p, free * p * height, free * distance, force / slope, free * rise / slope
     return Equilibria(*found), reached

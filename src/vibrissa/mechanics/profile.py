@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.mechanics.family import equilibria, equilibria_at_height
+from vibrissa.mechanics.series import chebyshev_sum
 from vibrissa.quantities import dataset
 
 if TYPE_CHECKING:
@@ -89,7 +90,7 @@ class Curve:
     def at(self, values: Array, log_x: ArrayLike) -> Array:
         """Interpolate one of the arrays at ln x."""
         z = 2 * np.asarray(log_x, float) / self.span - 1
-        return np.asarray(chebyshev.chebval(z, nodes_to_series() @ values), float)
+        return chebyshev_sum(z, nodes_to_series() @ values)
 
 
 @cache

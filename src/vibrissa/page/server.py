@@ -13,7 +13,7 @@ from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 from vibrissa.errors import ConvergenceError, InputError, install
-from vibrissa.page.answers import answer
+from vibrissa.page.answers import ANSWERS, answer
 from vibrissa.page.bench import Bench
 from vibrissa.page.controls import as_table
 from vibrissa.page.export import KINDS, exported
@@ -68,6 +68,11 @@ class Page:
         self.shelf = Shelf()
         self.bench = Bench(self.shelf.get)
         self._limiter: CapacityLimiter | None = None
+
+    def warm_up(self, given: Mapping[str, Any]) -> None:
+        """Answer everything once: what is loaded by the first answers takes a second or two, and no hand waits yet."""
+        for want in ANSWERS:
+            answer(self.bench, json.dumps({"want": want, "state": dict(given)}))
 
     def application(self) -> Starlette:
         """The routes, below the secret part of the address."""
@@ -230,6 +235,7 @@ def serve(
     uvicorn = _uvicorn()
     with listening(port) as listener:
         page = Page(listener.getsockname()[1])
+        page.warm_up(given)
         address = f"http://127.0.0.1:{listener.getsockname()[1]}/{page.token}/" + (
             f"#{urlencode(given)}" if given else ""
         )
