@@ -19,6 +19,7 @@ from vibrissa.sweep.engine import each
 from vibrissa.whisker import Whisker
 
 pytest.importorskip("distributed", reason="the extra cluster is not installed: pip install 'vibrissa[cluster]'")
+from distributed.comm.core import CommClosedError
 
 HERE = Path(__file__).parent
 START = [sys.executable, "-W", "ignore", "-m"]
@@ -120,6 +121,25 @@ def test_nothing_to_do_needs_no_cluster():
     assert each(refuse_three, [], Engine(scheduler="tcp://127.0.0.1:1")) == []
 
 
+@pytest.mark.parametrize("when", ["nthreads", "submit"])
+def test_a_scheduler_lost_before_the_client_knows_is_told_as_such(when):
+    def lost(*_, **__):
+        raise CommClosedError("reset by peer")
+
+    class Client:
+        status = "running"
+
+        def nthreads(self):
+            return {"worker": 1}
+
+    setattr(Client, when, lost)
+
+    with pytest.raises(
+        InputError, match=r"scheduler tcp://x must stay alive, got it was lost; start it and its workers"
+    ):
+        cluster._Flow(Client(), abs, [1], print, "tcp://x").run()
+
+
 def test_the_work_of_a_killed_worker_is_done_by_another_and_a_lost_scheduler_is_one_line(processes, capfd):
     scheduler, first, told = processes.scheduler(), processes.worker(), []
 
@@ -135,7 +155,7 @@ def test_the_work_of_a_killed_worker_is_done_by_another_and_a_lost_scheduler_is_
     capfd.readouterr()
 
     begin = time.monotonic()
-    with pytest.raises(InputError, match="must stay alive, got it was lost; start it again") as error:
+    with pytest.raises(InputError, match="must stay alive, got it was lost; start it and its workers again") as error:
         each(slow_square, range(1000), engine, lambda done, _: done == 2 and scheduler.kill())
     assert time.monotonic() - begin < 60
     assert "\n" not in str(error.value)

@@ -26,7 +26,7 @@ _LOOK = 2.0  # [s] between looks at who is there
 _AHEAD = 4  # tasks in flight for each thread of the workers
 _MOST_KILLS = 3  # times that a task is given up by the scheduler, each after the death of several workers
 _START = "start one: dask scheduler --host 127.0.0.1 --port 8786"
-_LOST = "start it again, and give the same command again: what a study has done is kept"
+_LOST = "start it and its workers again, and give the same command again: what a study has done is kept"
 
 
 def on_cluster(
@@ -125,7 +125,7 @@ def _check(client: Any, scheduler: str) -> None:
     except TimeoutError as error:
         raise _deserted(scheduler) from error
     except OSError as error:
-        raise InputError(f"scheduler {scheduler}", "must stay alive", "it was lost", _LOST) from error
+        raise _lost(scheduler) from error
     for worker, one in versions.items():
         if isinstance(one, OSError):  # died meanwhile
             continue
@@ -138,6 +138,10 @@ def _deserted(scheduler: str) -> InputError:
     return InputError(
         scheduler, "must have workers", f"none within {WORKERS:g} s", f"start some: dask worker {how} --nthreads 1"
     )
+
+
+def _lost(scheduler: str) -> InputError:
+    return InputError(f"scheduler {scheduler}", "must stay alive", "it was lost", _LOST)
 
 
 def _stranger(worker: str, found: object) -> InputError:
@@ -190,6 +194,8 @@ class _Flow:
         """Do all."""
         from concurrent.futures import CancelledError
 
+        from distributed.comm.core import CommClosedError
+
         try:
             while self.waiting or self.numbers:
                 self._look()
@@ -198,16 +204,22 @@ class _Flow:
                     self._take(self.ended.get(timeout=_LOOK))
                 except Empty:
                     continue
-        except (CancelledError, OSError) as error:
-            lost = InputError(f"scheduler {self.scheduler}", "must stay alive", "it was lost", _LOST)
-            raise (lost if self.client.status != "running" or isinstance(error, CancelledError) else error) from error
+        except (CancelledError, CommClosedError) as error:
+            raise _lost(self.scheduler) from error
+        except OSError as error:
+            if self.client.status == "running":  # it is the task's own
+                raise
+            raise _lost(self.scheduler) from error
 
     def _look(self) -> None:
         """Count the threads of the workers, now and then."""
         now = time.monotonic()
         if now - self.looked < _LOOK:
             return
-        self.threads, self.looked = sum(self.client.nthreads().values()), now
+        try:
+            self.threads, self.looked = sum(self.client.nthreads().values()), now
+        except OSError as error:
+            raise _lost(self.scheduler) from error
         if self.threads:
             self.seen = now
         elif now - self.seen > WORKERS:
