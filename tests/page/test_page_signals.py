@@ -43,9 +43,10 @@ def agree(arrays, data, length):
     assert n <= arrays["modes"].shape[1] <= 1.03 * n  # the page goes on for up to 3 %
     drawn = {name: arrays[name][..., :n] for name in ("modes", "envelopes", "excursion", "curvature", "moment")}
     np.testing.assert_allclose(drawn["modes"], length * data.mode_displacement, rtol=2e-6, atol=1e-6 * span)
-    np.testing.assert_allclose(
-        drawn["envelopes"], length * data.envelope, rtol=2e-6, atol=1e-3 * span
-    )  # of another end
+    ended = analytic_envelope(drawn["modes"])[0]  # of the record that ends where scan's does
+    np.testing.assert_allclose(ended, length * data.envelope, rtol=2e-6, atol=1e-6 * span)
+    # that of a longer record differs a little near its end
+    np.testing.assert_allclose(drawn["envelopes"], length * data.envelope, rtol=2e-6, atol=1e-3 * span)
     np.testing.assert_allclose(analytic_envelope(arrays["modes"])[0], arrays["envelopes"], rtol=2e-6, atol=1e-6 * span)
     np.testing.assert_allclose(drawn["excursion"], length * data.excursion, rtol=2e-6, atol=1e-10)
     np.testing.assert_allclose(drawn["curvature"], data.base_curvature, **CLOSE)

@@ -71,7 +71,7 @@ def plan_run(study: Study, out: Path, workers: int, json: bool) -> None:
     else:
         print("\n".join(plan_lines(plan)))
     refuse_missing(plan.inputs)
-    earlier_results(study, out)
+    earlier_results(study, out)  # refuses a folder with those of another study
 
 
 def _kept(study: Study, out: Path) -> int:
