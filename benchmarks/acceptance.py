@@ -3,11 +3,11 @@
 .venv/bin/python benchmarks/acceptance.py [TRIALS, 60] [SEED, 1]
 
 One motion of 10 s is shifted around 24 whiskers. Units that its envelope does not drive do nothing, adapt, follow a
-slow feature of their own or another whisker; none is locked to the carrier. Each is analysed against the motion of its
-own whisker, the delays of the others left out of the null, p-values adjusted over the units of each whisker. Told are
-the share of responsive units beside Wilson's 95 % interval of the paper's, and mean thresholds beside the paper's and
-beside those of the same units. Then all driven units are given to a neighbouring whisker instead of their own, and the
-correlation of the copies is told for many motions.
+slow feature of this or another whisker; none is locked to the carrier. Each is analysed against the motion of its
+own whisker, the delays of the others left out of the null, p-values adjusted over the units of each whisker. Printed
+are the share of responsive units beside Wilson's 95 % interval of the paper's, and mean thresholds beside the paper's
+and beside those of the same units. Then all driven units are given to a neighbouring whisker instead of their own, and
+the correlation of the copies is printed for many motions.
 
 The paper fits every responsive unit, hence "fitted". "Identified" ones leave out thresholds that may lie below what the
 envelope shows for 90 % of the time, so that their mean may lie above that of all, the true one as well.
@@ -25,11 +25,11 @@ from time import perf_counter
 import numpy as np
 import xarray as xr
 
-from vibrissa.neural.population import COUNTS, THRESHOLD, draw_population
+from vibrissa.neural.simulated.population import COUNTS, THRESHOLD, draw_population
 from vibrissa.stats import adjusted_p_values, wilson_interval
 from vibrissa.stimulus.delays import UNCORRELATED
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "neural"))
+sys.path += [str(Path(__file__).parents[1] / "tests" / place) for place in ("helpers", "neural/coupling")]
 from test_acceptance import analysed, neighbours, off, peaks, recorded, replayed, without_carriers
 
 
@@ -52,15 +52,15 @@ def shares(quality: str, truth: xr.Dataset, found: xr.Dataset) -> None:
 def thresholds(quality: str, truth: xr.Dataset, found: xr.Dataset) -> None:
     """Mean threshold [µm] of all that are fitted and of those identified, beside the paper's and their own."""
     driven = (truth.driven_by == "envelope").values
-    for name, told in (("fitted", found.significant.values), ("identified", found.identified.values)):
-        theirs = 1e6 * found.threshold.values[told]
+    for name, counted in (("fitted", found.significant.values), ("identified", found.identified.values)):
+        theirs = 1e6 * found.threshold.values[counted]
         mean, sem = 1e6 * THRESHOLD[quality][0], 1e6 * THRESHOLD[quality][1] / np.sqrt(COUNTS["results"][quality][1])
         away = (np.nanmean(theirs) - mean) / sem
         print(
             f"  threshold of {theirs.size} {name}: {np.nanmean(theirs):.2f} µm; paper {mean:.1f} ± {sem:.1f},"
             f" {away:+.2f} SEM: {verdict(abs(away) <= 2)}"
         )
-        errors(truth.isel(unit=told & driven), found.isel(unit=told & driven))
+        errors(truth.isel(unit=counted & driven), found.isel(unit=counted & driven))
 
 
 def errors(truth: xr.Dataset, found: xr.Dataset) -> None:

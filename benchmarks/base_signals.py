@@ -11,10 +11,11 @@ import sys
 
 import numpy as np
 
-from vibrissa.mechanics.base_response import analyse_base_signal
-from vibrissa.mechanics.follicle import follicle_signals
-from vibrissa.mechanics.profile import Posture
-from vibrissa.mechanics.superposition import Prediction, Scan, predict
+from vibrissa.mechanics.scan.follicle import follicle_signals
+from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.scan.texture_prediction import Prediction, predict
+from vibrissa.mechanics.sensor.base_response import analyse_base_signal
+from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.quantities import dataset
 from vibrissa.texture.surface import random_grating
 from vibrissa.whisker import Whisker
@@ -47,12 +48,12 @@ def one(seed: int) -> dict:
     results = analyse_base_signal(measured, 1.04 * right, prediction=prediction(seed, 0.2))
     found: dict = {"correlation": float(results["agreement"].correlation[0])}
     for forcing in ("resonance", "resonance_white"):
-        told = results[forcing]
+        fitted = results[forcing]
         found[forcing] = [
             [
                 (
-                    float(told[name][i]) / true[i] - 1,
-                    float(told[f"{name}_low"][i]) < true[i] < float(told[f"{name}_high"][i]),
+                    float(fitted[name][i]) / true[i] - 1,
+                    float(fitted[f"{name}_low"][i]) < true[i] < float(fitted[f"{name}_high"][i]),
                 )
                 for i in range(2)
             ]

@@ -5,7 +5,8 @@ Run: python benchmarks/cluster.py [SEEDS]    three minutes with 50 seeds; 2000 c
 rms of mode 1 of random gratings of 20 mm, exact response: 25 base angles, 20 contacts, 4 speeds, 50 seeds. The whole
 call is timed, the wait for its last answer included. Ideal is the processor time that one process needs for the same,
 the least of two, over two. Where others use the machine too, wall-clock time says little: the processor time, also that
-of the workers, and what it is over two of the wall-clock time, stand beside it. All maps must be equal to the last bit.
+of the workers, and what it is over two of the wall-clock time, are printed beside it. All maps must be equal to the
+last bit.
 """
 
 from __future__ import annotations

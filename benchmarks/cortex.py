@@ -6,8 +6,8 @@
 .venv/bin/python benchmarks/cortex.py population
 .venv/bin/python benchmarks/cortex.py speed
 
-`false`: share of units that do not answer the envelope yet come out at p ≤ 0.01, with Wilson's 95 % interval; every
-unit has a stimulus of its own. `power`: the same for weak units (slope 0.02 per s and µm, 60 trials). `fit`: error of
+`false`: share of units that do not answer the envelope yet are found at p ≤ 0.01, with Wilson's 95 % interval; every
+unit has its own stimulus. `power`: the same for weak units (slope 0.02 per s and µm, 60 trials). `fit`: error of
 threshold, slope and latency, and how often the 95 % intervals hold the truth. `population`: 170 units of which 45 are
 driven, with the paper's spread of thresholds and slopes, from spikes to the table of units. `speed`: time of the exact
 test over that of one Fourier transform of the same length, and time of a fit.
@@ -20,18 +20,18 @@ from pathlib import Path
 
 import numpy as np
 
-from vibrissa.neural.analysis import analyse_units
-from vibrissa.neural.coupling import Null, envelope_coupling
-from vibrissa.neural.hinge import Drive, Hinge, HingeGrid
-from vibrissa.neural.nulls import Circular, Paper2014, PseudoTexture, Record
-from vibrissa.neural.spikes import join_units
-from vibrissa.neural.tuning import ENDS, bootstrap_fits, forward_fit, predicted
-from vibrissa.neural.virtual import HingeUnit, simulate_spikes
+from vibrissa.neural.coupling.analysis import analyse_units
+from vibrissa.neural.coupling.envelope_coupling import Null, envelope_coupling
+from vibrissa.neural.coupling.nulls import Circular, Paper2014, Record
+from vibrissa.neural.coupling.threshold_linear import BinnedDrive, Hinge, HingeGrid
+from vibrissa.neural.coupling.tuning import ENDS, bootstrap_fits, forward_fit, predicted
+from vibrissa.neural.io.spikes import join_units
+from vibrissa.neural.simulated.virtual import ThresholdLinearUnit, simulate_spikes
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.stats import wilson_interval
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "neural"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "helpers"))
 import populations  # the simulated units of the tests
 
 bins = np.arange(populations.BINS)
@@ -55,7 +55,7 @@ def tests(rng: np.random.Generator) -> dict[str, tuple[Null, tuple[int, int], in
     return {
         "circular": (Circular(), (0, 3), 100),
         "circular, delays left out": (Circular(delays=DELAYS), (0, 3), 100),
-        "pseudo-texture": (PseudoTexture(envelopes=populations.envelopes(499, rng)), (0, 3), 100),
+        "pseudo-texture": (populations.PseudoTexture(envelopes=populations.envelopes(499, rng)), (0, 3), 100),
         "paper2014": (Paper2014(), (-1, 1), 0),
         "paper2014, skip 1 s": (Paper2014(), (-1, 1), 100),
     }
@@ -109,11 +109,11 @@ def fits(n_units: int) -> None:
             )
 
 
-def presented(rng: np.random.Generator) -> Drive:
+def presented(rng: np.random.Generator) -> BinnedDrive:
     moment, displacement = populations.ringing(rng)
     edges = populations.WIDTH * np.arange(populations.BINS + 1)
     valid = (bins >= 100) & (bins < bins.size - 5)
-    return Drive(time=moment, envelope=analytic_envelope(displacement)[0], edges=edges, valid=valid)
+    return BinnedDrive(time=moment, envelope=analytic_envelope(displacement)[0], edges=edges, valid=valid)
 
 
 def population(n_units: int = 170, n_driven: int = 45, n_trials: int = 60) -> None:
@@ -125,17 +125,18 @@ def population(n_units: int = 170, n_driven: int = 45, n_trials: int = 60) -> No
     baseline, latency = rng.uniform(2, 10, n_units), rng.uniform(0.006, 0.022, n_units)
     spikes = {}
     for k in range(n_units):
-        unit = HingeUnit(threshold=threshold[k], slope=slope[k], baseline=baseline[k], latency=latency[k])
+        unit = ThresholdLinearUnit(threshold=threshold[k], slope=slope[k], baseline=baseline[k], latency=latency[k])
         spikes[str(k)] = simulate_spikes(unit, moment, envelope, n_trials, rng=rng)
     found = analyse_units(join_units(spikes), dataset(time=moment, point_displacement=displacement), n_trials)
-    significant, told = found.significant.values, found.identified.values
+    significant, identified = found.significant.values, found.identified.values
     inside = (found.threshold_low.values <= threshold) & (threshold <= found.threshold_high.values)
     print(
         f"driven units found: {significant[:n_driven].sum()} of {n_driven}; idle ones: {significant[n_driven:].sum()}"
     )
-    print(f"threshold told for {told.sum()}; its interval holds the truth in {inside[told].mean():.2f} of them")
-    mean = 1e6 * found.threshold.values[told].mean()
-    print(f"their mean threshold {mean:.1f} µm, true {1e6 * threshold[told].mean():.1f} µm")
+    held = inside[identified].mean()
+    print(f"threshold estimated for {identified.sum()}; its interval holds the truth in {held:.2f} of them")
+    mean = 1e6 * found.threshold.values[identified].mean()
+    print(f"their mean threshold {mean:.1f} µm, true {1e6 * threshold[identified].mean():.1f} µm")
 
 
 def speed() -> None:

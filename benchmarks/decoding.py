@@ -17,8 +17,8 @@ import av
 import numpy as np
 import tifffile
 
-from vibrissa.video import photron
-from vibrissa.video.movie import read_blocks, write_movie
+from vibrissa.video.io import photron
+from vibrissa.video.io.movie import read_blocks, write_movie
 from vibrissa.video.tracking import Calibration, track
 
 HEIGHT, WIDTH, BLOCK = 450, 500, 64

@@ -6,7 +6,7 @@
 decoder there is, and the area under the ROC curve of the first two, are sums over Poisson counts. Printed: means of
 what is found, and how often the 95 % intervals hold the truth. `course`: eight units whose rates change in time; the
 best decoder knows them and is asked 200,000 simulated trials. `chance`: units that answer all textures alike; how often
-any of four codes is said to tell them apart, and the mean p-value.
+any of four codes is said to discriminate them, and the mean p-value.
 """
 
 import sys
@@ -14,7 +14,7 @@ import sys
 import numpy as np
 from scipy.stats import poisson
 
-from vibrissa.neural.discrimination import TELLS, Discrimination, discriminate
+from vibrissa.neural.coding.discrimination import TELLS, Discrimination, discriminate
 from vibrissa.stats import wilson_interval
 
 RATES = np.array([4.0, 7.0, 11.0])
@@ -25,7 +25,7 @@ def presented(rng, n_textures, n_each):
     return rng.permutation(np.arange(n_textures * n_each) % n_textures)
 
 
-def told(held, repeats):
+def share_held(held, repeats):
     """Share with its interval, in per cent."""
     low, high = wilson_interval(int(held), repeats)
     return f"{100 * held / repeats:.1f} % [{100 * low:.1f}, {100 * high:.1f}]"
@@ -48,9 +48,9 @@ def one_unit(repeats, n_each):
             data.accuracy_low.item() <= best <= data.accuracy_high.item(),
             (data.auc_low[0, 0].item() <= area <= data.auc_high[0, 0].item()),
         )
-    accuracy, shares = found.mean(0)[0], told(held[0], repeats)
+    accuracy, shares = found.mean(0)[0], share_held(held[0], repeats)
     print(f"best, {n_each} trials of each texture: accuracy {accuracy:.3f} of {best:.3f}, held {shares};")
-    print(f"  area {found[:, 1].mean():.3f} of {area:.3f}, held {told(held[1], repeats)}", flush=True)
+    print(f"  area {found[:, 1].mean():.3f} of {area:.3f}, held {share_held(held[1], repeats)}", flush=True)
 
 
 def course(repeats, n_each):
@@ -85,7 +85,7 @@ def chance(repeats):
         said += np.any(data.code_verdict == TELLS).item()
         p_values.append(data.code_p_value.values)
         shares.append(data.accuracy.values)
-    print(f"chance: any of four codes said to tell: {told(said, repeats)}, at 5 %")
+    print(f"chance: any of four codes said to discriminate: {share_held(said, repeats)}, at 5 %")
     print(f"  mean p-values {np.mean(p_values, axis=0)}")
     print(f"  mean accuracies {np.mean(shares, axis=0)} of 0.333")
 

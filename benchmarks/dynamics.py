@@ -17,7 +17,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from scipy.signal import hilbert
 
-from vibrissa.mechanics.dynamics import Drive, amplitudes, vibrate
+from vibrissa.mechanics.vibration.dynamics import Drive, amplitudes, vibrate
 
 OMEGA, ZETA = np.array([770.0, 2180.0, 4360.0]), 0.11  # those of ε = 0.29, L = 40 mm
 GAPS, DURATION, RATE = 608, 3.5, 20e3
@@ -25,7 +25,7 @@ GAPS, DURATION, RATE = 608, 3.5, 20e3
 FIRST_CALL = """
 from time import perf_counter
 import numpy as np
-from vibrissa.mechanics.dynamics import Drive, amplitudes
+from vibrissa.mechanics.vibration.dynamics import Drive, amplitudes
 t, drive = np.arange(100) / 20e3, Drive([0.001], [[[0.0, 1.0, 2.0]]], [0.0])
 start = perf_counter()
 amplitudes(t, drive, 770.0, 0.11)

@@ -11,11 +11,11 @@ import time
 
 import numpy as np
 
-from vibrissa.mechanics.profile import Posture
-from vibrissa.mechanics.superposition import Scan
-from vibrissa.neural.analysis import EnvelopeAnalysis, analyse_units
-from vibrissa.neural.driven import draw_driven
-from vibrissa.study.forward import Presentation, forward
+from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
+from vibrissa.neural.simulated.driven import draw_driven
+from vibrissa.study.forward.forward import TrialSettings, forward
 from vibrissa.texture.surface import random_grating
 from vibrissa.whisker import Whisker
 
@@ -28,7 +28,7 @@ FITTED = ("threshold", "slope", "latency", "baseline")
 def one(seed):
     """Give truth, fit and spikes of one population."""
     texture, units = (make(np.random.default_rng([seed, k])) for k, make in enumerate((grating, population)))
-    how = Presentation(n_trials=TRIALS, seed=seed, mean_envelope=MEAN_ENVELOPE)
+    how = TrialSettings(n_trials=TRIALS, seed=seed, mean_envelope=MEAN_ENVELOPE)
     spikes = forward(texture, WHISKER, POSTURE, SCAN, units, how, sampling_rate=RATE)
     return spikes, analyse_units(spikes, spikes, TRIALS, EnvelopeAnalysis(skip=0.1))
 
@@ -76,8 +76,8 @@ def main(n):
     print(f"counts against the hinge: z = {np.mean(z):+.2f} ± {np.std(z):.2f} over {len(z)} multi-units")
     for name in FITTED:
         low, mid, high = 100 * np.percentile(error[name], [5, 50, 95])
-        held, told = 100 * np.mean(inside[name]), f"median {mid:+.2f} %, {low:+.1f} to {high:+.1f} %"
-        print(f"{name:>9}: inside {held:.1f} %; error {told}")
+        held, errors = 100 * np.mean(inside[name]), f"median {mid:+.2f} %, {low:+.1f} to {high:+.1f} %"
+        print(f"{name:>9}: inside {held:.1f} %; error {errors}")
 
 
 if __name__ == "__main__":

@@ -236,9 +236,9 @@ def main(rounds: int, seed: int) -> None:
                 now, kinds = kinds[:ROUNDS_A_FOLDER], kinds[ROUNDS_A_FOLDER:]
                 rows, wrong, late = try_out(work, cluster, command, now, rng, span)
                 kinds, faults = late + kinds, faults + wrong
-                for kind, moment, told in rows:
+                for kind, moment, outcome in rows:
                     count += 1
-                    print(f"{count:3d}  {kind:<10}{moment:7.1f} s after the last  {told}", flush=True)
+                    print(f"{count:3d}  {kind:<10}{moment:7.1f} s after the last  {outcome}", flush=True)
                 print(f"     ended: {len(wrong)} files that differ {wrong[:5]}", flush=True)
         finally:
             cluster.end()

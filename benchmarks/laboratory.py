@@ -11,8 +11,8 @@ import time
 
 import numpy as np
 
-from vibrissa.study.laboratory import Laboratory
-from vibrissa.study.sweeps import run_laboratory
+from vibrissa.study.spec.laboratory import Laboratory
+from vibrissa.study.sweeps.sweeps import run_laboratory
 from vibrissa.sweep.engine import Engine
 
 

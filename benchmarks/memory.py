@@ -1,6 +1,6 @@
 """Peak memory of one sweep, by its length: a virtual one, filmed and tracked, and a recorded track; a process for each.
 
-Peaks (resident, MiB) of every stage, as Linux tells them. Nodes and frames say how large the profile is.
+Peaks (resident, MiB) of every stage, as Linux reports them. Nodes and frames say how large the profile is.
 Run: python benchmarks/memory.py [FRAMES ...] [--tracks]   (--tracks: only what is done with a track; much quicker)
 """
 
@@ -31,7 +31,7 @@ def forget() -> None:
     Path("/proc/self/clear_refs").write_text("5")
 
 
-def told(stage: str, work: Callable[[], Any]) -> Any:
+def with_peak(stage: str, work: Callable[[], Any]) -> Any:
     forget()
     begin = time.process_time()
     result = work()
@@ -40,7 +40,7 @@ def told(stage: str, work: Callable[[], Any]) -> Any:
 
 
 def laboratory(frames: int) -> Any:
-    from vibrissa.study.laboratory import Laboratory
+    from vibrissa.study.spec.laboratory import Laboratory
 
     return Laboratory(
         animals=1,
@@ -56,17 +56,17 @@ def laboratory(frames: int) -> Any:
 
 def virtual(frames: int) -> None:
     """Predict, film, track; decompose, fit; all of it once more as one call."""
-    from vibrissa.study.laboratory import plan
-    from vibrissa.study.sweep_analysis import analyse_sweep
-    from vibrissa.study.virtual_sweep import filmed_sweep, virtual_sweep
+    from vibrissa.study.sweeps.laboratory import plan
+    from vibrissa.study.sweeps.sweep_analysis import analyse_sweep
+    from vibrissa.study.sweeps.virtual_sweep import filmed_sweep, virtual_sweep
 
     place = laboratory(frames)
     sweep = plan(place)[0][0]
-    filmed = told("predicted, filmed, tracked", lambda: filmed_sweep(place, sweep))
+    filmed = with_peak("predicted, filmed, tracked", lambda: filmed_sweep(place, sweep))
     print(f"    {filmed.profile.sizes['time']} frames, {filmed.profile.sizes['node']} nodes")
-    told("decomposed, fitted", lambda: analyse_sweep(filmed.profile, filmed.known))
+    with_peak("decomposed, fitted", lambda: analyse_sweep(filmed.profile, filmed.known))
     filmed = None
-    told("a virtual sweep", lambda: virtual_sweep(place, sweep))
+    with_peak("a virtual sweep", lambda: virtual_sweep(place, sweep))
 
 
 def make_track(frames: int, folder: Path) -> None:
@@ -74,10 +74,10 @@ def make_track(frames: int, folder: Path) -> None:
     import numpy as np
 
     from vibrissa.files import save
-    from vibrissa.mechanics.superposition import predict
+    from vibrissa.mechanics.scan.texture_prediction import predict
     from vibrissa.quantities import dataset
-    from vibrissa.study.laboratory import plan
-    from vibrissa.texture.io import write_troughs
+    from vibrissa.study.sweeps.laboratory import plan
+    from vibrissa.texture.io import write_gaps
 
     place = laboratory(frames)
     sweep, texture, rng = plan(place)[0][0], place.grating(0), np.random.default_rng(0)
@@ -90,7 +90,7 @@ def make_track(frames: int, folder: Path) -> None:
         y[part] = 1e-6 * rng.normal(size=y[part].shape) - y[part]
     sd, about = np.full(x.shape, 1e-6), {"frame": "image", "pixel_size": 3e-5, "frame_rate": 2000.0}
     save(dataset(about, time=time_, node=np.arange(NODES), x=x, y=y, y_sd=sd, arc_length=arc), folder / "track.nc")
-    write_troughs(texture, folder / "plate.csv")
+    write_gaps(texture, folder / "plate.csv")
     (folder / "sweeps.csv").write_text(
         "track,animal,whisker,texture,scan_speed,length,cone_angle\n"
         f"track.nc,a,C1,plate.csv,{SPEED},{length},{sweep.whisker.cone_angle}\n"
@@ -99,10 +99,11 @@ def make_track(frames: int, folder: Path) -> None:
 
 def recorded(frames: int, folder: str) -> None:
     """Analyse a track that is there."""
-    from vibrissa.study.recorded_sweeps import read_sweeps, recorded_sweep
+    from vibrissa.study.spec.recorded_sweeps import read_sweeps
+    from vibrissa.study.sweeps.recorded_sweeps import recorded_sweep
 
     entry = read_sweeps(Path(folder) / "sweeps.csv")[0]
-    told(f"a track of {frames}", lambda: recorded_sweep(entry))
+    with_peak(f"a track of {frames}", lambda: recorded_sweep(entry))
 
 
 def main(lengths: list[int], virtual_too: bool) -> None:

@@ -16,15 +16,14 @@ from typing import Any, TypeVar
 
 import xarray as xr
 
-from vibrissa.mechanics.decomposition import decompose
-from vibrissa.mechanics.modes import resonances
-from vibrissa.mechanics.resonance import fit_modes
-from vibrissa.mechanics.superposition import Prediction
-from vibrissa.study.settings import Film, read_study
-from vibrissa.study.study import NODE_SPACING
-from vibrissa.study.virtual import film_motion, lay_out, predicted_motion
-from vibrissa.video.camera import Camera
-from vibrissa.video.movie import read_blocks, write_movie
+from vibrissa.mechanics.inverse.decomposition import decompose
+from vibrissa.mechanics.inverse.resonance import fit_modes
+from vibrissa.mechanics.modes.straight import resonances
+from vibrissa.mechanics.scan.texture_prediction import Prediction
+from vibrissa.study.movie.virtual import NODE_SPACING, film_motion, lay_out, predicted_motion
+from vibrissa.study.spec.settings import Film, read_study
+from vibrissa.video.camera.camera import Camera
+from vibrissa.video.io.movie import read_blocks, write_movie
 from vibrissa.video.tracking import Calibration, track
 
 STUDY = read_study()

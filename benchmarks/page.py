@@ -1,4 +1,4 @@
-"""From slider to picture, in a browser: `python benchmarks/page.py`. Needs chromium, the group dev and extra surface.
+"""From slider to picture, in a browser: `python benchmarks/page.py`. Needs chromium, the group bench and extra surface.
 
 `python benchmarks/page.py answers` takes no browser: the processor time of the server's answers alone, half a minute.
 
@@ -25,9 +25,9 @@ from playwright.sync_api import sync_playwright
 from threadpoolctl import threadpool_limits
 
 from vibrissa.page.answers import answer
-from vibrissa.page.bench import Bench
 from vibrissa.page.controls import CONTROLS
-from vibrissa.page.shelf import Shelf
+from vibrissa.page.session import PageSession
+from vibrissa.page.upload_cache import UploadCache
 
 MOVES = 10
 DOWN = ("height", "base_angle", "duty", "a.duty")  # the other way the whisker does not reach, or runs into its fold
@@ -92,14 +92,17 @@ def ended(server):
 def answers():
     """Processor time of one answer after a step of every slider, median and 95 %, from a server in this process."""
     with tempfile.TemporaryDirectory() as folder:
-        shelf = Shelf()
-        key, _ = shelf.put("map.sdf", rough_map(folder).read_bytes(), {"line": "x:1"})
+        uploads = UploadCache()
+        key, _ = uploads.put("map.sdf", rough_map(folder).read_bytes(), {"line": "x:1"})
     print(f"[ms]{'':<24}{'median':>14}{'p95':>6}")
     with threadpool_limits(1):
         for surface, words in (SURFACES | MORE).items():
-            state, bench = dict(parse_qsl(words)) | ({"a.file": key} if surface == "file" else {}), Bench(shelf.get)
+            state, session = (
+                dict(parse_qsl(words)) | ({"a.file": key} if surface == "file" else {}),
+                PageSession(uploads.get),
+            )
             for control in POSTURE if surface in MORE else sliders(state):
-                took = [spent_on(bench, {**state, control: value}) for value in stepped(control)]
+                took = [spent_on(session, {**state, control: value}) for value in stepped(control)]
                 print(f"{surface + ', ' + control:<28}{np.median(took[2:]):14.0f}{np.quantile(took[2:], 0.95):6.0f}")
 
 
@@ -118,27 +121,27 @@ def stepped(control):
     return [one.default + sign * k * one.step for k in range(MOVES + 2)]
 
 
-def spent_on(bench, state):
+def spent_on(session, state):
     """Processor time of one answer [ms]."""
     before = time.process_time()
-    if isinstance(told := answer(bench, json.dumps({"id": 1, "want": "live", "state": state})), str):
-        sys.exit(told)
+    if isinstance(said := answer(session, json.dumps({"id": 1, "want": "live", "state": state})), str):
+        sys.exit(said)
     return (time.process_time() - before) * 1e3
 
 
 def every(page, surface, server):
     """Each slider in turn, from the same state; then the base angle after rests."""
-    start, all_told = page.evaluate("location.hash"), []
+    start, all_times = page.evaluate("location.hash"), []
     for control in POSTURE if surface in MORE else page.evaluate(SLIDERS):
-        told, line = moved(page, control, server)
-        all_told.append(told)
+        said, line = moved(page, control, server)
+        all_times.append(said)
         print(f"{surface + ', ' + control:<28}{line}", flush=True)
         shown = page.evaluate("vibrissa.shown()")
         page.evaluate(f"location.hash = '{start or '#'}'")
         until(page, f"vibrissa.shown() > {shown} && !vibrissa.busy()")
-    told, line = moved(page, "base_angle", server, RESTS)
+    said, line = moved(page, "base_angle", server, RESTS)
     print(f"{surface + ', angle after rests':<28}{line}", flush=True)
-    print(f"{surface + ', all of these':<28}{as_line(np.concatenate([*all_told, told], axis=1))}\n", flush=True)
+    print(f"{surface + ', all of these':<28}{as_line(np.concatenate([*all_times, said], axis=1))}\n", flush=True)
 
 
 def moved(page, control, server, rests=None):
@@ -152,13 +155,13 @@ def moved(page, control, server, rests=None):
         page.locator(f"[id='c-{control}-slider']").press("ArrowLeft" if control in DOWN else "ArrowRight")
         until(page, f"vibrissa.wholes.length > {drawn}")
     after = spent(descendants(server)), spent(browsers())
-    told = np.array([page.evaluate(f"vibrissa.{name}")[-MOVES:] for name in ("latencies", "wholes")])
-    return told, as_line(told) + "".join(f"{(b - a) / MOVES * 1e3:9.0f}" for a, b in zip(before, after, strict=True))
+    said = np.array([page.evaluate(f"vibrissa.{name}")[-MOVES:] for name in ("latencies", "wholes")])
+    return said, as_line(said) + "".join(f"{(b - a) / MOVES * 1e3:9.0f}" for a, b in zip(before, after, strict=True))
 
 
-def as_line(told):
+def as_line(said):
     """Medians and 95th percentiles."""
-    numbers = [f(one) for one in told for f in (np.median, lambda one: np.quantile(one, 0.95))]
+    numbers = [f(one) for one in said for f in (np.median, lambda one: np.quantile(one, 0.95))]
     return "".join(f"{one:{width}.0f}" for one, width in zip(numbers, (14, 6, 13, 6), strict=True))
 
 

@@ -13,29 +13,29 @@ from pathlib import Path
 
 import numpy as np
 
-from vibrissa.neural.hinge import HingeGrid
-from vibrissa.neural.planner import Wanted, plan_trials
-from vibrissa.neural.presentation import Presentation
-from vibrissa.neural.tuning import ENDS, bootstrap_fits, forward_fit, predicted
-from vibrissa.neural.virtual import HingeUnit
+from vibrissa.neural.coding.planner import Wanted, plan_trials
+from vibrissa.neural.coupling.presentation import Presentation
+from vibrissa.neural.coupling.threshold_linear import HingeGrid
+from vibrissa.neural.coupling.tuning import ENDS, bootstrap_fits, forward_fit, predicted
+from vibrissa.neural.simulated.virtual import ThresholdLinearUnit
 from vibrissa.quantities import dataset
 from vibrissa.stats import wilson_interval
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "neural"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "helpers"))
 import populations  # the stimuli of the tests
 
 WIDTH = 0.01  # [s]
 CASES = [
-    (HingeUnit(), Wanted(threshold=4e-6), 0.0),
-    (HingeUnit(), Wanted(threshold=3e-6), 0.0),
-    (HingeUnit(), Wanted(slope=0.1), 0.0),
-    (HingeUnit(), Wanted(latency=1e-3), 0.0),
-    (HingeUnit(baseline=1.0), Wanted(threshold=3e-6), 0.0),
-    (HingeUnit(threshold=70e-6), Wanted(threshold=5e-6), 0.0),
-    (HingeUnit(slope=1e5), Wanted(threshold=6e-6), 0.0),
-    (HingeUnit(slope=1e5), Wanted(slope=0.2), 0.0),
-    (HingeUnit(), Wanted(slope=0.1), 0.3),
-    (HingeUnit(), Wanted(threshold=4e-6), 0.3),
+    (ThresholdLinearUnit(), Wanted(threshold=4e-6), 0.0),
+    (ThresholdLinearUnit(), Wanted(threshold=3e-6), 0.0),
+    (ThresholdLinearUnit(), Wanted(slope=0.1), 0.0),
+    (ThresholdLinearUnit(), Wanted(latency=1e-3), 0.0),
+    (ThresholdLinearUnit(baseline=1.0), Wanted(threshold=3e-6), 0.0),
+    (ThresholdLinearUnit(threshold=70e-6), Wanted(threshold=5e-6), 0.0),
+    (ThresholdLinearUnit(slope=1e5), Wanted(threshold=6e-6), 0.0),
+    (ThresholdLinearUnit(slope=1e5), Wanted(slope=0.2), 0.0),
+    (ThresholdLinearUnit(), Wanted(slope=0.1), 0.3),
+    (ThresholdLinearUnit(), Wanted(threshold=4e-6), 0.3),
 ]
 
 

@@ -9,8 +9,8 @@ from time import perf_counter
 
 import numpy as np
 
-from vibrissa.neural.population import draw_population, record_population
-from vibrissa.neural.wandering import unrelated_feature
+from vibrissa.neural.simulated.population import draw_population, record_population
+from vibrissa.neural.simulated.wandering import unrelated_feature
 
 RATE, DURATION, TRIALS, WHISKERS = 2000.0, 10.0, 100, 24
 

@@ -1,4 +1,4 @@
-"""Run the built-in experiment over many seeds: are the errors of what is found compatible with zero?
+"""Run the built-in experiment over many seeds: are the errors of the estimates compatible with zero?
 
 .venv/bin/python benchmarks/recovery.py [SEEDS, at least 2] [OUT.csv]
 
@@ -16,8 +16,8 @@ from pathlib import Path
 import dask
 import numpy as np
 
-from vibrissa.study.settings import read_study
-from vibrissa.study.study import run_study
+from vibrissa.study.run.study import run_study
+from vibrissa.study.spec.settings import read_study
 
 BATCH = 2
 
@@ -57,7 +57,7 @@ def main(n_seeds: int, path: Path) -> None:
         print(f"{len(done)} of {n_seeds} seeds", file=sys.stderr, flush=True)
     for name in list(done[0])[1:]:
         values = np.array([float(row[name]) for row in done])
-        values = values[np.isfinite(values)]  # a fit without a maximum gives none; the count tells
+        values = values[np.isfinite(values)]  # a fit without a maximum gives none; the count shows it
         spread = values.std(ddof=1)
         error = spread / np.sqrt(len(values))
         if name.endswith("[inside]"):

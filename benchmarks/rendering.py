@@ -4,7 +4,7 @@
 
 500 × 450 pixels, whiskers of some 400 columns, one core: processor time, best of seven. Prints "case | frames/s | ms
 per frame"; the limits are to fill the same frames with a copied frame, and to draw the same noise with
-standard_normal. What stands still is drawn anew for each movie, so a short movie shows it.
+standard_normal. The fixed parts are drawn anew for each movie, so a short movie shows it.
 """
 
 import sys
@@ -14,8 +14,8 @@ from time import process_time
 
 import numpy as np
 
-from vibrissa.video.rendering import Camera, exposure_times, render
-from vibrissa.video.scenery import Fur, Led, Light, Scenery, Shadow
+from vibrissa.video.camera.rendering import Camera, exposure_times, render
+from vibrissa.video.camera.scenery import Fur, Led, Light, Scenery, Shadow
 
 CAMERA = Camera(width=500, height=450)
 DRIFT = Light(drift=0.01)

@@ -18,21 +18,22 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from vibrissa.figures import fig4, fig5
+from vibrissa.figures.paper import fig4, fig5
 from vibrissa.files import load
-from vibrissa.mechanics.collapse import collapse
-from vibrissa.mechanics.superposition import predict
+from vibrissa.mechanics.across.collapse import collapse
+from vibrissa.mechanics.scan.texture_prediction import predict
 from vibrissa.quantities import dataset
 from vibrissa.stats import wilson_interval
-from vibrissa.study.backward import analyse
-from vibrissa.study.laboratory import SWEEP, Laboratory, VirtualSweep, plan
-from vibrissa.study.settings import Film
-from vibrissa.study.store import Job, made_of
-from vibrissa.study.sweep_analysis import Known, analyse_sweep
-from vibrissa.study.sweeps import run_jobs, run_laboratory
-from vibrissa.study.virtual import lay_out
+from vibrissa.study.movie.backward import analyse
+from vibrissa.study.movie.virtual import lay_out
+from vibrissa.study.spec.laboratory import SWEEP, Laboratory
+from vibrissa.study.spec.settings import Film
+from vibrissa.study.store.result_store import StoredWork, made_of
+from vibrissa.study.sweeps.laboratory import VirtualSweep, plan
+from vibrissa.study.sweeps.sweep_analysis import SweepFacts, analyse_sweep
+from vibrissa.study.sweeps.sweeps import run_jobs, run_laboratory
 from vibrissa.sweep.engine import Engine
-from vibrissa.video.camera import exposure_times
+from vibrissa.video.camera.camera import exposure_times
 from vibrissa.whisker import YOUNGS_MODULUS
 
 ONE = Engine(scheduler="synchronous")
@@ -48,7 +49,7 @@ def laboratory(seed: int) -> Laboratory:
     return Laboratory(animals=2, conditions=3, textures=1, youngs_modulus_spread=0.1, damping_spread=0.2, seed=seed)
 
 
-def tracked(lab: Laboratory, sweep: VirtualSweep) -> tuple[xr.Dataset, Known, np.ndarray]:
+def tracked(lab: Laboratory, sweep: VirtualSweep) -> tuple[xr.Dataset, SweepFacts, np.ndarray]:
     """What a tracker of that noise would find of a sweep, what is known of it, and its true ω [rad/s]."""
     texture, rng = lab.grating(sweep.key[3]), lab.rng(SWEEP, *sweep.key)
     motion = predict(sweep.whisker, sweep.posture, texture, sweep.scan)
@@ -76,7 +77,7 @@ def tracked(lab: Laboratory, sweep: VirtualSweep) -> tuple[xr.Dataset, Known, np
     )
     distance, height = motion.response.flat.base
     ends = scene.place(np.array([-distance, 0.0]), np.full(2, -height))
-    known = Known(
+    known = SweepFacts(
         whisker=replace(sweep.whisker, youngs_modulus=lab.youngs_modulus, density=lab.density),
         scan_speed=sweep.scan.speed,
         base_height=sweep.base_height,
@@ -102,7 +103,7 @@ def analysed(lab: Laboratory, sweep: VirtualSweep) -> tuple[dict, xr.Dataset]:
     return analyse_sweep(profile, known)[0] | truth, dataset()
 
 
-def job(lab: Laboratory, sweep: VirtualSweep) -> Job:
+def job(lab: Laboratory, sweep: VirtualSweep) -> StoredWork:
     """One sweep to be done."""
     row = {
         "animal": sweep.animal,
@@ -116,11 +117,11 @@ def job(lab: Laboratory, sweep: VirtualSweep) -> Job:
         "cone_angle": sweep.whisker.cone_angle,
         "timescale": replace(sweep.whisker, youngs_modulus=lab.youngs_modulus).timescale,
     }
-    return Job(row, partial(analysed, lab, sweep), made_of(seed=lab.seed, sweep=sweep.number))
+    return StoredWork(row, partial(analysed, lab, sweep), made_of(seed=lab.seed, sweep=sweep.number))
 
 
 def main(folder: Path, count: int, filmed: bool) -> None:
-    """Do what is missing, then tell."""
+    """Do what is missing, then report."""
     for seed in range(count):
         out = folder / f"{'filmed' if filmed else 'tracked'}-{seed:03d}"
         if filmed:
@@ -129,19 +130,19 @@ def main(folder: Path, count: int, filmed: bool) -> None:
             run_jobs([job(laboratory(seed), one) for one in plan(laboratory(seed))[0]], out, {}, ONE, None)
         print(f"{seed + 1} of {count} laboratories", file=sys.stderr, flush=True)
     tables = [load(path) for path in sorted(folder.glob(f"{'filmed' if filmed else 'tracked'}-*/sweeps.nc"))]
-    tell(tables)
+    report(tables)
     draw(folder, tables)
 
 
-def tell(tables: list[xr.Dataset]) -> None:
+def report(tables: list[xr.Dataset]) -> None:
     """Bias, spread and coverage of the resonances, the posture and E."""
     good = [one.isel(sweep=np.flatnonzero(one.accepted.values)) for one in tables]
     whole = _whole(good)
     print(f"{sum(one.sizes['sweep'] for one in tables)} sweeps, {whole.sizes['sweep']} analysed")
     for name in ("contact", "base_angle"):
         error = (whole[name] - whole[f"{name}_true"]).values
-        print(f"{name}: {error.mean():+.2g} ± {error.std():.2g}, told {float(whole[name + '_se'].median()):.2g}")
-    print("| forcing | mode | found | mean error | median | spread | told | intervals that hold the truth | R² |")
+        print(f"{name}: {error.mean():+.2g} ± {error.std():.2g}, reported {float(whole[name + '_se'].median()):.2g}")
+    print("| forcing | mode | found | mean error | median | spread | reported | intervals that hold the truth | R² |")
     print("|---|---|---|---|---|---|---|---|---|")
     for forcing in ("", "_white"):
         for mode in (1, 2, 3):
@@ -195,14 +196,14 @@ def _line(one: xr.Dataset, name: str, forcing: str, mode: int) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def _modulus(tables: list[xr.Dataset], told: list[xr.Dataset], forcing: str) -> None:
+def _modulus(tables: list[xr.Dataset], fits: list[xr.Dataset], forcing: str) -> None:
     """How far E is from the mean of each laboratory's own whiskers, and how often its interval holds that of all."""
-    found, low, high = (np.array([float(one[f"youngs_modulus{end}"]) for one in told]) for end in ("", "_low", "_high"))
+    found, low, high = (np.array([float(one[f"youngs_modulus{end}"]) for one in fits]) for end in ("", "_low", "_high"))
     own = np.array([float(np.exp(np.log(one.youngs_modulus_true).mean())) for one in tables])
     error, hold = 100 * (found / own - 1), int(np.sum((low <= YOUNGS_MODULUS) & (high >= YOUNGS_MODULUS)))
     off, half = f"{error.mean():+.2f} ± {error.std() / len(error) ** 0.5:.2f} %", 50 * np.median(np.log(high / low))
     print(
-        f"E, forcing {forcing}: {off} from that of its whiskers; interval ± {half:.1f} %; {hold} of {len(told)} hold E"
+        f"E, forcing {forcing}: {off} from that of its whiskers; interval ± {half:.1f} %; {hold} of {len(fits)} hold E"
     )
 
 

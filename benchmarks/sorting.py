@@ -2,8 +2,8 @@
 
 python benchmarks/sorting.py [RECORDINGS [SORTER ...]]
 
-Each recording: 20 s, 8 electrodes 20 µm apart, 6 units (see ``vibrissa.neural.simulated.generate``). Times are of the
-second recording on: the first call of a sorter compiles it.
+Each recording: 20 s, 8 electrodes 20 µm apart, 6 units (see ``vibrissa.neural.sorting.simulated.generate``). Times are
+of the second recording on: the first call of a sorter compiles it.
 """
 
 import sys
@@ -12,9 +12,9 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from vibrissa.neural.simulated import generate
-from vibrissa.neural.sorting import accuracy, sort
-from vibrissa.neural.traces import open_traces
+from vibrissa.neural.io.traces import open_traces
+from vibrissa.neural.sorting.simulated import generate
+from vibrissa.neural.sorting.sorters import accuracy, sort
 
 CLASSES = ((0.0, 5.0), (5.0, 8.0), (8.0, np.inf))  # of the units' signal to noise
 
@@ -36,13 +36,13 @@ def report(sorter, n):
     print(f"{sorter}: first {seconds[0]:.0f} s, then {np.mean(seconds[1:]):.1f} s; {extra} units that match none")
     for low, high in CLASSES:
         here = (low <= snr) & (snr < high)
-        told = []
+        lines = []
         for name in ("accuracy", "recall", "precision"):
             value = np.concatenate([one[f"sorting_{name}"] for one in scores])[here]
-            told.append(f"{name} {np.nanmean(value):.3f} (least {np.nanmin(value):.2f})")
+            lines.append(f"{name} {np.nanmean(value):.3f} (least {np.nanmin(value):.2f})")
         found = (np.concatenate([one.sorting_accuracy for one in scores])[here] >= 0.8).sum()
         print(
-            f"  SNR {low:g} to {high:g}: {here.sum()} units, {found} with accuracy 0.8 or more; {', '.join(told)}",
+            f"  SNR {low:g} to {high:g}: {here.sum()} units, {found} with accuracy 0.8 or more; {', '.join(lines)}",
             flush=True,
         )
 

@@ -3,7 +3,7 @@
 .venv/bin/python benchmarks/statics.py
 
 One line per case: case | ours | peer | ratio. Takes some ten seconds. Errors are relative, worst of the values
-compared. Set OPENBLAS_NUM_THREADS=1 on a machine shared with other work.
+compared. Set OPENBLAS_NUM_THREADS=1 on a machine shared with other work. Needs mpmath: pip install --group bench.
 """
 
 import os
@@ -18,8 +18,9 @@ from scipy.integrate import solve_bvp
 from scipy.linalg import eigh
 
 from vibrissa.exact import cone_kappa
-from vibrissa.mechanics.family import equilibria, equilibria_at_height, family
-from vibrissa.mechanics.profile import Posture, flat_curve
+from vibrissa.mechanics.statics.elastica_family import family
+from vibrissa.mechanics.statics.elastica_table import equilibria, equilibria_at_height
+from vibrissa.mechanics.statics.profile import Posture, flat_curve
 
 FRICTION = 0.4
 POSTURE = Posture(contact=0.3, base_angle=1.2, friction=FRICTION)
@@ -191,7 +192,7 @@ def modes() -> None:
 FIRST_RING = """
 import time
 import numpy as np
-from vibrissa.mechanics.oscillator import ring
+from vibrissa.mechanics.vibration.oscillator import ring
 t, event, step = np.linspace(0, 1, 1001), np.array([0.1, 0.5]), np.ones((3, 2))
 start = time.perf_counter()
 ring(t, event, step, step, np.array([500.0, 1500.0, 3000.0]), np.full(3, 0.1))
@@ -199,7 +200,7 @@ print(time.perf_counter() - start)
 """
 FIRST_TABLE = """
 import time
-from vibrissa.mechanics.family import equilibria
+from vibrissa.mechanics.statics.elastica_table import equilibria
 start = time.perf_counter()
 equilibria([0.3], [1.2], 0.4)
 print(time.perf_counter() - start)

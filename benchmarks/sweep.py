@@ -11,14 +11,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibrissa.mechanics.profile import Posture
-from vibrissa.mechanics.superposition import Scan, predict
+from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.scan.texture_prediction import predict
+from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.sweep import Engine, Grid, Measure, sweep
-from vibrissa.texture.surface import Troughs
+from vibrissa.texture.surface import Gaps
 from vibrissa.whisker import Whisker
 
 WHISKER = Whisker(length=0.04, cone_angle=1.5e-3)
-GAP = Troughs(position=np.zeros(1), width=np.array([1e-3]))
+GAP = Gaps(position=np.zeros(1), width=np.array([1e-3]))
 GRID = Grid(contact=np.linspace(0.1, 0.4, 100), base_angle=np.linspace(0.8, 1.5, 100), speed=[0.1])
 SAMPLE = [(0.16, 1.0), (0.2, 1.4), (0.29, 1.2), (0.38, 0.9)]
 T = np.linspace(0, 0.03, 3001)

@@ -10,8 +10,9 @@ from time import perf_counter
 
 import numpy as np
 
-from vibrissa.mechanics.profile import Posture
-from vibrissa.mechanics.superposition import Prediction, Scan, predict_all
+from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.scan.texture_prediction import Prediction, predict_all
+from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.texture.surface import random_grating
 from vibrissa.whisker import Whisker

@@ -17,8 +17,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.video.following import centrelines
-from vibrissa.video.search import Search
+from vibrissa.video.follow.following import centrelines
+from vibrissa.video.follow.search import Search
+from vibrissa.video.kernel.estimator_table import ESTIMATORS
 
 WIDTH, HEIGHT, FRAMES, BLOCK = 500, 450, 2000, 64
 FIRST, LAST = 60, 460  # columns of the lines
@@ -92,7 +93,7 @@ def main() -> None:
     frames = movie()
     bare = best(lambda: [frame.max() for frame in frames])
     print(f"{'bare read of every pixel':<40} | {FRAMES / bare:8.0f} frames/s | {bare / FRAMES * 1e6:6.1f} µs/frame")
-    for estimator in ("matched", "barycentre"):
+    for estimator in ESTIMATORS:
         for count in (1, 3):
             taken, head = (
                 best(lambda part=part, count=count, estimator=estimator: follow(part, count, estimator))

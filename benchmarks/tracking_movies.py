@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.video.rendering import Camera, exposure_times, render
-from vibrissa.video.search import Search
+from vibrissa.video.camera.rendering import Camera, exposure_times, render
+from vibrissa.video.follow.search import Search
 
 FRAMES, WIDTH, HEIGHT = 40, 500, 450
 COLUMNS = np.arange(50, 451)  # of every whisker, base on the left

@@ -8,8 +8,8 @@ time. At the end the tables of docs/tracking.md are printed: means over seeds ±
 
 Truth is the row of the true centreline in the middle of a pixel column, averaged over the exposure; what is found is
 the tracker's raw row in that column, so that nothing between columns or nodes helps. Three columns at either end of a
-whisker are left out. Clear columns have no other whisker within 6 rows; the rest, near another, are told apart. Errors
-above 2 px are counted as hops to another line, and left out of the other figures of clear columns.
+whisker are left out. Clear columns have no other whisker within 6 rows; the rest, near another, are listed separately.
+Errors above 2 px are counted as hops to another line, and left out of the other figures of clear columns.
 """
 
 import csv
@@ -18,14 +18,14 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from time import process_time
-from typing import get_args
 
 import numpy as np
 from tracking_movies import COLUMNS, FRAMES, Cell, Scene, bound, cells, film, others, seeds_of
 
 from vibrissa.errors import InputError
-from vibrissa.video.following import centrelines
-from vibrissa.video.search import Estimator, Search
+from vibrissa.video.follow.following import centrelines
+from vibrissa.video.follow.search import Search
+from vibrissa.video.kernel.estimator_table import ESTIMATORS
 
 INNER = slice(3, -3)
 CLEAR = 6.0  # [px]
@@ -55,7 +55,7 @@ def beyond(error: np.ndarray, where: np.ndarray) -> float:
 def score(scene: Scene, found: np.ndarray, sd: np.ndarray) -> dict[str, float]:
     """Say how good one movie's lines are; lengths in pixels, shares of 1."""
     truth = scene.truth[..., INNER]
-    error, told = found[..., INNER] - truth, sd[..., INNER]
+    error, claimed_sd = found[..., INNER] - truth, sd[..., INNER]
     seen, clear = ~np.isnan(error), others(truth) > CLEAR
     floor = np.stack([bound(scene, w) for w in range(len(truth))])[..., INNER]
     hopped = np.abs(error) > HOP
@@ -73,7 +73,7 @@ def score(scene: Scene, found: np.ndarray, sd: np.ndarray) -> dict[str, float]:
         "bound": float(np.median(least[clear.all(axis=1)])),
         "ratio": float(np.median(scatter / least[steady])) if scatter.size else np.nan,
         "p95": beyond(error, good),
-        "inside": share(np.abs(error) <= 1.96 * told, good & ~np.isnan(told)),
+        "inside": share(np.abs(error) <= 1.96 * claimed_sd, good & ~np.isnan(claimed_sd)),
         "lost": share(~seen, clear),
         "hopped": share(hopped, seen),
         "near_p95": beyond(error, seen & ~clear),
@@ -84,8 +84,8 @@ def score(scene: Scene, found: np.ndarray, sd: np.ndarray) -> dict[str, float]:
 def run(cell: Cell, folder: Path, n_seeds: int) -> str:
     """Score one cell's movies, write its CSV, whole, and give its name."""
     rows = []
-    for seed, estimator in itertools.product(range(n_seeds), get_args(Estimator)):
-        if estimator == get_args(Estimator)[0]:
+    for seed, estimator in itertools.product(range(n_seeds), ESTIMATORS):
+        if estimator == next(iter(ESTIMATORS)):
             scene = film(cell, seed)
         start = process_time()
         found = found_by(scene, estimator)

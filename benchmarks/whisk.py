@@ -20,7 +20,6 @@ import tempfile
 from functools import partial
 from pathlib import Path
 from time import process_time
-from typing import get_args
 
 import numpy as np
 import tifffile
@@ -29,10 +28,11 @@ from tracking_movies import COLUMNS, FRAMES, Scene, cells, film
 from tracking_truth import found_by, score, tables, write
 
 from vibrissa.errors import InputError
-from vibrissa.video.following import centrelines
-from vibrissa.video.movie import read_blocks
-from vibrissa.video.search import Estimator, Search
-from vibrissa.video.whisk_files import Segment, read_whiskers
+from vibrissa.video.follow.following import centrelines
+from vibrissa.video.follow.search import Search
+from vibrissa.video.foreign.whisk_files import Segment, read_whiskers
+from vibrissa.video.io.movie import read_blocks
+from vibrissa.video.kernel.estimator_table import ESTIMATORS, Estimator
 
 CHOSEN = ("contrast", "noise 5 contrast 75", "speed 2", "whiskers 5", "all")
 ALONG = 2.0  # [px]
@@ -85,8 +85,8 @@ def by_whisk(scenes: list[Scene], trace: Path) -> list[dict[str, object]]:
     rows: list[dict[str, object]] = []
     for seed, scene in enumerate(scenes):
         found = assigned(scene, segments, seed * FRAMES)
-        told = np.full(found.shape, np.nan)
-        rows.append({"seed": seed, "by": "WHISK", "seconds": seconds / len(scenes), **score(scene, found, told)})
+        no_sd = np.full(found.shape, np.nan)
+        rows.append({"seed": seed, "by": "WHISK", "seconds": seconds / len(scenes), **score(scene, found, no_sd)})
     return rows
 
 
@@ -97,9 +97,9 @@ def smoothed(scenes: list[Scene]) -> list[dict[str, object]]:
         start = process_time()
         found, _ = found_by(scene, Search().estimator)
         found = savgol_filter(found, SUPPORT, 2, mode="constant", cval=np.nan)  # NaN where any of them is
-        seconds, told = process_time() - start, np.full(found.shape, np.nan)
+        seconds, no_sd = process_time() - start, np.full(found.shape, np.nan)
         name = f"{Search().estimator}, {SUPPORT} columns"
-        rows.append({"seed": seed, "by": name, "seconds": seconds, **score(scene, found, told)})
+        rows.append({"seed": seed, "by": name, "seconds": seconds, **score(scene, found, no_sd)})
     return rows
 
 
@@ -173,7 +173,7 @@ def field(movie: Path, whiskers: Path) -> None:
     columns = np.arange(images.shape[2])
     theirs = np.median([np.nanstd(roughness(rows_of(one, columns))) for one in lines])
     print(f"| WHISK | – | {sum(np.ptp(one.x) for one in lines):.0f} | – | – | – | {theirs:.3f} |")
-    for estimator in get_args(Estimator):
+    for estimator in ESTIMATORS:
         off, rough, refused = read_along(images, lines, estimator)
         every = np.abs(np.concatenate(off))
         other = np.mean([np.median(np.abs(one)) > HOP for one in off if one.size])

@@ -8,16 +8,16 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from vibrissa.mechanics.profile import Posture
-from vibrissa.mechanics.superposition import Scan
-from vibrissa.neural.analysis import EnvelopeAnalysis, analyse_units
-from vibrissa.neural.driven import draw_driven
-from vibrissa.neural.simulated import generate
-from vibrissa.neural.sorting import accuracy, sort
-from vibrissa.neural.spikes import spike_table
-from vibrissa.neural.traces import open_traces
-from vibrissa.neural.trials import cut_into_trials, trials_at
-from vibrissa.study.forward import Presentation, forward
+from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
+from vibrissa.neural.io.spikes import spike_table
+from vibrissa.neural.io.traces import open_traces
+from vibrissa.neural.io.trials import cut_into_trials, trials_at
+from vibrissa.neural.simulated.driven import draw_driven
+from vibrissa.neural.sorting.simulated import generate
+from vibrissa.neural.sorting.sorters import accuracy, sort
+from vibrissa.study.forward.forward import TrialSettings, forward
 from vibrissa.texture.surface import random_grating
 from vibrissa.whisker import Whisker
 
@@ -32,7 +32,7 @@ def main(seed):
         draw_driven(UNITS, rng=np.random.default_rng(seed)),
     )
     units["unit_quality"] = ("unit", np.repeat("SU", UNITS))  # one neuron each
-    how = Presentation(n_trials=TRIALS, seed=seed, mean_envelope=55e-6)
+    how = TrialSettings(n_trials=TRIALS, seed=seed, mean_envelope=55e-6)
     spikes = forward(texture, WHISKER, POSTURE, SCAN, units, how, sampling_rate=4000.0)
     duration = spikes.attrs["duration"]
     onset = 1.0 + (duration + PAUSE) * np.arange(TRIALS)
@@ -42,8 +42,8 @@ def main(seed):
         units.unit_name.values.tolist(),
     )
     with TemporaryDirectory() as folder:
-        path, told, truth = generate(folder, seed=seed, spikes=session)
-        found = sort(open_traces(path, told), seed=seed)
+        path, format_, truth = generate(folder, seed=seed, spikes=session)
+        found = sort(open_traces(path, format_), seed=seed)
     scores = accuracy(found, truth)
     fits = analyse_units(cut_into_trials(found, trials_at(onset, duration)), spikes, TRIALS, EnvelopeAnalysis(skip=0.1))
     names = fits.unit_name.values.tolist()

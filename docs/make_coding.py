@@ -13,13 +13,16 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import lfilter
 
-from vibrissa.neural.demodulator import Demodulator, low_pass
-from vibrissa.neural.spikes import join_units
-from vibrissa.neural.virtual import HingeUnit, PhaseUnit, simulate_spikes
+from vibrissa.neural.io.spikes import join_units
+from vibrissa.neural.simulated.virtual import PhaseUnit, ThresholdLinearUnit, simulate_spikes
 from vibrissa.signals.envelope import analytic_envelope
+from vibrissa.signals.smoothing import low_pass
 from vibrissa.stimulus.array import replay_command
 from vibrissa.stimulus.export import write_command
 from vibrissa.stimulus.waveform import read_motion
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "helpers"))
+from demodulator import Demodulator  # a unit of the tests
 
 RATE, TRIALS, SLOPE, THRESHOLD, LATENCY = 2000.0, 60, 2.5e5, 42.3e-6, 0.012
 SURROUND = {  # weight of each whisker, over the slope
@@ -48,7 +51,7 @@ class Adding:
 
     def rate(self, time, envelopes):
         """Rate [Hz] under the envelopes of all whiskers, by name."""
-        one = HingeUnit(threshold=THRESHOLD, slope=SLOPE, baseline=0.0, latency=LATENCY)
+        one = ThresholdLinearUnit(threshold=THRESHOLD, slope=SLOPE, baseline=0.0, latency=LATENCY)
         driven = sum(share * one.rate(time, envelopes[name]) for name, share in self.weights.items())
         return np.maximum(8.0 + driven + np.zeros(time.size), 0)
 
@@ -126,7 +129,7 @@ def of_several_carriers(folder, rng):
         units = {}
         for name, factor in scale.items():
             corner = 0.0 if name == "rise" else THRESHOLD * factor
-            unit = HingeUnit(threshold=corner, slope=SLOPE / factor, baseline=5.0, latency=LATENCY)
+            unit = ThresholdLinearUnit(threshold=corner, slope=SLOPE / factor, baseline=5.0, latency=LATENCY)
             units[name] = simulate_spikes(unit, time, drive_of(time, motion, name), 20, rng=rng)
         write_table(folder / f"drive{k}.csv", units)
 

@@ -11,8 +11,8 @@ import numpy as np
 import xarray as xr
 from scipy.ndimage import gaussian_filter
 
-from vibrissa.study.settings import read_study
-from vibrissa.video.movie import read_blocks
+from vibrissa.study.spec.settings import read_study
+from vibrissa.video.io.movie import read_blocks
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt

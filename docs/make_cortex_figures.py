@@ -8,8 +8,9 @@ The same as a study file that says no more than [cortex], with its defaults.
 import sys
 from pathlib import Path
 
-from vibrissa.study.cortex import Cortex, run_cortex
-from vibrissa.study.gallery import best_entry
+from vibrissa.study.neurons.cortex import run_cortex
+from vibrissa.study.spec.cortex import Cortex
+from vibrissa.study.stages.figure_table import best_entry
 
 if __name__ == "__main__":
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent

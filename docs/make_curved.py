@@ -10,12 +10,13 @@ import numpy as np
 
 from vibrissa.exact import cone_kappa
 from vibrissa.figures.canvas import house_style, new_figure
-from vibrissa.mechanics.basis import basis
-from vibrissa.mechanics.curved import curved_modes
-from vibrissa.mechanics.edge import on_the_flat
-from vibrissa.mechanics.profile import Posture
-from vibrissa.mechanics.superposition import Scan, predict
-from vibrissa.texture.surface import Troughs
+from vibrissa.mechanics.modes.basis import basis
+from vibrissa.mechanics.modes.curved import curved_modes
+from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.scan.texture_prediction import predict
+from vibrissa.mechanics.statics.edge_contact import on_the_flat
+from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.texture.surface import Gaps
 from vibrissa.whisker import Whisker
 
 WHISKER = Whisker(length=0.040, cone_angle=1.5e-3)
@@ -78,7 +79,7 @@ def draw_motion(axes):
     rng = np.random.default_rng(3)
     gaps, lands = rng.uniform(1e-4, 6e-4, 60), rng.uniform(1e-4, 6e-4, 60)
     position = 1e-3 + np.cumsum(lands) + np.concatenate([[0.0], np.cumsum(gaps)[:-1]])
-    texture, t = Troughs(position=position, width=gaps), np.arange(0.05, 0.13, 5e-5)
+    texture, t = Gaps(position=position, width=gaps), np.arange(0.05, 0.13, 5e-5)
     for modes, colour in (("straight", STRAIGHT), ("curved-coulomb", COULOMB), ("curved-edge", EDGE)):
         scan = Scan(speed=0.12, damping=0.11, modes=modes)
         prediction = predict(WHISKER, POSTURE, texture, scan)

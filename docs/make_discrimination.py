@@ -12,9 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from vibrissa.mechanics.profile import Posture
-from vibrissa.mechanics.superposition import Scan, predict
-from vibrissa.neural.driven import draw_driven, fire
+from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.scan.texture_prediction import predict
+from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.neural.simulated.driven import draw_driven, fire
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.texture.surface import random_grating
 from vibrissa.whisker import Whisker

@@ -13,14 +13,15 @@ from pathlib import Path
 import uvicorn
 from playwright.sync_api import sync_playwright
 
-from vibrissa.page.server import Page, listening, settings
+from vibrissa.page.application import Page
+from vibrissa.page.server import listening, settings
 
 HERE = Path(__file__).parent
 STATE = "#whisker=beta&height=0.025&base_angle=1.1&a.length=0.06&b.length=0.06"
 
 
 def main():
-    """Serve the page, look at it, keep what is seen."""
+    """Serve the page, take a picture of it."""
     with listening(0) as listener:
         port = listener.getsockname()[1]
         page = Page(port)

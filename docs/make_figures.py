@@ -9,15 +9,16 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+import two_channels
 
-from vibrissa.figures import fig2, fig3, fig6_model, fig7e, two_channels
+from vibrissa.figures.paper import fig2, fig3, fig6_model, fig7e
 from vibrissa.files import load
-from vibrissa.mechanics.profile import Posture
-from vibrissa.mechanics.superposition import Scan
-from vibrissa.study.repeats import film_repeats
-from vibrissa.study.settings import read_study
-from vibrissa.study.study import run_study
-from vibrissa.study.virtual import predicted_motion
+from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.study.movie.virtual import predicted_motion
+from vibrissa.study.run.study import run_study
+from vibrissa.study.spec.settings import read_study
+from vibrissa.study.sweeps.repeats import film_repeats
 from vibrissa.whisker import Whisker
 
 WHISKER = Whisker(length=0.040, cone_angle=1.5e-3, tip=0.05)

@@ -1,4 +1,4 @@
-"""Make the nine figures of the gallery from the built-in experiment.
+"""Make the figures of the gallery from the built-in experiment.
 
 python docs/make_gallery.py [FOLDER]
 
@@ -9,23 +9,26 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from vibrissa.study.gallery import figure_of, numbers
-from vibrissa.study.settings import read_study
-from vibrissa.study.study import run_study
+from vibrissa.study.report.gallery import figure_of
+from vibrissa.study.run.study import run_study
+from vibrissa.study.spec.settings import read_study
+from vibrissa.study.stages.figure_table import figures_of
+from vibrissa.study.stages.stages import expected
 
 
 def figures():
     """Give number and figure, one after the other."""
     with TemporaryDirectory() as folder:
-        run_study(read_study(), Path(folder) / "out")
-        for number in numbers():
-            yield number, figure_of(number, Path(folder) / "out")
+        study = read_study()
+        run_study(study, Path(folder) / "out")
+        for entry, _ in figures_of(study, expected(study)):
+            yield entry.number, figure_of(entry.number, Path(folder) / "out")
 
 
 def make(folder):
     """Write the figures that a folder does not hold yet."""
     folder = Path(folder)
-    if (folder / "fig9.png").exists():
+    if (folder / "fig10.png").exists():
         return
     folder.mkdir(parents=True, exist_ok=True)
     for number, figure in figures():

@@ -7,11 +7,11 @@ import sys
 
 import numpy as np
 
-from vibrissa.figures import preview
-from vibrissa.video.camera import Camera
-from vibrissa.video.finding import find_seeds
-from vibrissa.video.rendering import render
-from vibrissa.video.scenery import Fur, Led, Light, Scenery, Shadow
+from vibrissa.figures.others import preview
+from vibrissa.video.camera.camera import Camera
+from vibrissa.video.camera.rendering import render
+from vibrissa.video.camera.scenery import Fur, Led, Light, Scenery, Shadow
+from vibrissa.video.find.finding import find_seeds
 from vibrissa.video.tracking import Calibration, track
 
 CAMERA = Camera(width=500, height=450, shot=0.95)

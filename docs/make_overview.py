@@ -6,8 +6,8 @@ python docs/make_overview.py RESULTS_FOLDER OUT.png
 import sys
 from pathlib import Path
 
-from vibrissa.figures import fig3, fig4, fig5, fig8
 from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, house_style, new_figure
+from vibrissa.figures.paper import fig3, fig4, fig5, fig8
 from vibrissa.files import load
 
 

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from vibrissa.files import load, written_whole
-from vibrissa.study.paper_numbers import compare, html_rows
+from vibrissa.study.paper.paper_numbers import compare, html_rows
 
 DOCS = Path(__file__).parent
 
@@ -34,7 +34,7 @@ def truth(verdict):
 
 
 def paper(results):
-    """Every number of the paper beside what came out here."""
+    """Every number of the paper beside the number found here."""
     text = line("paper", "Fig.", "here", "origin", "same?") + line(*["---"] * 5)
     for row in html_rows(compare(results)):
         text += line(row["paper"], row["figure"], row["here"], row["origin"], row["verdict"])

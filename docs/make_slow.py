@@ -1,4 +1,4 @@
-"""Draw docs/slow.png, a texture met while the base whisks, and print what is said of it (half a minute).
+"""Draw docs/slow.png, a texture met while the base whisks, and print the remarks on it (half a minute).
 
 python docs/make_slow.py [FOLDER]
 """
@@ -10,15 +10,16 @@ import numpy as np
 
 from vibrissa.exact import cone_kappa, cone_modes, shaft_quadrature
 from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, house_style, new_figure
-from vibrissa.mechanics.advance import TERMS
-from vibrissa.mechanics.dynamics import amplitudes
-from vibrissa.mechanics.edge import on_the_flat
-from vibrissa.mechanics.panels import fit
-from vibrissa.mechanics.posture_path import PosturePath
-from vibrissa.mechanics.profile import Posture
-from vibrissa.mechanics.response import displaced, quasi_static
-from vibrissa.mechanics.slow import BLURRED, DRIFTING, FAST, predict_slow, remarks
-from vibrissa.mechanics.superposition import Scan
+from vibrissa.mechanics.quasi_static.response import quasi_static
+from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.statics.edge_contact import on_the_flat
+from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.mechanics.vibration.dynamics import amplitudes
+from vibrissa.mechanics.whisking.active_whisking import BLURRED, predict_slow, remarks
+from vibrissa.mechanics.whisking.advance import TERMS
+from vibrissa.mechanics.whisking.panels import fit
+from vibrissa.mechanics.whisking.posture_path import PosturePath
+from vibrissa.mechanics.whisking.slow_prediction import DRIFTING, FAST
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.texture.surface import random_grating
 from vibrissa.whisker import Whisker
@@ -39,7 +40,7 @@ def at_rest(slow, t):
     """Resonance and displacement of mode 1 in the mean posture, under the same history of the contact."""
     low, high = slow.table.borders[[0, -1]]
     response = quasi_static(Posture.at_height(HEIGHT, ANGLE), (float(low), float(high)), n_modes=1)
-    borders = np.append(slow.drive.time, slow.path.time[-1])
+    borders = np.append(slow.advance.drive.time, slow.path.time[-1])
     drive = fit(lambda when: response(slow.excursion(when))[:1], borders, TERMS)
     omega = response.kappa / WHISKER.timescale
     return omega[0], (amplitudes(t, drive, omega, SCAN.damping) + drive(t))[0]
@@ -52,7 +53,7 @@ def own_inertia(path):
     kappa = cone_kappa(rest.contact, 1)
     s, weights = shaft_quadrature(rest.contact, 100)
     shape = cone_modes(kappa, rest.contact, s)[0] * weights * s**2
-    slow = np.array([shape @ displaced(rest, on_the_flat(path.at(one)), s) for one in t])
+    slow = np.array([shape @ rest.displaced(*on_the_flat(path.at(one)).position(s), s) for one in t])
     return float(np.abs(np.gradient(np.gradient(slow, t), t)[4:-4]).max() * (WHISKER.timescale / kappa[0]) ** 2)
 
 
@@ -85,15 +86,15 @@ def draw(data):
         bottom.semilogy(
             condition.time, condition[name], label=label, color="0.4" if name == "ring_down_change" else None
         )
-    for limit, told in ((DRIFTING, "remark"), (FAST, "refused (remark, per ring-down)")):
+    for limit, label in ((DRIFTING, "remark"), (FAST, "refused (remark, per ring-down)")):
         bottom.axhline(limit, color="k", ls=":", lw=1)
-        bottom.text(0.002, limit * 1.12, told, va="bottom", fontsize="small")
+        bottom.text(0.002, limit * 1.12, label, va="bottom", fontsize="small")
     bottom.set(xlabel="time [s]", ylabel="relative change", ylim=(3e-4, 4), xlim=(0, DURATION))
     bottom.legend(loc="upper right", ncols=4, columnspacing=1.2, handlelength=1.2)
     return figure
 
 
-def tell(slow, rest, t):
+def report(slow, rest, t):
     """Print the numbers of the page."""
     data = slow.condition
     for name in ("frequency_rate", "gain_rate", "mode_mixing", "ring_down_change"):
@@ -108,7 +109,7 @@ def tell(slow, rest, t):
     print(f"mean posture: rms {two.std() / one.std():.3f}; r {np.corrcoef(one, two)[0, 1]:.3f}")
     print(f"envelope r {np.corrcoef(envelopes)[0, 1]:.3f}")
     print(f"rms of q {slow.amplitudes(t)[0].std():.2g}, own inertia {own_inertia(slow.path):.2g}")
-    print(f"table error {slow.table.error:.1g}; gaps met {slow.meetings.start.size}")
+    print(f"table error {slow.table.error:.1g}; gaps met {slow.advance.meetings.start.size}")
     print(*remarks(slow, t), sep="\n")
 
 
@@ -118,6 +119,6 @@ if __name__ == "__main__":
     slow = predict_slow(WHISKER, whisking(), texture, SCAN)
     t = np.linspace(0, DURATION, 10_001)
     omega, rest = at_rest(slow, t)
-    tell(slow, rest, t)
+    report(slow, rest, t)
     assert BLURRED == FAST  # one line in the picture
     draw((slow, omega, rest, t)).savefig(folder / "slow.png", metadata={"Software": None})

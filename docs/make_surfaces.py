@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, house_style, new_figure
-from vibrissa.mechanics.profile import Posture
-from vibrissa.mechanics.superposition import Scan
-from vibrissa.mechanics.topography import predict_relief
-from vibrissa.texture.io import read_relief
+from vibrissa.mechanics.scan.relief_prediction import predict_relief
+from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.texture.io import read_height_profile
 from vibrissa.whisker import Whisker
 
 WHISKER = Whisker(length=0.040, cone_angle=1.5e-3, tip=0.05)
@@ -57,7 +57,7 @@ def answer(axes, prediction):
 def draw(case):
     """Heights of the file with what is taken from them, and the relief."""
     path, where, how = case
-    held, relief = read_relief(path, **where, **AS_HELD), read_relief(path, **where, **how)
+    held, relief = read_height_profile(path, **where, **AS_HELD), read_height_profile(path, **where, **how)
     prediction = predict_relief(WHISKER, POSTURE, relief, SCAN)
     figure, ((left, middle, right),) = new_figure(9.6, 2.2, 1, 3)
     factor = panel(left, held, f"{path.name}: the file", color=TRUTH, linewidth=2)

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from engine_tasks import place, refuse_three, slow_square
-from vibrissa.errors import InputError
+from refusals import refusal
+
 from vibrissa.sweep import Engine, Gratings, Grid, Measure, cluster, sweep
 from vibrissa.sweep.engine import each
 from vibrissa.whisker import Whisker
@@ -21,7 +21,7 @@ from vibrissa.whisker import Whisker
 pytest.importorskip("distributed", reason="the extra cluster is not installed: pip install 'vibrissa[cluster]'")
 from distributed.comm.core import CommClosedError
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parent / "helpers"
 START = [sys.executable, "-W", "ignore", "-m"]
 
 
@@ -106,7 +106,7 @@ def test_a_map_is_that_of_this_process_to_the_last_bit(running):
     )
     assert np.isfinite(one.mode_rms).any()
     assert all(one.identical(other) for other in others)
-    assert sum(done == total for _, done, total in told) == 3
+    assert sum(done == total > 0 for _, done, total in told) == 3
 
 
 def test_work_is_done_elsewhere_in_order_and_its_error_comes_back(running):
@@ -134,9 +134,7 @@ def test_a_scheduler_lost_before_the_client_knows_is_told_as_such(when):
 
     setattr(Client, when, lost)
 
-    with pytest.raises(
-        InputError, match=r"scheduler tcp://x must stay alive, got it was lost; start it and its workers"
-    ):
+    with refusal("machine", "scheduler x", value="it was lost"):
         cluster._Flow(Client(), abs, [1], print, "tcp://x").run()
 
 
@@ -155,10 +153,11 @@ def test_the_work_of_a_killed_worker_is_done_by_another_and_a_lost_scheduler_is_
     capfd.readouterr()
 
     begin = time.monotonic()
-    with pytest.raises(InputError, match="must stay alive, got it was lost; start it and its workers again") as error:
+    with refusal("machine", f"scheduler {processes.address}", "it was lost") as error:
         each(slow_square, range(1000), engine, lambda done, _: done == 2 and scheduler.kill())
     assert time.monotonic() - begin < 60
-    assert "\n" not in str(error.value)
+    assert error.value.rule == "must stay alive"
+    assert error.value.remedy.startswith("start it and its workers again")
     assert capfd.readouterr() == ("", "")  # no log of connections lost
 
 
@@ -177,14 +176,14 @@ def test_ctrl_c_ends_it_soon_and_leaves_the_workers_to_others(running):
 
 
 def test_an_address_where_no_scheduler_answers_is_one_line(impatient, processes):
-    with pytest.raises(InputError, match=r"tcp://127\.0\.0\.1:\d+ must be the address of a Dask scheduler that runs"):
+    with refusal("format"):
         each(refuse_three, [1], Engine(scheduler=processes.address))
 
 
 def test_a_port_where_another_service_listens_is_one_line(impatient):
     with socket.create_server(("127.0.0.1", 0)) as silent:
         address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
-        with pytest.raises(InputError, match="must be the address of a Dask scheduler that runs"):
+        with refusal("format"):
             each(refuse_three, [1], Engine(scheduler=address))
 
 
@@ -192,7 +191,7 @@ def test_a_port_where_another_service_listens_is_one_line(impatient):
 def test_a_file_that_tells_no_scheduler_is_one_line(impatient, tmp_path, content):
     if content is not None:
         (tmp_path / "scheduler.json").write_text(content)
-    with pytest.raises(InputError, match="must be the scheduler file of a Dask scheduler that runs"):
+    with refusal("format", "scheduler.json"):
         each(refuse_three, [1], Engine(scheduler=str(tmp_path / "scheduler.json")))
 
 
@@ -200,7 +199,7 @@ def test_no_workers_and_workers_of_another_version_are_one_line(monkeypatch, pro
     processes.scheduler()
     monkeypatch.setattr(cluster, "WORKERS", 0.5)
     engine = Engine(scheduler=processes.address)
-    with pytest.raises(InputError, match=r"must have workers, got none within 0.5 s; start some: dask worker tcp://"):
+    with refusal("input", value="none within 0.5 s"):
         each(refuse_three, [1], engine)
 
     monkeypatch.undo()
@@ -209,5 +208,5 @@ def test_no_workers_and_workers_of_another_version_are_one_line(monkeypatch, pro
     for name, text in (("__init__.py", ""), ("sweep/__init__.py", ""), ("sweep/cluster.py", "version = '0.0.1'.title")):
         (other.parent / name).write_text(text)
     processes.worker(path=other.parents[1])
-    with pytest.raises(InputError, match=r"worker tcp://.* must have vibrissa .*, got 0\.0\.1; install the same"):
+    with refusal("unknown", value="0.0.1"):
         each(refuse_three, [1], engine)

@@ -3,6 +3,7 @@
 import ast
 import importlib
 import importlib.util
+import itertools
 import os
 import pkgutil
 import re
@@ -35,7 +36,8 @@ def commands(path):
 
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
-def test_every_command_of_a_page_is_one_that_the_program_takes(path):
+def test_every_command_of_a_page_is_one_that_the_program_takes(path, monkeypatch):
+    monkeypatch.setattr("vibrissa.cli.shared.output.refuse_out", lambda out: None)  # commands before make the folders
     for words in commands(path):
         app.parse_args(words, print_error=False, exit_on_error=False)
 
@@ -53,6 +55,28 @@ def test_every_file_that_a_command_takes_from_examples_is_there():
     for path in PAGES:
         for word in (word for words in commands(path) for word in words if word.startswith("examples/")):
             assert (ROOT / word).exists(), f"{path.name}: {word}"
+
+
+MADE = ("--out", "--picture", "--preview", "--spikes-out")
+
+
+def git(*words, given=None):
+    """Give what git says of this folder, line by line."""
+    done = subprocess.run(["git", *words], cwd=ROOT, input=given, capture_output=True, text=True)
+    if done.returncode > 1:
+        pytest.skip("not a clone: git does not know this folder")
+    return done.stdout.splitlines()
+
+
+def test_whatever_a_command_of_a_page_makes_is_ignored_by_git_and_nothing_that_is_shipped():
+    shipped = git("ls-files")
+    typed = [words for path in PAGES for words in commands(path)]
+    made = {after for words in typed for word, after in itertools.pairwise(words) if word in MADE} - set(shipped)
+    assert {"scan.nc", "command.wav", "sheet.png", "out", "laboratory", "study.schema.json"} <= made
+    assert set(git("check-ignore", "--stdin", given="\n".join(made))) == made
+    assert git("ls-files", "--cached", "--ignored", "--exclude-standard") == []
+    new = {"docs/new.png", "docs/howto-new.md", "examples/new.csv", "examples/new.toml", "benchmarks/new.py"}
+    assert git("check-ignore", "--stdin", given="\n".join(new)) == []
 
 
 # Theory
@@ -130,14 +154,10 @@ def modules():
     return [name for _, name, _ in found if not any(word.startswith("_") for word in name.split("."))]
 
 
-def test_every_module_stands_in_the_section_of_its_room():
-    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
-    sections = {title: text for title, _, text in (one.partition("\n") for one in page.split("\n### ")[1:])}
-    for path in sorted((ROOT / "src" / "vibrissa").rglob("*.py")):
-        room, name = path.relative_to(ROOT / "src" / "vibrissa").parts[0].removesuffix(".py"), path.stem
-        if not name.startswith("_") and not room.startswith("_"):
-            section = next(text for title, text in sections.items() if room in title.split(", "))
-            assert name == room or f"`{name}`" in section.split("\n## ")[0], f"{room}.{name}"
+def test_list_of_modules_is_of_these_modules(monkeypatch):
+    monkeypatch.syspath_prepend(DOCS)
+    made = importlib.import_module("make_modules").page()
+    assert (DOCS / "modules.md").read_text(encoding="utf-8") == made, "python docs/make_modules.py"
 
 
 def test_pages_build_without_a_warning_and_every_public_module_is_on_them(tmp_path):

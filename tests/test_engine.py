@@ -1,19 +1,22 @@
 """Engines of this machine: order, progress, errors and the death of a process."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
+from multiprocessing.context import SpawnProcess
 from pathlib import Path
 
 import pytest
+from engine_tasks import die, die_once, place, refuse_oddly, refuse_three, square
+from refusals import refusal
 
-from engine_tasks import die, die_once, place, refuse_three, square
-from vibrissa.errors import InputError
-from vibrissa.sweep.engine import LOCAL, Engine, each
+from vibrissa.sweep.engine import LOCAL, Engine, each, staffed
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parent / "helpers"
+MORE_THAN_A_PIPE_HOLDS = 1_000_000  # [bytes]
 
 
 @pytest.fixture(params=LOCAL)
@@ -44,12 +47,42 @@ def test_processes_share_the_work_and_raise_its_error():
         each(refuse_three, range(6), engine)
 
 
+def test_a_crew_stays_from_one_piece_of_work_to_the_next_and_ends_with_them():
+    with staffed(Engine(scheduler="processes", workers=2)) as engine:
+        first = set(each(place, range(12), engine))
+        assert set(each(place, range(12), engine)) == first
+    assert len(first) == 2
+    assert not any(alive(one) for one in first)
+
+
+def test_a_crew_outlives_the_death_of_one_that_waits_and_an_error_of_the_work():
+    with staffed(Engine(scheduler="processes", workers=2)) as engine:
+        killed = each(place, range(12), engine)[0]
+        os.kill(killed, signal.SIGKILL)
+        assert each(square, range(7), engine) == [0, 1, 4, 9, 16, 25, 36]
+        with pytest.raises(ValueError, match="three is refused"):
+            each(refuse_three, range(6), engine)
+        assert killed not in each(place, range(12), engine)
+
+
+@pytest.mark.parametrize("scheduler", ["threads", "synchronous"])
+def test_other_engines_need_no_crew(scheduler):
+    with staffed(Engine(scheduler=scheduler, workers=2)) as engine:
+        assert engine == Engine(scheduler=scheduler, workers=2)
+
+
 def test_one_worker_works_in_this_process():
     assert set(each(place, range(2), Engine(scheduler="processes", workers=1))) == {os.getpid()}
 
 
-def test_a_killed_process_costs_nothing_but_time(tmp_path):
-    told, items = [], [(number, tmp_path / "mark") for number in range(6)]
+def test_an_error_that_cannot_be_sent_is_raised_by_its_words():
+    with pytest.raises(RuntimeError, match=r"^UnsendableError: refused \d$"):
+        each(refuse_oddly, range(6), Engine(scheduler="processes", workers=2))
+
+
+@pytest.mark.parametrize("size", [0, MORE_THAN_A_PIPE_HOLDS])
+def test_a_killed_process_costs_nothing_but_time(tmp_path, size):
+    told, items = [], [(number, tmp_path / "mark", bytes(size)) for number in range(6)]
     found = each(die_once, items, Engine(scheduler="processes", workers=2), lambda *words: told.append(words))
     assert (tmp_path / "mark").exists()
     assert found == [0, 1, 4, 9, 16, 25]
@@ -57,23 +90,41 @@ def test_a_killed_process_costs_nothing_but_time(tmp_path):
 
 
 def test_processes_that_die_again_and_again_are_one_line():
-    with pytest.raises(InputError, match=r"worker processes must stay alive, got .*killed 3 times in a row.*--workers"):
+    with refusal("machine", "the worker processes") as caught:
         each(die, [2, 2, 2], Engine(scheduler="processes", workers=2))
+    assert re.fullmatch(r"the death of 3 at the same task, number [12] of 3", caught.value.value)  # either may be first
 
 
 PARENT = """
 import sys
 sys.path.insert(0, {here!r})
-from engine_tasks import place
-from vibrissa.sweep.engine import Engine, each
 if __name__ == "__main__":
-    each(place, range(2000), Engine(scheduler="processes", workers=2), lambda *done: print(*done, flush=True))
+    from engine_tasks import place
+    from vibrissa.sweep.engine import Engine, each
+
+    engine = Engine(scheduler="processes", workers=2)
+    each(place, [bytes({size})] * 2000, engine, lambda *done: print(*done, flush=True))
 """
 
 
+def test_ctrl_c_while_a_process_starts_ends_that_one_too(monkeypatch):
+    started, start = [], SpawnProcess.start
+
+    def stop_and_start(process):
+        signal.raise_signal(signal.SIGINT)
+        start(process)
+        started.append(process)
+
+    monkeypatch.setattr(SpawnProcess, "start", stop_and_start)
+    with pytest.raises(KeyboardInterrupt):
+        each(place, range(6), Engine(scheduler="processes", workers=2))
+    assert [process.is_alive() for process in started] == [False]
+
+
+@pytest.mark.parametrize("size", [0, MORE_THAN_A_PIPE_HOLDS])
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])
-def test_processes_end_with_the_one_that_started_them(tmp_path, end):
-    (tmp_path / "parent.py").write_text(PARENT.format(here=str(HERE)))
+def test_processes_end_with_the_one_that_started_them(tmp_path, end, size):
+    (tmp_path / "parent.py").write_text(PARENT.format(here=str(HERE), size=size))
     parent = subprocess.Popen(
         [sys.executable, tmp_path / "parent.py"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
     )
@@ -103,11 +154,11 @@ def alive(pid):
 
 @pytest.mark.parametrize("scheduler", ["cluster", "tcp://", "tcp://host", "http://host:80", "tcp://a b:1", "SLURM"])
 def test_what_is_no_scheduler_is_refused(scheduler):
-    with pytest.raises(InputError, match="scheduler must be one of threads, processes, synchronous, tcp://HOST:PORT"):
+    with refusal("unknown", "scheduler"):
         Engine(scheduler=scheduler)
 
 
 @pytest.mark.parametrize("workers", [0, -1, 10_001])
 def test_workers_are_counted_from_one(workers):
-    with pytest.raises(InputError, match="workers must lie between 1 and 10000"):
+    with refusal("range", "workers"):
         Engine(workers=workers)

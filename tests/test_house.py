@@ -1,11 +1,12 @@
-"""The house stands as told: a light start, locks that fit, a set-up that is done once, citations that resolve."""
+"""The house stands as told: locks that fit, a set-up that is done once, citations that resolve."""
 
 import ast
 import importlib.util
-import json
 import re
+import socket
 import subprocess
 import sys
+import time
 import tomllib
 from collections import Counter
 from pathlib import Path
@@ -15,14 +16,16 @@ import yaml
 from packaging.markers import default_environment
 from packaging.requirements import Requirement
 
+import choose_fast
 import vibrissa
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 CORE, DEV = ROOT / "requirements.lock", ROOT / "requirements-dev.lock"
+SORTING = ROOT / "requirements-sorting.lock"
+ALONE = ("all", "sorting")  # the former is the others, the latter does not go with them
 
-# Equations of [Boubenec2014]_ that the package has: whoever builds one adds it here.
-EQUATIONS = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19}
+EQUATIONS = range(1, 20)  # of [Boubenec2014]_
 
 
 @pytest.fixture
@@ -32,26 +35,6 @@ def run():
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
-
-
-# Start-up
-
-HELP = """
-import json, sys
-from vibrissa.cli import main
-sys.argv = ["vibrissa", "--help"]
-try:
-    main()
-finally:
-    print(json.dumps(sorted({name.partition(".")[0] for name in sys.modules})), file=sys.stderr)
-"""
-
-
-def test_help_imports_nothing_heavy():
-    done = subprocess.run([sys.executable, "-c", HELP], capture_output=True, text=True, check=True)
-    heavy = {"scipy", "matplotlib", "xarray", "pandas", "numba", "dask", "av", "tifffile", "pydantic", "h5py"}
-    assert not heavy & set(json.loads(done.stderr.splitlines()[-1]))
-    assert "modes" in done.stdout
 
 
 # Locks
@@ -96,17 +79,20 @@ def asked(*lists):
 @pytest.mark.parametrize("python", ["3.11", "3.12", "3.13", "3.14"])
 def test_locks_satisfy_what_the_project_asks_for(python, platform, machine):
     project, groups = PROJECT["project"], PROJECT["dependency-groups"]
-    extras = [texts for name, texts in project["optional-dependencies"].items() if name != "all"]
+    extras = [texts for name, texts in project["optional-dependencies"].items() if name not in ALONE]
     here = place(python, platform, machine)
     core, dev = pins(CORE, here), pins(DEV, here)
     for one in holding(asked(project["dependencies"], groups["build"]), here):
         assert one.specifier.contains(core[one.name.lower()]), one
-    for one in holding(asked(*extras, groups["dev"], groups["docs"]), here):
+    for one in holding(asked(*extras, groups["dev"], groups["docs"], groups["test"]), here):
         assert one.specifier.contains(dev[one.name.lower()]), one
     assert core.items() <= dev.items()
+    sorting = pins(SORTING, here)
+    for one in holding(asked(project["optional-dependencies"]["sorting"], groups["test"]), here):
+        assert one.specifier.contains(sorting[one.name.lower()]), one
 
 
-@pytest.mark.parametrize("path", [CORE, DEV], ids=lambda path: path.name)
+@pytest.mark.parametrize("path", [CORE, DEV, SORTING], ids=lambda path: path.name)
 def test_locks_are_the_ones_made_from_this_project_and_hold_hashes_alone(run, path):
     text = path.read_text()
     assert text == run.sealed(run.body(path))
@@ -127,7 +113,7 @@ def set_up(run, monkeypatch, tmp_path):
 
     def pretend(command, **_):
         commands.append([str(word) for word in command])
-        (tmp_path / ".venv").mkdir(exist_ok=True)
+        (tmp_path / ".venv/lib/python3/site-packages").mkdir(parents=True, exist_ok=True)
         return subprocess.CompletedProcess(command, 0)
 
     monkeypatch.setattr(run, "VENV", tmp_path / ".venv")
@@ -139,8 +125,9 @@ def test_set_up_is_done_once(set_up):
     run, commands = set_up
     run.install(run.CORE)
     assert "--clear" in commands[0]
-    assert all("--no-deps" in command for command in commands[1:])
+    assert all("--no-deps" in command for command in commands[1:-1])
     assert "--require-hashes" in commands[1]
+    assert commands[-1][-2:] == ["-m", "vibrissa.warm"]
     before = len(commands)
     run.install(run.CORE)
     assert len(commands) == before
@@ -165,6 +152,31 @@ def test_half_made_set_up_is_made_anew(set_up, monkeypatch):
     assert "--clear" in commands[0]
 
 
+def test_whatever_starts_from_the_environment_is_given_places_for_caches_in_the_folder(set_up, monkeypatch):
+    run, _ = set_up
+    run.install(run.CORE)
+    (line,) = run.VENV.rglob("vibrissa-caches.pth")
+    for name in run.CACHES:
+        monkeypatch.delenv(name, raising=False)
+    exec(line.read_text(encoding="ascii"))  # as Python does
+    assert all(Path(run.os.environ[name]).is_relative_to(run.ROOT) for name in ("XDG_CACHE_HOME", "MPLCONFIGDIR"))
+
+
+def test_loops_that_cannot_be_compiled_beforehand_do_not_stop_the_set_up(set_up, monkeypatch, capsys):
+    run, _ = set_up
+    pretend = run.subprocess.run
+
+    def fail_to_compile(command, **how):
+        return subprocess.CompletedProcess(
+            command, int(command[-1] == "vibrissa.warm") or pretend(command, **how).returncode
+        )
+
+    monkeypatch.setattr(run.subprocess, "run", fail_to_compile)
+    run.install(run.CORE)
+    assert "the commands that need them do it" in capsys.readouterr().err
+    assert (run.VENV / "installed").exists()
+
+
 def test_failed_set_up_leaves_no_record(set_up, monkeypatch):
     run, _ = set_up
     run.install(run.CORE)
@@ -175,6 +187,65 @@ def test_failed_set_up_leaves_no_record(set_up, monkeypatch):
     assert not (run.VENV / "installed").exists()
 
 
+@pytest.fixture
+def lonely(run, monkeypatch, tmp_path):
+    """Give run.py with this environment's pip, and a lock of a package that is not there."""
+    for name in [name for name in run.os.environ if name.startswith("PIP_")]:
+        monkeypatch.delenv(name)
+    monkeypatch.setenv("PIP_CONFIG_FILE", run.os.devnull)
+    monkeypatch.setenv("PIP_RETRIES", "0")
+    monkeypatch.setattr(run, "BIN", Path(sys.executable).parent)
+    monkeypatch.setattr(run, "VENV", tmp_path)
+    (tmp_path / "lock").write_text(f"no-such-package==1 --hash=sha256:{'0' * 64}\n")
+    return run, ("--require-hashes", "--only-binary=:all:", "-r", tmp_path / "lock")
+
+
+def test_without_a_network_the_set_up_names_the_network(lonely, monkeypatch):
+    run, words = lonely
+    with socket.socket() as closed:  # bound, and not listening: whoever calls is refused
+        closed.bind(("127.0.0.1", 0))
+        monkeypatch.setenv("PIP_INDEX_URL", f"http://127.0.0.1:{closed.getsockname()[1]}/")
+        with pytest.raises(SystemExit) as stop:
+            run.pip(*words)
+    assert re.fullmatch(r"run\.py: the set-up failed: pip cannot reach a package registry.*", stop.value.code)
+    assert "Python" not in stop.value.code
+
+
+def test_without_a_wheel_the_set_up_names_this_python_and_where_pip_looked(lonely, monkeypatch):
+    run, words = lonely
+    monkeypatch.setenv("PIP_NO_INDEX", "1")
+    with pytest.raises(SystemExit) as stop:
+        run.pip(*words)
+    assert re.fullmatch(
+        r"run\.py: the set-up failed: .*PIP_NO_INDEX.* no wheel for Python 3\.\d+\.\S+ on .*", stop.value.code
+    )
+    assert run.LOCKED_FOR in stop.value.code
+
+
+def test_a_failure_of_another_kind_is_not_explained(run):
+    assert run.cause("ERROR: [Errno 28] No space left on device") == "see above"
+
+
+LOG = """10:00:00 Collecting numpy==2.4.6 (from -r requirements.lock (line 3))
+10:00:01 Processing /wheels/docstring_parser-0.18.0-py3-none-any.whl (from -r requirements.lock (line 9))
+10:00:02   Collecting markdown-it-py==4.3.0 (from -r requirements.lock (line 15))
+"""
+
+
+def test_set_up_says_every_few_seconds_how_far_pip_is(run, monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(run, "VENV", tmp_path)
+    monkeypatch.setattr(run, "EVERY", 0.01)
+    (tmp_path / "pip.log").write_text(LOG)
+    with run.followed(80):
+        err, end = "", time.monotonic() + 60
+        while not err and time.monotonic() < end:
+            err = capsys.readouterr().err
+    assert err.splitlines()[0] == "run.py: fetching package 3 of at most 80: markdown-it-py"
+    assert run.doing("", 80, 2) == "starting pip"
+    unpacking = LOG + "10:00:03 Installing collected packages: numpy, docstring-parser, markdown-it-py\n"
+    assert run.doing(unpacking, 80, 2) == "unpacking 3 packages, 2 are there"
+
+
 @pytest.mark.parametrize(("words", "passed"), [([], ["run"]), (["modes", "--json"], ["modes", "--json"])])
 def test_words_go_to_vibrissa(run, monkeypatch, words, passed):
     called = []
@@ -182,6 +253,29 @@ def test_words_go_to_vibrissa(run, monkeypatch, words, passed):
     monkeypatch.setattr(run.os, "execv", lambda _, command: called.extend(command))
     run.main(words)
     assert called == ["vibrissa", *passed]
+
+
+def test_fast_leaves_out_what_is_slow_and_the_other_words_go_to_pytest(set_up, monkeypatch):
+    run, _ = set_up
+    called = []
+    monkeypatch.setattr(run.os, "execv", lambda _, command: called.extend(command))
+    run.main(["test", "--fast", "-k", "modes"])
+    assert called[called.index("-m") + 1] == "not slow"
+    assert called[-2:] == ["-k", "modes"]
+    assert "--fast" not in called
+
+
+def test_the_fast_tests_are_the_quickest_that_fit_the_budget():
+    taken = {"quick": 1.0, "long": choose_fast.BUDGET, "middling": choose_fast.BUDGET / 2}
+    assert choose_fast.slow(taken, before=["not run", "quick"]) == ["long", "not run"]
+
+
+def test_slow_tests_are_tests_that_are_there():
+    names = choose_fast.SLOW.read_text().split()
+    assert names == sorted(set(names))
+    for file in {name.partition("::")[0] for name in names}:
+        tests = {node.name for node in ast.parse((ROOT / file).read_text()).body if isinstance(node, ast.FunctionDef)}
+        assert {name.partition("::")[2] for name in names if name.startswith(f"{file}::")} <= tests
 
 
 def test_old_python_is_told_so(run, monkeypatch):
@@ -218,12 +312,11 @@ def test_every_citation_is_in_the_bibliography():
         assert not missing, f"{place}: {missing}"
 
 
-def test_every_equation_built_is_cited_once():
+def test_every_equation_of_the_paper_is_cited_once():
     cited = Counter()
     for _, text in docstrings():
         for numbers in re.findall(r"Eqs?\. ((?:\(\d+\)(?:, | and )?)+) of \[Boubenec2014\]_", text):
             cited.update(map(int, re.findall(r"\d+", numbers)))
-    assert set(range(1, 20)) >= EQUATIONS
     assert cited == Counter(EQUATIONS)
 
 

@@ -8,7 +8,7 @@ from time import process_time
 import exudyn as exu
 import numpy as np
 from case import SETTLE, STEP, Array, Case
-from chain import HEAVY, MM, MS, Grain, Motion, joints
+from chain import HEAVY, MM, MS, Grain, PredictedMotion, joints
 from exudyn.itemInterface import (
     CoordinateConstraint,
     MarkerBodyCable2DShape,
@@ -94,7 +94,7 @@ def circle(mbs, case: Case, at: float, cables: list[int], velocity: list[float])
         mbs.AddObject(contact)
 
 
-def simulate(case: Case, grain: Grain) -> Motion:
+def simulate(case: Case, grain: Grain) -> PredictedMotion:
     """Run Exudyn over the two edges of a gap, without land, from when the far edge has reached the contact.
 
     The samples before are NaN.
@@ -123,7 +123,7 @@ def simulate(case: Case, grain: Grain) -> Motion:
     start = process_time()
     mbs.SolveDynamic(settings(duration))
     cost, L = (process_time() - start) / duration, case.whisker.length / MM
-    return Motion(s[::-1], x[:, ::-1] / L, y[:, ::-1] / L, cost)
+    return PredictedMotion(s[::-1], x[:, ::-1] / L, y[:, ::-1] / L, cost)
 
 
 def settings(duration: float) -> exu.SimulationSettings:

@@ -1,4 +1,4 @@
-"""What is put to every program: one whisker, one posture, gaps of one width, and the motion seen through one mode."""
+"""The case of every program: one whisker, one posture, gaps of one width, and the motion seen through one mode."""
 
 from __future__ import annotations
 
@@ -8,18 +8,19 @@ from typing import Literal
 
 import numpy as np
 import xarray as xr
+from held_contact import held_contacts, held_frequency, held_kappa
 from scipy.optimize import curve_fit
 
 from vibrissa.exact import cone_kappa
-from vibrissa.mechanics.basis import Modes
-from vibrissa.mechanics.drifting import drift
-from vibrissa.mechanics.dynamics import Drive, amplitudes
-from vibrissa.mechanics.edge import Held, hold, on_the_flat
-from vibrissa.mechanics.gap import excursion_at_jump
-from vibrissa.mechanics.held_contact import held_contacts, held_frequency, held_kappa
-from vibrissa.mechanics.profile import Posture
-from vibrissa.mechanics.superposition import Prediction, Scan, predict
-from vibrissa.texture.surface import Troughs
+from vibrissa.mechanics.modes.basis import Modes
+from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.scan.texture_prediction import Prediction, predict
+from vibrissa.mechanics.statics.edge_contact import Held, hold, on_the_flat
+from vibrissa.mechanics.statics.gap import excursion_at_jump
+from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.mechanics.vibration.dynamics import Drive, amplitudes
+from vibrissa.mechanics.whisking.drifting_oscillator import drift
+from vibrissa.texture.surface import Gaps
 from vibrissa.whisker import Whisker
 
 Array = np.ndarray
@@ -51,7 +52,7 @@ class Case:
     damped : {"mass", "stiffness"}
         What damping is proportional to: ζ_i = ζ₁ ω₁/ω_i, or ζ₁ ω_i/ω₁.
     after : float
-        What is simulated after the last gap, or after the pluck [s].
+        Time that is simulated after the last gap, or after the pluck [s].
     """
 
     base_angle: float
@@ -107,7 +108,7 @@ class Case:
 
     @cached_property
     def prediction(self) -> Prediction:
-        texture = Troughs(position=self.starts, width=np.full(self.gaps, self.gap), depth=DEPTH)
+        texture = Gaps(position=self.starts, width=np.full(self.gaps, self.gap), depth=DEPTH)
         return predict(self.whisker, self.posture, texture, Scan(speed=self.speed, damping=0, modes=self.modes))
 
     @cached_property

@@ -46,7 +46,7 @@ class Grain:
 
 
 @dataclass(frozen=True)
-class Motion:
+class PredictedMotion:
     """Nodes s over L, ascending, (S,); their positions over L, (T, S); CPU seconds per simulated second.
 
     ``left`` [s] is when the shaft left the land for a ridge.
@@ -173,7 +173,7 @@ def build(case: Case, s: Array, ground: Ground, grain: Grain) -> mujoco.MjModel:
     <worldbody>{shaft(case, s, ground)}{below}</worldbody></mujoco>""")
 
 
-def simulate(case: Case, grain: Grain = Grain(), ground: Ground = "gaps") -> Motion:
+def simulate(case: Case, grain: Grain = Grain(), ground: Ground = "gaps") -> PredictedMotion:
     """Run MuJoCo from our stationary profile, at the case's times.
 
     Over ``gaps``; from a land to a ``ridge``; or plucked, by a torque on the shaft let go at ``SETTLE``, with its cut
@@ -201,7 +201,7 @@ def simulate(case: Case, grain: Grain = Grain(), ground: Ground = "gaps") -> Mot
             left = t
         x[i], y[i] = data.site_xpos[:, 0], data.site_xpos[:, 1]
     cost, L = seconds / case.time[-1], case.whisker.length / MM
-    return Motion(s[:0:-1], x[:, ::-1] / L, (y[:, ::-1] - RADIUS) / L, cost, left)
+    return PredictedMotion(s[:0:-1], x[:, ::-1] / L, (y[:, ::-1] - RADIUS) / L, cost, left)
 
 
 def advance(model: mujoco.MjModel, data: mujoco.MjData, drag: float, torque: Array, steps: int) -> float:

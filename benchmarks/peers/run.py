@@ -16,14 +16,14 @@ import cable
 import chain
 import numpy as np
 from case import SETTLE, STEP, Array, Case, ring
-from chain import Grain, Ground, Motion
+from chain import Grain, Ground, PredictedMotion
 from edge import clamped, limit
 from picture import draw
 from speed import table as speeds
 
 from vibrissa.exact import cone_kappa
-from vibrissa.mechanics.basis import Modes
-from vibrissa.mechanics.curved import curved_modes
+from vibrissa.mechanics.modes.basis import Modes
+from vibrissa.mechanics.modes.curved import curved_modes
 
 RESONANCE, ALIKE = 0.01, 0.98  # gates
 SAG = 2e-6  # [m] by which the edge must hold the shaft off the land for MuJoCo's links to know it
@@ -35,7 +35,7 @@ FINER = Grain(fine=0.06e-3, coarse=0.5e-3)  # for Exudyn's elements
 
 @dataclass(frozen=True)
 class Trial:
-    """What came out of one case.
+    """Results of one case.
 
     ``kappa`` and ``zeta`` of the peer's ring-down and ours, NaN where it is too short to be read; ``alike`` the
     correlation of the motions ``theirs`` and ``ours``, over L, at ``time`` [s] from the jump or the release; ``size``
@@ -82,10 +82,10 @@ def plucked(name: str, case: Case, ground: Ground, gated: bool) -> Trial:
     ours = (
         theirs[0] * np.exp(-zeta * omega * time) * (np.cos(Omega * time) + zeta * omega / Omega * np.sin(Omega * time))
     )
-    return told(name, gated, case, (time, theirs, ours), (time, theirs))
+    return compared(name, gated, case, (time, theirs, ours), (time, theirs))
 
 
-def crossed(name: str, case: Case, motion: Motion, rest: tuple[Array, Array], gated: bool) -> Iterator[Trial]:
+def crossed(name: str, case: Case, motion: PredictedMotion, rest: tuple[Array, Array], gated: bool) -> Iterator[Trial]:
     """One gap from its jump on, while its edge holds the contact; then with the flat after it, where the peer has one.
 
     The resonance on the edge is that of the motion without our quasi-static part, beside κ₁ where the edge holds the
@@ -97,11 +97,11 @@ def crossed(name: str, case: Case, motion: Motion, rest: tuple[Array, Array], ga
     on_edge, after = (case.time > jump) & (case.time < flat - STEP), case.time > jump
     since, free = case.time - jump, theirs - quasi_static
     motions = since[on_edge], theirs[on_edge], ours[on_edge]
-    yield told(f"{name}, on the edge", gated, case, motions, (since[on_edge], free[on_edge]), case.held_kappa)
+    yield compared(f"{name}, on the edge", gated, case, motions, (since[on_edge], free[on_edge]), case.held_kappa)
     if case.after > 0:
         on_flat = case.time > flat
         motions = since[after], theirs[after], ours[after]
-        yield told(f"{name}, all; κ₁ on the flat", False, case, motions, (since[on_flat], theirs[on_flat]))
+        yield compared(f"{name}, all; κ₁ on the flat", False, case, motions, (since[on_flat], theirs[on_flat]))
 
 
 def left_alone(name: str, case: Case) -> Iterator[Trial]:
@@ -119,7 +119,7 @@ def left_alone(name: str, case: Case) -> Iterator[Trial]:
     named = f"{name}, {1e6 * late * case.speed:.0f} µm late"
     for ours, what, gated in ((case.ours, "", True), (case.drifting, ", drifting", False)):
         motions = time - jump, theirs[here], ours(time)
-        yield told(named + what, gated, case, motions, (time - jump, free), case.held_kappa)
+        yield compared(named + what, gated, case, motions, (time - jump, free), case.held_kappa)
 
 
 def grating(name: str, case: Case, gated: bool) -> Trial:
@@ -129,16 +129,16 @@ def grating(name: str, case: Case, gated: bool) -> Trial:
     here = (case.time > jump) & (case.time < case.prediction.end)
     theirs = case.seen(motion.s, motion.x, motion.y, resting(case, motion))[here]
     since = case.time[here] - jump
-    return told(name, gated, case, (since, theirs, case.ours(case.time[here])), (since[:1], theirs[:1]))
+    return compared(name, gated, case, (since, theirs, case.ours(case.time[here])), (since[:1], theirs[:1]))
 
 
-def resting(case: Case, motion: Motion) -> tuple[Array, Array]:
+def resting(case: Case, motion: PredictedMotion) -> tuple[Array, Array]:
     """MuJoCo's own profile on the flat, just before the first gap."""
     before = np.searchsorted(case.time, SETTLE) - 2
     return motion.x[before], motion.y[before]
 
 
-def told(
+def compared(
     name: str,
     gated: bool,
     case: Case,
@@ -148,7 +148,7 @@ def told(
 ) -> Trial:
     """A trial from time and both motions; the resonance from time and the part of the peer's that rings freely.
 
-    It stands beside ``kappa``, by default that of ε.
+    It is compared with ``kappa``, by default that of ε.
     """
     ours = float(case.prediction.kappa[0]) if kappa is None else kappa
     found = np.nan, np.nan

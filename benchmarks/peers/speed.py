@@ -1,4 +1,9 @@
-"""CPU time of a short grating: MuJoCo, as coarse as it may be, against the prediction."""
+"""CPU time of a short grating: MuJoCo, as coarse as it may be, against the prediction.
+
+.venv/bin/python benchmarks/peers/speed.py
+
+Needs the dependency group ``peers``.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +15,11 @@ import numpy as np
 from case import SETTLE, Case
 from chain import Grain
 
-from vibrissa.mechanics.gap import jump_table
-from vibrissa.mechanics.profile import Posture
-from vibrissa.mechanics.superposition import Scan, predict
-from vibrissa.texture.surface import Troughs
+from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.scan.texture_prediction import predict
+from vibrissa.mechanics.statics.gap import jump_table
+from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.texture.surface import Gaps
 
 ALIKE, FASTER, REPEATS = 0.98, 1000.0, 9
 GRATING = Case(base_angle=0.3, gap=0.3e-3, period=0.6e-3, gaps=10, speed=0.1, after=40e-3)
@@ -54,7 +60,7 @@ def predicted(gaps: int, tables: bool, form: str) -> float:
     """CPU seconds per simulated second of three modes at 20 kHz, with or without the posture's tables at hand."""
     case = GRATING
     position = case.period * np.arange(gaps)
-    texture = Troughs(position=position, width=np.full(gaps, case.gap), depth=35e-6)
+    texture = Gaps(position=position, width=np.full(gaps, case.gap), depth=35e-6)
     scan = Scan(speed=case.speed, damping=case.damping, response=form)
     time = np.arange(0, position[-1] / case.speed + case.after, 5e-5)
     made = predict(case.whisker, case.posture, texture, scan, n_modes=3)

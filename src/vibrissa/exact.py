@@ -11,15 +11,28 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vibrissa.arrays import Array
+
 Boundary = Literal["pinned", "free"]
+
+_FEW = 2000  # points whose mode shapes are kept
 
 
 @lru_cache(maxsize=64)
 def gauss(count: int) -> tuple[Array, Array]:
-    """Gauss–Legendre nodes and weights on [−1, 1], (count,) each, ascending."""
+    """Gauss–Legendre nodes and weights on [−1, 1], (count,) each, ascending.
+
+    Parameters
+    ----------
+    count : int
+        Number of nodes.
+
+    Returns
+    -------
+    node, weight : (count,) arrays
+        Ascending.
+    """
     return np.polynomial.legendre.leggauss(count)
 
 
@@ -79,7 +92,7 @@ def cone_kappa(contact: float, n_modes: int, boundary: Boundary = "pinned") -> A
 
     Boundary conditions V(1) = V'(1) = 0 at the base and, at s = ε, V = V'' = 0 (``pinned``; [Boubenec2014]_
     prints V' = 0 beside "null bending moment": a lost prime) or V'' = (s⁴V'')' = 0 (``free``). In
-    ξ = 2√κ(1 − √ε) neighbouring roots stand 2.4 to 3.3 apart for every ε, and the first beyond 1.8,
+    ξ = 2√κ(1 − √ε) neighbouring roots are 2.4 to 3.3 apart for every ε, and the first beyond 1.8,
     so a scan with unit step from ξ = 1 can skip none.
 
     Parameters
@@ -157,9 +170,24 @@ def cone_modes(kappa: Array, contact: float, s: Array, boundary: Boundary = "pin
     (M, S) array
         V normalised by ∫_ε^1 s² V_i V_j ds = δ_ij, with V''(1) > 0.
     """
-    kappa = np.asarray(kappa, float)
-    coefficient = _normalised(tuple(kappa.tolist()), float(contact), boundary)
-    return _shape(kappa, contact, np.asarray(s, float), coefficient, derivative)
+    place = tuple(np.asarray(kappa, float).tolist()), float(contact), boundary, derivative
+    points = np.asarray(s, float)
+    if points.ndim != 1 or points.size > _FEW:
+        return _shapes(*place, points)
+    return _kept_shapes(*place, points.tobytes()).copy()
+
+
+@lru_cache(maxsize=64)
+def _kept_shapes(
+    kappas: tuple[float, ...], contact: float, boundary: Boundary, derivative: int, points: bytes
+) -> Array:
+    """Shapes at few points, which are asked for again and again: of a movie's shaft, of a quadrature."""
+    return _shapes(kappas, contact, boundary, derivative, np.frombuffer(points))
+
+
+def _shapes(kappas: tuple[float, ...], contact: float, boundary: Boundary, derivative: int, s: Array) -> Array:
+    coefficient = _normalised(kappas, contact, boundary)
+    return _shape(np.array(kappas), contact, s, coefficient, derivative)
 
 
 @lru_cache(maxsize=64)

@@ -9,7 +9,8 @@ import pytest
 pytest.importorskip("starlette", reason="the extra page is not installed")
 import uvicorn
 
-from vibrissa.page.server import Page, listening, settings
+from vibrissa.page.application import Page
+from vibrissa.page.server import listening, settings
 
 
 @pytest.fixture(scope="session")

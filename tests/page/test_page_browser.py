@@ -30,7 +30,7 @@ def missing(reason):
 
 
 @pytest.fixture(scope="module")
-def browser():
+def browser(tmp_path_factory):
     found = [shutil.which(name) for name in (os.environ.get("VIBRISSA_BROWSER", ""), *BROWSERS) if name]
     found = [path for path in [*found, MAC] if path and os.path.exists(path)]
     if not found:
@@ -42,7 +42,8 @@ def browser():
     try:
         with sync_playwright() as driver:
             flags = ["--no-sandbox", "--autoplay-policy=no-user-gesture-required", "--mute-audio"]
-            browser = driver.chromium.launch(executable_path=found[0], args=flags)
+            home = {**os.environ, "HOME": str(tmp_path_factory.mktemp("home"))}  # the browser settles in any home
+            browser = driver.chromium.launch(executable_path=found[0], args=flags, env=home)
             yield browser
             browser.close()
     except Error as error:
@@ -100,7 +101,7 @@ def hands(browser, served):
 
 def expected(served, **state):
     state = read_state({**SHORT, **state})
-    return live_arrays(served.page.bench.predict(state), state.unit)
+    return live_arrays(served.page.session.predict(state), state.unit)
 
 
 def test_the_page_opens_with_every_picture_drawn_and_asks_nobody_else(hands, served):
@@ -191,7 +192,7 @@ def test_play_gives_the_resonance_at_true_pitch_and_octaves(hands, served):
     ringing = {"a.kind": "periodic", "a.period": "0.01", "a.duty": "0.05", "damping": "0.005"}
     hands.open(**ringing)
     state = read_state({**SHORT, **ringing})
-    resonance = served.page.bench.predict(state).omega[0] / (2 * np.pi)
+    resonance = served.page.session.predict(state).omega[0] / (2 * np.pi)
     for octave in (0, 1, -1):
         seconds = 0.5
         heard = hands.page.evaluate(

@@ -7,30 +7,30 @@ import zipfile
 import numpy as np
 import pytest
 import xarray as xr
+from refusals import refusal
 from scipy.io import wavfile
 
-from vibrissa.errors import InputError
 from vibrissa.files import load
-from vibrissa.mechanics.sampled import sampling_times
-from vibrissa.page.bench import Bench, made_surface
+from vibrissa.mechanics.scan.sampled import sampling_times
 from vibrissa.page.export import KINDS, RATE, exported
-from vibrissa.page.shaft import NODE
+from vibrissa.page.session import PageSession, made_surface
+from vibrissa.page.shaft_table import NODE
 from vibrissa.page.state import read_state
-from vibrissa.study.settings import read_study
-from vibrissa.study.virtual import predicted_motion
+from vibrissa.study.movie.virtual import predicted_motion
+from vibrissa.study.spec.settings import read_study
 
 SHORT = {"a.length": 0.01, "b.length": 0.01}
 LEVEL = {"a.length": 0.005, "a.amplitude": 5e-6, "base_angle": 0.9, "height": 0.015}
-WORKBENCH = Bench(lambda key: pytest.fail("no file was dropped"))
+SESSION = PageSession(lambda key: pytest.fail("no file was dropped"))
 
 
 def take(name, letter="a", **set_):
-    return exported(WORKBENCH, read_state({**SHORT, **set_}), letter, name)
+    return exported(SESSION, read_state({**SHORT, **set_}), letter, name)
 
 
 def test_data_hold_what_scan_writes(vibrissa, tmp_path):
     (tmp_path / "texture.csv").write_bytes(take("texture.csv"))
-    words = ["--base-angle", 1.2, "--scan-speed", 0.1, "--node", NODE, "--out", tmp_path / "scan.nc"]
+    words = ["--base-angle", 1.2, "--speed", 0.1, "--node", NODE, "--out", tmp_path / "scan.nc"]
     cone = ["--whisker.length", 0.04, "--whisker.cone-angle", 1.5e-3, "--whisker.tip", 0.05]
     height = read_state({}).number("height") / 0.04
     code, _, said = vibrissa("scan", tmp_path / "texture.csv", "--base-distance", height, *words, *cone)
@@ -56,7 +56,7 @@ def test_sound_rings_at_the_resonance_in_seconds():
     assert np.abs(samples).max() == round(0.9 * 32767)
     ringing = samples[-rate // 2 :].astype(float)
     power = np.abs(np.fft.rfft(ringing * np.hanning(ringing.size), 8 * ringing.size))
-    resonance = WORKBENCH.predict(read_state({**SHORT, **state})).omega[0] / (2 * np.pi)
+    resonance = SESSION.predict(read_state({**SHORT, **state})).omega[0] / (2 * np.pi)
     assert np.argmax(power) * rate / (8 * ringing.size) == pytest.approx(resonance, abs=0.5)
 
 
@@ -73,7 +73,7 @@ def test_the_study_makes_the_same_motion(kind, tmp_path):
     state = {"a.kind": kind, "a.seed": 5, "whisker": "beta", "height": 0.025, "friction": 0.3, "speed": 0.12}
     study, names = study_taken(tmp_path, **state)
     assert names == ["vibrissa-study/study.toml"]  # the seed makes the texture
-    again, page = predicted_motion(study), WORKBENCH.predict(read_state({**SHORT, **state}))
+    again, page = predicted_motion(study), SESSION.predict(read_state({**SHORT, **state}))
     t = sampling_times(page, 5000.0)
     np.testing.assert_allclose(again.mode_displacement(t)[:3], page.mode_displacement(t), rtol=1e-7, atol=1e-12)
     assert study.recording.unit == read_state(state).unit
@@ -86,21 +86,21 @@ def test_the_study_of_another_texture_has_its_file_beside_it(kind, tmp_path):
     state = {"a.kind": kind, **LEVEL}
     study, names = study_taken(tmp_path, **state)
     assert names == ["vibrissa-study/study.toml", "vibrissa-study/texture.csv"]
-    again, page = predicted_motion(study), WORKBENCH.predict(read_state({**SHORT, **state}))
+    again, page = predicted_motion(study), SESSION.predict(read_state({**SHORT, **state}))
     t = sampling_times(page, 5000.0)
     np.testing.assert_allclose(again.mode_displacement(t)[:3], page.mode_displacement(t), rtol=1e-7, atol=1e-12)
 
 
 def test_the_texture_is_read_again_to_the_last_bit(tmp_path):
-    from vibrissa.texture.io import read_relief, read_troughs
+    from vibrissa.texture.io import read_gaps, read_height_profile
 
     (tmp_path / "gaps.csv").write_bytes(take("texture.csv"))
     made = made_surface(read_state(SHORT).texture("a"))
-    np.testing.assert_array_equal(read_troughs(tmp_path / "gaps.csv").width, made.width)
+    np.testing.assert_array_equal(read_gaps(tmp_path / "gaps.csv").width, made.width)
     state = {"a.kind": "wave", **LEVEL}
     (tmp_path / "wave.csv").write_bytes(take("texture.csv", **state))
     made = made_surface(read_state({**SHORT, **state}).texture("a"))
-    np.testing.assert_array_equal(read_relief(tmp_path / "wave.csv", level="none").height, made.height)
+    np.testing.assert_array_equal(read_height_profile(tmp_path / "wave.csv", level="none").height, made.height)
 
 
 def test_pictures_are_pictures_and_equal_states_give_equal_files():
@@ -120,5 +120,5 @@ def test_texture_b_is_taken_away_as_b():
 
 def test_a_posture_out_of_reach_is_refused_for_every_kind_of_file():
     for name in KINDS:
-        with pytest.raises(InputError, match="must lie below L sin θ_b"):
+        with refusal("range", "Posture, Distance H (height)"):
             take(name, height=0.09)

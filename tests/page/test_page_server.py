@@ -8,12 +8,14 @@ import urllib.parse
 
 import httpx
 import pytest
+from page_messages import unpacked
+from refusals import refusal
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from vibrissa.errors import install
-from vibrissa.page.frames import unpacked
-from vibrissa.page.server import LARGEST_MESSAGE, STATIC, serve
+from vibrissa.page.application import STATIC
+from vibrissa.page.server import LARGEST_MESSAGE, serve
 
 SHORT = {"a.length": 0.01, "b.length": 0.01}
 
@@ -181,7 +183,7 @@ def test_the_verb_refuses_a_bad_start_in_one_line(vibrissa):
 
 
 def test_a_taken_port_is_told(served):
-    with pytest.raises(ValueError, match="must be free"):
+    with refusal("conflict", "port"):
         serve({}, port=int(served.host.rpartition(":")[2]), tell=print)
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from refusals import refusal
 
-from vibrissa.errors import InputError
-from vibrissa.signals.correlation import lagged_correlation
+from vibrissa.signals.correlation import best_correlation, lagged_correlation
 
 
 @settings(deadline=None, derandomize=True, max_examples=30)
@@ -44,5 +44,37 @@ def test_constant_signals_have_no_correlation(value):
 
 @pytest.mark.parametrize(("a", "b", "lag"), [(np.zeros(5), np.zeros(6), 1), (np.zeros(5), np.zeros(5), 3)])
 def test_signals_that_do_not_overlap_are_refused(a, b, lag):
-    with pytest.raises(InputError, match="equal length"):
+    with refusal("shape", "signals"):
         lagged_correlation(a, b, lag)
+
+
+def test_best_correlation_is_the_largest_of_the_lagged_ones():
+    rng = np.random.default_rng(1)
+    a, b = rng.standard_normal(400), rng.standard_normal((3, 400))
+    lag, rho = best_correlation(a, b, 20)
+    for k in range(3):
+        lags, each = lagged_correlation(a, b[k], 20)
+        assert rho[k] == pytest.approx(each.max(), abs=1e-12)
+        assert lag[k] == lags[each.argmax()]
+
+
+@pytest.mark.parametrize("delay", [-1, 0, 1])
+def test_positive_lag_means_the_rate_comes_after_the_envelope(delay):
+    noise = np.random.default_rng(3).normal(size=80)
+    envelope, rate = noise[2:-2], 3 + 2 * noise[2 - delay : 78 - delay]
+    lag, r = best_correlation(rate, envelope, 1)
+    assert lag == delay
+    assert r == pytest.approx(1)
+
+
+def test_only_the_shifts_allowed_are_tried():
+    noise = np.random.default_rng(4).normal(size=80)
+    envelope, rate = noise[3:], noise[:-3]  # three bins late
+    assert best_correlation(rate, envelope, 1)[1] < 0.5
+    assert best_correlation(rate, envelope, 3) == (3, pytest.approx(1))
+
+
+def test_silent_unit_has_no_correlation():
+    lag, r = best_correlation(np.zeros(20), np.arange(20.0), 1)
+    assert lag == 0
+    assert np.isnan(r)

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from refusals import refusal
+from scipy.signal import hilbert
 
-from vibrissa.errors import InputError
 from vibrissa.exact import am_tone
-from vibrissa.signals.envelope import analytic_envelope
+from vibrissa.signals.envelope import analytic_envelope, analytic_signal
 
 RATE = 2000.0
 
@@ -79,5 +80,11 @@ def test_free_decay_has_an_exponential_envelope():
 
 @pytest.mark.parametrize(("signal", "rule"), [(np.zeros(3), "4 samples"), (np.array([0, 1, np.nan, 1, 0.0]), "no NaN")])
 def test_signals_without_an_envelope_are_refused(signal, rule):
-    with pytest.raises(InputError, match=rule):
+    with refusal("too-few", "signal"):
         analytic_envelope(signal)
+
+
+@pytest.mark.parametrize("shape", [(1,), (2,), (5,), (3, 64), (2, 1001)])
+def test_the_analytic_signal_is_that_of_scipy_to_the_bit(shape):
+    signal = np.random.default_rng(0).normal(size=shape)
+    np.testing.assert_array_equal(analytic_signal(signal), hilbert(signal, axis=-1))

@@ -7,10 +7,10 @@ import pytest
 from cyclopts import App
 
 from vibrissa import cli
-from vibrissa.cli.replay import replay
+from vibrissa.cli.spikes.replay import replay
 from vibrissa.files import load
 from vibrissa.stimulus.export import read_command
-from vibrissa.texture.io import write_troughs
+from vibrissa.texture.io import write_gaps
 from vibrissa.texture.surface import random_grating
 
 RATE = 1000.0
@@ -68,12 +68,12 @@ def test_the_options_reach_the_command(call, textures, tmp_path):
         "--encoding",
         "int24",
     )
-    assert call(*textures, *QUICK, *words, "--full-scale", "1e-3", "--scale", "2", "--out", out)[0] == 0
+    assert call(*textures, *QUICK, *words, "--full-scale", "1e-3", "--factor", "2", "--out", out)[0] == 0
     facts = json.loads((tmp_path / "c.wav.json").read_text())
     assert (facts["encoding"], facts["full_scale"], facts["attributes"]["seed"]) == ("int24", 1e-3, 5)
     assert "order 2, norm phase, zero-phase" in facts["attributes"]["filter"]
     given = ",".join(map(str, facts["variables"]["delay"]["values"]))
-    call(*textures, *QUICK, *words[:5], "--delays", given, "--scale", "2", "--out", tmp_path / "d.npy")
+    call(*textures, *QUICK, *words[:5], "--delays", given, "--factor", "2", "--out", tmp_path / "d.npy")
     a, b = read_command(out).command, read_command(tmp_path / "d.npy").command
     np.testing.assert_allclose(a, b, atol=1e-3 / 2**23)
 
@@ -93,7 +93,7 @@ def test_the_measured_motion_is_compared(call, textures, tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--travel", "1e-6"), "travel of"),
+        (("--max-travel", "1e-6"), "travel of"),
         (("--delays", "some"), "--delays must be even, random, least, or times"),
         (("--fade", "3"), "fade must be positive and below 1.5 s"),
         (("--order", "0"), "order must be a whole number"),
@@ -110,9 +110,9 @@ def test_bad_input_is_one_line_and_no_file(call, textures, tmp_path, words, mess
 
 
 def test_from_surface_to_command(vibrissa, call, tmp_path):
-    write_troughs(random_grating(0.12, rng=np.random.default_rng(1)), tmp_path / "t.csv")
+    write_gaps(random_grating(0.12, rng=np.random.default_rng(1)), tmp_path / "t.csv")
     cone = ("--whisker.length", "0.05", "--whisker.cone-angle", "1.2e-3")
-    posture = ("--contact", "0.29", "--base-angle", "1.2", "--scan-speed", "0.1", "--sampling-rate", "4000")
+    posture = ("--contact", "0.29", "--base-angle", "1.2", "--speed", "0.1", "--sampling-rate", "4000")
     scan = (*posture, *cone, "--node", "0.005", "--out", tmp_path / "r.nc")
     assert vibrissa("scan", tmp_path / "t.csv", *scan)[0] == 0
     code, out, err = call(

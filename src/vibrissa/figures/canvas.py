@@ -2,22 +2,44 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from functools import wraps
 from importlib.resources import as_file, files
-from typing import TYPE_CHECKING, Any
+from textwrap import fill
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vibrissa.arrays import Array, Integers
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
+    from matplotlib.gridspec import SubplotSpec
 
+_LETTERS = 16.5  # of 8 points in an inch
+P_VALUES = ("effect_p", "effect_p_clustered")  # every sweep a draw, every whisker one
 TRUTH, FOUND, OTHER = "0.72", "#0072B2", "#D55E00"  # the truth lies behind, broad and pale
+F = TypeVar("F", "Figure", "SubFigure")
 Draw = Callable[["xr.Dataset"], "Figure"]
 
 
 def house_style(draw: Draw) -> Draw:
-    """Run a ``draw`` function in the house's style."""
+    """Run a ``draw`` function in the house's style.
+
+    Parameters
+    ----------
+    draw : callable
+        Dataset → figure.
+
+    Returns
+    -------
+    callable
+        The same, in that style.
+    """
 
     @wraps(draw)
     def styled(data: xr.Dataset) -> Figure:
@@ -46,16 +68,158 @@ def new_figure(width: float, height: float, rows: int = 1, columns: int = 1, **l
     figure, axes
         As ``Figure.subplots`` gives them, never squeezed.
     """
-    from matplotlib.figure import Figure
+    from vibrissa.figures.notebook_figure import NotebookFigure
 
-    figure = Figure(figsize=(width, height))
+    figure = NotebookFigure(figsize=(width, height))
     return figure, figure.subplots(rows, columns, squeeze=False, **layout)
+
+
+def add_caption(figure: F, data: xr.Dataset, size: float = 8.0) -> F:
+    """Write the caption of a figure below its panels, wrapped to its width.
+
+    Parameters
+    ----------
+    figure : Figure or SubFigure
+        With its panels.
+    data : Dataset
+        As drawn; its attribute ``caption`` is the text.
+    size : float
+        Size of the letters [point].
+
+    Returns
+    -------
+    Figure or SubFigure
+        The same.
+    """
+    width = int(_LETTERS * figure.get_figure(root=True).get_figwidth() * 8.0 / size)
+    figure.supxlabel(fill(data.attrs["caption"], width), x=0.01, ha="left", fontsize=size)
+    return figure
+
+
+def merged(axes: NDArray[Any]) -> SubplotSpec:
+    """Remove a column of axes, and give the place that they took.
+
+    Parameters
+    ----------
+    axes : array of Axes
+        Whole, or a part, of a grid.
+
+    Returns
+    -------
+    SubplotSpec
+        For ``Figure.add_subplot``.
+    """
+    first, last = axes.flat[0].get_subplotspec(), axes.flat[-1].get_subplotspec()
+    for axis in axes.flat:
+        axis.remove()
+    grid = first.get_gridspec()
+    return grid[first.rowspan.start : last.rowspan.stop, first.colspan.start : last.colspan.stop]
+
+
+def bars(value: ArrayLike, low: ArrayLike, high: ArrayLike) -> Array:
+    """Lengths of error bars below and above a value, (2, …), from the ends of its interval.
+
+    Parameters
+    ----------
+    value, low, high : arrays
+        Of one shape.
+
+    Returns
+    -------
+    (2, …) array
+        As ``Axes.errorbar`` takes them.
+    """
+    return np.array([np.subtract(value, low), np.subtract(high, value)])
+
+
+def p_words(value: float) -> str:
+    """P-value as a caption prints it.
+
+    Parameters
+    ----------
+    value : float
+        NaN where it was not determined.
+
+    Returns
+    -------
+    str
+        Two digits; from 0.01 down one, with its power of ten.
+    """
+    return "not determined" if not np.isfinite(value) else f"{value:.2f}" if value >= 0.01 else f"{value:.0e}"
+
+
+def round_length(most: float) -> float:
+    """Length of a scale bar: 1, 2 or 5 times a power of ten, the largest that is not longer.
+
+    Parameters
+    ----------
+    most : float
+        Largest length.
+
+    Returns
+    -------
+    float
+        In the same unit.
+    """
+    decade = 10.0 ** np.floor(np.log10(most))
+    return float(max(step * decade for step in (1, 2, 5) if step * decade <= most))
+
+
+def whisker_names(profile: xr.Dataset) -> list[str]:
+    """Names of the tracked whiskers; numbers where they have none.
+
+    Parameters
+    ----------
+    profile : Dataset
+        Nodes by ``whisker``; its attribute ``names`` (JSON) is read.
+
+    Returns
+    -------
+    list of str
+        One for each whisker.
+    """
+    return json.loads(profile.attrs.get("names", "[]")) or [f"whisker {i}" for i in range(profile.sizes["whisker"])]
+
+
+def spread(places: Integers, count: int) -> Integers:
+    """Up to so many places out of some, from the first to the last, evenly.
+
+    Parameters
+    ----------
+    places : (N,) array of int
+        At least one.
+    count : int
+        How many are wanted.
+
+    Returns
+    -------
+    (K,) array of int
+        K ≤ count of them.
+    """
+    return places[np.unique(np.linspace(0, len(places) - 1, count).round().astype(int))]
 
 
 def split(
     figure: Figure, axis: Axes, *, heights: Sequence[float] = (1.0,), widths: Sequence[float] = (1.0,)
 ) -> list[Axes]:
-    """Share the place of an axis among panels of these heights and widths, row by row."""
+    """Share the place of an axis among panels of these heights and widths, row by row.
+
+    Parameters
+    ----------
+    figure : Figure
+        That holds the axis.
+    axis : Axes
+        Is removed.
+    heights : sequence of float
+        Of the rows, relative.
+    widths : sequence of float
+        Of the columns, relative.
+
+    Returns
+    -------
+    list of Axes
+        The panels.
+    """
     place = axis.get_subplotspec()
     axis.remove()
     cells = place.subgridspec(len(heights), len(widths), height_ratios=heights, width_ratios=widths)  # type: ignore[union-attr]

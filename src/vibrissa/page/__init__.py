@@ -1,1 +1,4 @@
-"""The interactive page: one whisker on its texture, live, on this machine alone."""
+"""The interactive page: one whisker on its texture, live, on this machine alone.
+
+Internal: the public names are those of ``vibrissa`` itself.
+"""

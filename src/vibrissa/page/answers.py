@@ -1,4 +1,4 @@
-"""What the page asks for, answered: the picture, what the model says of itself, two textures side by side."""
+"""Answers to the page: the picture, the model's remarks on its assumptions, two textures compared."""
 
 from __future__ import annotations
 
@@ -9,38 +9,43 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.errors import ConvergenceError, InputError
-from vibrissa.mechanics.diagnostics import diagnostics, relief_diagnostics, relief_remarks, remarks
-from vibrissa.mechanics.sampled import sampling_times
-from vibrissa.mechanics.superposition import Prediction
-from vibrissa.mechanics.topography import free_end_depth
+from vibrissa.errors import ConvergenceError, FormatError, InputError
+from vibrissa.mechanics.scan.diagnostics import diagnostics, relief_diagnostics, relief_remarks, remarks
+from vibrissa.mechanics.scan.relief_prediction import free_end_depth
+from vibrissa.mechanics.scan.sampled import sampling_times
+from vibrissa.mechanics.scan.texture_prediction import Prediction
 from vibrissa.page.contrast import discrimination, expected_counts
 from vibrissa.page.frames import packed, sketched
-from vibrissa.page.shaft import NODE
+from vibrissa.page.shaft_table import NODE
 from vibrissa.page.signals import RATE, instants, live_arrays, node_motion
 from vibrissa.page.state import read_state
 
 if TYPE_CHECKING:
-    from vibrissa.page.bench import Bench, Motion
+    from vibrissa.mechanics.scan.sampled import Predicted
+    from vibrissa.page.session import PageSession
+    from vibrissa.page.state import State
+
+Arrays = Mapping[str, NDArray[np.float32]]
+Answer = tuple[dict[str, Any], Arrays]  # what JSON can say, and arrays
 
 SKETCHED, MOST = ("modes", "envelopes", "moment", "firing"), 4096  # drawn only, on fewer than 2,000 columns
 LONGEST_ASK = 1 << 16  # bytes of one question: a state is a thirtieth of it
 
 
 class GivenUpError(Exception):
-    """Nobody waits for this answer any longer."""
+    """The next message waits: this answer is no longer wanted."""
 
 
 def _patient() -> bool:
     return False
 
 
-def answer(bench: Bench, message: str | bytes, hurried: Callable[[], bool] = _patient) -> str | bytes:
+def answer(session: PageSession, message: str | bytes, hurried: Callable[[], bool] = _patient) -> str | bytes:
     """Answer one message of the page; an error is answered with its one line.
 
     Parameters
     ----------
-    bench : Bench
+    session : PageSession
         That makes the predictions.
     message : str
         JSON with ``id`` (given back), ``want``: ``live``, ``notes`` or ``contrast``, and ``state``.
@@ -53,24 +58,27 @@ def answer(bench: Bench, message: str | bytes, hurried: Callable[[], bool] = _pa
         A binary message, see :mod:`vibrissa.page.frames`, or JSON.
     """
     ask: dict[str, Any] = {}
+    arrays: Arrays = {}
     try:
         ask = _asked(message)
-        return ANSWERS[ask["want"]](bench, ask, hurried)
+        said, arrays = ANSWERS[ask["want"]](session, read_state(ask["state"]), hurried)
     except GivenUpError:
-        return json.dumps({"id": ask["id"], "want": ask["want"], "given_up": True})
+        said = {"given_up": True}
     except (InputError, ConvergenceError) as error:
-        return json.dumps({"id": ask.get("id"), "want": ask.get("want"), "error": str(error)})
+        said = {"error": str(error)}
+    said = {"id": ask.get("id"), "want": ask.get("want"), **said}
+    return packed(said, arrays) if arrays else json.dumps(said)
 
 
 def _asked(message: str | bytes) -> dict[str, Any]:
     if not isinstance(message, str) or len(message) > LONGEST_ASK:
-        raise InputError("message", f"must be text of at most {LONGEST_ASK} characters", len(message))
+        raise FormatError("message", f"must be text of at most {LONGEST_ASK} characters", len(message))
     try:
         ask = json.loads(message)
     except (ValueError, RecursionError) as error:
-        raise InputError("message", "must be JSON", remedy=str(error)[:80]) from error
+        raise FormatError("message", "must be JSON", remedy=str(error)[:80]) from error
     if not isinstance(ask, dict) or not isinstance(ask.get("state"), dict) or ask.get("want") not in list(ANSWERS):
-        raise InputError("message", f"must be an object with a state, wanting one of {', '.join(ANSWERS)}")
+        raise FormatError("message", f"must be an object with a state, wanting one of {', '.join(ANSWERS)}")
     number = ask.get("id")
     return {**ask, "id": number if isinstance(number, int) and 0 <= number < 2**53 else 0}
 
@@ -81,16 +89,14 @@ def _on(hurried: Callable[[], bool]) -> None:
         raise GivenUpError
 
 
-def _live(bench: Bench, ask: Mapping[str, Any], hurried: Callable[[], bool]) -> bytes:
-    state = read_state(ask["state"])
-    prediction = bench.predict(state)
-    arrays = live_arrays(prediction, state.unit, bench.ways(state))
-    told = {"id": ask["id"], "want": "live", **facts(prediction), **_levels(arrays)}
+def _live(session: PageSession, state: State, hurried: Callable[[], bool]) -> Answer:
+    prediction = session.predict(state)
+    arrays = live_arrays(prediction, state.unit, session.shaft_tables(state))
     drawn = {name: values for name, values in arrays.items() if name not in ("curvature", "drive")}
-    return packed(told, drawn | {name: sketched(arrays[name], MOST) for name in SKETCHED})
+    return facts(prediction) | _levels(arrays), drawn | {name: sketched(arrays[name], MOST) for name in SKETCHED}
 
 
-def _levels(arrays: Mapping[str, NDArray[np.float32]]) -> dict[str, Any]:
+def _levels(arrays: Arrays) -> dict[str, Any]:
     """Means and standard deviations of the modes [m], and curvature over moment at the base [1/(N m²)]."""
     modes, moment = arrays["modes"].astype(float), np.abs(arrays["moment"])
     most = int(moment.argmax())
@@ -98,8 +104,19 @@ def _levels(arrays: Mapping[str, NDArray[np.float32]]) -> dict[str, Any]:
     return {"mean": modes.mean(axis=1).tolist(), "rms": modes.std(axis=1).tolist(), "curvature_by_moment": bent}
 
 
-def facts(prediction: Motion) -> dict[str, Any]:
-    """What the page says of a prediction in numbers: SI, but adimensional where named so."""
+def facts(prediction: Predicted) -> dict[str, Any]:
+    """Numbers that the page shows of a prediction: SI, but adimensional where named so.
+
+    Parameters
+    ----------
+    prediction : Prediction or ReliefPrediction
+        Of a state.
+
+    Returns
+    -------
+    dict
+        Numbers, lists of numbers and flags by name.
+    """
     flat, length = prediction.response.flat, prediction.whisker.length
     return {
         "rate": RATE,
@@ -116,13 +133,25 @@ def facts(prediction: Motion) -> dict[str, Any]:
     }
 
 
-def _notes(bench: Bench, ask: Mapping[str, Any], hurried: Callable[[], bool]) -> str:
-    state = read_state(ask["state"])
-    return json.dumps({"id": ask["id"], "want": "notes", "notes": notes(bench.predict(state), hurried)})
+def _notes(session: PageSession, state: State, hurried: Callable[[], bool]) -> Answer:
+    return {"notes": notes(session.predict(state), hurried)}, {}
 
 
-def notes(prediction: Motion, hurried: Callable[[], bool] = _patient) -> list[str]:
-    """What the model says of its own assumptions, one line each."""
+def notes(prediction: Predicted, hurried: Callable[[], bool] = _patient) -> list[str]:
+    """Remarks of the model on its own assumptions, one line each.
+
+    Parameters
+    ----------
+    prediction : Prediction or ReliefPrediction
+        Of a state.
+    hurried : callable
+        Whether a newer question waits.
+
+    Returns
+    -------
+    list of str
+        The lines.
+    """
     t = sampling_times(prediction, RATE)
     if isinstance(prediction, Prediction):
         return remarks(diagnostics(prediction, t))
@@ -134,34 +163,29 @@ def notes(prediction: Motion, hurried: Callable[[], bool] = _patient) -> list[st
     return relief_remarks(data.assign(free_end_depth=("time", depth)).assign_attrs(counts))
 
 
-def _contrast(bench: Bench, ask: Mapping[str, Any], hurried: Callable[[], bool]) -> bytes:
-    state = read_state(ask["state"])
-    sounds, rates, counts = {}, {}, []
-    ends = []
+def _contrast(session: PageSession, state: State, hurried: Callable[[], bool]) -> Answer:
+    moved, rates = {}, {}
     for letter in "ab":
-        prediction = bench.predict(state, letter)
+        prediction = session.predict(state, letter)
         _on(hurried)
-        known, t = bench.ways(state, letter), instants(prediction)
+        known, t = session.shaft_tables(state, letter), instants(prediction)
         _on(hurried)
-        moved, drive = node_motion(prediction, t, known)
-        rates[letter] = (t, state.unit.rate(t, drive))
-        sounds[f"displacement_{letter}"] = moved.astype("<f4")
-        ends.append(t[-1])
-    counts = [expected_counts(*rates[letter], min(ends)) for letter in "ab"]
-    told = {
-        "id": ask["id"],
-        "want": "contrast",
+        displacement, drive = node_motion(prediction, t, known)
+        rates[letter] = t, state.unit.rate(t, drive)
+        moved[f"displacement_{letter}"] = displacement.astype("<f4")
+    duration = min(t[-1] for t, _ in rates.values())
+    first, second = counts = [expected_counts(t, rate, duration) for t, rate in rates.values()]
+    said = {
         "rate": RATE,
         "node": NODE,
-        "by_course": discrimination(*counts),
-        "by_count": discrimination(*(np.array([one.sum()]) for one in counts)),
-        "duration": float(min(ends)),
+        "by_course": discrimination(first, second),
+        "by_count": discrimination(first.sum(keepdims=True), second.sum(keepdims=True)),
+        "duration": float(duration),
     }
-    binned = {f"counts_{letter}": one.astype("<f4") for letter, one in zip("ab", counts, strict=True)}
-    return packed(told, {**sounds, **binned})
+    return said, moved | {f"counts_{letter}": one.astype("<f4") for letter, one in zip("ab", counts, strict=True)}
 
 
-ANSWERS: dict[str, Callable[[Bench, Mapping[str, Any], Callable[[], bool]], str | bytes]] = {
+ANSWERS: dict[str, Callable[[PageSession, State, Callable[[], bool]], Answer]] = {
     "live": _live,
     "notes": _notes,
     "contrast": _contrast,

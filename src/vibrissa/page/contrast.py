@@ -1,17 +1,29 @@
-"""How well one neuron tells two textures apart in a single scan."""
+"""Discrimination of two textures by one neuron in a single scan."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vibrissa.arrays import Array
 
 BIN = 0.01  # [s] the paper's bins
 
 
 def expected_counts(time: Array, rate: Array, duration: float) -> Array:
-    """Spikes expected in each whole bin of 10 ms within a duration [s], (B,), of a rate (T,) [Hz] on a grid (T,)."""
+    """Spikes expected in each whole bin of 10 ms.
+
+    Parameters
+    ----------
+    time, rate : (T,) arrays
+        Times [s] and rates [Hz].
+    duration : float
+        End of the last bin at most [s].
+
+    Returns
+    -------
+    (B,) array
+        Expected counts.
+    """
     edges = BIN * np.arange(int(duration / BIN + 1e-9) + 1)
     area = np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 2 * np.diff(time))])
     return np.diff(np.interp(edges, time, area))
@@ -27,6 +39,11 @@ def discrimination(first: Array, second: Array) -> float:
     ----------
     first, second : (B,) arrays
         Counts expected in each bin; their sums alone give d′ by the number of spikes.
+
+    Returns
+    -------
+    float
+        d′, not negative.
     """
     mean = (first + second) / 2
     return float(np.sqrt(np.sum(np.divide((first - second) ** 2, mean, out=np.zeros_like(mean), where=mean > 0))))

@@ -1,4 +1,4 @@
-"""What is taken away from the page: data, sound, picture, texture, and the study file that makes the same."""
+"""Files that the page gives: data, sound, picture, texture, and the study file that makes the same."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import io
 import tempfile
 import zipfile
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -13,25 +14,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.files import encoded
-from vibrissa.mechanics.sampled import sampling_times, scanned
-from vibrissa.mechanics.superposition import Prediction
-from vibrissa.mechanics.topography import scanned_relief
-from vibrissa.page.bench import MODES
+from vibrissa.mechanics.scan.sampled import sampling_times, scanned, scanned_relief
+from vibrissa.mechanics.scan.texture_prediction import Prediction
 from vibrissa.page.picture import picture
-from vibrissa.page.shaft import NODE
+from vibrissa.page.session import MODES
+from vibrissa.page.shaft_table import NODE
 from vibrissa.page.signals import TRIALS, live_arrays, node_motion
-from vibrissa.study.pick import as_toml
-from vibrissa.study.settings import Film
-from vibrissa.study.virtual import lay_out
-from vibrissa.texture.io import write_relief, write_troughs
+from vibrissa.study.movie.virtual import lay_out
+from vibrissa.study.pick.pick import as_toml
+from vibrissa.study.spec.settings import Film
+from vibrissa.tables.writer import table_text
+from vibrissa.texture.io import write_gaps, write_height_profile
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from vibrissa.page.bench import Bench, Motion
+    from vibrissa.mechanics.scan.sampled import Predicted
+    from vibrissa.page.session import PageSession
     from vibrissa.page.state import Choice, State
 
-    Maker = Callable[[Motion, State, str], bytes]
+    Maker = Callable[[Predicted, State, str], bytes]
 
 RATE = 20_000.0  # [Hz] of data and sound, as `vibrissa scan`
 LOUD = 0.9  # of full scale: the loudest sample
@@ -40,65 +42,60 @@ READINGS = {"random": "telegraph", "widths": "widths"}
 FOLDER, BESIDE = "vibrissa-study", "texture.csv"  # in the archive: its folder, and the texture beside the study
 THEN = (1980, 1, 1, 0, 0, 0)  # of every file in the archive: equal states give equal archives
 
-KINDS = {
-    "data.nc": "application/x-netcdf",
-    "signals.csv": "text/csv",
-    "sound.wav": "audio/wav",
-    "study.zip": "application/zip",
-    "texture.csv": "text/csv",
-    "picture.png": "image/png",
-    "picture.svg": "image/svg+xml",
-}
 
-
-def exported(bench: Bench, state: State, letter: str, name: str) -> bytes:
+def exported(session: PageSession, state: State, letter: str, name: str) -> bytes:
     """One file.
 
     Parameters
     ----------
-    bench, state
-        What is set, and what makes it.
+    session : PageSession
+        That makes the prediction.
+    state : State
+        Values of the controls.
     letter : {"a", "b"}
         Which texture.
     name : str
         One of ``KINDS``.
+
+    Returns
+    -------
+    bytes
+        The file.
 
     Raises
     ------
     InputError
         If the state is beyond the mechanics.
     """
-    prediction = bench.predict(state, letter)
-    return MAKERS[name](prediction, state, letter)
+    _, make = KINDS[name]
+    return make(session.predict(state, letter), state, letter)
 
 
-def _dataset(prediction: Motion) -> xr.Dataset:
+def _dataset(prediction: Predicted) -> xr.Dataset:
     """The whole scan at 20 kHz, as `vibrissa scan --node 0.005` gives it."""
     if isinstance(prediction, Prediction):
         return scanned(prediction, RATE, nodes=[NODE])
     return scanned_relief(prediction, RATE, nodes=[NODE])
 
 
-def _netcdf(prediction: Motion, state: State, letter: str) -> bytes:
+def _netcdf(prediction: Predicted, state: State, letter: str) -> bytes:
     return encoded(_dataset(prediction))
 
 
-def _csv(prediction: Motion, state: State, letter: str) -> bytes:
+def _csv(prediction: Predicted, state: State, letter: str) -> bytes:
     """Time and signals, with their units in the header; lengths in metres."""
     data, length = _dataset(prediction), prediction.whisker.length
     columns = {"time_s": data.time.values, "excursion_m": length * data.excursion.values}
     for i in range(data.sizes["mode"]):
         columns[f"mode_{i + 1}_m"] = length * data.mode_displacement.values[i]
-        columns[f"envelope_{i + 1}_m"] = length * data.envelope.values[i]
+        columns[f"envelope_{i + 1}_m"] = data.envelope.values[i]
     columns["base_curvature_per_m"] = data.base_curvature.values
     columns["base_moment_n_m"] = data.base_moment.values
     columns["displacement_m"] = data.displacement.values[:, 0]
-    text = io.StringIO()
-    np.savetxt(text, np.stack(list(columns.values()), axis=1), "%.9g", ",", header=",".join(columns), comments="")
-    return text.getvalue().encode()
+    return table_text(columns, digits=9).encode()
 
 
-def _wave(prediction: Motion, state: State, letter: str) -> bytes:
+def _wave(prediction: Predicted, state: State, letter: str) -> bytes:
     """Displacement 5 mm from the base, 16 bits, at true pitch; the loudest sample at 0.9 of full scale."""
     from scipy.io import wavfile
 
@@ -110,18 +107,18 @@ def _wave(prediction: Motion, state: State, letter: str) -> bytes:
     return file.getvalue()
 
 
-def _texture(prediction: Motion, state: State, letter: str) -> bytes:
+def _texture(prediction: Predicted, state: State, letter: str) -> bytes:
     """The texture as `vibrissa scan` reads it."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "texture.csv"
         if isinstance(prediction, Prediction):
-            write_troughs(prediction.texture, path)
+            write_gaps(prediction.texture, path)
         else:
-            write_relief(prediction.relief, path)
+            write_height_profile(prediction.relief, path)
         return path.read_bytes()
 
 
-def _study(prediction: Motion, state: State, letter: str) -> bytes:
+def _study(prediction: Predicted, state: State, letter: str) -> bytes:
     """An archive with the study file and, where it names one, its texture: unpacked it runs as it is."""
     files = {"study.toml": _settings(prediction, state, letter)}
     if state.texture(letter).kind not in READINGS:
@@ -135,7 +132,7 @@ def _study(prediction: Motion, state: State, letter: str) -> bytes:
     return archive.getvalue()
 
 
-def _settings(prediction: Motion, state: State, letter: str) -> bytes:
+def _settings(prediction: Predicted, state: State, letter: str) -> bytes:
     """The study file of the same whisker, posture, scan, texture and neuron, filmed by the virtual camera."""
     posture, scan = prediction.posture, prediction.scan
     neuron, film = state.unit, Film(n_frames=max(LEAST_FRAMES, int(np.ceil(prediction.end * FRAME_RATE))))
@@ -154,7 +151,7 @@ def _settings(prediction: Motion, state: State, letter: str) -> bytes:
     return as_toml(table).encode()
 
 
-def _texture_table(prediction: Motion, choice: Choice) -> dict[str, Any]:
+def _texture_table(prediction: Predicted, choice: Choice) -> dict[str, Any]:
     """A random grating by its seed, any other surface by its file."""
     if choice.kind in READINGS:
         numbers = {"length": choice.length, "seed": choice.seed, "mean_period": choice.period, "depth": choice.depth}
@@ -162,26 +159,23 @@ def _texture_table(prediction: Motion, choice: Choice) -> dict[str, Any]:
     return {"file": BESIDE} | ({} if isinstance(prediction, Prediction) else {"level": "none"})
 
 
-def _image(prediction: Motion, film: Film) -> dict[str, int]:
+def _image(prediction: Predicted, film: Film) -> dict[str, int]:
     """Size of an image that holds the whisker [pixels], in twenties."""
     scene = lay_out(prediction, film)
     sizes = {"width": np.ptp(scene.x), "height": np.ptp(scene.y)}
     return {name: 20 * int(np.ceil(size / film.camera.pixel_size / 20) + 3) for name, size in sizes.items()}
 
 
-def _picture(kind: Literal["png", "svg"]) -> Maker:
-    def make(prediction: Motion, state: State, letter: str) -> bytes:
-        return picture(prediction, live_arrays(prediction, state.unit), kind)
-
-    return make
+def _picture(kind: Literal["png", "svg"], prediction: Predicted, state: State, letter: str) -> bytes:
+    return picture(prediction, live_arrays(prediction, state.unit), kind)
 
 
-MAKERS: dict[str, Maker] = {
-    "data.nc": _netcdf,
-    "signals.csv": _csv,
-    "sound.wav": _wave,
-    "study.zip": _study,
-    "texture.csv": _texture,
-    "picture.png": _picture("png"),
-    "picture.svg": _picture("svg"),
+KINDS: dict[str, tuple[str, Maker]] = {  # media type of each file, and what makes it
+    "data.nc": ("application/x-netcdf", _netcdf),
+    "signals.csv": ("text/csv", _csv),
+    "sound.wav": ("audio/wav", _wave),
+    "study.zip": ("application/zip", _study),
+    "texture.csv": ("text/csv", _texture),
+    "picture.png": ("image/png", partial(_picture, "png")),
+    "picture.svg": ("image/svg+xml", partial(_picture, "svg")),
 }

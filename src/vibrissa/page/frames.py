@@ -14,6 +14,18 @@ def packed(facts: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float32]]) 
     """One message: length of the header (uint32), header, arrays; the header ends where four bytes align.
 
     The header holds the facts and, under ``arrays``, name and shape of each array in order.
+
+    Parameters
+    ----------
+    facts : mapping
+        What JSON can say.
+    arrays : mapping of arrays
+        By name.
+
+    Returns
+    -------
+    bytes
+        The message.
     """
     shapes = [[name, list(array.shape)] for name, array in arrays.items()]
     header = json.dumps({**facts, "arrays": shapes}, allow_nan=False).encode()
@@ -25,7 +37,19 @@ def packed(facts: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float32]]) 
 def sketched(values: NDArray[np.float32], most: int) -> NDArray[np.float32]:
     """A signal (…, T) for a picture with fewer than ``most`` / 2 columns: of even stretches the least and the largest.
 
-    The two stand in the order in which they come; a signal of at most ``most`` samples is left as it is.
+    The two keep their order in time; a signal of at most ``most`` samples is left as it is.
+
+    Parameters
+    ----------
+    values : (…, T) array
+        The signal.
+    most : int
+        Samples that are kept at most, about.
+
+    Returns
+    -------
+    (…, T') array
+        Of even stretches the least and the largest value.
     """
     length = -(-2 * values.shape[-1] // most)
     if values.shape[-1] <= most:
@@ -36,15 +60,3 @@ def sketched(values: NDArray[np.float32], most: int) -> NDArray[np.float32]:
     first, second = np.sort([stretches.argmin(-1), stretches.argmax(-1)], axis=0)
     both = np.stack([first, second], axis=-1)
     return np.take_along_axis(stretches, both, axis=-1).reshape(*values.shape[:-1], -1)
-
-
-def unpacked(message: bytes) -> tuple[dict[str, Any], dict[str, NDArray[np.float32]]]:
-    """Facts and arrays of a message of :func:`packed`."""
-    length = int(np.frombuffer(message, "<u4", 1)[0])
-    facts = json.loads(message[4 : 4 + length])
-    place, arrays = 4 + length, {}
-    for name, shape in facts.pop("arrays"):
-        count = int(np.prod(shape))
-        arrays[name] = np.frombuffer(message, "<f4", count, place).reshape(shape)
-        place += 4 * count
-    return facts, arrays

@@ -16,23 +16,28 @@ from vibrissa.page.signals import RATE, TRIALS
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from vibrissa.page.bench import Motion
+    from vibrissa.mechanics.scan.sampled import Predicted
 
 BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"  # modes 1 to 3, of Okabe and Ito
 Arrays = Mapping[str, NDArray[np.float32]]
 
 
-def picture(prediction: Motion, arrays: Arrays, kind: Literal["png", "svg"]) -> bytes:
+def picture(prediction: Predicted, arrays: Arrays, kind: Literal["png", "svg"]) -> bytes:
     """The views as a file: whisker, excursion, modes, moment, spectrogram and firing; equal states give equal files.
 
     Parameters
     ----------
     prediction : Prediction or ReliefPrediction
-        Whose posture the title tells.
+        Whose posture is in the title.
     arrays : mapping
         Of :func:`vibrissa.page.signals.live_arrays`.
     kind : {"png", "svg"}
         Format.
+
+    Returns
+    -------
+    bytes
+        The file.
     """
     from matplotlib import style
 
@@ -43,7 +48,7 @@ def picture(prediction: Motion, arrays: Arrays, kind: Literal["png", "svg"]) -> 
     return file.getvalue()
 
 
-def _drawn(prediction: Motion, arrays: Arrays) -> Figure:
+def _drawn(prediction: Predicted, arrays: Arrays) -> Figure:
     figure, grid = new_figure(10.0, 9.0, 4, 2)
     axes = grid.ravel()
     time = np.arange(len(arrays["excursion"])) / RATE
@@ -59,13 +64,13 @@ def _drawn(prediction: Motion, arrays: Arrays) -> Figure:
 
 
 def palette() -> list[list[int]]:
-    """The 256 colours of cividis, told apart by every eye, as red, green and blue."""
+    """The 256 colours of cividis, distinct for every kind of colour vision, as red, green and blue."""
     from matplotlib import colormaps
 
     return np.asarray(colormaps["cividis"](np.arange(256), bytes=True))[:, :3].tolist()
 
 
-def _title(prediction: Motion) -> str:
+def _title(prediction: Predicted) -> str:
     whisker, posture, scan = prediction.whisker, prediction.posture, prediction.scan
     height = prediction.response.flat.base[1] * whisker.length
     lines = ", ".join(f"{one:.0f}" for one in prediction.omega / (2 * np.pi))
@@ -81,7 +86,7 @@ def _line(axes: Any, time: NDArray[Any], values: NDArray[Any], label: str) -> No
     axes.set(xlabel="Time [s]", ylabel=label)
 
 
-def _whisker(axes: Any, prediction: Motion, arrays: Arrays) -> None:
+def _whisker(axes: Any, prediction: Predicted, arrays: Arrays) -> None:
     """Profile at the first moment, the free end dashed, and the substrate line, in millimetres from the base."""
     x, y, s = arrays["shaft_x"][0] * 1e3, arrays["shaft_y"][0] * 1e3, arrays["shaft"]
     contact = int(np.searchsorted(s, prediction.posture.contact - 1e-6))
@@ -118,4 +123,4 @@ def _firing(axes: Any, time: NDArray[Any], arrays: Arrays) -> None:
     axes.plot(time, rate, color=BLUE)
     axes.plot(when, top * (1 + 0.6 * trial / TRIALS), "|", color="0.35", ms=3)
     axes.set(xlabel="Time [s]", ylabel="Rate [Hz], spikes of 12 trials", ylim=(0, 1.65 * top))
-    axes.set_yticks([tick for tick in axes.get_yticks() if 0 <= tick <= top])  # above stand trials
+    axes.set_yticks([tick for tick in axes.get_yticks() if 0 <= tick <= top])  # above are trials

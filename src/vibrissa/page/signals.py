@@ -1,4 +1,4 @@
-"""What the page draws of one prediction: signals, spectrogram, resonances, firing, and the whisker's way."""
+"""Arrays that the page draws of one prediction: signals, spectrogram, resonances, firing, and the whisker's way."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 from scipy.signal import spectrogram
 
+from vibrissa.arrays import Array
 from vibrissa.exact import cone_kappa
-from vibrissa.mechanics.follicle import base_curvature, base_moment
-from vibrissa.mechanics.sampled import sampling_times
-from vibrissa.mechanics.topography import ReliefPrediction
-from vibrissa.neural.virtual import draw_spikes
-from vibrissa.page.shaft import ways
+from vibrissa.mechanics.scan.follicle import base_curvature, base_moment
+from vibrissa.mechanics.scan.relief_prediction import ReliefPrediction
+from vibrissa.mechanics.scan.sampled import sampling_times
+from vibrissa.neural.simulated.virtual import draw_spikes
+from vibrissa.page.shaft_table import shaft_tables
 from vibrissa.signals.envelope import MIRRORED, analytic_envelope
 
 if TYPE_CHECKING:
-    from vibrissa.neural.virtual import HingeUnit
-    from vibrissa.page.bench import Motion
-    from vibrissa.page.shaft import Ways
+    from vibrissa.mechanics.scan.sampled import Predicted
+    from vibrissa.neural.simulated.virtual import ThresholdLinearUnit
+    from vibrissa.page.shaft_table import ShaftTables
 
-Array = NDArray[np.float64]
 Arrays = dict[str, NDArray[np.float32]]
 
 RATE = 10_000.0  # [Hz] eight samples and more in a period of the third mode of any rat whisker
@@ -36,16 +36,16 @@ CONTACTS = np.linspace(0.02, 0.95, 94)
 DRAWN = 20_000  # points of a relief that are drawn
 
 
-def live_arrays(prediction: Motion, unit: HingeUnit, known: Ways | None = None) -> Arrays:
+def live_arrays(prediction: Predicted, unit: ThresholdLinearUnit, known: ShaftTables | None = None) -> Arrays:
     """Everything drawn, as float32 arrays by name.
 
     Parameters
     ----------
     prediction : Prediction or ReliefPrediction
-        From the bench.
-    unit : HingeUnit
+        From the session.
+    unit : ThresholdLinearUnit
         Driven by the envelope of the shaft's displacement 5 mm from the base.
-    known : Ways, optional
+    known : ShaftTables, optional
         Of the same posture and surface.
 
     Returns
@@ -59,10 +59,11 @@ def live_arrays(prediction: Motion, unit: HingeUnit, known: Ways | None = None) 
         pinned there. ``shaft`` (S,) from tip to base, ``shaft_x``, ``shaft_y`` (P, S) [m] from the base,
         ``shaft_time`` (P,) [s]. ``surface`` (2, N): corners of the surface, place and height [m].
     """
-    t, length, known = instants(prediction), prediction.whisker.length, known or ways(prediction)
+    t, length, known = instants(prediction), prediction.whisker.length, known or shaft_tables(prediction)
     quasi_static, q = prediction.drive(t), prediction.amplitudes(t)
     modes = (q + quasi_static[: len(q)]) * length
-    curvature = _curvature(prediction, quasi_static[len(q)], q)
+    bent = base_curvature(prediction.whisker, prediction.response.basis.base_curvature, q)
+    curvature = quasi_static[len(q)] / length + bent
     moved, drive = _moved(prediction, t, q, known)
     arrays = {
         "excursion": prediction.excursion(t) * length,
@@ -72,45 +73,65 @@ def live_arrays(prediction: Motion, unit: HingeUnit, known: Ways | None = None) 
         "moment": base_moment(prediction.whisker, curvature),
         "displacement": moved,
         "drive": drive,
-        **firing(unit, t, drive),
+        **_firing(unit, t, drive),
         **_spectrogram(moved),
-        "resonance": resonances_by_contact(prediction.whisker.timescale),
+        "resonance": _resonances_by_contact(prediction.whisker.timescale),
         **_shaft(prediction, t, q, known),
-        "surface": corners(prediction),
+        "surface": _corners(prediction),
     }
     return {name: np.ascontiguousarray(values, "<f4") for name, values in arrays.items()}
 
 
-def instants(prediction: Motion) -> Array:
-    """Times of the record [s]: as of `vibrissa scan`, and up to 3 % more, which transforms quickly."""
+def instants(prediction: Predicted) -> Array:
+    """Times of the record [s]: as of `vibrissa scan`, and up to 3 % more, which transforms quickly.
+
+    Parameters
+    ----------
+    prediction : Prediction or ReliefPrediction
+        From the session.
+
+    Returns
+    -------
+    (T,) array
+        From 0, even.
+    """
     n = len(sampling_times(prediction, RATE))
     if n > MIRRORED:
         n = next(more for more in count(n) if next_fast_len(more + 2 * MIRRORED) == more + 2 * MIRRORED)
     return np.arange(n) / RATE
 
 
-def node_motion(prediction: Motion, t: Array, known: Ways | None = None) -> tuple[Array, Array]:
-    """Displacement of the point 5 mm from the base, less its mean, and its envelope [m], (T,) each."""
-    return _moved(prediction, t, prediction.amplitudes(t), known or ways(prediction))
+def node_motion(prediction: Predicted, t: Array, known: ShaftTables | None = None) -> tuple[Array, Array]:
+    """Displacement of the point 5 mm from the base, less its mean, and its envelope.
+
+    Parameters
+    ----------
+    prediction : Prediction or ReliefPrediction
+        From the session.
+    t : (T,) array
+        Times [s].
+    known : ShaftTables, optional
+        Of the same posture and surface.
+
+    Returns
+    -------
+    displacement, envelope : (T,) arrays
+        In [m].
+    """
+    return _moved(prediction, t, prediction.amplitudes(t), known or shaft_tables(prediction))
 
 
-def _moved(prediction: Motion, t: Array, q: Array, known: Ways) -> tuple[Array, Array]:
+def _moved(prediction: Predicted, t: Array, q: Array, known: ShaftTables) -> tuple[Array, Array]:
     moved = known.node.across(prediction, t, q)[:, 0] * prediction.whisker.length
     moved -= moved.mean()
     return moved, analytic_envelope(moved)[0]
 
 
-def firing(unit: HingeUnit, t: Array, drive: Array) -> dict[str, Array]:
+def _firing(unit: ThresholdLinearUnit, t: Array, drive: Array) -> dict[str, Array]:
     """Predicted rate [Hz] (T,), and spikes of twelve trials drawn from it (2, N)."""
     rate = unit.rate(t, drive)
     times, trials = draw_spikes(t, rate, TRIALS, rng=np.random.default_rng(0))
     return {"firing": rate, "spikes": np.stack([times, trials])}
-
-
-def _curvature(prediction: Motion, slow: Array, q: Array) -> Array:
-    """Curvature at the base, quasi-static (over 1/L) and of the vibration [1/m], (T,)."""
-    bending = prediction.response.basis.base_curvature
-    return slow / prediction.whisker.length + base_curvature(prediction.whisker, bending, q)
 
 
 def _spectrogram(signal: Array) -> dict[str, Array]:
@@ -130,19 +151,19 @@ def _kappa_by_contact() -> Array:
     return np.stack([cone_kappa(contact, 3) for contact in CONTACTS.tolist()], axis=1)
 
 
-def resonances_by_contact(timescale: float) -> Array:
+def _resonances_by_contact(timescale: float) -> Array:
     """Contacts ε, and the resonant frequencies of the first three modes there [Hz], (4, E)."""
     return np.concatenate([CONTACTS[None], _kappa_by_contact() / (2 * np.pi * timescale)])
 
 
-def _shaft(prediction: Motion, t: Array, q: Array, known: Ways) -> dict[str, Array]:
+def _shaft(prediction: Predicted, t: Array, q: Array, known: ShaftTables) -> dict[str, Array]:
     """Where the shaft is, from the physical tip to the base [m], at even moments."""
     some, length = slice(None, None, -(-len(t) // POSITIONS)), prediction.whisker.length
     x, y = known.shaft.at(prediction, t[some], q[:, some])
     return {"shaft": known.shaft.s, "shaft_x": length * x, "shaft_y": length * y, "shaft_time": t[some]}
 
 
-def corners(prediction: Motion) -> Array:
+def _corners(prediction: Predicted) -> Array:
     """Corners of the surface, place along the scan and height [m], (2, N)."""
     if isinstance(prediction, ReliefPrediction):
         relief = prediction.relief

@@ -1,22 +1,21 @@
-"""What the page's controls say, checked: numbers in their bounds, choices among the known."""
+"""State of the page's controls, checked: numbers in their bounds, choices among the known."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import lru_cache
 from reprlib import repr as short
 from typing import Any
 
 import numpy as np
 
-from vibrissa.errors import InputError
-from vibrissa.files import as_number
-from vibrissa.mechanics.profile import Posture
-from vibrissa.mechanics.superposition import Scan
-from vibrissa.neural.virtual import HingeUnit
+from vibrissa.errors import RangeError, UnknownError, did_you_mean
+from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.neural.simulated.virtual import ThresholdLinearUnit
 from vibrissa.page.controls import CONTROLS, Control
+from vibrissa.tables.text import as_number
 from vibrissa.whisker import Whisker, atlas_whisker
 
 LONGEST_TEXT = 80  # characters of one value
@@ -62,7 +61,13 @@ class State:
 
     @property
     def posture(self) -> Posture:
-        """The posture, by H or by ε."""
+        """The posture, by H or by ε.
+
+        Raises
+        ------
+        InputError
+            If H is out of reach.
+        """
         angle, friction = self.number("base_angle"), self.number("friction")
         if self.values["hold"] == "contact":
             return Posture(contact=self.number("contact"), base_angle=angle, friction=friction)
@@ -70,7 +75,7 @@ class State:
         top = length * np.sin(angle)  # reached as ε → 0
         if not height < top:
             rule, remedy = f"must lie below L sin θ_b, {top * 1e3:.4g} mm", "lower H or raise θ_b"
-            raise InputError("Posture, Distance H (height)", rule, f"{height * 1e3:.4g} mm", remedy)
+            raise RangeError("Posture, Distance H (height)", rule, f"{height * 1e3:.4g} mm", remedy)
         return _at_height(height / length, angle, friction)
 
     @property
@@ -79,50 +84,80 @@ class State:
         return Scan(speed=self.number("speed"), damping=self.number("damping"))
 
     @property
-    def unit(self) -> HingeUnit:
+    def unit(self) -> ThresholdLinearUnit:
         """The simulated neuron."""
-        return HingeUnit(**{one: self.number(one) for one in ("threshold", "slope", "baseline")})
+        return ThresholdLinearUnit(
+            threshold=self.number("threshold"), slope=self.number("slope"), baseline=self.number("baseline")
+        )
 
     def texture(self, letter: str) -> Choice:
-        """Texture ``a`` or ``b``."""
+        """One of the two textures.
+
+        Parameters
+        ----------
+        letter : {"a", "b"}
+            Which.
+
+        Returns
+        -------
+        Choice
+            As its controls say.
+        """
         named: dict[str, Any] = {name: self.values[f"{letter}.{name}"] for name in Choice.__annotations__}
         return Choice(**named | {"seed": int(named["seed"])})
 
     def number(self, name: str) -> float:
-        """One number [SI]."""
+        """One number.
+
+        Parameters
+        ----------
+        name : str
+            Of a control.
+
+        Returns
+        -------
+        float
+            In SI.
+        """
         return float(self.values[name])
 
 
 def read_state(given: Mapping[str, Any]) -> State:
-    """Check what the page, or an address, says; what is not said takes its default.
+    """Check the values that the page, or an address, gives; the others take their defaults.
 
     Parameters
     ----------
     given : mapping
         Values by name: numbers [SI], numbers written out, or words.
 
+    Returns
+    -------
+    State
+        All values.
+
     Raises
     ------
     InputError
-        Names the control that is unknown (and the nearest known one), no number, or out of its bounds.
+        If a control is unknown, or a value is no number or choice of it, or out of its bounds.
     """
     for name in given:
         if name not in CONTROLS:
-            near = get_close_matches(str(name)[:LONGEST_TEXT], CONTROLS, n=1)
-            raise InputError(f"control {short(name)}", "is unknown", remedy=f"did you mean {near[0]}?" if near else "")
+            raise UnknownError(
+                f"control {short(name)}", "is unknown", remedy=did_you_mean(str(name)[:LONGEST_TEXT], CONTROLS)
+            )
     return State({name: _checked(name, one, given.get(name, one.default)) for name, one in CONTROLS.items()})
 
 
 def _checked(name: str, control: Control, value: Any) -> float | str:
-    if control.choices and not (isinstance(value, str) and value in control.choices):
-        near = get_close_matches(str(value)[:LONGEST_TEXT], control.choices, n=1, cutoff=0.4)
-        known = f"did you mean {near[0]}?" if near else f"it knows {short(', '.join(control.choices))}"
-        raise InputError(_thing(name, control), "must be one of its choices", short(value), known)
     if control.choices:
-        return str(value)
+        if isinstance(value, str) and value in control.choices:
+            return value
+        known = f"it knows {short(', '.join(control.choices))}"
+        cure = did_you_mean(str(value)[:LONGEST_TEXT], control.choices, known, cutoff=0.4)
+        raise UnknownError(_thing(name, control), "must be one of its choices", short(value), cure)
     if isinstance(control.default, str):
         if not isinstance(value, str) or len(value) > LONGEST_TEXT or not all(c.isalnum() for c in value):
-            raise InputError(_thing(name, control), "must be the key of a dropped file", short(value))
+            raise UnknownError(_thing(name, control), "must be the key of a dropped file", short(value))
         return value
     return _bounded(name, control, value)
 
@@ -134,7 +169,7 @@ def _bounded(name: str, control: Control, value: Any) -> float:
         kind = "be a whole number" if control.whole else "lie"
         rule = f"must {kind} between {low:.10g} and {high:.10g} {control.unit}".rstrip()
         found = f"{number * control.scale:.6g} {control.unit}".rstrip() if np.isfinite(number) else short(value)
-        raise InputError(_thing(name, control), rule, found)
+        raise RangeError(_thing(name, control), rule, found)
     return number
 
 

@@ -2,18 +2,20 @@
 
 Public model functions return ``dataset(...)``; entry points call ``require(...)``. Whisker, sweep, trial
 and parameter dimensions may lead the core dimensions listed here.
+
+Internal: the public names are those of ``vibrissa`` itself.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vibrissa import __version__
-from vibrissa.errors import InputError
+from vibrissa.arrays import Mask
+from vibrissa.errors import MissingError, ShapeError, UnknownError
 from vibrissa.quantities.coding import CODING
 from vibrissa.quantities.discrimination import DISCRIMINATION
 from vibrissa.quantities.figures import FIGURES
@@ -33,13 +35,13 @@ QUANTITIES = TRACKS | MECHANICS | SWEEPS | NEURAL | CODING | FIGURES | DISCRIMIN
 
 def _dims(name: str, values: np.ndarray, lead: tuple[str, ...]) -> tuple[str, ...]:
     if name not in QUANTITIES:
-        raise InputError(name, "must stand in quantities.QUANTITIES")
+        raise UnknownError(name, "must be in quantities.QUANTITIES")
     core = QUANTITIES[name].dims
     if values.ndim == len(core):
         return core
     if values.ndim == len(core) + len(lead):
         return lead + core
-    raise InputError(name, f"must have dimensions {core} or {lead + core}", f"shape {values.shape}")
+    raise ShapeError(name, f"must have dimensions {core} or {lead + core}", f"shape {values.shape}")
 
 
 def dataset(attrs: Mapping[str, Any] | None = None, *, lead: tuple[str, ...] = (), **variables: Any) -> xr.Dataset:
@@ -52,7 +54,12 @@ def dataset(attrs: Mapping[str, Any] | None = None, *, lead: tuple[str, ...] = (
     lead : tuple of str
         Dimensions that lead the core dimensions where an array has that many more.
     **variables
-        Arrays by name; every name stands in ``QUANTITIES``.
+        Arrays by name, each of a name in ``QUANTITIES``.
+
+    Returns
+    -------
+    Dataset
+        Variables; those named as their own dimension are coordinates.
 
     Raises
     ------
@@ -65,17 +72,36 @@ def dataset(attrs: Mapping[str, Any] | None = None, *, lead: tuple[str, ...] = (
     for name, values in variables.items():
         array = np.asarray(values)
         dims = _dims(name, array, lead)
-        arrays[name] = (
-            dims,
-            array,
-            {"units": QUANTITIES[name].unit, "long_name": QUANTITIES[name].long_name},
-        )
+        arrays[name] = (dims, array, {"units": QUANTITIES[name].unit, "long_name": QUANTITIES[name].long_name})
     coordinates = {name: arrays.pop(name) for name in list(arrays) if arrays[name][0] == (name,)}
     return xr.Dataset(arrays, coordinates, {**(attrs or {}), "vibrissa_version": __version__})
 
 
+def stacked(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Columns of a table from its rows.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        At least one; all have the names of the first.
+
+    Returns
+    -------
+    dict of arrays
+        By name, the rows along the first axis.
+    """
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
 def require(data: xr.Dataset, *names: str) -> None:
     """Check that a dataset holds these variables, with their dimensions and units.
+
+    Parameters
+    ----------
+    data : Dataset
+        Input of a function.
+    *names : str
+        What it must hold.
 
     Raises
     ------
@@ -86,19 +112,29 @@ def require(data: xr.Dataset, *names: str) -> None:
         quantity = QUANTITIES[name]
         if name not in data.variables:
             others = sorted(map(str, data.variables))
-            more = f" and {len(others) - 8} more" if others[8:] else ""
-            raise InputError(f"variable {name!r}", "is missing from the dataset", f"only {', '.join(others[:8])}{more}")
+            there = ", ".join(others[:8]) + (f" and {len(others) - 8} more" if others[8:] else "")
+            raise MissingError(f"variable {name!r}", "is missing from the dataset", f"only {there}")
         found = data[name]
         if not set(quantity.dims) <= set(found.dims):
-            raise InputError(f"variable {name!r}", f"must have dimensions {quantity.dims}", str(found.dims))
+            raise ShapeError(f"variable {name!r}", f"must have dimensions {quantity.dims}", str(found.dims))
         if found.attrs.get("units", quantity.unit) != quantity.unit:
-            raise InputError(f"variable {name!r}", f"must be in {quantity.unit!r}", repr(found.attrs["units"]))
+            raise UnknownError(f"variable {name!r}", f"must be in {quantity.unit!r}", repr(found.attrs["units"]))
 
 
-def measured(profile: xr.Dataset) -> NDArray[np.bool_]:
+def measured(profile: xr.Dataset) -> Mask:
     """Whether each node was measured, and not extrapolated or lost, in the shape of ``x``.
 
-    Profiles of other programs tell no standard deviation: what has a position there was measured.
+    Profiles of other programs have no standard deviation: a node with a position there was measured.
+
+    Parameters
+    ----------
+    profile : Dataset
+        With ``x`` (time, node), maybe ``x_sd`` or ``y_sd``.
+
+    Returns
+    -------
+    (..., time, node) array of bool
+        True where it was.
     """
     sd = next((name for name in ("y_sd", "x_sd") if name in profile), "x")
     return np.asarray(np.isfinite(profile[sd].values))
@@ -110,6 +146,16 @@ def measured_sd(profile: xr.Dataset) -> xr.DataArray:
     Whiskers that run along the rows of the image are measured in y, those along its columns in x. NaN where a node
     was not measured.
 
+    Parameters
+    ----------
+    profile : Dataset
+        With ``x_sd`` or ``y_sd`` (time, node).
+
+    Returns
+    -------
+    DataArray
+        Standard deviation [m].
+
     Raises
     ------
     InputError
@@ -118,3 +164,30 @@ def measured_sd(profile: xr.Dataset) -> xr.DataArray:
     name = "x_sd" if "x_sd" in profile and "y_sd" not in profile else "y_sd"
     require(profile, name)
     return profile[name]
+
+
+def one_whisker(profile: xr.Dataset) -> xr.Dataset:
+    """The only whisker of tracks.
+
+    Parameters
+    ----------
+    profile : Dataset
+        With ``x`` (whisker, time, node), or (time, node).
+
+    Returns
+    -------
+    Dataset
+        Without a dimension for it.
+
+    Raises
+    ------
+    InputError
+        If there are several.
+    """
+    require(profile, "x", "y", "arc_length")
+    if "whisker" not in profile.dims:
+        return profile
+    if profile.sizes["whisker"] != 1:
+        remedy = "choose one: profile.isel(whisker=0)"
+        raise UnknownError("profile", "must be of one whisker", profile.sizes["whisker"], remedy)
+    return profile.isel(whisker=0)

@@ -1,22 +1,13 @@
-"""What units code: surround maps, demodulation, drives, kernels, information."""
+"""Coding of units: surround maps, demodulation, drives, kernels, information."""
 
 from __future__ import annotations
 
-from vibrissa.quantities.quantity import Quantity
-
-
-def _ends(name: str, dims: tuple[str, ...], unit: str, long_name: str) -> dict[str, Quantity]:
-    """A number and the ends of its 95 % interval."""
-    return {
-        name: Quantity(dims, unit, long_name),
-        f"{name}_low": Quantity(dims, unit, f"{long_name}, lower end of the 95 % interval"),
-        f"{name}_high": Quantity(dims, unit, f"{long_name}, upper end of the 95 % interval"),
-    }
+from vibrissa.quantities.quantity import Quantity, ranged
 
 
 def _information(name: str, unit: str, long_name: str) -> dict[str, Quantity]:
     """An information, corrected with its interval, as counted, and by extrapolation."""
-    return _ends(name, ("unit",), unit, long_name) | {
+    return ranged(name, ("unit",), unit, long_name) | {
         f"{name}_plain": Quantity(("unit",), unit, f"{long_name}, as counted"),
         f"{name}_extrapolated": Quantity(("unit",), unit, f"{long_name}, extrapolated to many trials"),
     }
@@ -24,7 +15,7 @@ def _information(name: str, unit: str, long_name: str) -> dict[str, Quantity]:
 
 CODING: dict[str, Quantity] = {
     # surround maps
-    **_ends("surround_weight", ("unit", "whisker"), "1/(s m)", "rise of the rate above the threshold of each whisker"),
+    **ranged("surround_weight", ("unit", "whisker"), "1/(s m)", "rise of the rate above the threshold of each whisker"),
     "surround_p_value": Quantity(("unit", "whisker"), "1", "p-value of a whisker, adjusted over those of the unit"),
     "surround_verdict": Quantity(("unit", "whisker"), "1", "whether a whisker drives, suppresses, does nothing"),
     "strongest_whisker": Quantity(("unit",), "1", "whisker of the largest weight"),
@@ -34,17 +25,17 @@ CODING: dict[str, Quantity] = {
     "likest_whisker": Quantity(("whisker",), "1", "whisker whose copy is most alike"),
     # which drive
     "drive": Quantity(("drive",), "1", "what of the motion may drive a unit"),
-    **_ends("drive_gain", ("unit", "drive"), "bit", "likelihood of unseen spikes over a steady rate's, per spike"),
-    **_ends("drive_loss", ("unit", "drive"), "bit", "likelihood of unseen spikes under the best drive's, per spike"),
+    **ranged("drive_gain", ("unit", "drive"), "bit", "likelihood of unseen spikes over a steady rate's, per spike"),
+    **ranged("drive_loss", ("unit", "drive"), "bit", "likelihood of unseen spikes under the best drive's, per spike"),
     "drive_latency": Quantity(("unit", "drive"), "s", "delay from drive to rate"),
     "drive_likeness": Quantity(("drive",), "1", "correlation of a drive with the envelope over the bins that count"),
     "best_drive": Quantity(("unit",), "1", "drive that foresees unseen spikes best, or cannot tell"),
     "carrier_frequency": Quantity(("stimulus",), "Hz", "mean frequency of a stimulus, weighted by power"),
     # envelope or phase
-    **_ends("demodulation_index", ("unit",), "1", "modulation by the envelope less that by the phase, over their sum"),
-    **_ends("envelope_modulation", ("unit",), "1", "rms of the rate's part that follows the envelope, over the mean"),
-    **_ends("phase_modulation", ("unit",), "1", "rms of the rate's part that follows the phase, over the mean"),
-    **_ends("vector_strength", ("unit",), "1", "vector strength of what is locked to the carrier"),
+    **ranged("demodulation_index", ("unit",), "1", "modulation by the envelope less that by the phase, over their sum"),
+    **ranged("envelope_modulation", ("unit",), "1", "rms of the rate's part that follows the envelope, over the mean"),
+    **ranged("phase_modulation", ("unit",), "1", "rms of the rate's part that follows the phase, over the mean"),
+    **ranged("vector_strength", ("unit",), "1", "vector strength of what is locked to the carrier"),
     "vector_strength_plain": Quantity(
         ("unit",), "1", "vector strength of all spikes, what noise and envelope feign too"
     ),
@@ -59,11 +50,11 @@ CODING: dict[str, Quantity] = {
     # kernels of a Poisson model
     "kernel_lag": Quantity(("kernel_lag",), "s", "latency of a whisker's kernel"),
     "past_lag": Quantity(("past_lag",), "s", "time since a spike of the unit itself"),
-    **_ends("whisker_kernel", ("unit", "whisker", "kernel_lag"), "1/m", "rise of ln(rate) with the envelope, per bin"),
-    **_ends("whisker_effect", ("unit", "whisker"), "1/m", "rise of ln(rate) with a lasting envelope"),
+    **ranged("whisker_kernel", ("unit", "whisker", "kernel_lag"), "1/m", "rise of ln(rate) with the envelope, per bin"),
+    **ranged("whisker_effect", ("unit", "whisker"), "1/m", "rise of ln(rate) with a lasting envelope"),
     "whisker_p_value": Quantity(("unit", "whisker"), "1", "p-value of a whisker's kernel, adjusted over whiskers"),
     "whisker_matters": Quantity(("unit", "whisker"), "1", "whether a whisker's kernel differs from 0"),
-    **_ends("past_kernel", ("unit", "past_lag"), "1", "factor on the rate after a spike of the unit itself"),
+    **ranged("past_kernel", ("unit", "past_lag"), "1", "factor on the rate after a spike of the unit itself"),
     "kernel_condition": Quantity((), "1", "condition number of the whiskers' columns, scaled"),
     "deviance_explained": Quantity(("unit",), "1", "share of the deviance explained in trials not seen"),
     "penalty": Quantity(("unit",), "1", "penalty on the squared coefficients of the whiskers"),

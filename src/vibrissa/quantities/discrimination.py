@@ -1,8 +1,8 @@
-"""What spikes tell of textures, how that holds when the scan changes, and how many trials a fit needs."""
+"""Discrimination of textures by spikes, its robustness to changes of the scan, and the trials that a fit needs."""
 
 from __future__ import annotations
 
-from vibrissa.quantities.quantity import Quantity
+from vibrissa.quantities.quantity import Quantity, ends, ranged
 
 DISCRIMINATION: dict[str, Quantity] = {
     # which texture was it
@@ -11,25 +11,20 @@ DISCRIMINATION: dict[str, Quantity] = {
     "answered": Quantity(("answered",), "1", "texture answered"),
     "contrast": Quantity(("contrast",), "1", "two textures to be told apart"),
     "accuracy": Quantity(("code",), "1", "share of held-out trials answered rightly, every texture counted alike"),
-    "accuracy_low": Quantity(("code",), "1", "accuracy, lower end of the 95 % interval"),
-    "accuracy_high": Quantity(("code",), "1", "accuracy, upper end of the 95 % interval"),
+    **ends("accuracy", ("code",), "1", "accuracy"),
     "chance_accuracy": Quantity(("code",), "1", "mean accuracy with permuted textures"),
     "chance_accuracy_high": Quantity(("code",), "1", "accuracy that 5 % of the permutations exceed"),
     "code_p_value": Quantity(("code",), "1", "share of permutations at least as accurate"),
     "code_adjusted_p_value": Quantity(("code",), "1", "p-value adjusted over codes, Benjamini and Hochberg"),
     "code_verdict": Quantity(("code",), "1", "tells the textures apart, or cannot tell"),
     "accuracy_gain": Quantity(("code",), "1", "accuracy less that of the mean rate on the same trials"),
-    "accuracy_gain_low": Quantity(("code",), "1", "gain over the mean rate, lower end of the 95 % interval"),
-    "accuracy_gain_high": Quantity(("code",), "1", "gain over the mean rate, upper end of the 95 % interval"),
+    **ends("accuracy_gain", ("code",), "1", "gain over the mean rate"),
     "confusion": Quantity(("code", "presented", "answered"), "1", "share of the held-out trials of a texture"),
     "auc": Quantity(
         ("code", "contrast"), "1", "area under the ROC curve: chance that the trial of the first looks more so"
     ),
-    "auc_low": Quantity(("code", "contrast"), "1", "area under the ROC curve, lower end of the 95 % interval"),
-    "auc_high": Quantity(("code", "contrast"), "1", "area under the ROC curve, upper end of the 95 % interval"),
-    "d_prime": Quantity(("code", "contrast"), "1", "sensitivity d′ = √2 Φ⁻¹(area under the ROC curve)"),
-    "d_prime_low": Quantity(("code", "contrast"), "1", "d′, lower end of the 95 % interval"),
-    "d_prime_high": Quantity(("code", "contrast"), "1", "d′, upper end of the 95 % interval"),
+    **ends("auc", ("code", "contrast"), "1", "area under the ROC curve"),
+    **ranged("d_prime", ("code", "contrast"), "1", "sensitivity d′ = √2 Φ⁻¹(area under the ROC curve)", "d′"),
     "trial_texture": Quantity(("trial",), "1", "texture presented in a trial"),
     "held_out_score": Quantity(
         ("code", "trial", "presented"),
@@ -52,23 +47,19 @@ DISCRIMINATION: dict[str, Quantity] = {
     "tested_resonance": Quantity(("tested",), "Hz", "first resonance"),
     "tested_envelope": Quantity(("tested",), "m", "mean envelope near the base, after the stimulus is scaled"),
     "decoder_accuracy": Quantity(("decoder", "tested"), "1", "share of trials answered rightly"),
-    "decoder_accuracy_low": Quantity(("decoder", "tested"), "1", "accuracy, lower end of the 95 % interval over sets"),
-    "decoder_accuracy_high": Quantity(("decoder", "tested"), "1", "accuracy, upper end of the 95 % interval over sets"),
+    **ends("decoder_accuracy", ("decoder", "tested"), "1", "accuracy", "interval over sets"),
     "accuracy_of_set": Quantity(("decoder", "tested", "texture_set"), "1", "accuracy for one set of textures"),
     "arm": Quantity(("arm",), "1", "what differs from the condition that taught"),
     "kept_share": Quantity(
         ("decoder", "arm"), "1", "accuracy above chance in the other conditions over that where it was taught"
     ),
-    "kept_share_low": Quantity(("decoder", "arm"), "1", "share kept, lower end of the 95 % interval over sets"),
-    "kept_share_high": Quantity(("decoder", "arm"), "1", "share kept, upper end of the 95 % interval over sets"),
+    **ends("kept_share", ("decoder", "arm"), "1", "share kept", "interval over sets"),
     "envelope_lead": Quantity(
         ("decoder", "tested"), "1", "accuracy of the envelope over distance at any gain, less that of the decoder"
     ),
-    "envelope_lead_low": Quantity(("decoder", "tested"), "1", "lead of the envelope, lower end of the 95 % interval"),
-    "envelope_lead_high": Quantity(("decoder", "tested"), "1", "lead of the envelope, upper end of the 95 % interval"),
+    **ends("envelope_lead", ("decoder", "tested"), "1", "lead of the envelope"),
     "arm_lead": Quantity(("decoder", "arm"), "1", "lead of the envelope, mean over the arm's conditions"),
-    "arm_lead_low": Quantity(("decoder", "arm"), "1", "lead over the arm, lower end of the 95 % interval over sets"),
-    "arm_lead_high": Quantity(("decoder", "arm"), "1", "lead over the arm, upper end of the 95 % interval over sets"),
+    **ends("arm_lead", ("decoder", "arm"), "1", "lead over the arm", "interval over sets"),
     "shown_place": Quantity(("shown_place",), "m", "distance scanned"),
     "shown_envelope": Quantity(("tested", "shown_place"), "m", "envelope of one texture, scaled, over distance"),
     # how many trials a fit needs

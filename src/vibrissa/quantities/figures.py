@@ -1,8 +1,8 @@
-"""What only figures draw."""
+"""Figures: variables that nothing else has."""
 
 from __future__ import annotations
 
-from vibrissa.quantities.quantity import Quantity
+from vibrissa.quantities.quantity import Quantity, ends, ranged
 
 FIGURES: dict[str, Quantity] = {
     # what figures draw
@@ -51,10 +51,18 @@ FIGURES: dict[str, Quantity] = {
     "curve_kappa_curved": Quantity(("mode", "curve_contact"), "1", "κ_i(ε) about the profile of the median base angle"),
     "variant": Quantity(("variant",), "1", "forcing and modes with which E is found"),
     "variant_modulus": Quantity(("variant",), "Pa", "Young's modulus by that variant"),
-    "variant_modulus_low": Quantity(("variant",), "Pa", "the same, lower end of the 95 % interval by whisker"),
-    "variant_modulus_high": Quantity(("variant",), "Pa", "the same, upper end of the 95 % interval by whisker"),
+    **ends("variant_modulus", ("variant",), "Pa", "the same", "interval by whisker"),
     "variant_r2": Quantity(("variant", "mode"), "1", "share of the variance of κ over sweeps that κ_i(ε) explains"),
     "identity_modulus_true": Quantity(("identity",), "Pa", "true Young's modulus, geometric mean of the whiskers"),
+    # resonance and damping of every sweep
+    "forcing": Quantity(("forcing",), "1", "forcing with which a resonance is fitted"),
+    **ranged("frequency_ratio", ("forcing", "mode", "sweep"), "1", "resonant frequency over the true one", "the same"),
+    **ranged("damping_found", ("forcing", "mode", "sweep"), "1", "damping ratio found", "the same"),
+    "damping_reference": Quantity(("mode", "sweep"), "1", "true damping ratio"),
+    "frequency_z": Quantity(("forcing", "mode", "sweep"), "1", "error of the frequency over its standard error"),
+    "frequency_held": Quantity(("forcing", "mode"), "1", "share of 95 % intervals that hold the true frequency"),
+    "damping_z": Quantity(("forcing", "mode", "sweep"), "1", "error of the damping over its standard error"),
+    "damping_held": Quantity(("forcing", "mode"), "1", "share of 95 % intervals that hold the true damping ratio"),
     "envelope_found": Quantity(("mode", "time"), "1", "envelope found, over its mean"),
     "envelope_predicted": Quantity(("mode", "time"), "1", "envelope predicted, over the mean of the one found"),
     "correlation": Quantity(("mode",), "1", "correlation of the two envelopes"),
@@ -95,8 +103,7 @@ FIGURES: dict[str, Quantity] = {
     "units_kept": Quantity(("source", "quality"), "1", "units kept"),
     "units_driven": Quantity(("source", "quality"), "1", "units that the envelope drives"),
     "share_driven": Quantity(("source", "quality"), "1", "share of units that the envelope drives"),
-    "share_driven_low": Quantity(("source", "quality"), "1", "share driven, lower end of the 95 % Wilson interval"),
-    "share_driven_high": Quantity(("source", "quality"), "1", "share driven, upper end of the 95 % Wilson interval"),
+    **ends("share_driven", ("source", "quality"), "1", "share driven", "Wilson interval"),
     "threshold_mean": Quantity(("source", "quality"), "m", "mean threshold"),
     "threshold_sem": Quantity(("source", "quality"), "m", "standard error of the mean threshold"),
     "slope_mean": Quantity(("source", "quality"), "1/(s m)", "mean slope"),

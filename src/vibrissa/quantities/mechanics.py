@@ -1,8 +1,20 @@
-"""What the whisker's mechanics give: postures, modes, vibration, the follicle, maps."""
+"""Mechanics of the whisker: postures, modes, vibration, the follicle, maps."""
 
 from __future__ import annotations
 
-from vibrissa.quantities.quantity import Quantity
+from vibrissa.quantities.quantity import Quantity, ends, ranged
+
+_NONE = "; not modelled, NaN"
+
+
+def _at_the_base(name: str, unit: str, rate_unit: str, long_name: str) -> dict[str, Quantity]:
+    """A signal of the follicle and its rate, each whole and in its two parts."""
+    return {
+        f"{name}{part}{rate}": Quantity(("time",), of_unit, f"{of}{long_name}{which}")
+        for rate, of_unit, of in (("", unit, ""), ("_rate", rate_unit, "rate of the "))
+        for part, which in (("", ""), ("_quasi_static", ", quasi-static part"), ("_vibration", ", vibration"))
+    }
+
 
 MECHANICS: dict[str, Quantity] = {
     # modes
@@ -51,6 +63,9 @@ MECHANICS: dict[str, Quantity] = {
     "mechanism": Quantity(("mode",), "1", "λω/v, λ the mean width: above 1 jumps drive the mode, below 1 ramps"),
     "free_end_length": Quantity((), "m", "length of the free end beyond the contact"),
     "free_end_dip": Quantity(("trough",), "m", "depth of the free end below the land behind the gap after the jump"),
+    "jump_count": Quantity((), "1", "jumps of the contact"),
+    "jumps_allowed": Quantity((), "1", "jumps that the free end allows: after them it clears the ground"),
+    "jumps_allowed_share": Quantity((), "1", "share of the jumps of the contact that the free end allows"),
     "held_contact": Quantity(("trough",), "1", "where an edge holds the contact after the jump, mean of ε"),
     "held_shift": Quantity(("trough", "mode"), "1", "resonance while an edge holds the contact over that at ε, mean"),
     "held_share": Quantity(("trough",), "1", "share of t₂ to t₃ before the vibration lays the shaft on the land"),
@@ -86,64 +101,23 @@ MECHANICS: dict[str, Quantity] = {
     "mode_sd": Quantity(("mode",), "1", "standard deviation of the mode's displacement over the record, over L"),
     "mode_displacement_sd": Quantity(("mode", "time"), "1", "standard deviation of the mode displacement"),
     "variance_explained": Quantity(("mode",), "1", "share of the displacement's variance in this mode"),
-    "envelope": Quantity(("mode", "time"), "1", "envelope A of the mode displacement, over L"),
+    "envelope": Quantity(("mode", "time"), "m", "envelope A of the mode displacement"),
+    "expected_frequency": Quantity(("mode",), "Hz", "resonant frequency expected of the cone"),
     "phase": Quantity(("mode", "time"), "rad", "phase of a mode"),
-    # spectra and resonance; `fit` tells which signal and which forcing
+    # spectra and resonance; `fit` names the signal and the forcing
     "fit": Quantity(("fit",), "1", "signal and forcing of the fit"),
     "power": Quantity(("mode", "frequency"), "1/Hz", "one-sided power spectral density, over L²"),
     "power_fit": Quantity(("mode", "frequency"), "1/Hz", "fitted power spectral density, over L²"),
-    "resonant_frequency_low": Quantity(("mode",), "Hz", "resonant frequency, lower end of the 95 % interval"),
-    "resonant_frequency_high": Quantity(("mode",), "Hz", "resonant frequency, upper end of the 95 % interval"),
-    "damping": Quantity(("mode",), "1", "damping ratio ζ"),
-    "damping_low": Quantity(("mode",), "1", "damping ratio, lower end of the 95 % interval"),
-    "damping_high": Quantity(("mode",), "1", "damping ratio, upper end of the 95 % interval"),
+    **ends("resonant_frequency", ("mode",), "Hz", "resonant frequency"),
+    **ranged("damping", ("mode",), "1", "damping ratio ζ", "damping ratio"),
     # the follicle
-    "base_curvature": Quantity(("time",), "1/m", "curvature at the base"),
-    "base_curvature_quasi_static": Quantity(("time",), "1/m", "curvature at the base, quasi-static part"),
-    "base_curvature_vibration": Quantity(("time",), "1/m", "curvature at the base, vibration"),
-    "base_curvature_rate": Quantity(("time",), "1/(m s)", "rate of the curvature at the base"),
-    "base_curvature_quasi_static_rate": Quantity(
-        ("time",), "1/(m s)", "rate of the curvature at the base, quasi-static part"
-    ),
-    "base_curvature_vibration_rate": Quantity(("time",), "1/(m s)", "rate of the curvature at the base, vibration"),
-    "base_moment": Quantity(("time",), "N m", "bending moment at the base"),
-    "base_moment_quasi_static": Quantity(("time",), "N m", "bending moment at the base, quasi-static part"),
-    "base_moment_vibration": Quantity(("time",), "N m", "bending moment at the base, vibration"),
-    "base_moment_rate": Quantity(("time",), "N m/s", "rate of the bending moment at the base"),
-    "base_moment_quasi_static_rate": Quantity(
-        ("time",), "N m/s", "rate of the bending moment at the base, quasi-static part"
-    ),
-    "base_moment_vibration_rate": Quantity(("time",), "N m/s", "rate of the bending moment at the base, vibration"),
-    "transverse_force": Quantity(("time",), "N", "force on the follicle along the normal of the shaft"),
-    "transverse_force_quasi_static": Quantity(
-        ("time",), "N", "force on the follicle along the normal of the shaft, quasi-static part"
-    ),
-    "transverse_force_vibration": Quantity(
-        ("time",), "N", "force on the follicle along the normal of the shaft, vibration"
-    ),
-    "transverse_force_rate": Quantity(
-        ("time",), "N/s", "rate of the force on the follicle along the normal of the shaft"
-    ),
-    "transverse_force_quasi_static_rate": Quantity(
-        ("time",), "N/s", "rate of the force on the follicle along the normal of the shaft, quasi-static part"
-    ),
-    "transverse_force_vibration_rate": Quantity(
-        ("time",), "N/s", "rate of the force on the follicle along the normal of the shaft, vibration"
-    ),
-    "axial_force": Quantity(("time",), "N", "force along the shaft into the follicle; not modelled, NaN"),
-    "axial_force_quasi_static": Quantity(("time",), "N", "force along the shaft into the follicle, quasi-static part"),
-    "axial_force_vibration": Quantity(
-        ("time",), "N", "force along the shaft into the follicle, vibration; not modelled, NaN"
-    ),
-    "axial_force_rate": Quantity(
-        ("time",), "N/s", "rate of the force along the shaft into the follicle; not modelled, NaN"
-    ),
-    "axial_force_quasi_static_rate": Quantity(
-        ("time",), "N/s", "rate of the force along the shaft into the follicle, quasi-static part"
-    ),
-    "axial_force_vibration_rate": Quantity(
-        ("time",), "N/s", "rate of the force along the shaft into the follicle, vibration"
-    ),
+    **_at_the_base("base_curvature", "1/m", "1/(m s)", "curvature at the base"),
+    **_at_the_base("base_moment", "N m", "N m/s", "bending moment at the base"),
+    **_at_the_base("transverse_force", "N", "N/s", "force on the follicle along the normal of the shaft"),
+    **_at_the_base("axial_force", "N", "N/s", "force along the shaft into the follicle"),
+    "axial_force": Quantity(("time",), "N", f"force along the shaft into the follicle{_NONE}"),
+    "axial_force_vibration": Quantity(("time",), "N", f"force along the shaft into the follicle, vibration{_NONE}"),
+    "axial_force_rate": Quantity(("time",), "N/s", f"rate of the force along the shaft into the follicle{_NONE}"),
     # a signal measured at the base
     "base_moment_envelope": Quantity(("mode", "time"), "N m", "envelope of the moment about a resonance"),
     "base_curvature_envelope": Quantity(("mode", "time"), "1/m", "envelope of the curvature about a resonance"),

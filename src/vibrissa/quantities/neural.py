@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vibrissa.quantities.quantity import Quantity
+from vibrissa.quantities.quantity import Quantity, ranged
 
 NEURAL: dict[str, Quantity] = {
     # neurons
@@ -88,21 +88,14 @@ NEURAL: dict[str, Quantity] = {
     "envelope_correlation": Quantity(("unit",), "1", "largest correlation of rate and envelope over the lags tried"),
     "envelope_lag": Quantity(("unit",), "s", "lag of the largest correlation, positive where the rate comes later"),
     "p_value": Quantity(("unit",), "1", "share of chance correlations at least as large"),
-    "adjusted_p_value": Quantity(("unit",), "1", "p-value adjusted over units, Benjamini and Hochberg"),
+    "tail_p_value": Quantity(("unit",), "1", "p-value continued beyond the largest chance correlation"),
+    "adjusted_p_value": Quantity(("unit",), "1", "tail p-value adjusted over units, Benjamini and Hochberg"),
     "significant": Quantity(("unit",), "1", "whether the envelope drives the unit"),
     "identified": Quantity(("unit",), "1", "whether the trials tell threshold and slope"),
-    "threshold": Quantity(("unit",), "m", "envelope above which the rate rises"),
-    "threshold_low": Quantity(("unit",), "m", "threshold, lower end of the 95 % interval"),
-    "threshold_high": Quantity(("unit",), "m", "threshold, upper end of the 95 % interval"),
-    "slope": Quantity(("unit",), "1/(s m)", "rise of the rate above the threshold"),
-    "slope_low": Quantity(("unit",), "1/(s m)", "slope, lower end of the 95 % interval"),
-    "slope_high": Quantity(("unit",), "1/(s m)", "slope, upper end of the 95 % interval"),
-    "latency": Quantity(("unit",), "s", "delay from envelope to rate"),
-    "latency_low": Quantity(("unit",), "s", "latency, lower end of the 95 % interval"),
-    "latency_high": Quantity(("unit",), "s", "latency, upper end of the 95 % interval"),
-    "baseline": Quantity(("unit",), "Hz", "rate below the threshold"),
-    "baseline_low": Quantity(("unit",), "Hz", "baseline, lower end of the 95 % interval"),
-    "baseline_high": Quantity(("unit",), "Hz", "baseline, upper end of the 95 % interval"),
+    **ranged("threshold", ("unit",), "m", "envelope above which the rate rises", "threshold"),
+    **ranged("slope", ("unit",), "1/(s m)", "rise of the rate above the threshold", "slope"),
+    **ranged("latency", ("unit",), "s", "delay from envelope to rate", "latency"),
+    **ranged("baseline", ("unit",), "Hz", "rate below the threshold", "baseline"),
     "tuning_r_squared": Quantity(("unit",), "1", "share of the rate's variance over bins that the fit explains"),
     "tuning_r_squared_unseen": Quantity(("unit",), "1", "the same on trials not used for the fit"),
     "noise_ceiling": Quantity(("unit",), "1", "correlation of the rates of odd and even trials"),

@@ -1,4 +1,4 @@
-"""What a study has, what a run of it would do, and what of it could not be done."""
+"""Plans of a study: its parts, the work and cost of a run, and the parts that failed."""
 
 from __future__ import annotations
 

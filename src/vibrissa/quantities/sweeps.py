@@ -1,56 +1,43 @@
-"""What many sweeps give: posture and whisker found, the table, prediction against measurement, truth against found."""
+"""Many sweeps: posture and whisker found, the table, prediction against measurement, truth against found."""
 
 from __future__ import annotations
 
-from vibrissa.quantities.quantity import Quantity
+from vibrissa.quantities.quantity import Quantity, ends, ranged
 
 SWEEPS: dict[str, Quantity] = {
     # posture from the mean profile
-    "contact_low": Quantity((), "1", "contact ε over L, lower end of the 95 % interval"),
-    "contact_high": Quantity((), "1", "contact ε over L, upper end of the 95 % interval"),
-    "base_angle_low": Quantity((), "rad", "base angle, lower end of the 95 % interval"),
-    "base_angle_high": Quantity((), "rad", "base angle, upper end of the 95 % interval"),
+    **ends("contact", (), "1", "contact ε over L"),
+    **ends("base_angle", (), "rad", "base angle"),
     "base_height_se": Quantity((), "m", "standard error of the base's distance from the substrate"),
-    "base_height_low": Quantity((), "m", "base's distance from the substrate, lower end of the 95 % interval"),
-    "base_height_high": Quantity((), "m", "base's distance from the substrate, upper end of the 95 % interval"),
+    **ends("base_height", (), "m", "base's distance from the substrate"),
     "posture_correlation": Quantity((), "1", "correlation of the errors of ε and θ_b"),
     "friction_found": Quantity((), "1", "coefficient of friction μ, given or found"),
-    "friction_low": Quantity((), "1", "μ, lower end of the 95 % interval within [0, 2]"),
-    "friction_high": Quantity((), "1", "μ, upper end of the 95 % interval within [0, 2]"),
+    **ends("friction", (), "1", "μ", "interval within [0, 2]"),
     "friction_identified": Quantity((), "1", "whether the profile tells μ"),
     "bend_r2": Quantity((), "1", "share of the mean profile's distance from a straight line that Eq. 1 explains"),
+    "rest_x": Quantity(("node",), "m", "mean displacement by the texture, of the model, removed before the fit, x"),
+    "rest_y": Quantity(("node",), "m", "mean displacement by the texture, of the model, removed before the fit, y"),
+    "mean_excursion": Quantity((), "m", "mean excursion of the contact by the texture, of the model"),
     "fitted_x": Quantity(("s",), "m", "curve of Eq. 1 laid on the mean profile, x"),
     "fitted_y": Quantity(("s",), "m", "curve of Eq. 1 laid on the mean profile, y"),
-    # a whisker told by its own tracks
-    "length_low": Quantity((), "m", "length L, lower end of the 95 % interval; NaN if open"),
-    "length_high": Quantity((), "m", "length L, upper end of the 95 % interval; NaN if open"),
-    "timescale_low": Quantity((), "s", "timescale k, lower end of the 95 % interval"),
-    "timescale_high": Quantity((), "s", "timescale k, upper end of the 95 % interval"),
-    "youngs_modulus_low": Quantity((), "Pa", "Young's modulus, lower end of the 95 % interval"),
-    "youngs_modulus_high": Quantity((), "Pa", "Young's modulus, upper end of the 95 % interval"),
-    "damping_all": Quantity((), "1", "damping ratio ζ, one for all modes"),
-    "damping_all_low": Quantity((), "1", "damping ratio of all modes, lower end of the 95 % interval"),
-    "damping_all_high": Quantity((), "1", "damping ratio of all modes, upper end of the 95 % interval"),
+    # a whisker estimated from its own tracks
+    **ends("length", (), "m", "length L", "interval; NaN if open"),
+    **ends("timescale", (), "s", "timescale k"),
+    **ends("youngs_modulus", (), "Pa", "Young's modulus"),
+    **ranged("damping_all", (), "1", "damping ratio ζ, one for all modes", "damping ratio of all modes"),
     "damping_spread": Quantity((), "1", "χ² of the modes' own damping about it, over its degrees of freedom"),
     "tried_length": Quantity(("tried_length",), "m", "length L tried"),
     "deviance": Quantity(("tried_length",), "1", "deviance of a length tried, 0 at the likeliest"),
     # E by the collapse of κ = kω on κ_i(ε)
-    "youngs_modulus_animal_low": Quantity(
-        (), "Pa", "Young's modulus, lower end of the 95 % interval, animals the draws"
-    ),
-    "youngs_modulus_animal_high": Quantity(
-        (), "Pa", "Young's modulus, upper end of the 95 % interval, animals the draws"
-    ),
+    **ends("youngs_modulus_animal", (), "Pa", "Young's modulus", "interval, animals the draws"),
     "modulus_sd": Quantity((), "1", "standard deviation of ln E over sweeps"),
     "sweep_modulus": Quantity((), "Pa", "Young's modulus of one sweep"),
     "kappa_model": Quantity(("mode",), "1", "κ of the modes in the posture found"),
     "identity": Quantity(("identity",), "1", "name of the whisker, whatever the animal"),
     "identity_modulus": Quantity(("identity",), "Pa", "Young's modulus of the whiskers of one name"),
-    "identity_modulus_low": Quantity(("identity",), "Pa", "the same, lower end of the 95 % interval by animal"),
-    "identity_modulus_high": Quantity(("identity",), "Pa", "the same, upper end of the 95 % interval by animal"),
+    **ends("identity_modulus", ("identity",), "Pa", "the same", "interval by animal"),
     "collapse_r2": Quantity(("mode",), "1", "share of the variance of κ over sweeps that κ_i(ε) explains"),
-    "collapse_r2_low": Quantity(("mode",), "1", "the same, lower end of the 95 % interval by whisker"),
-    "collapse_r2_high": Quantity(("mode",), "1", "the same, upper end of the 95 % interval by whisker"),
+    **ends("collapse_r2", ("mode",), "1", "the same", "interval by whisker"),
     # the table of sweeps; `length`, `contact`, `friction`, `run`, `mode_rms`, `resonant_frequency` … lead with `sweep`
     "sweep": Quantity(("sweep",), "1", "sweep: one whisker drawn once over one texture"),
     "animal": Quantity((), "1", "name of the animal"),
@@ -62,14 +49,11 @@ SWEEPS: dict[str, Quantity] = {
     "contact_se": Quantity((), "1", "standard error of the contact's position, over L"),
     "base_angle_se": Quantity((), "rad", "standard error of the base angle"),
     "friction_se": Quantity((), "1", "standard error of the coefficient of friction"),
+    "contact_travel": Quantity((), "1", "travel of the contact along the shaft in a gap, median over gaps, over L"),
     "profile_r2": Quantity((), "1", "share of the mean profile's variance in the angle that Eq. 1 explains"),
     "fit_r2": Quantity(("mode",), "1", "share of the spectrum's variance that the fitted line explains"),
-    "resonant_frequency_white": Quantity(("mode",), "Hz", "resonant frequency, forcing taken for white"),
-    "resonant_frequency_white_low": Quantity(("mode",), "Hz", "the same, lower end of the 95 % interval"),
-    "resonant_frequency_white_high": Quantity(("mode",), "Hz", "the same, upper end of the 95 % interval"),
-    "damping_white": Quantity(("mode",), "1", "damping ratio, forcing taken for white"),
-    "damping_white_low": Quantity(("mode",), "1", "the same, lower end of the 95 % interval"),
-    "damping_white_high": Quantity(("mode",), "1", "the same, upper end of the 95 % interval"),
+    **ranged("resonant_frequency_white", ("mode",), "Hz", "resonant frequency, forcing taken for white", "the same"),
+    **ranged("damping_white", ("mode",), "1", "damping ratio, forcing taken for white", "the same"),
     "fit_r2_white": Quantity(("mode",), "1", "share of the spectrum's variance on the line of white forcing"),
     "contact_true": Quantity((), "1", "true position ε of the contact, over L"),
     "base_angle_true": Quantity((), "rad", "true base angle θ_b"),
@@ -83,7 +67,7 @@ SWEEPS: dict[str, Quantity] = {
     "mode_displacement_model": Quantity(
         ("mode", "time"), "1", "mode displacement predicted from what was found, over L"
     ),
-    "envelope_model": Quantity(("mode", "time"), "1", "envelope of the predicted mode displacement, over L"),
+    "envelope_model": Quantity(("mode", "time"), "m", "envelope of the predicted mode displacement"),
     "phase_jitter": Quantity((), "m", "rms of the tip's motion along the texture beside the steady scan"),
     "accepted": Quantity((), "1", "whether the sweep was analysed to the end"),
     "address": Quantity((), "1", "name of the file that holds the sweep, made of all that the sweep depends on"),
@@ -111,8 +95,7 @@ SWEEPS: dict[str, Quantity] = {
     "term": Quantity(("term",), "1", "what an effect is of"),
     "subset": Quantity(("subset",), "1", "which sweeps"),
     "effect_slope": Quantity(("term",), "1", "slope per standard deviation of the term"),
-    "effect_low": Quantity(("term",), "1", "the same, lower end of the 95 % interval, by cluster"),
-    "effect_high": Quantity(("term",), "1", "the same, upper end of the 95 % interval, by cluster"),
+    **ends("effect", ("term",), "1", "the same", "interval, by cluster"),
     "effect_p": Quantity(("term",), "1", "p-value, every sweep taken for an independent draw"),
     "effect_p_clustered": Quantity(("term",), "1", "p-value, whiskers of animals taken for the independent draws"),
     "effect_n": Quantity(("term",), "1", "sweeps used"),
@@ -132,20 +115,18 @@ SWEEPS: dict[str, Quantity] = {
     "pair_same_texture": Quantity(("pair",), "1", "whether both sweeps of a pair had the same texture"),
     "offset": Quantity(("offset",), "m", "offset in the distance scanned"),
     "pair_correlogram": Quantity(("pair", "offset"), "1", "correlation of two envelopes as functions of distance"),
-    # truth against found; the unit stands in quantity_unit
+    # truth against found; quantity_unit has the unit
+    "row_key": Quantity(("entry",), "1", "key of the row"),
     "quantity": Quantity(("entry",), "1", "name of the quantity"),
     "quantity_unit": Quantity(("entry",), "1", "unit of the quantity"),
     "truth": Quantity(("entry",), "1", "true value"),
     "found": Quantity(("entry",), "1", "value found"),
-    "found_low": Quantity(("entry",), "1", "lower end of the 95 % interval"),
-    "found_high": Quantity(("entry",), "1", "upper end of the 95 % interval"),
-    # over many virtual sweeps; the unit stands in error_unit
+    **ends("found", ("entry",), "1", ""),
+    # over many virtual sweeps; error_unit has the unit
     "error_unit": Quantity(("entry",), "1", "unit of the errors; 1: relative to the truth"),
     "error_median": Quantity(("entry",), "1", "median error over sweeps"),
     "error_spread": Quantity(("entry",), "1", "standard deviation of the error over sweeps"),
-    "covered": Quantity(("entry",), "1", "share of 95 % intervals that hold the truth"),
-    "covered_low": Quantity(("entry",), "1", "the same, lower end of the 95 % interval"),
-    "covered_high": Quantity(("entry",), "1", "the same, upper end of the 95 % interval"),
+    **ranged("covered", ("entry",), "1", "share of 95 % intervals that hold the truth", "the same"),
     "entry_count": Quantity(("entry",), "1", "sweeps used"),
     "share_paper": Quantity(("mode",), "1", "share of the variance that a mode explains, as the paper prints it"),
     "share_paper_sd": Quantity(("mode",), "1", "its standard deviation over the paper's sweeps"),
@@ -153,5 +134,7 @@ SWEEPS: dict[str, Quantity] = {
     "share_found_sd": Quantity(("mode",), "1", "its standard deviation over sweeps"),
     "share_true": Quantity(("mode",), "1", "share of the variance that a mode explains to a perfect tracker"),
     "share_noisy": Quantity(("mode",), "1", "the same with noise of the nodes that lowers mode 1 to the paper's share"),
-    "share_possible": Quantity(("mode",), "1", "whether noise of the nodes leaves as much as the paper prints"),
+    "share_possible": Quantity(("mode",), "1", "whether noise of the nodes leaves the paper's share and its repeats"),
+    "noise_share": Quantity((), "1", "share of the variance of the noise that lowers mode 1 to the paper's share"),
+    "noise_repeat": Quantity((), "1", "correlation of a run with the mean of five with noise of that share"),
 }

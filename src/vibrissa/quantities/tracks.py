@@ -1,4 +1,4 @@
-"""What movies and rulers give: coordinates, centrelines, pictures, the whisker's geometry."""
+"""Movies and rulers: coordinates, centrelines, pictures, the whisker's geometry."""
 
 from __future__ import annotations
 

@@ -1,1 +1,4 @@
-"""Spectra, envelopes and correlations of signals, whatever they stand for."""
+"""Spectra, envelopes and correlations of signals.
+
+Internal: the public names are those of ``vibrissa`` itself.
+"""

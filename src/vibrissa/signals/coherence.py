@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import coherence, welch
 
-from vibrissa.errors import InputError
-
-Array = NDArray[np.float64]
+from vibrissa.arrays import Array
+from vibrissa.errors import RangeError, ShapeError
 
 _OVERLAP_COST = 1 + 2 / 36  # Hann segments that overlap by half: their periodograms correlate by (1/6)²
 
 
-def corrected_coherence(signal: Array, reference: Array, sampling_rate: float, segment: float) -> tuple[Array, Array]:
-    """Squared coherence by Welch's method, less what as many segments of unrelated signals give.
+def band_coherence(
+    signal: Array, reference: Array, sampling_rate: float, segment: float, band: tuple[float, float]
+) -> float:
+    """Mean squared coherence over a band, weighted by the reference's power, less what unrelated signals give.
 
     Parameters
     ----------
@@ -24,13 +24,14 @@ def corrected_coherence(signal: Array, reference: Array, sampling_rate: float, s
         [Hz].
     segment : float
         Length of the Hann-tapered segments [s], overlapping by half; its inverse is the resolution.
+    band : (float, float)
+        [Hz].
 
     Returns
     -------
-    frequency : (F,) array
-        [Hz].
-    squared : (F,) array
-        (C − 1/n)/(1 − 1/n) for n independent segments: 0 on average where nothing is shared, 1 where all is.
+    float
+        Mean of (C − 1/n)/(1 − 1/n) for n independent segments: 0 on average where nothing is shared, 1 where all is;
+        NaN where the band holds no frequency.
 
     Raises
     ------
@@ -39,33 +40,12 @@ def corrected_coherence(signal: Array, reference: Array, sampling_rate: float, s
     """
     size = round(segment * sampling_rate)
     if signal.shape != reference.shape or signal.ndim != 1:
-        raise InputError("signals", "must have one length", f"{signal.shape}, {reference.shape}")
+        raise ShapeError("signals", "must have one length", f"{signal.shape}, {reference.shape}")
     count = (len(signal) - size // 2) // (size - size // 2) if size > 1 else 0
     if count < 4:
-        raise InputError("segment", "must fit into the record four times, half overlapping (s)", segment)
+        raise RangeError("segment", "must fit into the record four times, half overlapping (s)", segment)
     frequency, squared = coherence(signal, reference, sampling_rate, nperseg=size)
     chance = _OVERLAP_COST / count
-    return frequency, (squared - chance) / (1 - chance)
-
-
-def banded(
-    frequency: Array, squared: Array, reference: Array, sampling_rate: float, band: tuple[float, float]
-) -> float:
-    """Mean coherence over a band, weighted by the reference's power; NaN where the band holds no frequency.
-
-    Parameters
-    ----------
-    frequency, squared : (F,) arrays
-        From :func:`corrected_coherence`.
-    reference : (T,) array
-        The reference signal.
-    sampling_rate : float
-        [Hz].
-    band : (float, float)
-        [Hz].
-    """
-    size = 2 * (len(frequency) - 1)
-    _, power = welch(reference, sampling_rate, nperseg=size)
-    inside = (frequency >= band[0]) & (frequency <= band[1])
-    total = power[inside].sum()
-    return float(power[inside] @ squared[inside] / total) if total > 0 else np.nan
+    power = welch(reference, sampling_rate, nperseg=size)[1] * ((frequency >= band[0]) & (frequency <= band[1]))
+    total = power.sum()
+    return float(power @ ((squared - chance) / (1 - chance)) / total) if total > 0 else np.nan

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import hilbert
+from scipy.fft import fft, ifft
 
-from vibrissa.errors import InputError
-
-Array = NDArray[np.float64]
+from vibrissa.arrays import Array
+from vibrissa.errors import TooFewError
 
 MIRRORED = 2048  # samples at either end, as far as there are as many
 
@@ -43,11 +42,31 @@ def analytic_envelope(signal: Array) -> tuple[Array, Array]:
     True
     """
     if signal.shape[-1] < 4:
-        raise InputError("signal", "must have at least 4 samples", signal.shape[-1])
+        raise TooFewError("signal", "must have at least 4 samples", signal.shape[-1])
     if not np.all(np.isfinite(signal)):
-        raise InputError("signal", "must have no NaN", remedy="cut it to where it was measured")
+        raise TooFewError("signal", "must have no NaN", remedy="cut it to where it was measured")
     centred = signal - signal.mean(axis=-1, keepdims=True)
     pad = min(signal.shape[-1] - 1, MIRRORED)
     mirrored = np.pad(centred, [(0, 0)] * (signal.ndim - 1) + [(pad, pad)], mode="reflect")
-    analytic = hilbert(mirrored, axis=-1)[..., pad:-pad]
+    analytic = analytic_signal(mirrored)[..., pad:-pad]
     return np.abs(analytic), np.angle(analytic)
+
+
+def analytic_signal(signal: Array) -> NDArray[np.complex128]:
+    """Analytic signal, without negative frequencies: that of ``scipy.signal.hilbert``, whose import takes a second.
+
+    Parameters
+    ----------
+    signal : (..., T) array
+        On an even grid, taken as periodic.
+
+    Returns
+    -------
+    (..., T) array
+        Complex; its real part is the signal.
+    """
+    count = signal.shape[-1]
+    weight = np.zeros(count)
+    weight[1 : (count + 1) // 2] = 2
+    weight[[0, count // 2] if count % 2 == 0 else [0]] = 1
+    return np.asarray(ifft(fft(signal, axis=-1) * weight, axis=-1))

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import rfft, rfftfreq
 from scipy.signal.windows import hann
 from scipy.stats import norm
 
-from vibrissa.errors import ConvergenceError, InputError
+from vibrissa.arrays import Array
+from vibrissa.errors import ConvergenceError, TooFewError
+from vibrissa.quantities.quantity import estimate
 
-Array = NDArray[np.float64]
 Line = Callable[[float, float], Array]
 
 _NEIGHBOURS = 2  # bins on either side that a Hann taper correlates with one bin, and no more
@@ -56,7 +56,7 @@ def power_spectrum(signal: Array, sampling_rate: float) -> tuple[Array, Array]:
     100.0
     """
     if not np.all(np.isfinite(signal)):
-        raise InputError("signal", "must have no NaN", remedy="cut it to where it was measured")
+        raise TooFewError("signal", "must have no NaN", remedy="cut it to where it was measured")
     taper = _taper(signal.shape[-1])
     power = np.abs(rfft((signal - signal.mean(axis=-1, keepdims=True)) * taper)) ** 2 * (2 / sampling_rate)
     power[..., [0, -1] if taper.size % 2 == 0 else [0]] /= 2  # these have no negative frequency beside them
@@ -104,7 +104,7 @@ class Resonance:
     frequency_low, frequency_high, damping_low, damping_high : float
         Ends of the 95 % intervals.
     gain, floor : float
-        Power = gain × line + floor. Where there is no floor it comes out on either side of 0, within its error.
+        Power = gain × line + floor. Where there is no floor, its estimate lies on either side of 0, within its error.
     """
 
     frequency: float
@@ -129,16 +129,16 @@ def fit_resonance(
     """Fit resonant frequency, damping, gain and floor to a periodogram by Whittle's likelihood.
 
     Minimises Σ ln S + P/S over the bins of the band, S = gain × line + floor > 0. The floor may be negative: held at
-    or above 0 it takes part of the line away and ζ comes out 4 % low. Intervals come from the sandwich covariance with
-    neighbouring bins, so they hold both for a random forcing, where P/S is exponential, and for a known one, where it
-    is close to 1; 95 % cover the truth in 90 to 96 % of simulations.
+    or above 0 it takes part of the line away and the estimate of ζ is 4 % low. Intervals come from the sandwich
+    covariance with neighbouring bins, so they hold both for a random forcing, where P/S is exponential, and for a known
+    one, where it is close to 1; 95 % cover the truth in 90 to 96 % of simulations.
 
     Parameters
     ----------
     frequency, power : (F,) arrays
         From :func:`power_spectrum`.
     guess : float
-        About where the resonance stands [Hz].
+        About where the resonance lies [Hz].
     line : callable, optional
         frequency → (resonant frequency, ζ) → power up to a factor; the white :func:`lorentzian` (Eq. 5) by default.
     band : (low, high)
@@ -158,14 +158,13 @@ def fit_resonance(
         If the band holds fewer than 20 bins.
     ConvergenceError
         If the likelihood has no maximum inside ζ < 1 and the band, or the interval of the frequency leaves the band:
-        the spectrum then does not tell it. Or if the line neither gains more log-likelihood over a flat spectrum
+        the spectrum then does not determine it. Or if the line neither gains more log-likelihood over a flat spectrum
         than chance may, nor explains 15 % of the periodogram's variance: it is noise.
     """
     use = (frequency >= band[0] * guess) & (frequency <= band[1] * guess)
     if use.sum() < 20:
-        raise InputError(
-            "spectrum", "must have at least 20 bins in the band of the fit", int(use.sum()), "record longer"
-        )
+        rule = "must have at least 20 bins in the band of the fit"
+        raise TooFewError("spectrum", rule, int(use.sum()), "record longer")
     p = power[use]
     shape = lru_cache(maxsize=8)((line or lorentzian)(frequency[use]))  # gain and floor move while the line stays
     scale = p.mean()
@@ -181,20 +180,24 @@ def fit_resonance(
     starts = [np.log([*one, 1.0, 0.1]) for one in begin]
     near = [_scoring(log_spectrum, p, start, low, high, _NEAR) for start in starts]
     best, loss = _scoring(log_spectrum, p, min(near, key=lambda fit: fit[1])[0], low, high, _THERE)
-    gained = p.size * (float(np.log(scale)) + 1) - loss
-    left = float(np.sum((p - np.exp(log_spectrum(best))) ** 2) / np.sum((p - scale) ** 2))
-    if gained < _LINE and left > _FLAT:  # the few bins of a short record gain little even by a right line
-        raise ConvergenceError("resonance fit (its line is not above the noise)", gained, _ITERATIONS)
+    _refuse_noise(p, np.exp(log_spectrum(best)), loss)
     if np.any((best[:2] <= low[:2]) | (best[:2] >= high[:2])):
         raise ConvergenceError("resonance fit (maximum on the border)", loss, _ITERATIONS)
     sd = _sandwich_sd(log_spectrum, best, p, free_floor=best[3] > low[3] + 1)
-    if not np.all(
-        np.abs(best[0] + np.array([-_WIDE, _WIDE]) * sd[0] - (low[0] + high[0]) / 2) < (high[0] - low[0]) / 2
-    ):
-        raise ConvergenceError("resonance fit (the spectrum does not tell the frequency)", float(sd[0]), _ITERATIONS)
+    if not low[0] < best[0] - _WIDE * sd[0] <= best[0] + _WIDE * sd[0] < high[0]:
+        raise ConvergenceError("resonance fit (frequency not determined)", float(sd[0]), _ITERATIONS)
     gain = float(np.exp(best[2])) * scale / reference
     floor = float(np.exp(best[3])) * scale - gain * shape(*np.exp(best[:2]).tolist()).min()
     return _resonance(best, sd, gain, floor)
+
+
+def _refuse_noise(p: Array, fitted: Array, loss: float) -> None:
+    """Refuse a line that a flat spectrum explains as well."""
+    scale = p.mean()
+    gained = p.size * (float(np.log(scale)) + 1) - loss
+    left = float(np.sum((p - fitted) ** 2) / np.sum((p - scale) ** 2))
+    if gained < _LINE and left > _FLAT:  # the few bins of a short record gain little even by a right line
+        raise ConvergenceError("resonance fit (its line is not above the noise)", gained, _ITERATIONS)
 
 
 def _scoring(
@@ -242,7 +245,7 @@ def _sandwich_sd(log_spectrum: Callable[[Array], Array], theta: Array, p: Array,
     used = 4 if free_floor else 3  # a floor that fits 0 is no parameter
     jacobian = _jacobian(log_spectrum, theta)[:, :used]
     bread = np.linalg.inv(jacobian.T @ jacobian)
-    leverage = np.sum(jacobian @ bread * jacobian, axis=1)  # a fitted bin's own residual comes out small by this
+    leverage = np.sum(jacobian @ bread * jacobian, axis=1)  # the residual of a fitted bin is too small by this factor
     score = jacobian * ((p * np.exp(-log_spectrum(theta)) - 1) / np.maximum(1 - leverage, 0.2))[:, None]
     alone = score.T @ score
     cross = np.sum([score[lag:].T @ score[:-lag] for lag in range(1, _NEIGHBOURS + 1)], axis=0)
@@ -251,15 +254,7 @@ def _sandwich_sd(log_spectrum: Callable[[Array], Array], theta: Array, p: Array,
 
 
 def _resonance(theta: Array, sd: Array, gain: float, floor: float) -> Resonance:
-    frequency, damping = np.exp(theta[:2])
-    wide = np.exp(_WIDE * sd)
-    return Resonance(
-        frequency=float(frequency),
-        frequency_low=float(frequency / wide[0]),
-        frequency_high=float(frequency * wide[0]),
-        damping=float(damping),
-        damping_low=float(damping / wide[1]),
-        damping_high=float(damping * wide[1]),
-        gain=gain,
-        floor=float(floor),
-    )
+    found: dict[str, float] = {}
+    for name, value, wide in zip(("frequency", "damping"), np.exp(theta[:2]), np.exp(_WIDE * sd), strict=True):
+        found |= estimate(name, float(value), float(value / wide), float(value * wide))
+    return Resonance(**found, gain=gain, floor=float(floor))

@@ -9,15 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import fdtrc, stdtrit
 
-from vibrissa.errors import InputError
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from vibrissa.arrays import Array, Integers, Mask
+from vibrissa.errors import RangeError, ShapeError, TooFewError
 
 
 @dataclass(frozen=True, kw_only=True)
 class Effect:
-    """What one term does, the others held.
+    """Effect of one term on the response, the others held.
 
     Attributes
     ----------
@@ -27,8 +25,8 @@ class Effect:
         Values used.
     f, p : float
         F of the term, and its p-value.
-    df, df_residual : int
-        Its degrees of freedom.
+    df : int
+        Its columns.
     slope, low, high : float
         Slope and its 95 % interval [unit of the response per unit of the term]; NaN for a term of names.
     """
@@ -38,7 +36,6 @@ class Effect:
     f: float
     p: float
     df: int
-    df_residual: int
     slope: float
     low: float
     high: float
@@ -52,7 +49,7 @@ class _Design:
     columns: Array
     spread: Array
     made: Mask
-    terms: dict[str, NDArray[np.int64]]
+    terms: dict[str, Integers]
     numeric: dict[str, bool]
 
 
@@ -60,15 +57,15 @@ def linear_model(response: ArrayLike, terms: Mapping[str, ArrayLike]) -> list[Ef
     """Ordinary least squares with several terms; type-II F of each, as the paper's "speed: p, ε: p" are read.
 
     Takes every value for an independent draw. Sweeps of one whisker are not: where a term belongs to the whisker more
-    than to the sweep (θ_b, ε, its identity), the p-values come out far too small; see :func:`clustered_model`.
+    than to the sweep (θ_b, ε, its identity), the p-values are far too small; see :func:`clustered_model`.
 
     Parameters
     ----------
     response : (N,) array
-        What is explained.
+        Values to be explained.
     terms : mapping of (N,) arrays
         Numbers enter as they are, names as one column for each but the first. There are no products of terms. Rows
-        with NaN, not measured, are left out: ``n`` tells how many remain.
+        with NaN, not measured, are left out: ``n`` is the number that remains.
 
     Returns
     -------
@@ -80,19 +77,20 @@ def linear_model(response: ArrayLike, terms: Mapping[str, ArrayLike]) -> list[Ef
     InputError
         If lengths differ, fewer values than columns remain, or one term follows from the others.
     """
+    from statsmodels.regression.linear_model import OLS  # takes a second, which verbs without a model do not wait for
+
     design = _design(response, terms)
-    x, y = design.columns, design.y
-    b = np.asarray(np.linalg.lstsq(x, y, rcond=None)[0], float)
-    residual, free = y - x @ b, len(y) - x.shape[1]
-    covariance = residual @ residual / free * np.linalg.inv(x.T @ x)
-    return [_effect(design, name, b, covariance, free, free) for name in design.terms]
+    fit = OLS(design.y, design.columns).fit()
+    free = int(fit.df_resid)
+    return [_effect(design, name, fit.params, fit.cov_params(), free, free) for name in design.terms]
 
 
 def clustered_model(response: ArrayLike, terms: Mapping[str, ArrayLike], clusters: ArrayLike) -> list[Effect]:
-    """The same coefficients, with the scatter that leaving out one whole cluster at a time shows.
+    """Ordinary least squares with several terms, with intervals and tests that take whole clusters for the draws.
 
     Jackknife by cluster (CV3 of MacKinnon, Nielsen and Webb 2023) with G − 1 degrees of freedom for one column, and
-    Hotelling's for several: G clusters are the independent draws, however many sweeps each has.
+    Hotelling's for several: G clusters are the independent draws, however many sweeps each has. The covariance is that
+    of statsmodels' ``cluster-crv3``, which refuses a whole model where one of its terms falls with a cluster.
 
     Parameters
     ----------
@@ -104,8 +102,8 @@ def clustered_model(response: ArrayLike, terms: Mapping[str, ArrayLike], cluster
     Returns
     -------
     list of Effect
-        F and interval are NaN for a term that stands or falls with one cluster, or has as many columns as there are
-        clusters: the data cannot tell.
+        F and interval are NaN for a term that one cluster alone determines, or has as many columns as there are
+        clusters: neither can be estimated.
 
     Raises
     ------
@@ -115,38 +113,34 @@ def clustered_model(response: ArrayLike, terms: Mapping[str, ArrayLike], cluster
     design = _design(response, terms)
     labels = np.asarray(clusters)
     if labels.shape != design.made.shape:
-        raise InputError("clusters", "must be as many as the values", f"{labels.shape}, {design.made.shape}")
+        raise ShapeError("clusters", "must be as many as the values", f"{labels.shape}, {design.made.shape}")
     labels = labels[design.made]
     x, y = design.columns, design.y
     whole, right = x.T @ x, x.T @ y
     b = np.asarray(np.linalg.solve(whole, right), float)
-    parts, told = [], dict.fromkeys(design.terms, True)
+    parts, separate = [], dict.fromkeys(design.terms, True)
     names = np.unique(labels)
-    for name in names:
+    for name in names:  # the normal equations without one cluster; a pseudo-inverse, as a term may be gone with it
         one = labels == name
         rest = whole - x[one].T @ x[one]
         parts.append(np.linalg.pinv(rest, hermitian=True, rcond=1e-10) @ (right - x[one].T @ y[one]))
         for term, columns in design.terms.items():
-            told[term] &= _separate(rest, columns)
+            separate[term] &= _separate(rest, columns)
     shift = np.array(parts) - b
     free = len(names) - 1
     covariance = free / len(names) * shift.T @ shift
     unknown = np.full_like(covariance, np.nan)
     return [
-        _effect(design, term, b, covariance if told[term] else unknown, free, free - len(columns) + 1)
+        _effect(design, term, b, covariance if separate[term] else unknown, free, free - len(columns) + 1)
         for term, columns in design.terms.items()
     ]
 
 
-def _separate(gram: Array, columns: NDArray[np.int64]) -> bool:
+def _separate(gram: Array, columns: Integers) -> bool:
     """Whether these columns do not follow from the others."""
     rest = np.delete(np.delete(gram, columns, 0), columns, 1)
-    return bool(_rank(gram) - _rank(rest) == len(columns))
-
-
-def _rank(gram: Array) -> int:
-    values = np.linalg.eigvalsh(gram)
-    return int(np.count_nonzero(values > 1e-10 * values[-1]))
+    whole, without = (np.linalg.matrix_rank(one, rtol=1e-10, hermitian=True) for one in (gram, rest))
+    return bool(whole - without == len(columns))
 
 
 def _effect(design: _Design, name: str, b: Array, covariance: Array, free: int, left: int) -> Effect:
@@ -167,7 +161,6 @@ def _effect(design: _Design, name: str, b: Array, covariance: Array, free: int, 
         f=f,
         p=float(fdtrc(q, left, f)) if np.isfinite(f) else np.nan,
         df=q,
-        df_residual=left,
         slope=slope,
         low=slope - half,
         high=slope + half,
@@ -179,7 +172,7 @@ def _design(response: ArrayLike, terms: Mapping[str, ArrayLike]) -> _Design:
     columns = {name: np.asarray(values) for name, values in terms.items()}
     for name, values in columns.items():
         if values.shape != y.shape or y.ndim != 1:
-            raise InputError(f"term {name}", "must have one value for each response", f"{values.shape}, {y.shape}")
+            raise ShapeError(f"term {name}", "must have one value for each response", f"{values.shape}, {y.shape}")
     numeric = {name: bool(np.issubdtype(values.dtype, np.number)) for name, values in columns.items()}
     made = np.isfinite(y)
     for name, values in columns.items():
@@ -187,13 +180,13 @@ def _design(response: ArrayLike, terms: Mapping[str, ArrayLike]) -> _Design:
     blocks = {name: _coded(values[made], numeric[name]) for name, values in columns.items()}
     x = np.concatenate([np.ones((int(made.sum()), 1)), *blocks.values()], axis=1)
     if len(x) <= x.shape[1]:
-        raise InputError("response", f"must be measured in more than {x.shape[1]} rows", len(x))
+        raise TooFewError("response", f"must be measured in more than {x.shape[1]} rows", len(x))
     spread = np.concatenate([[1.0], x[:, 1:].std(axis=0)])
     if not np.all(spread > 0) or not all(block.size for block in blocks.values()):
-        raise InputError("terms", "must each take more than one value")
+        raise TooFewError("terms", "must each take more than one value")
     x[:, 1:] = (x[:, 1:] - x[:, 1:].mean(axis=0)) / spread[1:]
     if np.linalg.matrix_rank(x) < x.shape[1]:
-        raise InputError("terms", "must not follow from one another", ", ".join(terms), "leave one out")
+        raise RangeError("terms", "must not follow from one another", ", ".join(terms), "leave one out")
     ends = np.cumsum([1, *(block.shape[1] for block in blocks.values())])
     places = {name: np.arange(ends[i], ends[i + 1]) for i, name in enumerate(blocks)}
     return _Design(y[made], x, spread, made, places, numeric)

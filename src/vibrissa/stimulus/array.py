@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
+import xarray as xr
 
-from vibrissa.errors import InputError
+from vibrissa.arrays import Array, Integers
+from vibrissa.errors import RangeError, ShapeError, require_not_negative, require_positive
 from vibrissa.quantities import dataset
 from vibrissa.stimulus.band import RESONANCES, Band
 from vibrissa.stimulus.delays import (
     WHISKERS,
-    Whole,
     circular_correlation,
     correlation_note,
     even_shifts,
@@ -23,30 +23,47 @@ from vibrissa.stimulus.delays import (
     random_shifts,
 )
 from vibrissa.stimulus.limits import Limits, ramped, rate_of, refuse_beyond, refuse_ramps
-from vibrissa.stimulus.waveform import Motion, joined, samples, seam_steps
+from vibrissa.stimulus.loop import joined, samples, seam_steps
+from vibrissa.stimulus.waveform import PointMotion
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-Array = NDArray[np.float64]
 Spread = Literal["even", "random", "least"]
 
 
-def shifts_of(delays: Sequence[float], length: int, sampling_rate: float) -> Whole:
-    """Shifts [samples] of given delays [s], one for each whisker, in [0, record) and no two alike."""
+def shifts_of(delays: Sequence[float], length: int, sampling_rate: float) -> Integers:
+    """Shifts [samples] of given delays [s], one for each whisker, in [0, record) and no two alike.
+
+    Parameters
+    ----------
+    delays : (W,) sequence of float
+        Delay of each whisker [s].
+    length : int
+        Of the record [samples].
+    sampling_rate : float
+        [Hz].
+
+    Returns
+    -------
+    (W,) array of int
+        Shifts [samples].
+
+    Raises
+    ------
+    InputError
+        If they are not one for each whisker, or outside the record.
+    """
     values = np.asarray(delays, float)
     if values.shape != (len(WHISKERS),):
-        raise InputError("delays", f"must be {len(WHISKERS)} times in s, one for each whisker", values.size)
+        raise ShapeError("delays", f"must be {len(WHISKERS)} times in s, one for each whisker", values.size)
     wrong = ~((values >= 0) & (values < length / sampling_rate))
     if wrong.any():
         name, value = WHISKERS[int(np.argmax(wrong))], values[np.argmax(wrong)]
         rule = f"must lie in the record, 0 to below {length / sampling_rate:g} s"
-        raise InputError(f"delay of {name}", rule, f"{value:g} s")
+        raise RangeError(f"delay of {name}", rule, f"{value:g} s")
     return np.round(values * sampling_rate).astype(np.int64) % length
 
 
 def replay_command(
-    motions: Sequence[Motion],
+    motions: Sequence[PointMotion],
     *,
     duration: float = 10.0,
     sampling_rate: float = 20000.0,
@@ -67,7 +84,7 @@ def replay_command(
 
     Parameters
     ----------
-    motions : sequence of Motion
+    motions : sequence of PointMotion
         Motion 5 mm from the base, one for each texture.
     duration, sampling_rate : float
         Of the command [s], [Hz].
@@ -95,12 +112,17 @@ def replay_command(
         ``command`` (whisker, time) [m], 0 at rest; ``delay``, ``start_value``, ``copy_correlation``;
         ``largest_correlation``, ``rms_correlation``, ``peak_travel``, ``peak_speed``, ``peak_acceleration``; at
         ``frequency`` what the filter does to resonances; at each ``seam`` its steps over the largest elsewhere.
+
+    Raises
+    ------
+    InputError
+        Names the setting that is out of range; if the motions are too short, or the stimulator cannot follow.
     """
     band, limits = band or Band(), limits or Limits()
-    _refuse_settings(motions, scale, separation, seed, band)
     length = samples(duration, sampling_rate)
+    _refuse_settings(motions, scale, separation, seed, band)
     if not 0 <= ramp <= duration:
-        raise InputError("ramp", f"must lie between 0 and the duration of {duration:g} s", ramp)
+        raise RangeError("ramp", f"must lie between 0 and the duration of {duration:g} s", ramp)
     raw, seams = joined(motions, duration, sampling_rate, fade=fade)
     loop = scale * band.filtered(raw, sampling_rate)
     correlation = circular_correlation(loop)
@@ -110,14 +132,11 @@ def replay_command(
     command = ramped(loop[(np.arange(length) - shifts[:, None]) % length], lead)
     refuse_ramps(command, lead, sampling_rate, limits)
     pairs = _correlations(correlation, shifts)
-    notes = {
-        "correlation_note": correlation_note(correlation, pairs["largest_correlation"], len(WHISKERS)),
-        "resonance_note": resonance_note(motions, band, sampling_rate),
-    }
-    settings = _settings(motions, band, delays, separation, seed, limits)
+    note = correlation_note(correlation, pairs["largest_correlation"], len(WHISKERS))
+    notes = {"correlation_note": note, "resonance_note": resonance_note(motions, band, sampling_rate)}
     numbers = {"duration": duration, "sampling_rate": sampling_rate, "fade": fade, "ramp": ramp, "scale": scale}
     return dataset(
-        {**settings, **numbers, **notes},
+        _settings(motions, band, delays, separation, seed, limits) | numbers | notes,
         whisker=np.array(WHISKERS),
         time=np.arange(-lead, length + lead) / sampling_rate,
         command=command,
@@ -130,36 +149,47 @@ def replay_command(
     )
 
 
-def resonance_note(motions: Sequence[Motion], band: Band, sampling_rate: float) -> str:
-    """What the filter leaves of the whisker's first resonance, in one line; empty where it is half or more."""
+def resonance_note(motions: Sequence[PointMotion], band: Band, sampling_rate: float) -> str:
+    """Gain of the filter at the whisker's first resonance, in one line; empty where it is half or more.
+
+    Parameters
+    ----------
+    motions : sequence of PointMotion
+        Motions that are replayed.
+    band : Band
+        The filter.
+    sampling_rate : float
+        [Hz].
+
+    Returns
+    -------
+    str
+        The line.
+    """
     known = [motion.resonance for motion in motions if 0 < motion.resonance < sampling_rate / 2]
     if not known:
         return ""
     gain = float(np.abs(band.response(np.array([max(known)]), sampling_rate))[0])
     if gain >= 0.5:
         return ""
-    way = "" if band.causal and band.norm == "mag" else ", or filter less (--causal, --norm mag)"
+    way = "" if band.causal and band.norm == "mag" else ", or filter less (`causal=True`, `norm='mag'`)"
     text = f"the whisker's first resonance, {max(known):.3g} Hz, passes the band with gain {gain:.2g}"
     return f"{text}: slower motion is replayed for the most part; take a whisker that rings lower{way}"
 
 
-def _refuse_settings(motions: Sequence[Motion], scale: float, separation: float, seed: int, band: Band) -> None:
+def _refuse_settings(motions: Sequence[PointMotion], scale: float, separation: float, seed: int, band: Band) -> None:
     if not motions:
-        raise InputError("inputs", "must be at least one")
-    if not 0 < scale < np.inf:
-        raise InputError("scale", "must be positive", scale)
-    if not 0 <= separation < np.inf:
-        raise InputError("separation", "must be zero or positive (s)", separation)
-    if seed < 0:
-        raise InputError("seed", "must be zero or positive", seed)
+        raise RangeError("inputs", "must be at least one")
+    require_positive("scale", scale)
+    require_not_negative("separation", separation, "s")
+    require_not_negative("seed", seed)
     for motion in motions:
         if motion.sampling_rate < 4 * band.high:  # a cubic spline keeps 1 % up to a quarter of the rate
-            raise InputError(
-                f"{motion.source}: sampling rate", f"must be at least {4 * band.high:g} Hz", motion.sampling_rate
-            )
+            rule = f"must be at least {4 * band.high:g} Hz"
+            raise RangeError(f"{motion.source}: sampling rate", rule, motion.sampling_rate)
 
 
-def _shifts(delays: Spread | Sequence[float], correlation: Array, rate: float, separation: int, seed: int) -> Whole:
+def _shifts(delays: Spread | Sequence[float], correlation: Array, rate: float, separation: int, seed: int) -> Integers:
     count, length = len(WHISKERS), len(correlation)
     if not isinstance(delays, str):
         return shifts_of(delays, length, rate)
@@ -169,10 +199,10 @@ def _shifts(delays: Spread | Sequence[float], correlation: Array, rate: float, s
         return random_shifts(count, length, separation, rng=np.random.default_rng(seed))
     if delays == "least":
         return least_shifts(correlation, count, separation)
-    raise InputError("delays", f"must be {', '.join(get_args(Spread))} or {count} times in s", repr(delays))
+    raise ShapeError("delays", f"must be {', '.join(get_args(Spread))} or {count} times in s", repr(delays))
 
 
-def _correlations(correlation: Array, shifts: Whole) -> dict[str, Any]:
+def _correlations(correlation: Array, shifts: Integers) -> dict[str, Any]:
     pairs = np.abs(pair_correlations(correlation, shifts))
     np.fill_diagonal(pairs, 0)
     rms = float(np.sqrt(np.mean(correlation**2)))
@@ -191,7 +221,7 @@ def _peaks(loop: Array, rate: float) -> dict[str, Any]:
     return {"peak_travel": float(np.abs(loop).max()), "peak_speed": speed, "peak_acceleration": acceleration}
 
 
-def _on_resonances(motions: Sequence[Motion], band: Band, rate: float) -> dict[str, Any]:
+def _on_resonances(motions: Sequence[PointMotion], band: Band, rate: float) -> dict[str, Any]:
     known = [motion.resonance for motion in motions if 0 < motion.resonance < rate / 2 - 1]
     frequency = np.unique([band.high, *(one for one in RESONANCES if one < rate / 2 - 1), *known])
     response = band.response(frequency, rate)
@@ -204,24 +234,22 @@ def _on_resonances(motions: Sequence[Motion], band: Band, rate: float) -> dict[s
 
 
 def _settings(
-    motions: Sequence[Motion],
+    motions: Sequence[PointMotion],
     band: Band,
     delays: Spread | Sequence[float],
     separation: float,
     seed: int,
     limits: Limits,
-) -> dict[str, str | float]:
+) -> dict[str, Any]:
     spread = delays if isinstance(delays, str) else "given"
-    chosen: dict[str, str | float] = {"delays": spread}
-    if spread != "even" and spread != "given":
-        chosen["separation"] = separation
-    if spread == "random":
-        chosen["seed"] = seed
+    chosen = {"separation": separation} if spread in ("random", "least") else {}
     return {
         "sources": ", ".join(motion.source for motion in motions),
         "filter": band.description,
         **{f"filter_{name}": int(value) if isinstance(value, bool) else value for name, value in asdict(band).items()},
+        "delays": spread,
         **chosen,
+        **({"seed": seed} if spread == "random" else {}),
         **{f"limit_{name}": "none" if value is None else value for name, value in asdict(limits).items()},
         "copies": "circular: copy(t) = loop((t - delay) mod duration)",
         "zero": "displacement 0 is the resting position",

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import bessel
 
-from vibrissa.errors import InputError
+from vibrissa.arrays import Array, Complex
+from vibrissa.errors import RangeError, UnknownError
 
-Array = NDArray[np.float64]
 Norm = Literal["phase", "delay", "mag"]
 
 RESONANCES = (69.0, 88.0, 89.0)  # [Hz] first resonances printed in Fig. 7A, about the upper edge of the band
@@ -48,11 +47,11 @@ class Band:
 
     def __post_init__(self) -> None:
         if not 0 < self.low < self.high < np.inf:
-            raise InputError("band", "must have corners 0 < low < high (Hz)", f"{self.low}, {self.high}")
+            raise RangeError("band", "must have corners 0 < low < high (Hz)", f"{self.low}, {self.high}")
         if not (isinstance(self.order, int) and 1 <= self.order <= _HIGHEST_ORDER):
-            raise InputError("order", f"must be a whole number, 1 to {_HIGHEST_ORDER}", self.order)
+            raise RangeError("order", f"must be a whole number, 1 to {_HIGHEST_ORDER}", self.order)
         if self.norm not in get_args(Norm):
-            raise InputError("norm", f"must be one of {', '.join(get_args(Norm))}", repr(self.norm))
+            raise UnknownError("norm", f"must be one of {', '.join(get_args(Norm))}", repr(self.norm))
 
     @property
     def description(self) -> str:
@@ -65,13 +64,28 @@ class Band:
         """Second-order sections at a sampling rate [Hz]: (order, 6) array.
 
         In the form of two polynomials a corner of 0.1 Hz is unstable already at order 4 and 2 kHz.
+
+        Parameters
+        ----------
+        sampling_rate : float
+            [Hz].
+
+        Returns
+        -------
+        (order, 6) array
+            Coefficients of each section.
+
+        Raises
+        ------
+        InputError
+            If the rate is not above twice the band.
         """
         if not sampling_rate > 2 * self.high:
-            raise InputError("sampling_rate", f"must be above {2 * self.high:g} Hz, twice the band", sampling_rate)
+            raise RangeError("sampling_rate", f"must be above {2 * self.high:g} Hz, twice the band", sampling_rate)
         corners = [self.low, self.high]
         return bessel(self.order, corners, "bandpass", output="sos", norm=self.norm, fs=sampling_rate)
 
-    def response(self, frequency: Array, sampling_rate: float) -> NDArray[np.complex128]:
+    def response(self, frequency: Array, sampling_rate: float) -> Complex:
         """Transfer function, unit out per unit in.
 
         Parameters
@@ -93,7 +107,20 @@ class Band:
         return once if self.causal else np.abs(once) ** 2 + 0j
 
     def group_delay(self, frequency: Array, sampling_rate: float) -> Array:
-        """Delay of the envelope −dφ/dω [s], (F,) array; 0 forwards and backwards."""
+        """Delay of the envelope −dφ/dω [s], (F,) array; 0 forwards and backwards.
+
+        Parameters
+        ----------
+        frequency : (F,) array
+            [Hz].
+        sampling_rate : float
+            [Hz].
+
+        Returns
+        -------
+        (F,) array
+            Delay [s].
+        """
         if not self.causal:
             return np.zeros(len(frequency))
         step = 1e-3  # [Hz] far below the band's lower corner

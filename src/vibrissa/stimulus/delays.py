@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibrissa.errors import InputError
-
-Array = NDArray[np.float64]
-Whole = NDArray[np.int64]
+from vibrissa.arrays import Array, Integers
+from vibrissa.errors import RangeError
 
 # The 24 most caudal: the straddlers and four columns of five rows. The paper gives their number, not their names.
 WHISKERS = tuple(
@@ -33,28 +30,74 @@ def circular_correlation(loop: Array) -> Array:
     -------
     (T,) array
         Pearson's r between the loop and itself shifted by 0, 1, … samples.
+
+    Raises
+    ------
+    InputError
+        If the loop does not move.
     """
     power = np.abs(np.fft.rfft(loop - loop.mean())) ** 2
     product = np.fft.irfft(power, len(loop))
     if not product[0] > 0:
-        raise InputError("stimulus", "must move within the band", "a constant")
+        raise RangeError("stimulus", "must move within the band", "a constant")
     return product / product[0]
 
 
-def pair_correlations(correlation: Array, shifts: Whole) -> Array:
-    """Pearson's r of every pair of copies, (W, W) array, from :func:`circular_correlation` and their shifts."""
+def pair_correlations(correlation: Array, shifts: Integers) -> Array:
+    """Pearson's r of every pair of copies, (W, W) array, from :func:`circular_correlation` and their shifts.
+
+    Parameters
+    ----------
+    correlation : (T,) array
+        Of the loop with itself, by lag.
+    shifts : (W,) array of int
+        [samples].
+
+    Returns
+    -------
+    (W, W) array
+        r of each pair.
+    """
     return correlation[(shifts[:, None] - shifts[None, :]) % len(correlation)]
 
 
-def even_shifts(count: int, length: int) -> Whole:
-    """Shifts of ``count`` copies spread evenly over a loop of ``length`` samples, to the nearest sample."""
+def even_shifts(count: int, length: int) -> Integers:
+    """Shifts of ``count`` copies spread evenly over a loop of ``length`` samples, to the nearest sample.
+
+    Parameters
+    ----------
+    count, length : int
+        Copies; samples of the loop.
+
+    Returns
+    -------
+    (count,) array of int
+        Shifts [samples].
+    """
     return np.round(np.arange(count) * length / count).astype(np.int64)
 
 
-def random_shifts(count: int, length: int, separation: int, *, rng: np.random.Generator) -> Whole:
+def random_shifts(count: int, length: int, separation: int, *, rng: np.random.Generator) -> Integers:
     """Random shifts, any two at least ``separation`` samples apart around the loop; the first copy's is 0.
 
     Uniform among all such sets: the gaps between neighbours are the separation and a random partition of the rest.
+
+    Parameters
+    ----------
+    count, length, separation : int
+        Copies; samples of the loop; least distance [samples].
+    rng : Generator
+        Source of randomness.
+
+    Returns
+    -------
+    (count,) array of int
+        Shifts [samples].
+
+    Raises
+    ------
+    InputError
+        If the copies do not fit.
     """
     free = _free(count, length, separation)
     cuts = np.sort(rng.integers(0, free + 1, count - 1))
@@ -62,7 +105,7 @@ def random_shifts(count: int, length: int, separation: int, *, rng: np.random.Ge
     return np.concatenate([[0], rng.permutation(shifts)]).astype(np.int64)
 
 
-def least_shifts(correlation: Array, count: int, separation: int) -> Whole:
+def least_shifts(correlation: Array, count: int, separation: int) -> Integers:
     """Shifts that make the largest |r| between copies small, any two ``separation`` samples apart.
 
     Each copy in turn goes where its largest |r| with those placed is least; then each is lifted and placed again
@@ -74,6 +117,16 @@ def least_shifts(correlation: Array, count: int, separation: int) -> Whole:
         From :func:`circular_correlation`.
     count, separation : int
         Number of copies; least distance between two of them [samples].
+
+    Returns
+    -------
+    (count,) array of int
+        Shifts [samples].
+
+    Raises
+    ------
+    InputError
+        If the copies do not fit.
     """
     stride = max(len(correlation) // _LAGS, 1)
     size = len(correlation) // stride
@@ -99,18 +152,33 @@ def _free(count: int, length: int, separation: int) -> int:
     free = length - count * separation
     if separation < 0 or free < 0:
         remedy = "lower the separation or record longer"
-        raise InputError("separation", f"must leave room for {count} copies in the record", separation, remedy)
+        raise RangeError("separation", f"must leave room for {count} copies in the record", separation, remedy)
     return free
 
 
 def correlation_note(correlation: Array, largest: float, count: int) -> str:
-    """Why copies are not uncorrelated, in one line; empty where the largest |r| is below 0.1."""
+    """Reason why copies are correlated, in one line; empty where the largest |r| is below 0.1.
+
+    Parameters
+    ----------
+    correlation : (T,) array
+        Of the loop with itself, by lag.
+    largest : float
+        Largest |r| of two copies.
+    count : int
+        Copies.
+
+    Returns
+    -------
+    str
+        The line.
+    """
     if largest < UNCORRELATED:
         return ""
     share = float(np.mean(np.abs(correlation) >= UNCORRELATED))
     rms = float(np.sqrt(np.mean(correlation**2)))
     text = f"largest |r| between copies is {largest:.3f}, not below {UNCORRELATED:g}"
     if share * count < 1:
-        return f"{text}: these delays meet peaks of the autocorrelation; --delays least avoids them"
+        return f"{text}: these delays meet peaks of the autocorrelation; `delays='least'` avoids them"
     often = f"|r| reaches {UNCORRELATED:g} at {share:.0%} of all lags (rms {rms:.3f})"
     return f"{text}: {often}; record longer, or less regular textures"

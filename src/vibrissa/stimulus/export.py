@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
+import xarray as xr
 
-from vibrissa.errors import InputError
+from vibrissa.arrays import Array
+from vibrissa.errors import FormatError, MissingError, RangeError, TooFewError, UnknownError, require_positive
 from vibrissa.files import load, save, written_whole
 from vibrissa.quantities import dataset, require
 from vibrissa.stimulus.waveform import even_rate
+from vibrissa.tables.reader import read_table
+from vibrissa.tables.units import PURE
+from vibrissa.tables.writer import write_table
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-Array = NDArray[np.float64]
 Encoding = Literal["float32", "int24", "int16"]
 
 DIGITS = 9  # significant, of a CSV file: 1e-13 m of 100 µm
@@ -33,7 +33,7 @@ _SUBTYPE = bytes.fromhex("000000001000800000aa00389b71")
 
 @dataclass(frozen=True, kw_only=True)
 class Sound:
-    """How a WAV file holds metres.
+    """Encoding of metres in a WAV file.
 
     Attributes
     ----------
@@ -48,9 +48,8 @@ class Sound:
 
     def __post_init__(self) -> None:
         if self.encoding not in get_args(Encoding):
-            raise InputError("encoding", f"must be one of {', '.join(get_args(Encoding))}", repr(self.encoding))
-        if self.full_scale is not None and not 0 < self.full_scale < np.inf:
-            raise InputError("full_scale", "must be positive (m)", self.full_scale)
+            raise UnknownError("encoding", f"must be one of {', '.join(get_args(Encoding))}", repr(self.encoding))
+        require_positive("full_scale", self.full_scale, "m")
 
 
 def write_command(data: xr.Dataset, path: str | Path, *, sound: Sound | None = None) -> None:
@@ -76,7 +75,7 @@ def write_command(data: xr.Dataset, path: str | Path, *, sound: Sound | None = N
     """
     require(data, "command", "time", "whisker")
     if not np.all(np.isfinite(data["command"])):
-        raise InputError("command", "must be finite")
+        raise RangeError("command", "must be finite")
     path = Path(path)
     write = _writer(path)
     rate = even_rate(data["time"].to_numpy(), "command")
@@ -88,7 +87,23 @@ def write_command(data: xr.Dataset, path: str | Path, *, sound: Sound | None = N
 
 
 def read_command(path: str | Path) -> xr.Dataset:
-    """Command from a file that :func:`write_command` wrote: ``command`` (whisker, time) [m]."""
+    """Command from a file that :func:`write_command` wrote: ``command`` (whisker, time) [m].
+
+    Parameters
+    ----------
+    path : path
+        The command; its sidecar, unless it is a dataset, is beside it.
+
+    Returns
+    -------
+    Dataset
+        With ``time`` [s] and, of a dataset, all that it holds.
+
+    Raises
+    ------
+    InputError
+        If a file is missing, of an unknown ending, or not as its sidecar says.
+    """
     path = Path(path)
     _writer(path)
     if path.suffix.lower() == ".nc":
@@ -99,22 +114,22 @@ def read_command(path: str | Path) -> xr.Dataset:
     try:
         values = _READERS[path.suffix.lower()](path, facts)
     except (ValueError, OSError, KeyError) as error:
-        raise InputError(str(path), "must be a command written by vibrissa", remedy=str(error)) from error
+        raise FormatError(str(path), "must be a command written by vibrissa", remedy=str(error)) from error
     names = np.array(facts["whiskers"])
     if values.shape != (len(names), facts["samples"]):
-        raise InputError(str(path), f"must hold {len(names)} whiskers, {facts['samples']} samples", values.shape)
+        raise TooFewError(str(path), f"must hold {len(names)} whiskers, {facts['samples']} samples", values.shape)
     time = facts["start"] + np.arange(facts["samples"]) / facts["sampling_rate"]
     return dataset(facts["attributes"], whisker=names, time=time, command=values)
 
 
 def _writer(path: Path) -> Callable[[xr.Dataset, Path, dict[str, Any]], None]:
     if path.suffix.lower() not in _WRITERS:
-        raise InputError(str(path), f"must end in {', '.join(_WRITERS)}", repr(path.suffix))
+        raise FormatError(str(path), f"must end in {', '.join(_WRITERS)}", repr(path.suffix))
     return _WRITERS[path.suffix.lower()]
 
 
 def _facts(data: xr.Dataset, path: Path, rate: float) -> dict[str, Any]:
-    """What the sidecar says; no clock, so equal commands have equal sidecars."""
+    """Content of the sidecar; no clock, so equal commands have equal sidecars."""
     others = {
         str(name): {"unit": one.attrs.get("units", "1"), "dims": list(one.dims), "values": one.values.tolist()}
         for name, one in data.variables.items()
@@ -128,16 +143,10 @@ def _facts(data: xr.Dataset, path: Path, rate: float) -> dict[str, Any]:
         "start": float(data["time"][0]),
         "samples": data.sizes["time"],
         "whiskers": data["whisker"].values.tolist(),
-        "versions": _versions(),
+        "versions": {name: version(name) for name in ("vibrissa", "numpy", "scipy")},
         "attributes": {str(name): _plain(value) for name, value in data.attrs.items()},
         "variables": others,
     }
-
-
-def _versions() -> dict[str, str]:
-    from importlib.metadata import version
-
-    return {name: version(name) for name in ("vibrissa", "numpy", "scipy")}
 
 
 def _plain(value: Any) -> Any:
@@ -148,27 +157,27 @@ def _sidecar(path: Path) -> dict[str, Any]:
     beside = Path(f"{path}.json")
     for one in (path, beside):
         if not one.is_file():
-            raise InputError(str(one), "must be an existing file", remedy="a command is read with its sidecar")
+            raise MissingError(str(one), "must be an existing file", remedy="a command is read with its sidecar")
     try:
         facts = json.loads(beside.read_text("utf-8"))
         return {name: facts[name] for name in ("sampling_rate", "start", "samples", "whiskers", "attributes")} | facts
     except (ValueError, KeyError, TypeError) as error:
-        raise InputError(str(beside), "must be a sidecar written by vibrissa") from error
+        raise FormatError(str(beside), "must be a sidecar written by vibrissa") from error
 
 
 def _sound_facts(data: xr.Dataset, rate: float, sound: Sound) -> dict[str, Any]:
     peak = float(np.abs(data["command"]).max())
     full = sound.full_scale or peak
     if not full > 0:
-        raise InputError("command", "must move, to have a full scale in WAV", peak, "give --full-scale")
+        raise RangeError("command", "must move, to have a full scale in WAV", peak, "give `full_scale`")
     if peak > full:
-        remedy = f"--full-scale {peak * 1.001:.4g} or above, or a smaller --scale"
-        raise InputError("command", f"must stay within the full scale of {full:.6g} m", f"{peak:.6g} m", remedy)
+        remedy = f"`full_scale={peak * 1.001:.4g}` or above, or a smaller `scale`"
+        raise RangeError("command", f"must stay within the full scale of {full:.6g} m", f"{peak:.6g} m", remedy)
     if abs(rate - round(rate)) > 1e-6 * rate:
-        raise InputError("sampling_rate", "must be a whole number of Hz in WAV", rate, "write .nc or .npy")
+        raise RangeError("sampling_rate", "must be a whole number of Hz in WAV", rate, "write .nc or .npy")
     size = _BYTES[sound.encoding] * data["command"].size
     if size > _LARGEST_WAV:
-        raise InputError("command", "must be below 4 GiB in WAV", f"{size} bytes", "write .nc or .npy")
+        raise RangeError("command", "must be below 4 GiB in WAV", f"{size} bytes", "write .nc or .npy")
     step = 0.0 if sound.encoding == "float32" else full / _top(sound.encoding)
     return {"encoding": sound.encoding, "full_scale": full, "step": step}
 
@@ -177,20 +186,14 @@ def _top(encoding: str) -> int:
     return 2 ** (8 * _BYTES[encoding] - 1) - 1
 
 
-def _write_netcdf(data: xr.Dataset, path: Path, more: dict[str, Any]) -> None:
-    save(data, path)
-
-
 def _write_npy(data: xr.Dataset, path: Path, more: dict[str, Any]) -> None:
     with written_whole(path) as temporary:
         np.save(temporary, _metres(data))
 
 
 def _write_csv(data: xr.Dataset, path: Path, more: dict[str, Any]) -> None:
-    table = np.column_stack([data["time"].to_numpy(), _metres(data).T])
-    head = ",".join(["time", *map(str, data["whisker"].values)])
-    with written_whole(path) as temporary:
-        np.savetxt(temporary, table, fmt=f"%.{DIGITS}g", delimiter=",", header=head, comments="", encoding="utf-8")
+    motions = zip(map(str, data["whisker"].values), _metres(data), strict=True)
+    write_table(path, {"time": data["time"].to_numpy(), **dict(motions)}, digits=DIGITS)
 
 
 def _write_wav(data: xr.Dataset, path: Path, more: dict[str, Any]) -> None:
@@ -213,7 +216,20 @@ def _metres(data: xr.Dataset) -> Array:
 
 
 def encoded(values: Array, encoding: str) -> bytes:
-    """Samples in [−1, 1], (T, channels), as the bytes of a WAV file, little-endian."""
+    """Samples in [−1, 1], (T, channels), as the bytes of a WAV file, little-endian.
+
+    Parameters
+    ----------
+    values : (T, channels) array
+        Samples over the full scale.
+    encoding : str
+        As in :class:`Sound`.
+
+    Returns
+    -------
+    bytes
+        Channel by channel of each sample.
+    """
     if encoding == "float32":
         return values.astype("<f4").tobytes()
     whole = np.round(values * _top(encoding)).astype("<i4")
@@ -224,24 +240,15 @@ def _read_wav(path: Path, facts: dict[str, Any]) -> Array:
     from scipy.io import wavfile
 
     values = wavfile.read(path)[1].T.astype(float)
-    top = {
-        "float32": 1.0,
-        "int16": float(_top("int16")),
-        "int24": _top("int24") * 256.0,
-    }  # 24 bits come in the upper of 32
+    # 24 bits are in the upper ones of 32
+    top = {"float32": 1.0, "int16": float(_top("int16")), "int24": _top("int24") * 256.0}
     return values / top[facts["encoding"]] * facts["full_scale"]
 
 
-def _read_npy(path: Path, facts: dict[str, Any]) -> Array:
-    return np.asarray(np.load(path), float)
-
-
 def _read_csv(path: Path, facts: dict[str, Any]) -> Array:
-    with open(path, encoding="utf-8") as file:
-        if next(csv.reader(file))[1:] != list(facts["whiskers"]):
-            raise ValueError("its whiskers are not those of the sidecar")
-        return np.loadtxt(file, delimiter=",", ndmin=2).T[1:]
+    table = read_table(path, {"time": "s", **dict.fromkeys(facts["whiskers"], PURE)}, others=False)
+    return np.array([table.numbers(name) for name in facts["whiskers"]])
 
 
-_WRITERS = {".nc": _write_netcdf, ".wav": _write_wav, ".npy": _write_npy, ".csv": _write_csv}
-_READERS = {".wav": _read_wav, ".npy": _read_npy, ".csv": _read_csv}
+_WRITERS = {".nc": lambda data, path, _: save(data, path), ".wav": _write_wav, ".npy": _write_npy, ".csv": _write_csv}
+_READERS = {".wav": _read_wav, ".npy": lambda path, _: np.asarray(np.load(path), float), ".csv": _read_csv}

@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+import xarray as xr
 from scipy.interpolate import CubicSpline
 from scipy.signal import coherence, correlate, correlation_lags
 
-from vibrissa.errors import InputError
+from vibrissa.arrays import Array
+from vibrissa.errors import RangeError, ShapeError, TooFewError, UnknownError, require_positive
 from vibrissa.quantities import dataset
 from vibrissa.signals.correlation import lagged_correlation
 from vibrissa.stimulus.band import Band
 from vibrissa.stimulus.export import read_command
-from vibrissa.stimulus.waveform import Motion, even_rate, read_motion
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-Array = NDArray[np.float64]
+from vibrissa.stimulus.waveform import PointMotion, even_rate, read_motion
 
 PRINTED = 0.991  # r between command and motion, in the Methods of the paper
 
@@ -34,7 +29,7 @@ def compare(
     longest_lag: float = 0.05,
     resolution: float = 2.0,
 ) -> xr.Dataset:
-    """How well the stimulator followed its command.
+    """Fidelity of the stimulator: its motion against its command.
 
     Parameters
     ----------
@@ -90,20 +85,18 @@ def _centred(
     commanded: Array, measured: Array, rate: float, longest_lag: float, resolution: float
 ) -> tuple[Array, Array]:
     for name, value in (("sampling_rate", rate), ("longest_lag", longest_lag), ("resolution", resolution)):
-        if not 0 < value < np.inf:
-            raise InputError(name, "must be positive", value)
+        require_positive(name, value)
     if commanded.shape != measured.shape or commanded.ndim != 1:
         shapes = f"{commanded.shape}, {measured.shape}"
-        raise InputError("commanded and measured", "must be one record each, of equal length", shapes)
+        raise ShapeError("commanded and measured", "must be one record each, of equal length", shapes)
     if len(commanded) < 4 * longest_lag * rate + 16:
-        raise InputError(
-            "record", f"must last at least {4 * longest_lag + 16 / rate:g} s", f"{len(commanded) / rate:g} s"
-        )
+        rule = f"must last at least {4 * longest_lag + 16 / rate:g} s"
+        raise TooFewError("record", rule, f"{len(commanded) / rate:g} s")
     for name, signal in (("commanded", commanded), ("measured", measured)):
         if not np.all(np.isfinite(signal)):
-            raise InputError(name, "must be finite", f"{np.sum(~np.isfinite(signal))} samples not measured")
+            raise RangeError(name, "must be finite", f"{np.sum(~np.isfinite(signal))} samples not measured")
         if np.ptp(signal) == 0:
-            raise InputError(name, "must move", "a constant")
+            raise RangeError(name, "must move", "a constant")
     return commanded - commanded.mean(), measured - measured.mean()
 
 
@@ -131,10 +124,20 @@ def compare_file(data: xr.Dataset, path: str | Path, whisker: str) -> xr.Dataset
         rate (brought to the command's by a cubic spline); or a file of all whiskers, as a command is written.
     whisker : str
         The whisker that was measured.
+
+    Returns
+    -------
+    Dataset
+        As :func:`compare`.
+
+    Raises
+    ------
+    InputError
+        If the whisker is in neither; as :func:`compare` and the readers.
     """
     names = data["whisker"].values.tolist()
     if whisker not in names:
-        raise InputError("measured whisker", f"must be one of {', '.join(names)}", whisker)
+        raise UnknownError("measured whisker", f"must be one of {', '.join(names)}", whisker)
     rate = even_rate(data["time"].to_numpy(), "command")
     motion = _measured(path, whisker)
     count = min(data.sizes["time"], int(motion.duration * rate + 1e-6) + 1)
@@ -147,11 +150,12 @@ def compare_file(data: xr.Dataset, path: str | Path, whisker: str) -> xr.Dataset
     return compare(commanded, measured, rate, band=Band(**corners)).assign_attrs(measured_whisker=whisker)
 
 
-def _measured(path: str | Path, whisker: str) -> Motion:
+def _measured(path: str | Path, whisker: str) -> PointMotion:
     if Path(path).suffix.lower() == ".csv" and not Path(f"{path}.json").is_file():
         return read_motion(path)
     found = read_command(path)
     if whisker not in found["whisker"].values.tolist():
-        raise InputError(str(path), f"must hold the whisker {whisker}")
+        raise UnknownError(str(path), f"must hold the whisker {whisker}")
     rate = even_rate(found["time"].to_numpy(), str(path))
-    return Motion(displacement=found["command"].sel(whisker=whisker).to_numpy(), sampling_rate=rate, source=str(path))
+    moved = found["command"].sel(whisker=whisker).to_numpy()
+    return PointMotion(displacement=moved, sampling_rate=rate, source=str(path))

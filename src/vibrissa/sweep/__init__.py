@@ -1,4 +1,7 @@
-"""Parameter sweeps on Dask: maps of the transduction gain over the context of a scan."""
+"""Parameter sweeps on all cores, or on a Dask cluster: maps of the transduction gain over the context of a scan.
+
+Internal: the public names are those of ``vibrissa`` itself.
+"""
 
 from vibrissa.sweep.engine import Engine
 from vibrissa.sweep.gratings import Gratings

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 from urllib.parse import urlsplit
 
 from vibrissa import __version__
-from vibrissa.errors import InputError, install
+from vibrissa.errors import FormatError, InputError, MachineError, PackageError, UnknownError, install
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -32,9 +32,20 @@ _LOST = "start it and its workers again, and give the same command again: what a
 def on_cluster(
     function: Callable[[Item], Result], items: Sequence[Item], scheduler: str, count: Callable[[int, Result], None]
 ) -> None:
-    """Have each item done by the cluster; ``count`` is told number and result as they come.
+    """Have each item done by the cluster; ``count`` is called with number and result as they come.
 
     A task whose worker dies is done by another. Only a few tasks are in flight at a time, so that a stop is quick.
+
+    Parameters
+    ----------
+    function : callable
+        Of a module, so that the workers find it.
+    items : sequence
+        What it is called with; plain data.
+    scheduler : str
+        Address of the scheduler, or the file that holds it.
+    count : callable
+        Called with the number of an item and its result.
 
     Raises
     ------
@@ -53,13 +64,13 @@ def _client(scheduler: str) -> Iterator[Any]:
     try:
         from distributed import Client
     except ImportError as error:
-        raise InputError("--scheduler tcp://…", "needs distributed", remedy=install("cluster")) from error
+        raise PackageError("scheduler", "needs distributed", remedy=install("cluster")) from error
     address = _reached(scheduler)
     with _quiet():
         try:
             client = Client(address, timeout=CONNECT, set_as_default=False)  # type: ignore[no-untyped-call]
         except (OSError, ValueError) as error:
-            raise InputError(scheduler, "must be the address of a Dask scheduler", remedy=_START) from error
+            raise FormatError(scheduler, "must be the address of a Dask scheduler", remedy=_START) from error
         try:
             yield client
         finally:
@@ -100,15 +111,15 @@ def _reached(scheduler: str) -> str:
                 raise OSError("silent")
         except (OSError, ValueError) as error:
             if time.monotonic() > end:
-                told = "scheduler file" if scheduler.endswith(".json") else "address"
-                raise InputError(
-                    scheduler, f"must be the {told} of a Dask scheduler that runs", None, _START
+                kind = "scheduler file" if scheduler.endswith(".json") else "address"
+                raise FormatError(
+                    scheduler, f"must be the {kind} of a Dask scheduler that runs", None, _START
                 ) from error
         time.sleep(0.2)
 
 
 def _address(scheduler: str) -> str:
-    """The address that is given, or stands in the file that ``dask scheduler --scheduler-file`` writes."""
+    """The address that is given, or written in the file that ``dask scheduler --scheduler-file`` writes."""
     if not scheduler.endswith(".json"):
         return scheduler
     content = json.loads(Path(scheduler).read_text(encoding="utf-8"))
@@ -141,11 +152,11 @@ def _deserted(scheduler: str) -> InputError:
 
 
 def _lost(scheduler: str) -> InputError:
-    return InputError(f"scheduler {scheduler}", "must stay alive", "it was lost", _LOST)
+    return MachineError(f"scheduler {scheduler}", "must stay alive", "it was lost", _LOST)
 
 
 def _stranger(worker: str, found: object) -> InputError:
-    return InputError(f"worker {worker}", f"must have vibrissa {__version__}", found, "install the same everywhere")
+    return UnknownError(f"worker {worker}", f"must have vibrissa {__version__}", found, "install the same everywhere")
 
 
 def version() -> str:
@@ -154,7 +165,27 @@ def version() -> str:
 
 
 def alone(function: Callable[[Item], Result], item: Item, wanted: str) -> Result:
-    """Call it on one thread, for sums of several differ in the last bit; refused by a worker of another version."""
+    """Call it on one thread, for sums of several differ in the last bit; refused by a worker of another version.
+
+    Parameters
+    ----------
+    function : callable
+        What is called.
+    item : object
+        With what.
+    wanted : str
+        Version of Vibrissa that asks.
+
+    Returns
+    -------
+    object
+        The result.
+
+    Raises
+    ------
+    InputError
+        If this worker has another version.
+    """
     if wanted != __version__:
         raise _stranger(f"on {socket.gethostname()}", __version__)
     import dask
@@ -167,7 +198,7 @@ def alone(function: Callable[[Item], Result], item: Item, wanted: str) -> Result
 @cache
 def _one_thread() -> None:
     """For the rest of this process, a worker of the cluster."""
-    from vibrissa.sweep.engine import single_threaded
+    from vibrissa.sweep.threads import single_threaded
 
     single_threaded()
 
@@ -244,7 +275,7 @@ class _Flow:
             if self.kills[number] >= _MOST_KILLS:
                 rule, remedy = "must stay alive", "is their memory full?"
                 found = f"the death of several at the same task, number {number + 1}, {_MOST_KILLS} times"
-                raise InputError("workers", rule, found, remedy) from error
+                raise MachineError("workers", rule, found, remedy) from error
             self.waiting.append(number)
         else:
             self.count(number, result)

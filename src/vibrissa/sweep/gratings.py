@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from vibrissa.errors import InputError
-from vibrissa.texture.surface import DEPTH, Reading, Troughs, random_grating
+from vibrissa.arrays import Integers
+from vibrissa.errors import FormatError
+from vibrissa.texture.surface import DEPTH, Gaps, Reading, random_grating
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,17 +46,28 @@ class Gratings:
         whole = seed.ndim == 1 and seed.size > 0 and np.isfinite(seed).all() and np.all(seed == seed.astype(np.int64))
         if not whole or seed[0] < 0 or not np.all(np.diff(seed) > 0):
             rule = "must be a strictly ascending row of whole numbers from 0, none twice"
-            raise InputError("seeds", rule, seed.tolist())
+            raise FormatError("seeds", rule, seed.tolist())
         object.__setattr__(self, "seed", seed.astype(np.int64))
         self.drawn(int(seed[0]))
 
     @property
-    def seeds(self) -> NDArray[np.int64]:
+    def seeds(self) -> Integers:
         """The seeds, (N,)."""
         return np.asarray(self.seed, np.int64)
 
-    def drawn(self, seed: int) -> Troughs:
-        """The grating of a seed, which depends on nothing else."""
+    def drawn(self, seed: int) -> Gaps:
+        """The grating of a seed, which depends on nothing else.
+
+        Parameters
+        ----------
+        seed : int
+            From 0.
+
+        Returns
+        -------
+        Gaps
+            The grating.
+        """
         rng = np.random.default_rng(seed)
         return random_grating(
             self.length, rng=rng, reading=self.reading, mean_period=self.mean_period, depth=self.depth

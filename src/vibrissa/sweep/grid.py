@@ -6,18 +6,18 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from vibrissa.errors import InputError
-from vibrissa.mechanics.modes import MOST_MODES, check_contact
-from vibrissa.mechanics.profile import Posture
-from vibrissa.mechanics.superposition import Scan
+from vibrissa.arrays import Array
+from vibrissa.errors import FormatError, RangeError, UnknownError
+from vibrissa.mechanics.modes.straight import MOST_MODES, check_contact
+from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.statics.profile import Posture
 
 if TYPE_CHECKING:
-    from vibrissa.mechanics.dynamics import JumpRule
-    from vibrissa.mechanics.response import Form
+    from vibrissa.mechanics.quasi_static.response import Form
+    from vibrissa.mechanics.vibration.dynamics import JumpRule
 
-Array = NDArray[np.float64]
 Quantity = Literal["peak", "rms"]
 
 
@@ -51,7 +51,7 @@ class Grid:
         for name in ("contact", "base_angle", "speed", "friction"):
             values = np.asarray(getattr(self, name), float)
             if values.ndim != 1 or values.size == 0 or not np.all(np.diff(values) > 0):
-                raise InputError(
+                raise FormatError(
                     f"Grid.{name}", "must be a strictly ascending row of numbers, none twice", values.tolist()
                 )
             object.__setattr__(self, name, values)
@@ -79,7 +79,7 @@ class Measure:
         Largest |displacement| of the point ``node``, quasi-static and vibration, from the first gap until a period of
         mode 1 after the last; or the rms about its mean of mode 1, q₁ + Q₁, from the first gap to the last.
     response : {"exact", "linear"}
-        Quasi-static part, as in :class:`vibrissa.mechanics.superposition.Scan`.
+        Quasi-static part, as in :class:`vibrissa.mechanics.scan.scan_settings.Scan`.
     damping : float
         Damping ratio ζ of every mode.
     jump : {"continuous", "ramp-limit", "paper2014"}
@@ -104,8 +104,8 @@ class Measure:
     def __post_init__(self) -> None:
         Scan(speed=1.0, damping=self.damping, jump=self.jump, response=self.response)
         if self.quantity not in get_args(Quantity):
-            raise InputError("quantity", "must be 'peak' or 'rms'", repr(self.quantity))
+            raise UnknownError("quantity", "must be 'peak' or 'rms'", repr(self.quantity))
         if not 1 <= self.n_modes <= MOST_MODES:
-            raise InputError("number of modes", f"must be between 1 and {MOST_MODES}", self.n_modes)
+            raise RangeError("number of modes", f"must be between 1 and {MOST_MODES}", self.n_modes)
         if self.least_linearity is not None and not 0 <= self.least_linearity <= 1:
-            raise InputError("least linearity", "must lie between 0 and 1", self.least_linearity)
+            raise RangeError("least linearity", "must lie between 0 and 1", self.least_linearity)

@@ -11,23 +11,26 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.errors import InputError
-from vibrissa.mechanics.dynamics import RECOIL
-from vibrissa.mechanics.family import equilibria
-from vibrissa.mechanics.superposition import check_scale
+from vibrissa.arrays import Array
+from vibrissa.errors import InputError, RangeError
+from vibrissa.mechanics.contact.gap_events import check_gaps
+from vibrissa.mechanics.scan.texture_prediction import check_scale
+from vibrissa.mechanics.scan.verdict import map_verdict
+from vibrissa.mechanics.statics.elastica_table import equilibria
+from vibrissa.mechanics.vibration.dynamics import RECOIL
 from vibrissa.quantities import dataset
-from vibrissa.sweep.cells import OK, TIP, row, shaft, side_nodes, width_nodes
+from vibrissa.sweep.cells import OK, TIP, row
 from vibrissa.sweep.engine import Engine, each
 from vibrissa.sweep.gratings import Gratings
 from vibrissa.sweep.grid import Grid, Measure
+from vibrissa.sweep.posture_cells import shaft, side_nodes, width_nodes
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from vibrissa.texture.surface import Troughs
+    from vibrissa.texture.surface import Gaps
     from vibrissa.whisker import Whisker
 
-Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
 
 REASONS = (  # by the code in ``cell_reason``
@@ -42,12 +45,12 @@ _CHUNK = 0.5  # [s] of work in a task
 _LEAST_TASKS = 4  # for each core: blocks of contacts differ in how much of them is beyond the fold
 
 
-class Job(NamedTuple):
+class MapJob(NamedTuple):
     """What all tasks are given: plain data.
 
     Attributes
     ----------
-    texture : Troughs or Gratings
+    texture : Gaps or Gratings
         The gaps, or what each task draws its own from.
     length, timescale, tip : float
         Of the whisker: L [m], k [s], s of its tip.
@@ -59,7 +62,7 @@ class Job(NamedTuple):
         What is asked.
     """
 
-    texture: Troughs | Gratings
+    texture: Gaps | Gratings
     length: float
     timescale: float
     tip: float
@@ -68,7 +71,7 @@ class Job(NamedTuple):
     measure: Measure
 
 
-class Row(NamedTuple):
+class MapRow(NamedTuple):
     """What sets a row of base angles apart; the seed counts only where gratings are drawn."""
 
     contact: float
@@ -76,12 +79,12 @@ class Row(NamedTuple):
     seed: int
 
 
-Found = tuple[Array, Array, NDArray[np.int8]]  # of a row: values (V, B), linearity (B,), reason (B,)
+RowValues = tuple[Array, Array, NDArray[np.int8]]  # of a row: values (V, B), linearity (B,), reason (B,)
 
 
 def sweep(
     whisker: Whisker,
-    texture: Troughs | Gratings,
+    texture: Gaps | Gratings,
     grid: Grid,
     measure: Measure,
     *,
@@ -90,14 +93,14 @@ def sweep(
 ) -> xr.Dataset:
     """Map of the transduction gain over contact, base angle, speed, friction and the seeds of random gratings.
 
-    Every cell is what :func:`vibrissa.mechanics.superposition.predict` gives, to some 1e-5: the same model by the
-    scaled family of Eq. (1), marched in compiled loops.
+    Every cell is what :func:`vibrissa.mechanics.scan.texture_prediction.predict` gives, to some 1e-5: the same model
+    by the scaled family of Eq. (1), marched in compiled loops.
 
     Parameters
     ----------
     whisker : Whisker
         What is drawn past the texture.
-    texture : Troughs or Gratings
+    texture : Gaps or Gratings
         One texture, or a random grating for each of several seeds.
     grid : Grid
         The parameters.
@@ -106,7 +109,7 @@ def sweep(
     engine : Engine, optional
         Who does the work, by default the threads of this machine; the result is the same to the last bit.
     progress : callable, optional
-        Told stage, tasks done and all tasks.
+        Called with stage, tasks done and all tasks.
 
     Returns
     -------
@@ -115,7 +118,7 @@ def sweep(
         (friction, contact, base_angle) is not 0: its attribute ``flag_meanings`` lists the reasons, separated by
         semicolons. ``jump_linearity`` (friction, contact, base_angle): of the exact response, or where asked for.
         All three are led by ``seed`` where gratings are drawn. ``cells_with_value``, ``least_gain``, ``largest_gain``
-        of all.
+        of all. The attribute ``verdict``: :func:`vibrissa.mechanics.scan.verdict.map_verdict`.
 
     Raises
     ------
@@ -125,34 +128,36 @@ def sweep(
     """
     contact, base_angle, speed, friction = grid.axes
     if not contact[-1] < measure.node < 1:
-        raise InputError("node", "must lie between the largest contact and the base, 1", measure.node)
-    told = _of_texture(whisker, texture)
+        raise RangeError("node", "must lie between the largest contact and the base, 1", measure.node)
+    attrs = _attributes(whisker, measure) | _of_texture(whisker, texture)
+    attrs["verdict"] = map_verdict(contact, whisker.tip, whisker.length, attrs["widest_gap"])
     seeds = texture.seeds if isinstance(texture, Gratings) else np.zeros(1, np.int64)
-    job = Job(texture, whisker.length, whisker.timescale, whisker.tip, speed / whisker.length, base_angle, measure)
-    rows = [Row(*where) for where in product(contact.tolist(), friction.tolist(), seeds.tolist())]
+    job = MapJob(texture, whisker.length, whisker.timescale, whisker.tip, speed / whisker.length, base_angle, measure)
+    rows = [MapRow(*where) for where in product(contact.tolist(), friction.tolist(), seeds.tolist())]
     found = _computed(job, rows, engine or Engine(scheduler="threads"), progress)
     shape = len(contact), len(friction), len(seeds)
     values, ratio, reason = (np.array(column).reshape(*shape, *column[0].shape) for column in zip(*found, strict=True))
     maps = values.transpose(2, 1, 3, 0, 4), ratio.transpose(2, 1, 0, 3), reason.transpose(2, 1, 0, 3)
     if isinstance(texture, Gratings):
-        return _labelled(_told(whisker, measure) | told, grid, measure, *maps).assign_coords(dataset(seed=seeds).coords)
-    return _labelled(_told(whisker, measure) | told, grid, measure, *(column[0] for column in maps))
+        return _labelled(attrs, grid, measure, *maps).assign_coords(dataset(seed=seeds).coords)
+    return _labelled(attrs, grid, measure, *(column[0] for column in maps))
 
 
-def _of_texture(whisker: Whisker, texture: Troughs | Gratings) -> dict[str, Any]:
-    """What is told of the texture; refused where it is in a wrong unit."""
+def _of_texture(whisker: Whisker, texture: Gaps | Gratings) -> dict[str, Any]:
+    """Attributes of the texture; refused where it is in a wrong unit."""
     drawn = [texture.drawn(int(seed)) for seed in texture.seeds] if isinstance(texture, Gratings) else [texture]
     for one in drawn:
+        check_gaps(one, "maps are of gaps; for any other surface use relief_prediction.predict_relief")
         check_scale(whisker, one.end, one.width)
-    told: dict[str, Any] = {"widest_gap": max(float(one.width.max()) for one in drawn)}
+    attrs: dict[str, Any] = {"widest_gap": max(float(one.width.max()) for one in drawn)}
     if isinstance(texture, Gratings):
         how = {"grating_length": texture.length, "reading": texture.reading, "mean_period": texture.mean_period}
-        return told | how
-    return told | {"n_gaps": len(texture.width)}
+        return attrs | how
+    return attrs | {"n_gaps": len(texture.width)}
 
 
-def _told(whisker: Whisker, measure: Measure) -> dict[str, Any]:
-    told: dict[str, Any] = {
+def _attributes(whisker: Whisker, measure: Measure) -> dict[str, Any]:
+    attrs: dict[str, Any] = {
         "response": measure.response,
         "damping": measure.damping,
         "jump": measure.jump,
@@ -161,7 +166,7 @@ def _told(whisker: Whisker, measure: Measure) -> dict[str, Any]:
         "whisker_length": whisker.length,
         "timescale": whisker.timescale,
     }
-    return told if measure.least_linearity is None else told | {"least_linearity": measure.least_linearity}
+    return attrs if measure.least_linearity is None else attrs | {"least_linearity": measure.least_linearity}
 
 
 def _labelled(
@@ -180,8 +185,10 @@ def _labelled(
     return data
 
 
-def _computed(job: Job, rows: list[Row], engine: Engine, progress: Progress | None) -> list[Found]:
+def _computed(job: MapJob, rows: list[MapRow], engine: Engine, progress: Progress | None) -> list[RowValues]:
     """All rows, in blocks of some half a second, as the last row shows."""
+    report = progress or (lambda *_: None)
+    report("sweep", 0, 0)
     map_rows(job._replace(pace=job.pace[:1], base_angle=job.base_angle[:1]), rows[-1:])  # compiles
     begin = time.process_time()
     last = map_rows(job, rows[-1:])
@@ -190,26 +197,35 @@ def _computed(job: Job, rows: list[Row], engine: Engine, progress: Progress | No
     size = max(1, min(int(_CHUNK / one), most))
     blocks = [rows[i : min(i + size, len(rows) - 1)] for i in range(0, len(rows) - 1, size)]
 
-    def tell(done: int, total: int) -> None:
-        if progress is not None:
-            progress("sweep", done, total)
-
-    found = each(partial(map_rows, job), blocks, engine, tell)
+    found = each(partial(map_rows, job), blocks, engine, partial(report, "sweep"))
     return [row for block in (*found, last) for row in block]
 
 
-def map_rows(job: Job, rows: list[Row]) -> list[Found]:
-    """Rows of a map: the work of one task."""
+def map_rows(job: MapJob, rows: list[MapRow]) -> list[RowValues]:
+    """Rows of a map: the work of one task.
+
+    Parameters
+    ----------
+    job : MapJob
+        What all tasks are given.
+    rows : list of MapRow
+        Contact, friction and seed of each.
+
+    Returns
+    -------
+    list
+        Values, ratio and reason of each row.
+    """
     return [_one_row(job, row) for row in rows]
 
 
-def _gaps(job: Job, seed: int) -> Array:
+def _gaps(job: MapJob, seed: int) -> Array:
     """Starts and widths over L, (2, J)."""
     texture = job.texture.drawn(seed) if isinstance(job.texture, Gratings) else job.texture
     return np.stack([texture.position - texture.position[0], texture.width]) / job.length
 
 
-def _one_row(job: Job, where: Row) -> Found:
+def _one_row(job: MapJob, where: MapRow) -> RowValues:
     contact, friction, seed = where
     measure, n = job.measure, len(job.base_angle)
     values, ratio = np.full((len(job.pace), n), np.nan), np.full(n, np.nan)
@@ -218,31 +234,30 @@ def _one_row(job: Job, where: Row) -> Found:
         reason[:] = TIP
         return values, ratio, reason
     of = shaft(contact, measure.n_modes if measure.quantity == "peak" else 1, measure.node)
-    postures, determined = _postures(contact, job.base_angle, friction)
     exact = measure.response == "exact"
     least = -np.inf if measure.least_linearity is None else measure.least_linearity
     rule = measure.quantity == "peak", exact, least, measure.damping, RECOIL[measure.jump]
     tables = *(side_nodes() if exact else side_nodes(1)), *width_nodes()
     omega = of.kappa / job.timescale
-    row(postures, determined, *of[:3], omega, _gaps(job, seed), job.pace, rule, tables, values, ratio, reason)
+    postures = _postures(contact, job.base_angle, friction)
+    row(postures, *of[:3], omega, _gaps(job, seed), job.pace, rule, tables, values, ratio, reason)
     return values, ratio, reason
 
 
-def _postures(contact: float, base_angle: Array, friction: float) -> tuple[Array, NDArray[np.bool_]]:
-    """Rows (ε, Λ̂, θ_b, D, H, φ), and whether each is an equilibrium."""
-    out, determined = np.zeros((len(base_angle), 6)), np.ones(len(base_angle), bool)
+def _postures(contact: float, base_angle: Array, friction: float) -> Array:
+    """Rows (ε, Λ̂, θ_b, D, H, μ); Λ̂, D and H are NaN where there is no equilibrium."""
     try:
-        found = [np.array(equilibria(np.full(len(base_angle), contact), base_angle, friction))]
+        found = np.array(equilibria(np.full(len(base_angle), contact), base_angle, friction))
     except InputError:
-        found = []
-        for b, angle in enumerate(base_angle):
-            try:
-                found.append(np.array(equilibria([contact], [angle], friction)))
-            except InputError:
-                determined[b] = False
-                found.append(np.ones((6, 1)))
-    _, force, height, distance, _, _ = np.concatenate(found, axis=1)
-    columns = (contact, force / contact**2, base_angle, distance, height, np.arctan(friction))
-    for i, column in enumerate(columns):
-        out[:, i] = column
-    return out, determined
+        found = np.concatenate([_one_posture(contact, angle, friction) for angle in base_angle.tolist()], axis=1)
+    _, force, height, distance, _, _ = found
+    columns = np.broadcast_arrays(contact, force / contact**2, base_angle, distance, height, friction)
+    return np.stack(columns, axis=1)
+
+
+def _one_posture(contact: float, angle: float, friction: float) -> Array:
+    """Equilibrium as a column (6, 1); NaN where there is none."""
+    try:
+        return np.array(equilibria([contact], [angle], friction))
+    except InputError:
+        return np.full((6, 1), np.nan)

@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vibrissa.errors import InputError, install
+from vibrissa.errors import ConflictError, MachineError, MissingError, PackageError, install
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,22 +18,34 @@ if TYPE_CHECKING:
 def refuse_zarr(path: Path) -> None:
     """Refuse, before any work, what cannot become a folder of Zarr.
 
+    Parameters
+    ----------
+    path : Path
+        Folder to be written.
+
     Raises
     ------
     InputError
         If zarr is not installed, the name is taken by something else, or its folder cannot be written.
     """
     if find_spec("zarr") is None or int(version("zarr").partition(".")[0]) < 3:  # xarray no longer writes with zarr 2
-        raise InputError("--out", "needs zarr 3", str(path), f"{install('cluster')} 'zarr>=3', or a name in .nc")
+        raise PackageError("out", "needs zarr 3", str(path), f"{install('cluster')}, or a name in .nc")
     parent = path.absolute().parent
     if not (parent.is_dir() and os.access(parent, os.W_OK)):
-        raise InputError("--out", "must lie in an existing folder that can be written", str(path), "choose another")
+        raise MissingError("out", "must lie in an existing folder that can be written", str(path), "choose another")
     if path.exists() and not (path / ".zgroup").is_file():
-        raise InputError("--out", "must be free, or a Zarr folder, which is replaced", str(path), "choose another")
+        raise ConflictError("out", "must be free, or a Zarr folder, which is replaced", str(path), "choose another")
 
 
 def save_zarr(data: xr.Dataset, path: Path) -> None:
     """Write a dataset as Zarr of format 2, whole or not at all; one that is there is replaced.
+
+    Parameters
+    ----------
+    data : Dataset
+        What is written.
+    path : Path
+        Folder.
 
     Raises
     ------
@@ -48,7 +60,7 @@ def save_zarr(data: xr.Dataset, path: Path) -> None:
             os.replace(path, old)
         os.replace(new, path)
     except OSError as error:
-        raise InputError(str(path), f"could not be written ({error.strerror or error})") from error
+        raise MachineError(str(path), f"could not be written ({error.strerror or error})") from error
     finally:
         shutil.rmtree(new, ignore_errors=True)
         shutil.rmtree(old, ignore_errors=True)

@@ -1,1 +1,4 @@
-"""Textures: what the whisker is dragged over."""
+"""Textures: what the whisker is dragged over.
+
+Internal: the public names are those of ``vibrissa`` itself.
+"""

@@ -4,27 +4,28 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from difflib import get_close_matches
 from pathlib import Path
-from reprlib import repr as short
 from typing import Literal, TypedDict, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibrissa.errors import InputError
-from vibrissa.files import as_number, csv_lines, written_whole
+from vibrissa.arrays import Array, Mask
+from vibrissa.errors import ConflictError, FormatError, InputError, RangeError, UnknownError
+from vibrissa.tables.reader import read_table
+from vibrissa.tables.text import first_line
+from vibrissa.tables.units import unit_of
+from vibrissa.tables.writer import write_table
 from vibrissa.texture.measured import Measured
-from vibrissa.texture.relief import Relief
-from vibrissa.texture.surface import LONGEST, Array, Troughs
-from vibrissa.texture.table import first_line, read_columns, refuse_separators
+from vibrissa.texture.relief import HeightProfile
+from vibrissa.texture.surface import LONGEST, Gaps
+from vibrissa.texture.table import read_columns
 from vibrissa.texture.topography import read_topography
 
 Level = Literal["line", "none"]
 
 
 class Settled(TypedDict, total=False):
-    """What a file may leave open; see :func:`read_relief`."""
+    """What a file may leave open; see :func:`read_height_profile`."""
 
     line: str | None
     part: tuple[float, float] | None
@@ -34,15 +35,13 @@ class Settled(TypedDict, total=False):
     level: Level | None
 
 
-UNITS = {"": 1.0, "_mm": 1e3, "_um": 1e6}  # per metre, by the end of a column's name
 LARGEST = {"position": LONGEST, "width": 0.05, "depth": 0.01}  # [m] beyond these a unit is wrong
-COLUMNS = {kind + unit: kind for kind in LARGEST for unit in UNITS}
+NEEDED, OPTIONAL = {"position": "m", "width": "m"}, {"depth": "m"}
 SAY_UNITS = "columns ending in _mm and _um take millimetres and micrometres, others metres"
-SAY_COLUMNS = f"columns are {', '.join(LARGEST)}, in metres or ending in _mm or _um, and separated by commas"
 
 
-def read_troughs(path: str | Path) -> Troughs:
-    """Troughs from a CSV file; the header names the units.
+def read_gaps(path: str | Path) -> Gaps:
+    """Gaps from a CSV file; the header names the units.
 
     Parameters
     ----------
@@ -54,7 +53,7 @@ def read_troughs(path: str | Path) -> Troughs:
 
     Returns
     -------
-    Troughs
+    Gaps
         The gaps of the file.
 
     Raises
@@ -63,25 +62,23 @@ def read_troughs(path: str | Path) -> Troughs:
         Names the file and, where there is one, the line: a missing, double or unknown column, a cell that is no
         number, gaps that are not wide, not ascending or not apart, lengths that cannot be in that unit.
     """
-    lines = csv_lines(path)
-    if not lines:
-        raise InputError(str(path), "must hold a header and a line for each gap", "an empty file", SAY_COLUMNS)
-    names, numbers = _names(path, *lines[0]), [number for number, _ in lines[1:]]
-    if not numbers:
-        raise InputError(str(path), "must have at least one gap below its header", "an empty texture")
-    table = np.array([_values(path, number, cells, names) for number, cells in lines[1:]]).T
-    values = {COLUMNS[name]: column for name, column in zip(names, table, strict=True)}
-    _refuse_gaps(f"{path}, line", numbers, values)
+    if _has_column(path, "height"):
+        remedy = "gaps have position, width, depth; a surface, position and height alone, goes into scan or run"
+        raise FormatError(str(path), "must be a table of gaps", "one with a column of heights", remedy)
+    table = read_table(path, NEEDED, OPTIONAL, others=False)
+    table.refuse_empty("must have at least one gap below its header", "an empty texture")
+    values = {kind: table.numbers(kind) for kind in LARGEST if kind in table}
+    _refuse_gaps(f"{path}, line", table.lines, values)
     depth = {"depth": float(values["depth"][0])} if "depth" in values else {}
-    return Troughs(position=values["position"], width=values["width"], **depth)
+    return Gaps(position=values["position"], width=values["width"], **depth)
 
 
-def write_troughs(texture: Troughs, path: str | Path) -> None:
-    """Write a texture so that :func:`read_troughs` gives it back to the last bit; whole or not at all.
+def write_gaps(texture: Gaps, path: str | Path) -> None:
+    """Write a texture so that :func:`read_gaps` gives it back to the last bit; whole or not at all.
 
     Parameters
     ----------
-    texture : Troughs
+    texture : Gaps
         The gaps; written in metres, with their depth on every line.
     path : path
         Name of the file; one that is there is replaced.
@@ -89,22 +86,37 @@ def write_troughs(texture: Troughs, path: str | Path) -> None:
     Raises
     ------
     InputError
-        If the texture is one that would not be read again (see :func:`read_troughs`) or the file cannot be written.
+        If the texture is one that would not be read again (see :func:`read_gaps`) or the file cannot be written.
     """
     depth = np.full(texture.position.size, texture.depth)
     table = {"position": texture.position, "width": texture.width, "depth": depth}
     _refuse_gaps("gap", range(1, 1 + depth.size), table)
-    rows = zip(*(column.tolist() for column in table.values()), strict=True)
-    text = "\n".join([",".join(table), *(",".join(map(repr, row)) for row in rows), ""])
-    with written_whole(path) as temporary:
-        temporary.write_bytes(text.encode())
+    write_table(path, table)
 
 
-def holds_troughs(path: str | Path) -> bool:
-    """Whether a file has the header of a table of gaps, to be read by :func:`read_troughs`."""
-    if not Path(path).is_file():
-        raise InputError(str(path), "must be an existing file")
-    return any(COLUMNS.get(cell.strip().lower()) == "width" for cell in re.split("[,;\t]", first_line(path)))
+def holds_gaps(path: str | Path) -> bool:
+    """Whether a file has the header of a table of gaps, to be read by :func:`read_gaps`.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+
+    Returns
+    -------
+    bool
+        True where a column is a width.
+
+    Raises
+    ------
+    InputError
+        If there is no such file.
+    """
+    return _has_column(path, "width")
+
+
+def _has_column(path: str | Path, kind: str) -> bool:
+    return any(unit_of(cell.strip().lower(), kind, "m") for cell in re.split("[,;\t]", first_line(path)))
 
 
 def read_texture(
@@ -113,34 +125,38 @@ def read_texture(
     flip: bool = False,
     tell: Callable[[str], None] = lambda note: None,
     **settled: Unpack[Settled],
-) -> Troughs | Relief:
+) -> Gaps | HeightProfile:
     """Gaps of a table of gaps, or else heights along the scan.
 
     Parameters
     ----------
     path : path
-        As :func:`read_troughs` or :func:`read_relief` takes it.
+        As :func:`read_gaps` or :func:`read_height_profile` takes it.
     flip : bool
         Scan in the other direction: what comes last in the file meets the contact first.
     tell, settled
-        As :func:`read_relief` takes them; a table of gaps leaves nothing to be settled.
+        As :func:`read_height_profile` takes them; a table of gaps leaves nothing to be settled.
+
+    Returns
+    -------
+    Gaps or HeightProfile
+        The texture, in the order in which the contact meets it.
 
     Raises
     ------
     InputError
         As these two; and if something is settled that a table of gaps does not leave open.
     """
-    if not holds_troughs(path):
-        return read_relief(path, flip=flip, tell=tell, **settled)
+    if not holds_gaps(path):
+        return read_height_profile(path, flip=flip, tell=tell, **settled)
     useless = [name for name, value in settled.items() if value]
     if useless:
-        option = f"--{useless[0].replace('_', '-')}"
-        raise InputError(option, f"must not be given: {path} is a table of gaps, which leaves nothing open")
-    troughs = read_troughs(path)
+        raise ConflictError(useless[0], f"must not be given: {path} is a table of gaps, which leaves nothing open")
+    troughs = read_gaps(path)
     return troughs.reversed(float(troughs.position[0] + troughs.end[-1])) if flip else troughs
 
 
-def read_relief(
+def read_height_profile(
     path: str | Path,
     *,
     line: str | None = None,
@@ -151,7 +167,7 @@ def read_relief(
     level: Level | None = None,
     flip: bool = False,
     tell: Callable[[str], None] = lambda note: None,
-) -> Relief:
+) -> HeightProfile:
     """Height profile from a table or from the file of a profilometer or microscope; nothing is guessed.
 
     What a file does not settle is refused, with the option that settles it; they act in the order units, part, flip,
@@ -176,7 +192,7 @@ def read_relief(
     level : {"line", "none"}, optional
         Take the line of least squares away, or keep the profile as it is. By default a profile is refused whose line
         rises by more than its heights about it span: most of what the whisker would feel is then the tilt of the
-        sample under the instrument, or of the sample itself, which the file cannot tell apart.
+        sample under the instrument, or of the sample itself; the file does not distinguish the two.
     flip : bool
         The last point of the file meets the contact first.
     tell : callable
@@ -184,7 +200,7 @@ def read_relief(
 
     Returns
     -------
-    Relief
+    HeightProfile
         Positions and heights [m], ascending in the order in which the contact meets them.
 
     Raises
@@ -194,12 +210,12 @@ def read_relief(
         tilt, shorter than 0.3 mm (too small for a whisker), lengths that cannot be in that unit.
     """
     if level not in (None, "line", "none"):
-        raise InputError("--level", "must be line or none", level)
+        raise UnknownError("level", "must be line or none", level)
     measured = read_columns(path)
     if measured is None:
         measured = read_topography(path, line)
     elif line is not None:
-        raise InputError(str(path), "holds a single profile", f"--line {line}", "leave --line out")
+        raise FormatError(str(path), "holds a single profile", f"line {line}", "leave `line` out")
     profile = measured.in_metres(x_unit, z_unit)
     profile = profile.part(*part) if part else profile
     profile.refuse_short()
@@ -220,9 +236,8 @@ def read_relief(
 
 def _decisions(profile: Measured, whole: Measured, final: Measured) -> list[str]:
     """What was filled, left out, taken away and taken for granted, and how finely the profile is sampled."""
-    notes = (
-        [] if profile.zero else ["heights count from their mean, places from the point that meets the contact first"]
-    )
+    own = "heights count from their mean, places from the point that meets the contact first"
+    notes = [] if profile.zero else [own]
     bridged = whole.height.size - np.count_nonzero(np.isfinite(profile.height))
     if bridged:
         wide = f"{profile.widest_hole() * 1e3:.3g} mm the widest hole"
@@ -233,73 +248,38 @@ def _decisions(profile: Measured, whole: Measured, final: Measured) -> list[str]
         slope = float(whole.line()[1])
         rise = slope * np.ptp(whole.position)
         said = f"a tilt of {slope * 1e3:.3g} mm per m taken away, {rise * 1e6:.3g} µm over the length"
-        level = abs(rise) <= 1e-9 * np.ptp(whole.height)  # what is left is the rounding of the line of least squares
+        level = abs(rise) <= 1e-9 * np.ptp(whole.height)  # the rest is the rounding of the line of least squares
         notes.append("no tilt to take away" if level else said)
     return [*notes, *final.sampling()]
 
 
-def _relief(profile: Measured) -> Relief:
+def _relief(profile: Measured) -> HeightProfile:
     try:
-        return Relief(position=profile.position, height=profile.height)
+        return HeightProfile(position=profile.position, height=profile.height)
     except InputError as error:
-        raise InputError(f"{profile.name}:", str(error)) from error
+        raise error.renamed(f"{profile.name}: {error.quantity}") from error
 
 
-def write_relief(relief: Relief, path: str | Path) -> None:
-    """Write a relief so that :func:`read_relief`, told to keep its level, gives it back to the last bit; whole or not.
+def write_height_profile(relief: HeightProfile, path: str | Path) -> None:
+    """Write a relief so that :func:`read_height_profile`, with level "none", gives it back to the last bit.
 
     Parameters
     ----------
-    relief : Relief
+    relief : HeightProfile
         The profile; written in metres.
     path : path
         Name of the file; one that is there is replaced.
     """
-    rows = zip(relief.position.tolist(), relief.height.tolist(), strict=True)
-    text = "\n".join(["position_m,height_m", *(",".join(map(repr, row)) for row in rows), ""])
-    with written_whole(path) as temporary:
-        temporary.write_bytes(text.encode())
-
-
-def _names(path: str | Path, number: int, header: list[str]) -> list[str]:
-    """Check the header: known columns, each once, position and width among them."""
-    here = f"{path}, line {number}"
-    refuse_separators(here, header)
-    for name in header:
-        if name not in COLUMNS:
-            near = get_close_matches(name.lower(), COLUMNS, n=1, cutoff=0.75)
-            remedy = f"did you mean {near[0]}?" if near else SAY_COLUMNS
-            if any(known.startswith("height") for known in header):
-                remedy = "gaps have position, width, depth; a surface, position and height alone, goes into scan or run"
-            raise InputError(here, "has an unknown column", short(name), remedy)
-    kinds = [COLUMNS[name] for name in header]
-    for kind in LARGEST:
-        if kinds.count(kind) > 1 or (kind != "depth" and kind not in kinds):
-            raise InputError(here, f"must have one column {kind}", short(",".join(header)), SAY_COLUMNS)
-    return header
-
-
-def _values(path: str | Path, number: int, cells: list[str], names: list[str]) -> list[float]:
-    """Numbers of one line [m]."""
-    if len(cells) != len(names):
-        raise InputError(f"{path}, line {number}", f"must have {len(names)} cells, as the header", len(cells))
-    return [_metres(f"{path}, line {number}, {name}", name, cell) for name, cell in zip(names, cells, strict=True)]
-
-
-def _metres(here: str, name: str, cell: str) -> float:
-    value = as_number(cell)
-    if not np.isfinite(value):
-        raise InputError(here, "must be a finite number", short(cell))
-    return value / UNITS[name.removeprefix(COLUMNS[name])]  # divided, not multiplied: nearest to the decimal written
+    write_table(path, {"position_m": relief.position, "height_m": relief.height})
 
 
 def _refuse_gaps(place: str, numbers: Sequence[int], values: dict[str, Array]) -> None:
     """Refuse what no texture can be, at the first gap where it shows."""
 
-    def refuse(wrong: NDArray[np.bool_], kind: str, rule: str, remedy: str = "") -> None:
+    def refuse(wrong: Mask, kind: str, rule: str, remedy: str = "") -> None:
         if wrong.any():
             first = int(np.flatnonzero(wrong)[0])
-            raise InputError(f"{place} {numbers[first]}, {kind}", rule, f"{values[kind][first]:.6g} m", remedy)
+            raise RangeError(f"{place} {numbers[first]}, {kind}", rule, f"{values[kind][first]:.6g} m", remedy)
 
     position, width = values["position"], values["width"]
     for kind, column in values.items():
@@ -308,8 +288,7 @@ def _refuse_gaps(place: str, numbers: Sequence[int], values: dict[str, Array]) -
     before = np.concatenate([[-np.inf], position[:-1]])
     refuse(position <= before, "position", "must be beyond that of the gap before it", "sort the gaps by position")
     before_end = np.concatenate([[-np.inf], (position + width)[:-1]])
-    refuse(
-        position - before_end <= 0, "position", "must be beyond the end of the gap before it", "gaps may not overlap"
-    )
+    overlap = position - before_end <= 0
+    refuse(overlap, "position", "must be beyond the end of the gap before it", "gaps may not overlap")
     if "depth" in values:
         refuse(values["depth"] != values["depth"][0], "depth", "must be the same on all lines")

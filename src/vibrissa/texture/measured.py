@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibrissa.errors import InputError
+from vibrissa.arrays import Array
+from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError, TooFewError
+from vibrissa.tables.units import to_si, units_of
 from vibrissa.texture.relief import SHORTEST as SMALLEST
 
-Array = NDArray[np.float64]
-
-PER_METRE = {"m": 1.0, "mm": 1e3, "um": 1e6, "µm": 1e6, "nm": 1e9, "Å": 1e10, "pm": 1e12}
 SHORTEST_SCAN = 0.3e-3  # [m] a mean gap of the paper; at 0.1 m/s a third of one period of the first resonance
 ALIKE = 0.5  # correlation of neighbouring heights of a wave with six points to its length; white noise has none
 
@@ -49,27 +47,59 @@ class Measured:
         lost = ~np.isfinite(self.position)
         if lost.any() or self.position.size < 2:
             found = f"none at point {int(np.argmax(lost)) + 1}" if lost.any() else f"{self.position.size} points"
-            raise InputError(self.name, "must have two points or more, each with its position", found)
+            raise TooFewError(self.name, "must have two points or more, each with its position", found)
 
     def in_metres(self, x_unit: str | None = None, z_unit: str | None = None) -> Measured:
-        """Places and heights in metres, by the units of the file or, where it states none, by those given."""
-        x = self.position / _per_metre(self.name, "--x-unit", self.x_unit, x_unit)
-        z = self.height / _per_metre(self.name, "--z-unit", self.z_unit, z_unit)
+        """Places and heights in metres, by the units of the file or, where it states none, by those given.
+
+        Parameters
+        ----------
+        x_unit, z_unit : str, optional
+            Units of places and heights: m, mm, um or nm.
+
+        Returns
+        -------
+        Measured
+            The same profile [m].
+
+        Raises
+        ------
+        InputError
+            If a unit is stated twice, not at all, or unknown.
+        """
+        x = _metres(self.name, self.position, "x_unit", self.x_unit, x_unit)
+        z = _metres(self.name, self.height, "z_unit", self.z_unit, z_unit)
         return replace(self, position=x, height=z, x_unit="m", z_unit="m")
 
     def part(self, start: float, end: float) -> Measured:
-        """Keep the points from ``start`` to ``end`` [m], counted from the first point; what is kept begins at 0."""
+        """Keep the points from ``start`` to ``end`` [m], counted from the first point; the kept part begins at 0.
+
+        Parameters
+        ----------
+        start, end : float
+            Distances from the first point [m].
+
+        Returns
+        -------
+        Measured
+            The points between.
+
+        Raises
+        ------
+        InputError
+            If fewer than two points lie there.
+        """
         along = (self.position - self.position[0]) * self._sense()
         inside = (along >= start) & (along <= end)
         if np.count_nonzero(inside) < 2:
             rule = f"must hold the asked part, {start:g} m to {end:g} m from its first point"
             remedy = "the smaller distance first" if start >= end else ""
-            raise InputError(self.name, rule, f"a length of {along.max():.4g} m", remedy)
+            raise FormatError(self.name, rule, f"a length of {along.max():.4g} m", remedy)
         position = self.position[inside]
         return replace(self, position=position - position[0], height=self.height[inside])
 
     def flipped(self) -> Measured:
-        """Give the profile as it is met from the other end; the last point of the file stands at 0."""
+        """Give the profile as it is met from the other end; the last point of the file is at 0."""
         away = (self.position[-1] - self.position)[::-1] * self._sense()
         return replace(self, position=away, height=self.height[::-1])
 
@@ -109,40 +139,64 @@ class Measured:
         return replace(self, position=self.position - self.position[0], height=self.height - mean)
 
     def refuse_short(self) -> None:
-        """Refuse what is too small for a whisker: shorter than one gap."""
+        """Refuse a profile too small for a whisker: shorter than one gap.
+
+        Raises
+        ------
+        InputError
+            If it is too short.
+        """
         length = float(np.ptp(self.position))
         if not length >= SHORTEST_SCAN:
-            raise InputError(self.name, TOO_SHORT, f"{length * 1e3:.4g} mm")
+            raise TooFewError(self.name, TOO_SHORT, f"{length * 1e3:.4g} mm")
 
     def refuse_order(self) -> None:
-        """Refuse unsorted places, descending ones (the other direction), and repeated ones in a measurement."""
+        """Refuse unsorted places, descending ones (the other direction), and repeated ones in a measurement.
+
+        Raises
+        ------
+        InputError
+            At the first place that does not ascend.
+        """
         step, rule = np.diff(self.position), "must have ascending positions"
         if (step < 0).all():
-            remedy = "--flip lets the last point of the file meet the contact first"
-            raise InputError(self.name, rule, "descending ones", remedy)
+            remedy = "`flip` lets the last point of the file meet the contact first"
+            raise RangeError(self.name, rule, "descending ones", remedy)
         wrong = (step < 0) | (step == 0) & (not self.zero)
         if wrong.any():
             first = int(np.argmax(wrong)) + 1
             found = f"{self.position[first]:.6g} m after {self.position[first - 1]:.6g} m at point {first + 1}"
             remedy = "sort the points; a wall, two heights at one place, needs a header such as position_mm,height_um"
-            raise InputError(self.name, rule, found, remedy)
+            raise RangeError(self.name, rule, found, remedy)
 
     def refuse_unmeasured(self) -> None:
-        """Refuse a profile that is holes for the most part: lines across them would be the texture."""
+        """Refuse a profile that is holes for the most part: lines across them would be the texture.
+
+        Raises
+        ------
+        InputError
+            If holes are more than heights.
+        """
         good = np.flatnonzero(np.isfinite(self.height))
         between = good[-1] - good[0] + 1 - good.size if good.size else 0
         if good.size < 2 or between > good.size:
             rule = "must have more heights than holes between them"
-            raise InputError(self.name, rule, f"{good.size} heights in {self.height.size} points")
+            raise RangeError(self.name, rule, f"{good.size} heights in {self.height.size} points")
 
     def refuse_holes(self) -> None:
-        """Refuse points without height; say how many and how wide the widest hole between measured ones is."""
+        """Refuse points without height; say how many and how wide the widest hole between measured ones is.
+
+        Raises
+        ------
+        InputError
+            If any point has no height.
+        """
         count, widest = np.count_nonzero(np.isnan(self.height)), self.widest_hole()
         if count:
             where = f"the widest hole {widest * 1e3:.3g} mm" if widest else "all at its ends"
-            remedy = "--fill draws straight lines across holes and leaves out unmeasured ends"
+            remedy = "`fill` draws straight lines across holes and leaves out unmeasured ends"
             rule = "must have a height at every point"
-            raise InputError(self.name, rule, f"none at {count} of {self.height.size}, {where}", remedy)
+            raise FormatError(self.name, rule, f"none at {count} of {self.height.size}, {where}", remedy)
 
     def widest_hole(self) -> float:
         """Widest distance between measured neighbours that have unmeasured points between them [m], 0 if none has."""
@@ -151,13 +205,19 @@ class Measured:
         return float(apart[np.diff(good) > 1].max(initial=0.0))
 
     def refuse_tilt(self) -> None:
-        """Refuse a profile whose fitted line rises by more than all that remains when it is taken away."""
+        """Refuse a profile whose fitted line rises by more than all that remains when it is taken away.
+
+        Raises
+        ------
+        InputError
+            If it rises by too much.
+        """
         slope, rest = float(self.line()[1]), float(np.ptp(self.levelled().height))
         rise = abs(slope) * float(np.ptp(self.position))
         if rise > rest:
             rule = f"must be level: its tilt must rise by no more than its heights about it span, {rest * 1e6:.3g} µm"
             found = f"{rise * 1e6:.4g} µm ({slope * 1e3:.3g} mm per m)"
-            raise InputError(self.name, rule, found, "--level line takes it away, --level none keeps it")
+            raise FormatError(self.name, rule, found, "`level='line'` takes it away, `level='none'` keeps it")
 
     def sampling(self) -> list[str]:
         """How finely the profile is sampled, and whether its points follow one another.
@@ -184,12 +244,13 @@ class Measured:
 TOO_SHORT = f"must be at least {SHORTEST_SCAN * 1e3:g} mm long, one gap: it is too small for a whisker"
 
 
-def _per_metre(name: str, option: str, stated: str | None, given: str | None) -> float:
+def _metres(name: str, values: Array, option: str, stated: str | None, given: str | None) -> Array:
+    """Lengths [m], by the unit that the file states or, where it states none, by the option."""
     if stated is not None and given is not None:
-        raise InputError(name, f"states its unit, {stated}", f"{option} {given}", f"leave {option} out")
+        raise ConflictError(name, f"states its unit, {stated}", f"{option} {given}", f"leave `{option}` out")
     unit = given if stated is None else stated
     if unit is None:
-        raise InputError(name, "must state its units", "none", f"give {option}, one of m, mm, um, nm")
-    if unit not in PER_METRE:
-        raise InputError(name, "must have lengths in m, mm, um or nm", repr(unit))
-    return PER_METRE[unit]
+        raise MissingError(name, "must state its units", "none", f"give `{option}`, one of m, mm, um, nm")
+    if unit not in units_of("m"):
+        raise FormatError(name, "must have lengths in m, mm, um or nm", repr(unit))
+    return to_si(values, unit)

@@ -5,27 +5,26 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from vibrissa.errors import InputError
-from vibrissa.texture.surface import LONGEST, Troughs
-
-Array = NDArray[np.float64]
+from vibrissa.arrays import Array, Mask
+from vibrissa.errors import FormatError, RangeError, ShapeError, TooFewError
+from vibrissa.texture.surface import LONGEST, Gaps
 
 SHORTEST = 35e-6  # [m] a profile below the smallest feature of the paper's gratings is no texture
 HIGHEST = 0.01  # [m] beyond it a unit is wrong
 SAY_METRES = "positions and heights are in metres"
 
 
-@dataclass(frozen=True, kw_only=True)
-class Relief:
+@dataclass(frozen=True)
+class HeightProfile:
     """Height of a surface along the scan, straight between its points and level beyond the first and the last.
 
     Attributes
     ----------
     position : (N,) array
         Places X along the substrate, towards the base [m], ascending; X = 0 meets the contact at time 0. A place that
-        stands twice, with two heights, is a vertical wall from the first to the second.
+        is there twice, with two heights, is a vertical wall from the first to the second.
     height : (N,) array
         Heights h above the substrate line, away from the surface towards the base [m].
     """
@@ -34,11 +33,13 @@ class Relief:
     height: Array
 
     def __post_init__(self) -> None:
+        for name in ("position", "height"):
+            object.__setattr__(self, name, np.asarray(getattr(self, name), float))
         if self.position.shape != self.height.shape or self.position.ndim != 1:
             found = f"{self.position.shape}, {self.height.shape}"
-            raise InputError("relief", "must have one height for each position", found)
+            raise ShapeError("relief", "must have one height for each position", found)
         if self.position.size < 2:
-            raise InputError("relief", "must have at least two points", self.position.size)
+            raise TooFewError("relief", "must have at least two points", self.position.size)
         self._refuse(~np.isfinite(self.position + self.height), "must have finite positions and heights")
         step, rise = np.diff(self.position), np.diff(self.height)
         later = np.concatenate([[False], step < 0])
@@ -47,16 +48,16 @@ class Relief:
         third = np.concatenate([[False, False], (step[1:] == 0) & (step[:-1] == 0)])
         self._refuse(third, "must have no more than two heights at one position")
         if not self.length >= SHORTEST:
-            raise InputError("relief", f"must be at least {SHORTEST:g} m long", f"{self.length:.4g} m", SAY_METRES)
+            raise RangeError("relief", f"must be at least {SHORTEST:g} m long", f"{self.length:.4g} m", SAY_METRES)
         self._refuse(np.abs(self.position) > LONGEST, f"must lie within {LONGEST:g} m", SAY_METRES)
         self._refuse(np.abs(self.height) > HIGHEST, f"must be within {HIGHEST:g} m of the substrate line", SAY_METRES)
 
-    def _refuse(self, wrong: NDArray[np.bool_], rule: str, remedy: str = "") -> None:
+    def _refuse(self, wrong: Mask, rule: str, remedy: str = "") -> None:
         """Name the first point that breaks a rule."""
         if wrong.any():
             first = int(np.flatnonzero(wrong)[0])
             found = f"point {first + 1} at {self.position[first]:.6g} m, height {self.height[first]:.6g} m"
-            raise InputError("relief", rule, found, remedy)
+            raise FormatError("relief", rule, found, remedy)
 
     @property
     def length(self) -> float:
@@ -92,10 +93,20 @@ class Relief:
         return first[last > first], (last - first)[last > first]
 
     @classmethod
-    def from_troughs(cls, texture: Troughs) -> Relief:
+    def from_gaps(cls, texture: Gaps) -> HeightProfile:
         """Rectangular gaps with vertical walls; the land around them at height 0.
 
         The land before the first gap and after the last is as wide as these gaps.
+
+        Parameters
+        ----------
+        texture : Gaps
+            The gaps.
+
+        Returns
+        -------
+        HeightProfile
+            Two points for each wall.
         """
         edges = np.stack([texture.position, texture.position, texture.end, texture.end], axis=1).ravel()
         heights = np.tile([0.0, -texture.depth, -texture.depth, 0.0], texture.position.size)

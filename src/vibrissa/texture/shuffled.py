@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibrissa.texture.surface import Troughs
+from vibrissa.texture.surface import Gaps
 
 
-def shuffled(texture: Troughs, rng: np.random.Generator) -> Troughs:
+def shuffled(texture: Gaps, rng: np.random.Generator) -> Gaps:
     """Texture of the same gaps and lands in another order, gaps and lands drawn apart.
 
     Of a grating whose widths are independent this is another grating of its statistics; it starts and ends where the
@@ -15,13 +15,18 @@ def shuffled(texture: Troughs, rng: np.random.Generator) -> Troughs:
 
     Parameters
     ----------
-    texture : Troughs
+    texture : Gaps
         What was scanned.
     rng : numpy.random.Generator
         Draws the order.
+
+    Returns
+    -------
+    Gaps
+        As many gaps, as deep.
     """
     land = texture.position[1:] - texture.end[:-1]
     width = rng.permutation(texture.width)
     before = np.append(texture.position[0], rng.permutation(land))
     end = np.cumsum(width + before)
-    return Troughs(position=end - width, width=width, depth=texture.depth)
+    return Gaps(position=end - width, width=width, depth=texture.depth)

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from vibrissa.errors import InputError
+from vibrissa.arrays import Array
+from vibrissa.errors import RangeError, ShapeError, TooFewError, UnknownError
 
-Array = NDArray[np.float64]
 Reading = Literal["telegraph", "widths"]
 
 DEPTH = 35e-6  # [m] of the paper's gratings
@@ -18,8 +18,8 @@ WIDTH_SD = 0.1e-3  # [m] spread of the Gaussian widths in the reading "widths"
 LONGEST, MOST_PERIODS = 10.0, 100_000  # [m], [1] beyond these a grating's unit is wrong
 
 
-@dataclass(frozen=True, kw_only=True)
-class Troughs:
+@dataclass(frozen=True)
+class Gaps:
     """Rectangular gaps in an otherwise flat substrate.
 
     Eq. (18) of [Boubenec2014]_: T(x) = Σ_j H(x − x_j, λ_j).
@@ -39,25 +39,21 @@ class Troughs:
     depth: float = DEPTH
 
     def __post_init__(self) -> None:
+        for name in ("position", "width"):
+            object.__setattr__(self, name, np.asarray(getattr(self, name), float))
         if self.position.size == 0:
-            raise InputError("texture", "must have at least one gap")
+            raise TooFewError("texture", "must have at least one gap")
         if self.position.shape != self.width.shape or self.position.ndim != 1:
-            raise InputError(
-                "texture",
-                "must have one width for each position",
-                f"{self.position.shape}, {self.width.shape}",
-            )
+            found = f"{self.position.shape}, {self.width.shape}"
+            raise ShapeError("texture", "must have one width for each position", found)
         finite = np.isfinite([*self.position, *self.width, self.depth]).all()
         if not (finite and np.all(self.width > 0) and self.depth > 0):
-            raise InputError("texture", "must have finite positions, positive widths and a positive depth")
+            raise RangeError("texture", "must have finite positions, positive widths and a positive depth")
         land = self.position[1:] - self.end[:-1]
         if not np.all(land > 0):
             first = int(np.flatnonzero(~(land > 0))[0]) + 1
-            raise InputError(
-                "texture",
-                "must have ascending gaps that do not overlap",
-                f"gap {first + 1} at {self.position[first]:.4g} m",
-            )
+            found = f"gap {first + 1} at {self.position[first]:.4g} m"
+            raise RangeError("texture", "must have ascending gaps that do not overlap", found)
 
     @property
     def end(self) -> Array:
@@ -82,7 +78,7 @@ class Troughs:
         inside = (nearest >= 0) & (x < self.end[nearest])
         return np.where(np.isnan(x), np.nan, np.where(inside, -self.depth, 0.0))
 
-    def reversed(self, length: float) -> Troughs:
+    def reversed(self, length: float) -> Gaps:
         """Give the texture as it is met when scanned the other way: the last gap first, by its other edge.
 
         Parameters
@@ -92,7 +88,7 @@ class Troughs:
 
         Returns
         -------
-        Troughs
+        Gaps
             Gaps at ``length`` − (x_j + λ_j), as wide and as deep.
 
         Raises
@@ -101,11 +97,11 @@ class Troughs:
             If a gap ends beyond ``length``: it would be met before time 0.
         """
         if not length >= self.end[-1] * (1 - 1e-12):  # a gap at x = 0, reversed twice, may round to beyond it
-            raise InputError("length", f"must reach the end of the last gap, {self.end[-1]:.6g} m", length)
-        return Troughs(position=(length - self.end)[::-1], width=self.width[::-1], depth=self.depth)
+            raise RangeError("length", f"must reach the end of the last gap, {self.end[-1]:.6g} m", length)
+        return Gaps(position=(length - self.end)[::-1], width=self.width[::-1], depth=self.depth)
 
 
-def periodic_grating(length: float, *, period: float, width: float | None = None, depth: float = DEPTH) -> Troughs:
+def periodic_grating(length: float, *, period: float, width: float | None = None, depth: float = DEPTH) -> Gaps:
     """Periodic square-wave grating: equal lands and equal gaps in turn.
 
     Parameters
@@ -121,7 +117,7 @@ def periodic_grating(length: float, *, period: float, width: float | None = None
 
     Returns
     -------
-    Troughs
+    Gaps
         As many gaps as there are whole periods within ``length``; each ends a period.
 
     Raises
@@ -138,22 +134,22 @@ def periodic_grating(length: float, *, period: float, width: float | None = None
     if width is None:
         width = period / 2
     if not 0 < width < period:
-        raise InputError("grating", "must have 0 < width < period", f"width {width:g} m, period {period:g} m")
+        raise RangeError("grating", "must have 0 < width < period", f"width {width:g} m, period {period:g} m")
     _refuse_length(length, period)
     count = int(length / period + 1e-9)  # ten periods in a length of ten, whatever their quotient rounds to
     end = period * np.arange(1, count + 1, dtype=np.float64)
-    return Troughs(position=end - width, width=np.full(count, width), depth=depth)
+    return Gaps(position=end - width, width=np.full(count, width), depth=depth)
 
 
 def random_grating(
     length: float,
     *,
-    rng: np.random.Generator,
+    rng: np.random.Generator | int,
     reading: Reading = "telegraph",
     mean_period: float = 0.6e-3,
     smallest: float = 35e-6,
     depth: float = DEPTH,
-) -> Troughs:
+) -> Gaps:
     """Random square-wave grating: lands and gaps of random width in turn.
 
     "The position of the grating edges were chosen from a Gaussian distribution" has two readings. ``telegraph``
@@ -167,8 +163,8 @@ def random_grating(
     ----------
     length : float
         Length of the grating [m]; it starts with a land at x = 0.
-    rng : Generator
-        Source of randomness.
+    rng : Generator or int
+        Source of randomness, or a seed.
     reading : {"telegraph", "widths"}
         How widths are drawn.
     mean_period : float
@@ -180,7 +176,7 @@ def random_grating(
 
     Returns
     -------
-    Troughs
+    Gaps
         Gaps that end before ``length``.
 
     Raises
@@ -188,10 +184,10 @@ def random_grating(
     InputError
         If the reading is unknown, no feature fits, or the grating is beyond 10 m or 100 000 periods.
     """
-    mean = mean_period / 2
+    rng, mean = np.random.default_rng(rng), mean_period / 2
     if not 0 < smallest < mean:
         found = f"smallest {smallest:g} m, mean_period {mean_period:g} m"
-        raise InputError("grating", "must have 0 < smallest feature < mean_period / 2", found)
+        raise RangeError("grating", "must have 0 < smallest feature < mean_period / 2", found)
     _refuse_length(length, mean_period)
     count = 2 * int(np.ceil(2 * length / mean_period) + 50)
     if reading == "telegraph":
@@ -200,14 +196,14 @@ def random_grating(
         widths = rng.normal(mean, WIDTH_SD, 4 * count)
         widths = widths[widths >= smallest][:count]
     else:
-        raise InputError("reading", "must be 'telegraph' or 'widths'", repr(reading))
+        raise UnknownError("reading", "must be 'telegraph' or 'widths'", repr(reading))
     edges = np.cumsum(widths)
     start, end = edges[0::2], edges[1::2]
     inside = end < length
-    return Troughs(position=start[inside], width=(end - start)[inside], depth=depth)
+    return Gaps(position=start[inside], width=(end - start)[inside], depth=depth)
 
 
 def _refuse_length(length: float, period: float) -> None:
     if not period <= length <= min(LONGEST, MOST_PERIODS * period):
         rule = f"must be one to {MOST_PERIODS} periods of {period:g} m, and at most {LONGEST:g} m"
-        raise InputError("length of the grating", rule, f"{length:g} m", "lengths are in metres")
+        raise RangeError("length of the grating", rule, f"{length:g} m", "lengths are in metres")

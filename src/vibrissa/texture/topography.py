@@ -5,17 +5,15 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibrissa.errors import InputError, install
-from vibrissa.texture.measured import PER_METRE, SHORTEST_SCAN, TOO_SHORT, Measured
-
-Array = NDArray[np.float64]
+from vibrissa.arrays import Array, Mask
+from vibrissa.errors import FormatError, PackageError, TooFewError, UnknownError, install
+from vibrissa.tables.units import to_si, units_of
+from vibrissa.texture.measured import SHORTEST_SCAN, TOO_SHORT, Measured
 
 AXES = "xy"
 
@@ -45,9 +43,9 @@ def read_topography(path: str | Path, line: str | None = None) -> Measured:
     """
     surface, notes = _opened(path)
     if surface.dim == 2:
-        return _along(_Map.of(str(path), surface), line, notes)
+        return _along(path, surface, line, notes)
     if line is not None:
-        raise InputError(str(path), "holds a single profile", f"--line {line}", "leave --line out")
+        raise FormatError(str(path), "holds a single profile", f"line {line}", "leave `line` out")
     position, height = np.asarray(surface.positions(), float), _heights(surface)
     height[_invalid(path, height.size)] = np.nan
     return Measured(
@@ -58,7 +56,7 @@ def read_topography(path: str | Path, line: str | None = None) -> Measured:
 def _opened(path: str | Path) -> tuple[Any, tuple[str, ...]]:
     """Topography in the file, and what the file says of its channels and its stylus."""
     if Path(path).stat().st_size == 0:
-        raise InputError(str(path), "must hold a surface", "an empty file")
+        raise TooFewError(str(path), "must hold a surface", "an empty file")
     open_topography = _instrument_readers(path)
     try:
         with warnings.catch_warnings():
@@ -70,7 +68,7 @@ def _opened(path: str | Path) -> tuple[Any, tuple[str, ...]]:
         about = f": {cause[0][:120]}" if cause and not cause[0].startswith("tried ") else ""
         rule = f"is no topography that can be read ({type(error).__name__}{about})"
         remedy = "a text needs two columns, or a header such as position_mm,height_um"
-        raise InputError(str(path), rule, remedy=remedy) from error
+        raise FormatError(str(path), rule, remedy=remedy) from error
     names = [channel.name for channel in reader.channels]
     channels = (f"its channel {reader.default_channel.name} is read, of {', '.join(names)}",) if names[1:] else ()
     return surface, channels + _stylus(surface)
@@ -84,7 +82,7 @@ def _instrument_readers(path: str | Path) -> Callable[[str], Any]:
             from SurfaceTopography.IO import open_topography
     except ImportError as error:
         remedy = f"{install('surface')}, or give a table with a header such as position_mm,height_um"
-        raise InputError(str(path), "needs SurfaceTopography", remedy=remedy) from error
+        raise PackageError(str(path), "needs SurfaceTopography", remedy=remedy) from error
     return open_topography
 
 
@@ -102,7 +100,7 @@ def _heights(surface: Any) -> Array:
     return np.ma.filled(np.ma.asarray(surface.heights(), float), np.nan)
 
 
-def _invalid(path: str | Path, size: int) -> NDArray[np.bool_]:
+def _invalid(path: str | Path, size: int) -> Mask:
     """Points that an .hfm file marks as invalid, a mark that its reader leaves alone."""
     with open(path, "rb") as file:
         marked = file.readline().strip() == b"X;Y;valid"
@@ -111,46 +109,16 @@ def _invalid(path: str | Path, size: int) -> NDArray[np.bool_]:
     return np.loadtxt(path, delimiter=";", skiprows=2, usecols=2, ndmin=1) == 0
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Map:
-    """Heights on a grid, (x, y), its lengths and the distances of its points in one unit."""
-
-    name: str
-    height: Array
-    size: tuple[float, float]
-    unit: str | None
-
-    @classmethod
-    def of(cls, name: str, surface: Any) -> _Map:
-        size = tuple(float(one) for one in surface.physical_sizes)
-        return cls(name=name, height=_heights(surface), size=(size[0], size[1]), unit=surface.unit)
-
-    def refuse_small(self) -> None:
-        """Refuse a map too small in both directions."""
-        if max(self.size) / PER_METRE.get(self.unit or "", np.nan) < SHORTEST_SCAN:
-            raise InputError(self.name, TOO_SHORT, self.extent())
-
-    def extent(self) -> str:
-        """Lengths along x and y, in words."""
-        per_metre = PER_METRE.get(self.unit or "")
-        lengths = [f"{one / per_metre * 1e3 if per_metre else one:.4g}" for one in self.size]
-        return " × ".join(lengths) + (" mm" if per_metre else " without unit")
-
-    def clearest(self) -> str:
-        """Line with the fewest unmeasured points, in words."""
-        holes = [np.isnan(self.height).sum(axis) for axis in range(2)]
-        axis = int(np.argmin([holes[k].min() / self.height.shape[k] for k in range(2)]))
-        best = int(np.argmin(holes[axis]))
-        return f"{AXES[axis]}:{best} has the fewest holes, {holes[axis][best]}"
-
-
-def _along(surface: _Map, line: str | None, notes: tuple[str, ...]) -> Measured:
-    surface.refuse_small()
-    axis, number = _chosen(surface, line)
-    height = surface.height[:, number] if axis == 0 else surface.height[number]
-    step = surface.size[axis] / height.size
+def _along(path: str | Path, surface: Any, line: str | None, notes: tuple[str, ...]) -> Measured:
+    """Profile along one line of a map, whose points have equal distances."""
+    if surface.unit in units_of("m") and to_si(max(surface.physical_sizes), surface.unit) < SHORTEST_SCAN:
+        raise TooFewError(str(path), TOO_SHORT, _extent(surface))
+    heights = _heights(surface)
+    axis, number = _chosen(path, surface, heights, line)
+    height = np.take(heights, number, axis=1 - axis)
+    step = float(surface.physical_sizes[axis]) / height.size
     return Measured(
-        name=f"{surface.name}, line {line}",
+        name=f"{path}, line {line}",
         position=step * np.arange(height.size),
         height=height,
         x_unit=surface.unit,
@@ -159,15 +127,25 @@ def _along(surface: _Map, line: str | None, notes: tuple[str, ...]) -> Measured:
     )
 
 
-def _chosen(surface: _Map, line: str | None) -> tuple[int, int]:
+def _extent(surface: Any) -> str:
+    """Lengths along x and y, in words."""
+    known = surface.unit in units_of("m")
+    lengths = [f"{1e3 * to_si(float(one), surface.unit) if known else one:.4g}" for one in surface.physical_sizes]
+    return " × ".join(lengths) + (" mm" if known else " without unit")
+
+
+def _chosen(path: str | Path, surface: Any, heights: Array, line: str | None) -> tuple[int, int]:
     """Axis along which the line runs, and its number on the other one."""
-    nx, ny = surface.height.shape
+    nx, ny = heights.shape
     wanted = f"x:0 to x:{ny - 1} along x or y:0 to y:{nx - 1} along y"
     if line is None:
-        found = f"{nx} × {ny} points, {surface.extent()}"
-        remedy = f"--line {wanted}; {surface.clearest()}"
-        raise InputError(surface.name, "is a map, which the whisker crosses along one line", found, remedy)
+        holes = [np.isnan(heights).sum(axis) for axis in range(2)]
+        axis = int(np.argmin([holes[0].min() / nx, holes[1].min() / ny]))
+        best = int(np.argmin(holes[axis]))
+        remedy = f"give `line`, {wanted}; {AXES[axis]}:{best} has the fewest holes, {holes[axis][best]}"
+        found = f"{nx} × {ny} points, {_extent(surface)}"
+        raise FormatError(str(path), "is a map, which the whisker crosses along one line", found, remedy)
     match = re.fullmatch(r"([xy]):(\d{1,9})", line)
     if match is None or int(match[2]) >= (ny, nx)[AXES.index(match[1])]:
-        raise InputError("--line", f"must be {wanted}", line)
+        raise UnknownError("line", f"must be {wanted}", line)
     return AXES.index(match[1]), int(match[2])

@@ -1,1 +1,4 @@
-"""Movies: reading, rendering and tracking of whiskers."""
+"""Movies: reading, rendering and tracking of whiskers.
+
+Internal: the public names are those of ``vibrissa`` itself.
+"""

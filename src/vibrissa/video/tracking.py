@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -11,14 +11,17 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.errors import InputError
+from vibrissa.arrays import Array
+from vibrissa.errors import FormatError, MissingError, RangeError, ShapeError
 from vibrissa.quantities import dataset
-from vibrissa.video.background import levelled, reference, refuse_still
-from vibrissa.video.following import REASONS, Centrelines, Image, centrelines
-from vibrissa.video.nodes import profile
-from vibrissa.video.search import Estimator, Search
-from vibrissa.video.turning import Point, Region, Side, View
-from vibrissa.video.whisking import Whisking, whisking_centrelines, within_rows
+from vibrissa.video.follow.background import levelled, reference, refuse_still
+from vibrissa.video.follow.following import REASONS, Centrelines, centrelines
+from vibrissa.video.follow.search import Search
+from vibrissa.video.identity.whisking import Whisking, whisking_centrelines, within_rows
+from vibrissa.video.kernel.band import Image
+from vibrissa.video.kernel.estimator_table import Estimator
+from vibrissa.video.profile.nodes import profile
+from vibrissa.video.profile.turning import Point, Region, Side, View
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,11 +54,10 @@ class Calibration:
         ):
             value = getattr(self, name)
             if not (np.isfinite(value) and value > 0):
-                raise InputError(f"Calibration.{name}", "must be positive and finite", value, remedy)
+                raise RangeError(f"Calibration.{name}", "must be positive and finite", value, remedy)
         if self.pixel_size > LARGEST_PIXEL:
-            raise InputError(
-                "Calibration.pixel_size", f"must be at most {LARGEST_PIXEL} m", self.pixel_size, "give it in m"
-            )
+            rule = f"must be at most {LARGEST_PIXEL} m"
+            raise RangeError("Calibration.pixel_size", rule, self.pixel_size, "give it in m")
 
 
 def track(
@@ -76,16 +78,16 @@ def track(
 ) -> xr.Dataset:
     """Track whiskers that run across the image, from the side of their base to the other.
 
-    In every column the centreline is where a line's profile fits the contrast best, or its five-pixel
-    barycentre; nodes stand at fixed arc length, measured along a local quadratic over 31 columns (a sum over
-    the raw steps is too long), and take the raw rows of the two columns about them. Between the skin and the
-    base end of what is seen, the whisker is taken as straight: nodes there have a position but no standard
+    In every column the centreline is placed by ``estimator``. Nodes are at fixed arc length, measured along a local
+    quadratic over 31 columns (a sum over the raw steps is too long), and take the raw rows of the two columns about
+    them. Between the skin and the visible base end, the whisker is taken as straight: nodes there have a
+    position but no standard
     deviation. With the base at the top or bottom, rows are read for columns and columns for rows.
 
     Parameters
     ----------
     blocks : iterable of (T, height, width) arrays of uint8 or uint16, or callable
-        The movie, from :func:`vibrissa.video.movie.read_blocks` or from memory; or a function that gives it
+        The movie, from :func:`vibrissa.video.io.movie.read_blocks` or from memory; or a function that gives it
         from the start. Movies of whisking, or with a background that is not "space", are read again: an iterator does
         not do.
     seeds : sequence of (column, row)
@@ -94,9 +96,9 @@ def track(
     calibration : Calibration
         Frame rate and pixel size.
     polarity, search, threshold, estimator
-        See :class:`vibrissa.video.search.Search`.
+        See :class:`vibrissa.video.follow.search.Search`.
     background : "space", "mean", path, or (height, width) array
-        What is behind the whiskers; see :func:`vibrissa.video.background.reference`. Frames are brought to
+        What is behind the whiskers; see :func:`vibrissa.video.follow.background.reference`. Frames are brought to
         the brightness of an image. An attribute names the background.
     node_spacing : float, optional
         Arc length between nodes [m]; 5 pixels if not given. Nodes reach as far as the line in the first frame,
@@ -123,8 +125,9 @@ def track(
     Raises
     ------
     InputError
-        If there are no frames, or as :class:`Search`, :class:`View`, :func:`vibrissa.video.background.reference`,
-        :func:`vibrissa.video.following.centrelines` and :func:`vibrissa.video.whisking.whisking_centrelines`.
+        If there are no frames, or as :class:`Search`, :class:`View`,
+        :func:`vibrissa.video.follow.background.reference`, :func:`vibrissa.video.follow.following.centrelines` and
+        :func:`vibrissa.video.identity.whisking.whisking_centrelines`.
 
     Examples
     --------
@@ -137,51 +140,45 @@ def track(
     view = View(base=base, region=region, cut=whisking is None)
     spacing = SPACING if node_spacing is None else node_spacing / calibration.pixel_size
     if not spacing > 0:
-        raise InputError("node_spacing", "must be positive", node_spacing)
+        raise RangeError("node_spacing", "must be positive", node_spacing)
     count = _count(seeds, whisking, skin)
     again = whisking is not None or not isinstance(background, str) or background != "space"
-    movie = _from_start(blocks) if again else _once(blocks)
+    movie = _opener(blocks, again)
     image, name = reference(background, movie)
     how = Search(polarity=polarity, search=search, threshold=threshold, estimator=estimator)
-    origins = None if skin is None else view.points(skin)
-    with view.told():
+    origins = None if skin is None else [view.point(one) for one in skin]
+    with view.located():
         lines = _lines(movie, view, image, how, seeds, whisking)
         along, across, sd, arc, reason = profile(lines, count, spacing, origins, view.side, whisking is not None)
     if name == "mean":
         refuse_still(along, across, arc)
     attrs = {
-        **_attributes(calibration, how, view, name),
-        **_marked(seeds, whisking),
+        **_attributes(how, view, name, seeds, whisking),
         "arc_length_from": "skin" if skin is not None else "base end of the line in the first frame",
-        "lost": json.dumps(_lost(reason)),
+        "lost": json.dumps(lost_frames(reason, REASONS)),
     }
     x, y = view.back(along, across)
     del along, across  # of a long movie, each is large
-    return _labelled(attrs, calibration, x=x, y=y, arc_length=arc, **{"x_sd" if view.turned else "y_sd": sd})
+    return labelled(attrs, calibration, x=x, y=y, arc_length=arc, **{"x_sd" if view.turned else "y_sd": sd})
 
 
 def _count(seeds: Sequence[Point], whisking: Whisking | None, skin: Sequence[Point] | None) -> int:
     """Number of whiskers."""
     if bool(seeds) == (whisking is not None):
-        raise InputError("seeds", "must be given, or marks in whisking instead")
+        raise MissingError("seeds", "must be given, or marks in whisking instead")
     count = len(seeds) if whisking is None else len(whisking.marks)
     if skin is not None and len(skin) != count:
-        raise InputError("skin", f"must have one point for each of the {count} whiskers", len(skin))
+        raise ShapeError("skin", f"must have one point for each of the {count} whiskers", len(skin))
     return count
 
 
-def _from_start(blocks: Blocks) -> Callable[[], Iterable[Image]]:
-    """What gives the blocks anew at every call."""
+def _opener(blocks: Blocks, again: bool) -> Callable[[], Iterable[Image]]:
+    """Function that gives the blocks from the start, at every call if they are read ``again``."""
     if callable(blocks):
         return blocks
-    if iter(blocks) is blocks:
-        raise InputError("blocks", "must be readable twice", remedy="give a function that opens the movie")
+    if again and iter(blocks) is blocks:
+        raise FormatError("blocks", "must be readable twice", remedy="give a function that opens the movie")
     return lambda: blocks
-
-
-def _once(blocks: Blocks) -> Callable[[], Iterable[Image]]:
-    """What gives the blocks, once at least."""
-    return blocks if callable(blocks) else lambda: blocks
 
 
 def _lines(
@@ -197,42 +194,47 @@ def _lines(
         movie, image = levelled(movie, image, finer=whisking is None)
         how = replace(how, background=view.of(image))
     if whisking is None:
-        return centrelines(view.blocks(movie()), seeds=view.points(seeds), search=how)
+        return centrelines(map(view.of, movie()), seeds=[view.point(seed) for seed in seeds], search=how)
     marked, limits = view.whisking(whisking), view.limits
     how = replace(how, columns=limits[0])
-    return within_rows(whisking_centrelines(lambda: view.blocks(movie()), whisking=marked, search=how), limits[1])
+    return within_rows(whisking_centrelines(lambda: map(view.of, movie()), whisking=marked, search=how), limits[1])
 
 
-def _attributes(calibration: Calibration, how: Search, view: View, background: str) -> dict[str, Any]:
+def _attributes(
+    how: Search, view: View, background: str, seeds: Sequence[Point], whisking: Whisking | None
+) -> dict[str, Any]:
+    """What was asked for: settings, region, and seeds or fan and marks."""
+    asked = {name: getattr(how, name) for name in ("polarity", "search", "threshold", "estimator")}
     region = {} if view.region is None else {"region": json.dumps(view.region)}
-    return {
-        "frame": "image",
-        "frame_rate": calibration.frame_rate,
-        "pixel_size": calibration.pixel_size,
-        "background": background,
-        "polarity": how.polarity,
-        "search": how.search,
-        "threshold": how.threshold,
-        "estimator": how.estimator,
-        "base": view.base,
-        **region,
-    }
-
-
-def _marked(seeds: Sequence[Point], whisking: Whisking | None) -> dict[str, str]:
-    """What told the whiskers, as attributes."""
     if whisking is None:
-        return {"seeds": json.dumps([[float(c), float(r)] for c, r in seeds])}
-    return {"fan": json.dumps(asdict(whisking.fan)), "marks": json.dumps(whisking.marks)}
+        marked = {"seeds": json.dumps([[float(c), float(r)] for c, r in seeds])}
+    else:
+        marked = {"fan": json.dumps(asdict(whisking.fan)), "marks": json.dumps(whisking.marks)}
+    return {"background": background, **asked, "base": view.base, **region, **marked}
 
 
-def _labelled(attrs: dict[str, Any], calibration: Calibration, **pixels: NDArray[np.float64]) -> xr.Dataset:
-    """The dataset of places in pixels, which are turned into metres where they stand."""
+def labelled(attrs: Mapping[str, Any], calibration: Calibration, **pixels: Array) -> xr.Dataset:
+    """Profile of places in pixels, which are turned into metres in place.
+
+    Parameters
+    ----------
+    attrs : mapping
+        Attributes beside the frame ``image``, the frame rate and the pixel size.
+    calibration : Calibration
+        Frame rate and pixel size.
+    **pixels : (whisker, time, node) arrays
+        ``x``, ``y`` and others by their names; ``arc_length`` (whisker, node) [px].
+
+    Returns
+    -------
+    Dataset
+        ``profile`` [m].
+    """
     count, frames, nodes = pixels["x"].shape
     for values in pixels.values():
         values *= calibration.pixel_size
     return dataset(
-        attrs,
+        {"frame": "image", **asdict(calibration), **attrs},
         lead=("whisker",),
         whisker=np.arange(count),
         time=np.arange(frames) / calibration.frame_rate,
@@ -241,11 +243,24 @@ def _labelled(attrs: dict[str, Any], calibration: Calibration, **pixels: NDArray
     )
 
 
-def _lost(reason: NDArray[np.int8]) -> list[list[list[Any]]]:
-    """Runs of frames lost, for each whisker: first frame, last frame, reason."""
+def lost_frames(reason: NDArray[np.int8], reasons: Sequence[str]) -> list[list[list[Any]]]:
+    """Runs of frames in which a whisker is lost.
+
+    Parameters
+    ----------
+    reason : (whisker, T) array
+        Index into ``reasons``; 0 where the whisker is followed.
+    reasons : sequence of str
+        Why it is not.
+
+    Returns
+    -------
+    list
+        For each whisker, first frame, last frame and reason of its runs.
+    """
     runs = []
     for codes in reason:
         starts = np.flatnonzero(np.diff(codes, prepend=-1))
         ends = np.append(starts[1:], codes.size) - 1
-        runs.append([[int(a), int(b), REASONS[codes[a]]] for a, b in zip(starts, ends, strict=True) if codes[a]])
+        runs.append([[int(a), int(b), reasons[codes[a]]] for a, b in zip(starts, ends, strict=True) if codes[a]])
     return runs

@@ -1,19 +1,16 @@
-"""The whisker: a cone, its fit from measured diameters, and the measured rat whiskers."""
+"""The whisker: a cone, its fit from measured diameters, and the measured rat whiskers.
 
-from vibrissa.whisker.cone import DENSITY, YOUNGS_MODULUS, Whisker
-from vibrissa.whisker.diameters import WhiskerFit, from_diameters, read_diameters
-from vibrissa.whisker.measured import AtlasEntry, IsolatedWhisker, atlas, atlas_whisker, isolated_whiskers
+Internal: the public names are those of ``vibrissa`` itself.
+"""
 
-__all__ = [
-    "DENSITY",
-    "YOUNGS_MODULUS",
-    "AtlasEntry",
-    "IsolatedWhisker",
-    "Whisker",
-    "WhiskerFit",
-    "atlas",
-    "atlas_whisker",
-    "from_diameters",
-    "isolated_whiskers",
-    "read_diameters",
-]
+from vibrissa.whisker.cone import DENSITY as DENSITY
+from vibrissa.whisker.cone import YOUNGS_MODULUS as YOUNGS_MODULUS
+from vibrissa.whisker.cone import Whisker as Whisker
+from vibrissa.whisker.diameters import WhiskerFit as WhiskerFit
+from vibrissa.whisker.diameters import from_diameters as from_diameters
+from vibrissa.whisker.diameters import read_diameters as read_diameters
+from vibrissa.whisker.measured import AtlasEntry as AtlasEntry
+from vibrissa.whisker.measured import IsolatedWhisker as IsolatedWhisker
+from vibrissa.whisker.measured import atlas as atlas
+from vibrissa.whisker.measured import atlas_whisker as atlas_whisker
+from vibrissa.whisker.measured import isolated_whiskers as isolated_whiskers

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vibrissa.errors import InputError
+from vibrissa.errors import RangeError
 
 YOUNGS_MODULUS = 3.74e9  # Pa, where the measured resonances of the paper fit best
 DENSITY = 1140.0  # kg/m³
@@ -42,7 +42,7 @@ class Whisker:
     29.45
     >>> Whisker(length=40, cone_angle=1.5e-3)
     Traceback (most recent call last):
-    vibrissa.errors.InputError: Whisker.length must be at most 1 m, got 40; give it in m
+    vibrissa.errors.RangeError: Whisker.length must be at most 1 m, got 40; give it in m
     """
 
     length: float
@@ -57,7 +57,7 @@ class Whisker:
         _check_positive("youngs_modulus", self.youngs_modulus, unit="Pa")
         _check_positive("density", self.density, unit="kg/m³")
         if not 0 <= self.tip < 1:
-            raise InputError("Whisker.tip", "must lie in [0, 1), as a fraction of the length from the tip", self.tip)
+            raise RangeError("Whisker.tip", "must lie in [0, 1), as a fraction of the length from the tip", self.tip)
 
     @property
     def base_radius(self) -> float:
@@ -70,6 +70,11 @@ class Whisker:
         return 2 * self.length / self.cone_angle * float(np.sqrt(self.density / self.youngs_modulus))
 
     @property
+    def attributes(self) -> dict[str, float]:
+        """Its parameters, as attributes of a Dataset."""
+        return {f"whisker_{name}": float(value) for name, value in vars(self).items()}
+
+    @property
     def physical_length(self) -> float:
         """Length from the base to the physical tip L(1 − tip) [m]."""
         return self.length * (1 - self.tip)
@@ -77,6 +82,6 @@ class Whisker:
 
 def _check_positive(name: str, value: float, *, most: float = np.inf, unit: str) -> None:
     if not 0 < value < np.inf:
-        raise InputError(f"Whisker.{name}", "must be positive and finite", value, f"give it in {unit}")
+        raise RangeError(f"Whisker.{name}", "must be positive and finite", value, f"give it in {unit}")
     if value > most:
-        raise InputError(f"Whisker.{name}", f"must be at most {most:g} {unit}", value, f"give it in {unit}")
+        raise RangeError(f"Whisker.{name}", f"must be at most {most:g} {unit}", value, f"give it in {unit}")

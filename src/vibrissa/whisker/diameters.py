@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from vibrissa.errors import InputError
+from vibrissa.arrays import Array
+from vibrissa.errors import RangeError, ShapeError, TooFewError
 from vibrissa.quantities import dataset
+from vibrissa.tables.reader import read_table
 from vibrissa.whisker.cone import DENSITY, YOUNGS_MODULUS, Whisker
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[np.float64]
 
 LONGEST, THINNEST, THICKEST = 1.0, 1e-6, 1e-2  # [m] beyond these a unit is wrong
 CONE_ONLY = "the model is for a cone only, one that thins from base to tip"
-DIAMETER_COLUMNS = {"distance": 1.0, "distance_mm": 1e-3, "diameter": 1.0, "diameter_um": 1e-6}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,8 +87,9 @@ def from_diameters(
     Raises
     ------
     InputError
-        If there are too few points, a value is negative or not finite, the shaft cannot be told from a cylinder (its
-        slope is not above zero at 5 %, one-sided), widens away from the base, or ends well beyond the fitted cone.
+        If there are too few points, a value is negative or not finite, the shaft cannot be distinguished from a
+        cylinder (its slope is not above zero at 5 %, one-sided), widens away from the base, or ends well beyond the
+        fitted cone.
     """
     x, d = _checked_points(distance, diameter)
     line, covariance, residual_sd, r_squared = _straight_line(x, d)
@@ -121,52 +121,47 @@ def from_diameters(
 def _checked_points(distance: ArrayLike, diameter: ArrayLike) -> tuple[Array, Array]:
     x, d = np.asarray(distance, float), np.asarray(diameter, float)
     if x.ndim != 1 or x.shape != d.shape:
-        raise InputError("distance and diameter", "must be two lists of equal length", f"{x.shape} and {d.shape}")
+        raise ShapeError("distance and diameter", "must be two lists of equal length", f"{x.shape} and {d.shape}")
     for name, values in (("distance", x), ("diameter", d)):
         wrong = np.flatnonzero(~((values >= 0) & np.isfinite(values)))
         if wrong.size:
-            raise InputError(f"{name} of point {wrong[0] + 1}", "must be finite, not negative", values[wrong[0]])
+            raise RangeError(f"{name} of point {wrong[0] + 1}", "must be finite, not negative", values[wrong[0]])
     if np.unique(x).size < 3:
-        raise InputError("diameters", "must be measured at 3 different distances at least", np.unique(x).size)
+        raise TooFewError("diameters", "must be measured at 3 different distances at least", np.unique(x).size)
     return x, d
 
 
 def _straight_line(x: Array, d: Array) -> tuple[tuple[float, float], Array, float, float]:
     """Least squares of d = A − Bx: (A, B), their covariance, residual standard deviation, R²."""
-    centred, spread = x - x.mean(), d - d.mean()
-    sxx = float(centred @ centred)
-    B = -float(centred @ spread) / sxx
-    A = float(d.mean()) + B * float(x.mean())
-    residual = d - (A - B * x)
-    variance = float(residual @ residual) / (x.size - 2)
-    cross = float(x.mean()) / sxx
-    covariance = variance * np.array([[1 / x.size + x.mean() * cross, cross], [cross, 1 / sxx]])
-    total = float(spread @ spread)
-    r_squared = 1 - float(residual @ residual) / total if total > 0 else 0.0
-    return (A, B), covariance, float(np.sqrt(variance)), r_squared
+    (slope, A), covariance = np.polyfit(x, d, 1, cov=True)
+    turned = np.array([[0, 1], [-1, 0]])  # from (slope, A) to (A, B)
+    residual, spread = d - (A + slope * x), d - d.mean()
+    left, total = float(residual @ residual), float(spread @ spread)
+    r_squared = 1 - left / total if total > 0 else 0.0
+    return (A, -slope), turned @ covariance @ turned.T, float(np.sqrt(left / (x.size - 2))), r_squared
 
 
 def _refuse_cylinder(slope: float, slope_se: float, x: Array, d: Array) -> None:
     from scipy.special import stdtrit
 
     if slope < 0:
-        raise InputError("diameters", "grow away from the base", remedy=f"{CONE_ONLY}; is the distance from the base?")
+        raise RangeError("diameters", "grow away from the base", remedy=f"{CONE_ONLY}; is the distance from the base?")
     rounding = 1e-9 * d.mean() / np.ptp(x)
     # one-sided: a shaft that widens has been refused already
     if slope <= max(stdtrit(x.size - 2, 0.95) * slope_se, rounding):
         found = f"a slope of {slope:.2g} ± {slope_se:.2g} from {x.size} points"
-        raise InputError(
+        raise RangeError(
             "diameters", "must fall from base to tip, beyond their scatter", found, f"measure more points; {CONE_ONLY}"
         )
 
 
 def _tip(end: float, L: float, length_se: float, x: Array) -> float:
-    """Position of the physical tip over L; 0 where it cannot be told from the cone's own."""
+    """Position of the physical tip over L; 0 where it cannot be distinguished from the cone's own."""
     if not x.max() <= end < np.inf:
-        raise InputError("physical_length", f"must reach the last measured distance, {x.max():.4g} m", end)
+        raise RangeError("physical_length", f"must reach the last measured distance, {x.max():.4g} m", end)
     if end - L > 3 * length_se + 1e-9 * L:
         found = f"a line that vanishes at {L * 1e3:.4g} ± {length_se * 1e3:.2g} mm"
-        raise InputError(f"a whisker of {end * 1e3:.4g} mm", "must end within its fitted cone", found, CONE_ONLY)
+        raise RangeError(f"a whisker of {end * 1e3:.4g} mm", "must end within its fitted cone", found, CONE_ONLY)
     return max(0.0, 1 - end / L)
 
 
@@ -177,7 +172,7 @@ def read_diameters(path: str | Path) -> xr.Dataset:
     ----------
     path : path
         Comma-separated, with columns ``distance`` [m] or ``distance_mm`` (arc length from the base) and ``diameter``
-        [m] or ``diameter_um``, in any order; other columns are left alone, and so is the order of the lines.
+        [m] or ``diameter_um``, in any order; other columns are left alone. The order of the lines does not matter.
 
     Returns
     -------
@@ -189,37 +184,13 @@ def read_diameters(path: str | Path) -> xr.Dataset:
     InputError
         Names the file and the line: a missing column, a cell that is no number or negative; a unit that cannot be.
     """
-    try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            lines = csv.DictReader(file)
-            names = [_column(path, lines.fieldnames or (), kind) for kind in ("distance", "diameter")]
-            values = [[_cell(path, lines.line_num, line, name) for name in names] for line in lines]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(str(path), "must be a readable CSV file", remedy=str(error)) from error
-    if not values:
-        raise InputError(str(path), "must hold at least one line of numbers below its header")
-    distance, diameter = np.array(values).T
+    table = read_table(path, {"distance": "m", "diameter": "m"})
+    table.refuse_empty("must hold at least one line of numbers below its header")
+    distance, diameter = table.numbers("distance"), table.numbers("diameter")
+    for name, values in (("distance", distance), ("diameter", diameter)):
+        table.refuse_first(values < 0, name, "must not be negative")
     if distance.max() > LONGEST or not THINNEST <= diameter.max() <= THICKEST:
         rule = f"must reach at most {LONGEST:g} m and a diameter of {THINNEST:g} to {THICKEST:g} m"
         remedy = "columns distance_mm and diameter_um take millimetres and micrometres"
-        raise InputError(str(path), rule, f"{distance.max():g} m and {diameter.max():g} m", remedy)
+        raise RangeError(str(path), rule, f"{distance.max():g} m and {diameter.max():g} m", remedy)
     return dataset(distance=distance, diameter=diameter)
-
-
-def _column(path: str | Path, header: Any, kind: str) -> str:
-    known = [name for name in DIAMETER_COLUMNS if name.startswith(kind)]
-    found = [name for name in header if name in known]
-    if len(found) != 1:
-        rule = f"must have one column named {' or '.join(known)}"
-        raise InputError(str(path), rule, f"the header {','.join(header)!r}", "separate columns by commas")
-    return found[0]
-
-
-def _cell(path: str | Path, line_number: int, line: dict[str, Any], name: str) -> float:
-    try:
-        value = float(line[name] or "")
-    except ValueError:
-        value = np.nan
-    if not 0 <= value < np.inf:
-        raise InputError(f"{path}, line {line_number}, {name}", "must be a number, not negative", repr(line[name]))
-    return value * DIAMETER_COLUMNS[name]

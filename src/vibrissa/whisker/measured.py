@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import cache
-from importlib.resources import files
+from importlib.resources import as_file, files
 from typing import Any
 
-from vibrissa.errors import InputError
+from vibrissa.errors import RangeError, UnknownError, nearest
+from vibrissa.tables.reader import read_table
 from vibrissa.whisker.cone import Whisker
 
 GREEK = {"α": "alpha", "β": "beta", "γ": "gamma", "δ": "delta"}
@@ -108,15 +107,15 @@ def atlas() -> tuple[AtlasEntry, ...]:
 
 @cache
 def isolated_whiskers() -> tuple[IsolatedWhisker, ...]:
-    """The single whiskers of [Hartmann2003]_, whose resonances can stand beside what their geometry predicts."""
+    """The single whiskers of [Hartmann2003]_, whose resonances can be compared with what their geometry predicts."""
     return tuple(IsolatedWhisker(**line) for line in _packaged("hartmann2003.csv", IsolatedWhisker))
 
 
 def _packaged(name: str, record: type) -> list[dict[str, Any]]:
     kinds = {"str": str, "int": int, "float": float}
-    text = (files("vibrissa") / "data" / name).read_text(encoding="utf-8")
-    lines = csv.DictReader(text.splitlines())
-    return [{key: kinds[record.__annotations__[key]](cell) for key, cell in line.items()} for line in lines]
+    with as_file(files("vibrissa") / "data" / name) as path:
+        lines = read_table(path, {}).rows()
+        return [{key: kinds[record.__annotations__[key]](cell) for key, cell in line.items()} for _, line in lines]
 
 
 def atlas_whisker(name: str) -> Whisker:
@@ -127,6 +126,11 @@ def atlas_whisker(name: str) -> Whisker:
     name : str
         ``C2``, ``c2``, ``beta`` or ``β``.
 
+    Returns
+    -------
+    Whisker
+        The cone.
+
     Raises
     ------
     InputError
@@ -135,12 +139,12 @@ def atlas_whisker(name: str) -> Whisker:
     entries = {entry.name.lower(): entry for entry in atlas()}
     key = GREEK.get(name.strip().lower(), name.strip().lower())
     if key not in entries:
-        near = [entries[match].name for match in get_close_matches(key, entries, cutoff=0.4)]
-        remedy = f"did you mean {', '.join(near)}?" if near else "see `vibrissa atlas`"
-        raise InputError("whisker", "must be in the atlas", repr(name), remedy)
+        near = [entries[match].name for match in nearest(key, entries, cutoff=0.4, most=3)]
+        remedy = f"did you mean {', '.join(near)}?" if near else "whiskers are named by row and column, C2, or beta"
+        raise UnknownError("whisker", "must be in the atlas", repr(name), remedy)
     entry = entries[key]
     if not entry.n_cone:
-        raise InputError(
+        raise RangeError(
             f"whisker {entry.name}", "has no measured cone: no tip diameter is known", remedy="give L and α"
         )
     return Whisker(length=entry.length, cone_angle=entry.cone_angle, tip=entry.tip)

@@ -1,4 +1,4 @@
-// Controls made from the one table; the state is what differs from its defaults, in SI, and stands in the address.
+// Controls made from the one table; the state is what differs from its defaults, in SI, and is in the address.
 
 export const LONGEST_ADDRESS = 8000;
 const OPEN = ["Posture", "Scan", "Texture A"];

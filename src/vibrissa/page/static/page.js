@@ -50,20 +50,20 @@ function unpacked(message) {
   return out;
 }
 
-function received(told) {
+function received(answer) {
   const asked = flying;
-  if (told.id !== undefined && told.id !== null && told.id !== asked?.id) return; // nobody waits for it any longer
+  if (answer.id !== undefined && answer.id !== null && answer.id !== asked?.id) return; // nobody waits for it any longer
   flying = null;
-  if (told.want === "live" && !told.error) {
-    data = told;
+  if (answer.want === "live" && !answer.error) {
+    data = answer;
     redraw(() => framed(() => wholes.push(performance.now() - asked.since)));
     framed(() => { latencies.push(performance.now() - asked.since); shownCount += 1; });
-  } else if (told.want === "notes" && !told.error) $("notes").replaceChildren(...told.notes.map(text => Object.assign(document.createElement("li"), { textContent: text })));
-  else if (told.want === "contrast" && !told.error) { other = told; $("play-b").disabled = false; contrast(other); replay(); }
-  if (told.want === "live" || !told.want) say(told.error || lasting);
-  else if (told.want === "contrast") say(told.error || "", "index");
-  if (told.want === "live") $("views").classList.toggle("stale", Boolean(told.error));
-  if (waiting) send(); else if (!told.error) next(told.want);
+  } else if (answer.want === "notes" && !answer.error) $("notes").replaceChildren(...answer.notes.map(text => Object.assign(document.createElement("li"), { textContent: text })));
+  else if (answer.want === "contrast" && !answer.error) { other = answer; $("play-b").disabled = false; contrast(other); replay(); }
+  if (answer.want === "live" || !answer.want) say(answer.error || lasting);
+  else if (answer.want === "contrast") say(answer.error || "", "index");
+  if (answer.want === "live") $("views").classList.toggle("stale", Boolean(answer.error));
+  if (waiting) send(); else if (!answer.error) next(answer.want);
 }
 
 function next(want) { // when the hands rest: what takes longer
@@ -221,9 +221,9 @@ function read() {
 
 async function start() {
   globalThis.vibrissa = { latencies, wholes, shown: () => shownCount, busy: () => Boolean(flying || waiting || addressing) || drawing(), started: 0, ended: 0, data: () => data, other: () => other, rendered: sound.rendered, at: () => time };
-  const told = await (await fetch("controls.json")).json();
-  table = told.controls;
-  setPalette(told.palette.flat());
+  const answer = await (await fetch("controls.json")).json();
+  table = answer.controls;
+  setPalette(answer.palette.flat());
   state = new Map();
   made = build($("controls"), table, { changed, dropped });
   bind();

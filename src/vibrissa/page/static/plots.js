@@ -31,7 +31,7 @@ export function opened(canvas) {
   return { ctx, width, height, ratio };
 }
 
-export const told = (x, digits = 3) => Number.isFinite(x) ? String(Number(x.toPrecision(digits))) : "–";
+export const rounded = (x, digits = 3) => Number.isFinite(x) ? String(Number(x.toPrecision(digits))) : "–";
 
 export function range(values, floor = 0) {
   let low = Infinity, high = -Infinity;
@@ -63,10 +63,10 @@ export function axes(place, box, xs, ys, { x = "", y = "", ySteps = null, log = 
   for (const v of across) { ctx.moveTo(box.left, Y(v)); ctx.lineTo(box.left + box.width, Y(v)); }
   ctx.stroke();
   ctx.textAlign = "right"; ctx.textBaseline = "middle";
-  for (const v of across) ctx.fillText(told(v, 6), box.left - 5, Y(v));
+  for (const v of across) ctx.fillText(rounded(v, 6), box.left - 5, Y(v));
   ctx.textAlign = "center"; ctx.textBaseline = "top";
   if (x) {
-    for (const v of ticks(xs, Math.max(2, box.width / 90))) ctx.fillText(told(v, 6), X(v), box.top + box.height + 4);
+    for (const v of ticks(xs, Math.max(2, box.width / 90))) ctx.fillText(rounded(v, 6), X(v), box.top + box.height + 4);
     ctx.fillText(x, box.left + box.width / 2, box.top + box.height + 20);
   }
   ctx.save();

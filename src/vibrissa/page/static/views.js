@@ -1,5 +1,5 @@
 // The views of one prediction; `data` holds facts and float32 arrays as vibrissa.page.signals names them.
-import { axes, boxOf, inks, MARGIN, opened, path, range, ticks, told, trace } from "./plots.js";
+import { axes, boxOf, inks, MARGIN, opened, path, range, ticks, rounded, trace } from "./plots.js";
 
 const $ = id => document.getElementById(id);
 const MODES = ["one", "two", "three"];
@@ -27,7 +27,7 @@ function excursion(data, end) {
   const place = opened($("excursion")), um = data.excursion.map(v => v * 1e6), [low, high] = range(um, 1);
   const map = axes(place, boxOf(place), [0, end], [low, high], { x: "time [s]", y: "d [µm]" });
   trace(place, map, um, 1 / data.rate, inks().one);
-  say("excursion", `Excursion of the contact from ${told(Math.min(...extremes(um)))} to ${told(Math.max(...extremes(um)))} micrometres in ${told(end)} seconds`);
+  say("excursion", `Excursion of the contact from ${rounded(Math.min(...extremes(um)))} to ${rounded(Math.max(...extremes(um)))} micrometres in ${rounded(end)} seconds`);
 }
 
 function extremes(values) { let low = Infinity, high = -Infinity; for (const v of values) { if (v < low) low = v; if (v > high) high = v; } return [low, high]; }
@@ -44,8 +44,8 @@ function modes(data, end) {
     for (const sign of [1, -1]) trace(place, map, envelope, step(data, envelope), ink.pale, { width: 1, scale: sign * 1e6 });
     trace(place, map, values, step(data, values), ink[MODES[i]], { width: 1, scale: 1e6, offset: middle });
     place.ctx.fillStyle = ink.ink; place.ctx.textAlign = "right"; place.ctx.textBaseline = "top";
-    place.ctx.fillText(`${told(data.frequency[i])} Hz`, box.left + box.width, box.top);
-    said.push(`mode ${i + 1} at ${told(data.frequency[i])} hertz, rms ${told(1e6 * data.rms[i])} micrometres`);
+    place.ctx.fillText(`${rounded(data.frequency[i])} Hz`, box.left + box.width, box.top);
+    said.push(`mode ${i + 1} at ${rounded(data.frequency[i])} hertz, rms ${rounded(1e6 * data.rms[i])} micrometres`);
   }
   say("modes", said.join("; "));
 }
@@ -57,11 +57,11 @@ function moment(data, end) {
   trace(place, map, nano, step(data, nano), ink.one);
   const { ctx } = place;
   ctx.fillStyle = ink.pale; ctx.textAlign = "left"; ctx.textBaseline = "middle";
-  for (const v of ticks(limits.map(m => m / unit), box.height / 35)) ctx.fillText(told(v, 6), box.left + box.width + 4, map.Y(v * unit));
+  for (const v of ticks(limits.map(m => m / unit), box.height / 35)) ctx.fillText(rounded(v, 6), box.left + box.width + 4, map.Y(v * unit));
   ctx.save(); ctx.translate(place.width - 8, box.top + box.height / 2); ctx.rotate(-Math.PI / 2); ctx.textAlign = "center";
   ctx.fillText("curvature [1/m]", 0, 0); ctx.restore();
   const [low, high] = extremes(nano);
-  say("moment-view", `Bending moment at the base from ${told(low)} to ${told(high)} nanonewton metres`);
+  say("moment-view", `Bending moment at the base from ${rounded(low)} to ${rounded(high)} nanonewton metres`);
 }
 
 let palette = null, inks32 = null;
@@ -87,7 +87,7 @@ function spectrogram(data, end) {
   scaleBar(ctx, box, high);
   let strongest = 0;
   for (let k = 0; k < data.spectrogram.length; k++) if (data.spectrogram[k] > data.spectrogram[strongest]) strongest = k;
-  say("spectrogram", `Spectrogram up to ${told(top)} hertz, strongest at ${told(Math.floor(strongest / columns) * top / (bins - 1))} hertz`);
+  say("spectrogram", `Spectrogram up to ${rounded(top)} hertz, strongest at ${rounded(Math.floor(strongest / columns) * top / (bins - 1))} hertz`);
 }
 
 function scaleBar(ctx, box, high) {
@@ -97,7 +97,7 @@ function scaleBar(ctx, box, high) {
     ctx.fillRect(box.left + box.width + 8, box.top + k, 10, 1.5);
   }
   ctx.fillStyle = inks().pale; ctx.textAlign = "left"; ctx.textBaseline = "middle";
-  [0, -30, -60].forEach((level, i) => ctx.fillText(told(Math.round(high + level)), box.left + box.width + 22, box.top + 5 + i * (box.height - 10) / 2));
+  [0, -30, -60].forEach((level, i) => ctx.fillText(rounded(Math.round(high + level)), box.left + box.width + 22, box.top + 5 + i * (box.height - 10) / 2));
   ctx.fillText("dB", box.left + box.width + 22, box.top + 20);
 }
 
@@ -116,12 +116,12 @@ function resonance(data) {
     ctx.fillStyle = ink.ink;
     ctx.beginPath(); ctx.arc(map.X(data.contact), y, 4, 0, 7); ctx.fill();
     ctx.textAlign = "left"; ctx.textBaseline = "middle";
-    ctx.fillText(`${told(data.frequency[i])} Hz`, box.left + box.width + 3, Math.max(box.top + 6, y));
+    ctx.fillText(`${rounded(data.frequency[i])} Hz`, box.left + box.width + 3, Math.max(box.top + 6, y));
   }
   place.ctx.strokeStyle = ink.ink; place.ctx.lineWidth = 1; place.ctx.setLineDash([4, 4]);
   place.ctx.beginPath(); place.ctx.moveTo(map.X(data.contact), box.top); place.ctx.lineTo(map.X(data.contact), box.top + box.height); place.ctx.stroke();
   place.ctx.setLineDash([]);
-  say("resonance", `Contact at ${told(data.contact)} of the length: resonances ${data.frequency.map(f => told(f)).join(", ")} hertz`);
+  say("resonance", `Contact at ${rounded(data.contact)} of the length: resonances ${data.frequency.map(f => rounded(f)).join(", ")} hertz`);
 }
 
 function firing(data, end) {
@@ -136,7 +136,7 @@ function firing(data, end) {
     ctx.moveTo(x, y); ctx.lineTo(x, y + 0.8 * pitch);
   }
   ctx.stroke();
-  say("firing", `Firing rate from ${told(extremes(data.firing)[0])} to ${told(extremes(data.firing)[1])} hertz, ${told(spikes / 12)} spikes a trial`);
+  say("firing", `Firing rate from ${rounded(extremes(data.firing)[0])} to ${rounded(extremes(data.firing)[1])} hertz, ${rounded(spikes / 12)} spikes a trial`);
 }
 
 export function contrast(data) {
@@ -146,7 +146,7 @@ export function contrast(data) {
   rates.forEach((values, k) => trace(place, map, values, 0.01, ink[MODES[k]], { width: 2, dash: k ? [6, 3] : [] }));
   place.ctx.textAlign = "right"; place.ctx.textBaseline = "top";
   ["A —", "B - -"].forEach((name, k) => { place.ctx.fillStyle = ink[MODES[k]]; place.ctx.fillText(name, box.left + box.width - 50 * (1 - k), box.top); });
-  const text = `One neuron, one scan of ${told(data.duration)} s, tells them apart with d′ = ${told(data.by_course)} by the time course of its rate, ${told(data.by_count)} by its number of spikes.`;
+  const text = `One neuron, one scan of ${rounded(data.duration)} s, separates them with d′ = ${rounded(data.by_course)} by the time course of its rate, ${rounded(data.by_count)} by its number of spikes.`;
   $("index").textContent = text;
   say("contrast", text);
 }

@@ -1,5 +1,5 @@
 // The whisker on its texture in slow motion: the whole of it, and close to the contact.
-import { inks, opened, told } from "./plots.js";
+import { inks, opened, rounded } from "./plots.js";
 
 const $ = id => document.getElementById(id);
 const CLOSE = 1.6e-3, LEFT = 0.3; // [m] across the near view, and the share of it before the contact on the flat
@@ -112,7 +112,7 @@ function close(data, time, pose, d, contact, touching, depth) {
   rule(ctx, 10, 14, 3e-4 * scale, "0.3 mm, true proportions");
   if (touching) {
     ctx.textAlign = "left"; ctx.textBaseline = "bottom";
-    const lines = wrapped(ctx, `free end ${told(1e6 * depth, 2)} µm below ground: a second contact, not modelled`, width - 12);
+    const lines = wrapped(ctx, `free end ${rounded(1e6 * depth, 2)} µm below ground: a second contact, not modelled`, width - 12);
     ctx.fillStyle = ink.card; ctx.fillRect(0, height - 8 - 14 * lines.length, 8 + Math.max(...lines.map(line => ctx.measureText(line).width)), 8 + 14 * lines.length);
     ctx.fillStyle = ink.bad;
     lines.reverse().forEach((line, i) => ctx.fillText(line, 4, height - 4 - 14 * i));
@@ -138,7 +138,7 @@ export function drawMotion(data, time, magnify) {
 }
 
 export function describeMotion(data) {
-  const text = `H ${told(1e3 * data.height)} mm, contact at ε = ${told(data.contact)}, scanned at ${told(1e3 * data.speed)} mm/s`;
+  const text = `H ${rounded(1e3 * data.height)} mm, contact at ε = ${rounded(data.contact)}, scanned at ${rounded(1e3 * data.speed)} mm/s`;
   $("motion-about").textContent = text;
   $("whole").setAttribute("aria-label", `Whisker and texture: ${text}`);
   $("close").setAttribute("aria-label", "The contact from near by, jumping from edge to edge");

@@ -1,0 +1,82 @@
+"""The public names, by the steps of the two chains; everything else is internal."""
+
+__version__: str
+
+# the whisker, and how it is held
+from .api.geometry import atlas, fit_cone
+
+# forward: modes, profile, vibration
+from .api.mechanics import gap, modes, profile
+from .api.motion import Motion, scan
+
+# backward: movie, tracks, resonances
+from .api.movies import decompose, fit_posture, fit_resonances, read_tracks, track
+
+# to other libraries
+from .api.objects.back import to_pynapple
+from .api.objects.dataframes import to_dataframe
+from .api.objects.tracks import to_movement
+
+# to be looked at
+from .api.plots import figure, plot_tracks, plot_unit
+
+# spikes
+from .api.spikes import envelope, envelope_coupling, read_spikes, replay, simulate_units
+
+# whole studies
+from .api.studies import Results, load, open_results, run, sample_data, save
+
+# the surface
+from .api.surfaces import read_surface
+
+# what can go wrong
+from .errors import ConvergenceError, InputError
+from .mechanics.statics.profile import Posture
+from .mechanics.whisking.posture_path import PosturePath
+from .texture.generators import self_affine
+from .texture.relief import HeightProfile
+from .texture.surface import Gaps, periodic_grating, random_grating
+from .whisker.cone import Whisker
+
+__all__ = [
+    "ConvergenceError",
+    "Gaps",
+    "HeightProfile",
+    "InputError",
+    "Motion",
+    "Posture",
+    "PosturePath",
+    "Results",
+    "Whisker",
+    "atlas",
+    "decompose",
+    "envelope",
+    "envelope_coupling",
+    "figure",
+    "fit_cone",
+    "fit_posture",
+    "fit_resonances",
+    "gap",
+    "load",
+    "modes",
+    "open_results",
+    "periodic_grating",
+    "plot_tracks",
+    "plot_unit",
+    "profile",
+    "random_grating",
+    "read_spikes",
+    "read_surface",
+    "read_tracks",
+    "replay",
+    "run",
+    "sample_data",
+    "save",
+    "scan",
+    "self_affine",
+    "simulate_units",
+    "to_dataframe",
+    "to_movement",
+    "to_pynapple",
+    "track",
+]

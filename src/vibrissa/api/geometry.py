@@ -1,0 +1,77 @@
+"""Whiskers: those of the atlas, and cones fitted to measured diameters."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vibrissa.api.arguments import names_arguments
+from vibrissa.whisker import Whisker, WhiskerFit, atlas_whisker, from_diameters, read_diameters
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+
+@names_arguments
+def atlas(name: str) -> Whisker:
+    """The mean rat whisker of one position of the pad.
+
+    Parameters
+    ----------
+    name : str
+        Row and column, ``"C2"``, or a Greek letter of the caudal arc, ``"beta"``.
+
+    Returns
+    -------
+    Whisker
+        Mean length, cone angle and tip of those measured, of default keratin.
+
+    Raises
+    ------
+    InputError
+        If no position has that name (the nearest are suggested), or no cone was measured there.
+
+    Examples
+    --------
+    >>> import vibrissa as vb
+    >>> whisker = vb.atlas("C2")
+    >>> round(1e3 * whisker.length, 1)  # [mm]
+    35.5
+    """
+    return atlas_whisker(name)
+
+
+@names_arguments
+def fit_cone(diameters: str | Path | pd.DataFrame | xr.Dataset, *, physical_length: float | None = None) -> WhiskerFit:
+    """The cone through diameters measured along a whisker, with standard errors.
+
+    Parameters
+    ----------
+    diameters : path, DataFrame or Dataset
+        Columns (variables) ``distance`` from the base and ``diameter``, both [m]; of a file also ``distance_mm`` and
+        ``diameter_um``.
+    physical_length : float, optional
+        Length from base to physical tip [m]; the largest distance by default.
+
+    Returns
+    -------
+    WhiskerFit
+        ``whisker``, and the standard errors of its length, angle and tip.
+
+    Raises
+    ------
+    InputError
+        If there are too few points, or they are not those of a cone.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> import vibrissa as vb
+    >>> table = pd.DataFrame({"distance": [0.0, 0.01, 0.02, 0.03], "diameter": [121e-6, 89e-6, 61e-6, 30e-6]})
+    >>> fit = vb.fit_cone(table)
+    >>> print(f"{1e3 * fit.whisker.length:.1f} mm, standard error {1e3 * fit.length_se:.1f} mm")
+    40.0 mm, standard error 0.5 mm
+    """
+    table = read_diameters(diameters) if isinstance(diameters, str | Path) else diameters
+    return from_diameters(table["distance"].to_numpy(), table["diameter"].to_numpy(), physical_length=physical_length)

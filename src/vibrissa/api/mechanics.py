@@ -1,0 +1,143 @@
+"""A whisker that is held still: its resonant modes, its profile, and one gap."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from vibrissa.api.arguments import names_arguments
+from vibrissa.mechanics.modes.shift import curved_eigenmodes
+from vibrissa.mechanics.modes.straight import resonances
+from vibrissa.mechanics.scan.gap_report import crossing, held_profile
+from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.texture.surface import DEPTH
+from vibrissa.whisker import Whisker
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from vibrissa.arrays import Array
+
+
+@names_arguments
+def modes(
+    whisker: Whisker,
+    posture: Posture | None = None,
+    *,
+    n_modes: int = 3,
+    about: Literal["straight", "profile"] = "straight",
+) -> xr.Dataset:
+    """Resonant modes of a whisker: pinned at the contact of a posture, or with a free tip in air.
+
+    Parameters
+    ----------
+    whisker : Whisker
+        The cone.
+    posture : Posture, optional
+        How it is held; a free tip in air without one.
+    n_modes : int
+        Number of modes.
+    about : {"straight", "profile"}
+        Modes of a straight shaft (the paper's), or about the profile of the pressed whisker, whose contact slides.
+
+    Returns
+    -------
+    Dataset
+        On (mode): ``kappa``, the adimensional frequency [1], and ``resonant_frequency`` [Hz]; about the profile also
+        ``resonance_ratio`` to the straight shaft's and ``growth_rate``.
+
+    Raises
+    ------
+    InputError
+        If the contact lies beyond the whisker's tip, or a free whisker shall have a profile.
+
+    Examples
+    --------
+    >>> import vibrissa as vb
+    >>> whisker = vb.Whisker(length=0.04, cone_angle=1.5e-3)
+    >>> vb.modes(whisker, vb.Posture(contact=0.29, base_angle=1.2)).resonant_frequency.values.round(1)
+    array([123.1, 347.9, 695.4])
+    """
+    from vibrissa.errors import ConflictError
+
+    if posture is None:
+        if about == "profile":
+            raise ConflictError(
+                "posture", "must be given for modes about a profile", remedy="a free whisker is straight"
+            )
+        return resonances(whisker, whisker.tip, n_modes, boundary="free")
+    if about == "profile":
+        return curved_eigenmodes(posture, n_modes, whisker=whisker)
+    return resonances(whisker, posture.contact, n_modes)
+
+
+@names_arguments
+def profile(whisker: Whisker, posture: Posture, *, distance: float | None = None, s: Array | None = None) -> xr.Dataset:
+    """Stationary profile of a pressed whisker (Eq. 1), and the forces on contact and follicle.
+
+    Parameters
+    ----------
+    whisker : Whisker
+        The cone.
+    posture : Posture
+        How it is held.
+    distance : float, optional
+        Distance along the substrate from the base to an edge that holds the whisker [m]; its base is kept. On the flat
+        without one.
+    s : (S,) array, optional
+        Points of the shaft, over L from the tip of the cone; 201 even ones by default.
+
+    Returns
+    -------
+    Dataset
+        As :func:`vibrissa.mechanics.scan.gap_report.held_profile` gives it: shape on (s), adimensional, and forces [N].
+
+    Raises
+    ------
+    InputError
+        If the edge is out of reach, or the contact lies beyond the whisker's tip.
+
+    Examples
+    --------
+    >>> import vibrissa as vb
+    >>> pressed = vb.profile(vb.atlas("C2"), vb.Posture(contact=0.29, base_angle=1.2))
+    >>> print(f"{1e6 * float(pressed.static_contact_force):.0f} µN")
+    56 µN
+    """
+    place = None if distance is None else distance / whisker.length
+    return held_profile(posture, contact_distance=place, whisker=whisker, s=s)
+
+
+@names_arguments
+def gap(whisker: Whisker, posture: Posture, *, width: float, depth: float = DEPTH, n_modes: int = 3) -> xr.Dataset:
+    """One gap crossed: when the contact jumps, how far each mode jumps, and whether the free end allows it.
+
+    Parameters
+    ----------
+    whisker : Whisker
+        The cone.
+    posture : Posture
+        How it is held on the flat.
+    width, depth : float
+        Of the gap [m].
+    n_modes : int
+        Number of modes.
+
+    Returns
+    -------
+    Dataset
+        As :func:`vibrissa.mechanics.scan.gap_report.crossing` gives it; ``linearity`` (mode) is the exact jump over the
+        linear one (Eq. 11).
+
+    Raises
+    ------
+    InputError
+        If the posture cannot follow across the gap.
+
+    Examples
+    --------
+    >>> import vibrissa as vb
+    >>> crossed = vb.gap(vb.atlas("C2"), vb.Posture(contact=0.29, base_angle=1.2), width=0.5e-3)
+    >>> bool(crossed.linearity[0] < 1)
+    True
+    """
+    return crossing(posture, width / whisker.length, n_modes=n_modes, whisker=whisker, depth=depth)

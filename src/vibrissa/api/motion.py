@@ -1,0 +1,217 @@
+"""A surface drawn past a whisker: one call for gaps, for any heights, and for a posture that changes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibrissa.api.arguments import names_arguments
+from vibrissa.api.remarks import remark
+from vibrissa.errors import ConflictError, InputError, RangeError
+from vibrissa.mechanics.modes.basis import Modes
+from vibrissa.mechanics.quasi_static.response import Form
+from vibrissa.mechanics.scan import diagnostics
+from vibrissa.mechanics.scan.relief_prediction import ReliefPrediction, predict_relief
+from vibrissa.mechanics.scan.sampled import scanned, scanned_relief
+from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.scan.texture_prediction import Prediction, predict
+from vibrissa.mechanics.scan.verdict import verdict
+from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.mechanics.vibration.dynamics import JumpRule
+from vibrissa.mechanics.whisking import active_whisking
+from vibrissa.mechanics.whisking.posture_path import PosturePath
+from vibrissa.mechanics.whisking.slow_prediction import SlowPrediction
+from vibrissa.texture.relief import HeightProfile
+from vibrissa.texture.surface import Gaps
+from vibrissa.whisker import Whisker
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The predicted motion of a whisker over a surface; :func:`scan` makes it.
+
+    Attributes
+    ----------
+    prediction : Prediction, ReliefPrediction or SlowPrediction
+        The model, which gives every quantity at any time.
+    """
+
+    prediction: Prediction | ReliefPrediction | SlowPrediction
+
+    @property
+    def whisker(self) -> Whisker:
+        """The whisker that was scanned."""
+        return self.prediction.whisker
+
+    @cached_property
+    def verdict(self) -> str:
+        """Whether the prediction is *usable*, needs *caution* or lies *outside the model*, with the reasons."""
+        if isinstance(self.prediction, SlowPrediction):
+            return verdict(self.prediction.free_end)
+        return str(self.sample().attrs["verdict"])
+
+    def __repr__(self) -> str:
+        scan = self.prediction.scan
+        kind = {Prediction: "gaps", ReliefPrediction: "a height profile", SlowPrediction: "gaps, posture changing"}
+        try:
+            found = self.verdict.partition(";")[0].partition(" (docs/")[0]
+        except InputError:  # too long to be sampled whole
+            found = "too long to be judged whole"
+        return f"<Motion over {kind[type(self.prediction)]} at {scan.speed:g} m/s: {found}; .sample(rate), .plot()>"
+
+    @names_arguments
+    def sample(self, rate: float = 20e3, *, nodes: Sequence[float] | None = None) -> xr.Dataset:
+        """The motion at even times, from 0 until the ringing after the last event has died away.
+
+        Parameters
+        ----------
+        rate : float
+            Samples per second [Hz].
+        nodes : sequence of float, optional
+            Distances from the base of points of the shaft whose motion is wanted [m].
+
+        Returns
+        -------
+        Dataset
+            ``mode_amplitude`` and ``mode_displacement`` over L, the ``envelope`` of the latter [m], on (mode, time);
+            what the follicle feels; ``displacement`` (time, node) [m]; how far the assumptions hold, and the attribute
+            ``verdict``. Of a posture that changes, what belongs to the moment, and no nodes.
+
+        Raises
+        ------
+        InputError
+            If the rate is not positive, the record too long, or a node not on the whisker.
+
+        Examples
+        --------
+        >>> import vibrissa as vb
+        >>> surface = vb.periodic_grating(0.02, period=2e-3)
+        >>> motion = vb.scan(vb.atlas("C2"), vb.Posture(contact=0.29, base_angle=1.2), surface, speed=0.1)
+        >>> motion.sample(2000, nodes=[5e-3]).displacement.dims
+        ('time', 'node')
+        """
+        if not 0 < rate < np.inf:
+            raise RangeError("rate", "must be positive (Hz)", rate)
+        if isinstance(self.prediction, SlowPrediction):
+            if nodes is not None:
+                raise ConflictError("nodes", "must be left out where the posture changes", nodes)
+            start, stop = self.prediction.path.time[[0, -1]]
+            return active_whisking.slow_signals(self.prediction, np.arange(start, stop, 1 / rate))
+        if isinstance(self.prediction, ReliefPrediction):
+            data = scanned_relief(self.prediction, rate, nodes=nodes)
+        else:
+            data = scanned(self.prediction, rate, nodes=nodes)
+        if "envelope" not in data:
+            raise RangeError("rate", "must give at least 4 samples", rate, "in Hz: 2000 for 2 kHz")
+        fast = data.resonant_frequency.to_numpy() >= rate / 2
+        if fast.any():
+            remark(f"modes {1 + int(fast.argmax())} and above ring too fast for {rate:g} samples per second")
+        return data
+
+    def remarks(self, rate: float = 20e3) -> list[str]:
+        """Sentences on the assumptions that do not hold, the free end first.
+
+        Parameters
+        ----------
+        rate : float
+            Samples per second at which the load on the contact is looked at [Hz].
+
+        Returns
+        -------
+        list of str
+            None where all hold.
+        """
+        if isinstance(self.prediction, SlowPrediction):
+            return active_whisking.remarks(self.prediction)
+        data = self.sample(rate)
+        if isinstance(self.prediction, ReliefPrediction):
+            return diagnostics.relief_remarks(data)
+        return diagnostics.remarks(data)
+
+    def plot(self) -> Figure:
+        """The motion where it is strongest: excursion, modes with their envelopes, moment at the base, spectra.
+
+        Returns
+        -------
+        Figure
+            Of matplotlib.
+
+        Raises
+        ------
+        InputError
+            If the posture changes: plot what ``sample`` gives.
+        """
+        from vibrissa.figures.others import scan
+
+        if isinstance(self.prediction, SlowPrediction):
+            raise ConflictError("motion", "must be of one posture to be plotted", remedy="plot what sample() gives")
+        return scan.draw(scan.compute(self.sample()))
+
+
+@names_arguments
+def scan(
+    whisker: Whisker,
+    posture: Posture | PosturePath,
+    surface: Gaps | HeightProfile,
+    *,
+    speed: float,
+    damping: float = 0.11,
+    n_modes: int = 3,
+    response: Form = "exact",
+    jump: JumpRule = "continuous",
+    modes: Modes = "straight",
+) -> Motion:
+    """The vibration of a whisker along which a surface is drawn.
+
+    Parameters
+    ----------
+    whisker : Whisker
+        The cone.
+    posture : Posture or PosturePath
+        How it is held; a path where that changes in time, slowly beside the ringing.
+    surface : Gaps or HeightProfile
+        Gaps, or heights along the scan.
+    speed : float
+        Of the surface past the base [m/s].
+    damping : float
+        Damping ratio of every mode.
+    n_modes : int
+        Number of modes.
+    response, jump, modes
+        Forms of the model, as of :class:`vibrissa.mechanics.scan.scan_settings.Scan`.
+
+    Returns
+    -------
+    Motion
+        At any time; ``sample`` gives a Dataset.
+
+    Raises
+    ------
+    InputError
+        If the posture cannot cross the surface, or a setting is out of range.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vibrissa as vb
+    >>> surface = vb.random_grating(0.05, rng=1)
+    >>> motion = vb.scan(vb.atlas("C2"), vb.Posture(contact=0.29, base_angle=1.2), surface, speed=0.1)
+    >>> motion.sample(rate=2000).envelope.attrs["units"]
+    'm'
+    """
+    how = Scan(speed=speed, damping=damping, response=response, jump=jump, modes=modes)
+    if isinstance(posture, PosturePath):
+        if isinstance(surface, HeightProfile):
+            raise ConflictError("surface", "must be gaps where the posture changes", "a height profile")
+        return Motion(active_whisking.predict_slow(whisker, posture, surface, how, n_modes=n_modes))
+    if isinstance(surface, HeightProfile):
+        return Motion(predict_relief(whisker, posture, surface, how, n_modes=n_modes))
+    return Motion(predict(whisker, posture, surface, how, n_modes=n_modes))

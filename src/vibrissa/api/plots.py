@@ -1,0 +1,149 @@
+"""Figures for a notebook: of results, of tracks over their movie, of one unit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibrissa.api.arguments import names_arguments
+from vibrissa.api.studies import Results
+from vibrissa.errors import UnknownError, did_you_mean
+from vibrissa.quantities import require
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+
+@names_arguments
+def figure(number: int | str, results: Results | str | Path) -> Figure:
+    """One of the paper's figures, or of the report's others, from the results of a study.
+
+    Parameters
+    ----------
+    number : int or str
+        1 to 9 as in the paper, ``"6ab"``, ``"7e"``; 10 for resonance and damping of every sweep; ``"surface"``;
+        ``"base"``.
+    results : Results or path
+        Of :func:`vibrissa.run`, or the folder, or one dataset of it.
+
+    Returns
+    -------
+    Figure
+        Of matplotlib.
+
+    Raises
+    ------
+    InputError
+        If the results do not hold what the figure needs.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> import vibrissa as vb
+    >>> surface, posture = vb.periodic_grating(0.05, period=2e-3), vb.Posture(contact=0.29, base_angle=1.2)
+    >>> motion = vb.scan(vb.atlas("C2"), posture, surface, speed=0.1)
+    >>> with TemporaryDirectory() as folder:
+    ...     vb.save(motion.sample(), f"{folder}/scan.nc")
+    ...     picture = vb.figure("surface", folder)
+    >>> len(picture.axes) > 3
+    True
+    """
+    from vibrissa.study.report.gallery import figure_of
+
+    return figure_of(str(number), results.folder if isinstance(results, Results) else results)
+
+
+@names_arguments
+def plot_tracks(
+    profile: xr.Dataset, movie: str | Path | NDArray[Any], *, frames: Sequence[int] | None = None
+) -> Figure:
+    """Frames of a movie with the tracked centrelines over them.
+
+    Parameters
+    ----------
+    profile : Dataset
+        Of :func:`vibrissa.track`.
+    movie : path or (T, height, width) array
+        The movie that was tracked.
+    frames : sequence of int, optional
+        Which frames, from 0; six, evenly, by default.
+
+    Returns
+    -------
+    Figure
+        Of matplotlib.
+
+    Raises
+    ------
+    InputError
+        If the movie cannot be read, or the profile does not state its pixel size.
+
+    Examples
+    --------
+    >>> import vibrissa as vb
+    >>> movie = vb.sample_data("movie.mkv")
+    >>> profile = vb.track(movie, frame_rate=2000, pixel_size=95e-6, skin=[(50.5, 57)])
+    >>> len(vb.plot_tracks(profile, movie, frames=[0, 200]).axes)
+    2
+    """
+    from vibrissa.figures.others import preview
+    from vibrissa.video.io.movie import read_blocks
+
+    require(profile, "x", "y", "arc_length")
+    several = profile if "whisker" in profile.dims else profile.expand_dims(whisker=[0])
+    blocks = read_blocks(movie) if isinstance(movie, str | Path) else [np.asarray(movie)]
+    return preview.draw(preview.compute(blocks, several, frames))
+
+
+@names_arguments
+def plot_unit(units: xr.Dataset, name: str | None = None) -> Figure:
+    """Raster, rate and envelope, their correlation over lags, and tuning of one unit.
+
+    Parameters
+    ----------
+    units : Dataset
+        Of :func:`vibrissa.envelope_coupling`, which holds spikes and stimulus too.
+    name : str, optional
+        The unit; the one whose fit explains most by default.
+
+    Returns
+    -------
+    Figure
+        Of matplotlib.
+
+    Raises
+    ------
+    InputError
+        If no unit has that name.
+
+    Examples
+    --------
+    >>> import vibrissa as vb
+    >>> spikes, stimulus = vb.sample_data("spikes.csv"), vb.sample_data("spikes-stimulus.csv")
+    >>> units = vb.envelope_coupling(spikes, stimulus)
+    >>> len(vb.plot_unit(units).axes) > 3
+    True
+    """
+    from vibrissa.figures.paper import fig8
+    from vibrissa.neural.coupling.analysis import EnvelopeAnalysis
+    from vibrissa.study.neurons.shown_unit import best_unit, shown_unit
+
+    require(units, "unit_name", "spike_time", "spike_trial", "point_displacement")
+    names = units.unit_name.to_numpy().tolist()
+    if name is not None and name not in names:
+        raise UnknownError("name", "must be one of the units", repr(name), did_you_mean(name, names, ", ".join(names)))
+    unit = units.isel(unit=best_unit(units) if name is None else names.index(name))
+    spans: dict[str, Any] = {
+        key: tuple(map(float, units.attrs[key])) for key in ("window", "band") if key in units.attrs
+    }
+    how = EnvelopeAnalysis(bin_width=units.attrs["bin_width"], skip=units.attrs["skip"], **spans)
+    shown = shown_unit(units, unit, units, int(units.attrs["n_trials"]), how)
+    shown["spikes"].attrs["source"] = units.attrs.get("source", "the recording")
+    reason = str(unit.reason.values)
+    shown["response"].attrs["note"] = f" Unit {unit.unit_name.values!s}{f': {reason}' if reason else ''}."
+    return fig8.draw(fig8.compute(shown))

@@ -1,0 +1,361 @@
+"""Envelopes, the stimulator's command, spikes: whether the envelope drives them, and simulated ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal, overload
+
+import numpy as np
+
+from vibrissa.api.arguments import names_arguments
+from vibrissa.api.motion import Motion
+from vibrissa.api.remarks import remark
+from vibrissa.errors import ConflictError, MissingError
+from vibrissa.mechanics.whisking.slow_prediction import SlowPrediction
+from vibrissa.signals.envelope import analytic_envelope
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from vibrissa.arrays import Array
+
+Seconds = tuple[float, float]
+
+
+@overload
+def envelope(signal: xr.DataArray) -> xr.DataArray: ...
+@overload
+def envelope(signal: Array) -> Array: ...
+
+
+def envelope(signal: xr.DataArray | Array) -> xr.DataArray | Array:
+    """Envelope of a ringing signal by the analytic signal, Eq. 17.
+
+    Parameters
+    ----------
+    signal : DataArray with a dimension ``time``, or (..., T) array
+        On an even grid, any unit, without NaN; its mean is taken away first.
+
+    Returns
+    -------
+    DataArray or array
+        As the signal, in its unit.
+
+    Raises
+    ------
+    InputError
+        If the signal has less than 4 samples, or NaN.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vibrissa as vb
+    >>> t = np.arange(0, 1, 1e-3)
+    >>> bool(abs(vb.envelope(3 * np.sin(2 * np.pi * 100 * t))[500] - 3) < 0.01)
+    True
+    """
+    import xarray as xr
+
+    if not isinstance(signal, xr.DataArray):
+        return analytic_envelope(np.asarray(signal, float))[0]
+    if "time" not in signal.dims:
+        raise MissingError("signal", "must have a dimension time", ", ".join(map(str, signal.dims)))
+    last = signal.transpose(..., "time")
+    return last.copy(data=analytic_envelope(last.to_numpy())[0]).transpose(*signal.dims).rename("envelope")
+
+
+@names_arguments
+def replay(
+    *motions: Any,
+    rate: float = 20e3,
+    distance: float = 5e-3,
+    duration: float = 10.0,
+    low: float = 0.1,
+    high: float = 83.0,
+    fade: float = 0.05,
+    ramp: float = 0.0,
+    factor: float = 1.0,
+    delays: Literal["even", "random", "least"] | Sequence[float] = "least",
+    separation: float = 0.1,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Command of a 24-whisker stimulator that replays a whisker's motion on each, shifted in time.
+
+    Parameters
+    ----------
+    *motions : Motion, Dataset, DataArray, Tsd or path
+        One for each texture: a prediction, a sampled one with nodes, or the displacement of a point [m].
+    rate : float
+        Samples per second of the command [Hz].
+    distance : float
+        Of the point from the base whose motion is replayed [m].
+    duration : float
+        Of the command [s].
+    low, high : float
+        Corners of the band [Hz].
+    fade, ramp : float
+        Overlap of neighbouring textures, and rise from rest and back [s].
+    factor : float
+        Factor on the command.
+    delays, separation, seed
+        How the copies are shifted: see :func:`vibrissa.stimulus.array.replay_command`.
+
+    Returns
+    -------
+    Dataset
+        ``command`` (whisker, time) [m], ``delay`` (whisker), and how correlated the copies are.
+
+    Raises
+    ------
+    InputError
+        If the motions are too short, or a setting is out of range.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vibrissa as vb
+    >>> surface = vb.random_grating(0.55, rng=1)
+    >>> motion = vb.scan(vb.atlas("C2"), vb.Posture(contact=0.29, base_angle=1.2), surface, speed=0.1)
+    >>> vb.replay(motion, duration=5.0).command.sizes["whisker"]
+    24
+    """
+    from vibrissa.stimulus.array import replay_command
+    from vibrissa.stimulus.band import Band
+
+    return replay_command(
+        [_point_motion(one, distance) for one in motions],
+        duration=duration,
+        sampling_rate=rate,
+        band=Band(low=low, high=high),
+        fade=fade,
+        ramp=ramp,
+        scale=factor,
+        delays=delays,
+        separation=separation,
+        seed=seed,
+    )
+
+
+def _point_motion(thing: Any, distance: float) -> Any:
+    """Motion of one point on an even grid, as the stimulator takes it."""
+    import xarray as xr
+
+    from vibrissa.api.objects.signals import as_signal
+    from vibrissa.stimulus.waveform import PointMotion, motion_at
+
+    if isinstance(thing, Motion):
+        thing = thing.sample(nodes=[distance])
+    if isinstance(thing, xr.Dataset) and ("displacement" in thing or "x" in thing):
+        return motion_at(thing, distance)
+    shown = as_signal(thing)
+    return PointMotion(displacement=shown.to_numpy(), sampling_rate=shown.attrs["sampling_rate"])
+
+
+@names_arguments
+def read_spikes(spikes: Any, *, trials: Any = None, **how: Any) -> xr.Dataset:
+    """Spikes of a recording as one flat table of events.
+
+    Parameters
+    ----------
+    spikes : path, DataFrame, TsGroup, neo object, BaseSorting or open NWB file
+        Files: CSV, NWB, Plexon, NeuroExplorer, folders of phy and SpikeInterface. See
+        :func:`vibrissa.api.objects.spikes.as_spikes`.
+    trials : optional
+        Onsets and ends of the trials, where the spikes are on the session's clock.
+    **how
+        As of that function.
+
+    Returns
+    -------
+    Dataset
+        ``spike_time`` [s], ``spike_unit`` and, with trials, ``spike_trial`` (spike); ``unit_name`` (unit).
+
+    Raises
+    ------
+    InputError
+        If they cannot be read.
+
+    Examples
+    --------
+    >>> import vibrissa as vb
+    >>> vb.read_spikes(vb.sample_data("spikes.csv")).unit_name.values.tolist()
+    ['MU001', 'MU002', 'SU001']
+    """
+    from vibrissa.api.objects.spikes import as_spikes
+
+    return as_spikes(spikes, trials=trials, **how)
+
+
+@names_arguments
+def envelope_coupling(
+    spikes: Any,
+    stimulus: Any,
+    *,
+    n_trials: int | None = None,
+    unit: str | None = None,
+    null: Literal["circular", "paper2014"] = "circular",
+    fit: Literal["forward", "paper2014"] = "forward",
+    level: float = 0.01,
+    bin_width: float = 0.01,
+    skip: float = 1.0,
+    window: Seconds | None = None,
+    band: Seconds | None = None,
+    delays: Sequence[float] = (),
+    spontaneous: Seconds | None = None,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Whether the envelope of a stimulus drives each unit: threshold, slope and latency, with 95 % intervals.
+
+    Parameters
+    ----------
+    spikes : Dataset or any object that ``read_spikes`` takes
+        In trials, seconds from the stimulus' onset.
+    stimulus : Dataset, DataArray, Tsd, AnalogSignal or path
+        Displacement of one presentation, as played [m].
+    n_trials : int, optional
+        Presentations, silent ones included; where the spikes do not hold it.
+    unit : str, optional
+        Unit of a stimulus that states none: ``"um"``; metres by default.
+    null : {"circular", "paper2014"}
+        Chance: all circular shifts, adjusted over units, or the paper's 300 shuffles.
+    fit : {"forward", "paper2014"}
+        A hinge seen through the bins, or the paper's two segments.
+    level : float
+        Largest p-value that counts as significant.
+    bin_width, skip : float
+        Width of the bins, and time left out at the start [s].
+    window, band, spontaneous : (float, float), optional
+        Part of the stimulus [s]; band of the carrier [Hz]; window without stimulus [s].
+    delays : sequence of float
+        Delays at which other whiskers had the same stimulus [s].
+    seed : int
+        Of the resampled trials.
+
+    Returns
+    -------
+    Dataset
+        On (unit): ``significant``, ``p_value``, ``threshold`` [m], ``slope``, ``latency`` with ``_low`` and ``_high``,
+        ``reason`` where they cannot be estimated. It holds spikes and stimulus too, which ``plot_unit`` draws.
+
+    Raises
+    ------
+    InputError
+        If spikes and stimulus do not fit together, or the number of trials is not known.
+
+    Examples
+    --------
+    >>> import vibrissa as vb
+    >>> spikes, stimulus = vb.sample_data("spikes.csv"), vb.sample_data("spikes-stimulus.csv")
+    >>> units = vb.envelope_coupling(spikes, stimulus)
+    >>> units.significant.values.tolist()
+    [True, True, True]
+    """
+    from vibrissa.api.objects.signals import as_signal
+    from vibrissa.api.objects.spikes import as_spikes
+    from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
+
+    table = as_spikes(spikes)
+    if "envelope" in str(getattr(stimulus, "name", "")) + str(getattr(stimulus, "attrs", {}).get("long_name", "")):
+        raise ConflictError("stimulus", "must be a displacement", "an envelope", "its envelope is taken here")
+    shown = as_signal(stimulus, unit=unit).to_dataset()
+    if "spike_trial" not in table:
+        raise MissingError("spikes", "must be in trials", remedy="vb.read_spikes(spikes, trials=onsets)")
+    known = table.attrs.get("n_trials")
+    if None not in (known, n_trials) and known != n_trials:
+        raise ConflictError("n_trials", f"must be left out: the spikes have {known} trials", n_trials)
+    if (count := known if n_trials is None else n_trials) is None:
+        raise MissingError("n_trials", "must be given", remedy="count silent presentations too")
+    how = EnvelopeAnalysis(
+        null=null,
+        fit=fit,
+        level=level,
+        bin_width=bin_width,
+        skip=skip,
+        window=window,
+        band=band,
+        delays=tuple(delays),
+        spontaneous=spontaneous,
+        seed=seed,
+    )
+    units = analyse_units(table, shown, int(count), how)
+    remark(*_shorter(table, shown))
+    events = table[["spike_time", "spike_unit", "spike_trial"]]
+    return units.merge(events, combine_attrs="override").merge(shown, combine_attrs="override")
+
+
+def _shorter(spikes: xr.Dataset, stimulus: xr.Dataset) -> list[str]:
+    """A line where trials end before the stimulus: what follows counts as silence."""
+    if "trial_stop" not in spikes:
+        return []
+    lasted = spikes.trial_stop.to_numpy() - spikes.trial_start.to_numpy()
+    length = float(stimulus.time[-1] - stimulus.time[0])
+    short = int((lasted < length - 0.01).sum())
+    return [f"{short} of {lasted.size} trials end before the stimulus of {length:.4g} s: give its window"] * bool(short)
+
+
+@names_arguments
+def simulate_units(
+    motion: Any,
+    units: int | xr.Dataset = 20,
+    *,
+    n_trials: int = 40,
+    rate: float = 20e3,
+    distance: float = 5e-3,
+    mean_envelope: float | None = None,
+    unit: str | None = None,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Spikes of units that are driven by the envelope of a whisker's motion near its base.
+
+    Parameters
+    ----------
+    motion : Motion, or a signal
+        A prediction, or the displacement of a point [m] (DataArray, Tsd, AnalogSignal, path).
+    units : int or Dataset
+        How many, drawn as the paper found them; or units of :func:`vibrissa.neural.simulated.driven.read_driven`.
+    n_trials : int
+        Presentations.
+    rate : float
+        Samples per second of a predicted motion [Hz].
+    distance : float
+        Of the point from the base whose envelope drives the units [m].
+    mean_envelope : float, optional
+        Scale the motion so that its mean envelope is this [m], as a stimulator may.
+    unit : str, optional
+        Unit of a signal that states none: ``"um"``; metres by default.
+    seed : int
+        Of units and spikes.
+
+    Returns
+    -------
+    Dataset
+        Spikes in trials, the units' truth (``true_threshold`` …), and the stimulus, ``point_displacement`` (time) [m].
+
+    Raises
+    ------
+    InputError
+        If the point is not on the whisker, or nothing moves.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vibrissa as vb
+    >>> surface = vb.random_grating(0.3, rng=1)
+    >>> motion = vb.scan(vb.atlas("C2"), vb.Posture(contact=0.29, base_angle=1.2), surface, speed=0.1)
+    >>> spikes = vb.simulate_units(motion, 3, n_trials=10)
+    >>> spikes.sizes["unit"]
+    3
+    """
+    from vibrissa.api.objects.signals import as_signal
+    from vibrissa.mechanics.scan.sampled import sampling_times
+    from vibrissa.neural.simulated.driven import draw_driven, fire
+    from vibrissa.study.forward.forward import TrialSettings, spikes_of
+
+    population = draw_driven(units, rng=np.random.default_rng(seed)) if isinstance(units, int) else units
+    if not isinstance(motion, Motion):
+        shown = as_signal(motion, unit=unit)
+        return fire(population, shown.time.to_numpy(), shown.to_numpy(), n_trials, seed=seed)
+    if isinstance(motion.prediction, SlowPrediction):
+        raise ConflictError("motion", "must be of one posture", "one that changes")
+    how = TrialSettings(n_trials=n_trials, seed=seed, distance=distance, mean_envelope=mean_envelope)
+    return spikes_of(motion.prediction, sampling_times(motion.prediction, rate), population, how)

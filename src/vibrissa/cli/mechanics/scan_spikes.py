@@ -1,0 +1,117 @@
+"""Spikes that `scan --simulate-units` adds: of units that the envelope near the base drives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cyclopts import Parameter
+
+from vibrissa.cli.shared.output import tell
+from vibrissa.cli.shared.units import Length
+from vibrissa.errors import ConflictError, FormatError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from vibrissa.mechanics.scan.motion import PredictedMotion
+    from vibrissa.study.forward.forward import TrialSettings
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class SpikeOptions:
+    """Units that listen to the whisker, and how often it is scanned.
+
+    Attributes
+    ----------
+    simulate_units : str, optional
+        Predict spikes too: of that many units, drawn from the paper's thresholds and slopes, or of the units in a CSV
+        with columns unit,threshold,slope,baseline,latency (m, 1/(s m), Hz, s; or threshold_um,slope_per_um,latency_ms).
+    spikes_out : Path, optional
+        Write them: NAME.csv or NAME.nwb, and beside it NAME-stimulus.csv and NAME-units.csv, the units' truth.
+    trials : int
+        Repeats of the scan.
+    seed : int
+        Seed of units and spikes.
+    distance : float
+        Of the point from the base whose envelope drives the units [m].
+    mean_envelope : float, optional
+        Scale the motion so that its mean envelope is this [m], as a stimulator may.
+    """
+
+    simulate_units: str | None = None
+    spikes_out: Path | None = None
+    trials: int = 40
+    seed: int = 0
+    distance: Length = 5e-3
+    mean_envelope: Length | None = None
+
+    def units(self) -> xr.Dataset | None:
+        """The units, before any work; None where no spikes are wanted.
+
+        Raises
+        ------
+        InputError
+            If the options contradict each other, or a name cannot be written.
+        """
+        if self.simulate_units is None:
+            if self.spikes_out is not None:
+                raise ConflictError("--spikes-out", "must go with --simulate-units", str(self.spikes_out))
+            return None
+        if self.spikes_out is not None:
+            from vibrissa.study.forward.forward_files import refuse_name
+
+            refuse_name(self.spikes_out)
+        self._presentation()
+        return self._population(self.simulate_units)
+
+    def _population(self, word: str) -> xr.Dataset:
+        import numpy as np
+
+        from vibrissa.neural.simulated.driven import draw_driven, read_driven
+
+        try:
+            count = int(word)
+        except ValueError:
+            if not Path(word).is_file():
+                raise FormatError("--simulate-units", "must be a number of units or a CSV of them", word) from None
+            return read_driven(word)
+        return draw_driven(count, rng=np.random.default_rng(self.seed))
+
+    def _presentation(self) -> TrialSettings:
+        from vibrissa.study.forward.forward import TrialSettings
+
+        return TrialSettings(
+            n_trials=self.trials, seed=self.seed, distance=self.distance, mean_envelope=self.mean_envelope
+        )
+
+    def added(self, data: xr.Dataset, prediction: PredictedMotion, units: xr.Dataset) -> xr.Dataset:
+        """The scan's dataset with the spikes, which are written too if asked.
+
+        Parameters
+        ----------
+        data : Dataset
+            The scan.
+        prediction : PredictedMotion
+            What it was sampled from.
+        units : Dataset
+            From :meth:`units`.
+
+        Returns
+        -------
+        Dataset
+            Both.
+        """
+        from vibrissa.study.forward.forward import remarks, spikes_of
+        from vibrissa.study.forward.forward_files import write_spikes
+
+        spikes = spikes_of(prediction, data.time.values, units, self._presentation())
+        tell(*remarks(spikes))
+        if self.spikes_out is not None:
+            tell(f"the spikes are in {', '.join(map(str, write_spikes(spikes, self.spikes_out)))}")
+        return data.merge(spikes).assign_attrs(data.attrs | spikes.attrs)
+
+
+NO_SPIKES = SpikeOptions()

@@ -1,0 +1,99 @@
+"""The verb `sensor`: a signal measured at a whisker's base."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from vibrissa.cli.shared.options import NO_WHISKER, WhiskerOptions
+from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
+from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
+from vibrissa.cli.shared.progress import stage
+from vibrissa.cli.shared.units import Angle, Duration, OverLength, Rate, Speed, over_length
+from vibrissa.errors import ConflictError
+
+
+def sensor(
+    signal: Path,
+    *,
+    kind: Literal["moment", "curvature", "strain", "hall", "force"],
+    signal_unit: str,
+    calibration: float | None = None,
+    sampling_rate: Rate | None = None,
+    column: str | None = None,
+    rest: tuple[Duration, Duration] | None = None,
+    guess: list[Rate] | None = None,
+    n_modes: int = 2,
+    texture: Path | None = None,
+    speed: Speed | None = None,
+    contact: OverLength | None = None,
+    base_angle: Angle | None = None,
+    friction: float = 0.4,
+    texture_start: Duration = 0.0,
+    gratings: int = 39,
+    of: WhiskerOptions = NO_WHISKER,
+    drawing: PictureOptions = NO_PICTURE,
+    output: OutputOptions = PRINTED,
+) -> None:
+    """A signal measured at a whisker's base, a robot's or an isolated one: resonance, damping, envelope.
+
+    With texture, whisker, posture and speed also what the model predicts, and how well its envelope agrees.
+
+    Parameters
+    ----------
+    signal
+        Table (CSV) with a header, or .wav.
+    kind
+        Quantity that the sensor measures.
+    signal_unit
+        Unit of the numbers, or of the reading (V), which needs a calibration; full scale of integers in a .wav.
+    calibration
+        N m (moment, hall), 1/m, strain or N per unit of the reading.
+    sampling_rate
+        Samples per second of a table without times [Hz].
+    column
+        Column of the table, or channel of the .wav from 1.
+    rest
+        Start and end of a time in which nothing touches the whisker [s]: its mean is zero.
+    guess
+        Approximate frequency of a resonance [Hz]; once for each. By default those of the whisker in its posture, or in
+        air.
+    n_modes
+        Resonances that are looked for, if they are not guessed.
+    texture
+        CSV of gaps.
+    speed
+        Speed of the texture [m/s].
+    contact
+        Position of the contact along the shaft, over L; or, with a whisker, its distance from the tip of the cone along
+        the shaft (11.6mm).
+    base_angle
+        Angle of the shaft at the base to the substrate [rad].
+    friction
+        Coefficient of friction of the substrate.
+    texture_start
+        When x = 0 of the texture meets the contact, in the file's time [s].
+    gratings
+        Shuffled textures whose predictions give the agreement by chance.
+    """
+    from vibrissa.mechanics.statics.profile import Posture
+    from vibrissa.study.forward.base_signals import analyse_signal
+    from vibrissa.study.spec.base_signal import BaseSignal
+
+    if (contact is None) != (base_angle is None):
+        raise ConflictError("posture", "must have both --contact and --base-angle, or neither")
+    cone, posture = of.cone(), None
+    if contact is not None and base_angle is not None:
+        posture = Posture(contact=over_length(contact, "--contact", cone), base_angle=base_angle, friction=friction)
+    entry = BaseSignal(
+        path=str(signal.absolute()), kind=kind, unit=signal_unit, calibration=calibration, sampling_rate=sampling_rate,
+        column=column, rest=rest, guess=None if guess is None else tuple(guess), modes=n_modes,
+        whisker=cone, posture=posture, texture=None if texture is None else str(texture.absolute()),
+        scan_speed=speed, start=texture_start, gratings=gratings, name=signal.stem,
+    )  # fmt: skip
+    with stage("base signal"):
+        found = analyse_signal(entry, Path())
+    drawing.draw("others.base_signal", found)
+    if found.attrs["absent"]:
+        tell(found.attrs["absent"])
+    output.show(found, [str(name) for name in found.data_vars if found[name].dims == ("mode",)])

@@ -1,0 +1,85 @@
+"""Points and rectangles of an image, as commands take them."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from vibrissa.errors import MissingError, ShapeError
+
+Side = Literal["left", "right", "top", "bottom"]
+Point = tuple[float, float]
+
+
+def points_of(texts: list[str] | None, option: str) -> tuple[Point, ...]:
+    """Points written COLUMN,ROW.
+
+    Parameters
+    ----------
+    texts, option
+        As typed, and the option for messages.
+
+    Returns
+    -------
+    tuple of (float, float)
+        Columns and rows [pixels].
+    """
+    return tuple(_point(text, option) for text in texts or ())
+
+
+def line_of(texts: list[str] | None, option: str) -> tuple[Point, Point] | None:
+    """Two points, or none.
+
+    Parameters
+    ----------
+    texts, option
+        As typed, and the option for messages.
+
+    Returns
+    -------
+    tuple or None
+        The two points [pixels].
+
+    Raises
+    ------
+    InputError
+        If there is another number of points.
+    """
+    points = points_of(texts, option)
+    if len(points) not in (0, 2):
+        raise MissingError(option, "must be given twice, a point of the line each", len(points))
+    return (points[0], points[1]) if points else None
+
+
+def pixels_of(text: str | None, option: str) -> tuple[int, int, int, int] | None:
+    """A rectangle written C0,R0,C1,R1.
+
+    Parameters
+    ----------
+    text, option
+        As typed, and the option for messages.
+
+    Returns
+    -------
+    tuple of int or None
+        First column and row, last column and row.
+
+    Raises
+    ------
+    InputError
+        If the text is another.
+    """
+    if text is None:
+        return None
+    try:
+        column, row, last_column, last_row = map(int, text.split(","))
+    except ValueError:
+        raise ShapeError(option, "must be C0,R0,C1,R1", repr(text), f"for example {option} 20,10,480,300") from None
+    return column, row, last_column, last_row
+
+
+def _point(text: str, option: str) -> Point:
+    try:
+        column, row = map(float, text.split(","))
+    except ValueError:
+        raise ShapeError(option, "must be COLUMN,ROW", repr(text), f"for example {option} 120,187") from None
+    return column, row

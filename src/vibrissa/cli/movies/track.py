@@ -1,0 +1,187 @@
+"""The verb `track`: whiskers of a movie."""
+
+from __future__ import annotations
+
+import json as json_text
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+
+from vibrissa.cli.movies.points import Point, Side, line_of, pixels_of, points_of
+from vibrissa.cli.shared.output import Json, refuse_out, show, tell
+from vibrissa.cli.shared.pictures import write_picture
+from vibrissa.cli.shared.progress import progress_bars, stage
+from vibrissa.cli.shared.units import Length, Rate
+from vibrissa.errors import FormatError
+from vibrissa.video.kernel.estimator_table import Estimator, described
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def track(
+    movie: Path,
+    *,
+    frame_rate: Rate | None = None,
+    pixel_size: Length,
+    seed_point: list[str] | None = None,
+    skin: list[str] | None = None,
+    base: Side | None = None,
+    polarity: Literal["dark", "bright"] = "dark",
+    region: str | None = None,
+    background: str = "space",
+    estimator: Annotated[Estimator, Parameter(help=f"What places the line in a column. {described()}.")] = "matched",
+    search: int = 4,
+    least_contrast: float = 3.0,
+    node_spacing: Length | None = None,
+    substrate: list[str] | None = None,
+    whisker_length: Annotated[Length | None, Parameter(name="--whisker.length")] = None,
+    lamp: str | None = None,
+    preview: Path | None = None,
+    out: Path | None = None,
+    json: Json = False,
+) -> None:
+    """Track whiskers in a movie: centrelines at nodes of fixed arc length.
+
+    Parameters
+    ----------
+    movie
+        Movie: AVI, MP4, MKV, TIFF, folder of images, Photron .cih(x) or .mraw, .npy; grey.
+    frame_rate
+        Frames per second of the acquisition [Hz]; a movie file knows its playback rate only, a camera's header may have
+        it.
+    pixel_size
+        Side of a pixel in the plane of the whiskers [m].
+    seed_point
+        COLUMN,ROW of a point of a whisker in the first frame [pixels]; once for each whisker. Whiskers are found and
+        counted if it is not given.
+    skin
+        COLUMN,ROW of the point where a whisker leaves the skin [pixels]; once for each whisker, or not at all: then arc
+        length counts from where each is first seen.
+    base
+        Side of the image on which the whiskers leave the skin; left by default, or as found with the whiskers.
+    polarity
+        Whiskers darker or brighter than the background.
+    region
+        C0,R0,C1,R1: first column and row, last column and row that are searched [pixels].
+    background
+        Background of the whiskers: space (estimated in every frame), mean (of the movie itself, refused where a
+        whisker survives in it), or an image or movie without whiskers.
+    search
+        Largest distance of the line from where it is expected, in one column [pixels].
+    least_contrast
+        Signal to noise of the contrast below which a column is lost.
+    node_spacing
+        Arc length between nodes [m]; 5 pixels by default.
+    substrate
+        COLUMN,ROW of a point of the line along which the whiskers touch the substrate [pixels]; twice. Then skin and
+        contact are extrapolated from the visible end, which must lie before the contact (--region), and a contact off
+        the line is rejected.
+    whisker_length
+        Length of the nontruncated cone of the whiskers [m], for the contact; without it, the paper's polynomial.
+    lamp
+        C0,R0,C1,R1 of the lamp that lights as the texture arrives [pixels], or `find`.
+    preview
+        Picture of the tracking: .mp4 or .mkv for a movie with the nodes over it, .png for a sheet of six frames.
+    out
+        Dataset to write (NetCDF); MOVIE's name with .nc in the current folder by default.
+    """
+    from vibrissa.files import save
+    from vibrissa.study.movie.backward import followed, track_file
+    from vibrissa.study.spec.settings import MovieFile
+
+    out = out or Path(movie.name).with_suffix(".nc")
+    _refuse_before(frame_rate, pixel_size, out, preview)
+    seeds, area = points_of(seed_point, "--seed-point"), pixels_of(region, "--region")
+    if not seeds:
+        seeds, base = _found(movie, polarity, base, area)
+    settings = MovieFile(
+        path=str(movie),
+        frame_rate=frame_rate,
+        pixel_size=pixel_size,
+        seeds=seeds,
+        skin=points_of(skin, "--skin") or None,
+        base=base or "left",
+        polarity=polarity,
+        background=background,
+        region=area,
+        search=search,
+        threshold=least_contrast,
+        estimator=estimator,
+        node_spacing=node_spacing,
+        substrate=line_of(substrate, "--substrate"),
+        whisker_length=whisker_length,
+        lamp="find" if lamp == "find" else pixels_of(lamp, "--lamp"),
+    )
+    with progress_bars() as progress:
+        profile = track_file(settings, Path(), progress)
+    if preview is not None:
+        with stage("preview"):
+            _preview(movie, profile, preview)
+    save(profile, out)
+    tell(f"the profiles are in {out}")
+    remarks_on(profile)
+    table = followed(profile)
+    if "contact_accepted" in profile:
+        table = table.merge(profile[["contact_arc_length", "contact_arc_length_sd", "contact_accepted"]])
+    show(table, json=json)
+
+
+def remarks_on(profile: xr.Dataset) -> None:
+    """Report what was noticed of the movie, whiskers that were mostly lost, and trials that are rejected.
+
+    Parameters
+    ----------
+    profile : Dataset
+        What was tracked.
+    """
+    noted = {name: json_text.loads(profile.attrs.get(name, "[]")) for name in ("lost", "remarks", "rejected")}
+    for whisker, runs in enumerate(noted["lost"]):
+        lost: Counter[str] = Counter()
+        for first, last, reason in runs:
+            lost[reason] += last - first + 1
+        if 2 * lost.total() > profile.sizes["time"]:
+            [(most, _)] = lost.most_common(1)
+            tell(f"whisker {whisker} was lost in {lost.total()} of {profile.sizes['time']} frames, mostly: {most}")
+    tell(*noted["remarks"])
+    tell(*(f"whisker {k} is rejected: {reason}" for k, reason in enumerate(noted["rejected"]) if reason))
+    if "led_frame" in profile.attrs:
+        tell(f"the lamp lights in frame {profile.attrs['led_frame']}")
+
+
+def _refuse_before(frame_rate: float | None, pixel_size: float, out: Path, preview: Path | None) -> None:
+    """Refuse, before any work, what would only fail after it."""
+    from vibrissa.video.tracking import Calibration
+
+    Calibration(frame_rate=1.0 if frame_rate is None else frame_rate, pixel_size=pixel_size)
+    refuse_out(out)
+    if preview is not None and preview.suffix not in (".mp4", ".mkv", ".png"):
+        raise FormatError("--preview", "must end in .mp4, .mkv or .png", str(preview))
+
+
+def _found(
+    movie: Path, polarity: Literal["dark", "bright"], base: Side | None, region: tuple[int, int, int, int] | None
+) -> tuple[tuple[Point, ...], Side]:
+    """A seed on each whisker of the first frame, and the side of the bases."""
+    from vibrissa.video.find.finding import find_seeds
+    from vibrissa.video.io.movie import read_blocks
+
+    image = next(iter(read_blocks(movie, 1)))[0]
+    side, found = find_seeds(image, polarity=polarity, base=base, region=region)
+    seeds = tuple(one.seed for one in found)
+    places = "; ".join(f"{column:g},{row:g}" for column, row in seeds)
+    tell(f"{len(seeds)} whisker{'s' * (len(seeds) != 1)} found from the {side}, seeds {places}")
+    return seeds, side
+
+
+def _preview(movie: Path, profile: xr.Dataset, path: Path) -> None:
+    from vibrissa.figures.others import preview
+    from vibrissa.video.io.movie import read_blocks
+
+    if path.suffix == ".png":
+        write_picture(preview.draw(preview.compute(read_blocks(movie), profile)), path)
+    else:
+        preview.write_preview(path, read_blocks(movie), profile)
+    tell(f"the preview is {path}")

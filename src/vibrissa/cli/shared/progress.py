@@ -1,0 +1,180 @@
+"""Progress on stderr: bars on a terminal, elsewhere a line for each stage."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from threading import Event, Lock, Timer
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+from vibrissa.cli.shared.output import tell
+
+if TYPE_CHECKING:
+    from vibrissa.quantities.kinds import Progress
+
+COMPILING = "compiling, in a first run only"
+PATIENCE = 1.0  # [s]
+_FEWEST, _STAGE = 60, 30  # columns of a terminal on which the bar itself is shown; of the name of a stage
+
+
+@contextmanager
+def progress_bars(whole: bool = False) -> Iterator[Progress]:
+    """Report stages on stderr: each has a bar on a terminal; elsewhere a line when it starts.
+
+    Work that ends within a second has no lines, unless the ``whole`` of its stages is wanted.
+
+    Parameters
+    ----------
+    whole : bool
+        Whether short work has lines too.
+
+    Returns
+    -------
+    iterator of callable
+        Takes (stage, done, total).
+    """
+    from rich.console import Console
+
+    console = Console(file=sys.stderr)  # this stream itself: what the code of a stage prints does not reach it
+    with _bars(console) if console.is_terminal else _lines(whole) as progress, _compiling(progress):
+        yield progress
+
+
+@contextmanager
+def stage(name: str) -> Iterator[None]:
+    """Report work of one stage whose length is not known.
+
+    Parameters
+    ----------
+    name : str
+        The stage.
+
+    Returns
+    -------
+    iterator of None
+        For ``with``.
+    """
+    with progress_bars() as progress:
+        progress(name, 0, 0)
+        yield
+
+
+@contextmanager
+def _compiling(progress: Progress) -> Iterator[None]:
+    """Report the loops that Numba compiles: those of a first run after installing, which then takes longer."""
+    from numba.core.event import Listener, install_listener
+
+    class Compiled(Listener):
+        count = 0
+
+        def on_start(self, event: Any) -> None:
+            progress(COMPILING, self.count, 0)
+
+        def on_end(self, event: Any) -> None:
+            self.count += 1
+            progress(COMPILING, self.count, 0)
+
+    with install_listener("numba:compile", Compiled()):
+        yield
+
+
+@contextmanager
+def _lines(whole: bool) -> Iterator[Progress]:
+    """A line when a stage starts; those of the first second wait, so that a refusal is one line."""
+    begin, seen, held, printed, lock = perf_counter(), set[str](), list[str](), Event(), Lock()
+
+    def release() -> None:
+        printed.set()
+        with lock:  # of the timer's thread and of whoever reports
+            while held:
+                tell(held.pop(0))
+
+    def report(stage: str, done: int, total: int) -> None:
+        if stage not in seen:
+            seen.add(stage)
+            count = f" ({done} of {total})" if total else ""
+            held.append(f"{_clock(perf_counter() - begin)} {stage}{count}")
+            if printed.is_set():
+                release()
+
+    watch = Timer(PATIENCE, release)
+    watch.daemon = True
+    watch.start()
+    try:
+        yield report
+    finally:
+        watch.cancel()
+    if whole:
+        release()
+
+
+@contextmanager
+def _bars(console: Any) -> Iterator[Progress]:
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = [
+        TextColumn(f"{{task.description:<{_STAGE}}}"),
+        TextColumn("{task.fields[count]:>9}"),
+        TimeElapsedColumn(),
+    ]
+    if console.width >= _FEWEST:
+        columns.insert(1, BarColumn(bar_width=None))
+    with Progress(*columns, console=console, expand=True) as bars:
+        stages: dict[str, Any] = {}
+
+        def end() -> None:
+            for task in stages.values():
+                whole = bars.tasks[task].completed or 1
+                bars.update(task, total=whole, completed=whole)
+
+        def report(stage: str, done: int, total: int) -> None:
+            if stage not in stages:
+                if stage != COMPILING:  # which is part of another
+                    end()
+                stages[stage] = bars.add_task(stage, total=None, count="")
+            count = f"{done}/{total}" if total else f"{done}" if done else ""
+            bars.update(stages[stage], completed=done, total=total or None, count=count)
+
+        yield report
+        end()
+
+
+@contextmanager
+def stoppable(out: Path) -> Iterator[None]:
+    """Stop cleanly on Ctrl-C, or on a batch system's signal that time is up, and print how to continue.
+
+    Parameters
+    ----------
+    out : Path
+        Folder of the results.
+
+    Returns
+    -------
+    iterator of None
+        For ``with``.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        When it is stopped.
+    """
+    import signal
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    except KeyboardInterrupt:
+        tell(f"stopped; what is done is kept in {out}, and the same command goes on from there")
+        raise
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _clock(seconds: float) -> str:
+    return f"{int(seconds) // 3600}:{int(seconds) // 60 % 60:02}:{int(seconds) % 60:02}"

@@ -1,0 +1,363 @@
+"""Quantities of the command line: ``40mm``, ``70deg``, ``100mm/s``; a bare number is SI, or over L where it says so.
+
+A type for each dimension annotates an option. Pint, with a registry of the few units here, is imported where a value is
+no bare number.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from decimal import Decimal
+from functools import cache
+from inspect import signature
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+from cyclopts import Parameter, Token
+
+from vibrissa.cli.shared.glossary import GLOSSARY, SHARES
+from vibrissa.errors import FormatError, MissingError, RangeError, ShapeError
+
+if TYPE_CHECKING:
+    from vibrissa.whisker import Whisker
+
+
+class Dimension(NamedTuple):
+    """A dimension: the words for one quantity of it, and the SI unit."""
+
+    words: str
+    unit: str
+
+
+DIMENSIONS = {
+    "length": Dimension("a length", "m"),
+    "angle": Dimension("an angle", "rad"),
+    "speed": Dimension("a speed", "m/s"),
+    "acceleration": Dimension("an acceleration", "m/s²"),
+    "rate": Dimension("a frequency", "Hz"),
+    "duration": Dimension("a time", "s"),
+    "pressure": Dimension("a pressure", "Pa"),
+    "density": Dimension("a density", "kg/m³"),
+    "voltage": Dimension("a voltage", "V"),
+    "slope": Dimension("a rate per length", "1/(s m)"),
+}
+UNITS = """
+    metre = [length] = m = meter
+    second = [time] = s
+    gram = [mass] = g
+    volt = [voltage] = V
+    radian = [angle] = rad
+    degree = 0.017453292519943295 radian = deg = °
+    minute = 60 second = min
+    hertz = 1 / second = Hz
+    newton = 1000 gram * metre / second ** 2 = N
+    pascal = newton / metre ** 2 = Pa
+    nano- = 1e-9 = n-
+    micro- = 1e-6 = µ- = μ- = u-
+    milli- = 1e-3 = m-
+    centi- = 1e-2 = c-
+    kilo- = 1e3 = k-
+    mega- = 1e6 = M-
+    giga- = 1e9 = G-
+"""
+_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµμ°/][\w°²³/*^()· -]*?)\s*")
+_HAS_METAVAR = "metavar" in signature(Parameter).parameters  # of later versions of cyclopts
+_METAVARS = {"over length": "share|length"}
+_MOST = 100_000  # numbers along one axis
+
+
+class Metres:
+    """A length that was typed where the package takes a share of L; ``value`` [m]."""
+
+    def __init__(self, value: float) -> None:
+        self.value = value
+
+
+class Axis:
+    """Numbers along an axis, ascending; ``metres`` says that they are lengths, to be taken over L."""
+
+    def __init__(self, values: list[float], *, metres: bool = False) -> None:
+        self.values, self.metres = values, metres
+
+
+def number(text: str) -> float | None:
+    """The number of a text that has no unit; None of any other text.
+
+    Parameters
+    ----------
+    text : str
+        As typed.
+
+    Returns
+    -------
+    float or None
+        0.04 of ``0.04``, None of ``40mm``.
+    """
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def written(option: str, text: str = "") -> str:
+    """How a quantity of an option is written: the number that was typed, with the unit that is likely meant.
+
+    Parameters
+    ----------
+    option : str
+        As in the glossary.
+    text : str
+        As typed; a unit that it has is left out.
+
+    Returns
+    -------
+    str
+        ``--base-angle 70deg``.
+    """
+    example = _QUANTITY.fullmatch(GLOSSARY[option].example.split(":")[0].split(" ")[0])
+    typed = _QUANTITY.fullmatch(text)
+    if example is None:
+        return f"{option} {GLOSSARY[option].example}"
+    value = typed[1] if typed else text if number(text) is not None else example[1]
+    return f"{option} {value}{example[2]}"
+
+
+def in_si(text: str, option: str, kind: str) -> float:
+    """What was typed, in SI units.
+
+    Parameters
+    ----------
+    text, option : str
+        As typed, and the option as in the glossary.
+    kind : str
+        Key of ``DIMENSIONS``.
+
+    Returns
+    -------
+    float
+        In SI units.
+
+    Raises
+    ------
+    InputError
+        If the text is no number, has another dimension, or lacks a unit where SI is hardly meant.
+    """
+    words, unit = DIMENSIONS[kind]
+    bare = number(text)
+    if bare is not None:
+        _refuse_unlikely(text, bare, option, unit)
+        return bare
+    value = _converted(text, unit)
+    if value is None:
+        raise FormatError(
+            option, f"must be {words}", repr(text), f"write {written(option, text)}, or the number in {unit}"
+        )
+    return value
+
+
+def over_length(value: float | Metres, option: str, cone: Whisker | None) -> float:
+    """A share of L, of a whisker whose length is known where a length was typed.
+
+    Parameters
+    ----------
+    value : float or Metres
+        What an option of the type ``OverLength`` gives.
+    option : str
+        For messages.
+    cone : Whisker, optional
+        Gives L.
+
+    Returns
+    -------
+    float
+        Over L.
+
+    Raises
+    ------
+    InputError
+        If it is a length and there is no whisker.
+    """
+    return value if not isinstance(value, Metres) else value.value / _length(option, cone)
+
+
+def values_of(axis: Axis, option: str, cone: Whisker | None = None) -> list[float]:
+    """Numbers of an axis, as shares of L where lengths were typed.
+
+    Parameters
+    ----------
+    axis, option, cone
+        As in :func:`over_length`.
+
+    Returns
+    -------
+    list of float
+        Ascending.
+
+    Raises
+    ------
+    InputError
+        As :func:`over_length`.
+    """
+    return axis.values if not axis.metres else [value / _length(option, cone) for value in axis.values]
+
+
+def _length(option: str, cone: Whisker | None) -> float:
+    if cone is None:
+        remedy = f"add --whisker.length 40mm or --atlas C2, or write {option} {SHARES[option]}"
+        raise MissingError(option, "must be over L where no whisker is given", remedy=remedy)
+    return cone.length
+
+
+def _refuse_unlikely(text: str, value: float, option: str, unit: str) -> None:
+    """Refuse a bare number that is hardly meant in SI units; what no unit mends is left to the package."""
+    least, most = GLOSSARY[option].least, GLOSSARY[option].most
+    if most is not None and most < value < math.inf:
+        raise RangeError(option, f"must have its unit above {most:g} {unit}", text, f"write {written(option, text)}")
+    if least is not None and 0 < value < least:
+        raise RangeError(option, f"must have its unit below {least:g} {unit}", text, f"write {written(option, text)}")
+
+
+def _converted(text: str, unit: str) -> float | None:
+    """A number with its unit, in another; None if it is none, or of another dimension."""
+    if (parts := _QUANTITY.fullmatch(text)) is None:
+        return None
+    try:
+        given, wanted = (_registry().parse_expression(_plain(one)) for one in (parts[2], unit))
+        return float(Decimal(parts[1]) * given.to(wanted.units).magnitude)
+    except Exception:  # pint's parser fails in a dozen ways
+        return None
+
+
+def _plain(unit: str) -> str:
+    unit = unit.replace("²", "**2").replace("³", "**3").replace("^", "**").replace("·", "*")
+    return f"1{unit}" if unit.startswith("/") else unit.replace("(s m)", "s/m")
+
+
+@cache
+def _registry() -> Any:
+    from pint import UnitRegistry
+
+    registry: Any = UnitRegistry(None, non_int_type=Decimal)  # 95um is 95e-6 to the last bit
+    for line in UNITS.strip().splitlines():
+        registry.define(line.strip())
+    return registry
+
+
+Reader = Callable[[Any, Sequence[Token]], Any]
+
+
+def _reader(read: Callable[[str, str], Any], kind: str) -> Parameter:
+    """Parameter of an option whose words a function reads; the kind is kept for the glossary's test."""
+
+    def convert(_: Any, tokens: Sequence[Token]) -> Any:
+        return read(tokens[0].value, option_of(tokens[0].keyword or ""))
+
+    convert.kind = kind  # type: ignore[attr-defined]
+    named: dict[str, Any] = {"metavar": _METAVARS.get(kind, kind).upper()} if _HAS_METAVAR else {}
+    return Parameter(converter=convert, accepts_keys=False, **named)
+
+
+def option_of(word: str) -> str:
+    """The option as in the glossary, of a word that may have underscores.
+
+    Parameters
+    ----------
+    word : str
+        As typed.
+
+    Returns
+    -------
+    str
+        ``--base-angle``.
+    """
+    return word if word in GLOSSARY else word.replace("_", "-")
+
+
+def _quantity(kind: str) -> Parameter:
+    return _reader(lambda text, option: in_si(text, option, kind), kind)
+
+
+def _share(text: str, option: str) -> float | Metres:
+    bare = number(text)
+    if bare is not None:
+        return bare
+    value = _converted(text, "m")
+    if value is None:
+        remedy = f"write {option} {SHARES[option]}, over L, or {written(option, text)}"
+        raise FormatError(option, "must be a share of L, or a length", repr(text), remedy)
+    return Metres(value)
+
+
+def _axis(kind: str) -> Parameter:
+    return _reader(lambda text, option: axis_of(text, option, kind), kind)
+
+
+def axis_of(text: str, option: str, kind: str) -> Axis:
+    """Numbers of an axis, ascending, written FIRST:LAST:HOW-MANY, ends included, or as a list with commas.
+
+    Parameters
+    ----------
+    text, option : str
+        As typed, and the option as in the glossary.
+    kind : str
+        Of the numbers, as in the glossary.
+
+    Returns
+    -------
+    Axis
+        The numbers.
+
+    Raises
+    ------
+    InputError
+        If the text is neither, or has too few or too many numbers.
+    """
+    words = text.split(":") if ":" in text else text.split(",")
+    ends = [_one(word, option, kind) for word in (words[:2] if ":" in text else words)]
+    if len({isinstance(one, Metres) for one in ends}) > 1:
+        raise ShapeError(option, "must be lengths, or shares of L, not both", repr(text))
+    numbers = [one.value if isinstance(one, Metres) else one for one in ends]
+    if ":" in text:
+        numbers = _between(numbers, words, text, option)
+    return Axis(sorted(numbers), metres=isinstance(ends[0], Metres))
+
+
+def _one(word: str, option: str, kind: str) -> float | Metres:
+    if kind == "over length":
+        return _share(word, option)
+    if kind != "number":
+        return in_si(word, option, kind)
+    if (value := number(word)) is None:
+        raise ShapeError(
+            option, "must be FIRST:LAST:HOW-MANY or a list with commas", repr(word), f"for example {option} 0.1,0.2"
+        )
+    return value
+
+
+def _between(ends: list[float], words: list[str], text: str, option: str) -> list[float]:
+    import numpy as np
+
+    if len(words) != 3 or not words[2].isdecimal():
+        example = f"for example {option} 0.1:0.4:100 or {option} 0.1,0.2"
+        raise ShapeError(option, "must be FIRST:LAST:HOW-MANY or a list with commas", repr(text), example)
+    if not 2 <= int(words[2]) <= _MOST:
+        raise ShapeError(option, f"must have 2 to {_MOST} numbers", repr(text))
+    return np.linspace(ends[0], ends[1], int(words[2])).tolist()
+
+
+Length = Annotated[float, _quantity("length")]
+Angle = Annotated[float, _quantity("angle")]
+Speed = Annotated[float, _quantity("speed")]
+Acceleration = Annotated[float, _quantity("acceleration")]
+Rate = Annotated[float, _quantity("rate")]
+Duration = Annotated[float, _quantity("duration")]
+Pressure = Annotated[float, _quantity("pressure")]
+Density = Annotated[float, _quantity("density")]
+Voltage = Annotated[float, _quantity("voltage")]
+Slope = Annotated[float, _quantity("slope")]
+OverLength = Annotated[float | Metres, _reader(_share, "over length")]
+AngleAxis = Annotated[Axis, _axis("angle")]
+SpeedAxis = Annotated[Axis, _axis("speed")]
+OverLengthAxis = Annotated[Axis, _axis("over length")]
+NumberAxis = Annotated[Axis, _axis("number")]

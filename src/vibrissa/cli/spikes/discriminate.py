@@ -1,0 +1,105 @@
+"""The verb discriminate: textures decoded from spikes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
+from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
+from vibrissa.cli.shared.progress import progress_bars
+from vibrissa.cli.shared.units import Duration
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TABLE = ("accuracy", "accuracy_low", "accuracy_high", "chance_accuracy_high", "code_adjusted_p_value")
+Code = Literal["mean rate", "rate variance", "time course", "pattern"]
+
+
+def discriminate(
+    spikes: Path,
+    *,
+    window: tuple[Duration, Duration],
+    textures: Path | None = None,
+    event: str | None = None,
+    trial_table: Path | None = None,
+    only: tuple[str, str] | None = None,
+    code: list[Code] | None = None,
+    bin_width: Duration = 0.02,
+    folds: int = 5,
+    permutations: int = 400,
+    level: float = 0.05,
+    units: list[int] | None = None,
+    seed: int = 0,
+    drawing: PictureOptions = NO_PICTURE,
+    output: OutputOptions = PRINTED,
+) -> None:
+    """Which texture each trial was, by decoders that have not seen it: from mean rate, variance or time course.
+
+    Parameters
+    ----------
+    spikes
+        CSV with columns unit,trial,spike_time: any name, from 0, seconds from the trial's onset. Or an NWB file, a
+        Plexon .plx or a NeuroExplorer .nex.
+    window
+        START STOP of the part of each trial that is read [s].
+    textures
+        CSV with columns trial,texture, one line for every trial, silent ones included. Without it, the column stimulus
+        of the table of trials.
+    event
+        Event channel of a .plx or .nex file that marks the onsets.
+    trial_table
+        CSV with columns start,stop [s] and more, where the trials are not in the file of spikes.
+    only
+        COLUMN VALUE of the table of trials: the protocol wanted, where several are interleaved.
+    code
+        Feature of the spikes that is read: mean rate, rate variance, time course, pattern (when they came, given how
+        many); once for each, all by default.
+    bin_width
+        Width of the bins [s]; the window must be whole bins.
+    folds
+        Each trial is read by decoders taught on the other folds.
+    permutations
+        Random assignments of textures to trials, for the level of chance.
+    level
+        Largest p-value, adjusted over codes, at which textures count as discriminated.
+    units
+        Also the accuracy from so many units, drawn at random; once for each number.
+    seed
+        Seed of folds, permutations and draws.
+    """
+    from vibrissa.neural.coding import discrimination
+    from vibrissa.neural.coupling.response import trial_counts
+    from vibrissa.neural.io.recording import recorded_spikes
+    from vibrissa.neural.io.textures import textures_of
+
+    how = discrimination.Discrimination(
+        codes=tuple(code) if code else discrimination.Discrimination.codes,
+        bin_width=bin_width,
+        n_folds=folds,
+        n_permutations=permutations,
+        level=level,
+        seed=seed,
+    )
+    with progress_bars() as progress:
+        table, _ = recorded_spikes(spikes, window=window, event=event, trials=trial_table, only=only, progress=progress)
+        names = textures_of(table, textures)
+        counts, read = trial_counts(table, len(names), window, bin_width)
+        curve = discrimination.accuracy_by_units(counts, names, units, how, progress=progress) if units else None
+        data = discrimination.discriminate(counts, names, how, progress=progress)
+    data = data if curve is None else data.merge(curve, combine_attrs="override")
+    tell(*_remarks(data, table.sizes["unit"] - len(read)))
+    drawing.draw("others.discrimination", {"discrimination": data})
+    output.show(data, columns=[*TABLE, "code_verdict"])
+
+
+def _remarks(data: xr.Dataset, left_out: int) -> list[str]:
+    """Remarks that a reader needs before the numbers."""
+    lines = [f"{left_out} units were not observed in every trial and are left out"] if left_out else []
+    if data.attrs["blocked"]:
+        lines.append(
+            f"textures came in blocks ({data.attrs['changes_of_texture']} changes in {data.attrs['n_trials']} trials): "
+            "a slow drift would separate them as well"
+        )
+    return lines

@@ -1,0 +1,105 @@
+"""The verb neural: spikes against the envelope of their stimulus."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from vibrissa.cli.shared.output import PRINTED, OutputOptions, print_json, show, tell
+from vibrissa.cli.shared.progress import progress_bars
+from vibrissa.cli.shared.refusals import in_options
+from vibrissa.cli.shared.units import Duration
+from vibrissa.cli.spikes.recorded import WHOLE, PartOptions, RecordingOptions
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TABLE = ("unit_name", "significant", "p_value", "threshold", "threshold_low", "threshold_high", "slope", "latency")
+
+
+def neural(
+    *,
+    recorded: RecordingOptions,
+    stimulus: Path,
+    whisker: str | None = None,
+    period: Duration | None = None,
+    first_onset: Duration = 0.0,
+    group: list[str] | None = None,
+    null: Literal["circular", "paper2014"] = "circular",
+    fit: Literal["forward", "paper2014"] = "forward",
+    first_segment: Literal["flat-first", "free-first"] = "flat-first",
+    level: float = 0.01,
+    bin_width: Duration = 0.01,
+    part: PartOptions = WHOLE,
+    delay: list[Duration] | None = None,
+    spontaneous: tuple[Duration, Duration] | None = None,
+    seed: int = 0,
+    output: OutputOptions = PRINTED,
+) -> None:
+    """Whether the envelope of a stimulus drives each unit: from which threshold, how steeply, how late.
+
+    Parameters
+    ----------
+    stimulus
+        CSV with columns time,displacement in seconds and metres: one presentation, as played (filtered). Or, with
+        --whisker, the command that `vibrissa replay` wrote; or the dataset of `vibrissa scan --simulate-units`.
+    whisker
+        Whisker of that command whose motion is taken: C2, beta, …
+    period
+        From one onset of the stimulus to the next [s], of spikes on the session's clock; with --trials.
+    first_onset
+        The first of these onsets [s].
+    group
+        Of a folder of sorted units, which are taken: good (the default), mua, unsorted, …; once for each.
+    null
+        Chance: all circular shifts, adjusted over units, or the paper's 300 shuffles, not adjusted.
+    fit
+        A hinge seen through the bins, of continuous latency, or the paper's two segments at the best whole shift.
+    first_segment
+        Of the paper's fit: flat, or with its own slope.
+    level
+        Largest p-value (adjusted, for the circular null) that counts as significant.
+    bin_width
+        Width of the bins [s].
+    delay
+        Delay at which another whisker had the same stimulus [s]; once for each.
+    spontaneous
+        START STOP of a window without stimulus [s], for the spontaneous rate.
+    seed
+        Seed of the resampled trials and shuffles.
+    """
+    from vibrissa.study.neurons.neurons import analyse_neurons
+    from vibrissa.study.spec.neurons import Neurons
+
+    asked = Neurons(
+        **recorded.words(),
+        stimulus=str(stimulus),
+        whisker=whisker,
+        period=period,
+        first_onset=first_onset,
+        group=tuple(group or ("good",)),
+        null=null,
+        fit=fit,
+        first_segment=first_segment,
+        level=level,
+        bin_width=bin_width,
+        **vars(part),
+        delay=tuple(delay or ()),
+        spontaneous=spontaneous,
+        seed=seed,
+    )
+    with progress_bars() as progress:
+        found = analyse_neurons(asked, progress=progress)
+    tell(*map(in_options, found.remarks))
+    output.save(found.units)
+    if output.json:
+        _print_units(found.units)
+    else:
+        show(found.units, [*TABLE, "identified", "reason"])
+
+
+def _print_units(data: xr.Dataset) -> None:
+    """One JSON object with a list of units; NaN becomes null, "not measured"."""
+    columns = {str(name).replace("unit_name", "unit"): data[name].values.tolist() for name in data.data_vars}
+    rows = zip(*columns.values(), strict=True)
+    print_json({"units": [dict(zip(columns, row, strict=True)) for row in rows]})

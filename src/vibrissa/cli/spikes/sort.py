@@ -1,0 +1,193 @@
+"""The verb `sort`: from raw traces to units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Literal
+
+from cyclopts import Parameter
+
+from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
+from vibrissa.cli.shared.progress import stage
+from vibrissa.cli.shared.units import Duration, Length, Rate, Voltage
+from vibrissa.errors import ConflictError, MissingError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from vibrissa.neural.io.traces import RawFormat
+
+TABLE = ("unit_name", "unit_rate", "unit_electrode", "snr_mean", "refractory_violations", "contamination", "kept")
+SCORES = (
+    "true_snr",
+    "true_spikes",
+    "matched_unit",
+    "sorting_accuracy",
+    "sorting_recall",
+    "sorting_precision",
+    "units_unmatched",
+)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class RawOptions:
+    """Format of a recording that does not state its own.
+
+    Attributes
+    ----------
+    sampling_rate : float, optional
+        Samples per second of a file of bare samples [Hz].
+    channels : int, optional
+        Its channels.
+    dtype : {"int16", "int32", "float32", "float64"}
+        Kind of its samples.
+    gain : float, optional
+        Its volts per step [V].
+    pitch : float, optional
+        Distance between neighbouring electrodes [m], the channels in their order along one shank; where the recording
+        has no probe of its own.
+    stream : str, optional
+        Which stream of a SpikeGLX or Open Ephys folder.
+    """
+
+    sampling_rate: Rate | None = None
+    channels: int | None = None
+    dtype: Literal["int16", "int32", "float32", "float64"] = "int16"
+    gain: Voltage | None = None
+    pitch: Length | None = None
+    stream: str | None = None
+
+    def format(self) -> RawFormat:
+        """The options as the reader takes them."""
+        from vibrissa.neural.io.traces import RawFormat
+
+        return RawFormat(**vars(self))
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class SimulationOptions:
+    """The recording that is simulated where none is given.
+
+    Attributes
+    ----------
+    duration : float
+        Of the simulated recording [s].
+    electrodes : int
+        Its channels.
+    n_units : int
+        Its units.
+    keep : Path, optional
+        Folder in which it is left, as recording.dat and truth.csv.
+    """
+
+    duration: Duration = 20.0
+    electrodes: int = 8
+    n_units: int = 6
+    keep: Path | None = None
+
+    def generated(self, folder: str | Path, seed: int) -> tuple[Path, RawFormat, xr.Dataset]:
+        """The recording, written, and its truth.
+
+        Parameters
+        ----------
+        folder : path
+            Where it is written, if it is not kept.
+        seed : int
+            Of the recording.
+
+        Returns
+        -------
+        path, format, truth
+            As :func:`vibrissa.neural.sorting.simulated.generate`.
+        """
+        from vibrissa.neural.sorting.simulated import generate
+
+        where = self.keep or Path(folder)
+        return generate(where, seed=seed, duration=self.duration, channels=self.electrodes, units=self.n_units)
+
+
+def sort(
+    recording: Path | None = None,
+    *,
+    raw: RawOptions = RawOptions(),
+    simulation: SimulationOptions = SimulationOptions(),
+    sorter: str = "spykingcircus2",
+    truth: Path | None = None,
+    seed: int = 0,
+    workers: int = 1,
+    spikes_out: Path | None = None,
+    output: OutputOptions = PRINTED,
+) -> None:
+    """Sort the spikes of a raw recording into units. Without one, a simulated recording, held against its truth.
+
+    Parameters
+    ----------
+    recording
+        A file of bare samples (.raw, .dat, .bin: all channels of a sample, then the next sample), or a folder of
+        SpikeGLX, Open Ephys (binary) or SpikeInterface.
+    sorter
+        A sorter that SpikeInterface has here: spykingcircus2, tridesclous2, simple, or another that is installed.
+    truth
+        CSV with columns spike_time,unit of the true spikes, where they are known: accuracy of the units is added.
+    seed
+        Of the sorter, and of the simulated recording.
+    workers
+        Processes.
+    spikes_out
+        Write the spikes as CSV with columns spike_time,unit [s], which `vibrissa neural` takes with --trial-table.
+    """
+    from vibrissa.neural.io.spike_csv import read_spikes, write_csv
+    from vibrissa.neural.io.traces import open_traces
+    from vibrissa.neural.sorting import sorters as sorting
+
+    _refuse_csv(spikes_out)
+    _refuse_useless(recording, raw, simulation, truth)
+    how, known = raw.format(), None if truth is None else read_spikes(truth)
+    with TemporaryDirectory() as folder:
+        if recording is None:
+            with stage("simulating a recording"):
+                recording, how, known = simulation.generated(folder, seed)
+        with stage(f"sorting by {sorter}"):
+            found = sorting.sort(open_traces(recording, how), sorter, seed=seed, workers=workers)
+    if spikes_out is not None:
+        write_csv(found, spikes_out)
+    tell(*_remarks(found))
+    names = list(TABLE)
+    if known is not None:
+        found = found.merge(sorting.accuracy(found, known), combine_attrs="override")
+        names += [name for name in SCORES if name in found]
+    output.show(found, names)
+
+
+def _refuse_useless(recording: Path | None, raw: RawOptions, simulation: SimulationOptions, truth: Path | None) -> None:
+    """Refuse options of a recording where one is simulated, and of a simulation where one is given."""
+    given, fresh = (raw, RawOptions()) if recording is None else (simulation, SimulationOptions())
+    useless = [name for name, value in vars(given).items() if value != vars(fresh)[name]]
+    if recording is None and truth is not None:
+        useless.append("truth")
+    if useless:
+        rule = "must go with a recording" if recording is None else "must be left out: the recording is given"
+        raise ConflictError(f"--{useless[0].replace('_', '-')}", rule)
+
+
+def _refuse_csv(path: Path | None) -> None:
+    """Refuse, before any work, a name that is not that of a table of spikes."""
+    if path is not None and (path.suffix != ".csv" or not path.absolute().parent.is_dir()):
+        raise MissingError("--spikes-out", "must end in .csv and lie in an existing folder", str(path))
+
+
+def _remarks(found: xr.Dataset) -> list[str]:
+    """Remarks that a reader needs on the units."""
+    attrs: dict[str, Any] = found.attrs
+    many = f"{found.sizes['unit']} units, {found.sizes['spike']} spikes in {attrs['duration']:.4g} s"
+    lines = [
+        f"{many} on {attrs['channels']} channels, by {attrs['sorter']}; which of them are single is for you to judge"
+    ]
+    broken = [str(name) for name, ok in zip(found.unit_name.values, found.kept.values, strict=True) if not ok]
+    if broken:
+        lines.append(f"units {', '.join(broken)} break the rules for single units (over 1 Hz, no interval below 1 ms)")
+    return lines

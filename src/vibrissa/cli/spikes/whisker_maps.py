@@ -1,0 +1,120 @@
+"""The verbs of what whiskers do to units: surround and glm."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vibrissa.cli.shared.output import PRINTED, OutputOptions
+from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
+from vibrissa.cli.shared.progress import stage
+from vibrissa.cli.shared.units import Duration
+from vibrissa.cli.spikes.recorded import WHOLE, PartOptions, RecordingOptions, show_map, span
+from vibrissa.errors import UnknownError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def surround(
+    *,
+    recorded: RecordingOptions,
+    command: Path,
+    bin_width: Duration = 0.01,
+    part: PartOptions = WHOLE,
+    level: float = 0.05,
+    unit: str | None = None,
+    drawing: PictureOptions = NO_PICTURE,
+    output: OutputOptions = PRINTED,
+) -> None:
+    """How much every whisker drives every unit, while all replay delayed copies of one texture.
+
+    Parameters
+    ----------
+    command
+        What `vibrissa replay` wrote: the motion of all whiskers.
+    bin_width
+        Width of the bins [s].
+    level
+        Largest p-value, adjusted over whiskers, at which a whisker is said to drive or to suppress.
+    unit
+        Print and draw the map of this unit alone.
+    """
+    from vibrissa.neural.glm.surround import SurroundAnalysis, surround_map
+    from vibrissa.stimulus.export import read_command
+
+    how = SurroundAnalysis(bin_width=bin_width, level=level, **vars(part))
+    moved = read_command(command)
+    table, count = recorded.read(span(moved))
+    with stage("weights of the whiskers"):
+        data = surround_map(_alone(table, unit), moved, count, how)
+    drawing.draw("others.surround", {"surround": data})
+    names = ["surround_weight", "surround_weight_low", "surround_weight_high", "surround_verdict"]
+    show_map(data, names, ["strongest_whisker", "threshold", "latency", "reason", "condition_number"], output)
+
+
+def glm(
+    *,
+    recorded: RecordingOptions,
+    command: Path,
+    bin_width: Duration = 0.005,
+    part: PartOptions = WHOLE,
+    reach: Duration = 0.04,
+    past: Duration = 0.1,
+    penalty: float = 10.0,
+    choose_penalty: bool = False,
+    level: float = 0.05,
+    unit: str | None = None,
+    output: OutputOptions = PRINTED,
+) -> None:
+    """Poisson model of each unit: every whisker at every latency, and the unit's own past.
+
+    Parameters
+    ----------
+    command
+        What `vibrissa replay` wrote: the motion of all whiskers.
+    bin_width
+        Width of the bins [s].
+    reach
+        Longest latency of a whisker's kernel [s].
+    past
+        Longest lag of the unit's own past [s]; 0 leaves it out.
+    penalty
+        On the squared coefficients of the whiskers.
+    choose_penalty
+        Take the penalty that foresees unseen trials best instead; intervals of strong kernels are then too narrow.
+    level
+        Largest p-value, adjusted over whiskers, at which a whisker is said to matter.
+    unit
+        Print this unit alone.
+    """
+    from vibrissa.neural.glm.kernel_columns import KernelAnalysis
+    from vibrissa.neural.glm.poisson_model import whisker_kernels
+    from vibrissa.stimulus.export import read_command
+
+    how = KernelAnalysis(
+        bin_width=bin_width,
+        **vars(part),
+        reach=reach,
+        past=past,
+        penalty=None if choose_penalty else penalty,
+        level=level,
+    )
+    moved = read_command(command)
+    table, count = recorded.read(span(moved))
+    with stage("models of the units"):
+        data = whisker_kernels(_alone(table, unit), moved, count, how)
+    names = ["whisker_effect", "whisker_effect_low", "whisker_effect_high", "whisker_p_value", "whisker_matters"]
+    show_map(data, names, ["kernel_rate", "deviance_explained", "penalty", "reason", "kernel_condition"], output)
+
+
+def _alone(spikes: xr.Dataset, name: str | None) -> xr.Dataset:
+    """Spikes of one unit alone, so that no other is fitted; of all where none is named."""
+    if name is None:
+        return spikes
+    names = [str(one) for one in spikes.unit_name.values]
+    if name not in names:
+        raise UnknownError("--unit", f"must be one of {', '.join(names)}", repr(name))
+    k = names.index(name)
+    alone = spikes.isel(spike=spikes.spike_unit.values == k, unit=[k])
+    return alone.assign(spike_unit=alone.spike_unit - k)

@@ -1,0 +1,34 @@
+"""The verb `figure`: a figure of results."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vibrissa.cli.shared.output import tell
+from vibrissa.cli.shared.pictures import refuse_picture, write_picture
+from vibrissa.cli.shared.progress import stage
+from vibrissa.errors import MissingError
+
+
+def figure(number: str, results: Path, *, out: Path) -> None:
+    """Draw one of the paper's figures, or of the report's others, from the results of any study.
+
+    Parameters
+    ----------
+    number
+        1 to 9 as in the paper; 6ab and 7e for the model's panels; 10 for resonance and damping of every sweep; surface;
+        base.
+    results
+        Folder that `run` or `recordings` wrote, or one dataset of it under its name there (gap.nc); of several
+        recordings the table of units of one (units_2.nc), for figure 8 too; for figure 9 a table of units of any name.
+    out
+        Picture to write: .png, .pdf or .svg.
+    """
+    refuse_picture(out, "--out")
+    if not results.exists():
+        raise MissingError(str(results), "must be an existing folder or dataset")
+    from vibrissa.study.report.gallery import figure_of
+
+    with stage(f"figure {number}"):
+        write_picture(figure_of(number, results), out)
+    tell(f"the figure is {out}")

@@ -1,0 +1,88 @@
+"""The verb `show`: what any file is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vibrissa.cli.shared.options import Flag
+from vibrissa.cli.shared.output import Json, print_json, say, tell
+from vibrissa.cli.shared.pictures import refuse_picture, write_picture
+from vibrissa.cli.shared.tables import folded, hanging
+from vibrissa.errors import ConflictError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def show(file: Path, *, plot: Flag = False, out: Path | None = None, json: Json = False) -> None:
+    """What any file is: a dataset, a table, a surface, a movie, an NWB session, a study, a folder of results.
+
+    Parameters
+    ----------
+    file
+        The file or folder.
+    plot
+        Draw it too.
+    out
+        Picture to draw (.png, .pdf or .svg); FILE's name with .png in the current folder by default.
+    """
+    if out is not None and not plot:
+        raise ConflictError("--out", "must go with --plot", str(out))
+    picture = out or Path(file.stem).with_suffix(".png")
+    if plot:
+        refuse_picture(picture, "--out")
+    from vibrissa.study.run.contents import contents
+
+    found = contents(file)
+    if json:
+        print_json({"kind": found.kind, "facts": found.facts, "variables": _variables(found.data)})
+    else:
+        say([f"{file.name}: {found.kind}", *hanging([_line(*fact) for fact in found.facts.items()])])
+        say(_table(found.data))
+    if plot:
+        _draw(found.kind, found.data, picture)
+
+
+def _draw(kind: str, data: xr.Dataset | None, picture: Path) -> None:
+    if data is None:
+        raise ConflictError("--plot", f"must be left out: nothing of a {kind} can be drawn")
+    from vibrissa.figures.others import contents
+
+    write_picture(contents.draw(contents.compute(data)), picture)
+    tell(f"the picture is {picture}")
+
+
+def _line(name: str, value: Any) -> str:
+    text = f"{value:.6g}" if isinstance(value, float) else " ".join(str(value).split())
+    return f"  {name}  {text if len(text) < 200 else text[:200] + ' …'}".rstrip()
+
+
+def _variables(data: xr.Dataset | None) -> list[dict[str, Any]]:
+    if data is None:
+        return []
+    return [
+        {
+            "name": str(name),
+            "dimensions": [str(dim) for dim in one.dims],
+            "units": one.attrs.get("units", "1"),
+            "long_name": one.attrs.get("long_name", ""),
+        }
+        for name, one in data.variables.items()
+    ]
+
+
+def _table(data: xr.Dataset | None) -> list[str]:
+    """Variables with their dimensions, unit and meaning, a line each."""
+    import shutil
+
+    rows = _variables(data)
+    if not rows:
+        return []
+    key = ["variable", *(row["name"] for row in rows)]
+    columns = [
+        ["dimensions", *(", ".join(row["dimensions"]) for row in rows)],
+        ["unit", *("" if row["units"] == "1" else row["units"] for row in rows)],
+        ["meaning", *(row["long_name"] for row in rows)],
+    ]
+    return ["", *folded(key, columns, shutil.get_terminal_size().columns)]

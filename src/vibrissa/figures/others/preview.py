@@ -1,0 +1,331 @@
+"""To look at tracking: a movie with the tracked nodes over its frames, and a sheet of a few frames."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cache
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibrissa.arrays import Array
+from vibrissa.errors import MissingError, RangeError
+from vibrissa.figures.canvas import house_style, new_figure, round_length, whisker_names
+from vibrissa.quantities import dataset
+from vibrissa.quantities import measured as measured_nodes
+from vibrissa.video.io.colour import write_colour
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+Blocks = Iterable[NDArray[Any]]
+Picture = NDArray[np.uint8]
+
+COLOURS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#D55E00")  # distinct for all eyes
+WIDE = 640  # pixels a frame is magnified to, at least, by a whole factor
+TEXT = 12  # height of the text [px]
+INSET = 40  # side of the part that is magnified [px]
+BOX = {"facecolor": "black", "alpha": 0.6, "pad": 1, "edgecolor": "none"}  # behind text on a picture
+
+
+def evenly(first: int, last: int, most: int) -> list[int]:
+    """At most ``most`` numbers of frames, evenly from the first to the last.
+
+    Parameters
+    ----------
+    first : int
+        First frame.
+    last : int
+        Last frame.
+    most : int
+        How many at most.
+
+    Returns
+    -------
+    list of int
+        Rising.
+
+    Raises
+    ------
+    InputError
+        If the range is empty, or fewer than one is wanted.
+    """
+    if not 0 <= first <= last:
+        raise RangeError("frames", "must be a first one from 0 on, and a last one not before it", (first, last))
+    if most < 1:
+        raise RangeError("most", "must be at least 1", most)
+    return [int(k) for k in np.linspace(first, last, min(most, last - first + 1)).round()]
+
+
+def write_preview(path: str | Path, blocks: Blocks, profile: xr.Dataset, frames: Sequence[int] | None = None) -> int:
+    """Write the overlay movie, H.264 in MP4 or MKV, whole or not at all.
+
+    Parameters
+    ----------
+    path : path
+        File to write.
+    blocks, profile, frames
+        As in :func:`overlay`; 500 frames, evenly, by default.
+
+    Returns
+    -------
+    int
+        Number of frames written.
+    """
+    chosen = evenly(0, profile.sizes["time"] - 1, 500) if frames is None else frames
+    return write_colour(path, overlay(blocks, profile, chosen))
+
+
+def overlay(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int]) -> Iterator[Picture]:
+    """Frames of a movie with what was tracked in them.
+
+    Parameters
+    ----------
+    blocks : iterable of (T, height, width) arrays
+        The movie that was tracked, from its first frame.
+    profile : Dataset
+        From :func:`vibrissa.video.tracking.track`, in the frame ``image``.
+    frames : sequence of int
+        Which of them, rising.
+
+    Yields
+    ------
+    (height, width, 3) array
+        Frame in grey, measured nodes in colour, below it the number of the frame, its time and the whiskers that are
+        lost, with the reason.
+
+    Raises
+    ------
+    InputError
+        If the movie ends before the last of the frames.
+    """
+    columns, rows = seen(profile)
+    names, lost = whisker_names(profile), json.loads(profile.attrs["lost"])
+    low, span = 0.0, 0.0
+    for index, image in chosen_frames(blocks, frames):
+        if not span:
+            low, span = float(image.min()), max(float(np.ptp(image)), 1.0)
+        size = max(1, -(-WIDE // image.shape[1]))
+        grey = np.clip((image.astype(np.float32) - low) * (255 / span), 0, 255).astype(np.uint8)
+        picture = np.repeat(np.repeat(np.repeat(grey[..., None], 3, axis=2), size, axis=0), size, axis=1)
+        for w in range(len(columns)):
+            _dots(picture, columns[w, index], rows[w, index], size, rgb(w))
+        yield np.concatenate([picture, *_captions(index, float(profile.time[index]), names, lost, picture.shape[1])])
+
+
+def chosen_frames(blocks: Blocks, frames: Sequence[int]) -> Iterator[tuple[int, NDArray[Any]]]:
+    """Number and image of some frames of a movie, rising.
+
+    Parameters
+    ----------
+    blocks : iterable of (T, height, width) arrays
+        The movie, from its first frame.
+    frames : sequence of int
+        Numbers of the frames, rising.
+
+    Yields
+    ------
+    int, (height, width) array
+        Number and image.
+
+    Raises
+    ------
+    InputError
+        If the movie ends before the last of them.
+    """
+    wanted, start = list(map(int, frames)), 0
+    for block in blocks:
+        while wanted and wanted[0] < start + len(block):
+            yield wanted[0], block[wanted[0] - start]
+            wanted.pop(0)
+        start += len(block)
+        if not wanted:
+            return
+    raise MissingError("movie", f"must have the frame {wanted[0]} that was tracked", f"{start} frames")
+
+
+def seen(profile: xr.Dataset) -> tuple[Array, Array]:
+    """Columns and rows of the measured nodes (whisker, time, node) [px]; NaN where none was measured.
+
+    Parameters
+    ----------
+    profile : Dataset
+        Nodes of the tracked whiskers.
+
+    Returns
+    -------
+    columns, rows : arrays
+        [px].
+    """
+    measured = measured_nodes(profile)
+    pixel = profile.attrs["pixel_size"]
+    return tuple(np.where(measured, profile[name].values / pixel, np.nan) for name in ("x", "y"))  # type: ignore[return-value]
+
+
+def rgb(whisker: int) -> NDArray[np.uint8]:
+    """Colour of a whisker.
+
+    Parameters
+    ----------
+    whisker : int
+        Its number.
+
+    Returns
+    -------
+    (3,) array of uint8
+        Red, green and blue.
+    """
+    return np.frombuffer(bytes.fromhex(COLOURS[whisker % len(COLOURS)][1:]), np.uint8)
+
+
+def _dots(picture: Picture, columns: Array, rows: Array, size: int, ink: Any) -> None:
+    """Squares of 3 × 3 pixels on the nodes; the whisker stays in sight between them."""
+    ok = np.isfinite(columns)
+    # the centre of the first pixel is (0, 0)
+    at = np.array([np.floor((values[ok] + 0.5) * size) for values in (rows, columns)], int)
+    for step in product((-1, 0, 1), repeat=2):
+        r, c = at + np.array(step)[:, None]
+        inside = (r >= 0) & (c >= 0) & (r < len(picture)) & (c < picture.shape[1])
+        picture[r[inside], c[inside]] = ink
+
+
+def _captions(index: int, time: float, names: list[str], lost: list[Any], width: int) -> list[Picture]:
+    """A strip of text for the frame, and one for each whisker, so that the size stays."""
+    strips = [_strip(f"frame {index}   {time:.4f} s", width, (255, 255, 255))]
+    for w, name in enumerate(names):
+        reason = next((why for first, last, why in lost[w] if first <= index <= last), None)
+        strips.append(_strip(f"{name}: lost, {reason}" if reason else f"{name}: followed", width, tuple(rgb(w))))
+    return strips
+
+
+def _strip(text: str, width: int, ink: tuple[int, ...]) -> Picture:
+    strip = np.zeros((TEXT + 6, width, 3), np.uint8)
+    at = 6
+    for letter in text:
+        mask = _glyph(letter)
+        if at + mask.shape[1] > width:
+            break
+        strip[:, at : at + mask.shape[1]] = (mask[..., None] * np.array(ink, float)).astype(np.uint8)
+        at += mask.shape[1]
+    return strip
+
+
+@cache
+def _glyph(letter: str) -> Array:
+    """A letter of a fixed-width face, 0 to 1, in a box of the strip's height."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    height, width = TEXT + 6, round(0.62 * TEXT)
+    figure = Figure(figsize=(width / 100, height / 100), dpi=100)
+    figure.text(0, 0.3, letter, family="DejaVu Sans Mono", fontsize=TEXT * 0.72)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()  # type: ignore[no-untyped-call]
+    return 1 - np.asarray(canvas.buffer_rgba())[:height, :width, 0] / 255  # type: ignore[no-untyped-call]
+
+
+def compute(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int] | None = None) -> xr.Dataset:
+    """Images and measured centrelines of a few frames.
+
+    Parameters
+    ----------
+    blocks, profile, frames
+        As in :func:`overlay`; six frames, evenly, by default.
+
+    Returns
+    -------
+    Dataset
+        ``image`` (time, row, column), ``line_column`` and ``line_row`` (time, whisker, node) [pixels].
+    """
+    chosen = evenly(0, profile.sizes["time"] - 1, 6) if frames is None else list(frames)
+    images = np.stack([image for _, image in chosen_frames(blocks, chosen)])
+    columns, rows = (np.moveaxis(values[:, chosen], 0, 1) for values in seen(profile))
+    attrs = {"names": json.dumps(whisker_names(profile)), "frames": json.dumps(chosen)}
+    attrs["pixel_size"] = profile.attrs["pixel_size"]
+    when = {"time": profile.time.values[chosen]}
+    row, column = map(np.arange, images.shape[1:])
+    stills = dataset(attrs, lead=("time",), **when, row=row, column=column, image=images)
+    named = when | {"whisker": profile.whisker.values}
+    lines = dataset(lead=("time", "whisker"), **named, line_column=columns, line_row=rows)
+    return stills.merge(lines, combine_attrs="override")
+
+
+@house_style
+def draw(data: xr.Dataset) -> Figure:
+    """Sheet of frames with their centrelines; a part of each magnified, with the nodes; a scale bar in the first.
+
+    Parameters
+    ----------
+    data : Dataset
+        From :func:`compute`.
+
+    Returns
+    -------
+    Figure
+        Of matplotlib.
+    """
+    count, across = data.sizes["time"], min(3, data.sizes["time"])
+    down = -(-count // across)
+    shape = data.sizes["row"] / data.sizes["column"]
+    figure, axes = new_figure(3.4 * across, (3.4 * shape + 0.35) * down + 0.4, down, across)
+    names, frames = json.loads(data.attrs["names"]), json.loads(data.attrs["frames"])
+    span = {"vmin": float(data.image.values.min()), "vmax": float(data.image.values.max())}
+    for k, panel in enumerate(axes.flat):
+        panel.set_axis_off()
+        if k < count:
+            _panel(panel, data.isel(time=k), names, span)
+            panel.set_title(f"frame {frames[k]}, {float(data.time[k]):.4f} s")
+    _scale_bar(axes.flat[0], data)
+    handles = axes.flat[0].lines[: len(names)]
+    figure.legend(handles, names, loc="outside lower center", ncols=min(6, len(names)))
+    return figure
+
+
+def _panel(panel: Any, data: xr.Dataset, names: list[str], span: dict[str, float]) -> None:
+    image, columns, rows = data.image.values, data.line_column.values, data.line_row.values
+    panel.imshow(image, **span)
+    for w in range(len(columns)):
+        panel.plot(columns[w], rows[w], color=COLOURS[w % len(COLOURS)], lw=1.0)
+    measured = np.flatnonzero(np.isfinite(columns).any(axis=1))
+    for k, w in enumerate(sorted(set(range(len(columns))) - {*measured.tolist()})):
+        look = {"color": COLOURS[w % len(COLOURS)], "va": "top", "bbox": BOX}
+        panel.text(0.02, 0.98 - 0.09 * k, f"{names[w]} not seen", transform=panel.transAxes, **look)
+    if len(measured):
+        _inset(panel, data, int(measured[0]), span)
+
+
+def _inset(panel: Any, data: xr.Dataset, whisker: int, span: dict[str, float]) -> None:
+    """The middle of a whisker magnified, in the corner farthest from the whiskers."""
+    columns, rows = data.line_column.values, data.line_row.values
+    nodes = np.flatnonzero(np.isfinite(columns[whisker]))
+    c, r = columns[whisker, nodes[len(nodes) // 2]], rows[whisker, nodes[len(nodes) // 2]]
+    size = data.sizes["column"], data.sizes["row"]
+    corners = [(0.02, 0.02), (0.63, 0.02), (0.02, 0.60), (0.63, 0.60)]  # of a box of 0.35 × 0.38
+    middles = [((x + 0.175) * size[0], (1 - y - 0.19) * size[1]) for x, y in corners]
+    ok = np.isfinite(columns)
+    room = [np.hypot(columns[ok] - x, rows[ok] - y).min() for x, y in middles]
+    inset = panel.inset_axes([*corners[int(np.argmax(room))], 0.35, 0.38])
+    inset.imshow(data.image.values, **span)
+    for w in range(len(columns)):
+        inset.plot(columns[w], rows[w], ".", color=COLOURS[w % len(COLOURS)], ms=3)
+    half = INSET / 2
+    inset.set(xlim=(c - half, c + half), ylim=(r + half, r - half), xticks=[], yticks=[])
+    for side in inset.spines.values():
+        side.set(visible=True, color="white")
+    panel.plot(c + half * np.array([-1, 1, 1, -1, -1]), r + half * np.array([-1, -1, 1, 1, -1]), "w-")
+
+
+def _scale_bar(panel: Any, data: xr.Dataset) -> None:
+    """A bar of a round length near a quarter of the width, at the bottom."""
+    width = data.sizes["column"] * data.attrs["pixel_size"]
+    length = round_length(width / 4)
+    pixels = length / data.attrs["pixel_size"]
+    left, row = 0.5 * (data.sizes["column"] - pixels), 0.96 * data.sizes["row"]
+    for ink, thick in (("black", 4.5), ("white", 2.5)):
+        panel.plot([left, left + pixels], [row, row], color=ink, lw=thick, solid_capstyle="butt")
+    panel.text(left + pixels / 2, row - 6, f"{1e3 * length:g} mm", color="white", ha="center", va="bottom", bbox=BOX)

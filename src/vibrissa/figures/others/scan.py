@@ -1,0 +1,134 @@
+"""A surface drawn past a whisker, as the model has it: excursion of the contact, modes, moment, and spectra."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibrissa.arrays import Array
+from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, add_caption, house_style, merged, new_figure
+from vibrissa.quantities import dataset, require
+from vibrissa.signals.spectra import power_spectrum
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SHOWN = 0.3  # [s] of the whole
+MODES = 2  # that are drawn in time
+WIDTH = 5.0  # [Hz] that a point of the spectra averages
+BEYOND = 1.5  # the spectra end at so many times the highest resonance
+_ABOVE: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1, 0.95), "ncols": 2}  # clear of the lines
+COLOURS = (FOUND, OTHER, "#009E73", "#CC79A7", "#56B4E9", "#E69F00")  # safe for the colour-blind
+
+
+def compute(scan: xr.Dataset, *, shown: float = SHOWN) -> xr.Dataset:
+    """The stretch that is drawn, about the strongest envelope of mode 1, and the spectra of the whole.
+
+    Parameters
+    ----------
+    scan : Dataset
+        From :func:`vibrissa.mechanics.scan.sampled.scanned` or
+        :func:`vibrissa.mechanics.scan.sampled.scanned_relief`.
+    shown : float
+        Length of the stretch [s].
+
+    Returns
+    -------
+    Dataset
+        ``excursion``, ``base_moment``, ``base_moment_quasi_static`` (time), ``mode_displacement`` about its mean and
+        ``envelope`` [m] (mode, time); ``power`` (mode, frequency), in steps of about 5 Hz, up to 1.5 times the highest
+        resonance; ``resonant_frequency``, ``mode_sd`` (mode). Attributes ``whisker_length`` [m], ``caption``.
+    """
+    require(scan, "excursion", "mode_displacement", "base_moment", "envelope", "resonant_frequency", "mode_sd")
+    time = scan.time.values
+    start = float(np.clip(time[scan.envelope.values[0].argmax()] - shown / 2, 0, max(0.0, time[-1] - shown)))
+    seen = (time >= start) & (time <= start + shown)
+    moving = scan.mode_displacement.values - scan.mode_displacement.values.mean(axis=1, keepdims=True)
+    frequency, power = _smoothed(*power_spectrum(moving, 1 / float(time[1] - time[0])))
+    band = (frequency > 0) & (frequency < BEYOND * float(np.nanmax(scan.resonant_frequency.values)))
+    data = dataset(
+        {"whisker_length": scan.attrs["whisker_length"]},
+        time=time[seen],
+        mode=scan.mode.values,
+        frequency=frequency[band],
+        excursion=scan.excursion.values[seen],
+        mode_displacement=moving[:, seen],
+        envelope=scan.envelope.values[:, seen],
+        base_moment=scan.base_moment.values[seen],
+        base_moment_quasi_static=scan.base_moment_quasi_static.values[seen],
+        power=power[:, band],
+        resonant_frequency=scan.resonant_frequency.values,
+        mode_sd=scan.mode_sd.values,
+    )
+    return data.assign_attrs(caption=_caption(scan))
+
+
+def _smoothed(frequency: Array, power: Array) -> tuple[Array, Array]:
+    """Means over runs of bins of some ``WIDTH``: one bin of a periodogram is as scattered as it is high."""
+    run = max(1, round(WIDTH / frequency[1]))
+    bins = (len(frequency) - 1) // run
+    kept = slice(1, 1 + bins * run)  # without the mean
+    every = (values[..., kept].reshape(*values.shape[:-1], bins, run) for values in (frequency, power))
+    smooth, smoothed = (values.mean(axis=-1) for values in every)
+    return smooth, smoothed
+
+
+def _caption(scan: xr.Dataset) -> str:
+    um = 1e6 * scan.attrs["whisker_length"]
+    modes = "; ".join(
+        f"mode {int(one.mode)}: {float(one.resonant_frequency):.1f} Hz, rms {um * float(one.mode_sd):.3g} µm"
+        for one in (scan[["resonant_frequency", "mode_sd"]].sel(mode=mode) for mode in scan.mode.values)
+    )
+    slow, all_of_it = (float(np.nanstd(scan[f"base_moment{part}"].values)) for part in ("_quasi_static", ""))
+    return (
+        f"Predicted, nothing measured. {modes}. The moment at the base has an rms of {1e9 * all_of_it:.3g} nN m, its "
+        f"quasi-static part of {1e9 * slow:.3g}."
+    )
+
+
+@house_style
+def draw(data: xr.Dataset) -> Figure:
+    """Excursion, modes and moment in time on the left, spectra on the right.
+
+    Parameters
+    ----------
+    data : Dataset
+        From :func:`compute`.
+
+    Returns
+    -------
+    Figure
+        Of matplotlib.
+    """
+    n = min(MODES, data.sizes["mode"])
+    figure, axes = new_figure(10.5, 0.8 + 1.4 * (n + 2), n + 2, 2, width_ratios=(1.6, 1), sharex="col")
+    um = 1e6 * data.attrs["whisker_length"]
+    axes[0, 0].plot(data.time, um * data.excursion, color="0.2", lw=0.9)
+    axes[0, 0].set(ylabel="excursion [µm]", title="how far the surface carries the contact, and what follows")
+    for i in range(n):
+        axes[1 + i, 0].plot(data.time, 1e6 * data.envelope[i], color=TRUTH, lw=2.5, label="envelope")
+        axes[1 + i, 0].plot(data.time, um * data.mode_displacement[i], color=COLOURS[i], lw=0.7)
+        axes[1 + i, 0].set_ylabel(f"mode {i + 1} [µm]")
+    axes[1, 0].legend(**_ABOVE)
+    below = axes[n + 1, 0]
+    below.plot(data.time, 1e9 * data.base_moment, color="0.2", lw=0.7, label="moment at the base")
+    below.plot(data.time, 1e9 * data.base_moment_quasi_static, color=OTHER, lw=0.9, label="quasi-static part")
+    below.set(xlabel="time [s]", ylabel="moment [nN m]", xlim=(float(data.time[0]), float(data.time[-1])))
+    below.legend(**_ABOVE)
+    _draw_spectra(figure.add_subplot(merged(axes[:, 1])), data)
+    return add_caption(figure, data)
+
+
+def _draw_spectra(axis: Axes, data: xr.Dataset) -> None:
+    scale = (1e6 * data.attrs["whisker_length"]) ** 2
+    for i in range(data.sizes["mode"]):
+        colour = COLOURS[i % len(COLOURS)]
+        axis.semilogy(data.frequency, scale * data.power[i], color=colour, lw=0.8, label=f"mode {i + 1}")
+        axis.axvline(float(data.resonant_frequency[i]), color=colour, ls=":", lw=1)
+    top = scale * float(np.nanmax(data.power.values))
+    axis.set(xlabel="frequency [Hz]", ylabel="power [µm²/Hz]", ylim=(1e-9 * top, 3 * top), xlim=(0, None))
+    axis.set_title("spectra of the modes; dotted: resonances")
+    axis.legend(loc="upper right")

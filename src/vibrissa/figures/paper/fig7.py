@@ -1,0 +1,264 @@
+"""Figure 7A–D: what sets the gain, measured and of the model, and envelopes compared by the distance scanned."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibrissa.arrays import Array, Mask
+from vibrissa.errors import TooFewError
+from vibrissa.figures.canvas import (
+    FOUND,
+    OTHER,
+    P_VALUES,
+    TRUTH,
+    add_caption,
+    house_style,
+    new_figure,
+    p_words,
+    split,
+    spread,
+)
+from vibrissa.figures.paper.fig6_envelopes import alike, drawn_by_distance
+from vibrissa.mechanics.across.gain import (
+    SOURCES,
+    STEP,
+    distance_correlogram,
+    gain_table,
+    whisker_of_animal,
+)
+from vibrissa.quantities import dataset, require
+from vibrissa.quantities.kinds import Series
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+EXAMPLES, SHOWN = 3, 40e-3  # [m] of the distance scanned
+MOST_PAIRS = 40  # of each kind
+OFFSETS = np.arange(-10e-3, 10.01e-3, 50e-6)  # [m]
+PAPER = {"scan_speed": "p = .11", "contact": "p < 1e-6", "base_angle": "p < 1e-15"}
+SYMBOLS = {"scan_speed": "v", "contact": "ε", "base_angle": "θ_b"}
+COLOURS = (FOUND, OTHER, "#009E73", "#CC79A7", "#E69F00", "#56B4E9")  # safe for the colour-blind
+
+
+def compute(study: Mapping[str, xr.Dataset], series: Series) -> xr.Dataset:
+    """Gain of every sweep, its effects, three sweeps by distance, and correlograms of pairs of sweeps.
+
+    Parameters
+    ----------
+    study : mapping
+        ``sweeps``.
+    series : callable
+        Number of a sweep → its ``mode_displacement`` and ``envelope``.
+
+    Returns
+    -------
+    Dataset
+        ``sweep_gain`` (source, sweep), the rms of mode 1 over L, measured and of the model; ``effect_p`` … (subset,
+        source, term) of all whiskers and of β and C1; ``pair_correlogram`` (pair, offset): one whisker of one animal,
+        two speeds, the same texture or two. Attribute ``caption``.
+
+    Raises
+    ------
+    InputError
+        If no sweep was accepted.
+    """
+    sweeps = study["sweeps"]
+    require(sweeps, "mode_rms_model", "contact", "base_angle", "accepted")
+    usable = sweeps.accepted.values.astype(bool)
+    if not usable.any():
+        raise TooFewError("sweeps", "must have one that was accepted")
+    data = dataset(
+        sweep=sweeps.sweep.values,
+        source=["measured", "model"],
+        sweep_gain=np.array([np.where(usable, sweeps[name].values[:, 0], np.nan) for name in SOURCES]),
+    ).assign_coords({name: sweeps[name] for name in ("scan_speed", "contact", "base_angle", "whisker_name", "animal")})
+    parts = (gain_table(sweeps), _examples(sweeps, usable, series), _pairs(sweeps, usable, series))
+    for part in parts:
+        data = data.merge(part, combine_attrs="override")
+    return data.assign_attrs(caption=_caption(data))
+
+
+def _examples(sweeps: xr.Dataset, usable: Mask, series: Series) -> xr.Dataset:
+    """Mode 1 and its envelope of up to three sweeps of one whisker over one texture, by distance."""
+    group = alike(sweeps, usable)
+    group = group[np.lexsort((sweeps.scan_speed.values[group], sweeps.contact.values[group]))]
+    chosen = spread(group, EXAMPLES)
+    length = float(sweeps.length.values[chosen[0]])  # of the one whisker
+    lines: dict[str, Callable[[xr.Dataset], Array]] = {
+        "example_mode": lambda one: one.mode_displacement.values[0],
+        "example_envelope": lambda one: one.envelope.values[0] / length,
+    }
+    more = {"example_angle": sweeps.base_angle.values, "example_frequency": _first_resonance(sweeps)}
+    some = {name: values[chosen] for name, values in more.items()}
+    return drawn_by_distance(sweeps, chosen, series, SHOWN, lines, some)
+
+
+def _first_resonance(sweeps: xr.Dataset) -> Array:
+    """Resonance of mode 1 [Hz] with the texture's forcing; where it is not known, with white forcing."""
+    known, white = (sweeps[f"resonant_frequency{end}"].values[:, 0] for end in ("", "_white"))
+    return np.where(np.isfinite(known), known, white)
+
+
+def _pairs(sweeps: xr.Dataset, usable: Mask, series: Series) -> xr.Dataset:
+    """Correlograms of sweeps of one whisker at two speeds: over the same texture, and over two."""
+    owner, texture, speed = whisker_of_animal(sweeps), sweeps.texture.values, sweeps.scan_speed.values
+    every = [
+        (i, j)
+        for i, j in combinations(np.flatnonzero(usable & (texture >= 0)).tolist(), 2)
+        if owner[i] == owner[j] and speed[i] != speed[j]
+    ]
+    kinds = [[(i, j) for i, j in every if bool(texture[i] == texture[j]) is same] for same in (True, False)]
+    chosen = [pair for kind in kinds for pair in kind[:: max(1, -(-len(kind) // MOST_PAIRS))]]
+    curves = [_correlogram(series, sweeps, i, j) for i, j in chosen]
+    return dataset(
+        pair=np.arange(len(chosen)),
+        offset=OFFSETS,
+        pair_same_texture=np.array([texture[i] == texture[j] for i, j in chosen], bool),
+        pair_correlogram=np.array(curves).reshape(len(chosen), len(OFFSETS)),
+    )
+
+
+def _correlogram(series: Series, sweeps: xr.Dataset, i: int, j: int) -> Array:
+    def envelope(k: int) -> tuple[Array, Array, float]:
+        one = series(int(sweeps.sweep[k]))
+        return one.envelope.values[0], one.time.values, float(sweeps.scan_speed[k])
+
+    offset, rho = distance_correlogram(envelope(i), envelope(j), float(OFFSETS[-1]) + STEP)
+    return np.interp(OFFSETS, offset, rho)
+
+
+def _caption(data: xr.Dataset) -> str:
+    """The paper's tests, here and there."""
+    gain = data.sweep_gain.values[0]
+    pairs = "B: correlograms of envelopes by distance, two speeds. " if data.sizes["pair"] else ""
+    text = (
+        f"A: mode 1 and envelope. {pairs}C, D: rms of mode 1, mean {1e3 * np.nanmean(gain):.2f} × 10⁻³ (paper "
+        "2.64 × 10⁻³). "
+    )
+    if not data.sizes["pair"]:
+        text += "B, correlograms: no whisker met a known texture at two speeds. "
+    else:
+        middle = data.pair_correlogram.sel(offset=0, method="nearest").values
+        same = data.pair_same_texture.values
+        kinds = (same, ~same)
+        means = (f"{np.mean(middle[kind]):.2f} ({kind.sum()} pairs)" if kind.any() else "none" for kind in kinds)
+        text += "Correlation without offset, same texture {}, two textures {}".format(*means)
+        text += f"{_peak_words(data) if same.any() else ''}. "
+    return text + " ".join(_effect_words(data.sel(source=source)) for source in data.source.values)
+
+
+def _peak_words(data: xr.Dataset) -> str:
+    """Where the mean correlogram of one texture peaks: the envelope lags the texture by a time, not by a distance."""
+    mean = data.pair_correlogram.values[data.pair_same_texture.values].mean(axis=0)
+    return f"; of the same texture largest, {mean.max():.2f}, at {1e3 * float(data.offset[mean.argmax()]):.2f} mm"
+
+
+def _effect_words(data: xr.Dataset) -> str:
+    """Slope and p-values of every term, all whiskers and the two."""
+    source = str(data.source.values)
+    if not np.isfinite(data.sweep_gain).any():
+        return f"{source.capitalize()}: no texture is known."
+    if not np.isfinite(data.effect_p.values).any():
+        return f"{source.capitalize()}: too few sweeps to find an effect."
+    parts = []
+    for term in data.term.values:
+        one = data.sel(term=term)
+        ends = (float(one[f"effect_{name}"][0]) for name in ("slope", "low", "high"))
+        slope = "{:+.2f} [{:+.2f}, {:+.2f}]".format(*ends)
+        p = " | ".join(p_words(float(one[name][k])) for k in range(2) for name in P_VALUES)
+        parts.append(f"{SYMBOLS[term]} {slope}, p = {p} (paper {PAPER[term]})")
+    head = "slope per SD over the mean [95 %, by whisker]; p of all whiskers, by sweep | by whisker, then of β and C1"
+    return f"{source.capitalize()}: {'; '.join(parts)}." + (f" ({head}.)" if source == "measured" else "")
+
+
+@house_style
+def draw(data: xr.Dataset) -> Figure:
+    """A across the left; B and C; D measured and model on one scale. What is not there takes no place.
+
+    Parameters
+    ----------
+    data : Dataset
+        From :func:`compute`.
+
+    Returns
+    -------
+    Figure
+        Of matplotlib.
+    """
+    made, n = _right(data), data.sizes["example"]
+    places = [range(k, min(k + 2, len(made))) for k in range(len(made) % 2, len(made), 2)]
+    places = [range(len(made) % 2), *places] if len(made) % 2 else places  # an odd one has a row of its own
+    figure, axes = new_figure(11.5, 2.5 * max(n, len(places)) + 0.7, 1, 2, width_ratios=(1.5, 2))
+    examples = split(figure, axes[0, 0], heights=[1] * n)
+    for k, axis in enumerate(examples):
+        _draw_example(axis, data, k)
+    examples[-1].set_xlabel("distance scanned [mm]")
+    for row, place in zip(split(figure, axes[0, 1], heights=[1] * len(places)), places, strict=True):
+        for k, axis in zip(place, split(figure, row, widths=[1] * len(place)), strict=True):
+            made[k](axis)
+    return add_caption(figure, data)
+
+
+def _right(data: xr.Dataset) -> list[Callable[[Axes], None]]:
+    """What draws B, C and D: correlograms where there are pairs, the model where a texture is known."""
+    mean = float(np.nanmean(data.sweep_gain.sel(source="measured").values))
+    sources = [one for one in data.source.values if np.isfinite(data.sweep_gain.sel(source=one)).any()]
+    return [
+        *([partial(_draw_pairs, data=data)] if data.sizes["pair"] else []),
+        partial(_draw_relation, data=data, name="scan_speed", label="scanning speed [m/s]"),
+        partial(_draw_relation, data=data, name="base_angle", label="base angle θ_b [rad]"),
+        partial(_draw_relation, data=data, name="contact", label="contact ε"),
+        *(partial(_draw_plane, data=data.sel(source=one), mean=mean) for one in sources),
+    ]
+
+
+def _draw_example(axis: Axes, data: xr.Dataset, k: int) -> None:
+    one, x = data.isel(example=k), 1e3 * data.distance_scanned
+    axis.plot(x, 1e3 * one.example_mode, color="0.2", lw=0.6)
+    axis.plot(x, 1e3 * one.example_envelope, color=OTHER, lw=1.2)
+    title = f"A  ε = {float(one.example_contact):.2f}, {float(one.example_speed):.2g} m/s"
+    resonance = f", {float(one.example_frequency):.0f} Hz" if np.isfinite(one.example_frequency) else ""
+    axis.set(title=title + resonance, ylabel="mode 1 [10⁻³ L]")
+    top = 1.1e3 * float(np.nanmax(data.example_envelope.values))
+    axis.set(xlim=(float(x[0]), float(x[-1])), ylim=(-top, top))
+
+
+def _draw_pairs(axis: Axes, data: xr.Dataset) -> None:
+    """Each pair thin, their mean thick."""
+    for same, colour, label in ((False, TRUTH, "two textures"), (True, FOUND, "same texture")):
+        curves = data.pair_correlogram.values[data.pair_same_texture.values == same]
+        if not len(curves):
+            continue
+        axis.plot(1e3 * data.offset, curves.T, color=colour, lw=0.4, alpha=0.5)
+        axis.plot(1e3 * data.offset, curves.mean(axis=0), color="0.35" if not same else colour, lw=2, label=label)
+    axis.set(xlabel="offset [mm]", ylabel="correlation", title="B  envelopes at two speeds")
+    axis.legend(fontsize=7)
+
+
+def _draw_relation(axis: Axes, data: xr.Dataset, name: str, label: str) -> None:
+    """Measured full, model hollow where there is one, by whisker."""
+    for colour, whisker in zip(COLOURS, np.unique(data.whisker_name), strict=False):
+        some = data.sel(sweep=data.whisker_name == whisker)
+        looks: tuple[dict[str, Any], ...] = ({"color": colour}, {"facecolors": "none", "edgecolors": colour})
+        for source, look, word in zip(data.source.values, looks, ("", " (model)"), strict=True):
+            gain = 1e3 * some.sweep_gain.sel(source=source)
+            if np.isfinite(gain).any():
+                axis.scatter(some[name], gain, s=14, lw=0.8, label=f"{whisker}{word}", **look)
+    axis.set(xlabel=label, ylabel="rms of mode 1 [10⁻³ L]", title="C" if name == "scan_speed" else "D")
+    axis.set_ylim(0, None)
+    if name == "scan_speed":
+        axis.legend(fontsize=7, ncols=2)
+
+
+def _draw_plane(axis: Axes, data: xr.Dataset, mean: float) -> None:
+    """Radius of each circle in proportion to the rms, on one scale for both."""
+    radius = data.sweep_gain.values / mean
+    axis.scatter(data.base_angle, data.contact, s=60 * radius**2, facecolors="none", edgecolors=FOUND, lw=0.9)
+    axis.set(xlabel="base angle θ_b [rad]", ylabel="contact ε", title=f"D  {data.source.values}")

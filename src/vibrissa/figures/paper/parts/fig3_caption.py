@@ -1,0 +1,94 @@
+"""What the caption of Figure 3 says: what is measured, what follows from it, what was set beforehand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrissa.figures.paper.parts.fig3_panels import PAPER_MEAN, PAPER_SD
+
+SHADOW = 3e-3  # [m] of shaft before the contact that the paper's light does not show
+
+
+def caption(facts: Mapping[str, Any]) -> str:
+    """Say what of A, C and E there is.
+
+    Parameters
+    ----------
+    facts : mapping
+        Attributes of the figure.
+
+    Returns
+    -------
+    str
+        The caption.
+    """
+    parts = []
+    if "base_height" in facts:
+        scale = f"A: to scale, but for the depth of the grating, {1e6 * facts['depth']:.0f} µm; pale, its gaps. "
+        parts.append(f"{scale}The camera looks along their edges.")
+    else:
+        parts.append("A, the set-up: not given.")
+    if "exaggeration" in facts:
+        parts.append(_of_motion(facts))
+    parts.append(_of_runs(facts) if "runs" in facts else "E, repeated runs: not measured.")
+    return " ".join(parts)
+
+
+def _of_motion(facts: Mapping[str, Any]) -> str:
+    """C: the shares."""
+    scale = f"{facts['exaggeration']:g} times too large" if facts["exaggeration"] > 1 else "to scale"
+    measured = facts["measured"]
+    drawn = f"C: displacements about the mean, drawn {scale}. The tracker measures {measured} alone; which point "
+    if "share_across" not in facts:
+        return (
+            f"{drawn}of the line a node is would follow from its arc length, but that has no skin point to start from."
+        )
+    known = [name for name in facts if name.startswith("share_across")]
+    percent = {name: f"{100 * facts[name]:.1f}\N{NO-BREAK SPACE}%" for name in known}
+    true = f"; truth {percent['share_across_true']}" if "share_across_true" in facts else ""
+    lit = (
+        f" Without the last {1e3 * SHADOW:g} mm before the contact, which the paper's light does not show, it is "
+        f"{percent['share_across_lit']}."
+        if "share_across_lit" in facts
+        else ""
+    )
+    return (
+        f"{drawn}of the line a node is follows from its arc length. So the motion across the mean profile is "
+        f"measured, and the motion along it is what a shaft that does not stretch must do, dw = u dφ. Over the "
+        f"{1e3 * facts['shaft_shown']:.1f} mm shown, {percent['share_across']} of the power is across "
+        f"({percent['share_across_tracked']} with the noise of the nodes{true}).{lit}"
+    )
+
+
+def _of_runs(facts: Mapping[str, Any]) -> str:
+    """E: the correlations, and what they would be without the run itself in the mean."""
+    n = facts["runs"]
+    alike = (5 * PAPER_MEAN**2 - 1) / 4
+    others = alike / np.sqrt((1 + 3 * alike) / 4)
+    found = {
+        name: f"{facts[f'{name}_mean']:.4f} ± {facts[f'{name}_sd']:.4f}"
+        for name in ("run_correlation", "run_correlation_others", "run_correlation_true")
+        if f"{name}_mean" in facts
+    }
+    true = f" ({found['run_correlation_true']} without noise)" if "run_correlation_true" in found else ""
+    return (
+        f"E: {_jitter(facts)}Correlations (mean ± SD, {facts['repetitions']} × {n} runs): with the mean of all runs "
+        f"{found['run_correlation']}{true}, which holds the run itself, so that runs with nothing in common reach "
+        f"{1 / np.sqrt(n):.2f}; with the mean of the others {found['run_correlation_others']}. "
+        f"The paper's {PAPER_MEAN} would be {others:.2f} with the others, and {alike:.2f} between two runs."
+    )
+
+
+def _jitter(facts: Mapping[str, Any]) -> str:
+    if "jitter_clock" not in facts:
+        return ""
+    return (
+        f"Virtual movies of one texture. From run to run differ: the start, evenly within "
+        f"±{facts['jitter_clock']:g} frame; the speed, by a ripple of {100 * facts['jitter_ripple']:g} % at "
+        f"{facts['jitter_ripple_frequency']:g} Hz of random phase; the contact ε, by {facts['jitter_contact']:g} (SD); "
+        f"the noise. The paper gives none of these: they were set beforehand, not fitted to its "
+        f"{PAPER_MEAN} ± {PAPER_SD}, and leave out heart and breath. "
+    )

@@ -1,0 +1,222 @@
+"""Signals measured at the base of a whisker, a robot's or an isolated one: files → ``follicle``."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from reprlib import repr as short
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibrissa.arrays import Array
+from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError, TooFewError, UnknownError
+from vibrissa.mechanics.scan.follicle import base_moment
+from vibrissa.quantities import dataset
+from vibrissa.tables.reader import read_table
+from vibrissa.tables.table import Table
+from vibrissa.tables.units import to_si, units_of
+from vibrissa.whisker import Whisker
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+Kind = Literal["moment", "curvature", "strain", "hall", "force"]
+
+CALIBRATED: dict[Kind, str] = {
+    "moment": "N m", "curvature": "1/m", "strain": "strain", "hall": "N m", "force": "N",
+}  # fmt: skip
+UNEVEN = 0.1  # of a sample, by which a time may stray from the even grid: the rounding of a printed time
+
+
+def read_base_signal(
+    path: str | Path,
+    *,
+    kind: Kind,
+    unit: str,
+    calibration: float | None = None,
+    sampling_rate: float | None = None,
+    column: str | None = None,
+    rest: tuple[float, float] | None = None,
+    whisker: Whisker | None = None,
+) -> xr.Dataset:
+    """Read a signal measured at the base, in place of what the model says the follicle feels.
+
+    Parameters
+    ----------
+    path : path
+        ``.wav``; or a table of comma-separated values with a header: ``time`` (or ``time_ms``, ``time_us``), unless
+        the sampling rate is given, and the signal.
+    kind : {"moment", "curvature", "strain", "hall", "force"}
+        What the sensor measures. ``strain``: of the surface at the base, ε = bC with the base radius b; it needs the
+        whisker. ``hall``: a magnet on a compliant base, which the calibration turns into a moment. ``force``:
+        across the shaft.
+    unit : str
+        Unit of the numbers in the file. One of the kind's own (``N m``, ``mN m``, ``uN m``, ``nN m``; ``1/m``,
+        ``1/mm``; ``1``, ``mstrain``, ``ustrain``; ``N``, ``mN``, ``uN``) or that of the reading, such as ``V``, which
+        needs a calibration. Of integers in a ``.wav``: ``full scale``, the largest number being 1.
+    calibration : float, optional
+        N m (moment, hall), 1/m, strain or N per unit of the reading. Its sign sets the sign: positive is what bends
+        the shaft away from the substrate.
+    sampling_rate : float, optional
+        [Hz], of a table without times.
+    column : str, optional
+        Column of the table, or channel of the ``.wav`` from 1, where there are several.
+    rest : (start, stop), optional
+        Times [s] in which nothing touches the whisker: their mean is zero. Without it the file's zero is kept.
+    whisker : Whisker, optional
+        Gives b and E, by which moment and curvature follow from each other: M = E (π/4) b⁴ C.
+
+    Returns
+    -------
+    Dataset
+        ``follicle``: ``base_moment`` [N m], ``base_curvature`` [1/m] or ``transverse_force`` [N] (time), as far as
+        known; in the attributes kind, unit, calibration, zero, and ``clipped``: samples at the ends of the range.
+
+    Raises
+    ------
+    InputError
+        Names what is missing or impossible: a unit without calibration, a cell that is no number, samples lost.
+    """
+    if kind not in get_args(Kind):
+        raise UnknownError("kind", f"must be one of {', '.join(get_args(Kind))}", repr(kind))
+    scale = _scale(kind, unit, calibration)
+    wave = Path(path).suffix.lower() == ".wav"
+    if wave and sampling_rate is not None:
+        raise ConflictError("sampling_rate", "must not be given: a .wav states its own", sampling_rate)
+    time, raw, clipped = _wav(path, unit, column) if wave else _table(path, column, sampling_rate)
+    attrs = {"kind": kind, "unit": unit, "calibration": scale, "clipped": clipped, "zero": "of the file"}
+    if rest is not None:
+        raw = raw - _at_rest(time, raw, rest)
+        attrs["zero"] = f"mean of {rest[0]:g} to {rest[1]:g} s"
+    return dataset(attrs, time=time, **_quantities(kind, scale * raw, whisker))
+
+
+def _scale(kind: Kind, unit: str, calibration: float | None) -> float:
+    """SI units of the quantity per number in the file."""
+    own = [] if kind == "hall" else units_of(CALIBRATED[kind])
+    if unit in own and calibration is not None:
+        raise ConflictError("calibration", f"must not be given: {unit} is a unit of {kind} already", calibration)
+    if unit in own:
+        return to_si(1.0, unit)
+    if calibration is None:
+        known = f"; or give unit as {', '.join(own)}" if own else ""
+        raise MissingError(
+            "calibration", f"must be given for a reading in {unit!r}", None, f"{_per(kind, unit)}{known}"
+        )
+    if not np.isfinite(calibration) or calibration == 0:
+        raise RangeError("calibration", "must be finite and not 0", calibration, _per(kind, unit))
+    return calibration
+
+
+def _per(kind: Kind, unit: str) -> str:
+    return f"in {CALIBRATED[kind]} per {unit}"
+
+
+def _quantities(kind: Kind, values: Array, whisker: Whisker | None) -> dict[str, Any]:
+    if kind == "force":
+        return {"transverse_force": values}
+    if kind in ("moment", "hall"):
+        stiffness = np.nan if whisker is None else float(base_moment(whisker, np.ones(1))[0])
+        moment = {"base_moment": values}
+        return moment if whisker is None else {**moment, "base_curvature": values / stiffness}
+    if kind == "curvature" and whisker is None:
+        return {"base_curvature": values}
+    if whisker is None:
+        raise MissingError("whisker", "must be given for a strain: its base radius turns it into curvature")
+    curvature = values / whisker.base_radius if kind == "strain" else values
+    return {"base_moment": base_moment(whisker, curvature), "base_curvature": curvature}
+
+
+def _at_rest(time: Array, raw: Array, rest: tuple[float, float]) -> float:
+    inside = (time >= rest[0]) & (time <= rest[1])
+    if inside.sum() < 2:
+        raise TooFewError("rest", f"must hold samples, of {time[0]:g} to {time[-1]:g} s", rest)
+    return float(raw[inside].mean())
+
+
+def _wav(path: str | Path, unit: str, column: str | None) -> tuple[Array, Array, int]:
+    from scipy.io import wavfile
+
+    if not Path(path).is_file():
+        raise MissingError(str(path), "must be an existing file")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", wavfile.WavFileWarning)  # chunks of notes that recorders add
+            rate, samples = wavfile.read(path)
+    except (ValueError, OSError, EOFError) as error:
+        raise FormatError(str(path), f"could not be read as .wav ({error})") from error
+    channels = samples[:, None] if samples.ndim == 1 else samples
+    if len(channels) < 2:
+        raise TooFewError(str(path), "must hold samples", len(channels))
+    one = channels[:, _channel(path, column, channels.shape[1])]
+    values, clipped = _full_scale(path, one, unit)
+    return np.arange(len(one)) / rate, values, clipped
+
+
+def _channel(path: str | Path, column: str | None, count: int) -> int:
+    if column is None and count > 1:
+        raise MissingError("column", f"must be given: {path} has {count} channels", None, f"1 to {count}")
+    chosen = column or "1"
+    if not (chosen.isdecimal() and 1 <= int(chosen) <= count):
+        raise UnknownError("column", f"must be a channel of {path}, 1 to {count}", short(column))
+    return int(chosen) - 1
+
+
+def _full_scale(path: str | Path, samples: NDArray[Any], unit: str) -> tuple[Array, int]:
+    """Samples as numbers, integers over their largest; and how many are at either end."""
+    if samples.dtype.kind == "f":
+        if not np.isfinite(samples).all():
+            raise FormatError(str(path), "must hold finite samples")
+        return samples.astype(float), 0
+    if unit != "full scale":
+        raise UnknownError("unit", f"must be 'full scale': {path} holds integers", repr(unit), "calibrate full scale")
+    ends = np.iinfo(samples.dtype)
+    middle = (float(ends.max) + float(ends.min) + 1) / 2  # 8 bits are stored without sign, about 128
+    clipped = int(np.count_nonzero((samples == ends.min) | (samples == ends.max)))
+    return (samples.astype(float) - middle) / (float(ends.max) - middle + 1), clipped
+
+
+def _table(path: str | Path, column: str | None, sampling_rate: float | None) -> tuple[Array, Array, int]:
+    table = read_table(path, {}, {"time": "s"})
+    if len(table) < 2:
+        raise TooFewError(str(path), "must hold a header and samples", f"{len(table)} samples")
+    values = table.numbers(_column(f"{path}, header", table.others, column))
+    if ("time" in table) + (sampling_rate is not None) != 1:
+        rule, remedy = (
+            "must have one column of time, or a sampling rate given",
+            "columns time, time_s, time_ms, time_us",
+        )
+        raise MissingError(str(path), rule, short(",".join(table.header)), remedy)
+    if sampling_rate is None:
+        return _even(table), values, 0
+    if not 0 < sampling_rate < np.inf:
+        raise RangeError("sampling_rate", "must be positive (Hz)", sampling_rate)
+    return np.arange(len(values)) / sampling_rate, values, 0
+
+
+def _column(here: str, signals: list[str], column: str | None) -> str:
+    if column is not None and column not in signals:
+        raise UnknownError("column", f"must be one of {', '.join(signals) or 'none'} ({here})", short(column))
+    if column is None and len(signals) != 1:
+        raise MissingError("column", f"must be given: {here} has {len(signals)} signals", short(", ".join(signals)))
+    return column or signals[0]
+
+
+def _even(table: Table) -> Array:
+    """The even grid that the times keep to."""
+    path, time = table.path, table.numbers("time")
+    step = float(np.median(np.diff(time)))
+    if step <= 0:
+        raise RangeError(str(path), "must have times that ascend")
+    count = (time[-1] - time[0]) / step
+    even = np.linspace(time[0], time[-1], len(time))
+    stray = np.abs(np.diff(time) / step - 1) if abs(count - (len(time) - 1)) > 0.5 else np.abs(time - even) / step
+    if stray.max() > UNEVEN:
+        line = table.lines[min(int(np.argmax(stray > UNEVEN)) + 1, len(table) - 1)]
+        raise FormatError(
+            f"{path}, line {line}", f"must be sampled evenly, every {step:g} s", None, "samples are lost?"
+        )
+    return even

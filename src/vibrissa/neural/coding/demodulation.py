@@ -1,0 +1,157 @@
+"""Demodulation index: whether a unit follows the envelope or the carrier's phase."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from vibrissa.arrays import Array
+from vibrissa.errors import RangeError
+from vibrissa.neural.coding.phase_parts import Estimate, Explained, TrialParts, by_chance
+from vibrissa.neural.coupling.presentation import BinnedAnalysis, Presentation
+from vibrissa.neural.coupling.response import UnitCounts
+from vibrissa.neural.io.inputs import refuse_misplaced
+from vibrissa.quantities import dataset, stacked
+from vibrissa.quantities.quantity import SUFFIXES, estimate
+from vibrissa.signals.coherence import band_coherence
+from vibrissa.signals.envelope import analytic_envelope
+
+FEWEST_SPIKES, FEWEST_TRIALS = 100, 8
+LATENCIES = np.arange(0.0, 0.0305, 0.001)  # [s]
+CYCLE = 6.0  # bins in a period of the carrier, at least: fewer would flatten what locks to it
+ALIKE = 0.6  # correlation of what envelope and phase can explain: above it, slow motion spoils both of them
+LEVEL, GUARD = 0.01, 0.06  # largest p at which a unit is said to follow; [s] shifts left out, as of the envelope's test
+SEGMENT = 0.5  # [s] of the coherences
+
+
+@dataclass(frozen=True, kw_only=True)
+class DemodulationAnalysis(BinnedAnalysis):
+    """Settings of the demodulation index.
+
+    Attributes
+    ----------
+    bin_width : float
+        Width of the bins [s], a sixth of the carrier's period or less.
+    skip, window, band
+        As in :class:`vibrissa.neural.coupling.presentation.BinnedAnalysis`.
+    """
+
+    bin_width: float = 0.001
+
+
+def demodulation(
+    spikes: xr.Dataset, stimulus: xr.Dataset, n_trials: int, how: DemodulationAnalysis | None = None
+) -> xr.Dataset:
+    """Shares of every unit's modulation that follow the envelope and the carrier's phase.
+
+    In bins finer than the carrier's period, the rate is a bent line of the envelope plus a wave locked to the phase,
+    or to twice the phase. The variances of both, V_E and V_C, are taken between different trials, so that noise adds
+    nothing to them. The index is (V_E − V_C)/(V_E + V_C): 1 for a unit that follows the envelope alone, −1 for one
+    that follows the phase alone.
+
+    Parameters
+    ----------
+    spikes, stimulus, n_trials
+        As in :func:`vibrissa.neural.coupling.analysis.analyse_units`.
+    how : DemodulationAnalysis, optional
+        Bins and band.
+
+    Returns
+    -------
+    Dataset
+        ``demodulation_index``, ``envelope_modulation`` (√V_E over the mean rate), ``phase_modulation`` (√V_C over it)
+        and ``vector_strength`` (of what is locked, without what envelope and noise feign), each with its 95 %
+        interval; ``vector_strength_plain`` (of all spikes), ``locking_phase`` [rad], ``locking_latency`` [s];
+        ``envelope_coherence`` below half the carrier's frequency and ``carrier_coherence`` from 0.75 to 1.25 of it,
+        of the mean rate; ``envelope_p_value`` and ``phase_p_value`` against all circular shifts; ``demodulated``
+        (envelope, phase, both, cannot tell) and ``reason`` (unit). ``carrier_frequency`` [Hz] and ``phase_likeness``,
+        how alike envelope and phase are in this stimulus.
+
+    Raises
+    ------
+    InputError
+        If bins are too wide for the carrier, trials too few, or spikes and stimulus do not fit together.
+    """
+    how = how or DemodulationAnalysis()
+    refuse_misplaced(spikes, stimulus, n_trials, window=how.window, fewest=FEWEST_TRIALS)
+    shown = how.presentation(stimulus)
+    if CYCLE * shown.frequency * how.bin_width > 1:
+        rule = f"must be at most {1 / (CYCLE * shown.frequency):.2g} s for a carrier of {shown.frequency:.0f} Hz"
+        raise RangeError("bin width", rule, how.bin_width)
+    valid = shown.drive().valid
+    centre = shown.edges[:-1][valid] + how.bin_width / 2
+    phase = np.unwrap(analytic_envelope(shown.carrier)[1])
+    tried = [Explained.of(shown, phase, centre, float(latency)) for latency in LATENCIES]
+    likeness = max(one.likeness() for one in tried[:: len(tried) // 3])
+    counts = UnitCounts.of(spikes, n_trials, shown.edges, how.bin_width)
+    rows = [_row(own[:, valid].astype(float), tried, likeness, shown, how) for own in counts]
+    return dataset(
+        {"n_trials": n_trials, "bin_width": how.bin_width, "skip": how.skip},
+        unit_name=spikes.unit_name.values,
+        carrier_frequency=np.array([shown.frequency]),
+        phase_likeness=likeness,
+        **stacked(rows),
+    )
+
+
+MEASURES = ("demodulation_index", "envelope_modulation", "phase_modulation", "vector_strength")
+OTHERS = ("vector_strength_plain", "locking_phase", "locking_latency", "envelope_coherence", "carrier_coherence")
+NOT_MEASURED = {f"{name}{end}": np.nan for name in MEASURES for end in SUFFIXES} | dict.fromkeys(
+    (*OTHERS, "envelope_p_value", "phase_p_value"), np.nan
+)
+
+
+def _row(
+    counts: Array, tried: list[Explained], likeness: float, shown: Presentation, how: DemodulationAnalysis
+) -> dict[str, Any]:
+    row: dict[str, Any] = {**NOT_MEASURED, "demodulated": "cannot tell"}
+    if counts.sum() < FEWEST_SPIKES:
+        return {**row, "reason": f"too few spikes: {counts.sum():.0f} in the bins that count, below {FEWEST_SPIKES}"}
+    rate = counts.mean(0)
+    best = tried[int(np.argmax([one.variance_explained(rate) for one in tried]))]
+    row |= _coherences(rate, best, shown, how)
+    row["vector_strength_plain"] = float(np.abs(rate @ best.carrier) / rate.sum())
+    if likeness > ALIKE:
+        row["reason"] = f"envelope and phase go together in this stimulus (r = {likeness:.2f}); give the carrier's band"
+        return row
+    parts = TrialParts.of(best, counts)
+    found = {name: parts.interval(measure) for name, measure in parts.measures().items()}
+    found["demodulation_index"] = Estimate(*np.clip(found["demodulation_index"], -1, 1).tolist())
+    for name, one in found.items():
+        row |= estimate(name, *one)
+    row |= {"locking_phase": float(-np.angle(parts.locked.sum())), "locking_latency": best.latency}
+    p_values = _p_values(tried[0], rate, how.bin_width)
+    row["demodulated"], row["reason"] = _verdict(found, p_values)
+    return row | p_values
+
+
+def _p_values(unshifted: Explained, rate: Array, width: float) -> dict[str, float]:
+    reach, guard = round(LATENCIES[-1] / width), round(GUARD / width)
+    columns = {"envelope": unshifted.envelope, "phase": unshifted.phase}
+    return {f"{name}_p_value": by_chance(one, rate, reach, guard) for name, one in columns.items()}
+
+
+def _verdict(found: dict[str, Estimate], p_values: dict[str, float]) -> tuple[str, str]:
+    parts = ("envelope", "phase")
+    follows = [p_values[f"{name}_p_value"] <= LEVEL and found[f"{name}_modulation"].low > 0 for name in parts]
+    if not any(follows):
+        return "cannot tell", "neither envelope nor phase modulates it beyond chance"
+    if found["demodulation_index"].high - found["demodulation_index"].low > 1:
+        return "cannot tell", "interval of the index wider than 1: more trials"
+    return {(True, False): "envelope", (False, True): "phase", (True, True): "both"}[follows[0], follows[1]], ""
+
+
+def _coherences(rate: Array, best: Explained, shown: Presentation, how: DemodulationAnalysis) -> dict[str, float]:
+    """Of the mean rate with envelope and carrier, at the latency; NaN where the record is short."""
+    if rate.size * how.bin_width < 3 * SEGMENT:
+        return {}
+    envelope, carrier = best.envelope[0], shown.frequency
+    moved = (envelope - envelope.min() + 1e-12) * best.carrier.real
+    bands = {"envelope": (envelope, (1 / SEGMENT, carrier / 2)), "carrier": (moved, (0.75 * carrier, 1.25 * carrier))}
+    return {
+        f"{name}_coherence": band_coherence(rate, reference, 1 / how.bin_width, SEGMENT, band)
+        for name, (reference, band) in bands.items()
+    }

@@ -1,0 +1,269 @@
+"""Parts of a rate that follow the envelope and the carrier's phase: columns, and each trial's own estimates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+
+from vibrissa.arrays import Array, Complex
+from vibrissa.neural.coupling.presentation import Presentation
+from vibrissa.stats import jackknife_half_width
+
+KNOTS = (0.25, 0.5, 0.75)  # shares of the time at which the rate may bend with the envelope
+
+
+class Estimate(NamedTuple):
+    """A number and its 95 % interval, from leaving out one trial at a time."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Explained:
+    """Columns by which envelope and phase explain a rate at one latency.
+
+    Attributes
+    ----------
+    latency : float
+        [s].
+    envelope : (E, K) array
+        Envelope and its bends, mean 0.
+    phase : (C, K) array
+        Cosine and sine of the phase, the same times the envelope, and of twice the phase; mean 0.
+    carrier : (K,) complex array
+        exp(iφ).
+    """
+
+    latency: float
+    envelope: Array
+    phase: Array
+    carrier: Complex
+
+    @classmethod
+    def of(cls, shown: Presentation, phase: Array, centre: Array, latency: float) -> Explained:
+        """Columns at the centres of the bins less a latency.
+
+        Parameters
+        ----------
+        shown : Presentation
+            The stimulus.
+        phase : (T,) array
+            Phase of the carrier, unwrapped [rad].
+        centre : (K,) array
+            Centres of the bins that count [s].
+        latency : float
+            [s].
+
+        Returns
+        -------
+        Explained
+            Columns at this latency.
+        """
+        at = centre - latency
+        a = np.interp(at, shown.time, shown.envelope) / shown.envelope.mean()
+        phi = np.interp(at, shown.time, phase)
+        bends = [np.maximum(a - knot, 0) for knot in np.quantile(a, KNOTS)]
+        turn = [np.cos(phi), np.sin(phi), a * np.cos(phi), a * np.sin(phi), np.cos(2 * phi), np.sin(2 * phi)]
+        return cls(
+            latency=latency,
+            envelope=_centred(np.array([a, *bends])),
+            phase=_centred(np.array(turn)),
+            carrier=np.exp(1j * phi),
+        )
+
+    def likeness(self) -> float:
+        """Largest correlation of anything the envelope explains with anything the phase explains."""
+        bases = [np.linalg.qr(columns.T)[0] for columns in (self.envelope, self.phase)]
+        return float(np.linalg.svd(bases[0].T @ bases[1], compute_uv=False)[0])
+
+    @cached_property
+    def solver(self) -> Array:
+        """(E + C, K) matrix that gives the coefficients of least squares."""
+        columns = np.vstack([self.envelope, self.phase])
+        return np.asarray(np.linalg.solve(columns @ columns.T, columns), float)
+
+    def variance_explained(self, rate: Array) -> float:
+        """Variance of a rate that all columns explain.
+
+        Parameters
+        ----------
+        rate : (K,) array
+            Mean rate in the bins that count.
+
+        Returns
+        -------
+        float
+            In the square of the rate's unit.
+        """
+        product = np.vstack([self.envelope, self.phase]) @ rate
+        return float(product @ (self.solver @ rate)) / rate.size
+
+
+def by_chance(columns: Array, rate: Array, reach: int, guard: int) -> float:
+    """p-value of what columns explain of a rate, from shifts at which they cannot have driven it.
+
+    Variance explained at every circular shift by the Fourier transform, the largest of as many shifts as latencies are
+    tried. What a unit answers in every trial alike, such as some other feature of the stimulus, goes with envelope or
+    phase by chance at every shift; the scatter between trials does not show it.
+
+    Parameters
+    ----------
+    columns : (C, K) array
+        At latency 0, mean 0.
+    rate : (K,) array
+        Mean over trials.
+    reach : int
+        Latencies tried: shifts 0 to this [bins].
+    guard : int
+        Shifts left out on both sides of these [bins].
+
+    Returns
+    -------
+    float
+        (1 + shifts at least as good) / (1 + shifts).
+    """
+    spectra = np.conj(np.fft.rfft(columns)) * np.fft.rfft(rate - rate.mean())
+    product = np.fft.irfft(spectra, rate.size)
+    explained = np.einsum("ck,cd,dk->k", product, np.linalg.inv(columns @ columns.T), product, optimize=True)
+    largest = maximum_filter1d(
+        explained, reach + 1, mode="wrap", origin=-((reach + 1) // 2)
+    )  # of each shift and the next
+    chance = largest[reach + guard : rate.size - reach - guard]
+    return float((1 + np.sum(chance >= largest[0] * (1 - 1e-9))) / (1 + chance.size))
+
+
+def _centred(columns: Array) -> Array:
+    return np.asarray(columns - columns.mean(1, keepdims=True))
+
+
+def of_pairs(z: Array | Complex) -> float:
+    """Mean over pairs of different trials of their scalar product: the squared mean without the noise's share.
+
+    The principle of the pairwise phase consistency of [Vinck2010]_, between trials, so that a unit's own past does not
+    count.
+
+    Parameters
+    ----------
+    z : (N, M) array
+        One vector for each trial.
+
+    Returns
+    -------
+    float
+        In the square of the unit of z; noise makes it negative as often as positive.
+    """
+    n, total = len(z), z.sum(0)
+    return float((np.vdot(total, total) - np.vdot(z, z)).real / (n * (n - 1)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrialParts:
+    """Estimates from each trial of the parts that follow the envelope and the phase.
+
+    Attributes
+    ----------
+    envelope : (N, E) array
+        Coefficients, turned so that their squares add up to a variance.
+    phase : (N, C) array
+        The same of the phase.
+    locked : (N, 1) complex array
+        Mean of rate times exp(−iφ), of what is locked alone.
+    level : (N, 1) array
+        Mean rate.
+    """
+
+    envelope: Array
+    phase: Array
+    locked: Complex
+    level: Array
+
+    @classmethod
+    def of(cls, best: Explained, counts: Array) -> TrialParts:
+        """Estimates from each trial; they are linear in its counts.
+
+        Parameters
+        ----------
+        best : Explained
+            Columns at the unit's latency.
+        counts : (N, K) array
+            Counts of each trial in the bins that count.
+
+        Returns
+        -------
+        TrialParts
+            One row for each trial.
+        """
+        found = counts @ best.solver.T
+        n_envelope, size = len(best.envelope), counts.shape[1]
+        envelope, phase = found[:, :n_envelope], found[:, n_envelope:]
+        return cls(
+            envelope=envelope @ np.linalg.cholesky(best.envelope @ best.envelope.T / size),
+            phase=phase @ np.linalg.cholesky(best.phase @ best.phase.T / size),
+            locked=(phase @ (best.phase @ best.carrier.conj() / size))[:, None],
+            level=counts.mean(1, keepdims=True),
+        )
+
+    def without(self, trial: int) -> TrialParts:
+        """Leave out a trial.
+
+        Parameters
+        ----------
+        trial : int
+            Its place.
+
+        Returns
+        -------
+        TrialParts
+            Of the other trials.
+        """
+        rest = np.arange(len(self.level)) != trial
+        return TrialParts(
+            envelope=self.envelope[rest], phase=self.phase[rest], locked=self.locked[rest], level=self.level[rest]
+        )
+
+    def measures(self) -> dict[str, Measure]:
+        """Functions of the parts, by the names of the results."""
+        return {
+            "demodulation_index": lambda one: _index(of_pairs(one.envelope), of_pairs(one.phase)),
+            "envelope_modulation": lambda one: _root(of_pairs(one.envelope) / of_pairs(one.level)),
+            "phase_modulation": lambda one: _root(of_pairs(one.phase) / of_pairs(one.level)),
+            "vector_strength": lambda one: _root(of_pairs(one.locked) / of_pairs(one.level)),
+        }
+
+    def interval(self, measure: Measure) -> Estimate:
+        """Value and interval of a function of the parts.
+
+        Parameters
+        ----------
+        measure : callable
+            Number of a :class:`TrialParts`.
+
+        Returns
+        -------
+        Estimate
+            Value, and the ends of its 95 % interval.
+        """
+        whole, rest = measure(self), np.array([measure(self.without(trial)) for trial in range(len(self.level))])
+        half = float(jackknife_half_width(rest, rest.mean()))
+        return Estimate(whole, whole - half, whole + half)
+
+
+def _index(envelope: float, phase: float) -> float:
+    """(V_E − V_C)/(V_E + V_C) within −1 to 1: an estimated variance may fall below 0."""
+    envelope, phase = max(envelope, 0.0), max(phase, 0.0)
+    return (envelope - phase) / (envelope + phase) if envelope + phase > 0 else 0.0
+
+
+def _root(squared: float) -> float:
+    """Root that keeps the sign: chance makes an unbiased square negative as often as positive."""
+    return float(np.sign(squared) * np.sqrt(abs(squared)))
+
+
+Measure = Callable[[TrialParts], float]

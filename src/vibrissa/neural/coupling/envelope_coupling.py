@@ -1,0 +1,150 @@
+"""Correlation of firing rate and envelope: whether the envelope drives the unit."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from vibrissa.arrays import Array, Integers
+from vibrissa.errors import RangeError, TooFewError
+from vibrissa.neural.coupling.nulls import Lags, Record, circular_correlogram
+
+_BLOCK = 256  # units whose correlograms are held at a time
+
+
+def bin_means(time: Array, values: Array, *, start: float, n_bins: int, bin_width: float) -> Array:
+    """Mean of the samples in each half-open bin.
+
+    Parameters
+    ----------
+    time, values : (T,) arrays
+        Times [s] and values.
+    start, n_bins, bin_width
+        Bins as in :func:`vibrissa.neural.coupling.response.spike_counts`.
+
+    Returns
+    -------
+    (n_bins,) array
+        Means, in the unit of the values.
+
+    Raises
+    ------
+    InputError
+        If a bin holds no sample.
+    """
+    column = np.floor((time - start) / bin_width + 1e-9).astype(int)
+    inside = (column >= 0) & (column < n_bins)
+    count = np.bincount(column[inside], minlength=n_bins)
+    if np.any(count == 0):
+        raise TooFewError("bin width", "must hold at least one sample in every bin", bin_width)
+    return np.bincount(column[inside], values[inside], minlength=n_bins) / count
+
+
+class Coupling(NamedTuple):
+    """Correlation of many units with one envelope, and how often chance does as well.
+
+    Attributes
+    ----------
+    correlation : (U,) array
+        Largest Pearson's r over the lags; NaN where the rate is constant, as in a silent unit.
+    lag : (U,) array
+        That lag [bins], positive where the rate comes after the envelope; 0 where the correlation is NaN.
+    p_value : (U,) array
+        (1 + chance values at least as large) / (1 + chance values); NaN where the correlation is.
+    tail_p_value : (U,) array
+        The same, but where no chance value is as large: at most that, continued beyond the largest by an exponential
+        tail. Counting ends at about 0.001, too coarse to find one driven unit among many.
+    """
+
+    correlation: Array
+    lag: Integers
+    p_value: Array
+    tail_p_value: Array
+
+
+class Null(Protocol):
+    """Null distribution: the values with which the observed correlation is compared."""
+
+    def values(self, record: Record, unit: int, correlogram: Array, lags: Lags) -> Array:
+        """Chance values of one unit, whose correlogram at all circular shifts is given.
+
+        Parameters
+        ----------
+        record : Record
+            Rates and envelope.
+        unit : int
+            Place of the unit.
+        correlogram : (K,) array
+            Its correlation with the envelope at all circular shifts.
+        lags : (int, int)
+            First and last lag tried [bins].
+
+        Returns
+        -------
+        (C,) array
+            Chance values of the correlation.
+        """
+        ...
+
+
+def envelope_coupling(record: Record, null: Null, *, lags: Lags = (-1, 1)) -> Coupling:
+    """Whether the envelope drives the units: largest correlation over a few lags against what chance gives.
+
+    Parameters
+    ----------
+    record : Record
+        Rates and envelope.
+    null : Null
+        :class:`Circular` or :class:`Paper2014`, or envelopes of other textures as in ``benchmarks/cortex.py``.
+    lags : (int, int)
+        First and last lag tried [bins], both included; positive where the rate comes after the envelope. Lags wrap,
+        which touches no pair that counts where the masks leave out the ends.
+
+    Returns
+    -------
+    Coupling
+        For each unit.
+
+    Raises
+    ------
+    InputError
+        If the lags are not in order.
+    """
+    if not -len(record.envelope) // 4 < lags[0] <= lags[1] < len(record.envelope) // 4:
+        raise RangeError("lags", "must ascend, and stay within a quarter of the record", lags)
+    tried = np.arange(lags[0], lags[1] + 1)
+    blocks = [_of_units(record, null, tried, first) for first in range(0, max(len(record.rates), 1), _BLOCK)]
+    return Coupling(*(np.concatenate(column) for column in zip(*blocks, strict=True)))
+
+
+def _of_units(record: Record, null: Null, tried: Integers, first: int) -> Coupling:
+    """Coupling of one block of units."""
+    rates = record.rates[first : first + _BLOCK]
+    every = circular_correlogram(rates, record.rate_valid, record.envelope, record.envelope_valid)
+    r = every[:, tried]
+    best = np.where(np.isnan(r), -np.inf, r).argmax(-1)
+    observed = r[np.arange(len(r)), best]
+    p, tail = np.full((2, len(r)), np.nan)
+    for unit in np.flatnonzero(np.isfinite(observed)).tolist():
+        chance = null.values(record, first + unit, every[unit], (int(tried[0]), int(tried[-1])))
+        p[unit] = _p_value(observed[unit], chance)
+        tail[unit] = _tail_p_value(observed[unit], chance)
+    return Coupling(observed, np.where(np.isnan(observed), 0, tried[best]), p, tail)
+
+
+def _p_value(observed: float, chance: Array) -> float:
+    return float((1 + np.sum(chance >= observed - 1e-12)) / (1 + chance.size))  # the margin is round-off
+
+
+def _tail_p_value(observed: float, chance: Array) -> float:
+    """p-value by counting, or by an exponential through the largest tenth of the chance values beyond all of them.
+
+    Correlations have lighter tails than that, so the p-value is too large rather than too small.
+    """
+    counted = _p_value(observed, chance)
+    top = np.sort(chance)[-max(chance.size // 10, 2) :]
+    excess = float((top - top[0]).mean())
+    if observed <= top[-1] or excess <= 0:
+        return counted
+    return min(counted, float(top.size / chance.size * np.exp(-(observed - top[0]) / excess)))

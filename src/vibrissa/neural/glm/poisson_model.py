@@ -1,0 +1,167 @@
+"""Poisson model of a unit: 24 whiskers × latency × its own past, fitted trial by trial and tried on trials not seen."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.special import chdtrc, kl_div, stdtrit
+
+from vibrissa.arrays import Array
+from vibrissa.errors import ConvergenceError
+from vibrissa.neural.coupling.response import UnitCounts
+from vibrissa.neural.glm.bases import raised_cosines
+from vibrissa.neural.glm.delayed_envelopes import condition_number
+from vibrissa.neural.glm.kernel_columns import STRETCH, Columns, KernelAnalysis, unit_design
+from vibrissa.neural.glm.poisson import PoissonFit, TrialDesign, poisson_regression
+from vibrissa.neural.io.inputs import refuse_misplaced
+from vibrissa.quantities import dataset, stacked
+from vibrissa.quantities.quantity import SUFFIXES, estimate
+from vibrissa.stats import adjusted_p_values
+
+FEWEST_TRIALS = 10
+FEWEST_SPIKES = 3.0  # for each coefficient: with fewer the kernels are penalty rather than data
+FOLDS = 5
+PENALTIES = (1.0, 10.0, 100.0, 1000.0)  # tried on trials not seen; columns have a variance of 1
+PAST_PENALTY = 0.1  # of the unit's own past: refractoriness would want minus infinity
+
+
+def _penalty(design: TrialDesign, strength: float) -> Array:
+    """Nothing on the constant, the strength on the whiskers, next to nothing on the past."""
+    q = design.own.shape[2]
+    return np.concatenate([[0.0], np.full(design.shared.shape[1] - 1, strength), np.full(q, PAST_PENALTY)])
+
+
+def _unseen(design: TrialDesign, counts: Array, width: float, strength: float) -> float:
+    """Share of the deviance of a steady rate that the fit to the other trials takes away, in trials it has not seen."""
+    fold = np.arange(len(counts)) % FOLDS
+    left, steady, start, lam = 0.0, 0.0, None, _penalty(design, strength)
+    for k in range(FOLDS):
+        seen = fold != k
+        start = poisson_regression(design.trials(seen), counts[seen], width, penalty=lam, start=start).coefficients
+        own = counts[~seen]
+        expected = width * np.exp(design.trials(~seen).log_rate(start))
+        left += kl_div(own, expected).sum()  # half the deviance
+        steady += kl_div(own, counts[seen].mean()).sum()
+    return 1 - left / steady
+
+
+def _fitted(design: TrialDesign, counts: Array, how: KernelAnalysis) -> tuple[PoissonFit, float, float]:
+    """Fit to all trials with the penalty that predicts unseen trials best; that penalty; what it explains of them."""
+    strengths = PENALTIES if how.penalty is None else (how.penalty,)
+    shares = [_unseen(design, counts, how.bin_width, strength) for strength in strengths]
+    best = int(np.argmax(shares))
+    fit = poisson_regression(design, counts, how.bin_width, penalty=_penalty(design, strengths[best]))
+    return fit, strengths[best], shares[best]
+
+
+def whisker_kernels(
+    spikes: xr.Dataset, command: xr.Dataset, n_trials: int, how: KernelAnalysis | None = None
+) -> xr.Dataset:
+    """Kernels over latency of all whiskers, and over the unit's own past, of every unit.
+
+    The logarithm of the rate is a constant plus what the envelopes of all whiskers were at every latency up to the
+    reach, plus what the unit itself fired before. Kernels are sums of raised cosines ([Pillow2008]_). Trials are the
+    draws for all intervals, and good and bad trials count in them. With a penalty, intervals hold on average over a
+    kernel, less at its sharpest turns.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        Table of :func:`vibrissa.neural.io.spikes.spike_table`, times from the stimulus' onset.
+    command : Dataset
+        ``command`` (whisker, time) [m], as :func:`vibrissa.stimulus.array.replay_command` gives it.
+    n_trials : int
+        Trials presented, silent ones included.
+    how : KernelAnalysis, optional
+        Bins, lags, penalty.
+
+    Returns
+    -------
+    Dataset
+        ``whisker_kernel`` (unit, whisker, kernel_lag) [1/m]: rise of ln(rate) for each metre and bin of latency;
+        ``whisker_effect`` (unit, whisker) [1/m]: its sum, both with 95 % intervals; ``whisker_p_value`` (adjusted over
+        whiskers) and ``whisker_matters``; ``past_kernel`` (unit, past_lag): factor on the rate after a spike;
+        ``deviance_explained`` in trials not seen, ``penalty``, ``kernel_rate`` [Hz]; ``reason``. ``kernel_condition``
+        is the condition number of the columns.
+
+    Raises
+    ------
+    InputError
+        If spikes and stimulus do not fit together, or there are too few trials.
+    """
+    how = how or KernelAnalysis()
+    refuse_misplaced(spikes, command, n_trials, window=how.window, fewest=FEWEST_TRIALS)
+    columns = Columns.of(command, how)
+    counts = UnitCounts.of(spikes, n_trials, columns.edges, how.bin_width)
+    rows = [_row(columns, own.astype(float), how) for own in counts]
+    attrs = {"n_trials": n_trials, "bin_width": how.bin_width, "skip": how.skip, "level": how.level}
+    lags, past = how.lags()
+    return dataset(
+        attrs,
+        unit_name=spikes.unit_name.values,
+        whisker=np.array(columns.whiskers),
+        kernel_lag=lags,
+        past_lag=past,
+        kernel_condition=condition_number(columns.shared[:, 1:].T),
+        **stacked(rows),
+    )
+
+
+def _row(columns: Columns, counts: Array, how: KernelAnalysis) -> dict[str, Any]:
+    n_whiskers, (lags, past) = len(columns.whiskers), how.lags()
+    used = counts[:, columns.valid]
+    needed = FEWEST_SPIKES * columns.shared.shape[1]
+    if used.sum() < needed:
+        text = f"too few spikes: {used.sum():.0f}, below {needed:.0f} for {columns.shared.shape[1]} coefficients"
+        return {**_not_measured(n_whiskers, lags.size, past.size), "reason": text}
+    design = unit_design(columns, counts, how)
+    try:
+        fit, strength, explained = _fitted(design, used, how)
+    except ConvergenceError as error:
+        return {**_not_measured(n_whiskers, lags.size, past.size), "reason": f"cannot tell: {error}"}
+    quantile = float(stdtrit(len(counts) - 1, 0.975))
+    row = _kernels(columns, fit, how, quantile) | _past(columns, fit, how, quantile)
+    row |= {"deviance_explained": explained, "penalty": strength, "kernel_rate": float(used.mean() / how.bin_width)}
+    row["reason"] = "" if explained > 0 else "cannot tell: unseen trials are foreseen no better than by a steady rate"
+    return row
+
+
+def _not_measured(n_whiskers: int, n_lags: int, n_past: int) -> dict[str, Any]:
+    sizes = {"whisker_kernel": (n_whiskers, n_lags), "whisker_effect": n_whiskers, "past_kernel": n_past}
+    row: dict[str, Any] = {name + end: np.full(size, np.nan) for name, size in sizes.items() for end in SUFFIXES}
+    row |= {"whisker_p_value": np.full(n_whiskers, np.nan), "whisker_matters": np.zeros(n_whiskers, bool)}
+    return row | dict.fromkeys(("deviance_explained", "penalty", "kernel_rate"), np.nan)
+
+
+def _kernels(columns: Columns, fit: PoissonFit, how: KernelAnalysis, quantile: float) -> dict[str, Any]:
+    """Kernels of the whiskers [1/m], their sums, and Wald's test of each."""
+    count, n_whiskers = columns.shapes.shape[1], len(columns.whiskers)
+    own, size = slice(1, 1 + n_whiskers * count), (n_whiskers, count)
+    b = fit.coefficients[own].reshape(size)
+    # of the covariance, the blocks of each whisker with itself
+    covariance = np.einsum("kckd->kcd", fit.trial_covariance[own, own].reshape(size * 2))
+    row: dict[str, Any] = {}
+    for name, shapes in (("whisker_kernel", columns.shapes), ("whisker_effect", columns.shapes.sum(0))):
+        error = np.sqrt(np.einsum("...c,kcd,...d->k...", shapes, covariance, shapes))
+        row |= _ends(name, b @ shapes.T / columns.spread, quantile * error / columns.spread)
+    wald = np.einsum("kc,kc->k", b, np.linalg.solve(covariance, b[..., None])[..., 0])
+    adjusted = adjusted_p_values(chdtrc(count, wald))
+    return row | {"whisker_p_value": adjusted, "whisker_matters": adjusted <= how.level}
+
+
+def _past(columns: Columns, fit: PoissonFit, how: KernelAnalysis, quantile: float) -> dict[str, Any]:
+    """Factor on the rate at each lag after a spike; the interval is that of its logarithm."""
+    lags = how.lags()[1]
+    if not lags.size:
+        return estimate("past_kernel", *np.empty((3, 0)))
+    shapes, first = raised_cosines(lags, how.past_shapes, stretch=STRETCH), columns.shared.shape[1]
+    covariance = fit.trial_covariance[first:, first:]
+    value = shapes @ fit.coefficients[first:]
+    error = np.sqrt(np.einsum("jc,cd,jd->j", shapes, covariance, shapes))
+    return {name: np.exp(one) for name, one in _ends("past_kernel", value, quantile * error).items()}
+
+
+def _ends(name: str, value: Array, half: Array) -> dict[str, Array]:
+    return estimate(name, value, value - half, value + half)

@@ -1,0 +1,236 @@
+"""A session as a file of Neurodata Without Borders that archives accept: units, trials, stimulus."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from vibrissa.arrays import Array
+from vibrissa.errors import FormatError, RangeError
+from vibrissa.neural.io.inputs import require_session_clock
+from vibrissa.neural.io.nwb import UNIT_COLUMNS, pynwb_module
+from vibrissa.neural.io.nwb_session import Session as Session
+from vibrissa.neural.io.nwb_session import save_nwb, session_file
+from vibrissa.quantities import require
+
+
+def write_nwb(
+    spikes: xr.Dataset,
+    path: str | Path,
+    session: Session,
+    *,
+    trials: xr.Dataset | None = None,
+    command: xr.Dataset | None = None,
+) -> None:
+    """Write spikes, trials and the stimulus so that archives accept them; whole or not at all.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        Spikes on the session's clock; see :func:`vibrissa.neural.io.spikes.spike_table`. What is known of the units,
+        and when they were observed, goes with them.
+    path : path
+        Name of the file; ``session.filename`` is the one that archives want.
+    session : Session
+        Session and animal.
+    trials : Dataset, optional
+        See :func:`vibrissa.neural.io.trials.trial_table`.
+    command : Dataset, optional
+        ``command`` (whisker, time) [m], presented in every trial: a template to which the trials refer. With
+        ``delay`` (whisker) [s], a table of whiskers and their delays; with ``replayed_envelope`` (whisker, time) [m],
+        a processing module of that name.
+
+    Raises
+    ------
+    InputError
+        If pynwb is not installed; if the spikes are cut into trials, or one unit fires twice at one time.
+    """
+    file = session_file(session)
+    add_units(file, spikes, session)
+    template = None if command is None else add_command(file, command)
+    if trials is not None:
+        add_trials(file, trials, template)
+    save_nwb(file, path)
+
+
+def add_units(file: Any, spikes: xr.Dataset, session: Session) -> None:
+    """Add units with their spike times on the session's clock, and a column for all that is known of each.
+
+    Parameters
+    ----------
+    file : NWBFile
+        From :func:`session_file`.
+    spikes : Dataset
+        As in :func:`write_nwb`. Variables (unit) that the reader knows no other name for keep theirs.
+    session : Session
+        Whose resolution, shanks and sites count.
+
+    Raises
+    ------
+    InputError
+        If the spikes are cut into trials, or one unit fires twice at one time.
+    """
+    pynwb = pynwb_module()
+    require_session_clock(spikes, "write them uncut, with trials=")
+    placed = "unit_electrode" in spikes
+    if placed:
+        _add_probe(file, session)
+    units = pynwb.misc.Units(
+        name="units",
+        description="simulated units" if session.virtual else "sorted units",
+        resolution=session.resolution,
+        waveform_rate=1 / session.resolution,
+        electrode_table=file.electrodes if placed else None,
+    )
+    columns = _columns(spikes)
+    for column, (_, text) in columns.items():
+        units.add_column(name=column, description=text)
+    observed = "interval_unit" in spikes
+    ids = spikes.unit_id.values if "unit_id" in spikes else np.arange(spikes.sizes["unit"])
+    for k, one in enumerate(ids):
+        time = np.sort(spikes.spike_time.values[spikes.spike_unit.values == k])
+        _refuse_repeated(time, str(spikes.unit_name.values[k]))
+        row = {column: spikes[name].values[k].item() for column, (name, _) in columns.items()}
+        if observed:
+            row["obs_intervals"] = _intervals_of(spikes, k)
+        if placed:
+            row["electrodes"] = [_electrode(spikes, k, session)]
+        if "unit_waveform" in spikes:
+            row["waveform_mean"] = spikes.unit_waveform.values[k]
+        units.add_unit(id=int(one), spike_times=time, **row)
+    file.units = units
+
+
+def _columns(spikes: xr.Dataset) -> dict[str, tuple[str, str]]:
+    """Columns of units: the variable that each is, and its description."""
+    known = {column: (name, text) for column, (name, text) in UNIT_COLUMNS.items() if name in spikes}
+    taken = {"unit_id", "unit_electrode", *(name for name, _ in known.values())}
+    others = [str(name) for name, one in spikes.variables.items() if one.dims == ("unit",) and name not in taken]
+    return known | {name: (name, described(spikes[name])) for name in others}
+
+
+def described(variable: xr.DataArray) -> str:
+    """Long name of a variable, with its unit.
+
+    Parameters
+    ----------
+    variable : DataArray
+        With ``long_name`` and ``units``.
+
+    Returns
+    -------
+    str
+        For a description.
+    """
+    text, unit = str(variable.attrs.get("long_name", variable.name)), str(variable.attrs.get("units", "1"))
+    return text if unit == "1" else f"{text} [{unit}]"
+
+
+def _add_probe(file: Any, session: Session) -> None:
+    """Electrodes in order along the shanks, from 0."""
+    probe = file.create_device(name="probe", description=session.probe)
+    for shank in range(session.shanks):
+        group = file.create_electrode_group(
+            name=f"shank{shank}", description=f"shank {shank} of the probe", location=session.location, device=probe
+        )
+        for _ in range(session.sites):
+            file.add_electrode(group=group, location=session.location)
+
+
+def _electrode(spikes: xr.Dataset, unit: int, session: Session) -> int:
+    number, last = int(spikes.unit_electrode.values[unit]), session.shanks * session.sites - 1
+    if not 0 <= number <= last:
+        raise RangeError("unit_electrode", f"must be from 0 to {last}", number, "give Session.shanks and Session.sites")
+    return number
+
+
+def _refuse_repeated(time: Array, name: str) -> None:
+    same = np.flatnonzero(np.diff(time) == 0)
+    if same.size:
+        remedy = "archives want ascending times: look whether the sorter counted spikes twice"
+        raise FormatError(f"unit {name}", "must not fire twice at one time", f"{time[same[0]]:.6f} s", remedy)
+
+
+def _intervals_of(spikes: xr.Dataset, unit: int) -> Array:
+    mine = spikes.interval_unit.values == unit
+    return np.stack([spikes.interval_start.values[mine], spikes.interval_stop.values[mine]], axis=1)
+
+
+def add_trials(file: Any, trials: xr.Dataset, template: Any = None) -> None:
+    """Add trials, each referring to the template of the stimulus from :func:`add_command` if there is one.
+
+    Parameters
+    ----------
+    file : pynwb.NWBFile
+        The file.
+    trials : Dataset
+        See :func:`vibrissa.neural.io.trials.trial_table`.
+    template : TimeSeries, optional
+        Of the stimulus.
+    """
+    pynwb = pynwb_module()
+    require(trials, "trial_start", "trial_stop")
+    table = pynwb.epoch.TimeIntervals(name="trials", description="presentations of the stimulus")
+    if "trial_stimulus" in trials:
+        table.add_column("stimulus", "what was presented")
+    for k in range(trials.sizes["trial"]):
+        row: dict[str, Any] = {
+            name: float(trials[f"trial_{name[:-5]}"].values[k]) for name in ("start_time", "stop_time")
+        }
+        if "trial_stimulus" in trials:
+            row["stimulus"] = str(trials.trial_stimulus.values[k])
+        if template is not None:  # add_interval would look for the trial's own time in the template
+            row["timeseries"] = [pynwb.base.TimeSeriesReference(0, len(template.data), template)]
+        table.add_row(**row)
+    file.trials = table
+
+
+def add_command(file: Any, command: xr.Dataset) -> Any:
+    """Add the template of the stimulus, one column for each whisker; the whiskers' delays; the envelope.
+
+    Parameters
+    ----------
+    file : pynwb.NWBFile
+        The file.
+    command : Dataset
+        With ``command`` (whisker, time) [m].
+
+    Returns
+    -------
+    TimeSeries
+        The template.
+
+    Raises
+    ------
+    InputError
+        If times are uneven.
+    """
+    pynwb = pynwb_module()
+    require(command, "command", "time", "whisker")
+    template = _series(pynwb, "command", "displacement commanded, one column for each whisker", command)
+    file.add_stimulus_template(template)
+    rows = pynwb.core.DynamicTable(name="whiskers", description="columns of the command")
+    rows.add_column("whisker", "whisker of a column")
+    rows.add_column("delay_s", "delay of the copy, circular, in seconds; not a number where unknown")
+    delays = command["delay"].values if "delay" in command else np.full(command.sizes["whisker"], np.nan)
+    for whisker, delay in zip(command.whisker.values, delays, strict=True):
+        rows.add_row(whisker=str(whisker), delay_s=float(delay))
+    file.create_processing_module("stimulus", "how the command is dealt out to whiskers").add(rows)
+    if "replayed_envelope" in command:
+        module = file.create_processing_module("envelope", "envelope of the command")
+        module.add(_series(pynwb, "replayed_envelope", "envelope of the command, one column for each whisker", command))
+    return template
+
+
+def _series(pynwb: Any, name: str, text: str, data: xr.Dataset) -> Any:
+    time = data.time.values
+    rate = (time.size - 1) / (time[-1] - time[0]) if time.size > 1 else 0.0
+    if not rate > 0 or np.abs(np.diff(time) * rate - 1).max() > 1e-6:
+        raise FormatError(name, "must be sampled evenly, at two times at least", f"{time.size} samples")
+    values = data[name].transpose("time", "whisker").values
+    return pynwb.TimeSeries(
+        name=name, description=text, data=values, unit="meters", rate=float(rate), starting_time=float(time[0])
+    )

@@ -1,0 +1,211 @@
+"""Sortings as SpikeInterface saves them, read without it: its folders of NumPy, its npz files, and Zarr."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibrissa.arrays import Integers
+from vibrissa.errors import FormatError, MissingError, RangeError, ShapeError
+from vibrissa.neural.io.foreign import optional_module
+
+NUMPY = "numpysorting_info.json"  # in each folder of sorting.save(folder=…), since SpikeInterface 0.99
+NPZ = "sorting_cached.npz"  # in those of older versions
+ZARR = (".zgroup", "zarr.json")  # of format 2 and 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class SavedSorting:
+    """Spikes of sorted units in samples of the recording.
+
+    Attributes
+    ----------
+    sampling_rate : float
+        Samples per second [Hz].
+    unit_ids : list of str
+        Names of the units.
+    sample : (N,) array of int
+        Sample of each spike, from 0 at the start of its stretch.
+    unit : (N,) array of int
+        Index of each spike's unit.
+    segments : int
+        Stretches of recording, each with its own clock.
+    quality : list of str, optional
+        Label of each unit (``good``, ``mua``, ``noise``, …) where the units have the property ``quality``.
+    """
+
+    sampling_rate: float
+    unit_ids: list[str]
+    sample: Integers
+    unit: Integers
+    segments: int
+    quality: list[str] | None = None
+
+
+def read_numpy_folder(path: Path) -> SavedSorting:
+    """Read the folder that ``sorting.save(folder=…)`` writes.
+
+    Parameters
+    ----------
+    path : Path
+        Folder with ``numpysorting_info.json``, ``spikes.npy`` (fields ``sample_index``, ``unit_index``,
+        ``segment_index``) and, where the units were judged, ``properties/quality.npy``.
+
+    Returns
+    -------
+    SavedSorting
+        Its spikes.
+
+    Raises
+    ------
+    InputError
+        Names the file: not there, damaged, or not of these fields.
+    """
+    about = read_json(path / NUMPY)
+    rate, names, segments = (_value(path / NUMPY, about, key) for key in _ABOUT)
+    spikes, fields = _array(path / "spikes.npy"), ("sample_index", "unit_index")
+    if not set(fields) <= set(spikes.dtype.names or ()):
+        raise FormatError(str(path / "spikes.npy"), f"must have the fields {', '.join(fields)}", str(spikes.dtype))
+    judged = path / "properties" / "quality.npy"
+    quality = _array(judged) if judged.is_file() else None
+    return _checked(path, rate, names, [spikes[name] for name in fields], segments, quality)
+
+
+_ABOUT = ("sampling_frequency", "unit_ids", "num_segments")
+
+
+def read_npz(path: Path) -> SavedSorting:
+    """Read the npz file of older folders, and of MountainSort 5.
+
+    Parameters
+    ----------
+    path : Path
+        File with ``unit_ids``, ``num_segment``, ``sampling_frequency``, ``spike_indexes_seg0`` and
+        ``spike_labels_seg0``: sample and unit of each spike. ``properties/quality.npy`` may lie beside it.
+
+    Returns
+    -------
+    SavedSorting
+        Its spikes; of several stretches, those of the first.
+
+    Raises
+    ------
+    InputError
+        Names the file: not there, damaged, or without one of these arrays.
+    """
+    if not path.is_file():
+        raise MissingError(str(path), "must be an existing file")
+    with np.load(path, allow_pickle=False) as arrays:
+        names, rate, segments, sample, label = (_value(path, arrays, key) for key in _ARRAYS)
+    order = np.argsort(names)
+    place = np.searchsorted(names, label, sorter=order)
+    index = order[np.minimum(place, len(names) - 1)] if len(names) else np.zeros(label.shape, int)
+    if len(names) and not np.array_equal(names[index], label):
+        stranger = label[names[index] != label][0]
+        raise FormatError(str(path), "must label each spike with one of its unit_ids", str(stranger))
+    judged = path.parent / "properties" / "quality.npy"
+    quality = _array(judged) if judged.is_file() else None
+    return _checked(path, rate[0], names.tolist(), [sample, index], segments[0], quality)
+
+
+_ARRAYS = ("unit_ids", "sampling_frequency", "num_segment", "spike_indexes_seg0", "spike_labels_seg0")
+
+
+def read_zarr(path: Path) -> SavedSorting:
+    """Read a sorting, or that of an analyzer, from a folder of Zarr.
+
+    Parameters
+    ----------
+    path : Path
+        What ``sorting.save(folder=…, format="zarr")`` or ``create_sorting_analyzer(format="zarr")`` wrote.
+
+    Returns
+    -------
+    SavedSorting
+        Its spikes.
+
+    Raises
+    ------
+    InputError
+        If zarr is not installed, or the folder holds no sorting.
+    """
+    # zarr 3 cannot open an analyzer from its top: elsewhere in it are arrays of Python objects, which it does not know
+    within = path / "sorting" if (path / "sorting").is_dir() else path
+    group: Any = optional_module("zarr", "a folder of Zarr", "cluster").open_group(str(within), mode="r")
+    if "unit_ids" not in group or "spikes" not in group:
+        held = "it holds a recording: vibrissa sort" if "channel_ids" in group else ""
+        raise MissingError(str(path), "must hold sorted units (unit_ids, spikes)", None, held)
+    rate, segments = (_value(path, group.attrs, key) for key in ("sampling_frequency", "num_segments"))
+    columns = [np.asarray(group[f"spikes/{name}"][:]) for name in ("sample_index", "unit_index")]
+    quality = group["properties/quality"][:] if "properties/quality" in group else None
+    return _checked(path, rate, np.asarray(group["unit_ids"][:]).tolist(), columns, segments, quality)
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Read the mapping in a file of JSON.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    dict
+        Its content.
+
+    Raises
+    ------
+    InputError
+        If it is missing or holds no mapping.
+    """
+    if not path.is_file():
+        raise MissingError(str(path), "must be an existing file")
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise FormatError(str(path), f"is truncated or damaged ({str(error)[:60]})") from error
+    if not isinstance(content, dict):
+        raise FormatError(str(path), "must hold a mapping of names", type(content).__name__)
+    return content
+
+
+def _value(path: Path, content: Any, key: str) -> Any:
+    if key not in content:
+        raise FormatError(str(path), f"must have {key}")
+    return content[key]
+
+
+def _array(path: Path) -> Any:
+    """Array of a file of NumPy; one of Python objects, which would have to be run, is refused."""
+    if not path.is_file():
+        raise MissingError(str(path), "must be an existing file")
+    try:
+        return np.load(path, allow_pickle=False)
+    except (ValueError, EOFError, OSError) as error:
+        raise FormatError(str(path), f"is truncated or damaged ({str(error)[:60]})") from error
+
+
+def _checked(path: Path, rate: Any, names: list[Any], columns: list[Any], segments: Any, quality: Any) -> SavedSorting:
+    """Refuse what contradicts itself."""
+    if not 0 < float(rate) < np.inf:
+        raise RangeError(f"{path}, sampling_frequency", "must be a positive number (Hz)", rate)
+    sample, unit = columns
+    if sample.shape != unit.shape or sample.ndim != 1:
+        raise ShapeError(str(path), "must have a sample and a unit for each spike", f"{sample.shape}, {unit.shape}")
+    if sample.dtype.kind not in "iu" or unit.dtype.kind not in "iu":
+        raise FormatError(str(path), "must hold whole numbers: samples, units", f"{sample.dtype}, {unit.dtype}")
+    if unit.size and not (unit.min() >= 0 and unit.max() < len(names) and sample.min() >= 0):
+        found = f"units {unit.min()} to {unit.max()}, samples from {sample.min()}"
+        raise RangeError(str(path), f"must count samples from 0, and units from 0 to {len(names) - 1}", found)
+    labels = None if quality is None else np.asarray(quality, str).tolist()
+    if labels is not None and len(labels) != len(names):
+        raise ShapeError(f"{path}, quality", "must have a label for each unit", f"{len(labels)} of {len(names)}")
+    return SavedSorting(
+        sampling_rate=float(rate), unit_ids=[str(name) for name in names], segments=int(segments),
+        sample=sample.astype(np.int64), unit=unit.astype(np.int64), quality=labels,
+    )  # fmt: skip

@@ -1,0 +1,185 @@
+"""Table of spikes, on the session's clock or within trials."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from vibrissa.arrays import Array, Integers
+from vibrissa.errors import ConflictError, RangeError, UnknownError
+from vibrissa.quantities import dataset, require
+
+
+def spike_table(
+    time: Array,
+    unit: Integers,
+    names: list[str],
+    *,
+    trial: Integers | None = None,
+    attrs: Mapping[str, Any] | None = None,
+    **about_units: Any,
+) -> xr.Dataset:
+    """Sort spikes by unit, trial and time, and label them.
+
+    Parameters
+    ----------
+    time : (N,) array
+        Times [s], on the session's clock, or from the trial's onset where trials are given.
+    unit : (N,) array of int
+        Index of each spike's unit among the names.
+    names : list of str
+        Names of all units, silent ones included, each once.
+    trial : (N,) array of int, optional
+        Trial of each spike, from 0.
+    attrs : mapping, optional
+        Further attributes.
+    **about_units
+        Variables of dimension unit: ``unit_whisker``, ``unit_quality`` and the like.
+
+    Returns
+    -------
+    Dataset
+        ``spike_time``, ``spike_unit`` and, with trials, ``spike_trial`` (spike); ``unit_name`` (unit). The attribute
+        ``spikes_out_of_order`` counts the spikes given earlier than the one before them in their unit and trial, and
+        ``spikes_repeated`` those at the very time of the one before: both are kept.
+
+    Raises
+    ------
+    InputError
+        If two units have one name.
+    """
+    if len(set(names)) < len(names):
+        raise ConflictError("names of units", "must differ from each other", names)
+    time, unit = np.asarray(time, float), np.asarray(unit, int)
+    group = [unit] if trial is None else [np.asarray(trial, int), unit]
+    given, order = np.lexsort(group), np.lexsort([time, *group])
+    same = np.all([np.diff(key[given]) == 0 for key in group], axis=0)
+    step, sorted_step = np.diff(time[given]), np.diff(time[order])
+    oddities = {"spikes_out_of_order": same & (step < 0), "spikes_repeated": same & (sorted_step == 0)}
+    trials: dict[str, Any] = {} if trial is None else {"spike_trial": group[0][order]}
+    return dataset(
+        {**(attrs or {}), **{name: int(one.sum()) for name, one in oddities.items()}},
+        spike_time=time[order],
+        spike_unit=unit[order],
+        unit_name=np.array(names, str),
+        **trials,
+        **about_units,
+    )
+
+
+def table_of_trains(
+    trains: Sequence[Array], names: list[str], attrs: Mapping[str, Any], **about_units: Any
+) -> xr.Dataset:
+    """Table of spikes on the session's clock from the spike times of each unit.
+
+    Parameters
+    ----------
+    trains : sequence of arrays
+        Times of each unit's spikes [s].
+    names : list of str
+        Names of the units.
+    attrs, **about_units
+        As in :func:`spike_table`.
+
+    Returns
+    -------
+    Dataset
+        As :func:`spike_table`.
+
+    Raises
+    ------
+    InputError
+        If two units have one name.
+    """
+    unit = np.repeat(np.arange(len(trains)), [len(train) for train in trains])
+    return spike_table(np.concatenate([*trains, np.zeros(0)]), unit, names, attrs=attrs, **about_units)
+
+
+def with_intervals(spikes: xr.Dataset, each: Sequence[Array]) -> xr.Dataset:
+    """Add the intervals in which units were observed, as one flat table.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        On the session's clock.
+    each : sequence of (R, 2) arrays
+        Start and stop of the intervals of each unit [s].
+
+    Returns
+    -------
+    Dataset
+        With ``interval_start``, ``interval_stop`` and ``interval_unit`` (interval).
+    """
+    flat = np.concatenate([*(np.reshape(one, (-1, 2)) for one in each), np.zeros((0, 2))])
+    unit = np.repeat(np.arange(len(each)), [np.size(one) // 2 for one in each])
+    found = dataset(interval_start=flat[:, 0], interval_stop=flat[:, 1], interval_unit=unit)
+    return spikes.assign(found.data_vars)
+
+
+def of_unit(spikes: xr.Dataset, name: str) -> xr.Dataset:
+    """Spikes of one unit.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        Table of :func:`spike_table`.
+    name : str
+        The unit.
+
+    Returns
+    -------
+    Dataset
+        The same variables, for that unit alone.
+
+    Raises
+    ------
+    InputError
+        If there is no such unit; names those there are.
+    """
+    require(spikes, "spike_time", "spike_unit", "unit_name")
+    names = [str(one) for one in spikes.unit_name.values]
+    if name not in names:
+        raise UnknownError(f"unit {name!r}", "must be one of the table's", remedy=f"they are {', '.join(names)}")
+    index = names.index(name)
+    one = spikes.isel(spike=np.flatnonzero(spikes.spike_unit.values == index), unit=[index])
+    one["spike_unit"] = one.spike_unit.copy(data=np.zeros(one.sizes["spike"], int))
+    return one
+
+
+def join_units(tables: Mapping[str, xr.Dataset]) -> xr.Dataset:
+    """Put the spikes of single units, recorded in the same trials, into one table.
+
+    Parameters
+    ----------
+    tables : mapping
+        ``spike_time`` and ``spike_trial`` of each unit, by its name, as
+        :func:`vibrissa.neural.simulated.virtual.simulate_spikes` gives them.
+
+    Returns
+    -------
+    Dataset
+        Table of :func:`spike_table`; ``n_trials`` as in the tables.
+
+    Raises
+    ------
+    InputError
+        If there is no table, or their numbers of trials differ.
+    """
+    if not tables:
+        raise RangeError("tables of units", "must be at least one", "none")
+    for table in tables.values():
+        require(table, "spike_time", "spike_trial")
+    n_trials = {table.attrs.get("n_trials") for table in tables.values()}
+    if len(n_trials) > 1:
+        raise ConflictError("n_trials", "must be the same for all units", n_trials)
+    parts = list(tables.values())
+    return spike_table(
+        np.concatenate([part.spike_time.values for part in parts]),
+        np.repeat(np.arange(len(parts)), [part.sizes["spike"] for part in parts]),
+        list(tables),
+        trial=np.concatenate([part.spike_trial.values for part in parts]),
+        attrs={} if n_trials == {None} else {"n_trials": n_trials.pop()},
+    )

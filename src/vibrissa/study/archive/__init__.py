@@ -1,0 +1,1 @@
+"""Results exported for archives (Neurodata Without Borders)."""

@@ -1,0 +1,1 @@
+"""Studies without a movie: a surface alone, base signals, texture to spikes."""

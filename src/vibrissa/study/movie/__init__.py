@@ -1,0 +1,1 @@
+"""One movie: predicted, filmed, analysed, held against its truth."""

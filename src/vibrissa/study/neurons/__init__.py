@@ -1,0 +1,1 @@
+"""Neurons of a study: a simulated population, or recorded units."""

@@ -1,0 +1,203 @@
+"""Paper | here | same?: every number that the paper prints for its figures, beside what sweeps and units give."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from importlib.resources import as_file, files
+from typing import TYPE_CHECKING, Any, NamedTuple, get_args
+
+import numpy as np
+
+from vibrissa.errors import MissingError
+from vibrissa.stats import Scale
+from vibrissa.study.paper import paper_measures, paper_neurons
+from vibrissa.study.paper.paper_neurons import NO_UNITS, is_simulated, populations
+from vibrissa.study.paper.paper_rule import RULE, Kind, Origin, PaperNumber, Verdict, verdict
+from vibrissa.study.paper.sweep_measures import MeasuredNumber, is_virtual
+from vibrissa.tables.reader import read_table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MEASURES = paper_measures.MEASURES | paper_neurons.MEASURES
+NO_SWEEPS = "no sweeps: the study has no [laboratory] and no sweeps"
+
+
+class ComparedNumber(NamedTuple):
+    """One line of the table: the paper's number, what is found here, the verdict and what must be known of it."""
+
+    paper: PaperNumber
+    here: MeasuredNumber
+    origin: Origin
+    verdict: Verdict
+    why: str
+
+
+@cache
+def paper_numbers() -> tuple[PaperNumber, ...]:
+    """Every number that the paper prints for its figures, with each reading where it disagrees with itself."""
+    with as_file(files("vibrissa") / "data" / "paper_numbers.csv") as path:
+        return tuple(_number(line) for _, line in read_table(path, {}).rows())
+
+
+def paper_number(name: str) -> PaperNumber:
+    """One of :func:`paper_numbers` by its ``id``.
+
+    Parameters
+    ----------
+    name : str
+        Its ``id``.
+
+    Returns
+    -------
+    PaperNumber
+        That number.
+    """
+    return next(number for number in paper_numbers() if number.id == name)
+
+
+def _number(line: dict[str, str]) -> PaperNumber:
+    line["scale"] = line["scale"] or "plain"
+    for key, known in (("kind", Kind), ("origin", Origin), ("scale", Scale)):
+        if line[key] not in get_args(known):
+            raise MissingError(f"paper_numbers.csv, {line['id']}", f"must have a {key} of {get_args(known)}", line[key])
+    numbers = {key: float(line[key] or "nan") for key in ("value", "sd", "n", "low", "high", "direction")}
+    return PaperNumber(**{**line, **numbers})  # type: ignore[arg-type]
+
+
+def compare(results: Mapping[str, xr.Dataset]) -> list[ComparedNumber]:
+    """Hold every number of the paper against the results of a study.
+
+    Parameters
+    ----------
+    results : mapping of Datasets
+        ``sweeps``; ``repeats``, ``comparison``, ``profile`` and ``gap`` where they are; ``units``, ``units_1``, …: what
+        is absent is said.
+
+    Returns
+    -------
+    list of ComparedNumber
+        One for each of :func:`paper_numbers`, in their order, none without a verdict; the rule is
+        :data:`vibrissa.study.paper.paper_rule.RULE`.
+    """
+    sweeps = "sweeps" in results and is_virtual(results["sweeps"])
+    units = any(is_simulated(one) for one in populations(results).values())
+    return [_row(number, results, units if number.is_neural else sweeps) for number in paper_numbers()]
+
+
+def _row(number: PaperNumber, results: Mapping[str, xr.Dataset], virtual: bool) -> ComparedNumber:
+    origin: Origin = "came out" if number.origin == "recovered" and not virtual else number.origin
+    if number.why:
+        return ComparedNumber(number, MeasuredNumber(), origin, "not comparable", number.why)
+    here = MEASURES[number.id](results) if number.id in MEASURES else MeasuredNumber(note="not in the table of sweeps")
+    if not np.isfinite(here.value) and (absent := _absent(number, results)):
+        return ComparedNumber(number, MeasuredNumber(), origin, "not measured", absent)
+    if origin == "put in":
+        why = "; ".join(filter(None, (here.note, _set_otherwise(number, here))))
+        return ComparedNumber(number, here, origin, "put in", why)
+    if not np.isfinite(here.value):
+        return ComparedNumber(number, here, origin, "not measured", here.note)
+    found, why = verdict(number, here)
+    return ComparedNumber(number, here, origin, found, "; ".join(filter(None, (why, _informed(number, here)))))
+
+
+def _informed(number: PaperNumber, here: MeasuredNumber) -> str:
+    """Verdict of the number with the texture's forcing, where that of Eq. 5 is the row's."""
+    if here.informed is None or not np.isfinite(here.informed.value):
+        return ""
+    found, why = verdict(number, here.informed)
+    return f"{INFORMED}: {found}" + (f" ({why})" if why else "")
+
+
+def _absent(number: PaperNumber, results: Mapping[str, xr.Dataset]) -> str:
+    """That the whole half of the study is absent to which a number belongs; nothing if it is there."""
+    if number.is_neural:
+        return "" if populations(results) else NO_UNITS
+    return "" if "sweeps" in results else NO_SWEEPS
+
+
+def _set_otherwise(number: PaperNumber, here: MeasuredNumber) -> str:
+    """Say where a setting is none of the paper's."""
+    theirs = np.array(number.interval if np.isfinite(number.interval).any() else (number.value, number.value))
+    low, high = np.where(np.isfinite(theirs), theirs, (-np.inf, np.inf)) * (1 - 1e-6, 1 + 1e-6)
+    least, most = (here.low, here.high) if np.isfinite(here.low) else (here.value, here.value)
+    return "other than the paper's" if least > high or most < low else ""
+
+
+INFORMED = "with the texture's forcing"
+
+
+def page_of(rows: list[ComparedNumber]) -> dict[str, Any]:
+    """What the template ``paper_table.html`` shows: the table, its rule, and how many rows have each verdict.
+
+    Parameters
+    ----------
+    rows : list of ComparedNumber
+        From :func:`compare`.
+
+    Returns
+    -------
+    dict
+        By the names of the template.
+    """
+    counts = [(verdict, sum(row.verdict == verdict for row in rows)) for verdict in get_args(Verdict)]
+    return {"paper": html_rows(rows), "paper_rule": RULE, "paper_counts": counts}
+
+
+def html_rows(rows: list[ComparedNumber]) -> list[dict[str, str]]:
+    """Cells of the report's table as text.
+
+    Parameters
+    ----------
+    rows : list of ComparedNumber
+        From :func:`compare`.
+
+    Returns
+    -------
+    list of dict
+        One for each row.
+    """
+    return [
+        {
+            "figure": row.paper.figure,
+            "paper": row.paper.text,
+            "here": _both(row.here, row.paper.unit),
+            "origin": row.origin,
+            "verdict": row.verdict,
+            "class": {"differs": "no", "cannot tell": "unknown"}.get(row.verdict, ""),
+            "why": "; ".join(part for part in (row.why, row.paper.reading) if part),
+        }
+        for row in rows
+    ]
+
+
+SCALED = {"m": (1e3, "mm"), "Pa": (1e-9, "GPa"), "m/s": (1e3, "mm/s"), "s": (1e3, "ms"), "1/(s m)": (1e-6, "AP/s/µm")}
+_SMALL = 5e-4  # [m] lengths below it are shown in µm
+
+
+def _both(here: MeasuredNumber, unit: str) -> str:
+    """A number, and the same with the texture's forcing where this one is by Eq. 5."""
+    if here.informed is None or not np.isfinite(here.value):
+        return _shown(here, unit)
+    informed = f"{_shown(here.informed, unit)} {INFORMED}" if np.isfinite(here.informed.value) else "not measured"
+    return f"{_shown(here, unit)} by Eq. 5; {informed}"
+
+
+def _shown(here: MeasuredNumber, unit: str) -> str:
+    if not np.isfinite(here.value):
+        return ""
+    factor, name = SCALED.get(unit, (1.0, "" if unit == "1" else unit))
+    if unit == "m" and abs(here.value) < _SMALL:
+        factor, name = 1e6, "µm"
+    if unit == "s" and abs(here.value) >= 1:
+        factor, name = 1.0, "s"
+    digits = _digits(here.low, here.high)
+    ends = f" ({factor * here.low:.{digits}g} to {factor * here.high:.{digits}g})" if here.low < here.high else ""
+    n = f", N = {here.n:.0f}" if np.isfinite(here.n) else ""
+    return f"{factor * here.value:.{digits}g}{ends} {name}".strip() + n
+
+
+def _digits(low: float, high: float) -> int:
+    """Digits that distinguish the ends of an interval, four at least; an R² of 0.999995 to 0.999998 is not 1 to 1."""
+    return next((digits for digits in range(4, 9) if f"{low:.{digits}g}" != f"{high:.{digits}g}"), 4)

@@ -1,0 +1,1 @@
+"""A study file made from clicks on a movie's first frame."""

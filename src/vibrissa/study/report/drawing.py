@@ -1,0 +1,125 @@
+"""The figures of a report, drawn from the results in a folder by whoever has time."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from vibrissa.files import load
+from vibrissa.quantities.kinds import Progress
+from vibrissa.study.report.gallery import made
+from vibrissa.study.stages.figure_table import FIGURES
+from vibrissa.study.sweeps.sweeps import read_series
+from vibrissa.sweep.engine import Engine, each
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+class Drawing(NamedTuple):
+    """A figure to be drawn.
+
+    Attributes
+    ----------
+    figure : int
+        Its place in ``FIGURES``.
+    end : str
+        End of the names of its results, where they are numbered.
+    """
+
+    figure: int
+    end: str
+
+
+class Picture(NamedTuple):
+    """A figure as PNG in base64, or why it cannot be made."""
+
+    png: str
+    left_out: str
+
+
+class StoredResults(Mapping[str, "xr.Dataset"]):
+    """Results of a folder by name, each read when it is wanted.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the results.
+    end : str
+        End of the names; results are known without it, and those without it are not known.
+    """
+
+    def __init__(self, folder: Path, end: str = "") -> None:
+        self.paths = {path.stem.removesuffix(end): path for path in sorted(folder.glob(f"*{end}.nc"))}
+        self.read: dict[str, xr.Dataset] = {}
+
+    def __getitem__(self, name: str) -> xr.Dataset:
+        """The result of this name."""
+        if name not in self.read:
+            self.read[name] = load(self.paths[name])
+        return self.read[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Names, without reading."""
+        return iter(self.paths)
+
+    def __len__(self) -> int:
+        """How many there are."""
+        return len(self.paths)
+
+
+def drawn(
+    drawings: Sequence[Drawing], folder: Path, sweeps: Path, engine: Engine | None, progress: Progress
+) -> list[Picture]:
+    """Draw figures, several at a time where processes are there already: to start some takes as long as a figure.
+
+    Parameters
+    ----------
+    drawings : sequence of Drawing
+        Which ones.
+    folder : Path
+        Holds the results.
+    sweeps : Path
+        Folder whose ``sweeps`` holds the time series of sweeps.
+    engine : Engine, optional
+        Whose crew draws, if it has one.
+    progress : callable
+        Called with ("report", figures drawn, figures in all).
+
+    Returns
+    -------
+    list of Picture
+        In order.
+    """
+    progress("report", 0, len(drawings))
+    staffed = engine is not None and engine.crew is not None and engine.crew.idle
+    here = engine if engine is not None and staffed else Engine(scheduler="synchronous")
+    return each(partial(_picture, folder=folder, sweeps=sweeps), drawings, here, partial(progress, "report"))
+
+
+def _picture(drawing: Drawing, folder: Path, sweeps: Path) -> Picture:
+    figure = made(FIGURES[drawing.figure], StoredResults(folder, drawing.end), partial(read_series, sweeps))
+    return Picture("", figure) if isinstance(figure, str) else Picture(png_of(figure), "")
+
+
+def png_of(figure: Figure) -> str:
+    """PNG of a figure in base64.
+
+    Parameters
+    ----------
+    figure : Figure
+        Of matplotlib.
+
+    Returns
+    -------
+    str
+        Base64.
+    """
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", metadata={"Software": None})
+    return base64.b64encode(buffer.getvalue()).decode()

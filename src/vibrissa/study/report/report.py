@@ -1,0 +1,234 @@
+"""The report: one self-contained HTML page with figures, tables and what was assumed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibrissa import __version__
+from vibrissa.mechanics.modes.shift import resonance_shift, shift_remark
+from vibrissa.quantities import measured_sd
+from vibrissa.quantities.kinds import Progress, Results
+from vibrissa.study.forward.surface import surface_rows
+from vibrissa.study.movie.backward import followed
+from vibrissa.study.movie.verdict import rows_of
+from vibrissa.study.paper.paper_numbers import compare, page_of
+from vibrissa.study.report.drawing import Drawing, drawn
+from vibrissa.study.report.gallery import label_of
+from vibrissa.study.report.report_neurons import neurons_of, tables_of
+from vibrissa.study.report.report_sweeps import base_rows, sweeps_of
+from vibrissa.study.report.validity import validity
+from vibrissa.study.spec.settings import Study
+from vibrissa.study.stages.figure_table import FIGURES, best_entry, left_out, served
+from vibrissa.study.stages.stage import FigureEntry
+from vibrissa.study.stages.stages import STAGES
+from vibrissa.study.store.outcome import not_fitted
+from vibrissa.sweep.engine import Engine
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+OF_MODES = {  # results of one movie that need its modes
+    output.name
+    for stage in STAGES
+    if stage.part == "movie" and "modal" in {*stage.inputs, *(output.name for output in stage.outputs)}
+    for output in stage.outputs
+}
+
+
+def write_report(
+    study: Study,
+    results: Results,
+    folder: Path,
+    sweeps: Path,
+    not_analysed: Sequence[str] = (),
+    *,
+    engine: Engine | None = None,
+    progress: Progress | None = None,
+) -> None:
+    """Write the report of a study, ``report.html``, into the folder of its results.
+
+    Parameters
+    ----------
+    study : Study
+        What was asked.
+    results : mapping of Datasets
+        Its results.
+    folder : Path
+        Holds the results as files.
+    sweeps : Path
+        Folder whose ``sweeps`` holds the time series of sweeps, where there are many.
+    not_analysed : sequence of str
+        What could not be analysed, and why: a line each.
+    engine : Engine, optional
+        Who draws the figures.
+    progress : callable, optional
+        Called with ("report", figures drawn, figures in all).
+    """
+    from jinja2 import Environment, PackageLoader, select_autoescape
+
+    rows = _verdict(results) if "verdict" in results else []
+    figures = list(_figures(results))
+    drawings = [Drawing(FIGURES.index(entry), end) for _, entry, end in figures]
+    pictures = drawn(drawings, folder, sweeps, engine, progress or (lambda *_: None))
+    environment = Environment(loader=PackageLoader("vibrissa.study"), autoescape=select_autoescape())
+    page = environment.get_template("report.html").render(
+        study=study,
+        validity=validity(results),
+        version=__version__,
+        not_analysed=not_analysed,
+        verdict=[row for row in rows if not row["key"].endswith("_white")],
+        white=[row for row in rows if row["key"].endswith("_white")],
+        tracks=_tracks(results["profile"]) if "profile" in results else [],
+        contacts=_contacts(results["profile"]) if "profile" in results else [],
+        remarks=_remarks(study, results),
+        sweeps=sweeps_of(results),
+        shown_sweep=results["posture"].attrs.get("sweep") if "posture" in results else None,
+        base_signals=base_rows(results),
+        surface=surface_rows(results["scan"]) if "scan" in results else [],
+        neurons=neurons_of(results),
+        pictures=[
+            {
+                "heading": heading,
+                "png": one.png,
+                "left_out": one.left_out and _left_out(study, results, entry, one.left_out),
+            }
+            for (heading, entry, _), one in zip(figures, pictures, strict=True)
+        ],
+        **(page_of(compare(results)) if "sweeps" in results or tables_of(results) else {}),
+    )
+    (folder / "report.html").write_text(page, encoding="utf-8")
+
+
+def _figures(results: Results) -> Iterator[tuple[str, FigureEntry, str]]:
+    """Heading, entry and end of the names of every figure that the results serve, and of those that are left out."""
+    for one in served(results, partial(label_of, results)):
+        yield one.heading, one.entry, one.end
+    for number, _ in left_out(results):
+        entry = best_entry(number, results)
+        yield entry.heading, entry, ""
+
+
+def _left_out(study: Study, results: Results, entry: FigureEntry, reason: str) -> str:
+    """Say why a figure is left out: of one movie without modes, what the modes lack."""
+    one_movie = study.movie is not None or study.film is not None
+    lacks = "modal" not in results or "left_out" in results["modal"].attrs
+    why = why_no_modes(study, results) if one_movie and lacks and set(entry.needs) & OF_MODES else reason
+    return f"Left out: {why}."
+
+
+def _remarks(study: Study, results: Results) -> list[str]:
+    lines = json.loads(results["profile"].attrs.get("remarks", "[]")) if "profile" in results else []
+    lines += not_fitted(results)
+    if "scan" in results:  # its remarks hold that of the curvature
+        remarks = json.loads(results["scan"].attrs["remarks"])
+        lines += [f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in remarks]
+    else:
+        lines += _curvature(study)
+    return [*lines, *_surface(study)]
+
+
+def why_no_modes(study: Study, results: Results) -> str:
+    """Say why the modes, or their envelopes, of a movie are not in the report.
+
+    Parameters
+    ----------
+    study : Study
+        With a movie.
+    results : mapping of Datasets
+        Its results; of ``modal`` the attribute ``left_out`` is read.
+
+    Returns
+    -------
+    str
+        Without a full stop.
+    """
+    parts = [name for name, part in (("[whisker]", study.whisker), ("[posture]", study.posture)) if part is None]
+    if parts:
+        return (
+            f"the study file has no {' and no '.join(parts)}. "
+            "Modes need the whisker's length and cone angle, and where it touches a surface"
+        )
+    return str(results["modal"].attrs["left_out"]) if "modal" in results else "the movie could not be analysed"
+
+
+def _verdict(results: Results) -> list[dict[str, Any]]:
+    """Rows of truth, found and relative error; ``inside`` says whether the interval holds the truth."""
+    return [
+        {
+            "key": key,
+            "quantity": quantity,
+            "unit": "" if unit == "1" else unit,
+            "truth": f"{truth:.5g}",
+            "found": f"{found:.5g}" if np.isfinite(found) else "no fit",
+            "error": f"{100 * (found / truth - 1):+.2f} %" if np.isfinite(found) else "",
+            "interval": f"{low:.5g} – {high:.5g}" if np.isfinite(low) else "",
+            "inside": "" if not np.isfinite(low) else "yes" if low <= truth <= high else "no",
+        }
+        for key, quantity, unit, truth, found, low, high in rows_of(results["verdict"])
+    ]
+
+
+def _tracks(profile: xr.Dataset) -> list[dict[str, Any]]:
+    """How far each whisker was followed, and which frames were lost and why."""
+    table, lost = followed(profile), json.loads(profile.attrs["lost"])
+    return [
+        {
+            "name": name,
+            "followed": f"{int(table.frames_followed[i])} of {int(table.frames[0])}",
+            "length": f"{1e3 * float(table.median_length[i]):.2f}",
+            "sd": _node_sd(profile, i),
+            "lost": [f"{first}–{last}: {why}" if last > first else f"{first}: {why}" for first, last, why in lost[i]],
+        }
+        for i, name in enumerate(_names(profile))
+    ]
+
+
+def _node_sd(profile: xr.Dataset, whisker: int) -> str:
+    """Median standard deviation of a node [µm]; "not known" where the tracks have none, as those of other programs."""
+    if not {"x_sd", "y_sd"} & set(profile.data_vars):
+        return "not known"
+    return f"{1e6 * float(np.nanmedian(measured_sd(profile).values[whisker])):.1f}"
+
+
+def _names(profile: xr.Dataset) -> list[str]:
+    return json.loads(profile.attrs.get("names", "[]")) or [str(i) for i in range(profile.sizes["whisker"])]
+
+
+def _curvature(study: Study) -> list[str]:
+    """What the whisker's curvature would do to the resonances of the modes."""
+    if study.posture is None:
+        return []
+    taken = study.scan.modes if study.scan is not None else "straight"
+    line = shift_remark(resonance_shift(study.posture, 1, whisker=study.whisker))
+    return [f"Modes, of prediction and decomposition, are {taken}; {line}."]
+
+
+def _surface(study: Study) -> list[str]:
+    """What was decided of the texture's file."""
+    notes: list[str] = []
+    if study.texture is not None:
+        study.texture.made(study.folder, notes.append)
+    return [f"Texture: {note}." for note in notes]
+
+
+def _contacts(profile: xr.Dataset) -> list[dict[str, str]]:
+    """Where each whisker touches the substrate, if its line was given, and whether that is consistent with it."""
+    if "contact_accepted" not in profile:
+        return []
+    return [
+        {
+            "name": name,
+            "arc": f"{1e3 * float(profile.contact_arc_length[i]):.2f}",
+            "arc_sd": f"{1e3 * float(profile.contact_arc_length_sd[i]):.2f}",
+            "height": f"{1e6 * float(profile.contact_height[i]):.0f}",
+            "height_sd": f"{1e6 * float(profile.contact_height_sd[i]):.0f}",
+            "verdict": f"no: {reason}" if reason else "yes",
+        }
+        for i, (name, reason) in enumerate(zip(_names(profile), json.loads(profile.attrs["rejected"]), strict=True))
+    ]

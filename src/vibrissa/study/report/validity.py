@@ -1,0 +1,110 @@
+"""What share of the predicted jumps a free end allows, in the first lines of a report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibrissa.mechanics.scan.diagnostics import percent
+from vibrissa.mechanics.scan.free_end import TOO_LARGE
+from vibrissa.quantities.kinds import Results
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_NAMES = ("jump_count", "jumps_allowed")
+_CONSEQUENCE = (
+    "Elsewhere the shaft bridges the gap, and the vibration of the one-contact model is up to "
+    f"{TOO_LARGE} times too large (MuJoCo with the whole length on the ground: docs/peers.md, full length). "
+    "Amplitudes, gains and envelopes of the model are those of a whisker whose shaft ends at its contact."
+)
+
+
+def validity(results: Results) -> list[str]:
+    """Say what share of the jumps the free end allows: of the motion that is shown, and of all sweeps.
+
+    Parameters
+    ----------
+    results : mapping of Datasets
+        Of a study; ``scan`` or ``apparatus``, and ``sweeps``, are looked at.
+
+    Returns
+    -------
+    list of str
+        Sentences; none where nothing is predicted.
+    """
+    lines = list(_shares(results))
+    wrong = any(allowed < count for count, allowed in _counts(results))
+    return [*lines, _CONSEQUENCE] if lines and wrong else lines
+
+
+def shown_motion(results: Results) -> xr.Dataset | None:
+    """The dataset that holds the jumps of the one motion that a study shows; None where no motion is predicted.
+
+    Parameters
+    ----------
+    results : mapping of Datasets
+        Of a study.
+
+    Returns
+    -------
+    Dataset or None
+        ``scan`` or ``apparatus``.
+    """
+    some = (results[name] for name in ("scan", "apparatus") if name in results)
+    return next((one for one in some if "jump_count" in one), None)
+
+
+def _shares(results: Results) -> Iterator[str]:
+    if (one := shown_motion(results)) is not None:
+        free, count, allowed = 1e3 * float(one.free_end_length), int(one.jump_count), int(one.jumps_allowed)
+        where = "sweep that is shown" if "sweep" in results.get("posture", one).attrs else "scan"
+        yield (
+            f"Validity: in the {where} the free end beyond the contact is {free:.3g} mm long and allows {allowed} of "
+            f"the {count} jumps that the model predicts{_share(allowed, count)}."
+        )
+    if "sweeps" in results and (line := _of_sweeps(results["sweeps"])):
+        yield line
+
+
+def _share(allowed: int, count: int) -> str:
+    return f" ({percent(allowed / count)})" if count else ""
+
+
+def _of_sweeps(sweeps: xr.Dataset) -> str:
+    """Share over all sweeps with a prediction; nothing without one."""
+    if "jump_count" not in sweeps or not np.isfinite(sweeps.jump_count.values).any():
+        return ""
+    count, allowed = (sweeps[name].values[np.isfinite(sweeps.jump_count.values)] for name in _NAMES)
+    each = allowed / count
+    return (
+        f"Validity: over {len(count)} sweeps the free end allows {allowed.sum():.0f} of {count.sum():.0f} predicted "
+        f"jumps ({percent(allowed.sum() / count.sum())}; {percent(each.min())} to {percent(each.max())} in a sweep)."
+    )
+
+
+def allowed_jumps(sweeps: xr.Dataset) -> str:
+    """How many of the predicted jumps of some sweeps the free end allows; nothing without a prediction.
+
+    Parameters
+    ----------
+    sweeps : Dataset
+        A table of sweeps.
+
+    Returns
+    -------
+    str
+        ``3 of 5``, or "".
+    """
+    count, allowed = (float(np.nansum(sweeps[name].values)) for name in _NAMES)
+    return f"{allowed:.0f} of {count:.0f}" if count else ""
+
+
+def _counts(results: Results) -> Iterator[tuple[float, float]]:
+    """Jumps, and those allowed, of the motion shown and of all sweeps."""
+    some = [shown_motion(results), results.get("sweeps")]
+    for one in some:
+        if one is not None and "jump_count" in one:
+            yield float(one.jump_count.sum()), float(one.jumps_allowed.sum())

@@ -1,0 +1,75 @@
+"""Sizes of a study from which the costs of its stages follow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from vibrissa.errors import InputError
+from vibrissa.study.spec.parts import table_of
+from vibrissa.study.spec.settings import Study
+from vibrissa.study.stages.prices import FIT_FRAME, SWEEP_FRAME, TRACKS, tracking_time
+from vibrissa.study.sweeps.laboratory import plan as planned_sweeps
+from vibrissa.video.io.movie import open_movie
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Sizes of a study from which the costs follow.
+
+    Attributes
+    ----------
+    study : Study
+        What is asked.
+    kept : int
+        Sweeps that are stored already.
+    """
+
+    study: Study
+    kept: int = 0
+
+    @cached_property
+    def sweeps(self) -> tuple[list[int], float]:
+        """Frames of each sweep, and processor time of all [s]."""
+        laboratory = self.study.laboratory
+        if laboratory is not None:
+            each = [laboratory.frames(one.scan.speed) for one in planned_sweeps(laboratory)[0]]
+            return each, SWEEP_FRAME * sum(each)
+        table = table_of(self.study)
+        sizes = [(TRACKS, 0) if one.movie is None else _size_of(one.folder / one.movie) for one in table]
+        return [frames for frames, _ in sizes], sum(tracking_time(*size) + FIT_FRAME * size[0] for size in sizes)
+
+    @property
+    def left(self) -> int:
+        """Sweeps that are still to be analysed."""
+        return max(0, len(self.sweeps[0]) - self.kept)
+
+    @property
+    def longest(self) -> int:
+        """Frames of the longest sweep."""
+        return max(self.sweeps[0], default=0)
+
+    @property
+    def unstored(self) -> float:
+        """Size that the movies of a laboratory would have, a byte per pixel of its camera's field [bytes]."""
+        if self.study.laboratory is None:
+            return 0.0
+        camera = self.study.laboratory.camera
+        return float(sum(self.sweeps[0])) * camera.width * camera.height
+
+    @cached_property
+    def movie(self) -> tuple[int, int]:
+        """Frames of the movie, virtual or recorded, and pixels of one; none where the file cannot be read."""
+        if self.study.film is not None:
+            return self.study.film.n_frames, self.study.film.camera.width * self.study.film.camera.height
+        return (0, 0) if self.study.movie is None else _size_of(self.study.folder / self.study.movie.path)
+
+
+def _size_of(movie: Path) -> tuple[int, int]:
+    """Frames of a movie and pixels of one; none where it cannot be read, which the plan or the run reports."""
+    try:
+        about = open_movie(movie)
+    except InputError:
+        return 0, 0
+    return about.frame_count, about.width * about.height

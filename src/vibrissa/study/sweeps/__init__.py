@@ -1,0 +1,1 @@
+"""Many sweeps: a virtual laboratory or recorded movies, each analysed, all compared."""

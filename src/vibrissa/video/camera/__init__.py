@@ -1,0 +1,1 @@
+"""The virtual camera: scene, head and fur, transmission of light, noise, rendered frames."""

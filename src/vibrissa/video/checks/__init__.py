@@ -1,0 +1,1 @@
+"""Checks of a movie before it is tracked: trial light, levels that beat with key frames."""

@@ -1,0 +1,1 @@
+"""Whiskers found in one image: ridges, and the lines that they form."""

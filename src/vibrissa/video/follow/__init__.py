@@ -1,0 +1,1 @@
+"""Whiskers followed from frame to frame: settings, background, seeds, the loop over blocks."""

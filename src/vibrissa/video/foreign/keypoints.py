@@ -1,0 +1,261 @@
+"""Keypoints along whiskers, from DeepLabCut and SLEAP, as a profile."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+
+from vibrissa.errors import FormatError, InputError, PackageError, RangeError, TooFewError, UnknownError, install
+from vibrissa.files import existing
+from vibrissa.video.foreign.traces import labelled_traces
+from vibrissa.video.foreign.whisk_files import FURTHEST, Values
+from vibrissa.video.tracking import Calibration
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Software = Literal["DeepLabCut", "SLEAP"]
+LIKELIHOOD = {"DeepLabCut": 0.6, "SLEAP": 0.0}  # DeepLabCut guesses everywhere (its pcutoff); SLEAP leaves out
+HEADER = ("scorer", "individuals", "bodyparts", "coords")
+Curve = tuple[Values, Values, Values]  # x, y (T, K) and arc length (K,) [px]
+MOST = 300_000_000  # values of a profile
+
+
+class Keypoints(NamedTuple):
+    """Keypoints of individuals in the frames of a movie.
+
+    Attributes
+    ----------
+    names : list of str
+        Names of the K keypoints.
+    x, y : (I, T, K) arrays
+        Column and row [px] of the keypoints of I individuals, as the file gives them.
+    likelihood : (I, T, K) array
+        What the file thinks of them, NaN where it does not say.
+    """
+
+    names: list[str]
+    x: Values
+    y: Values
+    likelihood: Values
+
+
+def read_keypoints(path: str | Path, software: Software) -> Keypoints:
+    """Keypoints of a DeepLabCut (``.csv``, ``.h5``) or SLEAP (``.slp``, analysis ``.h5``) file, through movement.
+
+    A DeepLabCut ``.h5`` holds a pickled table: open only those you trust.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    software : {"DeepLabCut", "SLEAP"}
+        The program that wrote it.
+
+    Returns
+    -------
+    Keypoints
+        Of all individuals and frames.
+
+    Raises
+    ------
+    InputError
+        If movement is not installed, the file is missing or not of that kind, has no frames, or its rows are not the
+        frames from 0 on.
+    """
+    existing(path)
+    if software == "DeepLabCut" and Path(path).suffix == ".csv":
+        _refuse_rows(path)
+    with warnings.catch_warnings():  # movement takes over the hook by which Python shows warnings
+        warnings.simplefilter("ignore")
+        try:
+            load = import_module("movement.io.load_poses")
+        except ImportError as error:
+            raise PackageError(str(path), "needs movement", remedy=install("tracks")) from error
+        log = import_module("loguru").logger
+        log.disable("movement")
+        try:
+            read = load.from_dlc_file if software == "DeepLabCut" else load.from_sleap_file
+            return keypoints_of(str(path), read(Path(path)))
+        except InputError:
+            raise
+        except Exception as error:  # whatever the readers below it raise on a damaged file
+            cause = (str(error).strip() or type(error).__name__).splitlines()[0]
+            raise FormatError(str(path), f"must be a file of {software}", remedy=cause) from error
+        finally:
+            log.enable("movement")
+
+
+def keypoints_of(source: str, data: xr.Dataset) -> Keypoints:
+    """Keypoints of a poses dataset of movement.
+
+    Parameters
+    ----------
+    source : str
+        Name of the file, for errors.
+    data : Dataset
+        ``position`` [px] and ``confidence``.
+
+    Returns
+    -------
+    Keypoints
+        Of all individuals and frames.
+
+    Raises
+    ------
+    InputError
+        If it has no frames, is not in the plane, or has coordinates beyond any frame.
+    """
+    dims = [next(d for d in data.dims if str(d).startswith(name)) for name in ("individual", "time", "keypoint")]
+    position = data.position.transpose(*dims, "space")
+    if position.sizes["space"] != 2 or not position.size:
+        raise TooFewError(source, "must hold keypoints in the plane of at least one frame", dict(position.sizes))
+    names = [str(name) for name in position[dims[2]].values]
+    x, y = (position.sel(space=axis).values.astype(float) for axis in ("x", "y"))
+    if np.isinf(x).any() or np.isinf(y).any() or max(np.nanmax(np.abs(v), initial=0) for v in (x, y)) > FURTHEST:
+        raise FormatError(source, f"must have coordinates below {FURTHEST:g} px", remedy="the file is damaged")
+    return Keypoints(names, x, y, data.confidence.transpose(*dims).values.astype(float))
+
+
+def _refuse_rows(path: str | Path) -> None:
+    """Refuse a table whose rows are not the frames from 0 on: movement counts rows."""
+    try:
+        lines = Path(path).read_text(encoding="utf-8").splitlines()
+    except UnicodeDecodeError as error:
+        raise FormatError(str(path), "must be text", remedy="the file is damaged") from error
+    rows = [line.split(",", 1)[0].strip() for line in lines if line.split(",", 1)[0] not in HEADER and line.strip()]
+    for number, row in enumerate(rows):
+        if row not in (str(number), f"{number}.0"):
+            rule, remedy = f"must have frame {number} in row {number}", "give predictions, a row for every frame"
+            raise FormatError(str(path), rule, repr(row[:40]), remedy)
+    if not rows:
+        raise TooFewError(str(path), "must hold at least one frame")
+
+
+def profile_from_keypoints(
+    points: Keypoints,
+    *,
+    calibration: Calibration,
+    keypoints: Sequence[Sequence[str]] | None = None,
+    least_likelihood: float = 0.0,
+    node_spacing: float | None = None,
+    source: str = "the keypoints",
+    attrs: Mapping[str, Any] | None = None,
+) -> xr.Dataset:
+    """Profile whose nodes are the keypoints, or are spread evenly over a curve through them.
+
+    Parameters
+    ----------
+    points : Keypoints
+        Of one movie.
+    calibration : Calibration
+        Frame rate and pixel size; these files know neither.
+    keypoints : sequence of sequences of str, optional
+        For each whisker the names of its keypoints from base to tip, at least two; default: one whisker, all
+        keypoints in the order of the file. Of several individuals each has these whiskers.
+    least_likelihood : float
+        Keypoints below it are NaN; the attribute ``keypoints_left_out`` says how many.
+    node_spacing : float, optional
+        Arc length between nodes [m] on a cubic spline over the chord length through the keypoints seen; nodes
+        between two keypoints of which one is not seen, and beyond the ends, are NaN. Default: the keypoints.
+    source : str
+        Name of the file, for errors.
+    attrs : mapping, optional
+        Further attributes.
+
+    Returns
+    -------
+    Dataset
+        ``profile`` without ``y_sd``. Arc length starts at the first keypoint; of keypoints it is the running sum of
+        the median distances of neighbours.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown or given twice, a whisker has fewer than two, or two neighbours are never seen together.
+    """
+    wanted = [list(one) for one in keypoints] if keypoints is not None else [points.names]
+    for one in wanted:
+        _refuse_names(source, one, points.names)
+    if not np.isfinite(least_likelihood):
+        raise FormatError("least_likelihood", "must be a number", least_likelihood)
+    out = (points.likelihood < least_likelihood) & np.isfinite(points.x)
+    whiskers: list[Curve] = []
+    for individual in range(points.x.shape[0]):
+        for one in wanted:
+            at = [points.names.index(name) for name in one]
+            x, y = (np.where(out, np.nan, values)[individual][:, at] for values in (points.x, points.y))
+            seen = np.isfinite(x) & np.isfinite(y)
+            whiskers.append((np.where(seen, x, np.nan), np.where(seen, y, np.nan), _lengths(source, x, y, one)))
+    if node_spacing is not None:
+        whiskers = _resampled(source, whiskers, node_spacing / calibration.pixel_size)
+    most = max(x.shape[1] for x, _, _ in whiskers)
+    x, y, arc = (np.stack([_widened(values, most) for values in kind]) for kind in zip(*whiskers, strict=True))
+    noted = {
+        "arc_length_from": "first keypoint",
+        "keypoints": json.dumps(wanted),
+        **(attrs or {}),
+        "least_likelihood": least_likelihood,
+        "keypoints_left_out": int(out.sum()),
+    }
+    return labelled_traces(x, y, arc, calibration, noted)
+
+
+def _widened(values: Values, nodes: int) -> Values:
+    return np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, nodes - values.shape[-1])], constant_values=np.nan)
+
+
+def _refuse_names(source: str, wanted: list[str], names: list[str]) -> None:
+    if unknown := [name for name in wanted if name not in names]:
+        raise UnknownError("keypoints", f"must be among those of {source}: {', '.join(names)}", ", ".join(unknown))
+    if len(set(wanted)) < len(wanted) or len(wanted) < 2:
+        raise TooFewError("keypoints", "must be at least two different ones for each whisker", ", ".join(wanted))
+
+
+def _lengths(source: str, x: Values, y: Values, names: list[str]) -> Values:
+    """Arc length of the keypoints: sum of the median distances of neighbours [px]."""
+    steps = np.hypot(np.diff(x, axis=1), np.diff(y, axis=1))
+    unseen = np.flatnonzero(~np.isfinite(steps).any(axis=0))
+    if unseen.size:
+        pair = f"{names[unseen[0]]} and {names[unseen[0] + 1]}"
+        raise TooFewError(source, "must show neighbouring keypoints together in a frame", f"never {pair}")
+    return np.concatenate([[0.0], np.cumsum(np.nanmedian(steps, axis=0))])
+
+
+def _resampled(source: str, whiskers: list[Curve], spacing: float) -> list[Curve]:
+    if not spacing > 0:
+        raise RangeError("node_spacing", "must be positive", spacing)
+    even: list[Curve] = []
+    for x, y, lengths in whiskers:
+        places = np.arange(int(lengths[-1] / spacing) + 1).astype(np.float64) * spacing
+        if x.shape[0] * places.size * len(whiskers) > MOST:
+            rule = f"must give fewer than {MOST} nodes in {source}"
+            raise RangeError("node_spacing", rule, remedy="take a wider one")
+        rows = np.array([_on_spline(*one, lengths, places) for one in zip(x, y, strict=True)])
+        even.append((rows[:, 0], rows[:, 1], places))
+    return even
+
+
+def _on_spline(x: Values, y: Values, lengths: Values, places: Values) -> Values:
+    """Places on a cubic spline through the keypoints seen, (2, N); NaN where a neighbour is not seen."""
+    from scipy.interpolate import CubicSpline
+
+    seen = np.isfinite(x)
+    out = np.full((2, places.size), np.nan)
+    if seen.sum() < 2:
+        return out
+    after = np.clip(np.searchsorted(lengths, places, side="left"), 1, x.size - 1)
+    between = seen[after - 1] & seen[after]
+    chord = np.cumsum(np.hypot(np.diff(x, prepend=x[0]), np.diff(y, prepend=y[0])))
+    arc = chord if seen.all() else lengths[seen]
+    kept = np.diff(arc, prepend=-1.0) > 0
+    if kept.sum() > 1:
+        inside = between & (places >= arc[0]) & (places <= arc[-1])
+        out[:, inside] = CubicSpline(arc[kept], np.array([x[seen][kept], y[seen][kept]]), axis=1)(places[inside])
+    return out

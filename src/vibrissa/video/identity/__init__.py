@@ -1,0 +1,1 @@
+"""Identity of whiskers that swing through one another."""

@@ -1,0 +1,285 @@
+"""Movies in containers (AVI, MP4, MKV and the like, a still picture as one frame) through PyAV.
+
+The rate in a container is a *playback* rate: a high-speed camera plays at 25 frames/s what it took at
+5,000, so it is never taken for the frame rate of the acquisition.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+from functools import partial
+from itertools import chain
+from math import nan
+from pathlib import Path
+from typing import Any, cast
+
+import av
+import numpy as np
+from numpy.typing import NDArray
+
+from vibrissa.arrays import Integers
+from vibrissa.errors import FormatError, InputError, ShapeError, TooFewError
+from vibrissa.video.io.about import Movie, Opened, empty_block
+from vibrissa.video.io.grey import Frames, grey_levels, kind_of
+
+LOSSLESS = frozenset({"ffv1", "rawvideo", "huffyuv", "ffvhuff", "utvideo", "png", "bmp", "tiff"})
+SUFFIXES = frozenset({".avi", ".mkv", ".mp4"})
+
+# titles may be in any encoding: since version 19 PyAV reads them all, before it was asked to
+_ASKED = hasattr(av.container.InputContainer, "metadata_errors")
+_ANY_ENCODING: dict[str, Any] = {"metadata_errors": "surrogateescape"} if _ASKED else {}
+
+# name of the codec as the user says it: FFmpeg's name, its options, the containers that hold it
+ENCODERS: dict[str, tuple[str, dict[str, str], frozenset[str]]] = {
+    "ffv1": ("ffv1", {}, frozenset({".avi", ".mkv"})),
+    "ffvhuff": ("ffvhuff", {}, frozenset({".avi"})),
+    "h264": ("libx264", {"crf": "18"}, SUFFIXES),
+    "h264-lossless": ("libx264", {"qp": "0"}, SUFFIXES),
+}
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Opened]:
+    """Open a movie, described by its header and first frame; its blocks can be read once.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Yields
+    ------
+    Opened
+        The movie.
+
+    Raises
+    ------
+    InputError
+        If it is no movie, has no frames, or its pixels have no exact grey level; also if the frame size or the pixel
+        format changes, or the movie is cut off or damaged.
+    """
+    with _container(path) as container:
+        decoded = _frames(container, path)
+        first = next(decoded, None)
+        if first is None:
+            raise TooFewError(str(path), "must have at least one frame")
+        movie = _described(path, container, first)
+        yield Opened(movie, partial(_blocks, movie, chain([first], decoded)))
+
+
+def _blocks(movie: Movie, decoded: Iterable[av.VideoFrame], frames: int) -> Iterator[Frames]:
+    block, filled = empty_block(movie, frames), 0
+    for frame in decoded:
+        block[filled] = grey_levels(frame, movie.path, movie.bits, movie.expanded)
+        filled += 1
+        if filled == frames:
+            yield block
+            block, filled = np.empty_like(block), 0
+    if filled:
+        yield block[:filled]
+
+
+def key_frames(path: Path) -> Integers:
+    """Numbers of the key frames, from 0, as the container flags them; nothing is decoded.
+
+    Frames between key frames are coded as changes, by all lossy codecs but those for single pictures.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    (n,) array of int, rising
+        Numbers from 0.
+
+    Raises
+    ------
+    InputError
+        If it is no movie, or cannot be read to its end.
+    """
+    with _container(path) as container:
+        stream = container.streams.video[0]
+        try:
+            flags = [(packet.pts, packet.is_keyframe) for packet in container.demux(stream) if packet.size]
+        except av.FFmpegError as error:
+            raise _cut_off(path, 0, _announced(container)) from error
+    if all(time is not None for time, _ in flags):
+        flags.sort()  # packets come in the order of decoding
+    return np.flatnonzero([key for _, key in flags])
+
+
+def write(path: Path, blocks: Iterator[Frames], codec: str, playback_rate: float) -> None:
+    """Encode grey frames by one of ``ENCODERS``; equal frames give equal files.
+
+    Parameters
+    ----------
+    path : Path
+        File to write.
+    blocks : iterator of (T, height, width) arrays
+        Frames of one size and type.
+    codec : str
+        One of ``ENCODERS``.
+    playback_rate : float
+        Rate at which players show it [Hz].
+
+    Raises
+    ------
+    InputError
+        If the codec cannot hold the bits of the frames.
+    """
+    name, options, _ = ENCODERS[codec]
+    first = next(blocks)
+    if first.dtype == np.uint16 and name == "libx264":
+        raise FormatError("frames", "must be of 8 bits for H.264", first.dtype, "write 'ffv1' or TIFF")
+    layout = "gray" if first.dtype == np.uint8 else "gray16le"
+    frames = (frame for block in chain([first], blocks) for frame in block)
+    encode(path, frames, name, options, layout, layout, playback_rate)
+
+
+def encode(
+    path: Path,
+    frames: Iterable[NDArray[Any]],
+    name: str,
+    options: dict[str, str],
+    given: str,
+    stored: str,
+    playback_rate: float,
+) -> int:
+    """Encode frames with one codec of FFmpeg, without a random identifier.
+
+    Parameters
+    ----------
+    path : Path
+        File to write; its suffix is the container.
+    frames : iterable of (height, width, …) arrays
+        Frames of one size and type.
+    name, options : str, dict
+        FFmpeg's name of the codec, and its options.
+    given, stored : str
+        FFmpeg's pixel format of the frames, and of the movie.
+    playback_rate : float
+        Rate at which players show it [Hz].
+
+    Returns
+    -------
+    int
+        Number of frames.
+    """
+    count = 0
+    with av.open(str(path), "w", container_options={"fflags": "+bitexact"}) as file:
+        rate = Fraction(playback_rate).limit_denominator(100_000)
+        stream = cast(av.VideoStream, file.add_stream(name, rate=rate, options=options))
+        for count, frame in enumerate(frames, 1):
+            if count == 1:
+                stream.height, stream.width, stream.pix_fmt = *frame.shape[:2], stored
+                if name == "libx264" and stored == "gray":
+                    stream.codec_context.color_range = av.video.reformatter.ColorRange.JPEG
+            image = av.VideoFrame.from_ndarray(np.ascontiguousarray(frame), format=given)
+            file.mux(stream.encode(image))
+        file.mux(stream.encode())
+    return count
+
+
+def _container(path: Path) -> av.container.InputContainer:
+    try:
+        container = av.open(f"file:{path}", **_ANY_ENCODING)  # a colon in a name makes no protocol
+    except (av.FFmpegError, OSError) as error:
+        rule = f"must be a whole movie ({error.strerror})"
+        raise FormatError(str(path), rule, remedy="cut off, or another kind of file?") from error
+    streams = container.streams.video
+    if streams and streams[0].codec_context is not None:
+        return container
+    container.close()
+    raise FormatError(
+        str(path), "must be coded by a codec that FFmpeg knows" if streams else "must have a video stream"
+    )
+
+
+def _frames(container: av.container.InputContainer, path: Path) -> Iterator[av.VideoFrame]:
+    """Decode all frames of one size; an error where the file holds fewer than it announces."""
+    stream = container.streams.video[0]
+    stream.thread_type = "AUTO"
+    stream.codec_context.options = {"err_detect": "crccheck+explode"}  # no frame is patched up from its neighbours
+    announced, count = _announced(container), 0
+    frame: av.VideoFrame | None = None
+    try:
+        for frame in container.decode(stream):
+            if count == 0:
+                first = frame
+            _alike(frame, first, path, count)
+            if frame.is_corrupt:
+                raise _cut_off(path, count, announced)
+            count += 1
+            yield frame
+    except (av.FFmpegError, OSError, MemoryError) as error:
+        raise _cut_off(path, count, announced) from error
+    if frame is not None and (count < stream.frames or _ends_early(container, frame)):
+        raise _cut_off(path, count, announced)
+
+
+def _alike(frame: av.VideoFrame, first: av.VideoFrame, path: Path, number: int) -> None:
+    if (frame.width, frame.height) != (first.width, first.height):
+        rule, found = "must keep its frame size", f"{frame.width}×{frame.height} after {first.width}×{first.height}"
+    elif frame.format.name != first.format.name:
+        rule, found = "must keep its pixel format", f"{frame.format.name} after {first.format.name}"
+    else:
+        return
+    raise ShapeError(str(path), rule, f"{found} at frame {number}")
+
+
+def _cut_off(path: Path, count: int, announced: int) -> InputError:
+    found = f"{count} readable frames of {announced or 'an unknown number'}"
+    return FormatError(str(path), "is cut off or damaged", found, "copy it again, or cut it after those frames")
+
+
+def _duration(container: av.container.InputContainer) -> float:
+    """Duration of the video stream [s], NaN if the file does not say."""
+    stream = container.streams.video[0]
+    if stream.duration is not None and stream.time_base:
+        return float(stream.duration * stream.time_base)
+    if "DURATION" in stream.metadata:
+        clock = re.fullmatch(r"(\d+):(\d+):(\d+(?:\.\d*)?)", stream.metadata["DURATION"])
+        return 3600 * float(clock[1]) + 60 * float(clock[2]) + float(clock[3]) if clock else nan
+    # a container with a sound track may last longer than its frames
+    if container.duration is not None and len(container.streams) == 1:
+        return float(container.duration / av.time_base)
+    return nan
+
+
+def _announced(container: av.container.InputContainer) -> int:
+    """Frames the file announces: its count, else duration × rate, else 0."""
+    stream = container.streams.video[0]
+    duration = _duration(container)
+    if stream.frames or not stream.average_rate or np.isnan(duration):  # an unknown rate is None, or 0/0
+        return int(stream.frames)
+    return round(duration * float(stream.average_rate))
+
+
+def _ends_early(container: av.container.InputContainer, last: av.VideoFrame) -> bool:
+    stream = container.streams.video[0]
+    if stream.frames or last.time is None or not stream.average_rate:
+        return False
+    # half a frame more than the last frame's own duration: time stamps are rounded to 1 ms in MKV
+    return bool(_duration(container) - last.time > 1.5 / float(stream.average_rate) + 2e-3)
+
+
+def _described(path: Path, container: av.container.InputContainer, frame: av.VideoFrame) -> Movie:
+    stream = container.streams.video[0]
+    bits, expanded = kind_of(frame, path)
+    return Movie(
+        path=path,
+        width=frame.width,
+        height=frame.height,
+        bits=bits,
+        codec=stream.codec_context.name,
+        lossy=stream.codec_context.name not in LOSSLESS,
+        expanded=expanded,
+        playback_rate=float(stream.average_rate) if stream.average_rate else nan,
+        frame_count=_announced(container) or 1,
+        frame_count_is_estimate=stream.frames == 0,
+    )

@@ -1,0 +1,140 @@
+"""Movies in and out: blocks of grey frames, exact to the bit where the codec is, bounded in memory.
+
+What is read: AVI, MP4, MKV and the like through PyAV, multi-page TIFF, a folder of numbered images, Photron's
+``.cih`` or ``.cihx`` with ``.mraw``, and ``.npy``; 8 to 16 bit grey.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+import numpy as np
+
+from vibrissa.errors import FormatError, RangeError, ShapeError, UnknownError
+from vibrissa.files import existing, written_whole
+from vibrissa.video.io import container, folder, npy, photron, tiff
+from vibrissa.video.io.about import Movie, Opened
+from vibrissa.video.io.grey import Frames
+from vibrissa.video.io.prefetch import prefetched
+
+__all__ = ["Movie", "open_movie", "read_blocks", "write_movie"]
+
+
+def open_movie(path: str | Path) -> Movie:
+    """Describe a movie without reading it through.
+
+    Parameters
+    ----------
+    path : path
+        The movie, or a folder of numbered images.
+
+    Returns
+    -------
+    Movie
+        What the file says.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, is no movie, has no frames, or its pixels have no exact grey level.
+    """
+    with _opened(path) as (movie, _):
+        return movie
+
+
+def read_blocks(path: str | Path, frames: int = 256) -> Iterator[Frames]:
+    """Read a movie in blocks of frames, the next one decoded while the last one is worked on.
+
+    Limited-range luma (Y'CbCr formats not marked as full range, 16 to 235 at 8 bits) is expanded to the
+    full range, rounded, and clipped where the encoder overshot; grey formats are passed on as stored.
+
+    Parameters
+    ----------
+    path : path
+        The movie, or a folder of numbered images.
+    frames : int
+        Frames per block, at least 1; memory is bounded by three blocks.
+
+    Yields
+    ------
+    (T, height, width) array of uint8 or uint16
+        Grey levels; T = ``frames`` except in the last block. Row 0 is the top of the image.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, is no movie, has no frames or no exact grey level, changes its frame size,
+        or is cut off or damaged (after the readable blocks: the error gives the number of readable frames).
+    """
+    if frames < 1:
+        raise RangeError("frames per block", "must be at least 1", frames)
+    yield from prefetched(_blocks(path, frames))
+
+
+def _blocks(path: str | Path, frames: int) -> Iterator[Frames]:
+    with _opened(path) as (_, blocks):
+        yield from blocks(frames)
+
+
+def write_movie(path: str | Path, blocks: Iterable[Frames], codec: str = "ffv1", playback_rate: float = 25.0) -> None:
+    """Write grey frames, whole or not at all: TIFF by its suffix, else a container and a codec.
+
+    Parameters
+    ----------
+    path : path
+        File to write: ``.tif`` or ``.tiff``, uncompressed; ``.mkv``, ``.avi`` or ``.mp4``.
+    blocks : iterable of (T, height, width) arrays of uint8 or uint16
+        The frames, all of one size and type.
+    codec : {"ffv1", "ffvhuff", "h264-lossless", "h264"}
+        Codec in a container. FFV1 (MKV, AVI) is the smallest without loss, FFVHUFF (AVI) decodes three times
+        faster; H.264 (MKV, MP4, AVI) takes 8 bits only. "h264" (at CRF 18) *loses grey levels*: for showing,
+        not for measuring.
+    playback_rate : float
+        Rate at which players show it [Hz]; it says nothing of the acquisition. TIFF has none.
+
+    Raises
+    ------
+    InputError
+        If the suffix or codec is not one of these or they do not go together, there are no frames, or their
+        size or type changes.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in container.SUFFIXES | tiff.SUFFIXES:
+        raise FormatError(str(path), "must end in .mkv, .avi, .mp4, .tif or .tiff", repr(suffix))
+    if codec not in container.ENCODERS:
+        raise UnknownError("codec", f"must be one of {', '.join(container.ENCODERS)}", repr(codec))
+    if not (np.isfinite(playback_rate) and playback_rate > 0):
+        raise RangeError("playback_rate", "must be positive and finite", playback_rate)
+    holding = container.ENCODERS[codec][2] | tiff.SUFFIXES
+    if suffix not in holding:
+        raise FormatError(str(path), f"must end in {' or '.join(sorted(holding - tiff.SUFFIXES))} for {codec}", suffix)
+    with written_whole(path) as temporary:
+        if suffix in tiff.SUFFIXES:
+            tiff.write(temporary, _uniform(blocks))
+        else:
+            container.write(temporary, _uniform(blocks), codec, playback_rate)
+
+
+def _opened(path: str | Path) -> AbstractContextManager[Opened]:
+    if Path(path).is_dir():
+        return folder.opened(Path(path))
+    path = existing(path)
+    reader = {kind: one for one in (tiff, photron, npy) for kind in one.SUFFIXES}.get(path.suffix.lower(), container)
+    return reader.opened(path)
+
+
+def _uniform(blocks: Iterable[Frames]) -> Iterator[Frames]:
+    """Check that there are frames and that all are of one size and type."""
+    first: tuple[object, ...] | None = None
+    for block in blocks:
+        kind = (block.dtype.name, *block.shape[1:])
+        if block.dtype not in (np.uint8, np.uint16) or block.ndim != 3:
+            raise ShapeError("frames", "must be (T, height, width) of uint8 or uint16", f"{block.dtype} {block.shape}")
+        if first is not None and kind != first:
+            raise ShapeError("frames", "must keep their size and type", f"{kind} after {first}")
+        first = kind
+        yield block
+    if first is None:
+        raise RangeError("frames", "must be at least one")

@@ -1,0 +1,59 @@
+"""Frames as one NumPy array on disk (``.npy``), read without loading it whole."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tokenize import TokenError
+from typing import cast
+
+import numpy as np
+
+from vibrissa.errors import FormatError, TooFewError
+from vibrissa.video.io.about import Movie, Opened, opened_runs
+from vibrissa.video.io.grey import Frames
+
+SUFFIXES = frozenset({".npy"})
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Opened]:
+    """Open an array (T, height, width) of uint8 or uint16; its blocks are in native byte order.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Yields
+    ------
+    Opened
+        The movie.
+
+    Raises
+    ------
+    InputError
+        If it is no NumPy file, is cut off, or is no such array.
+    """
+    mapped = _mapped(path)
+    count, height, width = mapped.shape
+    movie = Movie(path=path, width=width, height=height, bits=8 * mapped.dtype.itemsize, codec="npy", frame_count=count)
+    yield opened_runs(movie, lambda start, stop: cast(Frames, np.array(mapped[start:stop], movie.dtype, order="C")))
+
+
+def _mapped(path: Path) -> Frames:
+    try:
+        mapped: Frames = np.load(path, mmap_mode="r", allow_pickle=False)
+    except (ValueError, OSError, EOFError, SyntaxError, TokenError, TypeError, OverflowError) as error:
+        raise FormatError(str(path), f"must be a whole NumPy array ({error})") from error
+    if (
+        not isinstance(mapped, np.ndarray)
+        or mapped.ndim != 3
+        or mapped.dtype.newbyteorder("=") not in (np.uint8, np.uint16)
+    ):
+        found = f"{getattr(mapped, 'dtype', type(mapped).__name__)} {getattr(mapped, 'shape', '')}"
+        raise FormatError(str(path), "must be frames (T, height, width) of uint8 or uint16", found)
+    if not mapped.size:
+        raise TooFewError(str(path), "must have at least one frame", mapped.shape)
+    return mapped

@@ -1,0 +1,176 @@
+"""The public names: loaded when they are used, documented, whose errors name the argument that was wrong."""
+
+import inspect
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from refusals import refusal
+
+import vibrissa as vb
+from vibrissa.api.remarks import Remark
+
+ROOT = Path(__file__).parents[2]
+WHISKER, POSTURE = vb.Whisker(length=0.04, cone_angle=1.5e-3), vb.Posture(contact=0.29, base_angle=1.2)
+SURFACE = vb.periodic_grating(0.02, period=2e-3)
+FUNCTIONS = [name for name in vb.__all__ if inspect.isfunction(getattr(vb, name))]
+HEAVY = ("numpy", "scipy", "xarray", "numba", "pandas", "matplotlib", "dask", "av", "h5py")
+
+
+def test_importing_the_package_loads_nothing_heavy():
+    said = "import sys, vibrissa; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", said], capture_output=True, text=True, check=True)
+    loaded = {name.partition(".")[0] for name in done.stdout.split()}
+    assert not loaded & set(HEAVY)
+    assert [name for name in done.stdout.split() if name.startswith("vibrissa.")] == []
+
+
+def test_a_touched_name_loads_its_own_room_alone():
+    said = "import sys, vibrissa as vb; vb.Whisker; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", said], capture_output=True, text=True, check=True)
+    assert {"matplotlib", "av", "dask"} & set(done.stdout.split()) == set()
+
+
+def test_every_public_name_is_there_and_nothing_else_is_shown():
+    assert sorted(set(dir(vb)) - {"__version__"}) == sorted(vb.__all__)
+    for name in vb.__all__:
+        assert getattr(vb, name).__name__ == name
+    with pytest.raises(AttributeError, match="scann"):
+        vb.scann  # noqa: B018
+
+
+@pytest.mark.parametrize("name", vb.__all__)
+def test_every_public_name_says_what_it_is(name):
+    thing = getattr(vb, name)
+    text = inspect.getdoc(thing)
+    assert text.partition("\n")[0].endswith(".")
+    if name in FUNCTIONS:
+        assert set(inspect.signature(thing).parameters) <= set(text.replace(",", " ").replace("*", "").split())
+        assert {"Parameters", "Returns"} - ({"Returns"} if name == "save" else set()) <= set(text.split("\n"))
+
+
+def test_every_room_says_that_it_is_internal():
+    contract = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"][0]
+    rooms = [room.strip("() ") for row in contract["layers"] for room in row.split("|")]
+    packages = [room for room in rooms if (ROOT / "src" / "vibrissa" / room / "__init__.py").is_file()]
+    assert len(packages) > 12
+    for room in set(packages) - {"api"}:
+        text = (ROOT / "src" / "vibrissa" / room / "__init__.py").read_text(encoding="utf-8")
+        assert "Internal: the public names are those of ``vibrissa`` itself." in text, room
+
+
+def test_one_scan_takes_any_surface_and_a_posture_that_changes():
+    heights = vb.HeightProfile.from_gaps(SURFACE)
+    path = vb.PosturePath(time=[-0.05, 0.5], base_angle=[1.2, 1.21], contact=[0.29, 0.29])
+    for posture, surface in ((POSTURE, SURFACE), (POSTURE, heights), (path, SURFACE)):
+        motion = vb.scan(WHISKER, posture, surface, speed=0.1)
+        data = motion.sample(2000)
+        assert data.envelope.attrs["units"] == "m"
+        assert data.envelope.dims == ("mode", "time")
+        assert motion.whisker == WHISKER
+        assert len(repr(motion)) < 140
+    gaps, same = (vb.scan(WHISKER, POSTURE, one, speed=0.1).sample(2000) for one in (SURFACE, heights))
+    begun = slice(0, 500)  # a height profile ends later than its last gap
+    np.testing.assert_allclose(same.mode_displacement[:, begun], gaps.mode_displacement[:, begun], rtol=0, atol=1e-7)
+
+
+def test_an_envelope_is_in_metres_whoever_made_it():
+    motion = vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1)
+    data = motion.sample(2000)
+    own = vb.envelope(WHISKER.length * data.mode_displacement)
+    np.testing.assert_allclose(own, data.envelope, rtol=1e-12, atol=1e-18)
+    assert own.dims == data.envelope.dims
+
+
+def test_a_gap_is_given_in_metres_and_agrees_with_the_adimensional_one():
+    from vibrissa.mechanics.scan.gap_report import crossing
+
+    found, known = vb.gap(WHISKER, POSTURE, width=0.6e-3), crossing(POSTURE, 0.015)
+    np.testing.assert_allclose(found.linearity, known.linearity, rtol=1e-10)
+
+
+MISTAKES = {
+    "speed": lambda: vb.scan(WHISKER, POSTURE, SURFACE, speed=100),
+    "damping": lambda: vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1, damping=11),
+    "response": lambda: vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1, response="exakt"),
+    "jump": lambda: vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1, jump="none"),
+    "modes": lambda: vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1, modes="bent"),
+    "Whisker.length": lambda: vb.Whisker(length=40, cone_angle=1.5e-3),
+    "Posture.base_angle": lambda: vb.Posture(contact=0.29, base_angle=70),
+    "Posture.contact": lambda: vb.Posture(contact=11.6, base_angle=1.2),
+    "whisker": lambda: vb.atlas("C22x"),
+    "name": lambda: vb.sample_data("gratng.csv"),
+    "posture": lambda: vb.modes(WHISKER, about="profile"),
+    "rate": lambda: vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1).sample(-1),
+    "nodes": lambda: vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1).sample(2000, nodes=[5.0]),
+    "signal": lambda: vb.envelope(np.zeros(2)),
+    "frame_rate": lambda: vb.track(np.zeros((3, 40, 60), np.uint8), pixel_size=1e-4, seeds=[(30, 20)]),
+    "pixel_size": lambda: vb.track(np.zeros((3, 40, 60), np.uint8), frame_rate=2000, pixel_size=95, seeds=[(30, 20)]),
+    "duration": lambda: vb.replay(vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1), duration=-1),
+    "n_trials": lambda: vb.simulate_units(vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1), 3, n_trials=0),
+    "units": lambda: vb.simulate_units(vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1), 0),
+    "base_angle": lambda: vb.Posture(contact=0.29, angle=1.2),
+}
+
+
+@pytest.mark.parametrize("argument", [name for name in MISTAKES if name != "base_angle"])
+def test_a_plausible_mistake_is_one_line_that_names_the_argument(argument):
+    with pytest.raises(vb.InputError) as caught:
+        MISTAKES[argument]()
+    assert caught.value.quantity == argument
+    assert "\n" not in str(caught.value)
+
+
+def test_results_are_a_mapping_that_reads_what_is_asked_for(tmp_path):
+    with refusal("missing", str(tmp_path)):
+        vb.open_results(tmp_path)
+    vb.save(vb.modes(WHISKER, POSTURE), tmp_path / "modes.nc")
+    results = vb.open_results(tmp_path)
+    assert list(results) == ["modes"]
+    assert "modes" in results
+    assert "gap" not in results
+    assert results["modes"].sizes["mode"] == 3
+    assert "modes" in repr(results)
+    with pytest.raises(KeyError, match="did you mean modes"):
+        results["mods"]
+
+
+def test_what_a_reader_should_know_is_a_remark():
+    motion = vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1)
+    assert motion.verdict.split()[0] in ("usable:", "caution:", "outside")
+    assert motion.verdict.split()[0] in repr(motion)
+    with pytest.warns(Remark, match="modes 3 and above ring too fast"):
+        motion.sample(1300)
+
+
+def test_an_envelope_is_no_stimulus():
+    motion = vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1)
+    envelope = motion.sample(20e3).envelope.sel(mode=1)
+    with refusal("conflict", "stimulus"):
+        vb.envelope_coupling(vb.sample_data("spikes.csv"), envelope)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "shown"),
+    [
+        (lambda: vb.scan("C2", POSTURE, SURFACE, speed=0.1), "vb.atlas"),
+        (lambda: vb.scan(WHISKER, {"contact": 0.3}, SURFACE, speed=0.1), "vb.Posture("),
+        (lambda: vb.scan(WHISKER, POSTURE, "plate.csv", speed=0.1), "vb.read_surface"),
+        (lambda: vb.scan(WHISKER, POSTURE, np.zeros(9), speed=0.1), "vb.HeightProfile"),
+        (lambda: vb.scan(WHISKER, POSTURE, SURFACE, speed="100mm/s"), "0.1 for 100 mm/s"),
+        (lambda: vb.scan(WHISKER, POSTURE, SURFACE, spead=0.1), "did you mean speed?"),
+        (lambda: vb.decompose("movie.avi", WHISKER, 0.3), "Dataset"),
+    ],
+)
+def test_another_kind_of_thing_is_answered_with_the_right_form(wrong, shown):
+    with pytest.raises(vb.InputError) as caught:
+        wrong()
+    assert shown in caught.value.remedy
+
+
+def test_a_misspelt_name_is_answered_with_the_nearest():
+    with pytest.raises(AttributeError, match="did you mean envelope"):
+        vb.envelop  # noqa: B018

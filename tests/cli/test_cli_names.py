@@ -1,0 +1,66 @@
+"""Names of verbs and options: those that are no more, and one meaning for each."""
+
+from pathlib import Path
+
+import make_options
+import pytest
+
+from vibrissa.cli import app
+from vibrissa.cli.shared.glossary import GLOSSARY, SHARES
+from vibrissa.cli.shared.renamed import OLD_OPTIONS
+
+WORDS = {("--part", "text")}  # two lengths in one word
+
+
+def taken(verb):
+    """Options that a verb takes."""
+    return {name for argument in app[verb].assemble_argument_collection() for name in argument.names}
+
+
+VERBS = sorted(name for name in app if not name.startswith("-"))
+OLD = [(verb, old, new) for verb in VERBS for names in (OLD_OPTIONS.get(verb, {}),) for old, new in names.items()]
+OLD += [(verb, old, new) for verb in VERBS for old, new in OLD_OPTIONS[""].items() if new in taken(verb)]
+
+
+@pytest.mark.parametrize(("verb", "old", "new"), OLD)
+def test_the_old_name_of_an_option_names_the_new_one(vibrissa, verb, old, new):
+    assert old not in taken(verb)
+    assert new in taken(verb)
+    code, out, err = vibrissa(verb, "x", old, "1")
+    assert (code, out, err) == (
+        2,
+        "",
+        f"vibrissa: the option {old} of {verb} is now {new}; see vibrissa {verb} --help\n",
+    )
+
+
+def test_every_old_option_belongs_to_a_verb():
+    assert set(OLD_OPTIONS) - {""} <= set(VERBS)
+
+
+KINDS = {name: kinds for name, kinds in make_options.options().items() if name not in ("--help", "--version")}
+
+
+@pytest.mark.parametrize("option", sorted(KINDS))
+def test_an_option_has_the_same_meaning_and_dimension_in_every_verb(option):
+    known = GLOSSARY[option]
+    kinds = {"text" if known.kind == "point" and kind == "text" else kind for kind in KINDS[option].values()}
+    kinds = {known.kind if (option, kind) in WORDS else kind for kind in kinds}
+    assert kinds == {known.kind if known.kind != "point" else "text"}, KINDS[option]
+
+
+def test_the_glossary_has_no_option_that_no_verb_takes():
+    assert set(GLOSSARY) == set(KINDS)
+    assert set(SHARES) == {name for name, one in GLOSSARY.items() if one.kind == "over length"}
+
+
+def test_no_two_options_of_the_glossary_mean_the_same():
+    meanings = [one.meaning for one in GLOSSARY.values()]
+    assert len(set(meanings)) == len(meanings)
+
+
+def test_the_page_of_options_is_of_these_options():
+    made = make_options.page()
+    assert (Path(make_options.__file__).with_name("options.md")).read_text("utf-8") == made, (
+        "python docs/make_options.py"
+    )

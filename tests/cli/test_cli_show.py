@@ -1,0 +1,130 @@
+"""What `show` says of each kind of file, and `info` of the machine."""
+
+import json
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from vibrissa import __version__
+from vibrissa.files import save
+from vibrissa.quantities import dataset
+from vibrissa.study.run.contents import DATASETS, TABLES
+from vibrissa.video.io.movie import write_movie
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+KINDS = {
+    "diameters.csv": "table: diameters along a whisker",
+    "gap.csv": "surface: gaps",
+    "grating.csv": "surface: gaps",
+    "ridges.csv": "surface: heights",
+    "spikes.csv": "table: spikes",
+    "replayed-spikes.csv": "table: spikes",
+    "spikes-stimulus.csv": "table: motion of a point",
+    "spikes-units.csv": "table: units to simulate",
+    "sweeps.csv": "table: recorded sweeps",
+    "robot.csv": "table: signals in time",
+    "robot.toml": "study",
+}
+
+
+@pytest.mark.parametrize(("name", "kind"), KINDS.items())
+def test_show_names_the_kind_of_every_example(vibrissa, name, kind):
+    code, out, err = vibrissa("show", EXAMPLES / name)
+    assert (code, err) == (0, "")
+    assert out.splitlines()[0] == f"{name}: {kind}"
+    assert max(map(len, out.splitlines())) <= 80
+    assert json.loads(vibrissa("show", EXAMPLES / name, "--json")[1])["kind"] == kind
+
+
+def made(tmp_path):
+    cone = ("--whisker.length", "40mm", "--whisker.cone-angle", "1.5mrad")
+    posture = ("--contact", "0.29", "--base-angle", "70deg")
+    where = ("--contact", "0.2,0.3", "--base-angle", "1", "--speed", "0.1", "--scheduler", "synchronous", *cone)
+    words = ("map", "--texture", EXAMPLES / "gap.csv", *where, "--out", tmp_path / "map.nc")
+    yield "map of the gain", "map.nc", words
+    yield "modes of a whisker", "m.nc", ("modes", "--contact", "0.3", "--out", tmp_path / "m.nc")
+    yield "a gap crossed", "g.nc", ("gap", *posture, "--gap-width", "0.015", "--out", tmp_path / "g.nc")
+    yield "stationary profile", "p.nc", ("profile", *posture, "--out", tmp_path / "p.nc")
+    scan = ("scan", EXAMPLES / "gap.csv", *posture, "--speed", "0.1", "--sampling-rate", "4000", *cone)
+    yield "predicted scan", "s.nc", (*scan, "--out", tmp_path / "s.nc")
+    spiking = ("--simulate-units", "2", "--trials", "2")
+    yield "predicted scan with spikes", "f.nc", (*scan, *spiking, "--out", tmp_path / "f.nc")
+
+
+def test_show_knows_what_the_verbs_write_and_draws_it(vibrissa, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for kind, name, words in made(tmp_path):
+        assert vibrissa(*words)[0] == 0
+        code, out, err = vibrissa("show", name, "--plot")
+        assert (code, err) == (0, f"vibrissa: the picture is {Path(name).stem}.png\n")
+        assert out.splitlines()[0] == f"{name}: {kind}"
+        assert (tmp_path / name).with_suffix(".png").stat().st_size > 5000
+    listed = vibrissa("show", tmp_path)[1]
+    assert all(f"{name}  {kind}\n" in listed for kind, name, _ in made(tmp_path))
+
+
+def test_show_describes_a_movie_and_its_first_frame(vibrissa, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    frames = np.random.default_rng(0).integers(0, 255, (7, 40, 60)).astype(np.uint8)
+    write_movie(tmp_path / "a.mkv", [frames], playback_rate=30.0)
+    facts = json.loads(vibrissa("show", "a.mkv", "--json", "--plot", "--out", "first.png")[1])["facts"]
+    assert (facts["width [px]"], facts["height [px]"], facts["codec"]) == (60, 40, "ffv1")
+    assert facts["playback rate, not the camera's [Hz]"] == 30
+    assert (tmp_path / "first.png").exists()
+
+
+def test_show_lists_what_an_nwb_session_holds(vibrissa, tmp_path):
+    with h5py.File(tmp_path / "a.nwb", "w") as file:
+        file["session_description"] = "rat 7"
+        file.create_group("acquisition/voltage")
+        file["units/id"] = [0, 1, 2]
+    found = json.loads(vibrissa("show", tmp_path / "a.nwb", "--json")[1])
+    assert (found["kind"], found["facts"]["units"]) == ("NWB session", 3)
+    assert (found["facts"]["session"], found["facts"]["acquisition"]) == ("rat 7", "voltage")
+
+
+def test_a_dataset_of_no_known_kind_is_still_described(vibrissa, tmp_path):
+    save(dataset(contact=0.3, base_angle=1.2), tmp_path / "x.nc")
+    out = vibrissa("show", tmp_path / "x.nc")[1]
+    assert out.startswith("x.nc: dataset\n")
+    assert "base_angle" in out
+
+
+def test_kinds_are_not_shadowed_by_those_before_them():
+    for kinds in (DATASETS, TABLES):
+        for k, (_, needed) in enumerate(kinds):
+            assert not any(earlier <= needed for _, earlier in kinds[:k])
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("absent.nc",), "absent.nc must be an existing file or folder"),
+        (("text.md",), "text.md must be a dataset, a table, a surface"),
+        (("robot.toml", "--plot"), "--plot must be left out: nothing of a study can be drawn"),
+        (("robot.toml", "--out", "a.png"), "--out must go with --plot"),
+        (("robot.toml", "--plot", "--out", "a.txt"), "--out must end in"),
+    ],
+)
+def test_what_cannot_be_shown_is_one_line(vibrissa, tmp_path, monkeypatch, words, message):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "text.md").write_text("# A page\n")
+    (tmp_path / "robot.toml").write_text((EXAMPLES / "mouse-field.toml").read_text("utf-8"))
+    code, _, err = vibrissa("show", *words)
+    assert code == 2
+    assert message in err
+    assert err.count("\n") == 1
+
+
+def test_info_has_the_versions_of_the_package_and_its_parts(vibrissa):
+    found = json.loads(vibrissa("info", "--json")[1])
+    assert found["vibrissa"].startswith(__version__)
+    assert sys.executable in found["python"]
+    assert found["packages"].get("numpy", version("numpy")) == version("numpy")
+    assert "all" not in found["extras"]
+    out = vibrissa("info")[1]
+    assert all(word in out for word in (__version__, "caches", "threads cores", "report"))

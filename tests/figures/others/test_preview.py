@@ -1,0 +1,147 @@
+"""The preview shows what was tracked, where it was tracked, in the frames that were asked for."""
+
+import json
+
+import av
+import numpy as np
+import pytest
+from refusals import refusal
+
+from vibrissa.figures.others import preview
+from vibrissa.quantities import dataset
+from vibrissa.video.io.colour import write_colour
+
+PIXEL, FRAMES, HEIGHT, WIDTH = 1e-4, 9, 60, 91
+
+
+@pytest.fixture
+def movie():
+    """Frames of one grey level each, 10 per frame, a white pixel in the corner: blocks of 4, 4, 1."""
+    frames = np.full((FRAMES, HEIGHT, WIDTH), 10, np.uint8) * np.arange(FRAMES, dtype=np.uint8)[:, None, None]
+    frames[:, 0, 0] = 255
+    return [frames[:4], frames[4:8], frames[8:]]
+
+
+@pytest.fixture
+def profile():
+    """Two whiskers at rows 20 and 40; the second is lost in frames 3 to 5, the first node of both never measured."""
+    x = np.broadcast_to(np.arange(10.0, 80, 5), (2, FRAMES, 14)) * PIXEL
+    y = np.broadcast_to(np.array([20.0, 40.0])[:, None, None], x.shape) * PIXEL
+    sd = np.full(x.shape, 1e-6)
+    sd[:, :, 0] = np.nan
+    sd[1, 3:6] = np.nan
+    attrs = {
+        "pixel_size": PIXEL,
+        "names": json.dumps(["C1", "C2"]),
+        "lost": json.dumps([[], [[3, 5, "too faint or hidden"]]]),
+    }
+    own = {"whisker": np.arange(2), "time": np.arange(FRAMES) / 500, "node": np.arange(14)}
+    return dataset(attrs, lead=("whisker",), **own, x=x, y=y, y_sd=sd, arc_length=x[:, 0])
+
+
+def coloured(picture, whisker, height=HEIGHT):
+    """Columns and rows of the movie's pixels in a whisker's colour [px]."""
+    size = picture.shape[1] // WIDTH
+    rows, columns = np.nonzero((picture[: height * size] == preview.rgb(whisker)).all(axis=2))
+    return (columns + 0.5) / size - 0.5, (rows + 0.5) / size - 0.5
+
+
+def test_measured_nodes_lie_where_they_were_tracked(movie, profile):
+    (picture,) = preview.overlay(movie, profile, [4])
+    columns, rows = coloured(picture, 0)
+    np.testing.assert_allclose(rows, 20, atol=0.5)
+    assert set(np.rint(columns).astype(int)) == set(range(15, 80, 5))
+    assert coloured(picture, 1)[0].size == 0  # lost
+
+
+def test_frames_are_those_asked_for(movie, profile):
+    pictures = list(preview.overlay(movie, profile, [0, 3, 4, 8]))
+    assert [int(one[30, 200, 0]) for one in pictures] == [0, 30, 40, 80]
+    assert len({one.shape for one in pictures}) == 1
+
+
+def test_text_tells_frame_and_loss(movie, profile):
+    text = {index: picture[HEIGHT * (picture.shape[1] // WIDTH) :] for index, picture in _overlaid(movie, profile)}
+    third = preview.TEXT + 6
+    frame = {index: strip[:third].tobytes() for index, strip in text.items()}
+    second = {index: strip[2 * third :].tobytes() for index, strip in text.items()}
+    assert len(set(frame.values())) == FRAMES
+    assert {index for index, strip in second.items() if strip != second[0]} == {3, 4, 5}
+    assert all(strip.any() for strip in text.values())
+
+
+def _overlaid(movie, profile):
+    return enumerate(preview.overlay(movie, profile, range(FRAMES)))
+
+
+def test_a_movie_shorter_than_its_tracks_is_refused(movie, profile):
+    with refusal("missing", "movie", value="4 frames"):
+        list(preview.overlay(movie[:1], profile, [1, 8]))
+
+
+@pytest.mark.parametrize(("most", "frames"), [(1, [3]), (2, [3, 12]), (4, [3, 6, 9, 12]), (99, list(range(3, 13)))])
+def test_frames_are_chosen_evenly(most, frames):
+    assert preview.evenly(3, 12, most) == frames
+
+
+@pytest.mark.parametrize("bad", [(-1, 5, 3), (5, 4, 3), (0, 5, 0)])
+def test_no_frames_are_refused(bad):
+    with refusal("range"):
+        preview.evenly(*bad)
+
+
+@pytest.mark.parametrize("suffix", [".mp4", ".mkv"])
+def test_the_movie_is_one_that_players_show(movie, profile, tmp_path, suffix):
+    path = tmp_path / f"preview{suffix}"
+    assert preview.write_preview(path, movie, profile, [0, 2, 4, 8]) == 4
+    with av.open(str(path)) as file:
+        stream = file.streams.video[0]
+        pictures = [frame.to_ndarray(format="rgb24") for frame in file.decode(stream)]
+        assert (stream.codec_context.name, stream.codec_context.pix_fmt) == ("h264", "yuv420p")
+    assert len(pictures) == 4
+    sent = list(preview.overlay(movie, profile, [0, 2, 4, 8]))
+    for one, other in zip(pictures, sent, strict=True):
+        assert np.abs(one.astype(float) - other[: one.shape[0], : one.shape[1]]).mean() < 6  # lossy, chroma halved
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_equal_previews_are_equal_files(movie, profile, tmp_path):
+    for name in ("a.mp4", "b.mp4"):
+        preview.write_preview(tmp_path / name, movie, profile)
+    assert (tmp_path / "a.mp4").read_bytes() == (tmp_path / "b.mp4").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("name", "frames", "rule"),
+    [
+        ("a.avi", [np.zeros((4, 4, 3), np.uint8)], ("format", "a.avi")),
+        ("a.mp4", [], ("range", "frames")),
+        ("a.mp4", [np.zeros((4, 4), np.uint8)], ("shape", "frames")),
+        ("a.mp4", [np.zeros((16, 16, 3), np.uint8), np.zeros((16, 18, 3), np.uint8)], ("shape", "frames")),
+    ],
+)
+def test_a_bad_movie_leaves_no_file(tmp_path, name, frames, rule):
+    with refusal(*rule):
+        write_colour(tmp_path / name, frames)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_sheet_holds_frames_and_measured_lines(movie, profile):
+    data = preview.compute(movie, profile, [0, 4])
+    assert data.image.dims == ("time", "row", "column")
+    np.testing.assert_array_equal(data.image[:, 30, 30], [0, 40])
+    np.testing.assert_allclose(data.time, [0, 4 / 500])
+    np.testing.assert_allclose(data.line_row[0, 0, 1:], 20)
+    np.testing.assert_allclose(data.line_column[0, 0, 1:], np.arange(15, 80, 5))
+    assert np.isnan(data.line_row[:, :, 0]).all()
+    assert np.isnan(data.line_row[1, 1]).all()
+    assert np.isfinite(data.line_row[0, 1, 1:]).all()
+
+
+def test_the_sheet_has_a_panel_for_each_frame_and_says_what_is_not_seen(movie, profile):
+    figure = preview.draw(preview.compute(movie, profile, [0, 4, 5, 8]))
+    titles = [axes.get_title(loc="left") for axes in figure.axes if axes.get_title(loc="left")]
+    assert titles == ["frame 0, 0.0000 s", "frame 4, 0.0080 s", "frame 5, 0.0100 s", "frame 8, 0.0160 s"]
+    texts = [text.get_text() for axes in figure.axes for text in axes.texts]
+    assert texts.count("C2 not seen") == 2
+    assert "2 mm" in texts  # of a field of 9.1 mm

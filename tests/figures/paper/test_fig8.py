@@ -1,0 +1,94 @@
+"""Figure 8: a unit that follows its envelope is seen to, and chance is where it belongs."""
+
+import io
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from vibrissa.figures.paper import fig8
+from vibrissa.neural.coupling.envelope_coupling import bin_means
+from vibrissa.neural.coupling.response import spike_counts
+from vibrissa.neural.simulated.virtual import ThresholdLinearUnit, simulate_spikes
+from vibrissa.neural.simulated.wandering import unrelated_feature
+from vibrissa.quantities import dataset
+
+UNIT = ThresholdLinearUnit(threshold=40e-6, slope=2.5e5, baseline=5.0, latency=0.01)
+
+
+def study(unit=UNIT, n_bins=1000, **attrs):
+    time = np.arange(0, n_bins * 0.01, 1e-3)
+    envelope = unrelated_feature(time, mean=55e-6, timescale=0.06, rng=np.random.default_rng(1))
+    spikes = simulate_spikes(unit, time, envelope, 60, rng=np.random.default_rng(2)).assign_attrs(attrs)
+    bins = {"start": 0.0, "n_bins": n_bins, "bin_width": 0.01}
+    rate = spike_counts(spikes, n_trials=60, **bins).mean(0) / 0.01
+    response = dataset(
+        {"bin_width": 0.01, "n_trials": 60},
+        bin=0.01 * np.arange(n_bins),
+        firing_rate=rate,
+        bin_envelope=bin_means(time, envelope, **bins),
+    )
+    return {"spikes": spikes, "response": response}
+
+
+@pytest.fixture(scope="module")
+def data():
+    return fig8.compute(study())
+
+
+def test_correlogram_peaks_at_the_latency_far_above_chance(data):
+    assert data.attrs["lag"] == 1
+    peak = int(np.argmax(data.correlogram.values))
+    np.testing.assert_allclose(data.correlogram_lag[peak], 0.01)
+    np.testing.assert_allclose(data.correlogram[peak], data.attrs["correlation"])
+    assert 0.02 < data.attrs["chance"] < 0.4 < data.attrs["correlation"]
+
+
+def test_classes_of_the_envelope_lie_on_the_hinge(data):
+    expected = 5 + 2.5e5 * np.maximum(data.level_envelope - 40e-6, 0)
+    far = np.abs(data.level_envelope - 40e-6) > 15e-6  # at the corner, averages over bins round it off
+    np.testing.assert_allclose(data.level_rate[far], expected[far], rtol=0.15)  # 4 standard errors of some 250 spikes
+    assert data.sizes["level"] == 12
+
+
+def test_chance_is_exceeded_by_few_units_that_answer_nothing():
+    quiet = ThresholdLinearUnit(slope=0.0)
+    found = fig8.compute(study(quiet)).attrs
+    assert found["correlation"] < 1.5 * found["chance"]
+
+
+def test_hinge_and_motion_are_drawn_where_they_are_known(data):
+    given = study()
+    given["unit"] = xr.Dataset({name: getattr(UNIT, name) for name in ("threshold", "slope", "latency", "baseline")})
+    given["motion"] = dataset(time=np.arange(4.0), point_displacement=np.zeros(4))
+    told = fig8.compute(given)
+    assert "threshold 40.0 µm, slope 0.25 AP/s/µm, latency 10.0 ms" in told.attrs["caption"]
+    assert told.sizes["time"] == 4
+    assert "threshold" not in data.attrs
+    fig8.draw(told).savefig(io.BytesIO())
+
+
+def test_simulated_units_are_called_so_and_recorded_ones_by_their_source(data):
+    assert data.attrs["caption"].startswith("One simulated unit, 60 presentations")
+    recorded = fig8.compute(study(source="rat7.csv"))
+    assert recorded.attrs["caption"].startswith("One unit of rat7.csv")
+    assert fig8.draw(recorded).axes[0].get_title(loc="left") == "A  One unit"
+
+
+@pytest.mark.parametrize(
+    ("unit", "n_bins"), [(UNIT, 4), (UNIT, 30), (ThresholdLinearUnit(slope=0.0, baseline=0.0), 100)]
+)
+def test_short_records_and_silent_units_are_drawn_without_chance(unit, n_bins):
+    data = fig8.compute(study(unit, n_bins))
+    assert np.isnan(data.attrs["chance"])
+    assert "too few bins" in data.attrs["caption"]
+    fig8.draw(data).savefig(io.BytesIO())
+
+
+def test_drawing_labels_every_axis(data):
+    figure = fig8.draw(data)
+    figure.savefig(io.BytesIO())
+    assert len(figure.axes) == 5
+    for axis in figure.axes:
+        assert axis.get_ylabel()
+        assert axis.get_title(loc="left")

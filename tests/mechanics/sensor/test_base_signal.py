@@ -1,0 +1,136 @@
+"""Signals measured at the base: what their numbers mean, and what cannot be read."""
+
+import numpy as np
+import pytest
+from refusals import refusal
+from scipy.io import wavfile
+
+from vibrissa.mechanics.sensor.base_signal import read_base_signal
+from vibrissa.whisker import Whisker
+
+WHISKER = Whisker(length=0.04, cone_angle=1.5e-3)
+STIFFNESS = WHISKER.youngs_modulus * np.pi / 4 * (0.04 * 1.5e-3) ** 4
+TIME = np.arange(200) / 2000
+VOLTS = np.sin(2 * np.pi * 90 * TIME)
+
+
+def written(path, header, *columns):
+    lines = [",".join(header), *(",".join(f"{cell:.9g}" for cell in row) for row in zip(*columns, strict=True))]
+    path.write_text("# recorded by hand\n" + "\n".join(lines) + "\n")
+    return path
+
+
+@pytest.fixture
+def table(tmp_path):
+    return written(tmp_path / "base.csv", ["time_ms", "bridge", "hall"], 1e3 * TIME, VOLTS, -2 * VOLTS + 1)
+
+
+def test_a_calibrated_reading_becomes_a_moment(table):
+    found = read_base_signal(table, kind="moment", unit="V", calibration=3e-8, column="bridge")
+    np.testing.assert_allclose(found.base_moment, 3e-8 * VOLTS, atol=1e-15)
+    np.testing.assert_allclose(found.time, TIME, atol=1e-12)
+    assert found.base_moment.units == "N m"
+    assert (found.attrs["unit"], found.attrs["calibration"], found.attrs["zero"]) == ("V", 3e-8, "of the file")
+
+
+@pytest.mark.parametrize(
+    ("kind", "unit", "name", "factor"),
+    [
+        ("moment", "uN m", "base_moment", 1e-6),
+        ("moment", "uN m", "base_curvature", 1e-6 / STIFFNESS),
+        ("curvature", "1/mm", "base_curvature", 1e3),
+        ("curvature", "1/m", "base_moment", STIFFNESS),
+        ("strain", "ustrain", "base_curvature", 1e-6 / 6e-5),  # ε = bC on the surface
+        ("strain", "1", "base_moment", STIFFNESS / 6e-5),
+        ("force", "mN", "transverse_force", 1e-3),
+    ],
+)
+def test_units_of_each_kind(table, kind, unit, name, factor):
+    found = read_base_signal(table, kind=kind, unit=unit, column="bridge", whisker=WHISKER)
+    np.testing.assert_allclose(found[name], factor * VOLTS, rtol=1e-7, atol=1e-9 * factor)
+
+
+def test_a_sensor_mounted_the_other_way_round_is_told_by_its_sign_and_its_zero_by_the_rest(tmp_path):
+    resting = np.where(TIME < 0.02, 0.0, VOLTS)
+    path = written(tmp_path / "hall.csv", ["hall"], 0.7 - 2 * resting)
+    found = read_base_signal(path, kind="hall", unit="V", calibration=-5e-9, sampling_rate=2000, rest=(0, 0.015))
+    np.testing.assert_allclose(found.base_moment, 1e-8 * resting, atol=1e-16)
+
+
+@pytest.mark.parametrize(("dtype", "top"), [(np.int16, 2**15), (np.int32, 2**31), (np.uint8, 2**7)])
+def test_integers_of_a_wave_file_count_in_full_scale(tmp_path, dtype, top):
+    middle = top if dtype is np.uint8 else 0
+    stored = np.round(0.5 * VOLTS * (top - 1) + middle).astype(dtype)
+    wavfile.write(tmp_path / "base.wav", 2000, np.stack([np.full_like(stored, middle), stored], axis=1))
+    found = read_base_signal(tmp_path / "base.wav", kind="hall", unit="full scale", calibration=2e-7, column="2")
+    np.testing.assert_allclose(found.base_moment, 1e-7 * VOLTS, atol=2e-7 * 1.01 / top)
+    assert found.attrs["clipped"] == 0
+
+
+def test_floats_of_a_wave_file_are_what_they_are_and_clipping_is_counted(tmp_path):
+    wavfile.write(tmp_path / "base.wav", 2000, VOLTS.astype(np.float32))
+    found = read_base_signal(tmp_path / "base.wav", kind="moment", unit="uN m")
+    np.testing.assert_allclose(found.base_moment, 1e-6 * VOLTS, atol=1e-13)
+    wavfile.write(tmp_path / "base.wav", 2000, np.clip(4e4 * VOLTS, -(2**15), 2**15 - 1).astype(np.int16))
+    clipped = read_base_signal(tmp_path / "base.wav", kind="hall", unit="full scale", calibration=1)
+    assert clipped.attrs["clipped"] == np.count_nonzero(np.abs(4e4 * VOLTS) >= 2**15 - 1)
+
+
+VOLT = {"kind": "moment", "unit": "V", "calibration": 1e-8, "column": "bridge"}
+
+
+@pytest.mark.parametrize(
+    ("change", "rule"),
+    [
+        ({"kind": "torque"}, ("unknown", "kind")),
+        ({"calibration": None}, ("missing", "calibration")),
+        ({"calibration": 0.0}, ("range", "calibration")),
+        ({"unit": "mN m"}, ("conflict", "calibration")),
+        ({"kind": "hall", "unit": "N m", "calibration": None}, ("missing", "calibration")),
+        ({"kind": "strain"}, ("missing", "whisker")),
+        ({"column": None}, ("missing", "column")),
+        ({"column": "force"}, ("unknown", "column")),
+        ({"sampling_rate": 2000.0}, ("missing", "base.csv")),
+        ({"rest": (5.0, 6.0)}, ("too-few", "rest")),
+    ],
+)
+def test_what_the_numbers_mean_must_be_told(table, change, rule):
+    with refusal(*rule):
+        read_base_signal(table, **(VOLT | change))
+
+
+@pytest.mark.parametrize(
+    ("text", "rule"),
+    [
+        ("", ("too-few", "base.csv")),
+        ("time,bridge\n0,1\n0.1,x\n0.2,1\n", ("format", "base.csv, line 3, bridge")),
+        ("time,bridge\n0,1\n0.1\n0.2,1\n", ("shape", "base.csv, line 3")),
+        ("time,bridge\n0,1\n0.1,1\n0.2,1\n0.3,2\n0.6,1\n", ("format", "base.csv, line 6")),
+        ("time,bridge\n0,1\n-0.1,1\n-0.2,1\n", ("range", "base.csv")),
+        ("bridge\n1\n2\n3\n", ("missing", "base.csv")),
+    ],
+)
+def test_broken_tables_are_refused_by_their_line(tmp_path, text, rule):
+    (tmp_path / "base.csv").write_text(text)
+    with refusal(*rule):
+        read_base_signal(tmp_path / "base.csv", **VOLT)
+
+
+def test_broken_wave_files_are_refused(tmp_path):
+    (tmp_path / "base.wav").write_bytes(b"RIFF and no more")
+    wave = {"kind": "hall", "unit": "full scale", "calibration": 1.0}
+    with refusal("format", "base.wav"):
+        read_base_signal(tmp_path / "base.wav", **wave)
+    with refusal("missing", "none.wav"):
+        read_base_signal(tmp_path / "none.wav", **wave)
+    wavfile.write(tmp_path / "base.wav", 2000, np.zeros((9, 2), np.int16))
+    with refusal("missing", "column") as caught:
+        read_base_signal(tmp_path / "base.wav", **wave)
+    assert caught.value.remedy == "1 to 2"
+    for change, fields in (
+        ({"column": "3"}, ("unknown", "column", "'3'")),
+        ({"column": "1", "unit": "V"}, ("unknown", "unit", "'V'")),
+        ({"sampling_rate": 5.0}, ("conflict", "sampling_rate", "5.0")),
+    ):
+        with refusal(*fields):
+            read_base_signal(tmp_path / "base.wav", **(wave | change))

@@ -1,0 +1,173 @@
+"""Tables of text: what is written is read to the last bit, one table of units, one line for whatever else there is."""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from refusals import refusal
+
+from vibrissa.errors import InputError
+from vibrissa.tables.reader import ANY, read_table
+from vibrissa.tables.units import POWERS, PURE, TEXT, spellings, to_si, unit_of, units_of
+from vibrissa.tables.writer import write_table
+
+same_folder = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)  # the disk's pace
+
+
+@pytest.fixture
+def file(tmp_path):
+    """Write text into a file of its own."""
+
+    def write(text):
+        (tmp_path / "table.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
+        return tmp_path / "table.csv"
+
+    return write
+
+
+# Units
+
+
+@pytest.mark.parametrize(
+    ("column", "quantity", "si", "unit"),
+    [
+        ("width", "width", "m", "m"),
+        ("width_um", "width", "m", "um"),
+        ("width_m", "width", "m", "m"),
+        ("scan_speed_mm_s", "scan_speed", "m/s", "mm_s"),
+        ("slope_per_um", "slope", "1/(s m)", "per_um"),
+        ("cone_angle_mrad", "cone_angle", "rad", "mrad"),
+        ("time_ms", "time", "s", "ms"),
+        ("width_ms", "width", "m", None),  # a unit of something else
+        ("width_", "width", "m", None),
+        ("widths", "width", "m", None),
+        ("spike_time", "time", "s", None),
+        ("unit_um", "unit", TEXT, None),  # words have no unit
+    ],
+)
+def test_the_end_of_a_name_is_its_unit(column, quantity, si, unit):
+    assert unit_of(column, quantity, si) == unit
+
+
+def test_every_spelling_is_read_as_what_it_says():
+    for quantity, si in (("width", "m"), ("time", "s"), ("speed", "m/s"), ("angle", "rad")):
+        names = spellings([(quantity, si)])
+        assert len(names) == 1 + len(units_of(si))
+        assert all(unit_of(name, quantity, si) in {si, *units_of(si)} for name in names)
+
+
+@given(value=st.floats(-1e6, 1e6), unit=st.sampled_from(sorted(POWERS)))
+def test_numbers_in_si_are_nearest_to_the_decimals_written(value, unit):
+    assert to_si(value, unit) == pytest.approx(value * float(f"1e{POWERS[unit]}"), rel=3e-16, abs=0)
+
+
+def test_what_is_written_in_micrometres_is_the_number_written_in_metres():
+    for count in range(1, 2000):
+        assert to_si(float(count), "um") == float(f"{count}e-6")
+
+
+# Reading and writing
+
+CELLS = st.text(st.characters(codec="utf-8"), min_size=1, max_size=5).filter(
+    lambda cell: cell == cell.strip() and cell.isprintable()
+)
+
+
+@same_folder
+@given(rows=st.lists(st.tuples(st.floats(allow_nan=False, allow_infinity=False), CELLS), min_size=1, max_size=9))
+def test_what_is_written_is_read_to_the_last_bit(tmp_path, rows):
+    numbers, words = map(list, zip(*rows, strict=True))
+    write_table(tmp_path / "a.csv", {"number": np.array(numbers), "word": words})
+    table = read_table(tmp_path / "a.csv", {"number": PURE, "word": TEXT})
+    assert table.numbers("number").tobytes() == np.array(numbers).tobytes()
+    assert table.text("word") == words
+
+
+def test_lines_are_numbered_as_in_the_file(file):
+    table = read_table(file('\ufeff# by hand\n\n time_ms ,"name", x\n1,a,\n # two\n\n"2.5",b, 7\n'), {"time": "s"})
+    assert (table.header, list(table.lines), table.others) == (("time_ms", "name", "x"), [4, 7], ["name", "x"])
+    assert table.numbers("time").tolist() == [1e-3, 2.5e-3]
+    assert table.numbers("time", si=False).tolist() == [1.0, 2.5]
+    assert table.text("name") == ["a", "b"]
+    assert [cells["x"] for _, cells in table.rows()] == ["", "7"]
+    np.testing.assert_array_equal(table.numbers("x", blanks=True), [np.nan, 7])
+
+
+def test_a_header_alone_is_a_table_without_rows(file):
+    table = read_table(file("time,name\n"), {"time": "s"})
+    assert (len(table), table.numbers("time").size, table.text("name")) == (0, 0, [])
+    with refusal("too-few", "table.csv", value="none"):
+        table.refuse_empty("must have lines")
+
+
+def test_tables_without_a_header_are_given_one(file):
+    table = read_table(file("0 1\n# x\n1;2\n3\t4\n"), {"a": PURE, "b": PURE}, header=("a", "b"), delimiter=ANY)
+    assert (table.numbers("a").tolist(), table.numbers("b").tolist()) == ([0, 1, 3], [1, 2, 4])
+
+
+def test_a_fault_in_a_long_file_is_found_on_its_line(file):
+    path = file("a,b\n" + "1,2\n" * 25_000 + "1\n" + "1,2\n" * 10)
+    with refusal("shape", "table.csv, line 25002") as caught:
+        read_table(path, {"a": PURE})
+    assert caught.value.quantity == f"{path}, line 25002"
+    path = file("a,b\n" + "1,2\n" * 25_000 + "x,1\n" + "1,2\n" * 10)
+    with refusal("format", "table.csv, line 25002, a") as caught:
+        read_table(path, {"a": PURE}).numbers("a")
+    assert (caught.value.quantity, caught.value.value) == (f"{path}, line 25002, a", "'x'")
+
+
+@pytest.mark.parametrize(
+    ("text", "others", "code", "place", "rule", "remedy"),
+    [
+        ("", True, "too-few", "", "must hold a header and a line for each row", ""),
+        ("width_nm,width\n1,1\n", True, "missing", ", line 1", "must have one column width", ""),
+        ("wide\n1\n", True, "missing", ", line 1", "must have a column width", "rename the column 'wide' to width"),
+        (
+            "Width_um\n1\n",
+            True,
+            "missing",
+            ", line 1",
+            "must have a column width",
+            "rename the column 'Width_um' to width_um",
+        ),
+        ("Width_um\n1\n", False, "unknown", ", line 1", "has an unknown column", "did you mean width_um?"),
+        (
+            "width,depth\n1,1\n",
+            False,
+            "unknown",
+            ", line 1",
+            "has an unknown column",
+            "columns are width, in SI or ending in ",
+        ),
+        (
+            "width;depth\n1;1\n",
+            True,
+            "format",
+            ", line 1",
+            "must separate its columns by commas",
+            "such as 'width,depth', with",
+        ),
+        ("width,a,a\n1,1,1\n", True, "format", ", line 1", "must name each column once", ""),
+        ("width\n1\n\n1,2\n", True, "shape", ", line 4", "must have 1 cells, width", "columns are separated by commas"),
+        ('width\n"1\n2\n', True, "format", ", line 2", "must close its quotes", ""),
+        ("width\n1\0\n", True, "format", ", line 2, width", "must be text in printable signs", ""),
+    ],
+)
+def test_faults_are_refused_by_file_line_and_column(file, text, others, code, place, rule, remedy):
+    path = file(text)
+    with refusal(code) as caught:
+        read_table(path, {"width": "m"}, others=others)
+    assert (caught.value.quantity, caught.value.rule) == (f"{path}{place}", rule)
+    assert caught.value.remedy.startswith(remedy)
+
+
+@same_folder
+@given(st.binary() | st.text().map(str.encode))
+def test_any_bytes_are_read_or_refused_in_one_line(tmp_path, content):
+    (tmp_path / "any.csv").write_bytes(content)
+    try:
+        table = read_table(tmp_path / "any.csv", {})
+    except InputError as error:
+        assert "\n" not in str(error)  # noqa: PT017
+    else:
+        assert all(len(table.text(name)) == len(table) for name in table.header)
