@@ -260,6 +260,13 @@ def test_a_hostile_address_shows_one_line_and_the_page_lives_on(hands, state):
     assert hands.wrong == []
 
 
+def test_an_address_typed_while_the_page_writes_its_own_is_read(hands):
+    hands.open()
+    written = "history.replaceState(null, '', '#speed=0.05')"  # as the page does at rest, before the event has come
+    hands.act(lambda: hands.page.evaluate(f"location.hash = '#speed=0.15'; {written}"))
+    assert hands.control("speed").input_value() == "150"
+
+
 def test_an_endless_address_starts_from_the_defaults_with_a_line(hands):
     hands.open()
     hands.page.evaluate("location.hash = '#speed=' + '1'.repeat(1_000_000)")

@@ -209,12 +209,12 @@ function bind() {
   document.addEventListener("dragleave", () => document.body.classList.remove("over"));
   document.addEventListener("drop", event => { event.preventDefault(); document.body.classList.remove("over"); const file = event.dataTransfer.files[0]; if (file) made["a.file"].take(file); });
   $("exports").append(...EXPORTS.map(name => Object.assign(document.createElement("a"), { textContent: name, href: "#" })));
-  globalThis.addEventListener("hashchange", read);
+  globalThis.addEventListener("hashchange", event => read(new URL(event.newURL).hash)); // location may tell of a later replaceState
 }
 
-function read() {
+function read(hash) {
   lasting = "";
-  try { state = stateFrom(location.hash); } catch (error) { state = new Map(); lasting = error.message; }
+  try { state = stateFrom(hash); } catch (error) { state = new Map(); lasting = error.message; }
   say(lasting);
   settle();
 }
@@ -227,7 +227,7 @@ async function start() {
   state = new Map();
   made = build($("controls"), table, { changed, dropped });
   bind();
-  read();
+  read(location.hash);
   connect();
   requestAnimationFrame(tick);
 }
