@@ -68,6 +68,18 @@ def test_hinge_and_motion_are_drawn_where_they_are_known(data):
     fig8.draw(told).savefig(io.BytesIO())
 
 
+def test_a_threshold_that_is_not_identified_is_neither_printed_nor_drawn():
+    given = study()
+    given["unit"] = xr.Dataset({name: getattr(UNIT, name) for name in fig8.HINGE} | {"identified": False})
+    found = fig8.compute(given)
+    assert "Threshold: not identified." in found.attrs["caption"]
+    assert "threshold 40" not in found.attrs["caption"]
+    [panel] = [axis for axis in fig8.draw(found).axes if axis.get_title(loc="left").startswith("D")]
+    assert [text.get_text() for text in panel.texts] == ["threshold not identified"]
+    given["unit"].attrs["fit"] = "paper2014"  # whose fit has no intervals
+    assert "threshold 40.0 µm" in fig8.compute(given).attrs["caption"]
+
+
 def test_simulated_units_are_called_so_and_recorded_ones_by_their_source(data):
     assert data.attrs["caption"].startswith("One simulated unit, 60 presentations")
     recorded = fig8.compute(study(source="rat7.csv"))

@@ -33,7 +33,8 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     study : mapping
         ``spikes`` and ``response``. Where there are any, ``motion`` (``time``, ``point_displacement``) is drawn under
         its envelope, and the hinge of ``unit``, one row of :func:`vibrissa.neural.coupling.analysis.analyse_units`,
-        through the classes. An attribute ``note`` of the response ends the caption.
+        through the classes; if it is not identified, the caption says so. An attribute ``note`` of the response ends
+        the caption.
 
     Returns
     -------
@@ -48,7 +49,7 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     lags, correlogram, chance = _correlogram(rate, envelope, width)
     origin = str(spikes.attrs.get("source", "simulated"))
     attrs = {**response.attrs, "correlation": float(r), "lag": int(lag), "chance": chance, "origin": origin}
-    attrs |= {name: float(study["unit"][name]) for name in HINGE} if "unit" in study else {}
+    attrs |= _hinge(study["unit"]) if "unit" in study else {}
     moved: dict[str, Any] = {}
     if "motion" in study:
         moved = {name: study["motion"][name].values for name in ("time", "point_displacement")}
@@ -66,6 +67,12 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
         **moved,
     )
     return data.assign_attrs(caption=_caption(data) + str(study["response"].attrs.get("note", "")))
+
+
+def _hinge(unit: xr.Dataset) -> dict[str, Any]:
+    """The fitted hinge, as attributes; of the paper's fit, which has no intervals, as it was found."""
+    known = bool(unit.get("identified", True)) or unit.attrs.get("fit") == "paper2014"
+    return {name: float(unit[name]) for name in HINGE} if known else {"not_identified": "threshold"}
 
 
 def _correlogram(rate: Array, envelope: Array, width: float) -> tuple[Array, Array, float]:
@@ -106,6 +113,8 @@ def _caption(data: xr.Dataset) -> str:
             f"{1e-6 * attrs['slope']:.2f} AP/s/µm, latency {1e3 * attrs['latency']:.1f} ms; means over classes lie off "
             "it where the envelope changes within a bin."
         )
+    elif "not_identified" in attrs:
+        hinge = " Threshold: not identified."
     chance = (
         "dashed, what the largest of the three lags about 0 exceeds in 1 % of all circular shifts of the envelope. The "
         "paper's null, shuffled bins, is narrower and lets more than 1 % of units pass that answer something else."
@@ -172,6 +181,8 @@ def _draw_levels(axis: Axes, data: xr.Dataset) -> None:
         corner, slope, baseline = (data.attrs[name] for name in ("threshold", "slope", "baseline"))
         last = float(np.nanmax(data.bin_envelope.values))
         axis.plot([0, 1e6 * corner, 1e6 * last], [baseline, baseline, baseline + slope * (last - corner)], color=OTHER)
+    if "not_identified" in data.attrs:
+        axis.text(0.03, 0.97, "threshold not identified", transform=axis.transAxes, va="top", color=OTHER)
     axis.set(xlabel="envelope [µm]", ylabel="firing rate [Hz]", xlim=(0, None), ylim=(0, None))
     axis.set_title("D  Rate against envelope")
 
