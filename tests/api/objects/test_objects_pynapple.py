@@ -47,6 +47,17 @@ def test_a_group_of_pynapple_keeps_its_keys_names_and_time_support():
     assert as_spikes(again).identical(spikes)
 
 
+@pytest.mark.parametrize(
+    ("names", "expected"), [(["left", "right"], ["left", "right"]), (["good", "good"], ["3", "7"])]
+)
+def test_units_are_called_by_their_name_where_each_has_its_own(names, expected):
+    nap = pytest.importorskip("pynapple")
+    group = nap.TsGroup({3: nap.Ts([0.1, 0.5]), 7: nap.Ts([0.2, 0.7])}, metadata={"name": names})
+    spikes = as_spikes(group)
+    assert spikes.unit_name.values.tolist() == expected
+    assert spikes.unit_id.values.tolist() == [3, 7]
+
+
 def test_a_default_time_support_says_nothing_of_observation():
     nap = pytest.importorskip("pynapple")
     assert "interval_start" not in as_spikes(nap.Ts([0.5, 1.5]))

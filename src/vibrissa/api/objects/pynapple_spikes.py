@@ -22,7 +22,8 @@ def pynapple_spikes(thing: Any) -> xr.Dataset:
     Parameters
     ----------
     thing : pynapple.TsGroup or pynapple.Ts
-        Times of the units [s]; those of a ``TsGroup`` are named by its metadata ``unit_name``, else by their keys.
+        Times of the units [s]; those of a ``TsGroup`` are named by its metadata ``unit_name``, else by its ``name`` if
+        no two units share one, else by their keys.
 
     Returns
     -------
@@ -43,7 +44,9 @@ def pynapple_spikes(thing: Any) -> xr.Dataset:
         remedy = "give the units' own times, with trials=Ts of the events and window=(start, stop)"
         raise UnknownError(described(thing), "must have a unit in each element", f"trials about {found.pop()}", remedy)
     known = {} if is_a(thing, "pynapple", "Ts") else _metadata(thing)
-    names = [str(name) for name in known.pop("unit_name", np.array(list(group), str))]
+    named, keys = known.pop("name", None), np.array(list(group), str)
+    named = keys if named is None or len({*named.astype(str)}) < len(named) else named
+    names = [str(name) for name in known.pop("unit_name", named)]
     trains = [np.asarray(one.t, float) for one in group.values()]
     about = {ABOUT_UNITS[name]: values.astype(str) for name, values in known.items()}
     spikes = table_of_trains(trains, names, {"source": described(thing)}, unit_id=np.array(list(group)), **about)
@@ -54,5 +57,5 @@ def pynapple_spikes(thing: Any) -> xr.Dataset:
 
 def _metadata(group: Any) -> dict[str, Array]:
     """Columns of the metadata that are known here."""
-    wanted = [name for name in ("unit_name", *ABOUT_UNITS) if name in group.metadata_columns]
+    wanted = [name for name in ("unit_name", "name", *ABOUT_UNITS) if name in group.metadata_columns]
     return {name: np.asarray(group.get_info(name)) for name in wanted}
