@@ -146,6 +146,18 @@ def test_what_a_reader_should_know_is_a_remark():
         motion.sample(1300)
 
 
+def test_a_figure_that_cannot_be_drawn_names_those_that_can(tmp_path):
+    motion = vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1)
+    vb.save(motion.sample(2000), tmp_path / "scan.nc")
+    with refusal("unknown", "figure 8") as caught:
+        vb.figure(8, tmp_path)
+    assert caught.value.remedy == "they serve figure surface"
+    (tmp_path / "scan.nc").rename(tmp_path / "other.nc")
+    with refusal("unknown", "figure 8") as caught:
+        vb.figure(8, tmp_path)
+    assert caught.value.remedy == "they serve no figure"
+
+
 def test_an_envelope_is_no_stimulus():
     motion = vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1)
     envelope = motion.sample(20e3).envelope.sel(mode=1)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from vibrissa.errors import ConvergenceError, InputError, UnknownError
 from vibrissa.files import load
 from vibrissa.quantities.kinds import Results, Series
-from vibrissa.study.stages.figure_table import best_entry, ends_of, entries, missing, under_plain_names
+from vibrissa.study.stages.figure_table import best_entry, ends_of, entries, missing, served, under_plain_names
 from vibrissa.study.stages.stage import FigureEntry
 from vibrissa.study.stages.stages import STAGES
 from vibrissa.study.sweeps.sweeps import read_series
@@ -68,15 +68,22 @@ def figure_of(number: str, folder: str | Path) -> Figure:
     Raises
     ------
     InputError
-        If the results do not serve the figure, and says what is missing; or serve it several times, and says of whom.
+        If the results do not serve the figure: the message says what is missing, and which figures they serve; or if
+        they serve it several times, and of which recordings.
     """
     given = Path(folder)
     whole = given.is_dir()
     results = _of_folder(number, given) if whole else _of_file(number, given)
     figure = made(best_entry(number, results), results, partial(read_series, given if whole else given.parent))
     if isinstance(figure, str):
-        raise UnknownError(f"figure {number}", f"cannot be made of {given} ({figure})")
+        raise UnknownError(f"figure {number}", f"cannot be made of {given} ({figure})", None, _others(number, results))
     return figure
+
+
+def _others(number: str, results: Results) -> str:
+    """Remedy where one figure cannot be made: those that these results serve."""
+    found = dict.fromkeys(one.entry.number for one in served(results, str) if one.entry.number != number)
+    return f"they serve figure {', '.join(found)}" if found else "they serve no figure"
 
 
 def _of_folder(number: str, folder: Path) -> Results:
