@@ -105,6 +105,7 @@ def test_kinds_are_not_shadowed_by_those_before_them():
     [
         (("absent.nc",), "absent.nc must be an existing file or folder"),
         (("text.md",), "text.md must be a dataset, a table, a surface"),
+        (("bare.txt",), "as a surface it must state its units\n"),  # no option of another verb
         (("robot.toml", "--plot"), "--plot must be left out: nothing of a study can be drawn"),
         (("robot.toml", "--out", "a.png"), "--out must go with --plot"),
         (("robot.toml", "--plot", "--out", "a.txt"), "--out must end in"),
@@ -113,6 +114,7 @@ def test_kinds_are_not_shadowed_by_those_before_them():
 def test_what_cannot_be_shown_is_one_line(vibrissa, tmp_path, monkeypatch, words, message):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "text.md").write_text("# A page\n")
+    (tmp_path / "bare.txt").write_text("0 100\n10 80\n20 60\n30 30\n")
     (tmp_path / "robot.toml").write_text((EXAMPLES / "mouse-field.toml").read_text("utf-8"))
     code, _, err = vibrissa("show", *words)
     assert code == 2

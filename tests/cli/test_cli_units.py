@@ -142,6 +142,10 @@ MISTAKES = {
         f"map --texture gap.csv --speed 0.1 {W} --contact 0.2:16mm:5 --base-angle 1",
         "--contact must be lengths, or shares of L, not both",
     ),
+    "diameters as a surface": (
+        f"scan diameters.csv {P} {W} --speed 0.1",
+        "must be a surface, got a table of diameters",
+    ),
     "an old option": (f"scan gap.csv {P} --scan-speed 0.1", "--scan-speed of scan is now --speed"),
     "an old verb": ("whisk a b", "the verb whisk is now whisking"),
     "an option by another name": ("profile --contact 0.3 --base_angel 1", "--base-angle"),
@@ -154,12 +158,13 @@ MISTAKES = {
 def test_a_plausible_mistake_ends_in_one_line_that_shows_the_right_form(vibrissa, tmp_path, monkeypatch, case):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "gap.csv").write_text("position,width\n0.001,0.0006\n")
+    (tmp_path / "diameters.csv").write_text("distance_mm,diameter_um\n0,120\n4,108\n")
     words, right = MISTAKES[case]
     code, out, err = vibrissa(*words.split())
     assert (code, out) == (2, "")
     assert err.count("\n") == 1
     assert right in err
-    assert {path.name for path in tmp_path.iterdir()} == {"gap.csv"}
+    assert {path.name for path in tmp_path.iterdir()} == {"diameters.csv", "gap.csv"}
 
 
 def test_bare_numbers_import_no_units():

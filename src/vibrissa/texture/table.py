@@ -15,6 +15,7 @@ from vibrissa.tables.text import as_number, first_line
 from vibrissa.texture.measured import Measured
 
 PROFILE = {"position": "m", "height": "m"}  # [m] where a header or an option says no other unit
+OTHERS = {"diameter": "diameters along a whisker", "spike_time": "spikes", "time": "signals in time"}  # by a column
 
 
 def read_columns(path: str | Path) -> Measured | None:
@@ -35,9 +36,11 @@ def read_columns(path: str | Path) -> Measured | None:
     Raises
     ------
     InputError
-        Names the file and the line: a cell that is no number, a line of another length, columns missing or double.
+        Names the file and the line: a cell that is no number, a line of another length, columns missing or double; or
+        the table is of something else, such as diameters.
     """
     first = first_line(path)
+    _refuse_other(str(path), first)
     if Path(path).suffix == ".npy":
         position, height = _array(path).T
         return Measured(name=str(path), position=position, height=height, x_unit=None, z_unit=None)
@@ -49,6 +52,15 @@ def read_columns(path: str | Path) -> Measured | None:
     if len(bare) != 2 or not np.isfinite(bare).all():
         return None
     return _measured(read_table(path, PROFILE, header=tuple(PROFILE), delimiter=ANY), zero=False)
+
+
+def _refuse_other(path: str, header: str) -> None:
+    """Refuse a table whose columns say that it holds no surface."""
+    columns = [re.sub(r"_(m|mm|um|nm|s|ms)$", "", cell.strip().lower()) for cell in header.split(",")]
+    kind = next((OTHERS[name] for name in columns if name in OTHERS), None)
+    if kind is not None and all(re.fullmatch("[a-z][a-z_]*", name) for name in columns):
+        remedy = "a surface has columns position_mm,height_um, or position_mm,width_mm of its gaps"
+        raise FormatError(path, "must be a surface", f"a table of {kind}", remedy)
 
 
 def _array(path: str | Path) -> Array:

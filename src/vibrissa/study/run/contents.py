@@ -144,7 +144,7 @@ def _of_surface(path: Path) -> Contents:
         if path.suffix == ".npy":
             return _of_movie(path)
         known = "a dataset, a table, a surface, a movie, a study or a folder of results"
-        raise FormatError(str(path), f"must be {known}", remedy=str(error)) from error
+        raise FormatError(str(path), f"must be {known}", remedy=f"as a surface it {error.rule}") from error
     said = dict.fromkeys(notes, "")
     if isinstance(found, Gaps):
         facts = {"gaps": len(found.width), "widest gap [m]": float(found.width.max()), "depth [m]": found.depth}
