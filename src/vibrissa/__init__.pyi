@@ -21,7 +21,8 @@ from .api.objects.tracks import to_movement
 from .api.plots import figure, plot_tracks, plot_unit
 
 # spikes
-from .api.spikes import envelope, envelope_coupling, read_spikes, replay, simulate_units
+from .api.spikes import envelope_coupling, read_spikes, simulate_units
+from .api.stimulus import envelope, replay
 
 # whole studies
 from .api.studies import Results, load, open_results, run, sample_data, save

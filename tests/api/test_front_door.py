@@ -165,6 +165,19 @@ def test_an_envelope_is_no_stimulus():
         vb.envelope_coupling(vb.sample_data("spikes.csv"), envelope)
 
 
+def test_spikes_and_stimulus_that_are_swapped_are_reported_as_swapped():
+    spikes, stimulus = vb.sample_data("spikes.csv"), vb.sample_data("spikes-stimulus.csv")
+    table = vb.read_spikes(spikes)
+    motion = vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1).sample(2000)
+    for first, second in ((stimulus, spikes), (stimulus, table), (motion, table)):
+        with refusal("conflict", "spikes, stimulus", "them swapped"):
+            vb.envelope_coupling(first, second)
+    with refusal("unknown", "spikes"):
+        vb.envelope_coupling(3.0, stimulus)
+    with refusal("unknown", "stimulus"):
+        vb.envelope_coupling(spikes, {"a": 1.0})
+
+
 @pytest.mark.parametrize(
     ("wrong", "shown"),
     [

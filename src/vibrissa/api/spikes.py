@@ -1,154 +1,22 @@
-"""Envelopes, the stimulator's command, spikes: whether the envelope drives them, and simulated ones."""
+"""Spikes: read, tested against the envelope of a stimulus, and simulated."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal, overload
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from vibrissa.api.arguments import names_arguments
 from vibrissa.api.motion import Motion
 from vibrissa.api.remarks import remark
-from vibrissa.errors import ConflictError, MissingError
+from vibrissa.errors import ConflictError, InputError, MissingError
 from vibrissa.mechanics.whisking.slow_prediction import SlowPrediction
-from vibrissa.signals.envelope import analytic_envelope
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from vibrissa.arrays import Array
-
 Seconds = tuple[float, float]
-
-
-@overload
-def envelope(signal: xr.DataArray) -> xr.DataArray: ...
-@overload
-def envelope(signal: Array) -> Array: ...
-
-
-def envelope(signal: xr.DataArray | Array) -> xr.DataArray | Array:
-    """Envelope of a ringing signal by the analytic signal, Eq. 17.
-
-    Parameters
-    ----------
-    signal : DataArray with a dimension ``time``, or (..., T) array
-        On an even grid, any unit, without NaN; its mean is taken away first.
-
-    Returns
-    -------
-    DataArray or array
-        As the signal, in its unit.
-
-    Raises
-    ------
-    InputError
-        If the signal has less than 4 samples, or NaN.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import vibrissa as vb
-    >>> t = np.arange(0, 1, 1e-3)
-    >>> bool(abs(vb.envelope(3 * np.sin(2 * np.pi * 100 * t))[500] - 3) < 0.01)
-    True
-    """
-    import xarray as xr
-
-    if not isinstance(signal, xr.DataArray):
-        return analytic_envelope(np.asarray(signal, float))[0]
-    if "time" not in signal.dims:
-        raise MissingError("signal", "must have a dimension time", ", ".join(map(str, signal.dims)))
-    last = signal.transpose(..., "time")
-    return last.copy(data=analytic_envelope(last.to_numpy())[0]).transpose(*signal.dims).rename("envelope")
-
-
-@names_arguments
-def replay(
-    *motions: Any,
-    rate: float = 20e3,
-    distance: float = 5e-3,
-    duration: float = 10.0,
-    low: float = 0.1,
-    high: float = 83.0,
-    fade: float = 0.05,
-    ramp: float = 0.0,
-    factor: float = 1.0,
-    delays: Literal["even", "random", "least"] | Sequence[float] = "least",
-    separation: float = 0.1,
-    seed: int = 0,
-) -> xr.Dataset:
-    """Command of a 24-whisker stimulator that replays a whisker's motion on each, shifted in time.
-
-    Parameters
-    ----------
-    *motions : Motion, Dataset, DataArray, Tsd or path
-        One for each texture: a prediction, a sampled one with nodes, or the displacement of a point [m].
-    rate : float
-        Samples per second of the command [Hz].
-    distance : float
-        Of the point from the base whose motion is replayed [m].
-    duration : float
-        Of the command [s].
-    low, high : float
-        Corners of the band [Hz].
-    fade, ramp : float
-        Overlap of neighbouring textures, and rise from rest and back [s].
-    factor : float
-        Factor on the command.
-    delays, separation, seed
-        How the copies are shifted: see :func:`vibrissa.stimulus.array.replay_command`.
-
-    Returns
-    -------
-    Dataset
-        ``command`` (whisker, time) [m], ``delay`` (whisker), and how correlated the copies are.
-
-    Raises
-    ------
-    InputError
-        If the motions are too short, or a setting is out of range.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import vibrissa as vb
-    >>> surface = vb.random_grating(0.55, rng=1)
-    >>> motion = vb.scan(vb.atlas("C2"), vb.Posture(contact=0.29, base_angle=1.2), surface, speed=0.1)
-    >>> vb.replay(motion, duration=5.0).command.sizes["whisker"]
-    24
-    """
-    from vibrissa.stimulus.array import replay_command
-    from vibrissa.stimulus.band import Band
-
-    return replay_command(
-        [_point_motion(one, distance) for one in motions],
-        duration=duration,
-        sampling_rate=rate,
-        band=Band(low=low, high=high),
-        fade=fade,
-        ramp=ramp,
-        scale=factor,
-        delays=delays,
-        separation=separation,
-        seed=seed,
-    )
-
-
-def _point_motion(thing: Any, distance: float) -> Any:
-    """Motion of one point on an even grid, as the stimulator takes it."""
-    import xarray as xr
-
-    from vibrissa.api.objects.signals import as_signal
-    from vibrissa.stimulus.waveform import PointMotion, motion_at
-
-    if isinstance(thing, Motion):
-        thing = thing.sample(nodes=[distance])
-    if isinstance(thing, xr.Dataset) and ("displacement" in thing or "x" in thing):
-        return motion_at(thing, distance)
-    shown = as_signal(thing)
-    return PointMotion(displacement=shown.to_numpy(), sampling_rate=shown.attrs["sampling_rate"])
 
 
 @names_arguments
@@ -240,7 +108,7 @@ def envelope_coupling(
     Raises
     ------
     InputError
-        If spikes and stimulus do not fit together, or the number of trials is not known.
+        If spikes and stimulus do not fit together or are swapped, or the number of trials is not known.
 
     Examples
     --------
@@ -250,14 +118,11 @@ def envelope_coupling(
     >>> units.significant.values.tolist()
     [True, True, True]
     """
-    from vibrissa.api.objects.signals import as_signal
-    from vibrissa.api.objects.spikes import as_spikes
     from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
 
-    table = as_spikes(spikes)
     if "envelope" in str(getattr(stimulus, "name", "")) + str(getattr(stimulus, "attrs", {}).get("long_name", "")):
         raise ConflictError("stimulus", "must be a displacement", "an envelope", "its envelope is taken here")
-    shown = as_signal(stimulus, unit=unit).to_dataset()
+    table, shown = _spikes_and_stimulus(spikes, stimulus, unit)
     if "spike_trial" not in table:
         raise MissingError("spikes", "must be in trials", remedy="vb.read_spikes(spikes, trials=onsets)")
     known = table.attrs.get("n_trials")
@@ -281,6 +146,29 @@ def envelope_coupling(
     remark(*_shorter(table, shown))
     events = table[["spike_time", "spike_unit", "spike_trial"]]
     return units.merge(events, combine_attrs="override").merge(shown, combine_attrs="override")
+
+
+def _spikes_and_stimulus(spikes: Any, stimulus: Any, unit: str | None) -> tuple[xr.Dataset, xr.Dataset]:
+    """Both as datasets; refused in one line if they are swapped."""
+    from vibrissa.api.objects.signals import as_signal
+    from vibrissa.api.objects.spikes import as_spikes
+
+    def reads(reader: Callable[[Any], object], thing: Any) -> bool:
+        try:
+            reader(thing)
+        except InputError:
+            return False
+        return True
+
+    try:
+        table = as_spikes(spikes)
+    except InputError as error:
+        swapped = reads(as_spikes, stimulus) and (reads(as_signal, spikes) or not reads(as_signal, stimulus))
+        if not swapped:
+            raise
+        remedy = "vb.envelope_coupling(spikes, stimulus)"
+        raise ConflictError("spikes, stimulus", "must be in this order", "them swapped", remedy) from error
+    return table, as_signal(stimulus, unit=unit).to_dataset()
 
 
 def _shorter(spikes: xr.Dataset, stimulus: xr.Dataset) -> list[str]:

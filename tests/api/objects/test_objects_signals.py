@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from refusals import refusal
 
+import vibrissa as vb
 from vibrissa.api.objects.back import to_pynapple
 from vibrissa.api.objects.dataframes import to_dataframe
 from vibrissa.api.objects.signals import as_signal
@@ -63,6 +64,27 @@ def test_signals_go_to_pynapple_and_back(um):
     assert again.dims == ("whisker", "time")
     assert again.whisker.values.tolist() == ["C1", "C2"]
     assert np.array_equal(again, several.command)
+
+
+def test_an_envelope_is_held_as_its_signal_is():
+    nap, neo, pq = (pytest.importorskip(name) for name in ("pynapple", "neo", "quantities"))
+    ringing = np.random.default_rng(1).standard_normal((2, 300))
+    plain, time = vb.envelope(ringing), times(300, 2.0)
+    one, two = vb.envelope(nap.Tsd(time, ringing[0])), vb.envelope(nap.TsdFrame(time, ringing.T, columns=["a", "b"]))
+    assert (type(one), type(two)) == (nap.Tsd, nap.TsdFrame)
+    assert two.columns.tolist() == ["a", "b"]
+    np.testing.assert_allclose(one.t, time)
+    np.testing.assert_allclose(one.values, plain[0], rtol=1e-12)
+    np.testing.assert_allclose(two.values, plain.T, rtol=1e-12)
+    for channels in (1, 2):
+        signal = neo.AnalogSignal(ringing[:channels].T, units="um", sampling_rate=2 * pq.kHz, t_start=2 * pq.s)
+        found = vb.envelope(signal)
+        assert isinstance(found, neo.AnalogSignal)
+        assert (found.t_start, found.units) == (signal.t_start, signal.units)
+        np.testing.assert_allclose(found.magnitude, plain[:channels].T, rtol=1e-12)
+    epochs = nap.IntervalSet([0.0, 1.0], [0.5, 1.5])
+    with refusal("range"):
+        vb.envelope(nap.Tsd(np.arange(0, 1.5, 0.01), np.zeros(150)).restrict(epochs))
 
 
 def test_channels_of_neo_are_kept_in_the_unit_it_states():

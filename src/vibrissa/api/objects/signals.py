@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -127,6 +128,35 @@ def as_signal(
     core = QUANTITIES[quantity].dims if quantity else ()
     lead = known.lead or next((dim for dim in core if dim != "time"), "channel")
     return xr.DataArray(values, {lead: np.asarray(known.channels), "time": time}, (lead, "time"), name, attrs)
+
+
+def changed_signal(signal: Any, change: Callable[[Array], Array]) -> Any:
+    """A signal of another package with other values, as an object of the same class, over the same times.
+
+    Parameters
+    ----------
+    signal : pynapple Tsd or TsdFrame, or neo AnalogSignal
+        On even times.
+    change : callable
+        Takes the values (T,) or (C, T) in the signal's own unit, and gives as many.
+
+    Returns
+    -------
+    object
+        Of the same class, with the unit, the columns and the time support of the signal.
+
+    Raises
+    ------
+    InputError
+        If the times are uneven or have holes, or samples are not finite.
+    """
+    known = _known(signal, None, None)
+    _even(known, described(signal))
+    values = change(known.values).T
+    if is_a(signal, "neo", "AnalogSignal"):
+        return signal.duplicate_with_new_data(values.reshape(signal.shape), units=signal.units)
+    columns = {} if known.channels is None else {"columns": signal.columns}
+    return type(signal)(t=signal.t, d=values, time_support=signal.time_support, **columns)
 
 
 def _known(thing: Any, rate: float | None, quantity: str | None) -> Signal:
