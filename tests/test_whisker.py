@@ -146,11 +146,14 @@ def test_a_parameter_must_be_positive_and_finite(name, bad):
     assert caught.value.rule == "must be positive and finite"
 
 
-@pytest.mark.parametrize(("name", "bad", "most", "unit"), [("length", 40, "1", "m"), ("cone_angle", 0.2, "0.1", "rad")])
+@pytest.mark.parametrize(("name", "bad", "most", "unit"), [("length", 40, "1", "m"), ("cone_angle", 1.5, "0.1", "rad")])
 def test_a_slip_of_the_unit_is_refused(name, bad, most, unit):
     with refusal("range", f"Whisker.{name}", str(bad)) as caught:
         Whisker(**{"length": 0.04, "cone_angle": 1.5e-3, name: bad})
-    assert (caught.value.rule, caught.value.remedy) == (f"must be at most {most} {unit}", f"give it in {unit}")
+    assert (caught.value.rule, caught.value.remedy) == (
+        f"must be at most {most} {unit}",
+        f"give it in {unit}: {bad / 1000:g} for {bad:g} m{unit}",
+    )
 
 
 @pytest.mark.parametrize("bad", [-0.1, 1, 1.5, math.nan])

@@ -157,6 +157,49 @@ class ConvergenceError(RuntimeError):
         return type(self), self._given
 
 
+def give_in(unit: str, value: float, other: str, factor: float) -> str:
+    """Remedy where a number was likely meant in another unit.
+
+    Parameters
+    ----------
+    unit : str
+        That is taken.
+    value : float
+        As given.
+    other : str
+        The unit that was likely meant.
+    factor : float
+        Of the other in the first.
+
+    Returns
+    -------
+    str
+        One line, which the command line replaces by its own.
+
+    Examples
+    --------
+    >>> give_in("m", 40, "mm", 1e-3)
+    'give it in m: 0.04 for 40 mm'
+    """
+    return f"give it in {unit}: {value * factor:.5g} for {value:g} {other}"
+
+
+def give_share(value: float) -> str:
+    """Remedy where a share of the whisker's length L is taken, and a length was given.
+
+    Parameters
+    ----------
+    value : float
+        As given, perhaps in mm.
+
+    Returns
+    -------
+    str
+        One line, which the command line replaces by its own.
+    """
+    return f"give it over L: {value / 1e3:.5g} / whisker.length for {value:g} mm"
+
+
 def require_positive(quantity: str, value: float | None, unit: str = "") -> None:
     """Refuse a number that is not positive and finite.
 

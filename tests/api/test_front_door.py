@@ -124,6 +124,41 @@ def test_a_plausible_mistake_is_one_line_that_names_the_argument(argument):
     assert "\n" not in str(caught.value)
 
 
+IN_SI = {
+    "np.deg2rad(70) = 1.2217": lambda: vb.Posture(contact=0.29, base_angle=70),
+    "0.0116 / whisker.length for 11.6 mm": lambda: vb.Posture(contact=11.6, base_angle=1.2),
+    "0.29 for 0.0116 m": lambda: vb.profile(
+        vb.Whisker(length=0.04, cone_angle=1.5e-3, tip=0.05), vb.Posture(contact=0.0116, base_angle=1.2)
+    ),
+    "0.1 for 100 mm/s": lambda: vb.scan(WHISKER, POSTURE, SURFACE, speed=100),
+    "0.11 for 11 %": lambda: vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1, damping=11),
+    "0.04 for 40 mm": lambda: vb.Whisker(length=40, cone_angle=1.5e-3),
+    "0.0015 for 1.5 mrad": lambda: vb.Whisker(length=0.04, cone_angle=1.5),
+    "3.74e+09 for 3.74 GPa": lambda: vb.Whisker(length=0.04, cone_angle=1.5e-3, youngs_modulus=3.74),
+    "1140 for 1.14 g/cm³": lambda: vb.Whisker(length=0.04, cone_angle=1.5e-3, density=1.14),
+    "0.002 / whisker.length for 2 mm": lambda: vb.Whisker(length=0.04, cone_angle=1.5e-3, tip=2),
+    "0.0006 for 0.6 mm": lambda: vb.gap(WHISKER, POSTURE, width=0.6),
+    "3.5e-05 for 35 µm": lambda: vb.gap(WHISKER, POSTURE, width=0.6e-3, depth=35),
+    "0.019 for 19 mm": lambda: vb.profile(WHISKER, POSTURE, distance=19),
+    "0.005 for 5 mm": lambda: vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1).sample(2000, nodes=[5.0]),
+    "9.5e-05 for 95 µm": lambda: vb.track(
+        np.zeros((3, 40, 60), np.uint8), frame_rate=2000, pixel_size=95, seeds=[(30, 20)]
+    ),
+    "5.5e-05 for 55 µm": lambda: vb.simulate_units(vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1), 3, mean_envelope=55),
+    "0.036 for 36 mm": lambda: vb.fit_cone(vb.sample_data("diameters.csv"), physical_length=36),
+    "0.01 for 10 ms": lambda: vb.envelope_coupling(
+        vb.sample_data("spikes.csv"), vb.sample_data("spikes-stimulus.csv"), bin_width=10
+    ),
+}
+
+
+@pytest.mark.parametrize("meant", IN_SI)
+def test_a_number_in_another_unit_is_answered_with_its_value_in_si(meant):
+    with pytest.raises(vb.InputError) as caught:
+        IN_SI[meant]()
+    assert meant in caught.value.remedy
+
+
 def test_results_are_a_mapping_that_reads_what_is_asked_for(tmp_path):
     with refusal("missing", str(tmp_path)):
         vb.open_results(tmp_path)

@@ -103,7 +103,7 @@ MISTAKES = {
     ),
     "angle as length": ("profile --contact 0.29 --base-angle 70mm", "write --base-angle 70deg,"),
     "angle by another name": ("profile --contact 0.29 --base-angle 70dgr", "write --base-angle 70deg,"),
-    "speed in mm/s": (f"{SCAN} 100", "write --speed 100mm/s,"),
+    "speed in mm/s": (f"{SCAN} 100", "got 100; write --speed 100mm/s,"),
     "speed as length": (f"{SCAN} 100mm", "write --speed 100mm/s,"),
     "speed without a stroke": (f"{SCAN} 100mms", "write --speed 100mm/s,"),
     "a decimal comma": (f"{SCAN} 0,1", "write --speed 100mm/s,"),
@@ -119,6 +119,10 @@ MISTAKES = {
     ),
     "density in g/cm³": (f"modes --contact 0.3 {W} --whisker.density 1.14", "write --whisker.density 1.14g/cm^3\n"),
     "contact in mm": ("profile --contact 11.6 --base-angle 70deg", "write --contact 11.6mm,"),
+    "contact in m": (
+        "scan gap.csv --contact 0.0116 --base-angle 1 --speed 0.1 --atlas C2",
+        "L: 0.32698 for 0.0116 m\n",
+    ),
     "contact of no whisker": ("profile --contact 11.6mm --base-angle 70deg", "write --contact 0.29\n"),
     "contact as an angle": (
         "profile --contact 12deg --base-angle 1",

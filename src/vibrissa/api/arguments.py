@@ -12,7 +12,7 @@ from vibrissa.errors import FormatError, InputError, UnknownError, did_you_mean
 # names inside the rooms whose arguments have shorter ones here
 SHORTER = {"sampling_rate": "rate", "node": "nodes", "trials": "n_trials", "number_of_units": "units"}
 SHORTER |= {"number_of_modes": "n_modes", "threshold": "least_contrast", "level": "levelling", "scale": "factor"}
-SHORTER |= {"texture": "surface", "relief": "surface", "signal": "stimulus"}
+SHORTER |= {"texture": "surface", "relief": "surface", "signal": "stimulus", "gap_width": "width"}
 # what an argument of a kind must be, and how to write it
 KINDS = {
     "Whisker": (("Whisker",), 'vb.Whisker(length=0.04, cone_angle=1.5e-3), or vb.atlas("C2")'),

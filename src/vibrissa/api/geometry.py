@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vibrissa.api.arguments import names_arguments
+from vibrissa.errors import RangeError, give_in
 from vibrissa.whisker import Whisker, WhiskerFit, atlas_whisker, from_diameters, read_diameters
 
 if TYPE_CHECKING:
@@ -73,5 +75,8 @@ def fit_cone(diameters: str | Path | pd.DataFrame | xr.Dataset, *, physical_leng
     >>> print(f"{1e3 * fit.whisker.length:.1f} mm, standard error {1e3 * fit.length_se:.1f} mm")
     40.0 mm, standard error 0.5 mm
     """
+    if physical_length is not None and 1 < physical_length < inf:
+        remedy = give_in("m", physical_length, "mm", 1e-3)
+        raise RangeError("physical_length", "must be at most 1 m", physical_length, remedy)
     table = read_diameters(diameters) if isinstance(diameters, str | Path) else diameters
     return from_diameters(table["distance"].to_numpy(), table["diameter"].to_numpy(), physical_length=physical_length)

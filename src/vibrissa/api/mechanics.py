@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
 from vibrissa.api.arguments import names_arguments
+from vibrissa.errors import ConflictError, RangeError, give_in
 from vibrissa.mechanics.modes.shift import curved_eigenmodes
 from vibrissa.mechanics.modes.straight import resonances
 from vibrissa.mechanics.scan.gap_report import crossing, held_profile
-from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.mechanics.statics.profile import Posture, check_tip
 from vibrissa.texture.surface import DEPTH
 from vibrissa.whisker import Whisker
 
@@ -57,14 +60,13 @@ def modes(
     >>> vb.modes(whisker, vb.Posture(contact=0.29, base_angle=1.2)).resonant_frequency.values.round(1)
     array([123.1, 347.9, 695.4])
     """
-    from vibrissa.errors import ConflictError
-
     if posture is None:
         if about == "profile":
             raise ConflictError(
                 "posture", "must be given for modes about a profile", remedy="a free whisker is straight"
             )
         return resonances(whisker, whisker.tip, n_modes, boundary="free")
+    check_tip(posture, whisker)
     if about == "profile":
         return curved_eigenmodes(posture, n_modes, whisker=whisker)
     return resonances(whisker, posture.contact, n_modes)
@@ -103,6 +105,7 @@ def profile(whisker: Whisker, posture: Posture, *, distance: float | None = None
     >>> print(f"{1e6 * float(pressed.static_contact_force):.0f} µN")
     56 µN
     """
+    refuse_beyond("distance", distance, whisker)
     place = None if distance is None else distance / whisker.length
     return held_profile(posture, contact_distance=place, whisker=whisker, s=s)
 
@@ -140,4 +143,30 @@ def gap(whisker: Whisker, posture: Posture, *, width: float, depth: float = DEPT
     >>> bool(crossed.linearity[0] < 1)
     True
     """
+    refuse_beyond("width", width, whisker)
+    refuse_beyond("depth", depth, whisker, "µm", 1e-6)
     return crossing(posture, width / whisker.length, n_modes=n_modes, whisker=whisker, depth=depth)
+
+
+def refuse_beyond(name: str, value: float | None, whisker: Whisker, likely: str = "mm", factor: float = 1e-3) -> None:
+    """Refuse a length that is longer than the whisker, which is likely in another unit.
+
+    Parameters
+    ----------
+    name : str
+        The argument.
+    value : float, optional
+        As given [m].
+    whisker : Whisker
+        Gives L.
+    likely, factor : str and float
+        The unit that is likely meant, and its size [m].
+
+    Raises
+    ------
+    InputError
+        If it is longer than L.
+    """
+    if value is not None and whisker.length < value < np.inf:
+        rule = f"must be at most the whisker's length, {whisker.length:.4g} m"
+        raise RangeError(name, rule, value, give_in("m", value, likely, factor))

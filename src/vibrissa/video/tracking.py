@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Array
-from vibrissa.errors import FormatError, MissingError, RangeError, ShapeError
+from vibrissa.errors import FormatError, MissingError, RangeError, ShapeError, give_in
 from vibrissa.quantities import dataset
 from vibrissa.video.follow.background import levelled, reference, refuse_still
 from vibrissa.video.follow.following import REASONS, Centrelines, centrelines
@@ -57,7 +57,7 @@ class Calibration:
                 raise RangeError(f"Calibration.{name}", "must be positive and finite", value, remedy)
         if self.pixel_size > LARGEST_PIXEL:
             rule = f"must be at most {LARGEST_PIXEL} m"
-            raise RangeError("Calibration.pixel_size", rule, self.pixel_size, "give it in m")
+            raise RangeError("Calibration.pixel_size", rule, self.pixel_size, give_in("m", self.pixel_size, "µm", 1e-6))
 
 
 def track(

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vibrissa.errors import RangeError
+from vibrissa.errors import RangeError, give_in, give_share
 
 YOUNGS_MODULUS = 3.74e9  # Pa, where the measured resonances of the paper fit best
 DENSITY = 1140.0  # kg/m³
+SOFTEST, LIGHTEST = 1e3, 10.0  # Pa and kg/m³: below them the unit is another one
 STEEPEST_CONE = 0.1  # rad: beyond it sin α ≈ α is wrong by 0.2 % and slender-beam theory goes with it
 
 
@@ -26,9 +27,9 @@ class Whisker:
     tip : float
         Position s of the physical tip, over L: 0 at the cone's own tip (sharp, the default), below 1 (the base).
     youngs_modulus : float
-        Young's modulus E [Pa].
+        Young's modulus E [Pa], at least 1000.
     density : float
-        Density ρ [kg/m³].
+        Density ρ [kg/m³], at least 10.
 
     Raises
     ------
@@ -42,7 +43,7 @@ class Whisker:
     29.45
     >>> Whisker(length=40, cone_angle=1.5e-3)
     Traceback (most recent call last):
-    vibrissa.errors.RangeError: Whisker.length must be at most 1 m, got 40; give it in m
+    vibrissa.errors.RangeError: Whisker.length must be at most 1 m, got 40; give it in m: 0.04 for 40 mm
     """
 
     length: float
@@ -56,8 +57,15 @@ class Whisker:
         _check_positive("cone_angle", self.cone_angle, most=STEEPEST_CONE, unit="rad")
         _check_positive("youngs_modulus", self.youngs_modulus, unit="Pa")
         _check_positive("density", self.density, unit="kg/m³")
+        if self.youngs_modulus < SOFTEST:
+            remedy = give_in("Pa", self.youngs_modulus, "GPa", 1e9)
+            raise RangeError("Whisker.youngs_modulus", f"must be at least {SOFTEST:g} Pa", self.youngs_modulus, remedy)
+        if self.density < LIGHTEST:
+            remedy = give_in("kg/m³", self.density, "g/cm³", 1e3)
+            raise RangeError("Whisker.density", f"must be at least {LIGHTEST:g} kg/m³", self.density, remedy)
         if not 0 <= self.tip < 1:
-            raise RangeError("Whisker.tip", "must lie in [0, 1), as a fraction of the length from the tip", self.tip)
+            rule = "must lie in [0, 1), as a fraction of the length from the tip"
+            raise RangeError("Whisker.tip", rule, self.tip, give_share(self.tip) if self.tip > 1 else "")
 
     @property
     def base_radius(self) -> float:
@@ -84,4 +92,5 @@ def _check_positive(name: str, value: float, *, most: float = np.inf, unit: str)
     if not 0 < value < np.inf:
         raise RangeError(f"Whisker.{name}", "must be positive and finite", value, f"give it in {unit}")
     if value > most:
-        raise RangeError(f"Whisker.{name}", f"must be at most {most:g} {unit}", value, f"give it in {unit}")
+        rule = f"must be at most {most:g} {unit}"
+        raise RangeError(f"Whisker.{name}", rule, value, give_in(unit, value, f"m{unit}", 1e-3))

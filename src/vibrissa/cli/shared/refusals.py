@@ -11,7 +11,8 @@ from vibrissa.errors import InputError, RangeError
 
 _ARGUMENT = re.compile(r"`(\w+)(?:=([^`]*))?`")  # as the package writes them: `workers`, `level='line'`
 _NAME = re.compile(r"(?:[A-Z]\w*\.)?[a-z][\w ]*(?:\[0\])?")
-_SAYS_THE_UNIT = re.compile(r"^give it in \S+$")
+_SAYS_THE_UNIT = re.compile(r"^give it (in [^\s:]+(: .*)?|over L: .* / whisker.length .*)$")  # for Python
+_SAYS_THE_SHARE = re.compile(r"^give it over L: [\d.]+ for ")
 
 
 def option_for(name: str, taken: Collection[str]) -> str | None:
@@ -115,7 +116,8 @@ def _with_unit(option: str, typed: str, remedy: str) -> str:
     parts = rest if count else [*rest, last]
     values = [number(part) for part in parts[::2]]
     dimensional = GLOSSARY[option].kind in (*DIMENSIONS, "over length")
-    if not dimensional or "write --" in remedy or not all(one is not None and one > 0 for one in values):
+    settled = "write --" in remedy or _SAYS_THE_SHARE.match(remedy)
+    if not dimensional or settled or not all(one is not None and one > 0 for one in values):
         return remedy
     parts[::2] = [written(option, part).partition(" ")[2] for part in parts[::2]]
     meant = f"write {option} {''.join([*parts, *count])}, if that is meant"

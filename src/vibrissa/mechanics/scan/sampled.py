@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from vibrissa.arrays import Array
-from vibrissa.errors import RangeError
+from vibrissa.errors import RangeError, give_in
 from vibrissa.mechanics.scan.diagnostics import diagnostics, relief_diagnostics
 from vibrissa.mechanics.scan.follicle import follicle_signals
 from vibrissa.mechanics.scan.motion import PredictedMotion
@@ -219,5 +219,7 @@ def node_distances(whisker: Whisker, nodes: Sequence[float] | None) -> Array | N
         return None
     points, longest = np.asarray(nodes, float), (1 - whisker.tip) * whisker.length
     if not np.all((points >= 0) & (points <= longest)):
-        raise RangeError("node", f"must lie on the whisker, 0 to {longest:.4g} m from the base", str(nodes))
+        largest = float(points.max(initial=0.0))
+        remedy = give_in("m", largest, "mm", 1e-3) if longest < largest <= 1e3 * longest else ""
+        raise RangeError("node", f"must lie on the whisker, 0 to {longest:.4g} m from the base", str(nodes), remedy)
     return points

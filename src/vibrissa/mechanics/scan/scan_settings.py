@@ -7,7 +7,7 @@ from typing import get_args
 
 import numpy as np
 
-from vibrissa.errors import RangeError, UnknownError
+from vibrissa.errors import RangeError, UnknownError, give_in
 from vibrissa.mechanics.modes.basis import Modes
 from vibrissa.mechanics.quasi_static.response import Form
 from vibrissa.mechanics.vibration.dynamics import JumpRule
@@ -46,9 +46,11 @@ class Scan:
         if not (self.speed > 0 and np.isfinite(self.speed)):
             raise RangeError("Scan.speed", "must be positive (m/s)", self.speed)
         if self.speed > FASTEST:
-            raise RangeError("Scan.speed", f"must be at most {FASTEST:g} m/s", self.speed, "give it in m/s")
+            remedy = give_in("m/s", self.speed, "mm/s", 1e-3)
+            raise RangeError("Scan.speed", f"must be at most {FASTEST:g} m/s", self.speed, remedy)
         if not 0 <= self.damping < 1:
-            raise RangeError("Scan.damping", "must lie in [0, 1)", self.damping)
+            percent = f"give it as a ratio: {self.damping / 100:g} for {self.damping:g} %" if self.damping > 1 else ""
+            raise RangeError("Scan.damping", "must lie in [0, 1)", self.damping, percent)
         choices = (("jump", self.jump, JumpRule), ("response", self.response, Form), ("modes", self.modes, Modes))
         for name, value, rule in choices:
             if value not in get_args(rule):

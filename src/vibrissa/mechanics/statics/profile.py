@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibrissa.arrays import Array
-from vibrissa.errors import ConvergenceError, RangeError
+from vibrissa.errors import ConvergenceError, RangeError, give_share
 from vibrissa.mechanics.statics.chebyshev import Chebyshev, chebyshev_sum
 from vibrissa.mechanics.statics.contact_law import ContactLaw, inclination
 from vibrissa.mechanics.statics.elastica_table import equilibria, equilibria_at_height
@@ -50,9 +50,12 @@ class Posture:
 
     def __post_init__(self) -> None:
         if not 0 < self.contact < 1:
-            raise RangeError("Posture.contact", "must lie between 0 and 1 (over L)", self.contact)
+            remedy = give_share(self.contact) if self.contact > 1 else ""
+            raise RangeError("Posture.contact", "must lie between 0 and 1 (over L)", self.contact, remedy)
         if not 0 < self.base_angle < np.pi / 2:
-            raise RangeError("Posture.base_angle", "must lie between 0 and π/2 rad", self.base_angle)
+            meant = float(np.deg2rad(self.base_angle))
+            remedy = f"give it in rad: np.deg2rad({self.base_angle:g}) = {meant:.5g}" if 0 < meant < np.pi / 2 else ""
+            raise RangeError("Posture.base_angle", "must lie between 0 and π/2 rad", self.base_angle, remedy)
         if not np.isfinite(self.friction):
             raise RangeError("Posture.friction", "must be a finite number", self.friction)
         if not 0 <= self.adhesion < np.inf:
@@ -317,5 +320,7 @@ def check_tip(posture: Posture, whisker: Whisker) -> None:
         If ε is below the tip.
     """
     if posture.contact < whisker.tip:
+        share = posture.contact / whisker.length
+        remedy = f"give it over L: {share:.5g} for {posture.contact:g} m" if whisker.tip < share < 1 else ""
         rule = f"must not lie beyond the whisker's tip at {whisker.tip:.4g}"
-        raise RangeError("Posture.contact", rule, posture.contact)
+        raise RangeError("Posture.contact", rule, posture.contact, remedy)

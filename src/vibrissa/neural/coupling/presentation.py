@@ -105,7 +105,8 @@ class Presentation:
         )
         if np.sum(presentation.rate_valid & presentation.envelope_valid) < 100:
             rule = "must leave at least 100 bins after the skip"
-            raise TooFewError("window", rule, n_bins, "less skip, longer window")
+            narrower = ", narrower bins: 0.01 for 10 ms" if bin_width >= 1 else ""
+            raise TooFewError("window", rule, n_bins, f"less skip, longer window{narrower}")
         return presentation
 
     def binned(self) -> Array:

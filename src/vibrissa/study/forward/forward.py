@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibrissa.arrays import Array
-from vibrissa.errors import ConflictError, RangeError
+from vibrissa.errors import ConflictError, RangeError, give_in
 from vibrissa.mechanics.scan.sampled import node_distances, sampling_times
 from vibrissa.neural.simulated.driven import fire
 from vibrissa.signals.envelope import analytic_envelope
@@ -54,7 +54,8 @@ class TrialSettings:
         if self.seed < 0:
             raise RangeError("seed", "must be zero or positive", self.seed)
         if self.mean_envelope is not None and not 0 < self.mean_envelope <= 0.01:
-            raise RangeError("mean envelope", "must be above 0 and at most 0.01 m", self.mean_envelope)
+            remedy = give_in("m", self.mean_envelope, "µm", 1e-6) if self.mean_envelope > 0 else ""
+            raise RangeError("mean envelope", "must be above 0 and at most 0.01 m", self.mean_envelope, remedy)
 
 
 def forward(

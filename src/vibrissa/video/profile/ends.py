@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from vibrissa.arrays import Array
-from vibrissa.errors import MissingError, RangeError, ShapeError, TooFewError, UnknownError
+from vibrissa.errors import MissingError, RangeError, ShapeError, TooFewError, UnknownError, give_in
 from vibrissa.quantities import dataset, measured_sd, require
 from vibrissa.video.profile.tangent import parabola, tapered
 
@@ -140,7 +140,12 @@ def _checked(method: Method, whisker_length: float | None) -> Method:
     if method == "cone" and whisker_length is None:
         raise MissingError("whisker_length", "must be given", remedy="or take method 'paper2014', which knows no taper")
     if whisker_length is not None and not 0 < whisker_length < LONGEST:
-        raise RangeError("whisker_length", f"must be positive, below {LONGEST} m", whisker_length, "give it in m")
+        raise RangeError(
+            "whisker_length",
+            f"must be positive, below {LONGEST} m",
+            whisker_length,
+            give_in("m", whisker_length, "mm", 1e-3),
+        )
     return method
 
 
