@@ -5,12 +5,13 @@ __version__: str
 # the whisker, and how it is held
 from .api.geometry import atlas, fit_cone
 
+# backward: movie, tracks, resonances
+from .api.inverse import decompose, fit_posture, fit_resonances
+
 # forward: modes, profile, vibration
 from .api.mechanics import gap, modes, profile
 from .api.motion import Motion, scan
-
-# backward: movie, tracks, resonances
-from .api.movies import decompose, fit_posture, fit_resonances, read_tracks, track
+from .api.movies import read_tracks, track
 
 # to other libraries
 from .api.objects.back import to_pynapple

@@ -77,6 +77,24 @@ def test_one_scan_takes_any_surface_and_a_posture_that_changes():
     np.testing.assert_allclose(same.mode_displacement[:, begun], gaps.mode_displacement[:, begun], rtol=0, atol=1e-7)
 
 
+def test_a_part_of_a_movie_is_tracked_alike_from_a_file_and_from_memory():
+    from vibrissa.video.io.movie import read_blocks
+
+    movie = vb.sample_data("movie.mkv")
+    frames = np.concatenate(list(read_blocks(movie)))
+    how = {"frame_rate": 2000.0, "pixel_size": 95e-6, "skin": [(50.5, 57)], "start": 100, "stop": 130}
+    stored, held = vb.track(movie, **how), vb.track(frames, **how)
+    np.testing.assert_array_equal(stored.x, held.x)
+    np.testing.assert_allclose(held.time, np.arange(100, 130) / 2000)
+    assert (held.attrs["first_frame"], held.attrs["last_frame"]) == (100, 129)
+    titles = [axis.get_title(loc="left") for axis in vb.plot_tracks(held, frames, frames=[100, 129]).axes]
+    assert titles == ["frame 100, 0.0500 s", "frame 129, 0.0645 s"]
+    with refusal("range", "frames"):
+        vb.plot_tracks(held, frames, frames=[99])
+    with refusal("range", "start, stop"):
+        vb.track(frames, **how | {"stop": 401})
+
+
 def test_an_envelope_is_in_metres_whoever_made_it():
     motion = vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1)
     data = motion.sample(2000)

@@ -76,6 +76,47 @@ def test_the_lamp_the_contact_and_a_preview(vibrissa, movie, tmp_path):
     assert (tmp_path / "sheet.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_part_of_a_movie_keeps_the_movies_time(vibrissa, movie, tmp_path):
+    options = (*CALIBRATION, "--seed-point", "60,56", "--skin", "10,70", "--lamp", "find")
+    part = ("--start", "4", "--stop", "9.5ms")  # frame 19 begins at 9.5 ms, and is no part of it
+    assert vibrissa("track", movie, *options, "--out", tmp_path / "whole.nc")[0] == 0
+    code, _, err = vibrissa(
+        "track", movie, *options, *part, "--preview", tmp_path / "s.png", "--out", tmp_path / "p.nc"
+    )
+    assert code == 0, err
+    assert "the lamp lights in frame 10" in err
+    whole, found = load(tmp_path / "whole.nc"), load(tmp_path / "p.nc")
+    assert (found.attrs["first_frame"], found.attrs["last_frame"]) == (4, 18)
+    assert "first_frame" not in whole.attrs
+    same = whole.isel(time=slice(4, 19))
+    np.testing.assert_allclose(found.time, same.time, rtol=1e-12)
+    assert found.time.attrs == whole.time.attrs
+    assert found.attrs["led_time"] == pytest.approx(whole.attrs["led_time"])
+    nodes = min(same.sizes["node"], found.sizes["node"]) - 1
+    off = found.y.values[..., 1:nodes] - same.y.values[..., 1:nodes]
+    assert np.sqrt(np.mean(off**2)) < 0.03 * PIXEL  # a frame later it is 0.1 pixels elsewhere
+    found_without_seeds = vibrissa("track", movie, *CALIBRATION, *part, "--out", tmp_path / "q.nc")
+    assert found_without_seeds[0] == 0, found_without_seeds
+
+
+@pytest.mark.parametrize(
+    ("part", "message"),
+    [
+        (("--start", "24"), "--start, --stop must lie within the 24 frames"),
+        (("--stop", "25"), "--start, --stop must lie within the 24 frames"),
+        (("--start", "9", "--stop", "9"), "--start, --stop must be frames from 0 on, the second after the first"),
+        (("--start", "0.5"), "write --start 0.1s"),
+        (("--start", "10mm"), "--start must be a time"),
+    ],
+)
+def test_a_part_that_the_movie_does_not_have_is_refused(vibrissa, movie, tmp_path, part, message):
+    words = ("--seed-point", "60,56", *part, "--out", tmp_path / "p.nc")
+    code, _, err = vibrissa("track", movie, *CALIBRATION, *words)
+    assert (code, err.count("\n")) == (2, 1)
+    assert message in err
+    assert not (tmp_path / "p.nc").exists()
+
+
 def test_a_contact_off_the_substrate_is_rejected_with_the_reason(vibrissa, movie, tmp_path):
     off = ("--substrate", "30,10", "--substrate", "230,10")
     code, out, err = vibrissa("track", movie, *CALIBRATION, *off, "--out", tmp_path / "p.nc", "--json")

@@ -1,4 +1,4 @@
-"""Backward: from a movie, or tracks, to posture, modal amplitudes, resonance and damping."""
+"""Movies and the tracks of whiskers in them."""
 
 from __future__ import annotations
 
@@ -10,19 +10,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from vibrissa.api.arguments import names_arguments
-from vibrissa.api.motion import Motion
 from vibrissa.api.progress import notebook_bar
 from vibrissa.api.remarks import remark
-from vibrissa.errors import ConflictError, FormatError, MissingError
+from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError
 from vibrissa.files import load
-from vibrissa.mechanics.inverse.decomposition import Method
-from vibrissa.mechanics.inverse.resonance import fit_modes
-from vibrissa.mechanics.inverse.stationary_posture import Line, fit_profile
-from vibrissa.mechanics.modes.basis import Modes
-from vibrissa.mechanics.statics.profile import Posture
-from vibrissa.mechanics.whisking.slow_prediction import SlowPrediction
-from vibrissa.quantities import one_whisker
-from vibrissa.whisker import Whisker
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,6 +22,7 @@ if TYPE_CHECKING:
     from vibrissa.video.kernel.estimator_table import Estimator
 
 Point = tuple[float, float]
+Side = Literal["left", "right", "top", "bottom"]
 
 
 @names_arguments
@@ -41,7 +33,7 @@ def track(
     frame_rate: float | None = None,
     seeds: Sequence[Point] | None = None,
     skin: Sequence[Point] | None = None,
-    base: Literal["left", "right", "top", "bottom"] | None = None,
+    base: Side | None = None,
     polarity: Literal["dark", "bright"] = "dark",
     region: tuple[int, int, int, int] | None = None,
     background: str = "space",
@@ -51,6 +43,8 @@ def track(
     node_spacing: float | None = None,
     substrate: tuple[Point, Point] | None = None,
     whisker_length: float | None = None,
+    start: int = 0,
+    stop: int | None = None,
 ) -> xr.Dataset:
     """Centrelines of the whiskers of a movie, at nodes of fixed arc length.
 
@@ -83,11 +77,16 @@ def track(
         extrapolated.
     whisker_length : float, optional
         Length of the cones [m], for the contact.
+    start, stop : int
+        First frame that is tracked, from 0, and the first after it that is not; all by default. Points are of frame
+        ``start``.
 
     Returns
     -------
     Dataset
         ``x``, ``y`` (whisker, time, node) and ``arc_length`` (whisker, node) [m]; NaN where a whisker was not seen.
+        ``time`` counts from the movie's first frame, also where a part of it is tracked; the attributes ``first_frame``
+        and ``last_frame`` say which.
 
     Raises
     ------
@@ -101,13 +100,8 @@ def track(
     >>> profile.sizes["whisker"]
     1
     """
-    from vibrissa.study.movie.backward import track_file
-    from vibrissa.study.spec.settings import MovieFile
-    from vibrissa.video.find.finding import find_seeds
-    from vibrissa.video.io.movie import read_blocks
-    from vibrissa.video.tracking import Calibration
-    from vibrissa.video.tracking import track as track_frames
-
+    refuse_points("skin", skin)
+    refuse_points("seeds", seeds)
     how: dict[str, Any] = {
         "polarity": polarity,
         "region": region,
@@ -117,35 +111,59 @@ def track(
         "threshold": least_contrast,
         "node_spacing": node_spacing,
         "skin": None if skin is None else tuple(skin),
+        "base": base or "left",
+        "seeds": () if seeds is None else tuple(seeds),
     }
-    refuse_points("skin", skin)
-    refuse_points("seeds", seeds)
-    stored = isinstance(movie, str | Path)
     if seeds is None:
-        image = next(iter(read_blocks(movie, 1)))[0] if isinstance(movie, str | Path) else movie[0]
-        base, found = find_seeds(image, polarity=polarity, base=base, region=region)
-        seeds = [one.seed for one in found]
-    how |= {"seeds": tuple(seeds), "base": base or "left"}
-    if stored:
-        file = MovieFile(
-            path=str(movie),
-            pixel_size=pixel_size,
-            frame_rate=frame_rate,
-            substrate=substrate,
-            whisker_length=whisker_length,
-            **how,
-        )
-        with notebook_bar() as progress:
-            tracked = track_file(file, Path(), progress)
-        remark(*json.loads(tracked.attrs.get("remarks", "[]")))
-        return tracked
+        how |= _found(movie, start, polarity=polarity, base=base, region=region)
+    if isinstance(movie, str | Path):
+        ends = {"substrate": substrate, "whisker_length": whisker_length, "start": start, "stop": stop}
+        return _track_file(path=str(movie), pixel_size=pixel_size, frame_rate=frame_rate, **ends, **how)
     if frame_rate is None:
         raise MissingError("frame_rate", "must be given with frames in memory", remedy="the camera's rate in Hz")
     if substrate is not None:
         raise ConflictError("substrate", "must go with a movie file", remedy="write the frames with a lossless codec")
-    return track_frames(
-        [np.asarray(movie)], calibration=Calibration(frame_rate=frame_rate, pixel_size=pixel_size), **how
-    )
+    return _track_frames(np.asarray(movie), (start, stop), frame_rate, pixel_size, how)
+
+
+def _found(movie: str | Path | NDArray[Any], start: int, **how: Any) -> dict[str, Any]:
+    """Seeds and base of the whiskers in one frame."""
+    from vibrissa.video.find.finding import find_seeds
+    from vibrissa.video.io.movie import read_blocks
+
+    if isinstance(movie, str | Path):
+        image = next(iter(read_blocks(movie, 1, start)))[0]
+    else:
+        image = _part(np.asarray(movie), start, None)[0]
+    base, found = find_seeds(image, **how)
+    return {"seeds": tuple(one.seed for one in found), "base": base}
+
+
+def _track_file(**settings: Any) -> xr.Dataset:
+    from vibrissa.study.movie.backward import track_file
+    from vibrissa.study.spec.settings import MovieFile
+
+    with notebook_bar() as progress:
+        tracked = track_file(MovieFile(**settings), Path(), progress)
+    remark(*json.loads(tracked.attrs.get("remarks", "[]")))
+    return tracked
+
+
+def _track_frames(
+    frames: NDArray[Any], part: tuple[int, int | None], rate: float, size: float, how: dict[str, Any]
+) -> xr.Dataset:
+    from vibrissa.video.tracking import Calibration, numbered_from
+    from vibrissa.video.tracking import track as track_frames
+
+    tracked = track_frames([_part(frames, *part)], calibration=Calibration(frame_rate=rate, pixel_size=size), **how)
+    return tracked if part == (0, None) else numbered_from(tracked, part[0])
+
+
+def _part(frames: NDArray[Any], start: int, stop: int | None) -> NDArray[Any]:
+    """Frames of a part of a movie in memory."""
+    if not 0 <= start < (len(frames) if stop is None else stop) <= len(frames):
+        raise RangeError("start, stop", f"must lie within the {len(frames)} frames of the movie", (start, stop))
+    return frames[start:stop]
 
 
 def refuse_points(name: str, points: Sequence[Point] | None) -> None:
@@ -210,165 +228,3 @@ def read_tracks(
     if isinstance(tracks, str | Path) and Path(tracks).suffix == ".nc":
         tracks = load(tracks)
     return as_tracks(tracks, frame_rate=frame_rate, pixel_size=pixel_size, **how)
-
-
-@names_arguments
-def fit_posture(
-    profile: xr.Dataset,
-    whisker: Whisker,
-    *,
-    friction: float | None = 0.4,
-    substrate: Line | None = None,
-    excursion: tuple[float, float] = (0.0, 0.0),
-    length_sd: float = 0.0,
-    skin_sd: float = 0.0,
-) -> xr.Dataset:
-    """Posture of a tracked whisker by Eq. 1 fitted to its mean profile, with 95 % intervals.
-
-    Parameters
-    ----------
-    profile : Dataset
-        Tracks of one whisker.
-    whisker : Whisker
-        Gives its length.
-    friction : float or None
-        Coefficient of friction; None to estimate it too.
-    substrate : ((x, y), (x, y)), optional
-        Two points of the substrate's line, in the profile's frame [m].
-    excursion : (float, float)
-        Mean excursion of the contact by a texture and its standard deviation [m].
-    length_sd, skin_sd : float
-        Standard deviations of the length and of the skin's place on the shaft [m].
-
-    Returns
-    -------
-    Dataset
-        As :func:`vibrissa.mechanics.inverse.stationary_posture.fit_profile` gives it: ``contact``, ``base_angle``,
-        ``base_height``, each with ``_low`` and ``_high``.
-
-    Raises
-    ------
-    InputError
-        If the tracks are of several whiskers or too few nodes.
-
-    Examples
-    --------
-    >>> import vibrissa as vb
-    >>> profile = vb.track(vb.sample_data("movie.mkv"), frame_rate=2000, pixel_size=95e-6, skin=[(50.5, 57)])
-    >>> posture = vb.fit_posture(profile, vb.Whisker(length=0.04, cone_angle=1.5e-3))
-    >>> print(f"{float(posture.contact):.2f}")
-    0.29
-    """
-    how: dict[str, Any] = {"friction": friction, "substrate": substrate, "excursion": excursion}
-    return fit_profile(one_whisker(profile), whisker, **how, length_sd=length_sd, skin_sd=skin_sd)
-
-
-@names_arguments
-def decompose(
-    profile: xr.Dataset,
-    whisker: Whisker,
-    contact: float | Posture,
-    *,
-    n_modes: int = 3,
-    method: Method = "least-squares",
-    modes: Modes = "straight",
-) -> xr.Dataset:
-    """Modal amplitudes of a tracked whisker and their envelopes.
-
-    Parameters
-    ----------
-    profile : Dataset
-        Tracks of one whisker; arc length counts from the skin.
-    whisker : Whisker
-        Its cone.
-    contact : float or Posture
-        Position of the contact over L, from the tip of the cone; the posture for curved modes.
-    n_modes : int
-        Number of modes.
-    method : {"least-squares", "paper2014"}
-        Least squares on the visible nodes, or the paper's projection of an extrapolated profile.
-    modes : str
-        Straight (the paper's) or curved modes.
-
-    Returns
-    -------
-    Dataset
-        ``mode_displacement`` over L, ``envelope`` [m] and ``phase`` (mode, time), ``kappa``, ``variance_explained``.
-        Where frames were lost there is no envelope.
-
-    Raises
-    ------
-    InputError
-        If the tracks have too few nodes, or curved modes are wanted without a posture.
-
-    Examples
-    --------
-    >>> import vibrissa as vb
-    >>> profile = vb.track(vb.sample_data("movie.mkv"), frame_rate=2000, pixel_size=95e-6, skin=[(50.5, 57)])
-    >>> modal = vb.decompose(profile, vb.Whisker(length=0.04, cone_angle=1.5e-3), contact=0.29)
-    >>> modal.envelope.dims
-    ('mode', 'time')
-    """
-    from vibrissa.study.movie.backward import modal_amplitudes
-
-    posture = contact if isinstance(contact, Posture) else None
-    place = contact.contact if isinstance(contact, Posture) else contact
-    curved = None if modes == "straight" else posture
-    modal = modal_amplitudes(
-        one_whisker(profile), whisker, place, n_modes=n_modes, method=method, modes=modes, posture=curved
-    )
-    remark(*filter(None, [modal.attrs.get("left_out")]))
-    return modal
-
-
-@names_arguments
-def fit_resonances(
-    modal: xr.Dataset, motion: Motion | None = None, *, exposure: float = 0.0, guess: Sequence[float] | None = None
-) -> xr.Dataset:
-    """Resonant frequency and damping of each mode, with 95 % intervals.
-
-    Parameters
-    ----------
-    modal : Dataset
-        From :func:`decompose`, without lost frames.
-    motion : Motion, optional
-        Prediction over the texture that was scanned, which knows its forcing; without it the forcing is taken for
-        white (Eq. 5, the paper's way).
-    exposure : float
-        Time over which each frame averages [s].
-    guess : sequence of float, optional
-        Approximate resonances [Hz]; those of the straight cone by default.
-
-    Returns
-    -------
-    Dataset
-        ``resonant_frequency`` [Hz] and ``damping`` (mode), each with ``_low`` and ``_high``; attribute ``forcing``.
-        With white forcing over a texture both are biased: here 119 to 123 Hz for 123.1, damping 0.24 for 0.11.
-
-    Raises
-    ------
-    InputError
-        If frames were lost, or the motion is of a posture that changes.
-
-    Examples
-    --------
-    >>> import vibrissa as vb
-    >>> whisker = vb.Whisker(length=0.04, cone_angle=1.5e-3)
-    >>> profile = vb.track(vb.sample_data("movie.mkv"), frame_rate=2000, pixel_size=95e-6, skin=[(50.5, 57)])
-    >>> found = vb.fit_resonances(vb.decompose(profile, whisker, contact=0.29))
-    >>> print(f"{float(found.resonant_frequency[0]):.0f} Hz")
-    123 Hz
-    """
-    if motion is not None and isinstance(motion.prediction, SlowPrediction):
-        raise ConflictError("motion", "must be of one posture", "one that changes")
-    known = None if motion is None else motion.prediction
-    if guess is None:
-        if "expected_frequency" not in modal:
-            raise MissingError("guess", "must be given", remedy="approximate resonances in Hz")
-        start = modal.expected_frequency.to_numpy()
-    else:
-        start = np.asarray(guess, float)
-    assert not isinstance(known, SlowPrediction)
-    found = fit_modes(modal, start, prediction=known, exposure=exposure)[0]
-    remark(*filter(None, [found.attrs.get("left_out")]))
-    return found

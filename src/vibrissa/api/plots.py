@@ -10,7 +10,7 @@ import numpy as np
 
 from vibrissa.api.arguments import names_arguments
 from vibrissa.api.studies import Results
-from vibrissa.errors import UnknownError, did_you_mean
+from vibrissa.errors import RangeError, UnknownError, did_you_mean
 from vibrissa.quantities import require
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def plot_tracks(
     movie : path or (T, height, width) array
         The movie that was tracked.
     frames : sequence of int, optional
-        Which frames, from 0; six, evenly, by default.
+        Which frames of the movie, from 0, of those that were tracked; six, evenly, by default.
 
     Returns
     -------
@@ -96,8 +96,13 @@ def plot_tracks(
 
     require(profile, "x", "y", "arc_length")
     several = profile if "whisker" in profile.dims else profile.expand_dims(whisker=[0])
-    blocks = read_blocks(movie) if isinstance(movie, str | Path) else [np.asarray(movie)]
-    return preview.draw(preview.compute(blocks, several, frames))
+    first = int(profile.attrs.get("first_frame", 0))
+    blocks = read_blocks(movie, start=first) if isinstance(movie, str | Path) else [np.asarray(movie)[first:]]
+    rows = None if frames is None else [frame - first for frame in frames]
+    if rows is not None and not all(0 <= row < profile.sizes["time"] for row in rows):
+        last = first + profile.sizes["time"] - 1
+        raise RangeError("frames", f"must be among those that were tracked, {first} to {last}", list(frames or ()))
+    return preview.draw(preview.compute(blocks, several, rows))
 
 
 @names_arguments

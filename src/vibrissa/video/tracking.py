@@ -243,6 +243,27 @@ def labelled(attrs: Mapping[str, Any], calibration: Calibration, **pixels: Array
     )
 
 
+def numbered_from(profile: xr.Dataset, first: int) -> xr.Dataset:
+    """A profile of a part of a movie, whose time counts from the movie's first frame.
+
+    Parameters
+    ----------
+    profile : Dataset
+        From :func:`track`, of these frames alone.
+    first : int
+        Number of its first frame in the movie, from 0.
+
+    Returns
+    -------
+    Dataset
+        With the attributes ``first_frame`` and ``last_frame``; the runs of ``lost`` still count from the first of them.
+    """
+    count = profile.sizes["time"]
+    time = (first + np.arange(count)) / profile.attrs["frame_rate"]
+    later = profile.assign_coords(time=("time", time, profile.time.attrs))
+    return later.assign_attrs(first_frame=first, last_frame=first + count - 1)
+
+
 def lost_frames(reason: NDArray[np.int8], reasons: Sequence[str]) -> list[list[list[Any]]]:
     """Runs of frames in which a whisker is lost.
 

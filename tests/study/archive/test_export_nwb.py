@@ -15,7 +15,7 @@ from vibrissa.study.archive.export_series import Clock, sampling
 
 pynwb = pytest.importorskip("pynwb")
 
-WHO = ("--start", "2014-05-07T09:30:00+02:00", "--age", "P90D", "--sex", "F", "--subject", "rat 7")
+WHO = ("--session-start", "2014-05-07T09:30:00+02:00", "--age", "P90D", "--sex", "F", "--subject", "rat 7")
 T, NODES, RATE = 60, 5, 500.0
 TIME = np.arange(T) / RATE
 
@@ -248,8 +248,8 @@ def test_what_is_not_told_is_asked_for_by_the_options_name(folder, tmp_path, vib
     call = ("export", folder, "--out", tmp_path / "a.nwb")
     code, _, err = vibrissa(*call)
     assert code == 2
-    assert err.startswith("vibrissa: --subject, --age, --sex, --start must be given; ")
-    for missing in ("--age", "--sex", "--start", "--subject"):
+    assert err.startswith("vibrissa: --subject, --age, --sex, --session-start must be given; ")
+    for missing in ("--age", "--sex", "--session-start", "--subject"):
         k = WHO.index(missing)
         code, _, err = vibrissa(*call, *WHO[:k], *WHO[k + 2 :])
         assert code == 2
@@ -261,9 +261,9 @@ def test_what_is_not_told_is_asked_for_by_the_options_name(folder, tmp_path, vib
 @pytest.mark.parametrize(
     ("option", "value", "message"),
     [
-        ("--start", "2014-05-07T09:30:00", "--start must have a time zone"),
-        ("--start", "yesterday", "--start must be date and time of ISO 8601"),
-        ("--start", "2914-05-07T09:30:00Z", "--start must not lie in the future"),
+        ("--session-start", "2014-05-07T09:30:00", "--session-start must have a time zone"),
+        ("--session-start", "yesterday", "--session-start must be date and time of ISO 8601"),
+        ("--session-start", "2914-05-07T09:30:00Z", "--session-start must not lie in the future"),
         ("--age", "3 months", "--age must be a duration of ISO 8601"),
         ("--sex", "male", "--sex must be M, F, O or U"),
         ("--species", "rat", "--species must be a Latin name"),

@@ -14,7 +14,7 @@ from vibrissa.quantities import dataset
 
 pynwb = pytest.importorskip("pynwb")
 
-WHO = ("--start", "2014-05-07T09:30:00Z", "--age", "P90D", "--sex", "U", "--subject", "rat 7")
+WHO = ("--session-start", "2014-05-07T09:30:00Z", "--age", "P90D", "--sex", "U", "--subject", "rat 7")
 NAMES = ["b", "a", "c"]
 
 

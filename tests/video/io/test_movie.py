@@ -214,6 +214,17 @@ def test_half_an_imagej_stack_is_an_error(tmp_path):
         list(read_blocks(cut_in_half(path)))
 
 
+@pytest.mark.parametrize(("start", "stop"), [(0, None), (0, 5), (3, 9), (7, None), (4, 5)])
+@pytest.mark.parametrize("block", [1, 3, 256])
+def test_a_part_is_the_same_frames(tmp_path, start, stop, block):
+    frames = np.random.default_rng(0).integers(0, 255, (10, 8, 12)).astype(np.uint8)
+    np.save(tmp_path / "a.npy", frames)
+    found = np.concatenate(list(read_blocks(tmp_path / "a.npy", block, start, stop)))
+    np.testing.assert_array_equal(found, frames[start:stop])
+    with refusal("range", "start, stop"):
+        list(read_blocks(tmp_path / "a.npy", block, start, 11))
+
+
 def test_missing_file_is_one_line(tmp_path):
     with refusal("missing", "none.avi") as error:
         open_movie(tmp_path / "none.avi")

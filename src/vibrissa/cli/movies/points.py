@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from math import ceil, isnan
 from typing import Literal
 
-from vibrissa.errors import MissingError, ShapeError
+from vibrissa.cli.shared.units import in_si, number
+from vibrissa.errors import FormatError, MissingError, ShapeError
 
 Side = Literal["left", "right", "top", "bottom"]
 Point = tuple[float, float]
@@ -75,6 +77,40 @@ def pixels_of(text: str | None, option: str) -> tuple[int, int, int, int] | None
     except ValueError:
         raise ShapeError(option, "must be C0,R0,C1,R1", repr(text), f"for example {option} 20,10,480,300") from None
     return column, row, last_column, last_row
+
+
+def frame_of(text: str | None, option: str, frame_rate: float | None) -> int | None:
+    """Number of a frame, or of the first one at or after a time.
+
+    Parameters
+    ----------
+    text, option
+        As typed, ``200`` or ``0.1s``, and the option for messages.
+    frame_rate : float, optional
+        Of the acquisition [Hz]; NaN where it is not known either.
+
+    Returns
+    -------
+    int or None
+        From 0.
+
+    Raises
+    ------
+    InputError
+        If the text is neither, or a time is given and the frame rate is not known.
+    """
+    if text is None:
+        return None
+    if text.isdecimal():
+        return int(text)
+    if number(text) is not None:
+        raise FormatError(
+            option, "must be the number of a frame, or a time with its unit", text, f"write {option} 0.1s"
+        )
+    time = in_si(text, option, "duration")
+    if frame_rate is None or isnan(frame_rate):
+        raise MissingError("--frame-rate", f"must be given where {option} is a time")
+    return ceil(time * frame_rate - 1e-6)
 
 
 def _point(text: str, option: str) -> Point:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from vibrissa.cli.movies.points import Point, Side, line_of, pixels_of, points_of
+from vibrissa.cli.movies.points import Point, Side, frame_of, line_of, pixels_of, points_of
 from vibrissa.cli.shared.output import Json, refuse_out, show, tell
 from vibrissa.cli.shared.pictures import write_picture
 from vibrissa.cli.shared.progress import progress_bars, stage
@@ -39,6 +39,8 @@ def track(
     substrate: list[str] | None = None,
     whisker_length: Annotated[Length | None, Parameter(name="--whisker.length")] = None,
     lamp: str | None = None,
+    start: str | None = None,
+    stop: str | None = None,
     preview: Path | None = None,
     out: Path | None = None,
     json: Json = False,
@@ -83,6 +85,11 @@ def track(
         Length of the nontruncated cone of the whiskers [m], for the contact; without it, the paper's polynomial.
     lamp
         C0,R0,C1,R1 of the lamp that lights as the texture arrives [pixels], or `find`.
+    start
+        First frame that is tracked, from 0, or its time with a unit (0.1s); points are of this frame. Times count from
+        the movie's first frame.
+    stop
+        First frame after it that is not tracked, or its time.
     preview
         Picture of the tracking: .mp4 or .mkv for a movie with the nodes over it, .png for a sheet of six frames.
     out
@@ -91,12 +98,15 @@ def track(
     from vibrissa.files import save
     from vibrissa.study.movie.backward import followed, track_file
     from vibrissa.study.spec.settings import MovieFile
+    from vibrissa.video.io.movie import open_movie
 
     out = out or Path(movie.name).with_suffix(".nc")
     _refuse_before(frame_rate, pixel_size, out, preview)
     seeds, area = points_of(seed_point, "--seed-point"), pixels_of(region, "--region")
+    rate = open_movie(movie).frame_rate if frame_rate is None else frame_rate
+    first, end = frame_of(start, "--start", rate) or 0, frame_of(stop, "--stop", rate)
     if not seeds:
-        seeds, base = _found(movie, polarity, base, area)
+        seeds, base = _found(movie, polarity, base, area, first)
     settings = MovieFile(
         path=str(movie),
         frame_rate=frame_rate,
@@ -114,6 +124,8 @@ def track(
         substrate=line_of(substrate, "--substrate"),
         whisker_length=whisker_length,
         lamp="find" if lamp == "find" else pixels_of(lamp, "--lamp"),
+        start=first,
+        stop=end,
     )
     with progress_bars() as progress:
         profile = track_file(settings, Path(), progress)
@@ -162,13 +174,17 @@ def _refuse_before(frame_rate: float | None, pixel_size: float, out: Path, previ
 
 
 def _found(
-    movie: Path, polarity: Literal["dark", "bright"], base: Side | None, region: tuple[int, int, int, int] | None
+    movie: Path,
+    polarity: Literal["dark", "bright"],
+    base: Side | None,
+    region: tuple[int, int, int, int] | None,
+    frame: int,
 ) -> tuple[tuple[Point, ...], Side]:
-    """A seed on each whisker of the first frame, and the side of the bases."""
+    """A seed on each whisker of a frame, and the side of the bases."""
     from vibrissa.video.find.finding import find_seeds
     from vibrissa.video.io.movie import read_blocks
 
-    image = next(iter(read_blocks(movie, 1)))[0]
+    image = next(iter(read_blocks(movie, 1, frame)))[0]
     side, found = find_seeds(image, polarity=polarity, base=base, region=region)
     seeds = tuple(one.seed for one in found)
     places = "; ".join(f"{column:g},{row:g}" for column, row in seeds)
@@ -180,8 +196,9 @@ def _preview(movie: Path, profile: xr.Dataset, path: Path) -> None:
     from vibrissa.figures.others import preview
     from vibrissa.video.io.movie import read_blocks
 
+    blocks = read_blocks(movie, start=int(profile.attrs.get("first_frame", 0)))
     if path.suffix == ".png":
-        write_picture(preview.draw(preview.compute(read_blocks(movie), profile)), path)
+        write_picture(preview.draw(preview.compute(blocks, profile)), path)
     else:
-        preview.write_preview(path, read_blocks(movie), profile)
+        preview.write_preview(path, blocks, profile)
     tell(f"the preview is {path}")

@@ -154,6 +154,8 @@ GLOSSARY: dict[str, Option] = {
     "--polarity": _O("choice", "Whiskers darker or brighter than the background", "bright"),
     "--region": _O("point", "C0,R0,C1,R1 of the part of the image that is searched", "20,10,480,300"),
     "--lamp": _O("point", "C0,R0,C1,R1 of the lamp that lights as the texture arrives, or `find`", "find"),
+    "--start": _O("text", "First frame that is tracked, from 0, or its time", "0.1s"),
+    "--stop": _O("text", "First frame after it that is not tracked, or its time", "0.9s"),
     "--background": _O("text", "Background of the whiskers: space, mean or a file", "mean"),
     "--estimator": _O("choice", "What places the line in a column", "matched"),
     "--search": _O("count", "Largest distance of the line from where it is expected, in pixels", "4"),
@@ -273,7 +275,9 @@ GLOSSARY: dict[str, Option] = {
     "--number": _O("text", "Figure of the paper, or of the report's others", "7"),
     "--results": _O("file", "Folder or dataset of results", "out"),
     "--folder": _O("file", "Folder of results", "out"),
-    "--start": _O("text", "When the session's clock was 0, with its zone", "2014-05-07T09:30:00+02:00"),
+    "--session-start": _O(
+        "text", "When the session's clock was 0, with its zone", "2014-05-07T09:30:00+02:00", arguments=("start",)
+    ),
     "--age": _O("text", "Age of the animal", "P90D"),
     "--sex": _O("text", "Sex of the animal", "F"),
     "--subject": _O("text", "Name of the animal", "rat7"),

@@ -3,7 +3,7 @@
 OLD_VERBS = {"sweep": "map", "sweeps": "recordings", "tracks": "import-tracks", "whisk": "whisking", "base": "sensor"}
 OLD_OPTIONS = {  # by verb; "" for every verb
     "": {"--scan-speed": "--speed", "--count": "--n-modes"},
-    "export": {"--nwb": "--out"},
+    "export": {"--nwb": "--out", "--start": "--session-start"},
     "import-tracks": {"--which": "--only-identity"},
     "map": {"--node": "--point"},
     "pick": {"--seed": "--seed-point", "--scale": "--scale-point", "--force": "--overwrite"},

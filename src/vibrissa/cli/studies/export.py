@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -46,7 +46,7 @@ class SessionOptions:
         it differs between the animals of the table of sweeps.
     """
 
-    start: str | None = None
+    start: Annotated[str | None, Parameter(name="--session-start")] = None
     age: str | None = None
     sex: str | None = None
     subject: str | None = None

@@ -87,11 +87,11 @@ def overlay(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int]) -> Itera
     Parameters
     ----------
     blocks : iterable of (T, height, width) arrays
-        The movie that was tracked, from its first frame.
+        The frames that were tracked.
     profile : Dataset
         From :func:`vibrissa.video.tracking.track`, in the frame ``image``.
     frames : sequence of int
-        Which of them, rising.
+        Which of them, rising, counted from the first that was tracked.
 
     Yields
     ------
@@ -115,7 +115,9 @@ def overlay(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int]) -> Itera
         picture = np.repeat(np.repeat(np.repeat(grey[..., None], 3, axis=2), size, axis=0), size, axis=1)
         for w in range(len(columns)):
             _dots(picture, columns[w, index], rows[w, index], size, rgb(w))
-        yield np.concatenate([picture, *_captions(index, float(profile.time[index]), names, lost, picture.shape[1])])
+        number = index + int(profile.attrs.get("first_frame", 0))
+        title = f"frame {number}   {float(profile.time[index]):.4f} s"
+        yield np.concatenate([picture, *_captions(index, title, names, lost, picture.shape[1])])
 
 
 def chosen_frames(blocks: Blocks, frames: Sequence[int]) -> Iterator[tuple[int, NDArray[Any]]]:
@@ -194,9 +196,9 @@ def _dots(picture: Picture, columns: Array, rows: Array, size: int, ink: Any) ->
         picture[r[inside], c[inside]] = ink
 
 
-def _captions(index: int, time: float, names: list[str], lost: list[Any], width: int) -> list[Picture]:
+def _captions(index: int, title: str, names: list[str], lost: list[Any], width: int) -> list[Picture]:
     """A strip of text for the frame, and one for each whisker, so that the size stays."""
-    strips = [_strip(f"frame {index}   {time:.4f} s", width, (255, 255, 255))]
+    strips = [_strip(title, width, (255, 255, 255))]
     for w, name in enumerate(names):
         reason = next((why for first, last, why in lost[w] if first <= index <= last), None)
         strips.append(_strip(f"{name}: lost, {reason}" if reason else f"{name}: followed", width, tuple(rgb(w))))
@@ -245,7 +247,8 @@ def compute(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int] | None = 
     chosen = evenly(0, profile.sizes["time"] - 1, 6) if frames is None else list(frames)
     images = np.stack([image for _, image in chosen_frames(blocks, chosen)])
     columns, rows = (np.moveaxis(values[:, chosen], 0, 1) for values in seen(profile))
-    attrs = {"names": json.dumps(whisker_names(profile)), "frames": json.dumps(chosen)}
+    numbers = [k + int(profile.attrs.get("first_frame", 0)) for k in chosen]
+    attrs = {"names": json.dumps(whisker_names(profile)), "frames": json.dumps(numbers)}
     attrs["pixel_size"] = profile.attrs["pixel_size"]
     when = {"time": profile.time.values[chosen]}
     row, column = map(np.arange, images.shape[1:])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.arrays import Frames
-from vibrissa.errors import MissingError
+from vibrissa.errors import ConflictError, MissingError
 from vibrissa.mechanics.inverse.decomposition import Method, decompose
 from vibrissa.mechanics.inverse.resonance import fit_modes
 from vibrissa.quantities import dataset, measured
@@ -21,9 +21,9 @@ from vibrissa.video.checks.gop_artifact import GopArtifactWatch
 from vibrissa.video.checks.trial_led import led_frame, with_led
 from vibrissa.video.io.about import Movie
 from vibrissa.video.io.container import key_frames
-from vibrissa.video.io.movie import open_movie, read_blocks
+from vibrissa.video.io.movie import frames_within, open_movie, read_blocks
 from vibrissa.video.profile.ends import ends
-from vibrissa.video.tracking import Calibration, track
+from vibrissa.video.tracking import Calibration, numbered_from, track
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -81,26 +81,41 @@ def track_file(movie: MovieFile, folder: Path, progress: Progress) -> xr.Dataset
     Dataset
         ``profile``, with the whiskers' ``names`` (JSON) in its attributes where they have some, and ``remarks`` (JSON)
         on the movie where there are any; with skin and contact where the substrate is given, and ``led_frame``
-        where a lamp is.
+        where a lamp is. Of a part of the movie also ``first_frame`` and ``last_frame``; time counts from the movie's
+        first frame.
+
+    Raises
+    ------
+    InputError
+        If the movie cannot be read or tracked, or a part of it is asked for that it does not have.
     """
     path = folder / movie.path
     about = open_movie(path)
+    part = movie.start != 0 or movie.stop is not None
+    if part and movie.whisking is not None:
+        raise ConflictError("start, stop", "must be left out with marks of whisking", (movie.start, movie.stop))
+    count = frames_within(about, movie.start, movie.stop) if part else about.frame_count
+
+    def blocks(stage: str) -> Iterator[Frames]:
+        return counted(read_blocks(path, start=movie.start, stop=movie.stop), stage, count, progress)
+
     calibration = Calibration(frame_rate=_frame_rate(movie, about), pixel_size=movie.pixel_size)
     watched = _Watched(about, calibration.frame_rate)
     background = movie.background if movie.background in ("space", "mean") else folder / movie.background
     profile = track(
-        lambda: watched.see(counted(read_blocks(path), "tracking", about.frame_count, progress)),
+        lambda: watched.see(blocks("tracking")),
         calibration=calibration,
         background=background,
         **{name: getattr(movie, name) for name in TRACKED},
     )
+    profile = numbered_from(profile, movie.start) if part else profile
     if movie.names:
         profile.attrs["names"] = json.dumps(movie.names)
     if remarks := watched.remarks():
         profile.attrs["remarks"] = json.dumps(remarks, ensure_ascii=False)
     if movie.lamp is not None:
         lamp = None if movie.lamp == "find" else movie.lamp
-        profile = with_led(profile, led_frame(counted(read_blocks(path), "lamp", about.frame_count, progress), lamp))
+        profile = with_led(profile, led_frame(blocks("lamp"), lamp))
     return profile if movie.substrate is None else with_ends(profile, movie)
 
 

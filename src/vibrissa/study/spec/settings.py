@@ -75,6 +75,9 @@ class MovieFile:
         Length of the nontruncated cone of the whiskers [m], for the contact; without it, the paper's polynomial.
     lamp : (first column, first row, last column, last row) or "find", optional
         Where the lamp is that lights as the texture arrives [pixels].
+    start, stop : int
+        First frame that is tracked, from 0, and the first after it that is not; all by default. Points are of frame
+        ``start``; times count from the movie's first frame.
     """
 
     path: str
@@ -95,6 +98,8 @@ class MovieFile:
     substrate: tuple[tuple[float, float], tuple[float, float]] | None = None
     whisker_length: float | None = None
     lamp: tuple[int, int, int, int] | Literal["find"] | None = None
+    start: int = 0
+    stop: int | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -66,14 +66,14 @@ def led_frame(blocks: Iterable[Image], region: Region | None = None) -> int:
 
 
 def with_led(profile: xr.Dataset, frame: int) -> xr.Dataset:
-    """The profile with attributes ``led_frame`` and ``led_time`` [s]; its own time stays, 0 at the first frame.
+    """The profile with attributes ``led_frame``, from the movie's first, and ``led_time`` [s]; its own time stays.
 
     Parameters
     ----------
     profile : Dataset
         Tracked in the same movie.
     frame : int
-        From :func:`led_frame`.
+        From :func:`led_frame`, of the frames that were tracked.
 
     Returns
     -------
@@ -87,7 +87,8 @@ def with_led(profile: xr.Dataset, frame: int) -> xr.Dataset:
     """
     if not 0 <= frame < profile.sizes["time"]:
         raise UnknownError("led_frame", f"must be one of the {profile.sizes['time']} frames", frame)
-    return profile.assign_attrs(led_frame=frame, led_time=float(profile.time[frame]))
+    number = frame + int(profile.attrs.get("first_frame", 0))
+    return profile.assign_attrs(led_frame=number, led_time=float(profile.time[frame]))
 
 
 def _course(blocks: Iterable[Image], region: Region | None) -> Array:

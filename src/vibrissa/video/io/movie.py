@@ -44,7 +44,7 @@ def open_movie(path: str | Path) -> Movie:
         return movie
 
 
-def read_blocks(path: str | Path, frames: int = 256) -> Iterator[Frames]:
+def read_blocks(path: str | Path, frames: int = 256, start: int = 0, stop: int | None = None) -> Iterator[Frames]:
     """Read a movie in blocks of frames, the next one decoded while the last one is worked on.
 
     Limited-range luma (Y'CbCr formats not marked as full range, 16 to 235 at 8 bits) is expanded to the
@@ -56,26 +56,71 @@ def read_blocks(path: str | Path, frames: int = 256) -> Iterator[Frames]:
         The movie, or a folder of numbered images.
     frames : int
         Frames per block, at least 1; memory is bounded by three blocks.
+    start, stop : int
+        First frame that is wanted, from 0, and the first after it that is not; all by default. Earlier frames are
+        decoded all the same.
 
     Yields
     ------
     (T, height, width) array of uint8 or uint16
-        Grey levels; T = ``frames`` except in the last block. Row 0 is the top of the image.
+        Grey levels; T = ``frames`` except in the first and last block. Row 0 is the top of the image.
 
     Raises
     ------
     InputError
-        If the file is missing, is no movie, has no frames or no exact grey level, changes its frame size,
-        or is cut off or damaged (after the readable blocks: the error gives the number of readable frames).
+        If the file is missing, is no movie, has no frames or no exact grey level, changes its frame size, ends before
+        ``stop``, or is cut off or damaged (after the readable blocks: the error gives the number of readable frames).
     """
     if frames < 1:
         raise RangeError("frames per block", "must be at least 1", frames)
-    yield from prefetched(_blocks(path, frames))
+    yield from prefetched(_between(_blocks(path, frames), start, stop))
+
+
+def frames_within(movie: Movie, start: int, stop: int | None) -> int:
+    """Number of frames of a range.
+
+    Parameters
+    ----------
+    movie : Movie
+        That is read.
+    start, stop : int
+        As in :func:`read_blocks`.
+
+    Returns
+    -------
+    int
+        How many; an estimate where the movie's own number is one.
+
+    Raises
+    ------
+    InputError
+        If the range is empty, or the movie is known to end before it.
+    """
+    count = movie.frame_count
+    if start < 0 or (stop is not None and stop <= start):
+        raise RangeError("start, stop", "must be frames from 0 on, the second after the first", (start, stop))
+    if not movie.frame_count_is_estimate and max(start + 1, stop or 0) > count:
+        raise RangeError("start, stop", f"must lie within the {count} frames of the movie", (start, stop))
+    return (count if stop is None else stop) - start
 
 
 def _blocks(path: str | Path, frames: int) -> Iterator[Frames]:
     with _opened(path) as (_, blocks):
         yield from blocks(frames)
+
+
+def _between(blocks: Iterable[Frames], start: int, stop: int | None) -> Iterator[Frames]:
+    """Frames from the first to the one before the second, in blocks."""
+    done = 0
+    for block in blocks:
+        part = block[max(start - done, 0) : None if stop is None else stop - done]
+        if len(part):
+            yield part
+        done += len(block)
+        if stop is not None and done >= stop:
+            return
+    if 0 < start >= done or stop is not None:
+        raise RangeError("start, stop", f"must lie within the {done} frames of the movie", (start, stop))
 
 
 def write_movie(path: str | Path, blocks: Iterable[Frames], codec: str = "ffv1", playback_rate: float = 25.0) -> None:
