@@ -7,7 +7,7 @@ import pytest
 
 from vibrissa.cli import app
 from vibrissa.cli.shared.glossary import GLOSSARY, SHARES
-from vibrissa.cli.shared.renamed import OLD_OPTIONS
+from vibrissa.cli.shared.renamed import OLD_OPTIONS, SYNONYMS, near_name
 
 WORDS = {("--part", "text")}  # two lengths in one word
 
@@ -36,6 +36,25 @@ def test_the_old_name_of_an_option_names_the_new_one(vibrissa, verb, old, new):
 
 def test_every_old_option_belongs_to_a_verb():
     assert set(OLD_OPTIONS) - {""} <= set(VERBS)
+
+
+MEANT = [(verb, word) for verb in VERBS for word in SYNONYMS if near_name(word, taken(verb)) is not None]
+
+
+@pytest.mark.parametrize(("verb", "word"), MEANT)
+def test_a_common_word_names_the_option_of_the_verb(vibrissa, verb, word):
+    near = near_name(word, taken(verb))
+    assert near in taken(verb)
+    code, out, err = vibrissa(verb, word, "1")
+    meant = OLD_OPTIONS.get(verb, {}).get(word) or OLD_OPTIONS[""].get(word) or near
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert meant in err
+
+
+def test_every_common_word_is_of_use_and_no_option_itself():
+    assert {word for _, word in MEANT} == set(SYNONYMS)
+    assert not set(SYNONYMS) & set(GLOSSARY)
+    assert {name for names in SYNONYMS.values() for name in names} <= set(GLOSSARY)
 
 
 KINDS = {name: kinds for name, kinds in make_options.options().items() if name not in ("--help", "--version")}

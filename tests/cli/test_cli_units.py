@@ -153,6 +153,8 @@ MISTAKES = {
     "an old option": (f"scan gap.csv {P} --scan-speed 0.1", "--scan-speed of scan is now --speed"),
     "an old verb": ("whisk a b", "the verb whisk is now whisking"),
     "an option by another name": ("profile --contact 0.3 --base_angel 1", "--base-angle"),
+    "a common word": (f"scan gap.csv {P} {W} --velocity 0.1", "scan has no option --velocity; did you mean --speed?"),
+    "frames per second": (f"{TRACK} 95um --fps 500", "track has no option --fps; did you mean --frame-rate?"),
     "a verb by another name": ("profil", '"profile"'),
     "an option of another verb": ("modes --contact 0.3 --seed-point 1,2", "--seed-point"),
 }

@@ -38,7 +38,7 @@ def main() -> None:
     try:
         app(words, print_error=False, exit_on_error=False)
     except CycloptsError as error:
-        _refuse(usage_line(error, words))
+        _refuse(usage_line(error, words, options_of(words[0]) if words and words[0] in app else ()))
     except InputError as error:
         _refuse(str(as_typed(error, options_of(words[0]), words)))
     except ConvergenceError as error:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
-from vibrissa.cli.shared.renamed import OLD_VERBS, new_name
+from vibrissa.cli.shared.renamed import OLD_VERBS, near_name, new_name
 from vibrissa.errors import InputError
 
 POINTS = {
@@ -17,7 +17,7 @@ POINTS = {
 POINTS |= {"--region": "C0,R0,C1,R1", "--lamp": "C0,R0,C1,R1"}
 
 
-def usage_line(error: Exception, words: Sequence[str]) -> str:
+def usage_line(error: Exception, words: Sequence[str], taken: Collection[str] = ()) -> str:
     """The parser's message, without its list of all commands; a word too many with the option it may belong to.
 
     Parameters
@@ -26,13 +26,15 @@ def usage_line(error: Exception, words: Sequence[str]) -> str:
         What the parser raised.
     words : sequence of str
         The command line.
+    taken : collection of str
+        Options that the verb takes.
 
     Returns
     -------
     str
         One line.
     """
-    if line := _renamed(words) or _unread(error):
+    if line := _renamed(words, taken) or _unread(error):
         return line
     line = " ".join(str(error).split()).replace("requires an argument", "must be given, with its value")
     line = re.sub(r"requires (\d+) positional arguments", r"must be given, with its \1 values", line)
@@ -43,14 +45,16 @@ def usage_line(error: Exception, words: Sequence[str]) -> str:
     return f"{line.rstrip('.')}; see --help"
 
 
-def _renamed(words: Sequence[str]) -> str:
-    """Message for a verb or an option by a name that is no more; nothing if there is none."""
+def _renamed(words: Sequence[str], taken: Collection[str]) -> str:
+    """Message for a verb or an option by a name that is no more, or never was one; nothing if there is none."""
     verb, *rest = words
     if verb in OLD_VERBS:
         return f"the verb {verb} is now {OLD_VERBS[verb]}; see vibrissa {OLD_VERBS[verb]} --help"
     for option in (word.partition("=")[0] for word in rest):
         if new := new_name(verb, option):
             return f"the option {option} of {verb} is now {new}; see vibrissa {verb} --help"
+        if near := near_name(option, taken):
+            return f"{verb} has no option {option}; did you mean {near}?"
     return ""
 
 
