@@ -22,6 +22,7 @@ TRACKS: dict[str, Quantity] = {
     "arc_length": Quantity(("node",), "m", "arc length from the skin"),
     "point_displacement": Quantity(("time",), "m", "transverse displacement of one point of the shaft"),
     "displacement": Quantity(("time", "node"), "m", "transverse displacement about the mean profile"),
+    "tracked_motion": Quantity(("time",), "m", "motion of one node across the image, about its mean"),
     "frames": Quantity(("whisker",), "1", "frames in the movie"),
     "frames_followed": Quantity(("whisker",), "1", "frames in which the whisker was followed"),
     "median_length": Quantity(("whisker",), "m", "arc length followed, median over frames"),

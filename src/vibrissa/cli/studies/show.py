@@ -47,9 +47,10 @@ def show(file: Path, *, plot: Flag = False, out: Path | None = None, json: Json 
 def _draw(kind: str, data: xr.Dataset | None, picture: Path) -> None:
     if data is None:
         raise ConflictError("--plot", f"must be left out: nothing of a {kind} can be drawn")
-    from vibrissa.figures.others import contents
+    from vibrissa.figures.others import contents, scan
 
-    write_picture(contents.draw(contents.compute(data)), picture)
+    figure = scan if kind.startswith("predicted scan") and "mode_sd" in data else contents
+    write_picture(figure.draw(figure.compute(data)), picture)
     tell(f"the picture is {picture}")
 
 

@@ -82,10 +82,11 @@ def _caption(scan: xr.Dataset) -> str:
         f"mode {int(one.mode)}: {float(one.resonant_frequency):.1f} Hz, rms {um * float(one.mode_sd):.3g} µm"
         for one in (scan[["resonant_frequency", "mode_sd"]].sel(mode=mode) for mode in scan.mode.values)
     )
+    verdict = f" Verdict: {scan.attrs['verdict']}." if "verdict" in scan.attrs else ""
     slow, all_of_it = (float(np.nanstd(scan[f"base_moment{part}"].values)) for part in ("_quasi_static", ""))
     return (
         f"Predicted, nothing measured. {modes}. The moment at the base has an rms of {1e9 * all_of_it:.3g} nN m, its "
-        f"quasi-static part of {1e9 * slow:.3g}."
+        f"quasi-static part of {1e9 * slow:.3g}.{verdict}"
     )
 
 
