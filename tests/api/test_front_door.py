@@ -1,6 +1,7 @@
 """The public names: loaded when they are used, documented, whose errors name the argument that was wrong."""
 
 import inspect
+import re
 import subprocess
 import sys
 import tomllib
@@ -195,8 +196,21 @@ def test_what_a_reader_should_know_is_a_remark():
     motion = vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1)
     assert motion.verdict.split()[0] in ("usable:", "caution:", "outside")
     assert motion.verdict.split()[0] in repr(motion)
-    with pytest.warns(Remark, match="modes 3 and above ring too fast"):
+    with pytest.warns(Remark, match="^Modes 3 and above ring too fast .*\\.$"):
         motion.sample(1300)
+
+
+@pytest.mark.parametrize("response", ["exact", "linear"])
+def test_remarks_are_sentences(response):
+    for surface in (SURFACE, vb.HeightProfile.from_gaps(SURFACE)):
+        motion = vb.scan(WHISKER, POSTURE, surface, speed=0.1, response=response)
+        first, *others = motion.remarks(4000)
+        assert first.startswith(("The prediction is ", "The prediction needs caution: "))
+        assert len(others) > 2
+        for line in others:
+            assert re.fullmatch(r"[A-Z0-9].*\b(is|are|allows|bridges|jumps|would|never)\b.*\.", line), line
+    path = vb.PosturePath(time=[-0.05, 0.5], base_angle=[1.2, 1.21], contact=[0.29, 0.29])
+    assert all(line.endswith(".") for line in vb.scan(WHISKER, path, SURFACE, speed=0.1).remarks())
 
 
 def test_a_figure_that_cannot_be_drawn_names_those_that_can(tmp_path):

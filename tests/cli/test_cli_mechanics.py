@@ -82,8 +82,8 @@ def test_scan_writes_vibration_and_what_the_follicle_feels(vibrissa, troughs, tm
     code, _, err = vibrissa(*words)
     assert code == 0
     assert err.startswith("vibrissa: outside the model: free end allows 0 of 3 jumps;")
-    assert "vibrissa: free end" in err.splitlines()[1]
-    assert "the linear response: mode 1 jumps 0.8" in err
+    assert "vibrissa: the free end is 11.6 mm long" in err.splitlines()[1]
+    assert "the response is linear; mode 1 jumps 0.8" in err
     data = load(out)
     assert (data.attrs["contact"], data.attrs["whisker_length"]) == (0.29, 0.04)
     assert data.sizes["mode"] >= 3

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrissa.api.arguments import names_arguments
 from vibrissa.api.motion import Motion
-from vibrissa.api.remarks import remark
+from vibrissa.api.remarks import remark_left_out
 from vibrissa.errors import ConflictError, MissingError
 from vibrissa.mechanics.inverse.decomposition import Method
 from vibrissa.mechanics.inverse.resonance import fit_modes
@@ -129,7 +129,7 @@ def decompose(
     modal = modal_amplitudes(
         one_whisker(profile), whisker, place, n_modes=n_modes, method=method, modes=modes, posture=curved
     )
-    remark(*filter(None, [modal.attrs.get("left_out")]))
+    remark_left_out(modal)
     return modal
 
 
@@ -182,5 +182,5 @@ def fit_resonances(
         start = np.asarray(guess, float)
     assert not isinstance(known, SlowPrediction)
     found = fit_modes(modal, start, prediction=known, exposure=exposure)[0]
-    remark(*filter(None, [found.attrs.get("left_out")]))
+    remark_left_out(found)
     return found

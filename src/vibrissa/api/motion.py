@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibrissa.api.arguments import names_arguments
-from vibrissa.api.remarks import remark
+from vibrissa.api.remarks import as_sentence, remark
 from vibrissa.errors import ConflictError, InputError, RangeError
 from vibrissa.mechanics.modes.basis import Modes
 from vibrissa.mechanics.quasi_static.response import Form
@@ -117,7 +117,7 @@ class Motion:
         return data
 
     def remarks(self, rate: float = 20e3) -> list[str]:
-        """Sentences on the assumptions that do not hold, the free end first.
+        """Sentences on how far the assumptions hold: the verdict first, then the free end.
 
         Parameters
         ----------
@@ -127,14 +127,17 @@ class Motion:
         Returns
         -------
         list of str
-            None where all hold.
+            A sentence each.
         """
         if isinstance(self.prediction, SlowPrediction):
-            return active_whisking.remarks(self.prediction)
-        data = self.sample(rate)
-        if isinstance(self.prediction, ReliefPrediction):
-            return diagnostics.relief_remarks(data)
-        return diagnostics.remarks(data)
+            judged, *lines = active_whisking.remarks(self.prediction)
+        elif isinstance(self.prediction, ReliefPrediction):
+            judged, *lines = diagnostics.relief_remarks(self.sample(rate))
+        else:
+            judged, *lines = diagnostics.remarks(self.sample(rate))
+        level, _, reasons = judged.partition(": ")
+        needs = "needs caution" if level == "caution" else f"is {level}"
+        return [as_sentence(line) for line in (f"the prediction {needs}: {reasons}", *lines)]
 
     def plot(self) -> Figure:
         """The motion where it is strongest: excursion, modes with their envelopes, moment at the base, spectra.

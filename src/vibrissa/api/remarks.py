@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import warnings
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 class Remark(UserWarning):
@@ -18,4 +22,32 @@ def remark(*lines: str) -> None:
         A sentence each.
     """
     for line in lines:
-        warnings.warn(line, Remark, stacklevel=4)
+        warnings.warn(as_sentence(line), Remark, stacklevel=4)
+
+
+def remark_left_out(found: xr.Dataset) -> None:
+    """Issue a warning where some results could not be had, with the reason.
+
+    Parameters
+    ----------
+    found : Dataset
+        Its attribute ``left_out`` names them.
+    """
+    if "left_out" in found.attrs:
+        warnings.warn(as_sentence(f"some results are left out: {found.attrs['left_out']}"), Remark, stacklevel=4)
+
+
+def as_sentence(line: str) -> str:
+    """A line as the screen shows it, with capital and full stop.
+
+    Parameters
+    ----------
+    line : str
+        ``the contact never jumps``.
+
+    Returns
+    -------
+    str
+        ``The contact never jumps.``
+    """
+    return f"{line[:1].upper()}{line[1:].rstrip('.')}."

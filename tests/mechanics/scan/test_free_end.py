@@ -80,13 +80,13 @@ def test_a_free_end_touches_a_peak_however_narrow_and_only_as_far_as_it_reaches(
 
 def test_after_its_verdict_a_scan_says_the_share_of_jumps_that_the_free_end_allows():
     gaps = remarks(diagnostics(predict(whisker(9.6e-3), POSTURE, GAP, SCAN), TIME))
-    assert gaps[1] == "free end 9.6 mm: allows 0 of 1 jumps of the contact"
+    assert gaps[1] == "the free end is 9.6 mm long and allows 0 of 1 jumps"
     assert "up to 30 times too large" in gaps[2]
     assert "docs/peers.md" in gaps[3]
     assert "dip by up to 59 µm" in gaps[3]
     relief = predict_relief(whisker(0.1e-3), POSTURE, HeightProfile.from_gaps(GAP), SCAN)
     ground = relief_remarks(scanned_relief(relief, 5000))
-    assert ground[1] == "free end 0.1 mm: allows 1 of 1 jumps of the contact"
+    assert ground[1] == "the free end is 0.1 mm long and allows 1 of 1 jumps"
     assert not any("bridges" in line for line in ground)
     assert max(len(line) for line in gaps[1:4]) <= 70
 
@@ -94,7 +94,7 @@ def test_after_its_verdict_a_scan_says_the_share_of_jumps_that_the_free_end_allo
 def test_without_a_jump_there_is_no_share():
     facts = free_end_facts(1e-3, np.zeros(0, bool))
     assert np.isnan(facts["jumps_allowed_share"])
-    assert free_end_lines(facts) == ["free end 1 mm: the contact never jumps"]
+    assert free_end_lines(facts) == ["the free end is 1 mm long; the contact never jumps"]
 
 
 def test_a_slow_posture_at_rest_allows_the_jumps_of_the_posture():

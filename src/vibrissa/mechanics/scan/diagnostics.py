@@ -170,7 +170,7 @@ def _through_valleys(prediction: ReliefPrediction, before: Array, after: Array) 
 
 
 def remarks(data: xr.Dataset) -> list[str]:
-    """What :func:`diagnostics` say of a prediction, one line each: the verdict first, then the free end.
+    """What :func:`diagnostics` say of a prediction, a sentence each: the verdict first, then the free end.
 
     Parameters
     ----------
@@ -180,7 +180,7 @@ def remarks(data: xr.Dataset) -> list[str]:
     Returns
     -------
     list of str
-        The lines.
+        Without capital and full stop, for one line of the screen each.
     """
     dip = data.free_end_dip.values[~data.single_contact.values]
     return [verdict(data), *free_end_lines(data, dip.max(initial=0.0)), *_motion_remarks(data)]
@@ -200,8 +200,8 @@ def relief_remarks(data: xr.Dataset) -> list[str]:
         The lines.
     """
     deepest = float(data.free_end_depth.max())
-    kinds = ", ".join(f"{name} {data.attrs[name]} times" for name in ("sticks", "glides", "jumps"))
-    lines = [verdict(data), *free_end_lines(data, deepest), f"the contact {kinds}"]
+    kinds = "the contact sticks {sticks} times, glides {glides} times and jumps {jumps} times".format(**data.attrs)
+    lines = [verdict(data), *free_end_lines(data, deepest), kinds]
     if steps := int(data.valley_steps):
         longest = 1e3 * float(data.longest_valley_step)
         why = "a shaft would lie in them and not jump, so what they excite is an artefact of the one contact"
@@ -217,12 +217,16 @@ def _motion_remarks(data: xr.Dataset) -> list[str]:
     lines = []
     if data.attrs["response"] == "linear":
         off = float(data.linearity[0])
-        linear = f"mode 1 jumps {off:.2f} times as far in the exact one" if off == off else "unknown, without a jump"
-        lines.append(f"the linear response: {linear}")
+        exact = (
+            f"mode 1 jumps {off:.2f} times as far in the exact one"
+            if off == off
+            else "without a jump its error is not known"
+        )
+        lines.append(f"the response is linear; {exact}")
     whose = (
         "the straight shaft's" if data.attrs["modes"] == "straight" else f"about the profile ({data.attrs['modes']})"
     )
-    lines.append(f"modes are {whose}; {shift_remark(data)}")
+    lines.append(f"the modes are {whose}; {shift_remark(data)}")
     if float(data.lift_off) > 0:
         lines.append(
             f"the contact would lift off in {percent(float(data.lift_off))} of the time, "

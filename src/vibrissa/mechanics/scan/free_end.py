@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 TOO_LARGE = 30  # times: MuJoCo with the whole length on the ground moves 3 to 6 % as far, see docs/peers.md
-_EXCESS = f"vibration up to {TOO_LARGE} times too large"
+_EXCESS = f"the vibration is up to {TOO_LARGE} times too large"
 _TOUCH = 1e-9  # [m] of ground above the free end that counts as a contact: rounding is 1e-16
 
 
@@ -112,17 +112,17 @@ def free_end_lines(facts: Mapping[str, Any] | xr.Dataset, deepest: float = np.na
     Returns
     -------
     list of str
-        One line of at most 70 characters, or three where a jump is not allowed.
+        One sentence of at most 70 characters, or three where a jump is not allowed.
     """
     length, count, allowed = (float(facts[name]) for name in ("free_end_length", "jump_count", "jumps_allowed"))
     if not count:
-        return [f"free end {1e3 * length:.3g} mm: the contact never jumps"]
-    lines = [f"free end {1e3 * length:.3g} mm: allows {allowed:.0f} of {count:.0f} jumps of the contact"]
+        return [f"the free end is {1e3 * length:.3g} mm long; the contact never jumps"]
+    lines = [f"the free end is {1e3 * length:.3g} mm long and allows {allowed:.0f} of {count:.0f} jumps"]
     if allowed == count:
         return lines
     lines.append(f"{'elsewhere ' if allowed else ''}it bridges the gap: {_EXCESS}")
-    dip = f"; it would dip by up to {1e6 * deepest:.0f} µm" if deepest > 0 else ""
-    return [*lines, f"source: docs/peers.md, full length{dip}"]
+    dip = f"it would dip by up to {1e6 * deepest:.0f} µm below the land"
+    return [*lines, f"{dip if deepest >= 5e-7 else 'it is measured'} (docs/peers.md)"]
 
 
 def unknown_free_end(contact: float, gap_width: float) -> list[str]:
@@ -136,11 +136,10 @@ def unknown_free_end(contact: float, gap_width: float) -> list[str]:
     Returns
     -------
     list of str
-        Three lines.
+        Three sentences.
     """
-    longest = f"free end unknown: the jump needs one that ends beyond s = {contact - gap_width:.3g}"
     return [
-        f"{longest},",
-        "and clears the bottom of the gap (give the whisker);",
+        "without the whisker it is not known whether its free end allows this",
+        f"it must end beyond s = {contact - gap_width:.3g}, clear of the bottom of the gap",
         f"else it bridges the gap: {_EXCESS}",
     ]
