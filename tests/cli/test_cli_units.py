@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vibrissa.cli.shared.axes import axis_of, values_of
 from vibrissa.cli.shared.glossary import GLOSSARY
-from vibrissa.cli.shared.units import DIMENSIONS, axis_of, in_si, number, values_of, written
+from vibrissa.cli.shared.units import DIMENSIONS, in_si, number, written
 from vibrissa.files import load
 from vibrissa.whisker import Whisker
 

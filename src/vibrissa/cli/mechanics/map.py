@@ -8,21 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from vibrissa.cli.shared.axes import AngleAxis, Axis, NumberAxis, OverLengthAxis, SpeedAxis, axis_of, values_of
 from vibrissa.cli.shared.options import NO_WHISKER, Scheduler, WhiskerOptions, Workers
 from vibrissa.cli.shared.output import Json, OutputOptions, names_without, tell
 from vibrissa.cli.shared.progress import progress_bars
-from vibrissa.cli.shared.units import (
-    AngleAxis,
-    Axis,
-    Length,
-    NumberAxis,
-    OverLength,
-    OverLengthAxis,
-    SpeedAxis,
-    axis_of,
-    over_length,
-    values_of,
-)
+from vibrissa.cli.shared.units import Length, OverLength, over_length
 from vibrissa.errors import ConflictError
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 from cyclopts import Parameter, Token
 
 from vibrissa.cli.shared.glossary import GLOSSARY, SHARES
-from vibrissa.errors import FormatError, MissingError, RangeError, ShapeError
+from vibrissa.errors import FormatError, MissingError, RangeError
 
 if TYPE_CHECKING:
     from vibrissa.whisker import Whisker
@@ -64,7 +64,6 @@ UNITS = """
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµμ°/][\w°²³/*^()· -]*?)\s*")
 _HAS_METAVAR = "metavar" in signature(Parameter).parameters  # of later versions of cyclopts
 _METAVARS = {"over length": "share|length"}
-_MOST = 100_000  # numbers along one axis
 
 
 class Metres:
@@ -72,13 +71,6 @@ class Metres:
 
     def __init__(self, value: float) -> None:
         self.value = value
-
-
-class Axis:
-    """Numbers along an axis, ascending; ``metres`` says that they are lengths, to be taken over L."""
-
-    def __init__(self, values: list[float], *, metres: bool = False) -> None:
-        self.values, self.metres = values, metres
 
 
 def number(text: str) -> float | None:
@@ -178,31 +170,27 @@ def over_length(value: float | Metres, option: str, cone: Whisker | None) -> flo
     InputError
         If it is a length and there is no whisker.
     """
-    return value if not isinstance(value, Metres) else value.value / _length(option, cone)
+    return value if not isinstance(value, Metres) else value.value / length_of(option, cone)
 
 
-def values_of(axis: Axis, option: str, cone: Whisker | None = None) -> list[float]:
-    """Numbers of an axis, as shares of L where lengths were typed.
+def length_of(option: str, cone: Whisker | None) -> float:
+    """Length L of a whisker, for an option that was typed as a length.
 
     Parameters
     ----------
-    axis, option, cone
+    option, cone
         As in :func:`over_length`.
 
     Returns
     -------
-    list of float
-        Ascending.
+    float
+        [m].
 
     Raises
     ------
     InputError
-        As :func:`over_length`.
+        If there is no whisker.
     """
-    return axis.values if not axis.metres else [value / _length(option, cone) for value in axis.values]
-
-
-def _length(option: str, cone: Whisker | None) -> float:
     if cone is None:
         remedy = f"add --whisker.length 40mm or --atlas C2, or write {option} {SHARES[option]}"
         raise MissingError(option, "must be over L where no whisker is given", remedy=remedy)
@@ -247,8 +235,21 @@ def _registry() -> Any:
 Reader = Callable[[Any, Sequence[Token]], Any]
 
 
-def _reader(read: Callable[[str, str], Any], kind: str) -> Parameter:
-    """Parameter of an option whose words a function reads; the kind is kept for the glossary's test."""
+def reader(read: Callable[[str, str], Any], kind: str) -> Parameter:
+    """Parameter of an option whose words a function reads; the kind is kept for the glossary's test.
+
+    Parameters
+    ----------
+    read : callable
+        Takes the word and the option.
+    kind : str
+        As in the glossary.
+
+    Returns
+    -------
+    Parameter
+        For ``Annotated``.
+    """
 
     def convert(_: Any, tokens: Sequence[Token]) -> Any:
         return read(tokens[0].value, option_of(tokens[0].keyword or ""))
@@ -275,10 +276,27 @@ def option_of(word: str) -> str:
 
 
 def _quantity(kind: str) -> Parameter:
-    return _reader(lambda text, option: in_si(text, option, kind), kind)
+    return reader(lambda text, option: in_si(text, option, kind), kind)
 
 
-def _share(text: str, option: str) -> float | Metres:
+def share(text: str, option: str) -> float | Metres:
+    """A share of L, or a length, as typed.
+
+    Parameters
+    ----------
+    text, option : str
+        As typed, and the option as in the glossary.
+
+    Returns
+    -------
+    float or Metres
+        The share, or the length.
+
+    Raises
+    ------
+    InputError
+        If the text is neither.
+    """
     bare = number(text)
     if bare is not None:
         return bare
@@ -287,63 +305,6 @@ def _share(text: str, option: str) -> float | Metres:
         remedy = f"write {option} {SHARES[option]}, over L, or {written(option, text)}"
         raise FormatError(option, "must be a share of L, or a length", repr(text), remedy)
     return Metres(value)
-
-
-def _axis(kind: str) -> Parameter:
-    return _reader(lambda text, option: axis_of(text, option, kind), kind)
-
-
-def axis_of(text: str, option: str, kind: str) -> Axis:
-    """Numbers of an axis, ascending, written FIRST:LAST:HOW-MANY, ends included, or as a list with commas.
-
-    Parameters
-    ----------
-    text, option : str
-        As typed, and the option as in the glossary.
-    kind : str
-        Of the numbers, as in the glossary.
-
-    Returns
-    -------
-    Axis
-        The numbers.
-
-    Raises
-    ------
-    InputError
-        If the text is neither, or has too few or too many numbers.
-    """
-    words = text.split(":") if ":" in text else text.split(",")
-    ends = [_one(word, option, kind) for word in (words[:2] if ":" in text else words)]
-    if len({isinstance(one, Metres) for one in ends}) > 1:
-        raise ShapeError(option, "must be lengths, or shares of L, not both", repr(text))
-    numbers = [one.value if isinstance(one, Metres) else one for one in ends]
-    if ":" in text:
-        numbers = _between(numbers, words, text, option)
-    return Axis(sorted(numbers), metres=isinstance(ends[0], Metres))
-
-
-def _one(word: str, option: str, kind: str) -> float | Metres:
-    if kind == "over length":
-        return _share(word, option)
-    if kind != "number":
-        return in_si(word, option, kind)
-    if (value := number(word)) is None:
-        raise ShapeError(
-            option, "must be FIRST:LAST:HOW-MANY or a list with commas", repr(word), f"for example {option} 0.1,0.2"
-        )
-    return value
-
-
-def _between(ends: list[float], words: list[str], text: str, option: str) -> list[float]:
-    import numpy as np
-
-    if len(words) != 3 or not words[2].isdecimal():
-        example = f"for example {option} 0.1:0.4:100 or {option} 0.1,0.2"
-        raise ShapeError(option, "must be FIRST:LAST:HOW-MANY or a list with commas", repr(text), example)
-    if not 2 <= int(words[2]) <= _MOST:
-        raise ShapeError(option, f"must have 2 to {_MOST} numbers", repr(text))
-    return np.linspace(ends[0], ends[1], int(words[2])).tolist()
 
 
 Length = Annotated[float, _quantity("length")]
@@ -356,8 +317,4 @@ Pressure = Annotated[float, _quantity("pressure")]
 Density = Annotated[float, _quantity("density")]
 Voltage = Annotated[float, _quantity("voltage")]
 Slope = Annotated[float, _quantity("slope")]
-OverLength = Annotated[float | Metres, _reader(_share, "over length")]
-AngleAxis = Annotated[Axis, _axis("angle")]
-SpeedAxis = Annotated[Axis, _axis("speed")]
-OverLengthAxis = Annotated[Axis, _axis("over length")]
-NumberAxis = Annotated[Axis, _axis("number")]
+OverLength = Annotated[float | Metres, reader(share, "over length")]
