@@ -96,15 +96,13 @@ def track(
         Dataset to write (NetCDF); MOVIE's name with .nc in the current folder by default.
     """
     from vibrissa.files import save
-    from vibrissa.study.movie.backward import followed, track_file
+    from vibrissa.study.movie.backward import track_file
     from vibrissa.study.spec.settings import MovieFile
-    from vibrissa.video.io.movie import open_movie
 
     out = out or Path(movie.name).with_suffix(".nc")
     _refuse_before(frame_rate, pixel_size, out, preview)
     seeds, area = points_of(seed_point, "--seed-point"), pixels_of(region, "--region")
-    rate = open_movie(movie).frame_rate if frame_rate is None else frame_rate
-    first, end = frame_of(start, "--start", rate) or 0, frame_of(stop, "--stop", rate)
+    first, end = _part(movie, start, stop, frame_rate)
     if not seeds:
         seeds, base = _found(movie, polarity, base, area, first)
     settings = MovieFile(
@@ -135,10 +133,23 @@ def track(
     save(profile, out)
     tell(f"the profiles are in {out}")
     remarks_on(profile)
-    table = followed(profile)
-    if "contact_accepted" in profile:
-        table = table.merge(profile[["contact_arc_length", "contact_arc_length_sd", "contact_accepted"]])
-    show(table, json=json)
+    show(_table(profile), json=json)
+
+
+def _part(movie: Path, start: str | None, stop: str | None, frame_rate: float | None) -> tuple[int, int | None]:
+    """First frame that is tracked, and the first after it that is not."""
+    from vibrissa.video.io.movie import open_movie
+
+    rate = open_movie(movie).frame_rate if frame_rate is None else frame_rate
+    return frame_of(start, "--start", rate) or 0, frame_of(stop, "--stop", rate)
+
+
+def _table(profile: xr.Dataset) -> xr.Dataset:
+    """How far each whisker was followed, and its contact where that was sought."""
+    from vibrissa.study.movie.backward import followed
+
+    ends = [name for name in ("contact_arc_length", "contact_arc_length_sd", "contact_accepted") if name in profile]
+    return followed(profile).merge(profile[ends]) if ends else followed(profile)
 
 
 def remarks_on(profile: xr.Dataset) -> None:
