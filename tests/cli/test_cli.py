@@ -153,7 +153,7 @@ BAD = {
         ["track", movie, *CALIBRATION, "--seed-point", "60,32", "--skin", "50.5", "57"],
         "--skin must be COLUMN,ROW in one word, got '50.5' and '57'\n",
     ),
-    "a word too many": lambda movie, tmp: (["modes", "foo"], "'foo' is a word too many; see --help"),
+    "an unexpected word": lambda movie, tmp: (["modes", "foo"], "'foo' is unexpected; see --help"),
     "a verb that is none": lambda movie, tmp: (["frobnicate"], 'Unknown command "frobnicate"; see --help\n'),
     "scan in millimetres": lambda movie, tmp: (
         ["scan", "built-in", "--contact", "0.3", "--base-angle", "1.2", "--speed", "100", "--atlas", "C2"],

@@ -84,7 +84,7 @@ def test_a_profile_tells_its_posture(vibrissa, profile):
     assert told["base_angle_low"] < 1.2 < told["base_angle_high"]
     assert told["profile_r2"] > 0.99
     assert told["friction_se"] is None
-    assert "friction: given, 0.4; --fit-friction asks the profile" in err
+    assert "friction: given, 0.4; --fit-friction fits it" in err
     assert "over a texture the" in err
     code, out, err = vibrissa("posture", profile, *CONE, "--json", "--excursion-sd", "1e-4")
     assert code == 0, err

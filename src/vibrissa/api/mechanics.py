@@ -51,7 +51,7 @@ def modes(
     Raises
     ------
     InputError
-        If the contact lies beyond the whisker's tip, or a free whisker shall have a profile.
+        If the contact lies beyond the whisker's tip, or modes about the profile of a free whisker are asked for.
 
     Examples
     --------

@@ -179,7 +179,7 @@ def scan(
     whisker : Whisker
         The cone.
     posture : Posture or PosturePath
-        How it is held; a path where that changes in time, slowly beside the ringing.
+        How it is held; a path where that changes in time, slowly compared with the ringing.
     surface : Gaps or HeightProfile
         Gaps, or heights along the scan.
     speed : float

@@ -63,5 +63,5 @@ CODING: dict[str, Quantity] = {
     **_information("spike_information", "bit", "information of one spike about the time in the stimulus"),
     **_information("information_rate", "bit/s", "information of single spikes about the time in the stimulus"),
     **_information("count_information", "bit", "information of the count in a bin about the time in the stimulus"),
-    "informative": Quantity(("unit",), "1", "whether spikes tell of the stimulus beyond their interval of error"),
+    "informative": Quantity(("unit",), "1", "whether spikes inform on the stimulus beyond their interval of error"),
 }

@@ -9,7 +9,7 @@ DISCRIMINATION: dict[str, Quantity] = {
     "code": Quantity(("code",), "1", "what is read of the spikes"),
     "presented": Quantity(("presented",), "1", "texture presented"),
     "answered": Quantity(("answered",), "1", "texture answered"),
-    "contrast": Quantity(("contrast",), "1", "two textures to be told apart"),
+    "contrast": Quantity(("contrast",), "1", "two textures to be discriminated"),
     "accuracy": Quantity(("code",), "1", "share of held-out trials answered rightly, every texture counted alike"),
     **ends("accuracy", ("code",), "1", "accuracy"),
     "chance_accuracy": Quantity(("code",), "1", "mean accuracy with permuted textures"),

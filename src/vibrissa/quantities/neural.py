@@ -91,7 +91,7 @@ NEURAL: dict[str, Quantity] = {
     "tail_p_value": Quantity(("unit",), "1", "p-value continued beyond the largest chance correlation"),
     "adjusted_p_value": Quantity(("unit",), "1", "tail p-value adjusted over units, Benjamini and Hochberg"),
     "significant": Quantity(("unit",), "1", "whether the envelope drives the unit"),
-    "identified": Quantity(("unit",), "1", "whether the trials tell threshold and slope"),
+    "identified": Quantity(("unit",), "1", "whether the trials determine threshold and slope"),
     **ranged("threshold", ("unit",), "m", "envelope above which the rate rises", "threshold"),
     **ranged("slope", ("unit",), "1/(s m)", "rise of the rate above the threshold", "slope"),
     **ranged("latency", ("unit",), "s", "delay from envelope to rate", "latency"),

@@ -73,6 +73,6 @@ def posture(
             "contact hangs back (the paper's gratings: ε 0.003 too large, θ_b 0.02 rad",
             "too small): --excursion-sd 1e-4 widens the intervals by as much",
         )
-    kept = "" if fit_friction else f", {friction:g}; --fit-friction asks the profile"
+    kept = "" if fit_friction else f", {friction:g}; --fit-friction fits it"
     tell(f"friction: {found.attrs['friction_told']}{kept}")
     output.show(found, names_without(found))

@@ -1,4 +1,4 @@
-"""Names of verbs and options that are no more, those that took their place, and common words for those that are."""
+"""Old names of verbs and options, with the present ones, and common other words for options."""
 
 from collections.abc import Collection
 
@@ -86,7 +86,7 @@ def near_name(option: str, taken: Collection[str]) -> str | None:
 
 
 def new_name(verb: str, option: str) -> str | None:
-    """The option that took the place of one that is no more; None if it never was one.
+    """The present name of an option that was renamed; None if it was not.
 
     Parameters
     ----------

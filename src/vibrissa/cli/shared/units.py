@@ -207,7 +207,7 @@ def _refuse_unlikely(text: str, value: float, option: str, unit: str) -> None:
 
 
 def _converted(text: str, unit: str) -> float | None:
-    """A number with its unit, in another; None if it is none, or of another dimension."""
+    """A number with its unit, in another; None if it is no quantity, or of another dimension."""
     if (parts := _QUANTITY.fullmatch(text)) is None:
         return None
     try:

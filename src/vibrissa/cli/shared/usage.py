@@ -18,7 +18,7 @@ POINTS |= {"--region": "C0,R0,C1,R1", "--lamp": "C0,R0,C1,R1"}
 
 
 def usage_line(error: Exception, words: Sequence[str], taken: Collection[str] = ()) -> str:
-    """The parser's message, without its list of all commands; a word too many with the option it may belong to.
+    """The parser's message, without its list of all commands; an unexpected word with the option it may belong to.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def usage_line(error: Exception, words: Sequence[str], taken: Collection[str] = 
 
 
 def _renamed(words: Sequence[str], taken: Collection[str]) -> str:
-    """Message for a verb or an option by a name that is no more, or never was one; nothing if there is none."""
+    """Message for a verb or an option by an old name or a common other word; nothing if there is none."""
     verb, *rest = words
     if verb in OLD_VERBS:
         return f"the verb {verb} is now {OLD_VERBS[verb]}; see vibrissa {OLD_VERBS[verb]} --help"
@@ -66,9 +66,9 @@ def _unread(error: BaseException | None) -> str:
 
 
 def _too_many(word: str, words: Sequence[str]) -> str:
-    """Message for a word too many: a point may have been written with a blank in it."""
+    """Message for an unexpected word: a point may have been written with a blank in it."""
     place = words.index(word) if word in words else 0
     option = words[place - 2] if place > 1 else ""
     if option in POINTS:
         return f"{option} must be {POINTS[option]} in one word, got {words[place - 1]!r} and {word!r}"
-    return f"{word!r} is a word too many; see --help"
+    return f"{word!r} is unexpected; see --help"

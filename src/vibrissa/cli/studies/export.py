@@ -81,7 +81,7 @@ def export(
 ) -> None:
     """Results of any study as Neurodata Without Borders: tracks, modes, base signals, sweeps, units, stimulus.
 
-    Each animal of a table of sweeps gets its own file. Recordings that are not on one clock are laid on the
+    Each animal of a table of sweeps gets its own file. Recordings that are not on one clock are put on the
     session's, one after the other. Virtual data say so.
 
     Parameters
@@ -99,7 +99,7 @@ def export(
     sampling_rate
         Samples per second of the recording that the spikes are from [Hz]. Must be given where they do not state it.
     pause
-        Least time between two recordings that are laid on one clock [s].
+        Least time between two recordings that are put on one clock [s].
     overwrite
         Replace files that exist.
     """

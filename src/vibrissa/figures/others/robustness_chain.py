@@ -170,7 +170,7 @@ class Decoder(NamedTuple):
     pattern : bool
         Whether only shares of the sum over what is read count, so that any gain will do.
     lasting : bool
-        Whether the reader reckons that bins of the same distance last longer at a lower speed.
+        Whether the reader allows for the fact that bins of the same distance last longer at a lower speed.
     """
 
     code: str

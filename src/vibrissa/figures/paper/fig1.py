@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 PAPER_WHISKERS = ("beta", "C1", "C2")
-WINDOW = 3e-3  # of the visible end that the paper's polynomial is laid through [m]
+WINDOW = 3e-3  # of the visible end that the paper's polynomial is fitted to [m]
 CHORD = 1e-3  # over which the measured angle is taken [m]
 OVER_A_TEXTURE = (
     "The mean profile is taken for the profile at rest. Over a texture the contact hangs back: in the model of one "
@@ -198,7 +198,7 @@ def _caption(facts: Mapping[str, Any]) -> str:
     return (
         f"Figure 1. A, the whisker as a truncated cone (thickness not to scale). B, diameter against the distance "
         f"from the base: straight lines through {source}, carried on (dashed) to the cone's tip, which gives L. C, "
-        f"{texture} and Eq. 1 laid on it: ε = {facts['contact']:.4f} ± {facts['contact_se']:.1g}, θ_b = "
+        f"{texture} and Eq. 1 fitted to it: ε = {facts['contact']:.4f} ± {facts['contact_se']:.1g}, θ_b = "
         f"{facts['base_angle']:.3f} ± {facts['base_angle_se']:.1g} rad, H = {1e3 * facts['base_height']:.1f} mm; "
         f"R² of the angle {facts['profile_r2']:.3f}; {parabola_text}. D, the same as angle to the substrate."
         + ("" if np.isfinite(facts["mean_excursion"]) else f" {OVER_A_TEXTURE}")

@@ -40,7 +40,7 @@ def compute(posture: Posture, whisker: Whisker, gap_width: float, scan: Scan, *,
     Parameters
     ----------
     posture, whisker, scan
-        What crosses the gap, and how; both forms of the response are reckoned, whichever ``scan`` names.
+        What crosses the gap, and how; both forms of the response are computed, whichever ``scan`` names.
     gap_width : float
         λ [m].
     n_modes : int

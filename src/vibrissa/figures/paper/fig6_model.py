@@ -62,7 +62,7 @@ def compute(
     Parameters
     ----------
     posture, whisker, scan
-        What crosses the gaps, and how; both forms of the response are reckoned, whichever ``scan`` names.
+        What crosses the gaps, and how; both forms of the response are computed, whichever ``scan`` names.
     rng : Generator
         Draws the gratings.
     gap_widths : sequence of float

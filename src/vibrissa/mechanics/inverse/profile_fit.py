@@ -1,4 +1,4 @@
-"""A curve of Eq. 1 laid on the mean profile of a tracked whisker by a rigid motion, by least squares."""
+"""A curve of Eq. 1 fitted to the mean profile of a tracked whisker by a rigid motion, by least squares."""
 
 from __future__ import annotations
 

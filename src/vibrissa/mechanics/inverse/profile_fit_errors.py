@@ -1,4 +1,4 @@
-"""What a curve laid on a mean profile leaves uncertain, and what the substrate's line adds."""
+"""What a curve fitted to a mean profile leaves uncertain, and what the substrate's line adds."""
 
 from __future__ import annotations
 

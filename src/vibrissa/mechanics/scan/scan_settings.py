@@ -17,7 +17,7 @@ FASTEST = 10.0  # [m/s] of a scan: beyond it a unit is wrong
 
 @dataclass(frozen=True, kw_only=True)
 class Scan:
-    """How the texture is drawn past the whisker, and how the answer is reckoned.
+    """How the texture is drawn past the whisker, and how the answer is computed.
 
     Attributes
     ----------

@@ -20,7 +20,7 @@ _SHORTEST = 1e-5  # [L] step below which a held profile is given up
 
 @dataclass(frozen=True)
 class Held:
-    """A stationary profile whose contact an edge has carried away from where it stood on the flat.
+    """A stationary profile whose contact an edge has carried away from where it was on the flat.
 
     Attributes
     ----------
