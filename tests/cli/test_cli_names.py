@@ -1,5 +1,6 @@
 """Names of verbs and options: those that are no more, and one meaning for each."""
 
+import re
 from pathlib import Path
 
 import make_options
@@ -8,6 +9,7 @@ import pytest
 from vibrissa.cli import app
 from vibrissa.cli.shared.glossary import GLOSSARY, SHARES
 from vibrissa.cli.shared.renamed import OLD_OPTIONS, SYNONYMS, near_name
+from vibrissa.cli.shared.units import DIMENSIONS
 
 WORDS = {("--part", "text")}  # two lengths in one word
 
@@ -76,6 +78,33 @@ def test_the_glossary_has_no_option_that_no_verb_takes():
 def test_no_two_options_of_the_glossary_mean_the_same():
     meanings = [one.meaning for one in GLOSSARY.values()]
     assert len(set(meanings)) == len(meanings)
+
+
+SAYS = {
+    (argument.name, verb): argument.parameter.help or ""
+    for verb in VERBS
+    for argument in app[verb].assemble_argument_collection(parse_docstring=True)
+    if not argument.children and argument.name in GLOSSARY
+}
+SPECIAL = re.compile(r"^(About the profile|For curved modes|With tracks|Instead): ")  # where it is taken
+
+
+@pytest.mark.parametrize("option", sorted({option for option, _ in SAYS}))
+def test_help_begins_with_what_the_option_means_in_the_glossary(option):
+    """Of a quantity its first two words, in the singular; of everything else that it is a whole sentence."""
+    for (name, verb), text in SAYS.items():
+        if name != option:
+            continue
+        assert text.rstrip().endswith((".", ")", "…")), (verb, text)
+        assert not text.startswith(("Of ", "Its ")), (verb, text)
+        if GLOSSARY[option].kind in (*DIMENSIONS, "over length", "number"):
+            meant, said = map(first_words, (GLOSSARY[option].meaning, SPECIAL.sub("", text)))
+            assert said[: len(meant)] == meant, (verb, text)
+
+
+def first_words(text):
+    """Give the first two words, in small letters and in the singular."""
+    return [word.lower().removesuffix("s") for word in re.findall(r"[\w:-]+", text)[:2]]
 
 
 def test_the_page_of_options_is_of_these_options():

@@ -131,12 +131,12 @@ def map_(
     damping
         Damping ratio of every mode.
     least_linearity
-        Leave out cells in which the exact jump of mode 1 at the widest gap, over the linear one, is less.
+        Least exact jump of mode 1 at the widest gap over the linear one; cells with less are left out.
     n_modes
         Number of modes that the largest displacement sums.
     point
-        Position s of the point whose largest displacement is taken, 1 at the base; or its distance from the tip of the
-        cone along the shaft (36mm).
+        Point of the shaft whose largest displacement is mapped: its position s, 1 at the base; or its distance from the
+        tip of the cone along the shaft (36mm).
     """
     from vibrissa.sweep import Engine, Grid, Measure
     from vibrissa.sweep import sweep as computed

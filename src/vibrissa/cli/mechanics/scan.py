@@ -36,7 +36,7 @@ class FileOptions:
     line : str, optional
         Line of a map: x:12 runs along x as number 12 along y, counted from 0; y:12 along y.
     part : str, optional
-        FIRST:LAST, distances from the file's first point that are wanted [m].
+        FIRST:LAST, the part that is wanted: distances from the file's first point [m].
     x_unit : str, optional
         Unit of the positions (m, mm, um, nm) where the file states none.
     z_unit : str, optional

@@ -32,13 +32,13 @@ class SpikeOptions:
     spikes_out : Path, optional
         Write them: NAME.csv or NAME.nwb, and beside it NAME-stimulus.csv and NAME-units.csv, the units' truth.
     trials : int
-        Repeats of the scan.
+        Presentations of the stimulus: repeats of the scan.
     seed : int
         Seed of units and spikes.
     distance : float
-        Of the point from the base whose envelope drives the units [m].
+        Distance from the base of the point whose envelope drives the units [m].
     mean_envelope : float, optional
-        Scale the motion so that its mean envelope is this [m], as a stimulator may.
+        Mean envelope to which the motion is scaled [m], as a stimulator may.
     """
 
     simulate_units: str | None = None

@@ -48,7 +48,7 @@ def sensor(
     signal_unit
         Unit of the numbers, or of the reading (V), which needs a calibration; full scale of integers in a .wav.
     calibration
-        N m (moment, hall), 1/m, strain or N per unit of the reading.
+        Quantity per unit of the reading: N m (moment, hall), 1/m, strain or N.
     sampling_rate
         Samples per second of a table without times [Hz].
     column
@@ -59,7 +59,7 @@ def sensor(
         Approximate frequency of a resonance [Hz]; once for each. By default those of the whisker in its posture, or in
         air.
     n_modes
-        Resonances that are looked for, if they are not guessed.
+        Number of modes whose resonances are looked for, if they are not guessed.
     texture
         CSV of gaps.
     speed

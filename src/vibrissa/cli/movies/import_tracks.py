@@ -54,7 +54,7 @@ def import_tracks(
     keypoints
         Names of the keypoints of a whisker, base first, separated by commas; once for each whisker.
     least_likelihood
-        Keypoints less likely than this are left out; 0.6 of DeepLabCut.
+        Likelihood below which keypoints are left out; 0.6 of DeepLabCut.
     node_spacing
         Arc length between nodes [m].
     """

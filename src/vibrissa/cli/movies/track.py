@@ -82,7 +82,7 @@ def track(
         contact are extrapolated from the visible end, which must lie before the contact (--region), and a contact off
         the line is rejected.
     whisker_length
-        Length of the nontruncated cone of the whiskers [m], for the contact; without it, the paper's polynomial.
+        Length L of the nontruncated cone of the whiskers [m], for the contact; without it, the paper's polynomial.
     lamp
         C0,R0,C1,R1 of the lamp that lights as the texture arrives [pixels], or `find`.
     start

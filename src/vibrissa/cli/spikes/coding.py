@@ -83,7 +83,7 @@ def drives(
     band
         LOW HIGH of the carrier whose envelope is taken [Hz].
     level
-        Chance that a wrong drive is named.
+        Largest p-value at which a drive is named.
     latest
         Longest latency searched [s], up to 0.03.
     """

@@ -48,15 +48,15 @@ def neural(
     period
         From one onset of the stimulus to the next [s], of spikes on the session's clock; with --trials.
     first_onset
-        The first of these onsets [s].
+        First onset on the session's clock [s].
     group
-        Of a folder of sorted units, which are taken: good (the default), mua, unsorted, …; once for each.
+        Kind of sorted units that are taken of a folder: good (the default), mua, unsorted, …; once for each.
     null
         Chance: all circular shifts, adjusted over units, or the paper's 300 shuffles, not adjusted.
     fit
         A hinge seen through the bins, of continuous latency, or the paper's two segments at the best whole shift.
     first_segment
-        Of the paper's fit: flat, or with its own slope.
+        First segment of the paper's fit: flat, or with its own slope.
     level
         Largest p-value (adjusted, for the circular null) that counts as significant.
     bin_width

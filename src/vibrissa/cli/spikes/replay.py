@@ -59,15 +59,17 @@ def replay(
     out
         Command to write: .nc, .wav, .npy or .csv, and beside it a .json that says what it holds.
     distance
-        Of the point from the base whose motion is replayed [m].
+        Distance from the base of the point whose motion is replayed [m].
     which
         Which of the tracked whiskers, from 0.
     duration
-        Of the command [s].
+        Length of the command [s].
     sampling_rate
         Samples per second [Hz].
-    low, high
-        Corners of the band [Hz].
+    low
+        Lower corner of the stimulator's band [Hz].
+    high
+        Upper corner of the stimulator's band [Hz].
     order
         Order of the Bessel filter.
     norm
@@ -81,19 +83,19 @@ def replay(
     factor
         Factor on the command.
     delays
-        Of the copies: even, random, least (correlated), or 24 times in seconds with commas between.
+        Delays of the copies: even, random, least (correlated), or 24 times in seconds with commas between.
     separation
         Least time between delays that are random or least [s].
     seed
-        Of random delays.
+        Seed of random delays.
     max_travel
-        Of the stimulator, to either side of rest [m].
+        Travel of the stimulator, to either side of rest [m].
     max_speed
-        Of the stimulator [m/s].
+        Speed of the stimulator [m/s].
     max_acceleration
-        Of the stimulator [m/s²].
+        Acceleration of the stimulator [m/s²].
     encoding
-        Of samples in WAV.
+        Encoding of samples in WAV.
     full_scale
         Displacement at full scale in WAV [m]; the command's peak by default.
     measured

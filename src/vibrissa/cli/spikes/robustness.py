@@ -32,7 +32,7 @@ def robustness(
     Parameters
     ----------
     speed
-        Speed at which the decoders learn [m/s]. The posture given is the one in which they learn.
+        Speed of the texture at which the decoders learn [m/s]. The posture given is the one in which they learn.
     speed_ratio
         Another speed at which they are asked, over the first; once for each. Default: 0.5, 0.7, 1.4, 2.
     height_ratio
@@ -40,7 +40,7 @@ def robustness(
     angle_ratio
         Another base angle, over the first; once for each. Default: 0.75, 0.875, 1.08, 1.16.
     mean_period
-        Mean period of one grating of each set [m]; once for each. Default: five of 0.6 mm.
+        Mean of one land and one gap together of a grating of each set [m]; once for each. Default: five of 0.6 mm.
     damping
         Damping ratio of every mode.
     sets

@@ -41,16 +41,16 @@ class RawOptions:
     sampling_rate : float, optional
         Samples per second of a file of bare samples [Hz].
     channels : int, optional
-        Its channels.
+        Channels of a file of bare samples.
     dtype : {"int16", "int32", "float32", "float64"}
-        Kind of its samples.
+        Kind of the samples.
     gain : float, optional
-        Its volts per step [V].
+        Voltage of one step of the samples [V].
     pitch : float, optional
         Distance between neighbouring electrodes [m], the channels in their order along one shank; where the recording
         has no probe of its own.
     stream : str, optional
-        Which stream of a SpikeGLX or Open Ephys folder.
+        Stream of a SpikeGLX or Open Ephys folder.
     """
 
     sampling_rate: Rate | None = None
@@ -75,11 +75,11 @@ class SimulationOptions:
     Attributes
     ----------
     duration : float
-        Of the simulated recording [s].
+        Length of the simulated recording [s].
     electrodes : int
-        Its channels.
+        Channels of the simulated recording.
     n_units : int
-        Its units.
+        Units of the simulated recording.
     keep : Path, optional
         Folder in which it is left, as recording.dat and truth.csv.
     """
@@ -134,7 +134,7 @@ def sort(
     truth
         CSV with columns spike_time,unit of the true spikes, where they are known: accuracy of the units is added.
     seed
-        Of the sorter, and of the simulated recording.
+        Seed of the sorter, and of the simulated recording.
     workers
         Processes.
     spikes_out

@@ -43,7 +43,7 @@ def trials_needed(
     slope
         Rise of the rate above it [1/(s m)]: 0.25 AP/s per µm is 2.5e5; once for each.
     baseline
-        Rate below it [Hz]; once for each.
+        Rate below the threshold [Hz]; once for each.
     latency
         Delay from envelope to rate [s].
     threshold_within

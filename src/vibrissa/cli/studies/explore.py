@@ -15,7 +15,7 @@ def explore(state: str = "", *, port: int = 0, browser: bool = True) -> None:
     state
         What the page starts with: its address of an earlier time, or the part of it behind the #.
     port
-        Of 127.0.0.1; a free one by default.
+        Port of 127.0.0.1; a free one by default.
     browser
         Open the page in the browser.
     """

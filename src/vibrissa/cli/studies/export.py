@@ -36,7 +36,7 @@ class SessionOptions:
     subject : str, optional
         Name of the animal. Must be given where no table of sweeps names it.
     species : str, optional
-        Its Latin name; Rattus norvegicus if not given.
+        Latin name of the species; Rattus norvegicus if not given.
     session : str, optional
         Name of the session; that of the folder if not given.
     description : str, optional

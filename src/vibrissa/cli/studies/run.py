@@ -50,7 +50,7 @@ def run(
     out
         Folder for datasets and report; made if absent.
     scale
-        Of the built-in experiment: small, the default, or the paper's (582 sweeps, 514 units; more than an hour).
+        Size of the built-in experiment: small, the default, or the paper's (582 sweeps, 514 units; more than an hour).
     dry_run
         Do nothing, but print what would be done: stages, sizes, time, inputs, figures.
     """
