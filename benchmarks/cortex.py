@@ -25,7 +25,7 @@ from vibrissa.neural.coupling.envelope_coupling import Null, envelope_coupling
 from vibrissa.neural.coupling.nulls import Circular, Paper2014, Record
 from vibrissa.neural.coupling.threshold_linear import BinnedDrive, Hinge, HingeGrid
 from vibrissa.neural.coupling.tuning import ENDS, bootstrap_fits, forward_fit, predicted
-from vibrissa.neural.io.spikes import join_units
+from vibrissa.neural.io.tables.spikes import join_units
 from vibrissa.neural.simulated.virtual import ThresholdLinearUnit, simulate_spikes
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope

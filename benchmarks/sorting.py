@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from vibrissa.neural.io.traces import open_traces
+from vibrissa.neural.io.formats.traces import open_traces
 from vibrissa.neural.sorting.simulated import generate
 from vibrissa.neural.sorting.sorters import accuracy, sort
 

@@ -11,9 +11,9 @@ import numpy as np
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
-from vibrissa.neural.io.spikes import spike_table
-from vibrissa.neural.io.traces import open_traces
-from vibrissa.neural.io.trials import cut_into_trials, trials_at
+from vibrissa.neural.io.formats.traces import open_traces
+from vibrissa.neural.io.tables.spikes import spike_table
+from vibrissa.neural.io.tables.trials import cut_into_trials, trials_at
 from vibrissa.neural.simulated.driven import draw_driven
 from vibrissa.neural.sorting.simulated import generate
 from vibrissa.neural.sorting.sorters import accuracy, sort

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, add_caption, house_style, new_figure
 from vibrissa.neural.coupling.response import psth
-from vibrissa.neural.io.spikes import of_unit
+from vibrissa.neural.io.tables.spikes import of_unit
 from vibrissa.neural.simulated.virtual import ThresholdLinearUnit
 from vibrissa.quantities import dataset, require
 

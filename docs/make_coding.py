@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import lfilter
 
-from vibrissa.neural.io.spikes import join_units
+from vibrissa.neural.io.tables.spikes import join_units
 from vibrissa.neural.simulated.virtual import PhaseUnit, ThresholdLinearUnit, simulate_spikes
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.signals.smoothing import low_pass

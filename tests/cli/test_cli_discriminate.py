@@ -8,9 +8,9 @@ import pytest
 import xarray as xr
 
 from vibrissa.files import load
-from vibrissa.neural.io.nwb_writer import Session, write_nwb
-from vibrissa.neural.io.spikes import spike_table
-from vibrissa.neural.io.trials import trial_table
+from vibrissa.neural.io.formats.nwb_writer import Session, write_nwb
+from vibrissa.neural.io.tables.spikes import spike_table
+from vibrissa.neural.io.tables.trials import trial_table
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import settings
 from hypothesis import strategies as st
 
-from vibrissa.neural.io.trials import trial_table
+from vibrissa.neural.io.tables.trials import trial_table
 
 TRIAL = 2.0  # [s]
 PERIOD = 3.0  # [s] from onset to onset

@@ -9,8 +9,8 @@ from recorded_trains import PERIOD, TRIAL, assert_same, few, names_of, onsets_of
 from refusals import refusal
 
 from vibrissa.api.objects.spikes import as_spikes
-from vibrissa.neural.io.spikes import table_of_trains
-from vibrissa.neural.io.trials import cut_into_trials, trial_table
+from vibrissa.neural.io.tables.spikes import table_of_trains
+from vibrissa.neural.io.tables.trials import cut_into_trials, trial_table
 
 
 def block_of(recording, starts):

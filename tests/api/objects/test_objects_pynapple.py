@@ -11,7 +11,7 @@ from refusals import refusal
 from vibrissa.api.objects.back import to_pynapple
 from vibrissa.api.objects.spikes import as_spikes
 from vibrissa.api.objects.trials import as_trials
-from vibrissa.neural.io.spikes import spike_table
+from vibrissa.neural.io.tables.spikes import spike_table
 
 DATA = Path(__file__).parents[3] / ".." / "shared" / "data" / "spikes"
 

@@ -14,10 +14,10 @@ from refusals import refusal
 
 from vibrissa.api.objects.dataframes import to_dataframe
 from vibrissa.api.objects.spikes import as_spikes
-from vibrissa.neural.io.inputs import refuse_misplaced
 from vibrissa.neural.io.recording import recorded_spikes
-from vibrissa.neural.io.spike_csv import write_csv
-from vibrissa.neural.io.spikes import spike_table
+from vibrissa.neural.io.tables.inputs import refuse_misplaced
+from vibrissa.neural.io.tables.spike_csv import write_csv
+from vibrissa.neural.io.tables.spikes import spike_table
 from vibrissa.quantities import dataset
 
 # Plain objects and pandas

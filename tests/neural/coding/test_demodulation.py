@@ -10,7 +10,7 @@ from refusals import refusal
 
 from vibrissa.neural.coding.demodulation import DemodulationAnalysis, demodulation
 from vibrissa.neural.coding.phase_parts import of_pairs
-from vibrissa.neural.io.spikes import join_units
+from vibrissa.neural.io.tables.spikes import join_units
 from vibrissa.neural.simulated.virtual import PhaseUnit, ThresholdLinearUnit, simulate_spikes
 from vibrissa.neural.simulated.wandering import SlowState, unrelated_feature
 from vibrissa.quantities import dataset

@@ -13,7 +13,7 @@ from vibrissa.neural.coding.discrimination import (
     discriminate,
 )
 from vibrissa.neural.coupling.response import trial_counts
-from vibrissa.neural.io.spikes import spike_table
+from vibrissa.neural.io.tables.spikes import spike_table
 
 QUICK = {"n_permutations": 99, "n_partitions": 1}
 

@@ -9,7 +9,7 @@ from refusals import refusal
 
 from vibrissa.neural.coding.drive_choice import DriveAnalysis, compare_drives
 from vibrissa.neural.coding.drives import DRIVES, Stimuli
-from vibrissa.neural.io.spikes import join_units
+from vibrissa.neural.io.tables.spikes import join_units
 from vibrissa.neural.simulated.virtual import ThresholdLinearUnit, simulate_spikes
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope

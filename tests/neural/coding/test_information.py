@@ -11,7 +11,7 @@ from vibrissa.neural.coding.information import (
     spike_information,
     unit_information,
 )
-from vibrissa.neural.io.spikes import spike_table
+from vibrissa.neural.io.tables.spikes import spike_table
 
 WIDTH, BINS = 0.01, 300
 

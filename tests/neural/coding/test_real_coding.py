@@ -12,7 +12,7 @@ from vibrissa.neural.coding.drive_choice import DriveAnalysis, compare_drives
 from vibrissa.neural.coding.information import count_information, spike_information
 from vibrissa.neural.glm.bases import lagged, raised_cosines
 from vibrissa.neural.glm.poisson import TrialDesign, poisson_regression
-from vibrissa.neural.io.nwb import read_nwb
+from vibrissa.neural.io.formats.nwb import read_nwb
 
 WIDTH = 0.001
 DELAY = {1: 6, 2: 7}  # [ms] from the sound to the spike of each receptor

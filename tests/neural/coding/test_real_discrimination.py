@@ -6,8 +6,8 @@ from test_real_spikes import real
 
 from vibrissa.neural.coding.discrimination import TELLS, Discrimination, discriminate
 from vibrissa.neural.coupling.response import trial_counts
-from vibrissa.neural.io.nwb import read_nwb
-from vibrissa.neural.io.trials import cut_into_trials, trials_at
+from vibrissa.neural.io.formats.nwb import read_nwb
+from vibrissa.neural.io.tables.trials import cut_into_trials, trials_at
 
 QUICK = {"codes": ("mean rate", "time course"), "bin_width": 0.5, "n_permutations": 39, "n_partitions": 1}
 

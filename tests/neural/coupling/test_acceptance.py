@@ -9,7 +9,7 @@ from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
 from vibrissa.neural.coupling.nulls import circular_correlogram
 from vibrissa.neural.coupling.presentation import Presentation
 from vibrissa.neural.coupling.response import spike_counts
-from vibrissa.neural.io.spikes import spike_table
+from vibrissa.neural.io.tables.spikes import spike_table
 from vibrissa.neural.simulated.population import draw_population, record_population
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope

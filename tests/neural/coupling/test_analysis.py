@@ -16,10 +16,10 @@ from vibrissa.figures.paper import fig9
 from vibrissa.files import load, save
 from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
 from vibrissa.neural.coupling.presentation import Presentation
-from vibrissa.neural.io.inputs import read_stimulus
 from vibrissa.neural.io.recording import recorded_spikes
-from vibrissa.neural.io.spike_csv import read_spikes
-from vibrissa.neural.io.spikes import join_units, spike_table
+from vibrissa.neural.io.tables.inputs import read_stimulus
+from vibrissa.neural.io.tables.spike_csv import read_spikes
+from vibrissa.neural.io.tables.spikes import join_units, spike_table
 from vibrissa.neural.simulated.virtual import ThresholdLinearUnit, simulate_spikes
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope

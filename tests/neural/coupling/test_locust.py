@@ -14,7 +14,7 @@ from vibrissa.neural.coupling.presentation import Presentation
 from vibrissa.neural.coupling.response import spike_counts
 from vibrissa.neural.coupling.threshold_linear import Hinge, HingeGrid
 from vibrissa.neural.coupling.tuning import ENDS, forward_fit, poisson_deviance, predicted
-from vibrissa.neural.io.trials import cut_into_trials, trials_at
+from vibrissa.neural.io.tables.trials import cut_into_trials, trials_at
 from vibrissa.quantities import dataset
 
 LATENCIES = (0.004, 0.010)  # [s], about what is found between −20 and 30 ms, so that the grid is fine

@@ -10,7 +10,7 @@ from refusals import refusal
 from scipy.stats import sem
 
 from vibrissa.neural.coupling.response import bin_edges, psth, spike_counts
-from vibrissa.neural.io.spikes import spike_table
+from vibrissa.neural.io.tables.spikes import spike_table
 from vibrissa.quantities import dataset
 
 

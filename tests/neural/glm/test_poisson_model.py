@@ -10,7 +10,7 @@ from test_surround import NAMES, copies
 from vibrissa.neural.glm.bases import raised_cosines
 from vibrissa.neural.glm.kernel_columns import Columns, KernelAnalysis, unit_design
 from vibrissa.neural.glm.poisson_model import whisker_kernels
-from vibrissa.neural.io.spikes import spike_table
+from vibrissa.neural.io.tables.spikes import spike_table
 
 TRIALS, RATE = 30, 25.0
 HOW = KernelAnalysis(reach=0.03, shapes=4, past=0.05)

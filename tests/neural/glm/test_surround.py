@@ -9,7 +9,7 @@ from refusals import refusal
 
 from vibrissa.neural.glm.delayed_envelopes import Copies, condition_number, inflation
 from vibrissa.neural.glm.surround import SurroundAnalysis, surround_map
-from vibrissa.neural.io.spikes import join_units
+from vibrissa.neural.io.tables.spikes import join_units
 from vibrissa.neural.simulated.virtual import ThresholdLinearUnit, simulate_spikes
 from vibrissa.neural.simulated.wandering import SlowState, unrelated_feature
 from vibrissa.quantities import dataset

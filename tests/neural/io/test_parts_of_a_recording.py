@@ -5,8 +5,8 @@ import populations
 from refusals import refusal
 
 from vibrissa.neural.io.recording import recorded_spikes
-from vibrissa.neural.io.spike_csv import read_spikes
-from vibrissa.neural.io.trials import trials_at
+from vibrissa.neural.io.tables.spike_csv import read_spikes
+from vibrissa.neural.io.tables.trials import trials_at
 from vibrissa.neural.simulated.population import draw_population, record_population
 
 

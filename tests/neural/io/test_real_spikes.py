@@ -8,11 +8,11 @@ import pytest
 
 from vibrissa.neural.coupling.envelope_coupling import bin_means
 from vibrissa.neural.coupling.response import bin_edges, psth
-from vibrissa.neural.io.nwb import read_nwb, read_nwb_trials
-from vibrissa.neural.io.nwb_writer import Session, write_nwb
-from vibrissa.neural.io.spike_csv import read_spikes, write_csv
-from vibrissa.neural.io.spikes import of_unit, spike_table
-from vibrissa.neural.io.trials import cut_into_trials, trials_at
+from vibrissa.neural.io.formats.nwb import read_nwb, read_nwb_trials
+from vibrissa.neural.io.formats.nwb_writer import Session, write_nwb
+from vibrissa.neural.io.tables.spike_csv import read_spikes, write_csv
+from vibrissa.neural.io.tables.spikes import of_unit, spike_table
+from vibrissa.neural.io.tables.trials import cut_into_trials, trials_at
 from vibrissa.neural.sorting.quality import unit_quality
 
 DATA = Path(__file__).parents[3] / ".." / "shared" / "data" / "spikes"

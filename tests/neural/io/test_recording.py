@@ -9,8 +9,8 @@ from plexon_files import write_nex, write_plx
 from refusals import refusal
 
 from vibrissa.neural.io.recording import recorded_spikes
-from vibrissa.neural.io.spikes import spike_table
-from vibrissa.neural.io.trials import trial_table
+from vibrissa.neural.io.tables.spikes import spike_table
+from vibrissa.neural.io.tables.trials import trial_table
 
 
 def example(session_of):
@@ -33,7 +33,7 @@ def session():
 
 def test_an_nwb_file_gives_its_trials_and_one_protocol_of_them(session, tmp_path):
     pytest.importorskip("pynwb")
-    from vibrissa.neural.io.nwb_writer import Session, write_nwb
+    from vibrissa.neural.io.formats.nwb_writer import Session, write_nwb
 
     onset, spikes = session
     trials = trial_table(onset, onset + 1, np.array(["A", "B", "A", "B"]))
@@ -47,7 +47,7 @@ def test_an_nwb_file_gives_its_trials_and_one_protocol_of_them(session, tmp_path
 
 def test_a_table_of_trials_may_stand_beside(session, tmp_path):
     pytest.importorskip("pynwb")
-    from vibrissa.neural.io.nwb_writer import Session, write_nwb
+    from vibrissa.neural.io.formats.nwb_writer import Session, write_nwb
 
     spikes = session[1]
     write_nwb(spikes, tmp_path / "s.nwb", example(Session))

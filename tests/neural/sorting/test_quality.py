@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from vibrissa.neural.io.spikes import spike_table
+from vibrissa.neural.io.tables.spikes import spike_table
 from vibrissa.neural.sorting.quality import contamination, unit_quality
 
 

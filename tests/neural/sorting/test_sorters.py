@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from vibrissa.neural.io.spikes import spike_table
-from vibrissa.neural.io.traces import RawFormat, open_traces
+from vibrissa.neural.io.formats.traces import RawFormat, open_traces
+from vibrissa.neural.io.tables.spikes import spike_table
 
 pytest.importorskip("spikeinterface", reason="the extra sorting is not installed")
 pytest.importorskip("hdbscan", reason="the extra sorting is not installed")
@@ -276,7 +276,7 @@ def test_a_sorter_that_is_not_here_is_refused_with_those_that_are(simulated):
 
 
 def test_without_the_extra_the_message_says_what_to_install(monkeypatch):
-    import vibrissa.neural.io.foreign as foreign
+    import vibrissa.neural.io.formats.foreign as foreign
 
     def absent(name):
         raise ImportError(name)

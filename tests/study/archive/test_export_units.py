@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from vibrissa.files import save
-from vibrissa.neural.io.nwb import read_nwb, read_nwb_trials
-from vibrissa.neural.io.spike_csv import write_csv
-from vibrissa.neural.io.spikes import spike_table
-from vibrissa.neural.io.trials import cut_into_trials, trial_table
+from vibrissa.neural.io.formats.nwb import read_nwb, read_nwb_trials
+from vibrissa.neural.io.tables.spike_csv import write_csv
+from vibrissa.neural.io.tables.spikes import spike_table
+from vibrissa.neural.io.tables.trials import cut_into_trials, trial_table
 from vibrissa.quantities import dataset
 
 pynwb = pytest.importorskip("pynwb")

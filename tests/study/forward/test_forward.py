@@ -8,8 +8,8 @@ from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.scan.texture_prediction import predict
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
-from vibrissa.neural.io.inputs import read_stimulus
 from vibrissa.neural.io.recording import recorded_spikes
+from vibrissa.neural.io.tables.inputs import read_stimulus
 from vibrissa.neural.simulated.driven import draw_driven
 from vibrissa.study.forward.forward import TrialSettings, forward, remarks, spikes_of
 from vibrissa.study.forward.forward_files import write_spikes

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.errors import ShapeError, TooFewError
-from vibrissa.neural.io.spike_csv import flat_columns
+from vibrissa.neural.io.tables.spike_csv import flat_columns
 from vibrissa.tables.frame import data_frame
 
 if TYPE_CHECKING:

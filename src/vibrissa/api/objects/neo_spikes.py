@@ -12,7 +12,7 @@ from vibrissa.api.objects.kinds import described, is_a
 from vibrissa.api.objects.stretches import in_stretches
 from vibrissa.arrays import Array, Window
 from vibrissa.errors import FormatError, TooFewError, UnknownError
-from vibrissa.neural.io.spikes import table_of_trains, with_intervals
+from vibrissa.neural.io.tables.spikes import table_of_trains, with_intervals
 from vibrissa.tables.table import LONGEST
 
 NEO = ("SpikeTrain", "SpikeTrainProxy", "Segment", "Block")

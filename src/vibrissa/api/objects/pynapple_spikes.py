@@ -10,7 +10,7 @@ import xarray as xr
 from vibrissa.api.objects.kinds import described, is_a
 from vibrissa.arrays import Array
 from vibrissa.errors import TooFewError, UnknownError
-from vibrissa.neural.io.spikes import table_of_trains, with_intervals
+from vibrissa.neural.io.tables.spikes import table_of_trains, with_intervals
 
 PERIEVENT = {"events", "ref_times"}  # columns of the metadata by which a group of trials of one unit is known
 ABOUT_UNITS = {"quality": "unit_quality", "whisker": "unit_whisker"}  # columns of the metadata, and our variables
@@ -28,8 +28,8 @@ def pynapple_spikes(thing: Any) -> xr.Dataset:
     Returns
     -------
     Dataset
-        See :func:`vibrissa.neural.io.spikes.spike_table`. The time support is the ``interval`` of every unit; one that
-        begins and ends at spikes says nothing, as pynapple makes it so where none is given.
+        See :func:`vibrissa.neural.io.tables.spikes.spike_table`. The time support is the ``interval`` of every unit;
+        one that begins and ends at spikes says nothing, as pynapple makes it so where none is given.
 
     Raises
     ------

@@ -23,7 +23,7 @@ from vibrissa.errors import (
     require_positive,
 )
 from vibrissa.files import load
-from vibrissa.neural.io.inputs import read_stimulus
+from vibrissa.neural.io.tables.inputs import read_stimulus
 from vibrissa.quantities import QUANTITIES
 from vibrissa.stimulus.export import read_command
 from vibrissa.stimulus.waveform import even_rate

@@ -11,8 +11,8 @@ from vibrissa.api.objects.kinds import described
 from vibrissa.api.objects.stretches import in_stretches
 from vibrissa.arrays import Array, Window
 from vibrissa.errors import TooFewError
-from vibrissa.neural.io.sorted_folder import quality_of
-from vibrissa.neural.io.spikes import table_of_trains
+from vibrissa.neural.io.formats.sorted_folder import quality_of
+from vibrissa.neural.io.tables.spikes import table_of_trains
 
 
 def sorted_spikes(sorting: Any) -> xr.Dataset:
@@ -27,8 +27,8 @@ def sorted_spikes(sorting: Any) -> xr.Dataset:
     Returns
     -------
     Dataset
-        See :func:`vibrissa.neural.io.spikes.spike_table`; ``unit_quality`` where the property ``quality`` has phy's
-        labels. Several segments as :func:`vibrissa.api.objects.stretches.in_stretches` has them.
+        See :func:`vibrissa.neural.io.tables.spikes.spike_table`; ``unit_quality`` where the property ``quality`` has
+        phy's labels. Several segments as :func:`vibrissa.api.objects.stretches.in_stretches` has them.
 
     Raises
     ------

@@ -17,12 +17,12 @@ from vibrissa.api.objects.sortings import sorted_spikes
 from vibrissa.api.objects.trials import as_trials
 from vibrissa.arrays import Window
 from vibrissa.errors import ConflictError, FormatError, ShapeError, UnknownError
-from vibrissa.neural.io.foreign import one_line
-from vibrissa.neural.io.phy import GOOD
+from vibrissa.neural.io.formats.foreign import one_line
+from vibrissa.neural.io.formats.phy import GOOD
 from vibrissa.neural.io.recording import PLEXON, session_spikes
-from vibrissa.neural.io.spike_csv import NEEDED, OPTIONAL, spikes_of_table
-from vibrissa.neural.io.spikes import table_of_trains
-from vibrissa.neural.io.trials import cut_into_trials
+from vibrissa.neural.io.tables.spike_csv import NEEDED, OPTIONAL, spikes_of_table
+from vibrissa.neural.io.tables.spikes import table_of_trains
+from vibrissa.neural.io.tables.trials import cut_into_trials
 from vibrissa.quantities import require
 from vibrissa.tables.frame import table_of_frame
 from vibrissa.tables.table import LONGEST
@@ -71,7 +71,7 @@ def as_spikes(
     Returns
     -------
     Dataset
-        See :func:`vibrissa.neural.io.spikes.spike_table`. In trials, ``spike_time`` counts from the onset,
+        See :func:`vibrissa.neural.io.tables.spikes.spike_table`. In trials, ``spike_time`` counts from the onset,
         ``spike_trial`` is there, and ``spikes_outside`` counts the spikes that fall into no trial. Units without spikes
         are kept. Where the object says when each unit was observed (time support, t_start and t_stop), so does the
         table: ``interval_start``, ``interval_stop``, ``interval_unit``, or ``unit_observed`` (unit, trial).
@@ -131,7 +131,7 @@ def _of_path(path: Path, event: str | None, window: Window | None, groups: Colle
     if event is not None and kind not in PLEXON:
         raise ConflictError("event", "must go with a Plexon or NeuroExplorer file", str(path))
     if kind == ".nwb":
-        from vibrissa.neural.io.nwb import opened
+        from vibrissa.neural.io.formats.nwb import opened
 
         with opened(path) as file:
             return _of_nwb(file, str(path))
@@ -140,7 +140,7 @@ def _of_path(path: Path, event: str | None, window: Window | None, groups: Colle
 
 
 def _of_nwb(file: Any, source: str) -> Read:
-    from vibrissa.neural.io.nwb import trials_of, units_of
+    from vibrissa.neural.io.formats.nwb import trials_of, units_of
 
     return units_of(file, source), None if file.trials is None else trials_of(file.trials, source)
 

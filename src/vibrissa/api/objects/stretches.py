@@ -10,7 +10,7 @@ import xarray as xr
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import ConflictError
-from vibrissa.neural.io.spikes import spike_table
+from vibrissa.neural.io.tables.spikes import spike_table
 from vibrissa.quantities import dataset
 
 SAME = 1e-9  # [s] two stretches that start less than this apart start together
@@ -34,7 +34,7 @@ def in_stretches(
     span : sequence of (float, float)
         Start and stop of each stretch on the clock of its times [s]; the stop is NaN where it is not known.
     attrs, **about_units
-        As in :func:`vibrissa.neural.io.spikes.spike_table`.
+        As in :func:`vibrissa.neural.io.tables.spikes.spike_table`.
 
     Returns
     -------

@@ -11,8 +11,8 @@ import xarray as xr
 from vibrissa.api.objects.kinds import bare, described, is_a
 from vibrissa.arrays import Array, Window
 from vibrissa.errors import FormatError, MissingError, ShapeError
-from vibrissa.neural.io.foreign import one_line
-from vibrissa.neural.io.trials import NEEDED, OPTIONAL, read_trials, trial_table, trials_at, trials_of_table
+from vibrissa.neural.io.formats.foreign import one_line
+from vibrissa.neural.io.tables.trials import NEEDED, OPTIONAL, read_trials, trial_table, trials_at, trials_of_table
 from vibrissa.quantities import require
 from vibrissa.tables.frame import table_of_frame
 
@@ -34,7 +34,7 @@ def as_trials(thing: Any, *, window: Window | None = None) -> xr.Dataset:
     Returns
     -------
     Dataset
-        See :func:`vibrissa.neural.io.trials.trial_table`. Trials are half-open: their stop is no part of them.
+        See :func:`vibrissa.neural.io.tables.trials.trial_table`. Trials are half-open: their stop is no part of them.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def as_trials(thing: Any, *, window: Window | None = None) -> xr.Dataset:
     if is_a(thing, "pandas", "DataFrame"):
         return trials_of_table(table_of_frame(thing, NEEDED, OPTIONAL, SPELLINGS), described(thing))
     if is_a(thing, "pynwb", "TimeIntervals"):
-        from vibrissa.neural.io.nwb import trials_of
+        from vibrissa.neural.io.formats.nwb import trials_of
 
         with one_line(f"table {thing.name}", "must be of an NWB file that is open"):
             return trials_of(thing, f"table {thing.name}")

@@ -88,8 +88,8 @@ def drives(
         Longest latency searched [s], up to 0.03.
     """
     from vibrissa.neural.coding.drive_choice import DriveAnalysis, compare_drives
-    from vibrissa.neural.io.inputs import read_stimulus
-    from vibrissa.neural.io.spike_csv import read_spikes
+    from vibrissa.neural.io.tables.inputs import read_stimulus
+    from vibrissa.neural.io.tables.spike_csv import read_spikes
 
     how = DriveAnalysis(bin_width=bin_width, skip=skip, smoothing=smoothing, band=band, level=level, latest=latest)
     counts = trials * len(spikes) if len(trials) == 1 else trials

@@ -72,7 +72,7 @@ def discriminate(
     from vibrissa.neural.coding import discrimination
     from vibrissa.neural.coupling.response import trial_counts
     from vibrissa.neural.io.recording import recorded_spikes
-    from vibrissa.neural.io.textures import textures_of
+    from vibrissa.neural.io.tables.textures import textures_of
 
     how = discrimination.Discrimination(
         codes=tuple(code) if code else discrimination.Discrimination.codes,

@@ -17,7 +17,7 @@ from vibrissa.errors import ConflictError, MissingError
 if TYPE_CHECKING:
     import xarray as xr
 
-    from vibrissa.neural.io.traces import RawFormat
+    from vibrissa.neural.io.formats.traces import RawFormat
 
 TABLE = ("unit_name", "unit_rate", "unit_electrode", "snr_mean", "refractory_violations", "contamination", "kept")
 SCORES = (
@@ -62,7 +62,7 @@ class RawOptions:
 
     def format(self) -> RawFormat:
         """The options as the reader takes them."""
-        from vibrissa.neural.io.traces import RawFormat
+        from vibrissa.neural.io.formats.traces import RawFormat
 
         return RawFormat(**vars(self))
 
@@ -140,8 +140,8 @@ def sort(
     spikes_out
         Write the spikes as CSV with columns spike_time,unit [s], which `vibrissa neural` takes with --trial-table.
     """
-    from vibrissa.neural.io.spike_csv import read_spikes, write_csv
-    from vibrissa.neural.io.traces import open_traces
+    from vibrissa.neural.io.formats.traces import open_traces
+    from vibrissa.neural.io.tables.spike_csv import read_spikes, write_csv
     from vibrissa.neural.sorting import sorters as sorting
 
     _refuse_csv(spikes_out)

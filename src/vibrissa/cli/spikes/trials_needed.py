@@ -59,7 +59,7 @@ def trials_needed(
     """
     from vibrissa.neural.coding.planner import Wanted, plan_trials
     from vibrissa.neural.coupling.presentation import Presentation
-    from vibrissa.neural.io.inputs import read_stimulus
+    from vibrissa.neural.io.tables.inputs import read_stimulus
     from vibrissa.neural.simulated.virtual import ThresholdLinearUnit
 
     wanted = Wanted(threshold=threshold_within, slope=slope_within, latency=latency_within)

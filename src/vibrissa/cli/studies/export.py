@@ -129,8 +129,8 @@ def export(
 def _extra(spikes: Path | None, trials: Path | None, command: Path | None) -> dict[str, xr.Dataset]:
     """Datasets that are not in the folder."""
     from vibrissa.files import load
-    from vibrissa.neural.io.spike_csv import read_spikes
-    from vibrissa.neural.io.trials import read_trials
+    from vibrissa.neural.io.tables.spike_csv import read_spikes
+    from vibrissa.neural.io.tables.trials import read_trials
     from vibrissa.stimulus.export import read_command
 
     found: dict[str, xr.Dataset] = {}

@@ -13,7 +13,7 @@ from vibrissa.errors import RangeError
 from vibrissa.neural.coding.phase_parts import Estimate, Explained, TrialParts, by_chance
 from vibrissa.neural.coupling.presentation import BinnedAnalysis, Presentation
 from vibrissa.neural.coupling.response import UnitCounts
-from vibrissa.neural.io.inputs import refuse_misplaced
+from vibrissa.neural.io.tables.inputs import refuse_misplaced
 from vibrissa.quantities import dataset, stacked
 from vibrissa.quantities.quantity import SUFFIXES, estimate
 from vibrissa.signals.coherence import band_coherence

@@ -21,7 +21,7 @@ from vibrissa.errors import (
 from vibrissa.neural.coding.drives import DRIVES, LATEST, Stimuli
 from vibrissa.neural.coupling.response import UnitCounts
 from vibrissa.neural.coupling.threshold_linear import HingeGrid
-from vibrissa.neural.io.inputs import refuse_misplaced
+from vibrissa.neural.io.tables.inputs import refuse_misplaced
 from vibrissa.quantities import dataset, stacked
 from vibrissa.quantities.quantity import SUFFIXES, estimate
 from vibrissa.stats import jackknife_half_width
@@ -79,7 +79,7 @@ def compare_drives(
     Parameters
     ----------
     spikes : sequence of Dataset
-        Tables of :func:`vibrissa.neural.io.spikes.spike_table`, one for each stimulus, with the same units.
+        Tables of :func:`vibrissa.neural.io.tables.spikes.spike_table`, one for each stimulus, with the same units.
     stimuli : sequence of Dataset
         ``time`` and ``point_displacement`` of one presentation each.
     n_trials : sequence of int

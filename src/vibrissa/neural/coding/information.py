@@ -147,7 +147,7 @@ def unit_information(
     Parameters
     ----------
     spikes : Dataset
-        Table of :func:`vibrissa.neural.io.spikes.spike_table`, in trials.
+        Table of :func:`vibrissa.neural.io.tables.spikes.spike_table`, in trials.
     n_trials : int
         Trials presented, silent ones included.
     window : (float, float)

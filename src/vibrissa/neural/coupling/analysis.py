@@ -25,7 +25,7 @@ from vibrissa.neural.coupling.tuning import (
     r_squared,
     weakness,
 )
-from vibrissa.neural.io.inputs import refuse_misplaced
+from vibrissa.neural.io.tables.inputs import refuse_misplaced
 from vibrissa.quantities import dataset, stacked
 from vibrissa.quantities.quantity import SUFFIXES
 from vibrissa.stats import adjusted_p_values
@@ -100,7 +100,7 @@ def analyse_units(
     Parameters
     ----------
     spikes : Dataset
-        Table of :func:`vibrissa.neural.io.spikes.spike_table`, times from the stimulus' onset.
+        Table of :func:`vibrissa.neural.io.tables.spikes.spike_table`, times from the stimulus' onset.
     stimulus : Dataset
         ``time`` and ``point_displacement`` of one presentation, already filtered.
     n_trials : int

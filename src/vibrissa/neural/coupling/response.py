@@ -251,7 +251,7 @@ def trial_counts(spikes: xr.Dataset, n_trials: int, window: Window, bin_width: f
     Parameters
     ----------
     spikes : Dataset
-        Table of :func:`vibrissa.neural.io.spikes.spike_table`, times from each trial's onset.
+        Table of :func:`vibrissa.neural.io.tables.spikes.spike_table`, times from each trial's onset.
     n_trials : int
         Trials presented, silent ones included.
     window : (start, stop)

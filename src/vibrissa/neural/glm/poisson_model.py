@@ -15,7 +15,7 @@ from vibrissa.neural.glm.bases import raised_cosines
 from vibrissa.neural.glm.delayed_envelopes import condition_number
 from vibrissa.neural.glm.kernel_columns import STRETCH, Columns, KernelAnalysis, unit_design
 from vibrissa.neural.glm.poisson import PoissonFit, TrialDesign, poisson_regression
-from vibrissa.neural.io.inputs import refuse_misplaced
+from vibrissa.neural.io.tables.inputs import refuse_misplaced
 from vibrissa.quantities import dataset, stacked
 from vibrissa.quantities.quantity import SUFFIXES, estimate
 from vibrissa.stats import adjusted_p_values
@@ -69,7 +69,7 @@ def whisker_kernels(
     Parameters
     ----------
     spikes : Dataset
-        Table of :func:`vibrissa.neural.io.spikes.spike_table`, times from the stimulus' onset.
+        Table of :func:`vibrissa.neural.io.tables.spikes.spike_table`, times from the stimulus' onset.
     command : Dataset
         ``command`` (whisker, time) [m], as :func:`vibrissa.stimulus.array.replay_command` gives it.
     n_trials : int

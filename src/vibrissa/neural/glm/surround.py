@@ -16,7 +16,7 @@ from vibrissa.neural.coupling.presentation import BinnedAnalysis
 from vibrissa.neural.coupling.response import UnitCounts
 from vibrissa.neural.glm.delayed_envelopes import ALIKE, INFLATED, Copies, condition_number, inflation
 from vibrissa.neural.glm.whisker_weights import SurroundGrid, whisker_weights
-from vibrissa.neural.io.inputs import refuse_misplaced
+from vibrissa.neural.io.tables.inputs import refuse_misplaced
 from vibrissa.quantities import dataset, stacked
 from vibrissa.quantities.quantity import estimate
 from vibrissa.stats import adjusted_p_values

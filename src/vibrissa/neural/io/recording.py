@@ -10,9 +10,9 @@ import xarray as xr
 from vibrissa.arrays import Window
 from vibrissa.errors import ConflictError, FormatError, MissingError, TooFewError
 from vibrissa.files import load
-from vibrissa.neural.io.phy import GOOD, is_phy, read_phy
-from vibrissa.neural.io.spike_csv import read_spikes
-from vibrissa.neural.io.trials import cut_into_trials, read_trials, trials_at
+from vibrissa.neural.io.formats.phy import GOOD, is_phy, read_phy
+from vibrissa.neural.io.tables.spike_csv import read_spikes
+from vibrissa.neural.io.tables.trials import cut_into_trials, read_trials, trials_at
 from vibrissa.quantities import require
 
 Progress = Callable[[str, int, int], None]
@@ -35,15 +35,15 @@ def recorded_spikes(
     ----------
     path : path
         NWB (``.nwb``), Plexon or NeuroExplorer (``.plx``, ``.nex``), or CSV with columns spike_time,unit
-        (:func:`vibrissa.neural.io.spike_csv.read_spikes`): in trials where it has a column trial, else on the session's
-        clock. A dataset (``.nc``) of spikes. Or a folder of sorted units, of phy or SpikeInterface.
+        (:func:`vibrissa.neural.io.tables.spike_csv.read_spikes`): in trials where it has a column trial, else on the
+        session's clock. A dataset (``.nc``) of spikes. Or a folder of sorted units, of phy or SpikeInterface.
     window : (start, stop)
         Part of each trial that is kept, about its onset [s].
     event : str, optional
         Event channel whose marks are the onsets; for Plexon and NeuroExplorer.
     trials : path or Dataset, optional
         Table (CSV: start, stop, …) of the trials, instead of the file's own or of an event; or the trials themselves,
-        see :func:`vibrissa.neural.io.trials.trial_table`.
+        see :func:`vibrissa.neural.io.tables.trials.trial_table`.
     only : (column, value), optional
         Keep the trials with this value in this column of their table: one protocol among interleaved ones.
     groups : collection of str, optional
@@ -91,7 +91,7 @@ def _session(
     """Spikes of a recording and, if its own are wanted, its trials; a table may have the spikes in trials."""
     kind = "" if Path(path).is_dir() else Path(path).suffix.lower()
     if kind == ".nwb":
-        from vibrissa.neural.io.nwb import read_nwb, read_nwb_trials
+        from vibrissa.neural.io.formats.nwb import read_nwb, read_nwb_trials
 
         if event is not None:
             remedy = "an NWB file has tables of trials"
@@ -125,7 +125,7 @@ def session_spikes(
     Returns
     -------
     Dataset
-        See :func:`vibrissa.neural.io.spikes.spike_table`; with ``marker_time`` where an event is given.
+        See :func:`vibrissa.neural.io.tables.spikes.spike_table`; with ``marker_time`` where an event is given.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def session_spikes(
         return _sorted_units(path, groups)
     if Path(path).suffix.lower() not in PLEXON:
         return _table(path)
-    from vibrissa.neural.io.plexon import read_plexon
+    from vibrissa.neural.io.formats.plexon import read_plexon
 
     return read_plexon(path, event=event, progress=progress)
 
@@ -154,7 +154,7 @@ def _sorted_units(path: str | Path, groups: Collection[str]) -> xr.Dataset:
     """Spikes of a folder that a sorter wrote."""
     if is_phy(path):
         return read_phy(path, groups=groups)
-    from vibrissa.neural.io.sorted_folder import is_sorted_folder, read_sorted_folder
+    from vibrissa.neural.io.formats.sorted_folder import is_sorted_folder, read_sorted_folder
 
     if is_sorted_folder(path):
         return read_sorted_folder(path, groups=groups)

@@ -11,7 +11,7 @@ import xarray as xr
 
 from vibrissa.arrays import Array
 from vibrissa.errors import require_positive
-from vibrissa.neural.io.inputs import require_session_clock
+from vibrissa.neural.io.tables.inputs import require_session_clock
 from vibrissa.neural.simulated.refractoriness import ROUNDING, below
 from vibrissa.quantities import dataset
 
@@ -25,7 +25,7 @@ def unit_quality(spikes: xr.Dataset, duration: float, *, period: float = PERIOD)
     Parameters
     ----------
     spikes : Dataset
-        Table of :func:`vibrissa.neural.io.spikes.spike_table`, on the session's clock.
+        Table of :func:`vibrissa.neural.io.tables.spikes.spike_table`, on the session's clock.
     duration : float
         Length of the session [s].
     period : float

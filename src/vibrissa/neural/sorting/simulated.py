@@ -10,10 +10,10 @@ import xarray as xr
 
 from vibrissa.errors import MissingError, RangeError
 from vibrissa.files import written_whole
-from vibrissa.neural.io.foreign import one_line
-from vibrissa.neural.io.spike_csv import write_csv
-from vibrissa.neural.io.spikes import table_of_trains
-from vibrissa.neural.io.traces import RawFormat, part
+from vibrissa.neural.io.formats.foreign import one_line
+from vibrissa.neural.io.formats.traces import RawFormat, part
+from vibrissa.neural.io.tables.spike_csv import write_csv
+from vibrissa.neural.io.tables.spikes import table_of_trains
 from vibrissa.neural.sorting.sorters import numbered
 
 RATE, PITCH, STEP = 30e3, 20e-6, 0.2e-6  # [Hz], [m] between electrodes, [V] of a sample
@@ -47,8 +47,8 @@ def generate(
     seed, duration, channels, units
         Of the recording; duration in seconds.
     spikes : Dataset, optional
-        Spikes to be seen in it instead, on the session's clock (:func:`vibrissa.neural.io.spikes.spike_table`); they
-        set duration and units.
+        Spikes to be seen in it instead, on the session's clock (:func:`vibrissa.neural.io.tables.spikes.spike_table`);
+        they set duration and units.
 
     Returns
     -------

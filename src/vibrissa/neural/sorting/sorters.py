@@ -12,10 +12,10 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.errors import PackageError, TooFewError, install
-from vibrissa.neural.io.foreign import one_line
-from vibrissa.neural.io.inputs import require_session_clock
-from vibrissa.neural.io.spikes import table_of_trains
-from vibrissa.neural.io.traces import part
+from vibrissa.neural.io.formats.foreign import one_line
+from vibrissa.neural.io.formats.traces import part
+from vibrissa.neural.io.tables.inputs import require_session_clock
+from vibrissa.neural.io.tables.spikes import table_of_trains
 from vibrissa.neural.sorting.quality import unit_quality
 from vibrissa.quantities import dataset
 
@@ -37,7 +37,7 @@ def sort(traces: Any, sorter: str = DEFAULT, *, seed: int = 0, workers: int = 1)
     Parameters
     ----------
     traces : spikeinterface.BaseRecording
-        From :func:`vibrissa.neural.io.traces.open_traces`.
+        From :func:`vibrissa.neural.io.formats.traces.open_traces`.
     sorter : str
         One of :func:`sorters`.
     seed : int
@@ -48,9 +48,9 @@ def sort(traces: Any, sorter: str = DEFAULT, *, seed: int = 0, workers: int = 1)
     Returns
     -------
     Dataset
-        Table of :func:`vibrissa.neural.io.spikes.spike_table` on the session's clock; ``unit_electrode`` (from 0, in
-        the order of the channels), ``snr_mean``, ``unit_waveform`` [V] of that electrode, 300 to 6,000 Hz, where the
-        gain is known, and the variables of :func:`vibrissa.neural.sorting.quality.unit_quality`.
+        Table of :func:`vibrissa.neural.io.tables.spikes.spike_table` on the session's clock; ``unit_electrode`` (from
+        0, in the order of the channels), ``snr_mean``, ``unit_waveform`` [V] of that electrode, 300 to 6,000 Hz, where
+        the gain is known, and the variables of :func:`vibrissa.neural.sorting.quality.unit_quality`.
 
     Raises
     ------
@@ -123,7 +123,7 @@ def accuracy(found: xr.Dataset, truth: xr.Dataset, *, coincident: float = COINCI
     Parameters
     ----------
     found, truth : Dataset
-        Tables of :func:`vibrissa.neural.io.spikes.spike_table` on one session's clock; the former has its
+        Tables of :func:`vibrissa.neural.io.tables.spikes.spike_table` on one session's clock; the former has its
         ``sampling_rate``.
     coincident : float
         Spikes closer than this are the same [s].
@@ -169,7 +169,7 @@ def numbered(table: xr.Dataset, rate: float) -> Any:
     Parameters
     ----------
     table : Dataset
-        See :func:`vibrissa.neural.io.spikes.spike_table`.
+        See :func:`vibrissa.neural.io.tables.spikes.spike_table`.
     rate : float
         Samples per second [Hz].
 

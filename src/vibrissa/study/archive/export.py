@@ -14,8 +14,8 @@ import numpy as np
 from vibrissa.arrays import Array
 from vibrissa.errors import ConflictError, FormatError, MachineError, MissingError, RangeError
 from vibrissa.files import written_whole
-from vibrissa.neural.io.nwb import pynwb_module
-from vibrissa.neural.io.nwb_session import Session, nwb_bytes, session_file
+from vibrissa.neural.io.formats.nwb import pynwb_module
+from vibrissa.neural.io.formats.nwb_session import Session, nwb_bytes, session_file
 from vibrissa.quantities.kinds import Datasets, Results
 from vibrissa.study.archive.export_folder import BASE, ONE_MOVIE, read_results
 from vibrissa.study.archive.export_series import Clock, add_intervals, add_table

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Array
-from vibrissa.neural.io.nwb import pynwb_module
-from vibrissa.neural.io.nwb_writer import described
+from vibrissa.neural.io.formats.nwb import pynwb_module
+from vibrissa.neural.io.formats.nwb_writer import described
 
 if TYPE_CHECKING:
     import xarray as xr

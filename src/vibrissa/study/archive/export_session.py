@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from vibrissa import __version__
 from vibrissa.errors import ConflictError, FormatError, MissingError
-from vibrissa.neural.io.nwb_session import Session
+from vibrissa.neural.io.formats.nwb_session import Session
 from vibrissa.study.archive.export_folder import BASE
 from vibrissa.study.archive.export_units import simulated, tables_of_units
 from vibrissa.tables.reader import read_table

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.errors import MissingError, RangeError, TooFewError
-from vibrissa.neural.io.nwb_writer import Session, add_command, add_trials, add_units
-from vibrissa.neural.io.spikes import spike_table
-from vibrissa.neural.io.trials import trial_table
+from vibrissa.neural.io.formats.nwb_writer import Session, add_command, add_trials, add_units
+from vibrissa.neural.io.tables.spikes import spike_table
+from vibrissa.neural.io.tables.trials import trial_table
 from vibrissa.quantities import dataset
 from vibrissa.quantities.kinds import Results
 from vibrissa.study.archive.export_series import Clock, add_table

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.errors import FormatError, MissingError
-from vibrissa.neural.io.inputs import write_stimulus
-from vibrissa.neural.io.nwb_writer import Session, write_nwb
-from vibrissa.neural.io.spike_csv import write_csv
-from vibrissa.neural.io.spikes import spike_table
-from vibrissa.neural.io.trials import trial_table
+from vibrissa.neural.io.formats.nwb_writer import Session, write_nwb
+from vibrissa.neural.io.tables.inputs import write_stimulus
+from vibrissa.neural.io.tables.spike_csv import write_csv
+from vibrissa.neural.io.tables.spikes import spike_table
+from vibrissa.neural.io.tables.trials import trial_table
 from vibrissa.neural.simulated.driven import write_driven
 from vibrissa.quantities import dataset
 

@@ -11,9 +11,9 @@ from scipy.signal import periodogram
 
 from vibrissa.errors import ConflictError, InputError, RangeError, UnknownError
 from vibrissa.neural.coupling.analysis import analyse_units
-from vibrissa.neural.io.inputs import read_stimulus
 from vibrissa.neural.io.recording import recorded_spikes
-from vibrissa.neural.io.trials import trials_at
+from vibrissa.neural.io.tables.inputs import read_stimulus
+from vibrissa.neural.io.tables.trials import trials_at
 from vibrissa.quantities import dataset
 from vibrissa.quantities.kinds import Progress
 from vibrissa.stimulus.export import read_command

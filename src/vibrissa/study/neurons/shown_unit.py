@@ -9,7 +9,7 @@ import numpy as np
 from vibrissa.arrays import Mask
 from vibrissa.neural.coupling.analysis import EnvelopeAnalysis
 from vibrissa.neural.coupling.response import spike_counts
-from vibrissa.neural.io.spikes import of_unit
+from vibrissa.neural.io.tables.spikes import of_unit
 from vibrissa.quantities import dataset
 
 if TYPE_CHECKING:

@@ -126,7 +126,7 @@ def _of_table(path: Path) -> Contents:
     if kind != "spikes":
         with open(path, encoding="utf-8") as lines:
             return Contents(f"table: {kind}", facts | {"lines": sum(1 for line in lines if line.strip()) - 1})
-    from vibrissa.neural.io.spike_csv import read_spikes
+    from vibrissa.neural.io.tables.spike_csv import read_spikes
 
     data = read_spikes(path, all_trials=True)
     return Contents("table: spikes", facts | {"units": data.sizes["unit"], "spikes": data.sizes["spike"]}, data)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from vibrissa.neural.io.phy import read_phy
+from vibrissa.neural.io.formats.phy import read_phy
 from vibrissa.neural.io.recording import recorded_spikes
 
 PARAMS = "dat_path = 'recording.dat'\nn_channels_dat = 8\ndtype = 'int16'\noffset = 0\nsample_rate = 30000.\n"

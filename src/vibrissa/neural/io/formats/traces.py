@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError, ShapeError, TooFewError
-from vibrissa.neural.io.foreign import one_line, optional_module
+from vibrissa.neural.io.formats.foreign import one_line, optional_module
 
 Samples = Literal["int16", "int32", "float32", "float64"]
 RAW = (".raw", ".dat", ".bin")

@@ -10,9 +10,9 @@ from refusals import refusal
 
 from vibrissa.errors import InputError
 from vibrissa.neural.coupling.response import psth
-from vibrissa.neural.io.spike_csv import read_spikes, units_by_name, write_csv
-from vibrissa.neural.io.spikes import join_units, of_unit, spike_table
-from vibrissa.neural.io.trials import cut_into_trials, read_trials, trial_table, trials_at
+from vibrissa.neural.io.tables.spike_csv import read_spikes, units_by_name, write_csv
+from vibrissa.neural.io.tables.spikes import join_units, of_unit, spike_table
+from vibrissa.neural.io.tables.trials import cut_into_trials, read_trials, trial_table, trials_at
 from vibrissa.neural.simulated.virtual import ThresholdLinearUnit, simulate_spikes
 
 

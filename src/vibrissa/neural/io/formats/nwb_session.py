@@ -13,7 +13,7 @@ import h5py
 
 from vibrissa.errors import FormatError, MissingError, RangeError, TooFewError, UnknownError, require_positive
 from vibrissa.files import written_whole
-from vibrissa.neural.io.nwb import pynwb_module
+from vibrissa.neural.io.formats.nwb import pynwb_module
 
 _BLOCK = 2**24  # bytes by which the file in memory grows
 

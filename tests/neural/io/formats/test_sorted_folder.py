@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from refusals import refusal
 
+from vibrissa.neural.io.formats.sorted_folder import read_sorted_folder
 from vibrissa.neural.io.recording import recorded_spikes
-from vibrissa.neural.io.sorted_folder import read_sorted_folder
 
 RATE = 30000.0
 SAMPLE, UNIT = [300, 600, 600, 30300], [0, 1, 0, 0]

@@ -11,7 +11,7 @@ import xarray as xr
 
 from vibrissa.arrays import Integers
 from vibrissa.errors import FormatError, TooFewError
-from vibrissa.neural.io.spikes import spike_table
+from vibrissa.neural.io.tables.spikes import spike_table
 from vibrissa.quantities import require
 from vibrissa.tables.reader import read_table
 from vibrissa.tables.table import Table
@@ -41,9 +41,9 @@ def read_spikes(path: str | Path, *, all_trials: bool = False) -> xr.Dataset:
     Returns
     -------
     Dataset
-        See :func:`vibrissa.neural.io.spikes.spike_table`; units in the order of their names (:func:`units_by_name`),
-        whatever that of the lines. ``n_trials`` reaches to the largest trial of a file that lists its
-        trials, and is absent otherwise.
+        See :func:`vibrissa.neural.io.tables.spikes.spike_table`; units in the order of their names
+        (:func:`units_by_name`), whatever that of the lines. ``n_trials`` reaches to the largest trial of a file that
+        lists its trials, and is absent otherwise.
 
     Raises
     ------
@@ -148,8 +148,8 @@ def write_csv(spikes: xr.Dataset, path: str | Path) -> None:
     Parameters
     ----------
     spikes : Dataset
-        Table of :func:`vibrissa.neural.io.spikes.spike_table`. Units without spikes, and the last trial where it has
-        none, get a line without a time.
+        Table of :func:`vibrissa.neural.io.tables.spikes.spike_table`. Units without spikes, and the last trial where it
+        has none, get a line without a time.
     path : path
         Name of the file; one that is there is replaced.
 

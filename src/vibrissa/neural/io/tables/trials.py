@@ -11,8 +11,8 @@ import xarray as xr
 
 from vibrissa.arrays import Array, Mask, Window
 from vibrissa.errors import FormatError, MissingError, RangeError, TooFewError, require_positive
-from vibrissa.neural.io.inputs import require_session_clock
-from vibrissa.neural.io.spikes import spike_table
+from vibrissa.neural.io.tables.inputs import require_session_clock
+from vibrissa.neural.io.tables.spikes import spike_table
 from vibrissa.quantities import dataset, require
 from vibrissa.tables.reader import read_table
 from vibrissa.tables.table import Table
@@ -181,7 +181,8 @@ def cut_into_trials(spikes: xr.Dataset, trials: xr.Dataset, window: Window | Non
     Parameters
     ----------
     spikes : Dataset
-        Spikes on the session's clock, without ``spike_trial``; see :func:`vibrissa.neural.io.spikes.spike_table`.
+        Spikes on the session's clock, without ``spike_trial``; see
+        :func:`vibrissa.neural.io.tables.spikes.spike_table`.
     trials : Dataset
         See :func:`trial_table`.
     window : (start, stop), optional

@@ -11,7 +11,7 @@ import numpy as np
 
 from vibrissa.arrays import Integers
 from vibrissa.errors import FormatError, MissingError, RangeError, ShapeError
-from vibrissa.neural.io.foreign import optional_module
+from vibrissa.neural.io.formats.foreign import optional_module
 
 NUMPY = "numpysorting_info.json"  # in each folder of sorting.save(folder=…), since SpikeInterface 0.99
 NPZ = "sorting_cached.npz"  # in those of older versions

@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.errors import FormatError, MissingError
-from vibrissa.neural.io.foreign import one_line, optional_module
-from vibrissa.neural.io.spikes import table_of_trains, with_intervals
-from vibrissa.neural.io.trials import rows_with, trial_table
+from vibrissa.neural.io.formats.foreign import one_line, optional_module
+from vibrissa.neural.io.tables.spikes import table_of_trains, with_intervals
+from vibrissa.neural.io.tables.trials import rows_with, trial_table
 from vibrissa.tables.table import LONGEST
 
 UNIT_COLUMNS = {  # of the file, and the variable of a unit each is
@@ -42,10 +42,11 @@ def read_nwb(path: str | Path, *, names: str | None = None) -> xr.Dataset:
     Returns
     -------
     Dataset
-        See :func:`vibrissa.neural.io.spikes.spike_table`. ``unit_id`` keeps the ids. ``unit_quality``, ``unit_whisker``
-        and ``snr_smallest`` where the file has the columns quality, whisker and snr; ``interval_start``,
-        ``interval_stop`` and ``interval_unit`` where it says when each unit was observed; ``unit_waveform`` where it
-        has mean waveforms of one electrode, ``unit_electrode`` where each unit has one electrode.
+        See :func:`vibrissa.neural.io.tables.spikes.spike_table`. ``unit_id`` keeps the ids. ``unit_quality``,
+        ``unit_whisker`` and ``snr_smallest`` where the file has the columns quality, whisker and snr;
+        ``interval_start``, ``interval_stop`` and ``interval_unit`` where it says when each unit was observed;
+        ``unit_waveform`` where it has mean waveforms of one electrode, ``unit_electrode`` where each unit has one
+        electrode.
 
     Raises
     ------
@@ -145,12 +146,13 @@ def read_nwb_trials(
     Returns
     -------
     Dataset
-        See :func:`vibrissa.neural.io.trials.trial_table`.
+        See :func:`vibrissa.neural.io.tables.trials.trial_table`.
 
     Raises
     ------
     InputError
-        If there is no such table, and those there are are named; as :func:`vibrissa.neural.io.trials.trial_table`.
+        If there is no such table, and those there are are named; as
+        :func:`vibrissa.neural.io.tables.trials.trial_table`.
     """
     with opened(path) as file:
         found = {str(name): one for name, one in (file.intervals or {}).items()}
@@ -178,12 +180,12 @@ def trials_of(rows: Any, source: str, *, only: tuple[str, str] | None = None, st
     Returns
     -------
     Dataset
-        See :func:`vibrissa.neural.io.trials.trial_table`.
+        See :func:`vibrissa.neural.io.tables.trials.trial_table`.
 
     Raises
     ------
     InputError
-        As :func:`vibrissa.neural.io.trials.trial_table`.
+        As :func:`vibrissa.neural.io.tables.trials.trial_table`.
     """
     start, stop = (np.asarray(rows[name][:], float) for name in ("start_time", "stop_time"))
     kept = np.ones(start.size, bool)

@@ -80,7 +80,7 @@ def require_session_clock(spikes: xr.Dataset, remedy: str = "") -> None:
     Parameters
     ----------
     spikes : Dataset
-        Table of :func:`vibrissa.neural.io.spikes.spike_table`.
+        Table of :func:`vibrissa.neural.io.tables.spikes.spike_table`.
     remedy : str
         What to do about spikes in trials.
 

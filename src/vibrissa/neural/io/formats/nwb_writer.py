@@ -10,10 +10,10 @@ import xarray as xr
 
 from vibrissa.arrays import Array
 from vibrissa.errors import FormatError, RangeError
-from vibrissa.neural.io.inputs import require_session_clock
-from vibrissa.neural.io.nwb import UNIT_COLUMNS, pynwb_module
-from vibrissa.neural.io.nwb_session import Session as Session
-from vibrissa.neural.io.nwb_session import save_nwb, session_file
+from vibrissa.neural.io.formats.nwb import UNIT_COLUMNS, pynwb_module
+from vibrissa.neural.io.formats.nwb_session import Session as Session
+from vibrissa.neural.io.formats.nwb_session import save_nwb, session_file
+from vibrissa.neural.io.tables.inputs import require_session_clock
 from vibrissa.quantities import require
 
 
@@ -30,14 +30,14 @@ def write_nwb(
     Parameters
     ----------
     spikes : Dataset
-        Spikes on the session's clock; see :func:`vibrissa.neural.io.spikes.spike_table`. What is known of the units,
-        and when they were observed, goes with them.
+        Spikes on the session's clock; see :func:`vibrissa.neural.io.tables.spikes.spike_table`. What is known of the
+        units, and when they were observed, goes with them.
     path : path
         Name of the file; ``session.filename`` is the one that archives want.
     session : Session
         Session and animal.
     trials : Dataset, optional
-        See :func:`vibrissa.neural.io.trials.trial_table`.
+        See :func:`vibrissa.neural.io.tables.trials.trial_table`.
     command : Dataset, optional
         ``command`` (whisker, time) [m], presented in every trial: a template to which the trials refer. With
         ``delay`` (whisker) [s], a table of whiskers and their delays; with ``replayed_envelope`` (whisker, time) [m],
@@ -167,7 +167,7 @@ def add_trials(file: Any, trials: xr.Dataset, template: Any = None) -> None:
     file : pynwb.NWBFile
         The file.
     trials : Dataset
-        See :func:`vibrissa.neural.io.trials.trial_table`.
+        See :func:`vibrissa.neural.io.tables.trials.trial_table`.
     template : TimeSeries, optional
         Of the stimulus.
     """

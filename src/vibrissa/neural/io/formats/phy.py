@@ -12,7 +12,7 @@ import xarray as xr
 
 from vibrissa.arrays import Integers
 from vibrissa.errors import FormatError, MissingError, RangeError, ShapeError, TooFewError
-from vibrissa.neural.io.spikes import spike_table
+from vibrissa.neural.io.tables.spikes import spike_table
 from vibrissa.tables.reader import read_table
 from vibrissa.tables.table import LONGEST
 from vibrissa.tables.text import as_number, each_line
@@ -56,9 +56,9 @@ def read_phy(path: str | Path, *, groups: Collection[str] = GOOD) -> xr.Dataset:
     Returns
     -------
     Dataset
-        See :func:`vibrissa.neural.io.spikes.spike_table`; ``unit_id`` is the cluster, ``unit_quality`` SU for good, MU
-        for mua, and is absent where there are others. The attribute ``remark`` names what is left out, and by whose
-        word.
+        See :func:`vibrissa.neural.io.tables.spikes.spike_table`; ``unit_id`` is the cluster, ``unit_quality`` SU for
+        good, MU for mua, and is absent where there are others. The attribute ``remark`` names what is left out, and by
+        whose word.
 
     Raises
     ------

@@ -9,9 +9,9 @@ from plexon_files import write_nex, write_plx
 from refusals import refusal
 
 from vibrissa.errors import InputError
-from vibrissa.neural.io.plexon import read_plexon
-from vibrissa.neural.io.spikes import of_unit
-from vibrissa.neural.io.trials import cut_into_trials, trials_at
+from vibrissa.neural.io.formats.plexon import read_plexon
+from vibrissa.neural.io.tables.spikes import of_unit
+from vibrissa.neural.io.tables.trials import cut_into_trials, trials_at
 
 pytest.importorskip("neo")
 

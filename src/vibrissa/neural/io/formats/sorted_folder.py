@@ -10,9 +10,9 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.errors import FormatError, MissingError, ShapeError, TooFewError
-from vibrissa.neural.io.foreign import one_line
-from vibrissa.neural.io.phy import GOOD, QUALITY, is_phy, read_phy
-from vibrissa.neural.io.saved_sorting import (
+from vibrissa.neural.io.formats.foreign import one_line
+from vibrissa.neural.io.formats.phy import GOOD, QUALITY, is_phy, read_phy
+from vibrissa.neural.io.formats.saved_sorting import (
     NPZ,
     NUMPY,
     ZARR,
@@ -22,7 +22,7 @@ from vibrissa.neural.io.saved_sorting import (
     read_numpy_folder,
     read_zarr,
 )
-from vibrissa.neural.io.spikes import table_of_trains
+from vibrissa.neural.io.tables.spikes import table_of_trains
 
 SORTER, ANALYZER, SAVED = "spikeinterface_log.json", "spikeinterface_info.json", "si_folder.json"
 SIGNS = (NUMPY, NPZ, SORTER, ANALYZER, SAVED, *ZARR)
@@ -60,7 +60,7 @@ def read_sorted_folder(path: str | Path, *, groups: Collection[str] = GOOD) -> x
     Returns
     -------
     Dataset
-        See :func:`vibrissa.neural.io.spikes.spike_table`. The attribute ``remark`` names what is left out.
+        See :func:`vibrissa.neural.io.tables.spikes.spike_table`. The attribute ``remark`` names what is left out.
 
     Raises
     ------

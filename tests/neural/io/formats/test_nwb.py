@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from refusals import refusal
 
-from vibrissa.neural.io.nwb import read_nwb, read_nwb_trials
-from vibrissa.neural.io.nwb_writer import Session, write_nwb
-from vibrissa.neural.io.spikes import spike_table
-from vibrissa.neural.io.trials import cut_into_trials, trial_table, trials_at
+from vibrissa.neural.io.formats.nwb import read_nwb, read_nwb_trials
+from vibrissa.neural.io.formats.nwb_writer import Session, write_nwb
+from vibrissa.neural.io.tables.spikes import spike_table
+from vibrissa.neural.io.tables.trials import cut_into_trials, trial_table, trials_at
 from vibrissa.quantities import dataset
 
 pynwb = pytest.importorskip("pynwb")

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from vibrissa.arrays import Array
 from vibrissa.errors import FormatError, MissingError, UnknownError
-from vibrissa.neural.io.foreign import one_line, optional_module
-from vibrissa.neural.io.spikes import table_of_trains
+from vibrissa.neural.io.formats.foreign import one_line, optional_module
+from vibrissa.neural.io.tables.spikes import table_of_trains
 from vibrissa.quantities import dataset
 from vibrissa.tables.table import LONGEST
 
@@ -54,11 +54,12 @@ def read_plexon(
     Returns
     -------
     Dataset
-        See :func:`vibrissa.neural.io.spikes.spike_table`. Units are named ``channel,unit`` in a .plx file (``3,1``), by
-        their variable in a .nex file. Unsorted spikes (unit 0; variables like ``sig001U``) are left out and counted
-        in ``spikes_unsorted``; variables that repeat spikes with their waveforms (``sig001a_wf``) are passed over.
-        ``event_channels`` names the channels of events. With an event, ``marker_time`` [s] and ``marker_label``
-        (marker), the label being the code of a strobed event: see :func:`vibrissa.neural.io.trials.trials_at`.
+        See :func:`vibrissa.neural.io.tables.spikes.spike_table`. Units are named ``channel,unit`` in a .plx file
+        (``3,1``), by their variable in a .nex file. Unsorted spikes (unit 0; variables like ``sig001U``) are left out
+        and counted in ``spikes_unsorted``; variables that repeat spikes with their waveforms (``sig001a_wf``) are
+        passed over. ``event_channels`` names the channels of events. With an event, ``marker_time`` [s] and
+        ``marker_label`` (marker), the label being the code of a strobed event: see
+        :func:`vibrissa.neural.io.tables.trials.trials_at`.
 
     Raises
     ------

@@ -1,0 +1,1 @@
+"""Tables of spikes, trials, stimuli and textures, and their CSV."""
