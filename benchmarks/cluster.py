@@ -26,7 +26,10 @@ os.environ.update(ONE)  # before NumPy is there
 import numpy as np  # noqa: E402
 import xarray as xr  # noqa: E402
 
-from vibrissa.sweep import Engine, Gratings, Grid, Measure, sweep  # noqa: E402
+from vibrissa.sweep.engine import Engine  # noqa: E402
+from vibrissa.sweep.gratings import Gratings  # noqa: E402
+from vibrissa.sweep.grid import Grid, Measure  # noqa: E402
+from vibrissa.sweep.maps import sweep  # noqa: E402
 from vibrissa.whisker import Whisker  # noqa: E402
 
 WHISKER = Whisker(length=0.04, cone_angle=1.5e-3)

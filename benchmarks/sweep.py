@@ -14,7 +14,9 @@ import numpy as np
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.scan.texture_prediction import predict
 from vibrissa.mechanics.statics.profile import Posture
-from vibrissa.sweep import Engine, Grid, Measure, sweep
+from vibrissa.sweep.engine import Engine
+from vibrissa.sweep.grid import Grid, Measure
+from vibrissa.sweep.maps import sweep
 from vibrissa.texture.surface import Gaps
 from vibrissa.whisker import Whisker
 

@@ -14,8 +14,11 @@ import pytest
 from engine_tasks import place, refuse_three, slow_square
 from refusals import refusal
 
-from vibrissa.sweep import Engine, Gratings, Grid, Measure, cluster, sweep
-from vibrissa.sweep.engine import each
+from vibrissa.sweep import cluster
+from vibrissa.sweep.engine import Engine, each
+from vibrissa.sweep.gratings import Gratings
+from vibrissa.sweep.grid import Grid, Measure
+from vibrissa.sweep.maps import sweep
 from vibrissa.whisker import Whisker
 
 pytest.importorskip("distributed", reason="the extra cluster is not installed: pip install 'vibrissa[cluster]'")

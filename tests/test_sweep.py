@@ -14,8 +14,10 @@ from vibrissa.files import load
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.scan.texture_prediction import predict
 from vibrissa.mechanics.statics.profile import Posture
-from vibrissa.sweep import REASONS, Engine, Grid, Measure, maps, sweep
-from vibrissa.sweep.maps import _postures
+from vibrissa.sweep import maps
+from vibrissa.sweep.engine import Engine
+from vibrissa.sweep.grid import Grid, Measure
+from vibrissa.sweep.maps import REASONS, _postures, sweep
 from vibrissa.sweep.posture_cells import jumps as crossed
 from vibrissa.sweep.posture_cells import linear, shaft, width_nodes
 from vibrissa.texture.surface import Gaps

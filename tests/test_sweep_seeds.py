@@ -8,7 +8,10 @@ import xarray as xr
 from refusals import refusal
 
 from vibrissa.files import load
-from vibrissa.sweep import Engine, Gratings, Grid, Measure, sweep
+from vibrissa.sweep.engine import Engine
+from vibrissa.sweep.gratings import Gratings
+from vibrissa.sweep.grid import Grid, Measure
+from vibrissa.sweep.maps import sweep
 from vibrissa.texture.surface import random_grating
 from vibrissa.whisker import Whisker
 

@@ -9,7 +9,7 @@ from vibrissa.figures.paper import fig7e
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.scan.texture_prediction import predict
 from vibrissa.mechanics.statics.profile import Posture
-from vibrissa.sweep import REASONS
+from vibrissa.sweep.maps import REASONS
 from vibrissa.texture.surface import Gaps
 from vibrissa.whisker import Whisker
 

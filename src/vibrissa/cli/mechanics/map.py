@@ -18,7 +18,7 @@ from vibrissa.errors import ConflictError
 if TYPE_CHECKING:
     import xarray as xr
 
-    from vibrissa.sweep import Gratings
+    from vibrissa.sweep.gratings import Gratings
     from vibrissa.texture.surface import Gaps
 
 
@@ -62,7 +62,7 @@ class GratingOptions:
         InputError
             If both or neither are given.
         """
-        from vibrissa.sweep import Gratings
+        from vibrissa.sweep.gratings import Gratings
         from vibrissa.texture.io import read_gaps
 
         if path is not None and self == GratingOptions():
@@ -138,8 +138,9 @@ def map_(
         Point of the shaft whose largest displacement is mapped: its position s, 1 at the base; or its distance from the
         tip of the cone along the shaft (36mm).
     """
-    from vibrissa.sweep import Engine, Grid, Measure
-    from vibrissa.sweep import sweep as computed
+    from vibrissa.sweep.engine import Engine
+    from vibrissa.sweep.grid import Grid, Measure
+    from vibrissa.sweep.maps import sweep as computed
     from vibrissa.sweep.zarr_folder import refuse_zarr, save_zarr
 
     large = out if out is not None and out.suffix == ".zarr" else None

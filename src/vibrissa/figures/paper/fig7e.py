@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from vibrissa.figures.canvas import add_caption, house_style, new_figure
 from vibrissa.mechanics.quasi_static.response import Form
 from vibrissa.quantities import dataset
-from vibrissa.sweep import REASONS, Grid, Measure, sweep
+from vibrissa.sweep.grid import Grid, Measure
+from vibrissa.sweep.maps import REASONS, sweep
 from vibrissa.texture.surface import Gaps
 
 if TYPE_CHECKING:
