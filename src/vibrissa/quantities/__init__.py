@@ -72,8 +72,10 @@ def dataset(attrs: Mapping[str, Any] | None = None, *, lead: tuple[str, ...] = (
     for name, values in variables.items():
         array = np.asarray(values)
         dims = _dims(name, array, lead)
-        arrays[name] = (dims, array, {"units": QUANTITIES[name].unit, "long_name": QUANTITIES[name].long_name})
-    coordinates = {name: arrays.pop(name) for name in list(arrays) if arrays[name][0] == (name,)}
+        attributes = {"units": QUANTITIES[name].unit, "long_name": QUANTITIES[name].long_name}
+        # the short way for plain arrays: on the long one xarray imports Dask, where it is installed, to compare types
+        arrays[name] = xr.Variable(dims, array, attributes, fastpath=array.dtype.kind not in "OMm")
+    coordinates = {name: arrays.pop(name) for name in list(arrays) if arrays[name].dims == (name,)}
     return xr.Dataset(arrays, coordinates, {**(attrs or {}), "vibrissa_version": __version__})
 
 
