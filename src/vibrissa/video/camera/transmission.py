@@ -11,6 +11,7 @@ from vibrissa.arrays import Array
 FWHM = 2 * np.sqrt(2 * np.log(2))  # of a Gaussian, over its standard deviation
 Pixels = NDArray[np.uint32]  # numbers of pixels, row by row
 REACH = 5.0  # standard deviations; beyond, a line of full contrast darkens by less than 1e-3 grey levels
+ROUNDED = 1e-6  # [pixels] by which a stretch of a row is taken wider, for what is rounded
 
 
 class Canvas:
@@ -95,10 +96,10 @@ def _nearest_point(
         tilt, on_tilt = (dy / dx, on_y / on_x if k < last else 0.0) if rightwards else (0.0, 0.0)
         for row in range(int(np.ceil(top)), int(np.floor(bottom)) + 1):
             start, end = left, right
-            if rightwards and k > 0:  # of that stretch, a pixel earlier, for what is rounded
-                start = max(left, x0 - (row - y0) * tilt - 1)
+            if rightwards and k > 0:
+                start = max(left, x0 - (row - y0) * tilt - ROUNDED)
             if rightwards and k < last:
-                end = min(right, x1 + max((y1 - row) * tilt, (y1 - row) * on_tilt) + 1)
+                end = min(right, x1 + max((y1 - row) * tilt, (y1 - row) * on_tilt) + ROUNDED)
             for column in range(int(np.ceil(start)), int(np.floor(end)) + 1):
                 along = (column - x0) * dx + (row - y0) * dy
                 beyond = (column - x1) * on_x + (row - y1) * on_y
