@@ -97,7 +97,7 @@ def drawn(
         In order.
     """
     progress("report", 0, len(drawings))
-    staffed = engine is not None and engine.crew is not None and engine.crew.idle
+    staffed = engine is not None and engine.crew is not None and engine.crew.processes
     here = engine if engine is not None and staffed else Engine(scheduler="synchronous")
     return each(partial(_picture, folder=folder, sweeps=sweeps), drawings, here, partial(progress, "report"))
 
@@ -108,7 +108,7 @@ def _picture(drawing: Drawing, folder: Path, sweeps: Path) -> Picture:
 
 
 def png_of(figure: Figure) -> str:
-    """PNG of a figure in base64.
+    """PNG of a figure in base64, drawn once: ``savefig`` draws a first time for the layout, which the second one makes.
 
     Parameters
     ----------
@@ -120,6 +120,8 @@ def png_of(figure: Figure) -> str:
     str
         Base64.
     """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", metadata={"Software": None})
+    FigureCanvasAgg(figure).print_png(buffer, metadata={"Software": None})  # type: ignore[no-untyped-call]
     return base64.b64encode(buffer.getvalue()).decode()
