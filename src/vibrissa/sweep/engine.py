@@ -64,29 +64,34 @@ class Engine:
 
 
 @contextmanager
-def staffed(engine: Engine) -> Iterator[Engine]:
+def staffed(engine: Engine, ahead: tuple[str, ...] | None = None) -> Iterator[Engine]:
     """Let the processes of this machine stay from one piece of work to the next.
 
     Parameters
     ----------
     engine : Engine
-        Who does the work.
+        Who does the work; one that is staffed already stays as it is.
+    ahead : (str, ...), optional
+        Names of modules that the processes import while this one goes on; by default they start with the first work.
 
     Returns
     -------
     iterator of Engine
         For ``with``, at whose end the processes end.
     """
-    if engine.scheduler != "processes" or engine.at_once == 1:
+    if engine.scheduler != "processes" or engine.at_once == 1 or engine.crew is not None:
         yield engine
         return
     from vibrissa.sweep.processes import Crew
 
-    crew = Crew()
+    crew, at_once = Crew(engine.at_once, ahead or ()), True
     try:
+        if ahead is not None:
+            crew.hire_all()
         yield replace(engine, crew=crew)
+        at_once = False
     finally:
-        crew.dismiss()
+        crew.dismiss(at_once)
 
 
 def each(
@@ -128,9 +133,12 @@ def each(
 
         on_cluster(function, items, engine.scheduler, count)
     elif engine.scheduler == "processes" and engine.at_once > 1 and len(items) > 1:
+        if engine.crew is None:
+            with staffed(engine) as here:
+                return each(function, items, here, tell)
         from vibrissa.sweep.processes import in_processes
 
-        in_processes(function, items, engine.at_once, count, engine.crew)
+        in_processes(function, items, count, engine.crew)
     else:
         threads = engine.at_once if engine.scheduler == "threads" else 1
         with single_threaded(), ThreadPoolExecutor(threads) as pool:

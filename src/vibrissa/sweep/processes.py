@@ -3,7 +3,7 @@
 In a pool with one queue for all, a process that dies while the pipe of that queue is full leaves the thread that fills
 it waiting for a reader that is gone, and the pool waiting for that thread, for ever (``concurrent.futures`` before
 CPython's gh-94777 was mended). Here the ends of a pipe take turns: a process is given a task only when its last answer
-has been read, and a pipe breaks when either end dies. No thread, lock or queue is shared.
+has been read, and a pipe breaks when either end dies. Processes share no thread, lock or queue.
 """
 
 from __future__ import annotations
@@ -15,9 +15,11 @@ import traceback
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from importlib import import_module
 from multiprocessing import connection, get_context, parent_process, resource_tracker
 from multiprocessing.context import SpawnProcess
-from threading import Thread, current_thread, main_thread
+from threading import RLock, Thread, current_thread, main_thread
+from time import sleep
 from typing import Any, TypeVar
 
 from vibrissa.errors import MachineError
@@ -28,27 +30,88 @@ Result = TypeVar("Result")
 
 _MOST_DEATHS = 3  # of processes at the same task
 _PATIENCE = 5.0  # [s] in which a process that has nothing left to do may end
+_GLANCE = 0.05  # [s] from one look to the next whether a process of the crew is free
 
 
 class Crew:
-    """Processes that stay from one piece of work to the next: each imports what it needs once."""
+    """Processes that stay from one piece of work to the next, and that several pieces of work share.
 
-    def __init__(self) -> None:
-        self.idle: list[Any] = []  # pipes to the processes that have nothing to do
-        self.processes: list[SpawnProcess] = []
+    Parameters
+    ----------
+    most : int
+        Processes at once.
+    modules : (str, ...)
+        Names of modules that each imports before it is there.
+    """
 
-    def hire(self) -> Any:
-        """Pipe to a new process, whose first answer is empty: it is there."""
-        if os.name == "posix":  # else it starts with the first process, and lets Ctrl-C through to that one
-            resource_tracker.ensure_running()
-        context = get_context("spawn")
-        line, far = context.Pipe()
-        process = context.Process(target=_serve, args=(far,), daemon=True)
-        self.processes.append(process)
-        with _undisturbed(), one_thread_each():
-            process.start()
-        far.close()
-        return line
+    def __init__(self, most: int, modules: tuple[str, ...] = ()) -> None:
+        self.most, self.modules = most, modules
+        self.processes: dict[Any, SpawnProcess] = {}  # by the pipe to each
+        self.idle: list[Any] = []  # pipes to those that have nothing to do
+        self.starting: list[Any] = []  # pipes to those that no one has heard of yet
+        self._lock = RLock()  # of the threads that do pieces of work
+        self._ended = False
+
+    def hire_all(self) -> None:
+        """Start all processes, which then import beside this one."""
+        while len(self.processes) < self.most:
+            self.starting.append(self._hire())
+
+    def take(self) -> tuple[Any, bool] | None:
+        """Pipe to a process that is free, and whether it is there yet; None where all are at work.
+
+        The first answer of one that is not there yet is empty: it is there.
+
+        Returns
+        -------
+        (pipe, bool) or None
+            To be given back, or lost.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            If the crew has been ended.
+        """
+        with self._lock:
+            if self._ended:
+                raise KeyboardInterrupt
+            if self.idle:
+                return self.idle.pop(), True
+            if self.starting:
+                return self.starting.pop(), False
+            return (self._hire(), False) if len(self.processes) < self.most else None
+
+    def give_back(self, line: Any) -> None:
+        """Let others have a process.
+
+        Parameters
+        ----------
+        line : pipe
+            To the process, which has nothing to do.
+        """
+        with self._lock:
+            self.idle.append(line)
+
+    def lose(self, line: Any) -> None:
+        """Do without a process, whatever it does.
+
+        Parameters
+        ----------
+        line : pipe
+            To the process.
+        """
+        with self._lock:
+            process = self.processes.pop(line)
+        line.close()
+        process.kill()
+        process.join(_PATIENCE)
+
+    def end(self) -> None:
+        """End all processes, from another thread than those that wait for them; these are then interrupted."""
+        with self._lock:
+            self._ended = True
+            for process in self.processes.values():
+                process.kill()
 
     def dismiss(self, at_once: bool = False) -> None:
         """End all processes, and wait until they have ended.
@@ -58,9 +121,11 @@ class Crew:
         at_once : bool
             Whether those at work are killed.
         """
-        while self.idle:
-            self.idle.pop().close()
-        started = [process for process in self.processes if process.pid is not None]
+        self.idle.clear()
+        self.starting.clear()
+        started = [process for process in self.processes.values() if process.pid is not None]
+        for line in self.processes:
+            line.close()
         self.processes.clear()
         if at_once:
             for process in started:
@@ -70,17 +135,29 @@ class Crew:
             if process.is_alive():
                 process.kill()
 
+    def _hire(self) -> Any:
+        """Pipe to a new process."""
+        if os.name == "posix":  # else it starts with the first process, and lets Ctrl-C through to that one
+            resource_tracker.ensure_running()
+        context = get_context("spawn")
+        line, far = context.Pipe()
+        process = context.Process(target=_serve, args=(far, self.modules), daemon=True)
+        self.processes[line] = process
+        with _undisturbed(), one_thread_each():
+            process.start()
+        far.close()
+        return line
+
 
 def in_processes(
     function: Callable[[Item], Result],
     items: Sequence[Item],
-    workers: int,
     count: Callable[[int, Result], None],
-    crew: Crew | None = None,
+    crew: Crew,
 ) -> None:
-    """Have each item done in a process; where one dies, a new one does its item.
+    """Have each item done in a process; where one dies, another does its item.
 
-    The processes end with the work, or with their crew, and with this process, whatever ends it.
+    Processes end with their crew, and with this process, whatever ends it.
 
     Parameters
     ----------
@@ -88,28 +165,22 @@ def in_processes(
         Of a module, so that the processes find it. What it raises is raised here, and ends the work.
     items : sequence
         What it is called with; plain data.
-    workers : int
-        How many processes.
     count : callable
         Called with the number of an item and its result as they come.
-    crew : Crew, optional
-        Processes that are there already, and stay.
+    crew : Crew
+        The processes, of which it takes those that are free.
 
     Raises
     ------
     InputError
         If processes die again and again at the same item.
     """
-    own = crew or Crew()
-    work = _Work(own, function, items, count)
+    work = _Work(crew, function, items, count)
     try:
-        work.do(workers)
+        work.do()
     except BaseException:
         work.leave()
-        own.dismiss(at_once=True)
         raise
-    if crew is None:
-        own.dismiss()
 
 
 class _Work:
@@ -123,21 +194,23 @@ class _Work:
         self.deaths: Counter[int] = Counter()  # of processes, by the number of the task they had
         self.tasks: dict[Any, int] = {}  # number of the task, by the pipe to the process that has it
 
-    def do(self, workers: int) -> None:
+    def do(self) -> None:
         """Do all."""
-        for _ in range(min(workers, len(self.items))):
-            if self.crew.idle:
-                self._give(self.crew.idle.pop(), self.waiting.pop())
-            else:
-                self.tasks[self.crew.hire()] = self.waiting.pop()
-        while self.tasks:
-            for line in connection.wait(list(self.tasks)):
+        while self.waiting or self.tasks:
+            while self.waiting and (taken := self.crew.take()):
+                line, there = taken
+                self.tasks[line] = self.waiting.pop()
+                if there:
+                    self._give(line, self.tasks[line])
+            if not self.tasks:  # all processes are at work for others
+                sleep(_GLANCE)
+            for line in connection.wait(list(self.tasks), _GLANCE if self.waiting else None):
                 self._hear(line)
 
     def leave(self) -> None:
-        """Close the pipes to those at work."""
+        """Do without those at work."""
         for line in self.tasks:
-            line.close()
+            self.crew.lose(line)
 
     def _give(self, line: Any, number: int) -> None:
         self.tasks[line] = number
@@ -156,30 +229,33 @@ class _Work:
             self._give(line, self.tasks[line])
             return
         worked, result = pickle.loads(answer)
-        if not worked:
-            raise result
-        self.count(self.tasks.pop(line), result)
-        if self.waiting:
+        number = self.tasks.pop(line)
+        if worked and self.waiting:
             self._give(line, self.waiting.pop())
         else:
-            self.crew.idle.append(line)
+            self.crew.give_back(line)
+        if not worked:
+            raise result
+        self.count(number, result)
 
     def _replace(self, line: Any) -> None:
-        line.close()
         number = self.tasks.pop(line)
+        self.crew.lose(line)
         self.deaths[number] += 1
         if self.deaths[number] == _MOST_DEATHS:
             found = f"the death of {_MOST_DEATHS} at the same task, number {number + 1} of {len(self.items)}"
             raise MachineError(
                 "the worker processes", "must stay alive", found, "is the memory full? try fewer `workers`"
             )
-        self.tasks[self.crew.hire()] = number
+        self.waiting.append(number)
 
 
-def _serve(line: Any) -> None:
+def _serve(line: Any, modules: tuple[str, ...]) -> None:
     """Do task after task, in its own process, until the other end of the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that started this one
     Thread(target=_watch, daemon=True).start()
+    for module in modules:
+        import_module(module)
     with suppress(EOFError, OSError):
         line.send_bytes(b"")
         while True:

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from threading import Event, Lock, Timer
+from threading import Event, Lock, RLock, Timer, get_ident, main_thread
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -84,21 +84,22 @@ def _compiling(progress: Progress) -> Iterator[None]:
 @contextmanager
 def _lines(whole: bool) -> Iterator[Progress]:
     """A line when a stage starts; those of the first second wait, so that a refusal is one line."""
-    begin, seen, held, printed, lock = perf_counter(), set[str](), list[str](), Event(), Lock()
+    begin, seen, held, printed, lock = perf_counter(), set[str](), list[str](), Event(), RLock()
 
     def release() -> None:
         printed.set()
-        with lock:  # of the timer's thread and of whoever reports
+        with lock:  # of the timer's thread and of those that report
             while held:
                 tell(held.pop(0))
 
     def report(stage: str, done: int, total: int) -> None:
-        if stage not in seen:
-            seen.add(stage)
-            count = f" ({done} of {total})" if total else ""
-            held.append(f"{_clock(perf_counter() - begin)} {stage}{count}")
-            if printed.is_set():
-                release()
+        with lock:
+            if stage not in seen:
+                seen.add(stage)
+                count = f" ({done} of {total})" if total else ""
+                held.append(f"{_clock(perf_counter() - begin)} {stage}{count}")
+                if printed.is_set():
+                    release()
 
     watch = Timer(PATIENCE, release)
     watch.daemon = True
@@ -124,22 +125,34 @@ def _bars(console: Any) -> Iterator[Progress]:
         columns.insert(1, BarColumn(bar_width=None))
     with Progress(*columns, console=console, expand=True) as bars:
         stages: dict[str, Any] = {}
+        latest: dict[int | None, Any] = {}  # stage of each thread
+        lock = Lock()
 
-        def end() -> None:
-            for task in stages.values():
-                whole = bars.tasks[task].completed or 1
-                bars.update(task, total=whole, completed=whole)
+        def end(task: Any) -> None:
+            whole = bars.tasks[task].completed or 1
+            bars.update(task, total=whole, completed=whole)
+
+        def begin(stage: str) -> Any:
+            """Begin a stage; that of this thread ends, and that of the main one, which waits while others work."""
+            if stage != COMPILING:  # which is part of another
+                for thread in (get_ident(), main_thread().ident):
+                    if thread in latest:
+                        end(latest.pop(thread))
+            task = bars.add_task(stage, total=None, count="")
+            if stage != COMPILING:
+                latest[get_ident()] = task
+            return task
 
         def report(stage: str, done: int, total: int) -> None:
-            if stage not in stages:
-                if stage != COMPILING:  # which is part of another
-                    end()
-                stages[stage] = bars.add_task(stage, total=None, count="")
-            count = f"{done}/{total}" if total else f"{done}" if done else ""
-            bars.update(stages[stage], completed=done, total=total or None, count=count)
+            with lock:
+                if stage not in stages:
+                    stages[stage] = begin(stage)
+                count = f"{done}/{total}" if total else f"{done}" if done else ""
+                bars.update(stages[stage], completed=done, total=total or None, count=count)
 
         yield report
-        end()
+        for task in stages.values():
+            end(task)
 
 
 @contextmanager

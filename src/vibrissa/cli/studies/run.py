@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 NOT_ALL = 3  # exit code: the rest is done
 ROOM = 70  # columns of 80 that a line on stderr has for its text
+STAGES = ("vibrissa.study.stages.stages",)  # what the processes of a run import while this one does
 FEW = 10  # sweeps, or whiskers, of which each has a line on the screen
 MAIN = {  # columns of these tables that fit a line
     "sweep": ("whisker_name", "contact", "first_resonance", "first_damping", "first_correlation"),
@@ -58,12 +59,13 @@ def run(
         rule = "must be left out where a study is given"
         raise ConflictError("--scale", rule, scale, "it is the built-in experiment's")
     from vibrissa.study.spec.settings import read_study
-    from vibrissa.sweep.engine import Engine
+    from vibrissa.sweep.engine import Engine, staffed
 
     engine, settings = Engine(scheduler=scheduler, workers=workers), read_study(study, scale or "small")
     if dry_run:
         return plan_run(settings, out, engine.at_once, json)
-    with stoppable(out), progress_bars(whole=True) as progress:
+    many = settings.laboratory or settings.sweeps or settings.cortex
+    with stoppable(out), progress_bars(whole=True) as progress, staffed(engine, STAGES if many else None) as engine:
         progress("start", 0, 0)
         from vibrissa.study.run.study import run_study
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,10 +15,10 @@ from vibrissa.study.report.headlines import headlines
 from vibrissa.study.report.report import write_report
 from vibrissa.study.report.report_neurons import tables_of, unit_lines
 from vibrissa.study.report.summary import base_lines, sweep_lines
+from vibrissa.study.run.parts import do_parts
 from vibrissa.study.run.provenance import earlier_results, write_provenance
 from vibrissa.study.spec.settings import Study
-from vibrissa.study.stages.stages import STAGES
-from vibrissa.study.store.outcome import not_analysed, not_fitted, noting
+from vibrissa.study.store.outcome import not_analysed, not_fitted
 from vibrissa.study.store.run_state import Run
 from vibrissa.sweep.engine import Engine, staffed
 from vibrissa.sweep.threads import single_threaded
@@ -64,7 +63,7 @@ def run_study(
     with held(out) as work, single_threaded(), staffed(engine or Engine()) as engine:
         earlier = earlier_results(study, out)
         run = Run(study, work, out, engine, progress or (lambda *_: None))
-        do_stages(run)
+        do_parts(run)
         results, lines = run.results, not_analysed(run.results, run.failed)
         for name, data in results.items():
             save(data, work / f"{name}.nc")
@@ -92,26 +91,3 @@ def _summary(results: Datasets) -> xr.Dataset:
     if "scan" in results:
         return surface_lines(results["scan"])
     return base_lines(results)
-
-
-def do_stages(run: Run) -> None:
-    """Do every stage that a study asks for, in the order of ``STAGES``.
-
-    A stage is passed over where its inputs were not made, or its part failed.
-
-    Parameters
-    ----------
-    run : Run
-        Takes the results, and the reasons of failures.
-
-    Raises
-    ------
-    InputError
-        If the only part of the study fails.
-    """
-    for stage in STAGES:
-        if stage.part in run.failed or not stage.asked(run.study) or not set(stage.inputs) <= run.results.keys():
-            continue
-        work = partial(stage.function, run)
-        attempt = noting(run.failed) if stage.follows else run.attempt
-        run.results |= attempt(stage.part, work) if stage.part else work()

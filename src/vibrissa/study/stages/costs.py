@@ -69,7 +69,7 @@ def base_signals(sizes: Sizes) -> Cost:
 
 
 def surface(sizes: Sizes) -> Cost | None:
-    """Cost of the scan of a surface, with the figures of the model.
+    """Cost of the scan of a surface.
 
     Parameters
     ----------
@@ -86,13 +86,8 @@ def surface(sizes: Sizes) -> Cost | None:
         return None
     length = study.texture.length if isinstance(study.texture, Grating) else 0.05  # a file's is known when it is read
     samples = SAMPLING_RATE * (length / study.scan.speed + 0.1)
-    return Cost(
-        1,
-        0,
-        prices.MODEL + prices.SCAN_SAMPLE * samples,
-        prices.LOADED + prices.SAMPLE * samples,
-        prices.SAMPLE * samples + 5e5,
-    )
+    held = prices.SAMPLE * samples
+    return Cost(1, 0, prices.SCAN_SAMPLE * samples, prices.LOADED + held, held)
 
 
 def sweeps(sizes: Sizes) -> Cost | None:
@@ -173,7 +168,7 @@ def jitter(sizes: Sizes) -> Cost:
 
 
 def sweep_shown(sizes: Sizes) -> Cost:
-    """Cost of the sweep that the figures show, with the figures of the model.
+    """Cost of the sweep that the figures show.
 
     Parameters
     ----------
@@ -187,6 +182,22 @@ def sweep_shown(sizes: Sizes) -> Cost:
     """
     held = prices.LOADED + prices.HELD_FRAME * sizes.longest
     return Cost(1, sizes.longest, prices.SHOWN, 1e8 + held, prices.PROFILE_FRAME * sizes.longest)
+
+
+def model_figures(sizes: Sizes) -> Cost:
+    """Cost of the figures of the model.
+
+    Parameters
+    ----------
+    sizes : Sizes
+        Of the study.
+
+    Returns
+    -------
+    Cost
+        Tasks, frames, time, memory and disk.
+    """
+    return Cost(1, 0, prices.MODEL, prices.LOADED, 5e5)
 
 
 def predicting(sizes: Sizes) -> Cost:

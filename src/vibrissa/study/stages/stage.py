@@ -120,6 +120,9 @@ class Stage(NamedTuple):
     part : str
         Part of the study to which a failure belongs: later stages of that part are passed over. "" where the function
         itself attempts each of several parts.
+    after : (str, ...)
+        Other parts that come first: those whose results are needed. Parts that come after none of each other may be
+        done at the same time.
     follows : bool
         Whether a failure is noted even where it is the only part of the study, since its inputs remain.
     cost : callable, optional
@@ -134,6 +137,7 @@ class Stage(NamedTuple):
     outputs: tuple[Output, ...]
     inputs: tuple[str, ...] = ()
     part: str = ""
+    after: tuple[str, ...] = ()
     follows: bool = False
     cost: Callable[[Sizes], Cost | None] | None = None
     figures: tuple[FigureEntry, ...] = ()

@@ -100,6 +100,11 @@ def _filmed(study: Study) -> bool:
     return _virtual(study) or any(one.movie is not None for one in table_of(study))
 
 
+def _film_fitted(study: Study) -> bool:
+    """Whether a virtual movie comes to everything that is shown of one sweep."""
+    return _film(study) and _fitted(study)
+
+
 def _ends_of_signals(study: Study) -> list[str]:
     return [f"_{number}" for number in range(1, len(study.base_signal) + 1)]
 
@@ -164,21 +169,21 @@ STAGES = (
     Stage("comparison", _all(_sweeps, _compared), sweep_pipeline.compare_with_prediction,
           (Output("comparison", compare_sweeps, ("comparison/",),
                   absent="no texture of a sweep is known: nothing to hold against the measurement"),),
-          inputs=_SWEPT, part="comparison", follows=True, cost=costs.comparison,
+          inputs=_SWEPT, part="comparison", after=("sweeps",), follows=True, cost=costs.comparison,
           figures=(FigureEntry("6", "Figure 6C–D: envelopes predicted and measured", ("sweeps", "comparison"),
                                _with_series(fig6_envelopes)),)),
     Stage("gain", _sweeps, sweep_pipeline.find_gain,
           (Output("gain", gain_table, ("sweeps",), absent="no sweep was analysed to the end"),),
-          inputs=_SWEPT, part="gain", follows=True,
+          inputs=_SWEPT, part="gain", after=("sweeps",), follows=True,
           figures=(FigureEntry("7", "Figure 7A–D: what sets the gain", ("sweeps", "gain"), _with_series(fig7),
                                optional=True),)),
     Stage("repeated runs", lambda study: _virtual(study) and study.comparison.repeats > 0,
           sweep_pipeline.repeat_sweeps, (Output("repeats", film_repeats),),
-          inputs=_SWEPT, part="repeats", follows=True, cost=costs.repeats),
+          inputs=_SWEPT, part="repeats", after=("sweeps",), follows=True, cost=costs.repeats),
     Stage("jitter", lambda study: _sweeps(study) and study.comparison.jitter > 0 and _compared(study),
           sweep_pipeline.disturb_tip, (Output("jitter", jittered, ("sweeps",)),),
-          inputs=_SWEPT, part="jitter", follows=True, cost=costs.jitter),
-    Stage("one sweep shown", _sweeps, sweep_pipeline.show_sweep,
+          inputs=_SWEPT, part="jitter", after=("sweeps",), follows=True, cost=costs.jitter),
+    Stage("one sweep shown", lambda study: _sweeps(study) and not _film_fitted(study), sweep_pipeline.show_sweep,
           (Output("profile", filmed_sweep, ("study", "sweeps"), when=_virtual),
            Output("profile", known_sweep, ("inputs", "sweeps")),
            Output("still", filmed_sweep, ("study", "sweeps"), when=_virtual),
@@ -188,13 +193,13 @@ STAGES = (
            Output("modal", decompose, ("profile", "sweeps")),
            Output("resonance_white", fit_modes, ("modal",)),
            Output("spectra_white", fit_modes, ("modal",))),
-          inputs=_SWEPT, part="one sweep shown", follows=True, cost=costs.sweep_shown),
+          inputs=_SWEPT, part="one sweep shown", after=("sweeps",), follows=True, cost=costs.sweep_shown),
     Stage("figures of the model", _has("only_surface", "laboratory", "sweeps"), model_figures,
           (Output("gap", fig2.compute, ("study", "sweeps"), absent=f"{_MODEL}, where the posture can cross the gap"),
            Output("gaps", fig6_model.compute, ("study", "sweeps"),
                   absent=f"{_MODEL}, where the posture can cross the gaps"),
            Output("gain_map", fig7e.compute, ("study", "sweeps"), absent=_MODEL)),
-          part="figures of the model", follows=True,
+          part="figures of the model", after=("texture", "sweeps"), follows=True, cost=costs.model_figures,
           figures=(FigureEntry("2", "Figure 2: one gap crossed (model)", ("gap",), _drawn(fig2, "gap"), optional=True),
                    FigureEntry("6ab", "Figure 6A–B: gaps of several widths (model)", ("gaps",),
                                _drawn(fig6_model, "gaps"), optional=True),
@@ -238,7 +243,8 @@ STAGES = (
     Stage("verdict", _all(_film, _fitted), one_movie.judge,
           (Output("verdict", hold_against, ("resonance", "modal", "prediction", "response")),),
           inputs=("resonance",), part="movie"),
-    Stage("stimulator", _has("cortex"), prepare_stimulator, (), part="cortex", cost=costs.stimulator),
+    Stage("stimulator", _has("cortex"), prepare_stimulator, (),  # needs no sweeps, but fills gaps after the long tasks
+          part="cortex", after=("sweeps",), cost=costs.stimulator),
     Stage("simulated units", _has("cortex"), simulated_results,
           (Output("units", analyse_units,
                   absent="no table of units: no [cortex] and no [[neural]], or see the verb neural"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -70,6 +71,12 @@ def plan(laboratory: Laboratory) -> tuple[list[VirtualSweep], dict[str, int]]:
     InputError
         If a whisker finds no condition in 500 draws.
     """
+    sweeps, impossible = _planned(laboratory)
+    return list(sweeps), dict(impossible)
+
+
+@lru_cache(maxsize=1)  # asked for by several stages
+def _planned(laboratory: Laboratory) -> tuple[list[VirtualSweep], dict[str, int]]:
     plates = max(in_turn(laboratory.textures))
     widths = np.concatenate([laboratory.grating(number).width for number in range(plates)])
     widest = Gaps(position=np.array([1e-3]), width=widths.max(keepdims=True))
@@ -83,7 +90,7 @@ def plan(laboratory: Laboratory) -> tuple[list[VirtualSweep], dict[str, int]]:
             posture, height = _drawn_posture(laboratory, (a, w, c), whisker, widest, scan, impossible)
             for key in ((a, w, c, t, r) for t in range(textures) for r in range(laboratory.runs)):
                 sweeps.append(VirtualSweep(len(sweeps), key, name, whisker, posture, scan, height))
-    return sweeps, dict(impossible)
+    return sweeps, impossible
 
 
 def _drawn_whisker(laboratory: Laboratory, animal: int, whisker: int, name: str) -> tuple[Whisker, float]:

@@ -25,13 +25,14 @@ from vibrissa.study.sweeps.repeats import repeats_of
 from vibrissa.study.sweeps.sweep_analysis import DAMPING, SweepFacts
 from vibrissa.study.sweeps.sweep_verdict import sweep_verdict
 from vibrissa.study.sweeps.sweeps import run_laboratory, run_recorded
-from vibrissa.study.sweeps.virtual_sweep import filmed_sweep
+from vibrissa.study.sweeps.virtual_sweep import filmed_sweep, known_whisker
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from vibrissa.study.spec.settings import Study
     from vibrissa.study.store.run_state import Run
+    from vibrissa.whisker import Whisker
 
 
 def run_sweeps(run: Run) -> Datasets:
@@ -40,7 +41,7 @@ def run_sweeps(run: Run) -> Datasets:
     Parameters
     ----------
     run : Run
-        Its study has ``laboratory`` or ``sweeps``.
+        Its study has ``laboratory`` or ``sweeps``; ``modelled`` is set if any was accepted.
 
     Returns
     -------
@@ -59,6 +60,7 @@ def run_sweeps(run: Run) -> Datasets:
         sweeps = run_recorded(_table(run.study), run.out, engine=run.engine, progress=run.progress)
     if not sweeps.accepted.values.any():
         return {"sweeps": sweeps}
+    run.modelled = _modelled(run.study, _shown(sweeps))
     verdict = {} if source is None else {"sweep_verdict": sweep_verdict(sweeps)}
     return {"sweeps": sweeps, "mode_shares": mode_shares(sweeps), **verdict}
 
@@ -157,13 +159,28 @@ def _textures(run: Run) -> Textures:
     return source.grating if source is not None else textures_of(_table(run.study), run.results["sweeps"])
 
 
+def _shown(sweeps: xr.Dataset) -> xr.Dataset:
+    """The sweep that the figures show: of the accepted ones that with the (lower) median contact."""
+    usable = np.flatnonzero(sweeps.accepted.values)
+    contact = sweeps.contact.values[usable]
+    return sweeps.isel(sweep=usable[np.argsort(contact, kind="stable")[(contact.size - 1) // 2]])
+
+
+def _modelled(study: Study, row: xr.Dataset) -> tuple[Whisker, Posture, Scan]:
+    """What the figures of the model are made for: whisker, posture and scan of a sweep, as they were found."""
+    source, number = study.laboratory, int(row.sweep)
+    whisker = read_sweeps(_table(study))[number].whisker if source is None else known_whisker(source, number)
+    posture = Posture(contact=float(row.contact), base_angle=float(row.base_angle))
+    return whisker, posture, Scan(speed=float(row.scan_speed), damping=DAMPING)
+
+
 def show_sweep(run: Run) -> Datasets:
     """Track and analyse one sweep again, for the figures: of the accepted ones that with the (lower) median contact.
 
     Parameters
     ----------
     run : Run
-        Its sweeps are analysed; ``modelled`` is set.
+        Its sweeps are analysed.
 
     Returns
     -------
@@ -172,16 +189,11 @@ def show_sweep(run: Run) -> Datasets:
         ``apparatus`` of a laboratory.
     """
     run.progress("one sweep shown", 0, 0)
-    sweeps = run.results["sweeps"]
-    usable = np.flatnonzero(sweeps.accepted.values)
-    contact = sweeps.contact.values[usable]
-    row = sweeps.isel(sweep=usable[np.argsort(contact, kind="stable")[(contact.size - 1) // 2]])
+    row = _shown(run.results["sweeps"])
     number, source = int(row.sweep), run.study.laboratory
     results, known, met = _virtual(source, number) if source is not None else _recorded(_table(run.study), number)
     whisker, one = known.whisker, results["profile"].isel(whisker=0)
     results |= analyse(one, whisker, float(row.contact))
-    posture = Posture(contact=float(row.contact), base_angle=float(row.base_angle))
-    run.modelled = whisker, posture, Scan(speed=float(row.scan_speed), damping=DAMPING)
     true = float(row.contact_true) if "contact_true" in row else np.nan
     scan = Scan(speed=known.scan_speed, damping=DAMPING)
     how: dict[str, Any] = {"substrate": known.substrate, "friction": known.friction, "texture": known.texture}

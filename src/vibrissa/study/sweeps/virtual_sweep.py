@@ -21,7 +21,7 @@ from vibrissa.study.spec.nuisance import Nuisance
 from vibrissa.study.spec.settings import Film
 from vibrissa.study.store.result_store import SweepRow
 from vibrissa.study.sweeps.jitter import Jitter, run_again
-from vibrissa.study.sweeps.laboratory import VirtualSweep
+from vibrissa.study.sweeps.laboratory import VirtualSweep, plan
 from vibrissa.study.sweeps.nuisance import Disturbed, disturbed, slow_motion, travel, wandered
 from vibrissa.study.sweeps.sweep_analysis import (
     SweepFacts,
@@ -35,6 +35,8 @@ from vibrissa.video.camera.scenery import Light
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from vibrissa.whisker import Whisker
 
 _SEEN = 0.5  # of the frames in which a node that counts was seen
 _EVERY = 4  # frames from one to the next that the shares of the modes are taken from
@@ -93,7 +95,7 @@ def filmed_sweep(laboratory: Laboratory, sweep: VirtualSweep) -> Filmed:
     scene = lay_out(real, film)
     span = film.n_frames / film.camera.frame_rate
     known = SweepFacts(
-        whisker=replace(sweep.whisker, youngs_modulus=laboratory.youngs_modulus, density=laboratory.density),
+        whisker=_known(laboratory, sweep),
         scan_speed=sweep.scan.speed,
         base_height=sweep.base_height,
         texture=texture,
@@ -104,6 +106,28 @@ def filmed_sweep(laboratory: Laboratory, sweep: VirtualSweep) -> Filmed:
     )
     profile, image = _tracked(disturbed(real, laboratory.nuisance, span, rng), film, scene)
     return Filmed(profile, known, real, film, scene, image)
+
+
+def known_whisker(laboratory: Laboratory, number: int) -> Whisker:
+    """Whisker of a planned sweep as the experimenter knows it: its geometry, with the nominal E and ρ.
+
+    Parameters
+    ----------
+    laboratory : Laboratory
+        The virtual laboratory.
+    number : int
+        Of the sweep, as planned.
+
+    Returns
+    -------
+    Whisker
+        Without what was drawn about it.
+    """
+    return _known(laboratory, plan(laboratory)[0][number])
+
+
+def _known(laboratory: Laboratory, sweep: VirtualSweep) -> Whisker:
+    return replace(sweep.whisker, youngs_modulus=laboratory.youngs_modulus, density=laboratory.density)
 
 
 def virtual_sweep(laboratory: Laboratory, sweep: VirtualSweep) -> tuple[SweepRow, xr.Dataset]:
