@@ -8,7 +8,8 @@ import pytest
 import vibrissa as vb
 from vibrissa.figures.others import contents, scan
 from vibrissa.quantities import dataset
-from vibrissa.sweep import Grid, Measure, sweep
+from vibrissa.sweep.grid import Grid, Measure
+from vibrissa.sweep.maps import sweep
 
 WHISKER, POSTURE = vb.Whisker(length=0.04, cone_angle=1.5e-3), vb.Posture(contact=0.29, base_angle=1.2)
 GAPS = vb.periodic_grating(0.02, period=2e-3)

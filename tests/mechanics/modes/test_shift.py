@@ -76,7 +76,7 @@ def test_diagnostics_of_straight_modes_remark_the_shift():
     expected = resonance_shift(Posture(contact=0.29, base_angle=1.2), 3)
     np.testing.assert_allclose(data.resonance_ratio, expected.resonance_ratio, rtol=1e-12)
     assert len(lines) == 1
-    assert lines[0].startswith("modes are the straight shaft's; about the curved profile")
+    assert lines[0].startswith("the modes are the straight shaft's; about the curved profile")
     assert len(told("straight", 0.2)[1]) == 1  # however small it is
     assert told("curved", 1.2)[1][0].startswith("modes are about the profile (curved); about the curved profile")
 
