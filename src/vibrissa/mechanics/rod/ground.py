@@ -1,0 +1,157 @@
+"""The ground under the rod: a line of straight pieces, walls among them, solid below."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from vibrissa.arrays import Array, Integers
+from vibrissa.errors import RangeError
+from vibrissa.texture.relief import HeightProfile
+from vibrissa.texture.surface import Gaps
+
+_FAR = 1e3  # over L: how far the ground goes on, flat, beyond its ends
+_ARC = 8  # pieces of a rounded edge
+_LIP = 2.5e-5  # over L: what is less than this below an edge slides over it
+
+
+class Ground(NamedTuple):
+    """The ground, in its own frame; lengths over L.
+
+    Attributes
+    ----------
+    x, y : (P,) arrays
+        Corners of the line, x not descending: two equal ones make a wall.
+    edge : (C,) array
+        Numbers of the convex corners, on which a shaft may rest between its nodes.
+    top : float
+        Greatest height.
+    """
+
+    x: Array
+    y: Array
+    edge: Integers
+    top: float
+
+
+def ground_of(surface: Gaps | HeightProfile | None, length: float, edge_radius: float = 0.0) -> Ground:
+    """The ground of a surface, flat beyond its ends; x = 0 of the surface stays x = 0.
+
+    The surface meets the contact in the order of x, and the ground moves towards −x under the shaft's base, so that
+    gaps of the surface are laid out towards +x.
+
+    Parameters
+    ----------
+    surface : Gaps or HeightProfile, optional
+        In metres; a flat without one.
+    length : float
+        L of the whisker [m].
+    edge_radius : float
+        Radius of the upper edges of gaps [m]; sharp without one.
+
+    Returns
+    -------
+    Ground
+        Over L.
+
+    Raises
+    ------
+    InputError
+        If the radius is negative, larger than the depth or half a land.
+    """
+    if surface is None:
+        return _ground(np.array([-_FAR, _FAR]), np.zeros(2))
+    if isinstance(surface, HeightProfile):
+        x, y = surface.position / length, surface.height / length
+    else:
+        x, y = (part / length for part in _gap_line(surface, edge_radius))
+    return _ground(np.concatenate([[-_FAR], x, [_FAR]]), np.concatenate([y[:1], y, y[-1:]]))
+
+
+def _ground(x: Array, y: Array) -> Ground:
+    step_x, step_y = np.diff(x), np.diff(y)
+    convex = step_x[:-1] * step_y[1:] - step_y[:-1] * step_x[1:] < 0
+    return Ground(x=x, y=y, edge=1 + np.flatnonzero(convex), top=float(y.max()))
+
+
+def _gap_line(gaps: Gaps, radius: float) -> tuple[Array, Array]:
+    """Corners of the walls and of the arcs of rounded edges [m]."""
+    land = np.diff(gaps.position, prepend=-np.inf) - np.concatenate([[0.0], gaps.width[:-1]])
+    if not 0 <= radius <= min(gaps.depth, land.min() / 2):
+        most = min(gaps.depth, land.min() / 2)
+        raise RangeError("edge_radius", f"must lie in 0 to {most:.3g} m, the depth or half a land", radius)
+    turn = np.linspace(0, np.pi / 2, _ARC + 1) if radius else np.zeros(1)
+    along, down = radius * (np.sin(turn) - 1) if radius else np.zeros(1), radius * (np.cos(turn) - 1)
+    left = gaps.position[:, None] + along  # the land ends in an arc, then the wall
+    right = (gaps.end[:, None] - along)[:, ::-1]
+    floor = np.full((len(gaps.width), 1), -gaps.depth)
+    x = np.hstack([left, gaps.position[:, None], gaps.end[:, None], right])
+    y = np.hstack([np.broadcast_to(down, left.shape), floor, floor, np.broadcast_to(down[::-1], right.shape)])
+    return x.ravel(), y.ravel()
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _from_piece(ground: Ground, piece: int, x: float, y: float) -> tuple[float, float, float, bool]:
+    """Square of the distance of a point from a piece, the vector to the point, and whether an end is nearest."""
+    ax, ay = ground.x[piece], ground.y[piece]
+    ex, ey = ground.x[piece + 1] - ax, ground.y[piece + 1] - ay
+    square = ex * ex + ey * ey
+    share = ((x - ax) * ex + (y - ay) * ey) / square if square > 0 else 0.0
+    at_end = share <= 0 or share >= 1
+    share = min(1.0, max(0.0, share))
+    dx, dy = x - ax - share * ex, y - ay - share * ey
+    return dx * dx + dy * dy, dx, dy, at_end
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _passable(ground: Ground, piece: int, last: float) -> bool:
+    """Whether a piece is a wall over whose top a point was, at height ``last``, after the step before."""
+    rise = abs(ground.y[piece + 1] - ground.y[piece])
+    if rise <= ground.x[piece + 1] - ground.x[piece]:
+        return False
+    return last > max(ground.y[piece], ground.y[piece + 1]) - _LIP
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def clearance(ground: Ground, x: float, y: float, last: float) -> tuple[float, float, float, bool]:
+    """Distance of a point from the ground, negative within it, and the direction away from the ground.
+
+    A wall holds only what was below its top: a tip that slides off an edge is not caught by the wall under it.
+
+    Parameters
+    ----------
+    ground : Ground
+        The ground.
+    x, y : float
+        The point, in the frame of the ground.
+    last : float
+        Its height after the step before.
+
+    Returns
+    -------
+    tuple of 3 floats and a bool
+        Distance, the unit vector's components, and whether a corner is nearest.
+    """
+    under = np.searchsorted(ground.x, x, side="right") - 1
+    best, dx, dy, at_end = _from_piece(ground, under, x, y)
+    slope = (ground.y[under + 1] - ground.y[under]) / (ground.x[under + 1] - ground.x[under])
+    height = ground.y[under] + slope * (x - ground.x[under])
+    for way in (-1, 1):
+        piece = under + way
+        while 0 <= piece < ground.x.size - 1:
+            nearer = x - ground.x[piece + 1] if way < 0 else ground.x[piece] - x
+            if nearer * nearer >= best:
+                break
+            if not _passable(ground, piece, last):
+                other, ox, oy, end = _from_piece(ground, piece, x, y)
+                if other < best:
+                    best, dx, dy, at_end = other, ox, oy, end
+            piece += way
+    distance = np.sqrt(best)
+    if distance == 0:
+        return 0.0, -slope / np.sqrt(1 + slope * slope), 1 / np.sqrt(1 + slope * slope), False
+    if y < height:
+        return -distance, -dx / distance, -dy / distance, at_end
+    return distance, dx / distance, dy / distance, at_end

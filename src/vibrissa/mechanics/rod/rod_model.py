@@ -1,0 +1,295 @@
+"""A whisker as a rod that rests on the ground: its mesh, its equilibrium, its damping, and its run through time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from vibrissa.arrays import Array
+from vibrissa.errors import ConvergenceError, RangeError
+from vibrissa.mechanics.rod.contact_kernels import Stiffness, Touch, untouched
+from vibrissa.mechanics.rod.damping import viscous
+from vibrissa.mechanics.rod.elastic_kernels import Segments, segments
+from vibrissa.mechanics.rod.ground import Ground, ground_of
+from vibrissa.mechanics.rod.mesh import REACH, Fineness, graded_nodes
+from vibrissa.mechanics.rod.shaft import Shaft, shaft
+from vibrissa.mechanics.rod.step_kernels import COLUMNS, Damping, Follicle, State, advance, at_rest
+from vibrissa.mechanics.statics.edge_contact import on_the_flat
+from vibrissa.mechanics.statics.profile import Posture, check_tip
+from vibrissa.whisker import Whisker
+
+CLAMPED = Follicle(clamped=True, translation=0.0, rotation=0.0, translation_damping=0.0, rotation_damping=0.0)
+_FIRST, _GROWTH, _LAST = 0.05, 1.3, 3.0  # steps towards equilibrium, over k: in the end so long that nothing rings
+_GROWING = 20  # of them, while curvature and level grow
+_SETTLED = 200  # at most
+_STILL = 1e-8  # motion in such a step, over L: a nanometre at most
+
+
+@dataclass(frozen=True, kw_only=True)
+class RodSettings:
+    """What the rod has that the single-contact model has not, and how finely it is computed.
+
+    Attributes
+    ----------
+    curvature : float
+        Intrinsic curvature of the free shaft [1/m]; positive where it bends as a pressed one does, away from the ground
+        towards the base.
+    edge_radius : float
+        Radius of the upper edges of gaps [m].
+    thick : bool
+        The ground touches the surface of the shaft, whose tip is rounded by its radius; otherwise its midline.
+    follicle : Follicle
+        How the base is held; clamped by default.
+    fineness : Fineness
+        Of the mesh.
+    step : float
+        Longest step in time [s].
+    ground : float
+        Stiffness of the ground, over force unit and L.
+    tolerance : float
+        Largest motion of a step's last iteration, over L.
+    """
+
+    curvature: float = 0.0
+    edge_radius: float = 0.0
+    thick: bool = False
+    follicle: Follicle = CLAMPED
+    fineness: Fineness = Fineness()
+    step: float = 25e-6
+    ground: float = 1e6
+    tolerance: float = 1e-9
+
+    def __post_init__(self) -> None:
+        if not 0 < self.step <= 1e-3:
+            raise RangeError("RodSettings.step", "must lie in (0, 1 ms]", self.step, "in seconds")
+        if not np.isfinite(self.curvature):
+            raise RangeError("RodSettings.curvature", "must be finite (1/m)", self.curvature)
+
+
+class Record(NamedTuple):
+    """What was recorded of a run, along time.
+
+    Attributes
+    ----------
+    projected : (M, T) array
+        Projections of the motion from the equilibrium.
+    force : (2, T) array
+        Of the shaft on the follicle, along x and y, over the force unit.
+    moment : (T,) array
+        At the base, over force unit and L.
+    contact : (9, T) array
+        ``Touch.summary``.
+    energy : (6, T) array
+        Kinetic, elastic, power of viscous damping; work of the ground, work at the base, lost to friction.
+    unconverged : int
+        Steps whose iterations did not end.
+    shapes : (T, 2N + 3) array
+        Positions; empty where they were not asked for.
+    """
+
+    projected: Array
+    force: Array
+    moment: Array
+    contact: Array
+    energy: Array
+    unconverged: int
+    shapes: Array
+
+
+@dataclass
+class RestingRod:
+    """A rod in equilibrium under a steady drag of the ground.
+
+    Attributes
+    ----------
+    whisker : Whisker
+        The cone.
+    posture : Posture
+        As Eq. (1) has it; gives the height of the base.
+    shaft : Shaft
+        Its discretisation.
+    state : State
+        At rest.
+    touch : Touch
+        Its contacts.
+    damping : Damping
+        For the damping ratio that was asked for.
+    """
+
+    whisker: Whisker
+    posture: Posture
+    settings: RodSettings
+    shaft: Shaft
+    state: State
+    touch: Touch
+    stiffness: Stiffness
+    damping: Damping
+    base: Array
+    work: Segments = field(repr=False)
+
+    def over(self, ground: Ground) -> None:
+        """Make room for the edges of a ground; what the nodes remember stays.
+
+        Parameters
+        ----------
+        ground : Ground
+            That comes.
+        """
+        fresh = untouched(self.shaft.s.size, ground.edge.size)
+        self.touch = fresh._replace(node_drag=self.touch.node_drag, node_drag_now=self.touch.node_drag_now)
+
+    def run(
+        self,
+        ground: Ground,
+        drive: Array,
+        step: float,
+        project: Array,
+        *,
+        every: int = 1,
+        shapes: bool = False,
+        progress: Callable[[int], None] = lambda _: None,
+    ) -> Record:
+        """Carry the rod through a drive; it goes on from where it was.
+
+        Parameters
+        ----------
+        ground : Ground
+            Under it.
+        drive : (T + 1, 5) array
+            As of :func:`vibrissa.mechanics.rod.step_kernels.advance`.
+        step : float
+            Over k.
+        project : (M, 2N + 3) array
+            What is recorded of the positions.
+        every : int
+            Steps for each record.
+        shapes : bool
+            Record all positions too.
+        progress : callable
+            Takes the number of steps that were done since it was called last.
+
+        Returns
+        -------
+        Record
+            At every record's end.
+        """
+        steps = drive.shape[0] - 1
+        rows = steps // every
+        record = np.zeros((rows, project.shape[0] + COLUMNS))
+        kept = np.zeros((rows if shapes else 0, self.state.at.size))
+        resting = project @ self.state.at
+        chunk = every * max(1, 4000 // every)
+        settings = self.settings
+        for first in range(0, rows * every, chunk):
+            last = min(first + chunk, rows * every)
+            lines = slice(first // every, last // every)
+            advance(
+                self.shaft, ground, self.stiffness, self.damping, settings.follicle, drive[first : last + 1], step,
+                settings.tolerance, every, project, self.state, self.touch, self.work, record[lines],
+                kept[lines] if shapes else kept,
+            )  # fmt: skip
+            progress(last - first)
+        m = project.shape[0]
+        columns = record.T
+        return Record(
+            projected=columns[:m] - resting[:, None],
+            force=columns[m : m + 2],
+            moment=columns[m + 2],
+            contact=columns[m + 3 : m + 12],
+            energy=columns[m + 12 : m + 18],
+            unconverged=int(columns[m + 18, -1]) if rows else 0,
+            shapes=kept,
+        )
+
+
+def resting_rod(
+    whisker: Whisker,
+    posture: Posture,
+    *,
+    damping: float,
+    settings: RodSettings = RodSettings(),
+    level: float = 0.0,
+    reach: float = REACH,
+) -> RestingRod:
+    """The rod in equilibrium on a flat that drags it away from the base.
+
+    Parameters
+    ----------
+    whisker : Whisker
+        The cone, to its physical tip.
+    posture : Posture
+        Its base is held at the height and angle of Eq. (1).
+    damping : float
+        ζ of the first three modes about the equilibrium.
+    settings : RodSettings
+        What else the rod has.
+    level : float
+        Height of the flat, over L.
+    reach : float
+        Of the fine part of the mesh to both sides of the contact, over L.
+
+    Returns
+    -------
+    RestingRod
+        Ready to run.
+
+    Raises
+    ------
+    InputError
+        If the tip lies beyond the contact, or friction is negative.
+    ConvergenceError
+        If it does not come to rest.
+    """
+    check_tip(posture, whisker)
+    if posture.friction < 0:
+        raise RangeError("Posture.friction", "must not be negative for the rod", posture.friction)
+    s = graded_nodes(whisker.tip, posture.contact, settings.fineness, reach)
+    curved = shaft(s, whisker.cone_angle, curvature=settings.curvature * whisker.length, thick=settings.thick)
+    flat, lift = on_the_flat(posture), whisker.cone_angle * posture.contact * settings.thick
+    base = np.array([flat.base[0], flat.base[1] + lift, posture.base_angle])
+    state = at_rest(_first_guess(posture, s, lift, base))
+    stiffness = Stiffness(settings.ground, settings.ground, posture.law)
+    touch, work = untouched(s.size, 0), segments(s.size - 1)
+    straight = curved._replace(rest_angle=np.zeros_like(s))
+    free = Damping(0.0, 0.0, np.zeros((0, state.at.size)), np.zeros(0))
+    rod = RestingRod(whisker, posture, settings, straight, state, touch, stiffness, free, base, work)
+    _settle(rod, curved, level)
+    rod.damping = viscous(curved, rod.state.at, posture.contact, damping)
+    return rod
+
+
+def _first_guess(posture: Posture, s: Array, lift: float, base: Array) -> Array:
+    """Eq. (1) above the contact, straight along the flat below it."""
+    flat, contact = on_the_flat(posture), posture.contact
+    x, y = flat.position(np.maximum(s, contact))
+    places = np.stack([x + base[0] + np.minimum(s - contact, 0), y + flat.base[1] + lift], axis=1)
+    return np.concatenate([places.ravel(), base[2:]])
+
+
+def _settle(rod: RestingRod, curved: Shaft, level: float) -> None:
+    """Steps from rest to rest, ever longer, first with the intrinsic curvature and the level growing, until all is still."""
+    nothing = np.zeros((0, rod.state.at.size))
+    flat = ground_of(None, 1.0)
+    for k in range(_SETTLED):
+        grown = min(1.0, (k + 1) / _GROWING)
+        rod.shaft = curved._replace(rest_angle=grown * curved.rest_angle)
+        before = rod.state.at.copy()
+        places = np.array([[0.0, grown * level], [-1.0, grown * level]])
+        drive = np.hstack([places, np.tile(rod.base, (2, 1))])
+        rod.run(flat, drive, min(_LAST, _FIRST * _GROWTH**k), nothing)
+        _stop(rod.state)
+        if grown == 1 and np.abs(rod.state.at - before).max() < _STILL:
+            return
+    moved = float(np.abs(rod.state.at - before).max())
+    raise ConvergenceError("equilibrium of the rod", moved, _SETTLED)
+
+
+def _stop(state: State) -> None:
+    """Bring the rod to rest where it is."""
+    for rate in (state.rate, state.rate_before, state.rate_earlier):
+        rate[:] = 0.0
+    state.before[:] = state.earlier[:] = state.at
+    state.totals[:], state.counts[:] = 0.0, 0
