@@ -36,22 +36,22 @@ def solve_band(matrix: Array, right: Array) -> None:
 
     Parameters
     ----------
-    matrix : (U, 11) array
-        Row i holds the columns i − 5 to i + 5; destroyed.
-    right : (U,) array
-        Right side, becomes the solution.
+    matrix : (U + 5, 11) array
+        Row i holds the columns i − 5 to i + 5; the five last rows only make room for loops of fixed length. Destroyed.
+    right : (U + 5,) array
+        Right side, becomes the solution; the five last must be 0.
     """
-    size = right.size
+    size = right.size - HALF
     for k in range(size):
         pivot = 1 / matrix[k, HALF]
-        last = min(size, k + HALF + 1)
-        for i in range(k + 1, last):
-            share = matrix[i, HALF + k - i] * pivot
-            for j in range(k + 1, last):
-                matrix[i, HALF + j - i] -= share * matrix[k, HALF + j - k]
-            right[i] -= share * right[k]
+        for below in range(1, HALF + 1):
+            share = matrix[k + below, HALF - below] * pivot
+            for beside in range(1, HALF + 1):
+                matrix[k + below, HALF - below + beside] -= share * matrix[k, HALF + beside]
+            right[k + below] -= share * right[k]
+    right[size:] = 0.0
     for i in range(size - 1, -1, -1):
         rest = right[i]
-        for j in range(i + 1, min(size, i + HALF + 1)):
-            rest -= matrix[i, HALF + j - i] * right[j]
+        for beside in range(1, HALF + 1):
+            rest -= matrix[i, HALF + beside] * right[i + beside]
         right[i] = rest / matrix[i, HALF]

@@ -204,6 +204,8 @@ def add_contacts(
     touch.summary[:] = 0.0
     for i in range(touch.near[0]):
         touch.node_drag_now[i] = 0.0
+        if at[2 * i + 1] - shaft.radius[i] > ground.top + shift[1]:
+            continue
         last = before[2 * i + 1] - shift[1] + travel[1]
         gap, nx, ny, corner = clearance(ground, at[2 * i] - shift[0], at[2 * i + 1] - shift[1], last)
         gap -= shaft.radius[i]

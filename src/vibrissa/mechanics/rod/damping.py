@@ -1,104 +1,161 @@
-"""Damping of the rod: the ratio that is asked for, in each of the first modes about the equilibrium.
+"""Damping of the rod: the ratio that is asked for, in each of the first three modes about the equilibrium.
 
 Damping in proportion to mass and to stiffness gives two modes their ratio: the first and the third. The second, which
-would have less, gets the rest by a term of its own, so that C = a₀M + a₁K + c₂ (Mφ₂)(Mφ₂)ᵀ. Higher modes are damped
-more, in proportion to their frequency. The modes are those of the shaft above the contact, which slides on the ground.
+would have less, gets the rest by a term of its own, so that C = a₀M + a₁K + c₂ (Mφ₂)(Mφ₂)ᵀ with the elastic stiffness K.
+Higher modes are damped more, in proportion to their frequency.
+
+The modes are those of the shaft above the contact nearest to the base, which slides on the flat and rolls on it: those that
+:mod:`vibrissa.mechanics.modes.curved` calls ``flat`` under ``coulomb`` friction. They are not orthogonal, since friction
+follows the load; the ratio of a mode is that of its dual ψ, ψᵀCφ / 2κ ψᵀMφ.
 """
 
 from __future__ import annotations
 
-import numpy as np
-from scipy.linalg import eigh
+from typing import NamedTuple
 
-from vibrissa.arrays import Array
+import numpy as np
+from scipy.linalg import eig
+
+from vibrissa.arrays import Array, Mask
+from vibrissa.errors import ConvergenceError
 from vibrissa.mechanics.rod.band_kernels import HALF, WIDTH
+from vibrissa.mechanics.rod.contact_kernels import Stiffness, add_contacts, find_near, untouched
 from vibrissa.mechanics.rod.elastic_kernels import add_elastic, bend, segments
+from vibrissa.mechanics.rod.ground import ground_of
 from vibrissa.mechanics.rod.shaft import Shaft
 from vibrissa.mechanics.rod.step_kernels import Damping
 
 _MODES = 3
+_SLIDING = 1.0  # travel over L that makes every contact slide
 
 
-def viscous(shaft: Shaft, at: Array, contact: float, ratio: float) -> Damping:
+class RodModes(NamedTuple):
+    """First modes about an equilibrium.
+
+    Attributes
+    ----------
+    kappa : (3,) array
+        Adimensional frequencies.
+    shape, dual : (3, 2N + 3) arrays
+        φ and ψ, zero below the contact; ψᵀMφ = 1, and φᵀMφ = 1.
+    stiffness : (3,) array
+        ψᵀKφ of the elastic stiffness alone.
+    """
+
+    kappa: Array
+    shape: Array
+    dual: Array
+    stiffness: Array
+
+
+def viscous(shaft: Shaft, modes: RodModes, ratio: float) -> Damping:
     """Damping of the rod about an equilibrium.
 
     Parameters
     ----------
     shaft : Shaft
-        The rod; a node lies on the contact.
-    at : (2N + 3,) array
-        Its equilibrium.
-    contact : float
-        ε.
+        The rod.
+    modes : RodModes
+        About the equilibrium.
     ratio : float
-        ζ of the first three modes.
+        ζ of each.
 
     Returns
     -------
     Damping
         a₀, a₁ and the term of the second mode.
     """
-    kappa, shapes = sliding_modes(shaft, at, contact)
-    first, second, third = kappa[:_MODES]
-    mass = 2 * ratio * first * third / (first + third)
-    stiffness = 2 * ratio / (first + third)
-    missing = np.zeros(_MODES)
-    missing[1] = 2 * ratio * second - mass - stiffness * second**2
-    weighted = np.zeros((_MODES, at.size))
-    weighted[:, : 2 * shaft.s.size] = shapes[:, : 2 * shaft.s.size] * np.repeat(shaft.mass, 2)
-    return Damping(mass, stiffness, weighted, missing)
+    weighted = modes.shape.copy()
+    weighted[:, :-1] *= np.repeat(shaft.mass, 2)
+    own = (modes.dual @ weighted[1]) * (modes.shape @ weighted[1])
+    terms = np.stack([np.ones(_MODES), modes.stiffness, own], axis=1)
+    mass, stiffness, second = np.linalg.solve(terms, 2 * ratio * modes.kappa)
+    return Damping(float(mass), float(stiffness), weighted, np.array([0.0, second, 0.0]))
 
 
-def sliding_modes(shaft: Shaft, at: Array, contact: float) -> tuple[Array, Array]:
-    """First modes of the shaft above the contact, which slides along x and is held in y; the base is clamped.
+def rod_modes(shaft: Shaft, at: Array, stiffness: Stiffness, level: float) -> RodModes:
+    """First modes about an equilibrium on a flat, along which all contacts slide; the base is clamped.
 
     Parameters
     ----------
     shaft : Shaft
-        The rod; a node lies on the contact.
+        The rod.
     at : (2N + 3,) array
         Its equilibrium.
-    contact : float
-        ε.
+    stiffness : Stiffness
+        Of the ground, and friction.
+    level : float
+        Height of the flat.
 
     Returns
     -------
-    (3,) and (3, 2N + 3) arrays
-        Adimensional frequencies κ; shapes, normalised by the mass, zero below the contact.
+    RodModes
+        Of lowest frequency.
+
+    Raises
+    ------
+    ConvergenceError
+        If friction makes a mode grow without ringing, so that it has no frequency.
     """
-    below = int(np.argmin(np.abs(shaft.s - contact)))
-    matrix = _stiffness(_above(shaft, below), at[2 * below :])
-    free = np.delete(np.arange(matrix.shape[0] - 3), 1)
-    mass = np.repeat(shaft.mass[below:], 2)[free]
-    values, vectors = eigh(matrix[np.ix_(free, free)], np.diag(mass), subset_by_index=(0, _MODES - 1))
-    shapes = np.zeros((_MODES, at.size))
-    shapes[:, 2 * below + free] = vectors.T
-    return np.sqrt(values), shapes
+    first = _first_of_the_last_contact(at[1:-1:2] - shaft.radius < level)
+    upper, places = _above(shaft, first), at[2 * first :]
+    elastic, whole = _matrices(upper, places, stiffness, level)
+    free = slice(0, places.size - 3)
+    mass = np.repeat(upper.mass, 2)[free]
+    values, left, right = eig(whole[free, free] / mass[:, None], left=True)
+    chosen = np.argsort(values.real)[:_MODES]
+    if not (np.all(values.real[chosen] > 0) and np.all(values.imag[chosen] == 0)):
+        raise ConvergenceError("modes of the rod about its equilibrium", float(values.real[chosen].min()), 1)
+    shape, dual = right.real[:, chosen].T, left.real[:, chosen].T / mass
+    shape /= np.sqrt((shape**2 * mass).sum(axis=1))[:, None]
+    dual /= (dual * mass * shape).sum(axis=1)[:, None]
+    padded = [np.zeros((_MODES, at.size)) for _ in range(2)]
+    for out, part in zip(padded, (shape, dual), strict=True):
+        out[:, 2 * first : at.size - 3] = part
+    own = np.einsum("mi,ij,mj->m", dual, elastic[free, free], shape)
+    return RodModes(np.sqrt(values.real[chosen]), *padded, own)
 
 
-def _above(shaft: Shaft, below: int) -> Shaft:
+def _first_of_the_last_contact(touching: Mask) -> int:
+    """Lowest node of the run of touching nodes that is nearest to the base; 0 where none touches."""
+    if not touching.any():
+        return 0
+    last = int(np.flatnonzero(touching)[-1])
+    apart = np.flatnonzero(~touching[:last])
+    return int(apart[-1]) + 1 if apart.size else 0
+
+
+def _above(shaft: Shaft, first: int) -> Shaft:
     """The shaft without its first nodes; nothing bends at its new tip."""
-    bending = shaft.bending[below:].copy()
+    bending = shaft.bending[first:].copy()
     bending[0] = 0.0
     return Shaft(
-        s=shaft.s[below:],
-        rest=shaft.rest[below:],
-        mass=shaft.mass[below:],
-        axial=shaft.axial[below:],
+        s=shaft.s[first:],
+        rest=shaft.rest[first:],
+        mass=shaft.mass[first:],
+        axial=shaft.axial[first:],
         bending=bending,
-        rest_angle=shaft.rest_angle[below:],
-        radius=shaft.radius[below:],
+        rest_angle=shaft.rest_angle[first:],
+        radius=shaft.radius[first:],
     )
 
 
-def _stiffness(shaft: Shaft, at: Array) -> Array:
-    """Derivative of minus the elastic forces by the positions, (U, U)."""
-    work, size = segments(shaft.rest.size), at.size
-    band, force, still = np.zeros((size, WIDTH)), np.zeros(size), np.zeros(size)
+def _matrices(shaft: Shaft, at: Array, stiffness: Stiffness, level: float) -> tuple[Array, Array]:
+    """Minus the derivatives of the forces by the positions, (U, U): of the elastic ones, and of all with the contacts."""
+    work, size, still = segments(shaft.rest.size), at.size, np.zeros_like(at)
+    band, force = np.zeros((size + HALF, WIDTH)), np.zeros(size + HALF)
     bend(shaft, 0.0, at, still, work)
     add_elastic(shaft, 0.0, 0.0, at, still, work, force, band)
-    whole = np.zeros((size, size))
+    elastic, flat, touch = _whole(band, size), ground_of(None, 1.0), untouched(shaft.s.size, 0)
+    find_near(shaft, flat, (0.0, level), at, touch)
+    add_contacts(shaft, flat, stiffness, (0.0, level), (-_SLIDING, 0.0), at, at, touch, force, band)
+    return elastic, _whole(band, size)
+
+
+def _whole(band: Array, size: int) -> Array:
+    """A band matrix written out."""
+    out = np.zeros((size, size))
     for row in range(size):
         first, last = max(0, row - HALF), min(size, row + HALF + 1)
-        whole[row, first:last] = band[row, HALF + first - row : HALF + last - row]
-    return whole
+        out[row, first:last] = band[row, HALF + first - row : HALF + last - row]
+    return out

@@ -99,10 +99,12 @@ def _from_piece(ground: Ground, piece: int, x: float, y: float) -> tuple[float, 
     ex, ey = ground.x[piece + 1] - ax, ground.y[piece + 1] - ay
     square = ex * ex + ey * ey
     share = ((x - ax) * ex + (y - ay) * ey) / square if square > 0 else 0.0
-    at_end = share <= 0 or share >= 1
+    if 0 < share < 1:  # from the cross product, which is exact for points that are close to a long piece
+        off = (ex * (y - ay) - ey * (x - ax)) / square
+        return off * off * square, -ey * off, ex * off, False
     share = min(1.0, max(0.0, share))
     dx, dy = x - ax - share * ex, y - ay - share * ey
-    return dx * dx + dy * dy, dx, dy, at_end
+    return dx * dx + dy * dy, dx, dy, True
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

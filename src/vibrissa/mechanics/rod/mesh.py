@@ -42,7 +42,7 @@ class Fineness(NamedTuple):
         Fineness
             The finer mesh.
         """
-        return Fineness(self.finest / factor, self.coarsest / factor, self.growth)
+        return Fineness(self.finest / factor, self.coarsest / factor, self.growth / factor)
 
 
 def graded_nodes(tip: float, contact: float, fineness: Fineness, reach: float = REACH) -> Array:

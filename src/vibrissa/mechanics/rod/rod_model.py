@@ -11,7 +11,7 @@ import numpy as np
 from vibrissa.arrays import Array
 from vibrissa.errors import ConvergenceError, RangeError
 from vibrissa.mechanics.rod.contact_kernels import Stiffness, Touch, untouched
-from vibrissa.mechanics.rod.damping import viscous
+from vibrissa.mechanics.rod.damping import RodModes, rod_modes, viscous
 from vibrissa.mechanics.rod.elastic_kernels import Segments, segments
 from vibrissa.mechanics.rod.ground import Ground, ground_of
 from vibrissa.mechanics.rod.mesh import REACH, Fineness, graded_nodes
@@ -60,7 +60,7 @@ class RodSettings:
     fineness: Fineness = Fineness()
     step: float = 25e-6
     ground: float = 1e6
-    tolerance: float = 1e-9
+    tolerance: float = 1e-7
 
     def __post_init__(self) -> None:
         if not 0 < self.step <= 1e-3:
@@ -115,8 +115,16 @@ class RestingRod:
         At rest.
     touch : Touch
         Its contacts.
+    stiffness : Stiffness
+        Of the ground, and friction.
     damping : Damping
         For the damping ratio that was asked for.
+    base : (3,) array
+        x, y and angle of the base.
+    work : Segments
+        Forces in the shaft.
+    modes : RodModes, optional
+        About the equilibrium.
     """
 
     whisker: Whisker
@@ -129,6 +137,7 @@ class RestingRod:
     damping: Damping
     base: Array
     work: Segments = field(repr=False)
+    modes: RodModes | None = None
 
     def over(self, ground: Ground) -> None:
         """Make room for the edges of a ground; what the nodes remember stays.
@@ -257,7 +266,8 @@ def resting_rod(
     free = Damping(0.0, 0.0, np.zeros((0, state.at.size)), np.zeros(0))
     rod = RestingRod(whisker, posture, settings, straight, state, touch, stiffness, free, base, work)
     _settle(rod, curved, level)
-    rod.damping = viscous(curved, rod.state.at, posture.contact, damping)
+    rod.modes = rod_modes(curved, rod.state.at, stiffness, level)
+    rod.damping = viscous(curved, rod.modes, damping)
     return rod
 
 

@@ -72,9 +72,9 @@ class State(NamedTuple):
         Positions.
     rate, rate_before, rate_earlier : (2N + 3,) arrays
         Rates.
-    force : (2N + 3,) array
-        Work space.
-    matrix : (2N + 3, 11) array
+    force : (2N + 8,) array
+        Work space: see :func:`vibrissa.mechanics.rod.band_kernels.solve_band`.
+    matrix : (2N + 8, 11) array
         Work space.
     totals : (3,) array
         Since the start: work of the ground on the shaft, work of what drives the base, energy that friction dissipated.
@@ -107,8 +107,8 @@ def at_rest(at: Array) -> State:
     State
         With no rates.
     """
-    still = [np.zeros_like(at) for _ in range(4)]
-    work = (np.zeros((at.size, WIDTH)), np.zeros(3), np.zeros(2, np.int64))
+    still = [np.zeros_like(at) for _ in range(3)]
+    work = (np.zeros(at.size + HALF), np.zeros((at.size + HALF, WIDTH)), np.zeros(3), np.zeros(2, np.int64))
     return State(at.copy(), at.copy(), at.copy(), *still, *work)
 
 
@@ -186,7 +186,9 @@ def _solve(
         )
         _hold_base(follicle, drive, moved, step, state)
         solve_band(state.matrix, state.force)
-        largest = np.abs(state.force).max()
+        largest = 0.0
+        for i in range(state.at.size):
+            largest = max(largest, abs(state.force[i]))
         part = min(1.0 if iteration < _CAREFUL else 0.5, _FARTHEST / max(largest, _FARTHEST))
         for i in range(state.at.size):
             state.at[i] += part * state.force[i]
