@@ -35,7 +35,7 @@ def test_a_small_vibration_decays_at_the_damping_that_was_asked_for(mode):
         places += size * shapes[mode]
     count = 200 * periods
     travel = np.column_stack([-0.07 * step * np.arange(count + 1), np.zeros(count + 1)])
-    drive = np.hstack([travel, np.tile(rod.base, (count + 1, 1))])
+    drive = np.hstack([travel, np.tile(rod.drive, (count + 1, 1))])
     record = rod.run(ground_of(None, 1.0), drive, step, dual[None] / size)
     q = record.projected[0] + 1  # it was at 1 when the run began
     time = step * np.arange(1, count + 1)

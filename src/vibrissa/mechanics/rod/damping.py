@@ -23,9 +23,10 @@ from vibrissa.mechanics.rod.contact_kernels import Stiffness, add_contacts, find
 from vibrissa.mechanics.rod.elastic_kernels import add_elastic, bend, segments
 from vibrissa.mechanics.rod.ground import ground_of
 from vibrissa.mechanics.rod.shaft import Shaft
-from vibrissa.mechanics.rod.step_kernels import Damping
+from vibrissa.mechanics.rod.step_kernels import Damping, Follicle
 
 _MODES = 3
+_TURNING = 1e-9  # inertia of the base's angle, which has none: its own mode is far above all others
 _SLIDING = 1.0  # travel over L that makes every contact slide
 
 
@@ -73,8 +74,10 @@ def viscous(shaft: Shaft, modes: RodModes, ratio: float) -> Damping:
     return Damping(float(mass), float(stiffness), weighted, np.array([0.0, second, 0.0]))
 
 
-def rod_modes(shaft: Shaft, at: Array, stiffness: Stiffness, level: float) -> RodModes:
-    """First modes about an equilibrium on a flat, along which all contacts slide; the base is clamped.
+def rod_modes(
+    shaft: Shaft, at: Array, stiffness: Stiffness, level: float, follicle: Follicle = Follicle()
+) -> RodModes:
+    """First modes about an equilibrium on a flat, along which all contacts slide.
 
     Parameters
     ----------
@@ -86,6 +89,8 @@ def rod_modes(shaft: Shaft, at: Array, stiffness: Stiffness, level: float) -> Ro
         Of the ground, and friction.
     level : float
         Height of the flat.
+    follicle : Follicle
+        How the base is held; clamped by default.
 
     Returns
     -------
@@ -100,20 +105,23 @@ def rod_modes(shaft: Shaft, at: Array, stiffness: Stiffness, level: float) -> Ro
     first = _first_of_the_last_contact(at[1:-1:2] - shaft.radius < level)
     upper, places = _above(shaft, first), at[2 * first :]
     elastic, whole = _matrices(upper, places, stiffness, level)
-    free = slice(0, places.size - 3)
-    mass = np.repeat(upper.mass, 2)[free]
-    values, left, right = eig(whole[free, free] / mass[:, None], left=True)
+    mass = np.append(np.repeat(upper.mass, 2), _TURNING)
+    springs = np.array([follicle.translation, follicle.translation, follicle.rotation])
+    held = np.concatenate([np.zeros(places.size - 3), springs])
+    free = np.flatnonzero(np.isfinite(held))
+    for matrix in (elastic, whole):
+        matrix[free, free] += held[free]
+    values, left, right = eig(whole[np.ix_(free, free)] / mass[free, None], left=True)
     chosen = np.argsort(values.real)[:_MODES]
     if not (np.all(values.real[chosen] > 0) and np.all(values.imag[chosen] == 0)):
         raise ConvergenceError("modes of the rod about its equilibrium", float(values.real[chosen].min()), 1)
-    shape, dual = right.real[:, chosen].T, left.real[:, chosen].T / mass
-    shape /= np.sqrt((shape**2 * mass).sum(axis=1))[:, None]
-    dual /= (dual * mass * shape).sum(axis=1)[:, None]
-    padded = [np.zeros((_MODES, at.size)) for _ in range(2)]
-    for out, part in zip(padded, (shape, dual), strict=True):
-        out[:, 2 * first : at.size - 3] = part
-    own = np.einsum("mi,ij,mj->m", dual, elastic[free, free], shape)
-    return RodModes(np.sqrt(values.real[chosen]), *padded, own)
+    shape, dual = np.zeros((2, _MODES, at.size))
+    shape[:, 2 * first + free], dual[:, 2 * first + free] = right.real[:, chosen].T, left.real[:, chosen].T / mass[free]
+    weight = np.append(np.repeat(shaft.mass, 2), _TURNING)
+    shape /= np.sqrt((shape**2 * weight).sum(axis=1))[:, None]
+    dual /= (dual * weight * shape).sum(axis=1)[:, None]
+    own = np.einsum("mi,ij,mj->m", dual[:, 2 * first :], elastic, shape[:, 2 * first :])
+    return RodModes(np.sqrt(values.real[chosen]), shape, dual, own)
 
 
 def _first_of_the_last_contact(touching: Mask) -> int:

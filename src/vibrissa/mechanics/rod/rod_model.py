@@ -21,7 +21,7 @@ from vibrissa.mechanics.statics.edge_contact import on_the_flat
 from vibrissa.mechanics.statics.profile import Posture, check_tip
 from vibrissa.whisker import Whisker
 
-CLAMPED = Follicle(clamped=True, translation=0.0, rotation=0.0, translation_damping=0.0, rotation_damping=0.0)
+CLAMPED = Follicle()
 _FIRST, _GROWTH, _LAST = 0.05, 1.3, 3.0  # steps towards equilibrium, over k: in the end so long that nothing rings
 _GROWING = 20  # of them, while curvature and level grow
 _SETTLED = 200  # at most
@@ -67,6 +67,8 @@ class RodSettings:
             raise RangeError("RodSettings.step", "must lie in (0, 1 ms]", self.step, "in seconds")
         if not np.isfinite(self.curvature):
             raise RangeError("RodSettings.curvature", "must be finite (1/m)", self.curvature)
+        if not min(self.follicle) > 0:
+            raise RangeError("RodSettings.follicle", "must have positive stiffnesses", tuple(self.follicle))
 
 
 class Record(NamedTuple):
@@ -119,10 +121,12 @@ class RestingRod:
         Of the ground, and friction.
     damping : Damping
         For the damping ratio that was asked for.
-    base : (3,) array
-        x, y and angle of the base.
+    drive : (3,) array
+        x, y and angle of what holds the base, so that the base itself is where Eq. (1) has it.
     work : Segments
         Forces in the shaft.
+    follicle : Follicle
+        How the base is held.
     modes : RodModes, optional
         About the equilibrium.
     """
@@ -135,8 +139,9 @@ class RestingRod:
     touch: Touch
     stiffness: Stiffness
     damping: Damping
-    base: Array
+    drive: Array
     work: Segments = field(repr=False)
+    follicle: Follicle = CLAMPED
     modes: RodModes | None = None
 
     def over(self, ground: Ground) -> None:
@@ -196,7 +201,7 @@ class RestingRod:
             last = min(first + chunk, rows * every)
             lines = slice(first // every, last // every)
             advance(
-                self.shaft, ground, self.stiffness, self.damping, settings.follicle, drive[first : last + 1], step,
+                self.shaft, ground, self.stiffness, self.damping, self.follicle, drive[first : last + 1], step,
                 settings.tolerance, every, project, self.state, self.touch, self.work, record[lines],
                 kept[lines] if shapes else kept,
             )  # fmt: skip
@@ -266,9 +271,17 @@ def resting_rod(
     free = Damping(0.0, 0.0, np.zeros((0, state.at.size)), np.zeros(0))
     rod = RestingRod(whisker, posture, settings, straight, state, touch, stiffness, free, base, work)
     _settle(rod, curved, level)
-    rod.modes = rod_modes(curved, rod.state.at, stiffness, level)
+    rod.modes = rod_modes(curved, rod.state.at, stiffness, level, settings.follicle)
     rod.damping = viscous(curved, rod.modes, damping)
+    _unclamp(rod, settings.follicle)
     return rod
+
+
+def _unclamp(rod: RestingRod, follicle: Follicle) -> None:
+    """Hand the base to the springs of the follicle, which are drawn so that it stays where it is."""
+    load = np.array([rod.work.force_x[-1], rod.work.force_y[-1], rod.work.moment[-1]])
+    springs = np.array([follicle.translation, follicle.translation, follicle.rotation])
+    rod.drive, rod.follicle = rod.drive + load / springs, follicle
 
 
 def _first_guess(posture: Posture, s: Array, lift: float, base: Array) -> Array:
@@ -288,7 +301,7 @@ def _settle(rod: RestingRod, curved: Shaft, level: float) -> None:
         rod.shaft = curved._replace(rest_angle=grown * curved.rest_angle)
         before = rod.state.at.copy()
         places = np.array([[0.0, grown * level], [-1.0, grown * level]])
-        drive = np.hstack([places, np.tile(rod.base, (2, 1))])
+        drive = np.hstack([places, np.tile(rod.drive, (2, 1))])
         rod.run(flat, drive, min(_LAST, _FIRST * _GROWTH**k), nothing)
         _stop(rod.state)
         if grown == 1 and np.abs(rod.state.at - before).max() < _STILL:

@@ -118,7 +118,7 @@ def drag(
     step = 1 / (sampling_rate * every)
     count = int(round(duration * sampling_rate)) * every
     travelled = -speed * (start + step * np.arange(count + 1)) / length
-    drive = np.column_stack([travelled, np.zeros(count + 1), np.tile(rod.base, (count + 1, 1))])
+    drive = np.column_stack([travelled, np.zeros(count + 1), np.tile(rod.drive, (count + 1, 1))])
     at = rod.state.at.copy()
     fit = fitted_modes(rod.shaft.s, at, posture.contact, cone_kappa(posture.contact, n_modes))
     project = np.vstack([fit, across(rod.shaft.s, at, np.asarray(nodes, float))])

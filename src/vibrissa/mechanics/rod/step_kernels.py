@@ -44,23 +44,18 @@ class Damping(NamedTuple):
 
 
 class Follicle(NamedTuple):
-    """How the base is held: springs and dampers between it and what drives it.
+    """How the base is held: by springs between it and what drives it, damped in proportion as the shaft is.
 
     Attributes
     ----------
-    clamped : bool
-        The base follows the drive exactly; the rest does not count then.
-    translation, rotation : float
-        Stiffness of the springs, over force unit and L, and over their product.
-    translation_damping, rotation_damping : float
-        The same times k.
+    translation : float
+        Stiffness against translation, over EI/L³ of the base; infinite where the base is clamped.
+    rotation : float
+        Stiffness against rotation, over EI/L of the base; infinite where the base is clamped.
     """
 
-    clamped: bool
-    translation: float
-    rotation: float
-    translation_damping: float
-    rotation_damping: float
+    translation: float = np.inf
+    rotation: float = np.inf
 
 
 class State(NamedTuple):
@@ -136,20 +131,22 @@ def _add_inertia(shaft: Shaft, damping: Damping, step: float, state: State) -> N
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _hold_base(follicle: Follicle, drive: Array, moved: Array, step: float, state: State) -> None:
+def _hold_base(
+    follicle: Follicle, damping: Damping, drive: Array, moved: Array, step: float, state: State
+) -> None:
     """Clamp the base to the drive, or add the springs of the follicle. ``moved``: the drive's rate."""
-    per_rate = 1.5 / step
+    size = state.at.size
     for k in range(3):
-        i = state.at.size - 3 + k
-        if follicle.clamped:
+        i = size - 3 + k
+        spring = follicle.rotation if k == 2 else follicle.translation
+        if np.isfinite(spring):
+            stretch = state.at[i] - drive[2 + k] + damping.stiffness * (state.rate[i] - moved[2 + k])
+            state.force[i] -= spring * stretch
+            state.matrix[i, HALF] += spring * (1 + damping.stiffness * 1.5 / step)
+        else:
             state.matrix[i, :] = 0.0
             state.matrix[i, HALF] = 1.0
             state.force[i] = drive[2 + k] - state.at[i]
-            continue
-        spring = follicle.rotation if k == 2 else follicle.translation
-        damper = follicle.rotation_damping if k == 2 else follicle.translation_damping
-        state.force[i] -= spring * (state.at[i] - drive[2 + k]) + damper * (state.rate[i] - moved[2 + k])
-        state.matrix[i, HALF] += spring + damper * per_rate
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -171,8 +168,9 @@ def _solve(
     shift, travel = (drive[0], drive[1]), (moved[0] * step, moved[1] * step)
     for i in range(state.at.size):
         state.at[i] = state.before[i] + step * (1.5 * state.rate_before[i] - 0.5 * state.rate_earlier[i])
-    if follicle.clamped:
-        state.at[-3:] = drive[2:]
+    for k in range(3):
+        if not np.isfinite(follicle.rotation if k == 2 else follicle.translation):
+            state.at[state.at.size - 3 + k] = drive[2 + k]
     find_near(shaft, ground, shift, state.at, touch)
     for iteration in range(_ITERATIONS):
         state.counts[0] += 1
@@ -184,7 +182,7 @@ def _solve(
         add_contacts(
             shaft, ground, stiffness, shift, travel, state.at, state.before, touch, state.force, state.matrix
         )
-        _hold_base(follicle, drive, moved, step, state)
+        _hold_base(follicle, damping, drive, moved, step, state)
         solve_band(state.matrix, state.force)
         largest = 0.0
         for i in range(state.at.size):
@@ -265,7 +263,7 @@ def advance(
 def _power_at_base(
     shaft: Shaft, damping: Damping, moved: Array, step: float, state: State, work: Segments
 ) -> float:
-    """Power of the clamp on the shaft: it bears the last segment and moves the last half cell."""
+    """Power of the base on the shaft, as of a clamp: it bears the last segment and moves the last half cell."""
     count = shaft.rest.size
     power = moved[4] * work.moment[count]
     for axis in range(2):
