@@ -25,6 +25,8 @@ CLAMPED = Follicle()
 _FIRST, _GROWTH, _LAST = 0.05, 1.3, 3.0  # steps towards equilibrium, over k: in the end so long that nothing rings
 _GROWING = 20  # of them, while curvature and level grow
 _SETTLED = 200  # at most
+_THINNEST = 0.03  # s at which a shaft ends whose tip is thinner: what lies beyond has 3e-5 of the mass and bears nothing
+_LOST = 0.1  # share of steps whose iterations may fail before a run is given up
 _STILL = 1e-8  # motion in such a step, over L: a nanometre at most
 
 
@@ -86,8 +88,8 @@ class Record(NamedTuple):
         ``Touch.summary``.
     energy : (6, T) array
         Kinetic, elastic, power of viscous damping; work of the ground, work at the base, lost to friction.
-    unconverged : int
-        Steps whose iterations did not end.
+    steps, unconverged : int
+        Steps in all, and those whose iterations did not end.
     shapes : (T, 2N + 3) array
         Positions; empty where they were not asked for.
     """
@@ -97,6 +99,7 @@ class Record(NamedTuple):
     moment: Array
     contact: Array
     energy: Array
+    steps: int
     unconverged: int
     shapes: Array
 
@@ -189,6 +192,11 @@ class RestingRod:
         -------
         Record
             At every record's end.
+
+        Raises
+        ------
+        ConvergenceError
+            If more than a tenth of the steps do not converge.
         """
         steps = drive.shape[0] - 1
         rows = steps // every
@@ -205,6 +213,8 @@ class RestingRod:
                 settings.tolerance, every, project, self.state, self.touch, self.work, record[lines],
                 kept[lines] if shapes else kept,
             )  # fmt: skip
+            if self.state.counts[1] > _LOST * (first + chunk) or not np.isfinite(self.state.at).all():
+                raise ConvergenceError("motion of the rod", float(np.abs(self.state.force).max()), int(self.state.counts[0]))
             progress(last - first)
         m = project.shape[0]
         columns = record.T
@@ -214,6 +224,7 @@ class RestingRod:
             moment=columns[m + 2],
             contact=columns[m + 3 : m + 12],
             energy=columns[m + 12 : m + 18],
+            steps=rows * every,
             unconverged=int(columns[m + 18, -1]) if rows else 0,
             shapes=kept,
         )
@@ -233,7 +244,7 @@ def resting_rod(
     Parameters
     ----------
     whisker : Whisker
-        The cone, to its physical tip.
+        The cone, to its physical tip, or to s = 0.03 where that is thinner.
     posture : Posture
         Its base is held at the height and angle of Eq. (1).
     damping : float
@@ -260,7 +271,7 @@ def resting_rod(
     check_tip(posture, whisker)
     if posture.friction < 0:
         raise RangeError("Posture.friction", "must not be negative for the rod", posture.friction)
-    s = graded_nodes(whisker.tip, posture.contact, settings.fineness, reach)
+    s = graded_nodes(max(whisker.tip, _THINNEST), posture.contact, settings.fineness, reach)
     curved = shaft(s, whisker.cone_angle, curvature=settings.curvature * whisker.length, thick=settings.thick)
     flat, lift = on_the_flat(posture), whisker.cone_angle * posture.contact * settings.thick
     base = np.array([flat.base[0], flat.base[1] + lift, posture.base_angle])

@@ -125,6 +125,7 @@ def drag(
     rod.over(ground)
     record = rod.run(ground, drive, step / timescale, project, every=every, shapes=shapes, progress=progress)
     time = start + np.arange(1, record.moment.size + 1) / sampling_rate
+    time[np.abs(time) < 1e-9 / sampling_rate] = 0.0
     return RodRun(time, record.projected[:n_modes], record.projected[n_modes:], record, rod, ground)
 
 

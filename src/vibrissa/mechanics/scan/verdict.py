@@ -18,6 +18,7 @@ MOST_JUMPS = 0.5  # share of jumps that are not made
 MOST_TIME = 0.1  # share of the time
 HEAVY, HEAVIER = 0.2, 1.0  # own weight over contact force
 NONLINEAR = 0.2  # exact over linear jump, less one
+UNCONVERGED = 1e-3  # share of the rod's steps
 SHIFTED = 0.05  # resonance about the profile over the straight shaft's, less one
 _SLIDING = ("edge", "constant", "coulomb")  # laws by which the contact moves as the vibration asks
 
@@ -115,6 +116,38 @@ def map_verdict(contact: Array, tip: float, length: float, widest: float) -> str
         return f"{CAUTION}: free end is shorter than the widest gap; whether it allows each jump is not known ({PAGE})"
     where = "all contacts" if long.all() else f"{long.sum()} of {long.size} contacts"
     return f"{OUTSIDE if long.mean() > MOST_JUMPS else CAUTION}: free end is longer than every gap at {where} ({PAGE})"
+
+
+def rod_verdict(facts: Mapping[str, Any] | xr.Dataset) -> str:
+    """Verdict on a scan by the rod, which has no free end to leave out: what it was not told, and what it leaves out.
+
+    *Caution*: no physical tip was given, so that the shaft ends in a point that no whisker has; own weight above 0.2 of
+    the contact force, which the rod leaves out; more than one step in a thousand did not converge.
+
+    Parameters
+    ----------
+    facts : mapping or Dataset
+        What :meth:`vibrissa.mechanics.rod.rod_prediction.RodPrediction.sampled` gives.
+
+    Returns
+    -------
+    str
+        One line.
+    """
+    reasons = []
+    if getattr(facts, "attrs", {}).get("whisker_tip") == 0:
+        reasons.append("no physical tip was given, the shaft ends in a point")
+    if (weight := _of(facts, "weight_ratio", 0)) > HEAVY:
+        reasons.append(f"own weight is {weight:.2g} of the contact force")
+    if (share := _of(facts, "unconverged_share", 0)) > UNCONVERGED:
+        reasons.append(f"{100 * share:.2g} % of the steps did not converge")
+    way = ", ".join(
+        f"{what} {100 * share:.0f} %"
+        for what, name in (("bridges", "bridge"), ("sticks", "stick"), ("is off the ground", "detached"))
+        if (share := _of(facts, f"{name}_share", 0)) >= 0.005
+    )
+    whole = f"whole whisker{f', which {way} of the time' if way else ''}"
+    return f"{CAUTION if reasons else USABLE}: {'; '.join([*reasons, whole])} ({PAGE})"
 
 
 def findings(facts: Mapping[str, Any] | xr.Dataset) -> Iterator[Finding]:

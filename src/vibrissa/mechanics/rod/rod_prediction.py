@@ -1,0 +1,245 @@
+"""A scan by the rod: what :func:`vibrissa.mechanics.scan.sampled.scanned` gives of the single-contact model, of the rod."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibrissa.arrays import Array
+from vibrissa.errors import RangeError, TooFewError
+from vibrissa.exact import cone_kappa
+from vibrissa.mechanics.rod.rod_model import RodSettings
+from vibrissa.mechanics.rod.rod_scan import RodRun, drag
+from vibrissa.mechanics.rod.rod_states import STATES, contact_states
+from vibrissa.mechanics.scan.diagnostics import own_weight
+from vibrissa.mechanics.scan.follicle import force_unit
+from vibrissa.mechanics.scan.sampled import node_distances
+from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.scan.verdict import rod_verdict
+from vibrissa.mechanics.statics.edge_contact import on_the_flat
+from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.quantities import dataset
+from vibrissa.signals.envelope import analytic_envelope
+from vibrissa.texture.relief import HeightProfile
+from vibrissa.texture.surface import Gaps
+from vibrissa.whisker import Whisker
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_RINGING, _LONGEST_RINGING = 7.0, 1.0  # decay times of the first mode after the last event, and [s] at most
+_MOST_SAMPLES = 2_000_000
+
+
+def _silent(_: int) -> None:
+    """Say nothing."""
+
+
+@dataclass(frozen=True)
+class RodPrediction:
+    """A surface that will be drawn under the rod.
+
+    Attributes
+    ----------
+    whisker : Whisker
+        The cone, to its physical tip.
+    posture : Posture
+        Its base is held at the height and angle of Eq. (1).
+    texture : Gaps or HeightProfile
+        In metres.
+    scan : Scan
+        Its speed and damping; the forms of the single-contact model do not count.
+    n_modes : int
+        Number of pinned modes that are fitted.
+    settings : RodSettings
+        Of the rod.
+    """
+
+    whisker: Whisker
+    posture: Posture
+    texture: Gaps | HeightProfile
+    scan: Scan
+    n_modes: int = 3
+    settings: RodSettings = RodSettings()
+    progress: Callable[[int], None] = field(default=_silent, compare=False, repr=False)
+
+    @property
+    def end(self) -> float:
+        """Time at which the surface has left the free end [s]."""
+        last = self.texture.end[-1] if isinstance(self.texture, Gaps) else self.texture.position[-1]
+        free_end = (self.posture.contact - self.whisker.tip) * self.whisker.length
+        return float(last + free_end) / self.scan.speed
+
+    @property
+    def resonances(self) -> Array:
+        """Resonant frequencies of the pinned modes that are fitted [Hz], (M,)."""
+        return cone_kappa(self.posture.contact, self.n_modes) / (2 * np.pi * self.whisker.timescale)
+
+    @property
+    def duration(self) -> float:
+        """From time 0 until the ringing after the end has died away [s]."""
+        decay = self.scan.damping * 2 * np.pi * float(self.resonances[0])
+        return self.end + min(_RINGING / max(decay, 1e-300), _LONGEST_RINGING)
+
+    def run(self, rate: float, nodes: Array | None = None, *, duration: float | None = None) -> RodRun:
+        """The run, recorded at a rate.
+
+        Parameters
+        ----------
+        rate : float
+            Records per second [Hz].
+        nodes : (P,) array, optional
+            Points whose motion is wanted, over L from the tip of the cone.
+        duration : float, optional
+            From time 0 [s]; until all is quiet by default.
+
+        Returns
+        -------
+        RodRun
+            From time 0 on; at −1/rate the rod was at rest.
+
+        Raises
+        ------
+        InputError
+            If the rate is not positive or the record too long.
+        """
+        if not 0 < rate < np.inf:
+            raise RangeError("rate", "must be positive (Hz)", rate)
+        lasting = self.duration if duration is None else duration
+        if lasting * rate > _MOST_SAMPLES:
+            raise RangeError("scan", f"must have at most {_MOST_SAMPLES} samples", f"{lasting * rate:.3g}", "lower the rate")
+        return drag(
+            self.whisker,
+            self.posture,
+            self.texture,
+            speed=self.scan.speed,
+            damping=self.scan.damping,
+            start=-1 / rate,
+            duration=lasting + 1 / rate,
+            sampling_rate=rate,
+            n_modes=self.n_modes,
+            nodes=() if nodes is None else tuple(nodes),
+            settings=self.settings,
+            progress=self.progress,
+        )
+
+    def displacement(self, t: Array, s: Array) -> Array:
+        """Motion along the normal at points of the shaft, on an even grid of times that begins at 0.
+
+        Parameters
+        ----------
+        t : (T,) array
+            Times [s].
+        s : (P,) array
+            Points, over L from the tip of the cone.
+
+        Returns
+        -------
+        (T, P) array
+            Over L.
+
+        Raises
+        ------
+        InputError
+            If there are fewer than two times.
+        """
+        if len(t) < 2:
+            raise TooFewError("times", "must be two or more for the rod", len(t))
+        rate = (len(t) - 1) / float(t[-1] - t[0])
+        return self.run(rate, s, duration=float(t[-1])).displacement.T
+
+    def sampled(self, rate: float, nodes: Sequence[float] | None = None) -> xr.Dataset:
+        """The scan at even times, from 0 until the ringing after its end has died away.
+
+        Parameters
+        ----------
+        rate : float
+            Samples per second [Hz].
+        nodes : sequence of float, optional
+            Distances from the base of points whose motion is wanted [m].
+
+        Returns
+        -------
+        Dataset
+            ``mode_displacement`` (mode, time), what a movie shows of the pinned modes: the motion from the equilibrium
+            along its normal, fitted; its ``envelope`` [m] and ``mode_sd``; what the follicle feels; ``contact_state``,
+            ``contact_count``, ``first_contact``, ``last_contact`` [m from the base], ``contact_load`` (time);
+            ``displacement`` (time, node) [m]; shares of time of the states; the attribute ``verdict``.
+
+        Raises
+        ------
+        InputError
+            If the rate is not positive, the record too long, or a node not on the whisker.
+        """
+        distances = node_distances(self.whisker, nodes)
+        points = None if distances is None else 1 - distances / self.whisker.length
+        run = self.run(rate, points)
+        state = self._states(run)
+        more: dict[str, Any] = {}
+        if distances is not None:
+            moved = run.displacement.T * self.whisker.length
+            more = {"node": np.arange(distances.size), "arc_length": distances, "displacement": moved}
+        shown = run.mode_displacement
+        if shown.shape[1] > 3:
+            more["envelope"] = self.whisker.length * analytic_envelope(shown)[0]
+        shares = {f"{name}_share": float(np.mean(state == k)) for k, name in enumerate(STATES)}
+        data = dataset(
+            self._attributes(),
+            time=run.time,
+            mode=np.arange(1, self.n_modes + 1),
+            mode_displacement=shown,
+            mode_sd=shown.std(axis=1),
+            kappa=cone_kappa(self.posture.contact, self.n_modes),
+            resonant_frequency=self.resonances,
+            rod_frequency=run.rod.modes.kappa / (2 * np.pi * self.whisker.timescale),
+            free_end_length=(self.posture.contact - self.whisker.tip) * self.whisker.length,
+            weight_ratio=own_weight(self.whisker) / on_the_flat(self.posture).contact_force,
+            unconverged_share=run.record.unconverged / run.record.steps,
+            contact_state=state,
+            **self._signals(run),
+            **shares,
+            **more,
+        )
+        return data.assign_attrs(verdict=rod_verdict(data))
+
+    def _signals(self, run: RodRun) -> dict[str, Array]:
+        record, angle = run.record, self.posture.base_angle
+        unit, length = force_unit(self.whisker), self.whisker.length
+        _, _, first, last, count, *_ = record.contact
+        none = np.where(count > 0, 1.0, np.nan)
+        return {
+            "base_moment": unit * length * record.moment,
+            "base_curvature": record.moment / length,
+            "transverse_force": unit * (np.array([-np.sin(angle), np.cos(angle)]) @ record.force),
+            "axial_force": unit * (np.array([np.cos(angle), np.sin(angle)]) @ record.force),
+            "contact_load": unit * record.contact[0],
+            "contact_count": count,
+            "first_contact": none * (1 - last) * length,
+            "last_contact": none * (1 - first) * length,
+        }
+
+    def _states(self, run: RodRun) -> Array:
+        held = {"speed": self.scan.speed, "contact": self.posture.contact, "length": self.whisker.length}
+        return contact_states(run.record.contact, run.time, self.texture, **held)
+
+    def _attributes(self) -> dict[str, Any]:
+        surface = {"gaps": len(self.texture.width), "gap_depth": self.texture.depth} if isinstance(self.texture, Gaps) else {}
+        return {
+            "model": "rod",
+            "damping": self.scan.damping,
+            "scan_speed": self.scan.speed,
+            "contact": self.posture.contact,
+            "base_angle": self.posture.base_angle,
+            "intrinsic_curvature": self.settings.curvature,
+            "edge_radius": self.settings.edge_radius,
+            "thick": int(self.settings.thick),
+            "follicle_translation": self.settings.follicle.translation,
+            "follicle_rotation": self.settings.follicle.rotation,
+            "states": ", ".join(f"{k} {name}" for k, name in enumerate(STATES)),
+            **self.posture.friction_attributes,
+            **self.whisker.attributes,
+            **surface,
+        }
