@@ -17,6 +17,7 @@ from vibrissa.mechanics.rod.ground import Ground, clearance
 from vibrissa.mechanics.rod.shaft import Shaft
 from vibrissa.mechanics.statics.contact_law import ContactLaw, friction_ratio
 
+_BEARS = 1e-2  # normal force over s² above which a contact counts: a hundredth of what it bears at rest, or less
 MARGIN = 1e-3  # over L: what is farther from the ground cannot touch it within a step
 
 Point = tuple[float, float, float, float, float, float]  # normal, tangent, gap, slip
@@ -153,15 +154,16 @@ def _push(point: Point, drag: float, local: float, stiffness: Stiffness) -> Push
 def _note(
     summary: Array, point: Point, push: Push, drag: float, s: float, travel: tuple[float, float], stiffness: Stiffness
 ) -> None:
-    """Add one contact to the summary."""
-    if summary[4] == 0:
-        summary[2] = summary[3] = s
+    """Add one contact to the summary; what bears next to nothing is not counted as a contact."""
     normal, now = -stiffness.normal * point[4], push[6]
+    if normal > _BEARS * s**2:
+        if summary[4] == 0:
+            summary[2] = summary[3] = s
+        summary[2], summary[3] = min(summary[2], s), max(summary[3], s)
+        summary[4] += 1
+        summary[5] += push[7]
     summary[0] += normal
     summary[1] += now
-    summary[2], summary[3] = min(summary[2], s), max(summary[3], s)
-    summary[4] += 1
-    summary[5] += push[7]
     summary[6] += 0.5 * (normal**2 / stiffness.normal + now**2 / stiffness.tangential)
     summary[7] += push[0] * travel[0] + push[1] * travel[1]
     summary[8] -= now * (point[5] - (drag - now) / stiffness.tangential)
