@@ -3,7 +3,7 @@
 from functools import cache
 
 from vibrissa.mechanics.rod.mesh import Fineness
-from vibrissa.mechanics.rod.rod_model import RodSettings, resting_rod
+from vibrissa.mechanics.rod.rod_model import Rod, resting_rod
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.whisker import Whisker
 
@@ -19,4 +19,4 @@ def cone(tip=0.25):
 def resting(tip=0.25, refined=1.0, damping=0.11, posture=POSTURE, **settings):
     """A rod in equilibrium; not to be run, since it is shared."""
     fineness = Fineness().refined(refined)
-    return resting_rod(cone(tip), posture, damping=damping, settings=RodSettings(fineness=fineness, **settings))
+    return resting_rod(cone(tip), posture, damping=damping, settings=Rod(fineness=fineness, **settings))

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from vibrissa.api.arguments import names_arguments
+from vibrissa.api.rods import Model, rod_of
 from vibrissa.errors import ConflictError, RangeError, give_in
 from vibrissa.mechanics.modes.shift import curved_eigenmodes
 from vibrissa.mechanics.modes.straight import resonances
+from vibrissa.mechanics.rod.rod_gap import FINE, rod_gap
 from vibrissa.mechanics.scan.gap_report import crossing, held_profile
 from vibrissa.mechanics.statics.profile import Posture, check_tip
 from vibrissa.texture.surface import DEPTH
@@ -111,7 +113,17 @@ def profile(whisker: Whisker, posture: Posture, *, distance: float | None = None
 
 
 @names_arguments
-def gap(whisker: Whisker, posture: Posture, *, width: float, depth: float = DEPTH, n_modes: int = 3) -> xr.Dataset:
+def gap(
+    whisker: Whisker,
+    posture: Posture,
+    *,
+    width: float,
+    depth: float = DEPTH,
+    n_modes: int = 3,
+    model: Model = "modes",
+    speed: float = 0.1,
+    damping: float = 0.11,
+) -> xr.Dataset:
     """One gap crossed: when the contact jumps, how far each mode jumps, and whether the free end allows it.
 
     Parameters
@@ -124,12 +136,17 @@ def gap(whisker: Whisker, posture: Posture, *, width: float, depth: float = DEPT
         Of the gap [m].
     n_modes : int
         Number of modes.
+    model : {"modes", "rod"} or Rod
+        The paper's modes of a shaft with a single contact, or the whole whisker, drawn over the gap: see :func:`scan`.
+    speed, damping : float
+        Of the gap past the base [m/s], and damping ratio of the first three modes; they count for a rod only.
 
     Returns
     -------
     Dataset
         As :func:`vibrissa.mechanics.scan.gap_report.crossing` gives it; ``linearity`` (mode) is the exact jump over the
-        linear one (Eq. 11).
+        linear one (Eq. 11). Of a rod as :func:`vibrissa.mechanics.rod.rod_gap.rod_gap` gives it, with
+        ``largest_mode_displacement`` (mode).
 
     Raises
     ------
@@ -145,6 +162,10 @@ def gap(whisker: Whisker, posture: Posture, *, width: float, depth: float = DEPT
     """
     refuse_beyond("width", width, whisker)
     refuse_beyond("depth", depth, whisker, "µm", 1e-6)
+    rod = rod_of(model, FINE)
+    if rod is not None:
+        how = {"speed": speed, "damping": damping, "n_modes": n_modes, "settings": rod}
+        return rod_gap(whisker, posture, width=width, depth=depth, **how)
     return crossing(posture, width / whisker.length, n_modes=n_modes, whisker=whisker, depth=depth)
 
 

@@ -11,9 +11,11 @@ import numpy as np
 
 from vibrissa.api.arguments import names_arguments
 from vibrissa.api.remarks import as_sentence, remark
+from vibrissa.api.rods import Model, rod_of
 from vibrissa.errors import ConflictError, InputError, RangeError
 from vibrissa.mechanics.modes.basis import Modes
 from vibrissa.mechanics.quasi_static.response import Form
+from vibrissa.mechanics.rod.rod_prediction import RodPrediction
 from vibrissa.mechanics.scan import diagnostics
 from vibrissa.mechanics.scan.relief_prediction import ReliefPrediction, predict_relief
 from vibrissa.mechanics.scan.sampled import scanned, scanned_relief
@@ -40,11 +42,11 @@ class Motion:
 
     Attributes
     ----------
-    prediction : Prediction, ReliefPrediction or SlowPrediction
+    prediction : Prediction, ReliefPrediction, SlowPrediction or RodPrediction
         The model, which gives every quantity at any time.
     """
 
-    prediction: Prediction | ReliefPrediction | SlowPrediction
+    prediction: Prediction | ReliefPrediction | SlowPrediction | RodPrediction
 
     @property
     def whisker(self) -> Whisker:
@@ -61,6 +63,8 @@ class Motion:
     def __repr__(self) -> str:
         scan = self.prediction.scan
         kind = {Prediction: "gaps", ReliefPrediction: "a height profile", SlowPrediction: "gaps, posture changing"}
+        if isinstance(self.prediction, RodPrediction):
+            return f"<Motion of the whole whisker at {scan.speed:g} m/s: .sample(rate), .plot()>"
         try:
             found = self.verdict.partition(";")[0].partition(" (docs/")[0]
         except InputError:  # too long to be sampled whole
@@ -105,7 +109,9 @@ class Motion:
                 raise ConflictError("nodes", "must be left out where the posture changes", nodes)
             start, stop = self.prediction.path.time[[0, -1]]
             return active_whisking.slow_signals(self.prediction, np.arange(start, stop, 1 / rate))
-        if isinstance(self.prediction, ReliefPrediction):
+        if isinstance(self.prediction, RodPrediction):
+            data = self.prediction.sampled(rate, nodes)
+        elif isinstance(self.prediction, ReliefPrediction):
             data = scanned_relief(self.prediction, rate, nodes=nodes)
         else:
             data = scanned(self.prediction, rate, nodes=nodes)
@@ -131,6 +137,8 @@ class Motion:
         """
         if isinstance(self.prediction, SlowPrediction):
             judged, *lines = active_whisking.remarks(self.prediction)
+        elif isinstance(self.prediction, RodPrediction):
+            judged, lines = str(self.sample(rate).attrs["verdict"]), []
         elif isinstance(self.prediction, ReliefPrediction):
             judged, *lines = diagnostics.relief_remarks(self.sample(rate))
         else:
@@ -171,6 +179,7 @@ def scan(
     response: Form = "exact",
     jump: JumpRule = "continuous",
     modes: Modes = "straight",
+    model: Model = "modes",
 ) -> Motion:
     """The vibration of a whisker along which a surface is drawn.
 
@@ -189,7 +198,11 @@ def scan(
     n_modes : int
         Number of modes.
     response, jump, modes
-        Forms of the model, as of :class:`vibrissa.mechanics.scan.scan_settings.Scan`.
+        Forms of the model of modes, as of :class:`vibrissa.mechanics.scan.scan_settings.Scan`.
+    model : {"modes", "rod"} or Rod
+        The paper's modes of a shaft that touches the ground in a single contact, or the whole whisker as a rod, whose
+        free end touches it too: ``"rod"``, or a :class:`vibrissa.mechanics.rod.rod_model.Rod` with intrinsic curvature,
+        rounded edges or a compliant follicle. It is computed each time it is sampled, about 1 s for each second.
 
     Returns
     -------
@@ -211,10 +224,15 @@ def scan(
     'm'
     """
     how = Scan(speed=speed, damping=damping, response=response, jump=jump, modes=modes)
+    rod = rod_of(model)
     if isinstance(posture, PosturePath):
+        if rod is not None:
+            raise ConflictError("model", "must be 'modes' where the posture changes", repr(model))
         if isinstance(surface, HeightProfile):
             raise ConflictError("surface", "must be gaps where the posture changes", "a height profile")
         return Motion(active_whisking.predict_slow(whisker, posture, surface, how, n_modes=n_modes))
+    if rod is not None:
+        return Motion(RodPrediction(whisker, posture, surface, how, n_modes, rod))
     if isinstance(surface, HeightProfile):
         return Motion(predict_relief(whisker, posture, surface, how, n_modes=n_modes))
     return Motion(predict(whisker, posture, surface, how, n_modes=n_modes))

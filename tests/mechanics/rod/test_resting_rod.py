@@ -12,9 +12,8 @@ from vibrissa.mechanics.rod.contact_kernels import Stiffness
 from vibrissa.mechanics.rod.damping import rod_modes
 from vibrissa.mechanics.rod.ground import ground_of
 from vibrissa.mechanics.rod.mesh import Fineness, graded_nodes
-from vibrissa.mechanics.rod.rod_model import RodSettings, resting_rod
+from vibrissa.mechanics.rod.rod_model import Rod, resting_rod
 from vibrissa.mechanics.rod.shaft import shaft
-from vibrissa.mechanics.rod.step_kernels import Follicle
 from vibrissa.mechanics.statics.contact_law import ContactLaw
 from vibrissa.mechanics.statics.edge_contact import on_the_flat
 from vibrissa.mechanics.statics.profile import Posture
@@ -115,21 +114,21 @@ def test_friction_that_pushes_towards_the_base_is_refused():
         resting_rod(cone(), Posture(contact=0.29, base_angle=1.2, friction=-0.1), damping=0.1)
 
 
-@pytest.mark.parametrize(("name", "value"), [("step", 0.0), ("step", 1.0), ("curvature", np.inf)])
+@pytest.mark.parametrize(("name", "value"), [("step", 0.0), ("step", 1.0), ("curvature", np.inf), ("follicle_rotation", 0.0), ("ground", -1.0)])
 def test_settings_out_of_range_are_refused(name, value):
-    with refusal("range", f"RodSettings.{name}"):
-        RodSettings(**{name: value})
+    with refusal("range", f"Rod.{name}"):
+        Rod(**{name: value})
 
 
 def test_a_compliant_follicle_lowers_the_resonance_and_keeps_the_posture():
     clamped = resting()
-    for follicle, sprung in ((Follicle(rotation=3.0), 0.70), (Follicle(translation=100.0), 0.73)):
-        rod = resting(follicle=follicle)
+    for follicle, sprung in (({"follicle_rotation": 3.0}, 0.70), ({"follicle_translation": 100.0}, 0.73)):
+        rod = resting(**follicle)
         np.testing.assert_allclose(rod.state.at[-3:], clamped.state.at[-3:], atol=1e-12)
         assert rod.modes.kappa[0] / clamped.modes.kappa[0] == pytest.approx(sprung, abs=0.06)  # MODEL.md, on the straight
         count, step = 200, 0.05
         drive = np.hstack([np.zeros((count + 1, 2)), np.tile(rod.drive, (count + 1, 1))])
-        fresh = resting_rod(cone(), POSTURE, damping=0.11, settings=RodSettings(follicle=follicle))
+        fresh = resting_rod(cone(), POSTURE, damping=0.11, settings=Rod(**follicle))
         drive[:, 0] = -0.07 * step * np.arange(count + 1)
         fresh.run(ground_of(None, 1.0), drive, step, np.zeros((0, rod.state.at.size)))
         np.testing.assert_allclose(fresh.state.at[-3:], clamped.state.at[-3:], atol=2e-6)

@@ -7,7 +7,7 @@ from rods import POSTURE, cone, resting
 from vibrissa.mechanics.rod.ground import ground_of
 from vibrissa.mechanics.rod.mesh import Fineness
 from vibrissa.mechanics.rod.rod_gap import rod_gap
-from vibrissa.mechanics.rod.rod_model import RodSettings, resting_rod
+from vibrissa.mechanics.rod.rod_model import Rod, resting_rod
 from vibrissa.mechanics.rod.rod_scan import drag
 from vibrissa.texture.surface import Gaps, random_grating
 
@@ -17,7 +17,7 @@ GAP = Gaps(np.array([0.0]), np.array([0.6e-3]), 35e-6)
 def crossing(tip, rate=20e3, **settings):
     run = drag(
         cone(tip), POSTURE, GAP, speed=0.1, damping=0.11, start=-1e-3, duration=0.03, sampling_rate=rate,
-        settings=RodSettings(**settings),
+        settings=Rod(**settings),
     )  # fmt: skip
     assert run.record.unconverged == 0
     return run
@@ -26,7 +26,7 @@ def crossing(tip, rate=20e3, **settings):
 @pytest.mark.parametrize("mode", [0, 1])
 def test_a_small_vibration_decays_at_the_damping_that_was_asked_for(mode):
     ratio = 0.05
-    rod = resting_rod(cone(0.285), POSTURE, damping=ratio, settings=RodSettings(tolerance=1e-12))
+    rod = resting_rod(cone(0.285), POSTURE, damping=ratio, settings=Rod(tolerance=1e-12))
     kappa, shapes = rod.modes.kappa, rod.modes.shape
     dual = rod.modes.dual[mode] * np.append(np.repeat(rod.shaft.mass, 2), 0.0)
     step, periods = 2 * np.pi / kappa[mode] / 200, 6
@@ -81,7 +81,7 @@ TABLE = {0.289: 1.28e-3, 0.27: 0.036e-3, 0.25: 0.036e-3}
 
 @pytest.mark.parametrize("tip", TABLE)
 def test_a_gap_moves_the_first_mode_as_another_rod_says(tip):
-    found = rod_gap(cone(tip), POSTURE, width=0.6e-3, settings=RodSettings(fineness=Fineness().refined(2), step=1e-5))
+    found = rod_gap(cone(tip), POSTURE, width=0.6e-3, settings=Rod(fineness=Fineness().refined(2), step=1e-5))
     assert found.largest[0] == pytest.approx(TABLE[tip], rel=0.065 if tip > 0.28 else 0.08)
 
 

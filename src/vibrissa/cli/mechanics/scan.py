@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from cyclopts import Parameter
 
 from vibrissa.arrays import Array
+from vibrissa.cli.mechanics.rod_options import NO_ROD, Model, RodOptions
 from vibrissa.cli.mechanics.scan_spikes import NO_SPIKES, SpikeOptions
 from vibrissa.cli.shared.options import NO_WHISKER, Flag, OfModes, PostureOptions, WhiskerOptions
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, tell
@@ -148,6 +149,8 @@ def scan(
     modes: OfModes = "straight",
     file: FileOptions = FileOptions(),
     node: list[Length] | None = None,
+    model: Model = "modes",
+    rod: RodOptions = NO_ROD,
     spiking: SpikeOptions = NO_SPIKES,
     of: WhiskerOptions = NO_WHISKER,
     output: OutputOptions = PRINTED,
@@ -167,10 +170,13 @@ def scan(
     """
     from vibrissa.study.forward.surface import scan_surface
 
+    if model == "modes":
+        rod.refuse_without_rod()
     cone, how = of.needed_cone(), drawn.scan(modes)
     posture = at.posture(cone)
     units, notes, lines = spiking.units(), list[str](), list[str]()
     sampled: dict[str, Any] = {"n_modes": drawn.n_modes, "sampling_rate": drawn.sampling_rate, "nodes": node}
+    sampled["rod"] = rod.settings() if model == "rod" else None
     try:
         surface = file.texture(texture, notes.append)
         with progress_bars() as progress:

@@ -84,6 +84,14 @@ GLOSSARY: dict[str, Option] = {
     "--response": _O("choice", "Quasi-static response of the profile: exact, or the paper's linear one", "linear"),
     "--jump": _O("choice", "What the velocity does where the contact jumps", "paper2014"),
     "--sampling-rate": _O("rate", "Samples per second", "20kHz", 10),
+    "--model": _O("choice", "What predicts: modes of a shaft with a single contact, or the whole whisker", "rod"),
+    "--intrinsic-curvature": _O("number", "Curvature of the free shaft [1/m]", "15", arguments=("curvature",)),
+    "--edge-radius": _O("length", "Radius of the upper edges of gaps", "20um", most=1e-3),
+    "--thick": _O("flag", "The ground touches the surface of the shaft, not its midline"),
+    "--follicle-rotation": _O("number", "Stiffness of the follicle against rotation of the base, over EI/L", "3"),
+    "--follicle-translation": _O(
+        "number", "Stiffness of the follicle against translation of the base, over EI/L³", "100"
+    ),
     "--node": _O(
         "length", "Distance from the base of a point whose motion is wanted", "5mm", most=0.2, arguments=("nodes",)
     ),

@@ -20,6 +20,9 @@ SHOWN = 0.3  # [s] of the whole
 MODES = 2  # that are drawn in time
 WIDTH = 5.0  # [Hz] that a point of the spectra averages
 BEYOND = 1.5  # the spectra end at so many times the highest resonance
+_TOP = ("excursion", "base_moment_quasi_static")  # of a single contact
+_WHOLE = ("first_contact", "last_contact", "contact_state")  # of a whole whisker
+_BRIDGE, _DETACHED = 3, 0  # contact_state
 _ABOVE: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1, 0.95), "ncols": 2}  # clear of the lines
 COLOURS = (FOUND, OTHER, "#009E73", "#CC79A7", "#56B4E9", "#E69F00")  # safe for the colour-blind
 
@@ -38,11 +41,12 @@ def compute(scan: xr.Dataset, *, shown: float = SHOWN) -> xr.Dataset:
     Returns
     -------
     Dataset
-        ``excursion``, ``base_moment``, ``base_moment_quasi_static`` (time), ``mode_displacement`` about its mean and
+        ``base_moment`` (time), with ``excursion`` and ``base_moment_quasi_static`` of a single contact, or
+        ``first_contact``, ``last_contact`` and ``contact_state`` of a whole whisker; ``mode_displacement`` about its mean,
         ``envelope`` [m] (mode, time); ``power`` (mode, frequency), in steps of about 5 Hz, up to 1.5 times the highest
         resonance; ``resonant_frequency``, ``mode_sd`` (mode). Attributes ``whisker_length`` [m], ``caption``.
     """
-    require(scan, "excursion", "mode_displacement", "base_moment", "envelope", "resonant_frequency", "mode_sd")
+    require(scan, "mode_displacement", "base_moment", "envelope", "resonant_frequency", "mode_sd")
     time = scan.time.values
     start = float(np.clip(time[scan.envelope.values[0].argmax()] - shown / 2, 0, max(0.0, time[-1] - shown)))
     seen = (time >= start) & (time <= start + shown)
@@ -54,11 +58,10 @@ def compute(scan: xr.Dataset, *, shown: float = SHOWN) -> xr.Dataset:
         time=time[seen],
         mode=scan.mode.values,
         frequency=frequency[band],
-        excursion=scan.excursion.values[seen],
         mode_displacement=moving[:, seen],
         envelope=scan.envelope.values[:, seen],
         base_moment=scan.base_moment.values[seen],
-        base_moment_quasi_static=scan.base_moment_quasi_static.values[seen],
+        **{name: scan[name].values[seen] for name in _TOP + _WHOLE if name in scan},
         power=power[:, band],
         resonant_frequency=scan.resonant_frequency.values,
         mode_sd=scan.mode_sd.values,
@@ -83,11 +86,10 @@ def _caption(scan: xr.Dataset) -> str:
         for one in (scan[["resonant_frequency", "mode_sd"]].sel(mode=mode) for mode in scan.mode.values)
     )
     verdict = f" Verdict: {scan.attrs['verdict']}." if "verdict" in scan.attrs else ""
-    slow, all_of_it = (float(np.nanstd(scan[f"base_moment{part}"].values)) for part in ("_quasi_static", ""))
-    return (
-        f"Predicted, nothing measured. {modes}. The moment at the base has an rms of {1e9 * all_of_it:.3g} nN m, its "
-        f"quasi-static part of {1e9 * slow:.3g}.{verdict}"
-    )
+    moment = f"The moment at the base has an rms of {1e9 * float(np.nanstd(scan.base_moment.values)):.3g} nN m"
+    if "base_moment_quasi_static" in scan:
+        moment += f", its quasi-static part of {1e9 * float(np.nanstd(scan.base_moment_quasi_static.values)):.3g}"
+    return f"Predicted, nothing measured. {modes}. {moment}.{verdict}"
 
 
 @house_style
@@ -107,8 +109,7 @@ def draw(data: xr.Dataset) -> Figure:
     n = min(MODES, data.sizes["mode"])
     figure, axes = new_figure(10.5, 0.8 + 1.4 * (n + 2), n + 2, 2, width_ratios=(1.6, 1), sharex="col")
     um = 1e6 * data.attrs["whisker_length"]
-    axes[0, 0].plot(data.time, um * data.excursion, color="0.2", lw=0.9)
-    axes[0, 0].set(ylabel="excursion [µm]", title="how far the surface carries the contact, and what follows")
+    _draw_contact(axes[0, 0], data, um)
     for i in range(n):
         axes[1 + i, 0].plot(data.time, 1e6 * data.envelope[i], color=TRUTH, lw=2.5, label="envelope")
         axes[1 + i, 0].plot(data.time, um * data.mode_displacement[i], color=COLOURS[i], lw=0.7)
@@ -116,11 +117,27 @@ def draw(data: xr.Dataset) -> Figure:
     axes[1, 0].legend(**_ABOVE)
     below = axes[n + 1, 0]
     below.plot(data.time, 1e9 * data.base_moment, color="0.2", lw=0.7, label="moment at the base")
-    below.plot(data.time, 1e9 * data.base_moment_quasi_static, color=OTHER, lw=0.9, label="quasi-static part")
+    if "base_moment_quasi_static" in data:
+        below.plot(data.time, 1e9 * data.base_moment_quasi_static, color=OTHER, lw=0.9, label="quasi-static part")
     below.set(xlabel="time [s]", ylabel="moment [nN m]", xlim=(float(data.time[0]), float(data.time[-1])))
     below.legend(**_ABOVE)
     _draw_spectra(figure.add_subplot(merged(axes[:, 1])), data)
     return add_caption(figure, data)
+
+
+def _draw_contact(axis: Axes, data: xr.Dataset, um: float) -> None:
+    """How far the surface carries a single contact, or where a whole whisker touches the ground."""
+    if "excursion" in data:
+        axis.plot(data.time, um * data.excursion, color="0.2", lw=0.9)
+        axis.set(ylabel="excursion [µm]", title="how far the surface carries the contact, and what follows")
+        return
+    axis.plot(data.time, 1e3 * data.last_contact, color=OTHER, lw=0.7, label="last")
+    axis.plot(data.time, 1e3 * data.first_contact, color="0.2", lw=0.9, label="first")
+    for state, colour in ((_BRIDGE, "#E69F00"), (_DETACHED, "0.6")):
+        there = data.contact_state.values == state
+        axis.fill_between(data.time, 0, 1, where=there, color=colour, alpha=0.25, lw=0, transform=axis.get_xaxis_transform())
+    axis.set(ylabel="contact [mm]", title="contacts from the base; shaded: a gap is bridged")
+    axis.legend(**_ABOVE)
 
 
 def _draw_spectra(axis: Axes, data: xr.Dataset) -> None:

@@ -2,36 +2,25 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.arrays import Array
-from vibrissa.exact import cone_kappa
-from vibrissa.mechanics.rod.rod_model import RodSettings
-from vibrissa.mechanics.rod.rod_scan import RodRun, drag
+from vibrissa.mechanics.rod.mesh import Fineness
+from vibrissa.mechanics.rod.rod_model import Rod
+from vibrissa.mechanics.rod.rod_prediction import RodPrediction
+from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.quantities import dataset
 from vibrissa.texture.surface import DEPTH, Gaps
 from vibrissa.whisker import Whisker
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+FINE = Rod(fineness=Fineness().refined(2), step=12.5e-6)  # one gap is short: within 1 % of finer ones
 _RATE = 20e3  # [Hz]
-_RINGING = 4.0  # decay times of the slowest mode after the gap has left the free end
-_LONGEST = 0.3  # [s] without damping it would never end
-
-
-class GapCrossing(NamedTuple):
-    """One gap, as the rod meets it.
-
-    Attributes
-    ----------
-    largest : (M,) array
-        Largest |q_i + Q_i| while the gap passes, over L.
-    run : RodRun
-        The whole record.
-    """
-
-    largest: Array
-    run: RodRun
 
 
 def rod_gap(
@@ -43,9 +32,10 @@ def rod_gap(
     speed: float = 0.1,
     damping: float = 0.11,
     n_modes: int = 3,
-    settings: RodSettings = RodSettings(),
-) -> GapCrossing:
-    """Draw one gap under the rod, from before it meets the contact until it has left the free end and all is quiet.
+    settings: Rod = FINE,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Draw one gap under the rod, from when it meets the contact until it has left the free end and all is quiet.
 
     Parameters
     ----------
@@ -61,33 +51,24 @@ def rod_gap(
         ζ of the first three modes.
     n_modes : int
         Number of pinned modes that are fitted.
-    settings : RodSettings
+    settings : Rod
         Of the rod.
+    progress : callable, optional
+        Takes the records that are done, and all of them.
 
     Returns
     -------
-    GapCrossing
-        Time 0 is the moment the gap meets the contact.
+    Dataset
+        As :meth:`vibrissa.mechanics.rod.rod_prediction.RodPrediction.sampled` gives it, and
+        ``largest_mode_displacement`` (mode), the largest |q + Q| over L.
 
     Raises
     ------
     InputError
         If a setting is out of range.
     """
-    free_end = (posture.contact - whisker.tip) * whisker.length
-    decay = damping * float(cone_kappa(posture.contact, 1)[0]) / whisker.timescale
-    quiet = min(_LONGEST, _RINGING / max(decay, 1e-12))
-    before = 0.1 * width / speed + 1e-3
-    run = drag(
-        whisker,
-        posture,
-        Gaps(np.array([0.0]), np.array([width]), depth),
-        speed=speed,
-        damping=damping,
-        start=-before,
-        duration=before + (width + free_end) / speed + quiet,
-        sampling_rate=_RATE,
-        n_modes=n_modes,
-        settings=settings,
-    )
-    return GapCrossing(np.abs(run.mode_displacement).max(axis=1), run)
+    gap = Gaps(np.array([0.0]), np.array([width]), depth)
+    held = RodPrediction(whisker, posture, gap, Scan(speed=speed, damping=damping), n_modes, settings)
+    data = held.sampled(_RATE, progress=progress)
+    largest = np.abs(data.mode_displacement.to_numpy()).max(axis=1)
+    return data.merge(dataset(mode=data.mode.to_numpy(), largest_mode_displacement=largest), combine_attrs="override")

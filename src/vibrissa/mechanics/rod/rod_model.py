@@ -31,7 +31,7 @@ _STILL = 1e-8  # motion in such a step, over L: a nanometre at most
 
 
 @dataclass(frozen=True, kw_only=True)
-class RodSettings:
+class Rod:
     """What the rod has that the single-contact model has not, and how finely it is computed.
 
     Attributes
@@ -43,8 +43,9 @@ class RodSettings:
         Radius of the upper edges of gaps [m].
     thick : bool
         The ground touches the surface of the shaft, whose tip is rounded by its radius; otherwise its midline.
-    follicle : Follicle
-        How the base is held; clamped by default.
+    follicle_translation, follicle_rotation : float
+        Stiffness of the follicle against translation of the base, over EI/L³, and against its rotation, over EI/L;
+        infinite where it is clamped.
     fineness : Fineness
         Of the mesh.
     step : float
@@ -58,7 +59,8 @@ class RodSettings:
     curvature: float = 0.0
     edge_radius: float = 0.0
     thick: bool = False
-    follicle: Follicle = CLAMPED
+    follicle_translation: float = np.inf
+    follicle_rotation: float = np.inf
     fineness: Fineness = Fineness()
     step: float = 25e-6
     ground: float = 1e6
@@ -66,11 +68,17 @@ class RodSettings:
 
     def __post_init__(self) -> None:
         if not 0 < self.step <= 1e-3:
-            raise RangeError("RodSettings.step", "must lie in (0, 1 ms]", self.step, "in seconds")
+            raise RangeError("Rod.step", "must lie in (0, 1 ms]", self.step, "in seconds")
         if not np.isfinite(self.curvature):
-            raise RangeError("RodSettings.curvature", "must be finite (1/m)", self.curvature)
-        if not min(self.follicle) > 0:
-            raise RangeError("RodSettings.follicle", "must have positive stiffnesses", tuple(self.follicle))
+            raise RangeError("Rod.curvature", "must be finite (1/m)", self.curvature)
+        for name in ("follicle_translation", "follicle_rotation", "ground", "tolerance"):
+            if not getattr(self, name) > 0:
+                raise RangeError(f"Rod.{name}", "must be positive", getattr(self, name))
+
+    @property
+    def follicle(self) -> Follicle:
+        """How the base is held."""
+        return Follicle(self.follicle_translation, self.follicle_rotation)
 
 
 class Record(NamedTuple):
@@ -136,7 +144,7 @@ class RestingRod:
 
     whisker: Whisker
     posture: Posture
-    settings: RodSettings
+    settings: Rod
     shaft: Shaft
     state: State
     touch: Touch
@@ -167,7 +175,7 @@ class RestingRod:
         *,
         every: int = 1,
         shapes: bool = False,
-        progress: Callable[[int], None] = lambda _: None,
+        progress: Callable[[int, int], None] | None = None,
     ) -> Record:
         """Carry the rod through a drive; it goes on from where it was.
 
@@ -185,8 +193,8 @@ class RestingRod:
             Steps for each record.
         shapes : bool
             Record all positions too.
-        progress : callable
-            Takes the number of steps that were done since it was called last.
+        progress : callable, optional
+            Takes the records that are done, and all of them.
 
         Returns
         -------
@@ -215,7 +223,8 @@ class RestingRod:
             )  # fmt: skip
             if self.state.counts[1] > _LOST * (first + chunk) or not np.isfinite(self.state.at).all():
                 raise ConvergenceError("motion of the rod", float(np.abs(self.state.force).max()), int(self.state.counts[0]))
-            progress(last - first)
+            if progress is not None:
+                progress(lines.stop, rows)
         m = project.shape[0]
         columns = record.T
         return Record(
@@ -235,7 +244,7 @@ def resting_rod(
     posture: Posture,
     *,
     damping: float,
-    settings: RodSettings = RodSettings(),
+    settings: Rod = Rod(),
     level: float = 0.0,
     reach: float = REACH,
 ) -> RestingRod:
@@ -249,7 +258,7 @@ def resting_rod(
         Its base is held at the height and angle of Eq. (1).
     damping : float
         ζ of the first three modes about the equilibrium.
-    settings : RodSettings
+    settings : Rod
         What else the rod has.
     level : float
         Height of the flat, over L.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from vibrissa.arrays import Array
 from vibrissa.errors import RangeError, TooFewError
 from vibrissa.exact import cone_kappa
-from vibrissa.mechanics.rod.rod_model import RodSettings
+from vibrissa.mechanics.rod.rod_model import Rod
 from vibrissa.mechanics.rod.rod_scan import RodRun, drag
 from vibrissa.mechanics.rod.rod_states import STATES, contact_states
 from vibrissa.mechanics.scan.diagnostics import own_weight
@@ -34,10 +34,6 @@ _RINGING, _LONGEST_RINGING = 7.0, 1.0  # decay times of the first mode after the
 _MOST_SAMPLES = 2_000_000
 
 
-def _silent(_: int) -> None:
-    """Say nothing."""
-
-
 @dataclass(frozen=True)
 class RodPrediction:
     """A surface that will be drawn under the rod.
@@ -54,7 +50,7 @@ class RodPrediction:
         Its speed and damping; the forms of the single-contact model do not count.
     n_modes : int
         Number of pinned modes that are fitted.
-    settings : RodSettings
+    settings : Rod
         Of the rod.
     """
 
@@ -63,8 +59,7 @@ class RodPrediction:
     texture: Gaps | HeightProfile
     scan: Scan
     n_modes: int = 3
-    settings: RodSettings = RodSettings()
-    progress: Callable[[int], None] = field(default=_silent, compare=False, repr=False)
+    settings: Rod = Rod()
 
     @property
     def end(self) -> float:
@@ -84,7 +79,14 @@ class RodPrediction:
         decay = self.scan.damping * 2 * np.pi * float(self.resonances[0])
         return self.end + min(_RINGING / max(decay, 1e-300), _LONGEST_RINGING)
 
-    def run(self, rate: float, nodes: Array | None = None, *, duration: float | None = None) -> RodRun:
+    def run(
+        self,
+        rate: float,
+        nodes: Array | None = None,
+        *,
+        duration: float | None = None,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> RodRun:
         """The run, recorded at a rate.
 
         Parameters
@@ -95,6 +97,8 @@ class RodPrediction:
             Points whose motion is wanted, over L from the tip of the cone.
         duration : float, optional
             From time 0 [s]; until all is quiet by default.
+        progress : callable, optional
+            Takes the records that are done, and all of them.
 
         Returns
         -------
@@ -123,7 +127,7 @@ class RodPrediction:
             n_modes=self.n_modes,
             nodes=() if nodes is None else tuple(nodes),
             settings=self.settings,
-            progress=self.progress,
+            progress=progress,
         )
 
     def displacement(self, t: Array, s: Array) -> Array:
@@ -151,7 +155,13 @@ class RodPrediction:
         rate = (len(t) - 1) / float(t[-1] - t[0])
         return self.run(rate, s, duration=float(t[-1])).displacement.T
 
-    def sampled(self, rate: float, nodes: Sequence[float] | None = None) -> xr.Dataset:
+    def sampled(
+        self,
+        rate: float,
+        nodes: Sequence[float] | None = None,
+        *,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> xr.Dataset:
         """The scan at even times, from 0 until the ringing after its end has died away.
 
         Parameters
@@ -160,6 +170,8 @@ class RodPrediction:
             Samples per second [Hz].
         nodes : sequence of float, optional
             Distances from the base of points whose motion is wanted [m].
+        progress : callable, optional
+            Takes the records that are done, and all of them.
 
         Returns
         -------
@@ -176,7 +188,7 @@ class RodPrediction:
         """
         distances = node_distances(self.whisker, nodes)
         points = None if distances is None else 1 - distances / self.whisker.length
-        run = self.run(rate, points)
+        run = self.run(rate, points, progress=progress)
         state = self._states(run)
         more: dict[str, Any] = {}
         if distances is not None:
@@ -236,8 +248,8 @@ class RodPrediction:
             "intrinsic_curvature": self.settings.curvature,
             "edge_radius": self.settings.edge_radius,
             "thick": int(self.settings.thick),
-            "follicle_translation": self.settings.follicle.translation,
-            "follicle_rotation": self.settings.follicle.rotation,
+            "follicle_translation": self.settings.follicle_translation,
+            "follicle_rotation": self.settings.follicle_rotation,
             "states": ", ".join(f"{k} {name}" for k, name in enumerate(STATES)),
             **self.posture.friction_attributes,
             **self.whisker.attributes,

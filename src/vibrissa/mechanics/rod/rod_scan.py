@@ -13,7 +13,7 @@ from vibrissa.exact import cone_kappa
 from vibrissa.mechanics.rod.ground import Ground, ground_of
 from vibrissa.mechanics.rod.mesh import REACH
 from vibrissa.mechanics.rod.observation import across, fitted_modes
-from vibrissa.mechanics.rod.rod_model import Record, RestingRod, RodSettings, resting_rod
+from vibrissa.mechanics.rod.rod_model import Record, RestingRod, Rod, resting_rod
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import Gaps
@@ -62,9 +62,9 @@ def drag(
     sampling_rate: float,
     n_modes: int = 3,
     nodes: Sequence[float] = (),
-    settings: RodSettings = RodSettings(),
+    settings: Rod = Rod(),
     shapes: bool = False,
-    progress: Callable[[int], None] = lambda _: None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> RodRun:
     """Draw a surface under a rod that was at rest on the flat before it.
 
@@ -88,12 +88,12 @@ def drag(
         Number of pinned modes that are fitted.
     nodes : sequence of float
         Points whose motion is wanted, over L from the tip of the cone.
-    settings : RodSettings
+    settings : Rod
         Of the rod.
     shapes : bool
         Record the whole shaft too.
-    progress : callable
-        Takes the number of steps that were done since it was called last.
+    progress : callable, optional
+        Takes the records that are done, and all of them.
 
     Returns
     -------

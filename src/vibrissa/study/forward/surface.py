@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
+from vibrissa.mechanics.rod.rod_prediction import RodPrediction
 from vibrissa.mechanics.scan.diagnostics import relief_remarks, remarks
 from vibrissa.mechanics.scan.sampled import scanned, scanned_relief
 from vibrissa.mechanics.scan.texture_prediction import Prediction
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
+    from vibrissa.mechanics.rod.rod_model import Rod
     from vibrissa.mechanics.scan.motion import PredictedMotion
     from vibrissa.mechanics.scan.scan_settings import Scan
     from vibrissa.mechanics.statics.profile import Posture
@@ -68,8 +70,9 @@ def scan_surface(
     n_modes: int = 3,
     sampling_rate: float = SAMPLING_RATE,
     nodes: Sequence[float] | None = None,
+    rod: Rod | None = None,
     progress: Progress | None = None,
-) -> tuple[PredictedMotion, xr.Dataset, list[str]]:
+) -> tuple[PredictedMotion | RodPrediction, xr.Dataset, list[str]]:
     """Draw gaps, or any heights, past a whisker.
 
     Parameters
@@ -80,13 +83,15 @@ def scan_surface(
         As :func:`vibrissa.mechanics.scan.texture_prediction.predict` takes them.
     sampling_rate, nodes
         As :func:`vibrissa.mechanics.scan.sampled.scanned` takes them.
+    rod : Rod, optional
+        The whole whisker as a rod, instead of the modes of a shaft with a single contact.
     progress : callable, optional
         Called with (stage, done, total).
 
     Returns
     -------
-    prediction : PredictedMotion
-        The motion, at any time.
+    prediction : PredictedMotion or RodPrediction
+        The motion.
     data : Dataset
         The same, sampled.
     remarks : list of str
@@ -98,6 +103,10 @@ def scan_surface(
         If the posture cannot cross the surface, or the record would be too long.
     """
     report = progress or (lambda *_: None)
+    if rod is not None:
+        whole = RodPrediction(whisker, posture, texture, scan, n_modes, rod)
+        data = whole.sampled(sampling_rate, nodes, progress=lambda done, of: report("the whole whisker", done, of))
+        return whole, data, [data.attrs["verdict"]]
     report("scan of the surface", 0, 0)
     motion = predict_surface(whisker, posture, texture, scan, n_modes=n_modes)
     report("signals of the scan", 0, 0)

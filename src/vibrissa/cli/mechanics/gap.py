@@ -1,0 +1,119 @@
+"""The verb `gap`: one gap that a whisker crosses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from vibrissa.cli.mechanics.rod_options import NO_ROD, Model, RodOptions
+from vibrissa.cli.shared.options import NO_WHISKER, PostureOptions, WhiskerOptions
+from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, tell
+from vibrissa.cli.shared.progress import progress_bars, stage
+from vibrissa.cli.shared.units import Length, OverLength, Speed, over_length
+from vibrissa.errors import ConflictError
+
+_SPEED, _DAMPING = 0.1, 0.11  # [m/s], [1] where none is given
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class MovingOptions:
+    """How the gap moves; with --model rod only.
+
+    Attributes
+    ----------
+    speed : float, optional
+        Speed of the texture past the base [m/s]; 0.1 by default.
+    damping : float, optional
+        Damping ratio of every mode, of the first three of a rod; 0.11 by default.
+    """
+
+    speed: Annotated[Speed | None, Parameter(name=("--speed", "--scan-speed"))] = None
+    damping: float | None = None
+
+    def refuse_without_rod(self) -> None:
+        """Refuse them where the modes answer, which stand still.
+
+        Raises
+        ------
+        InputError
+            Names the first of them.
+        """
+        for option, value in (("--speed", self.speed), ("--damping", self.damping)):
+            if value is not None:
+                raise ConflictError(option, "must go with --model rod", value)
+
+
+def gap(
+    *,
+    at: PostureOptions,
+    gap_width: OverLength,
+    gap_depth: Length = 35e-6,
+    n_modes: int = 3,
+    model: Model = "modes",
+    moving: MovingOptions = MovingOptions(),
+    rod: RodOptions = NO_ROD,
+    of: WhiskerOptions = NO_WHISKER,
+    output: OutputOptions = PRINTED,
+) -> None:
+    """A gap crossed: when the contact jumps, and how far the linear response is from the exact one (Eq. 11).
+
+    Lengths are over the length L of the nontruncated cone. With a whisker, the first line says whether the free end
+    beyond the contact allows the jump. --model rod draws the gap under the whole whisker instead: how far its modes
+    move, what the follicle feels, and where it touches the ground.
+
+    Parameters
+    ----------
+    gap_width
+        Width of the gap, over L, or, with a whisker, as a length (0.6mm): 0.015 of a cone of 40 mm.
+    gap_depth
+        Depth of the gap [m]; it counts with a whisker only.
+    n_modes
+        Number of modes.
+    """
+    if model == "rod":
+        return _rod(at, gap_width, gap_depth, n_modes, moving, rod, of, output)
+    rod.refuse_without_rod()
+    moving.refuse_without_rod()
+    from vibrissa.mechanics.scan.free_end import free_end_lines, unknown_free_end
+    from vibrissa.mechanics.scan.gap_report import crossing
+
+    cone = of.cone()
+    posture, width = at.posture(cone), over_length(gap_width, "--gap-width", cone)
+    with stage("gap"):
+        data = crossing(posture, width, n_modes=n_modes, whisker=cone, depth=gap_depth)
+    tell(data.attrs["verdict"])
+    tell(*(unknown_free_end(posture.contact, width) if cone is None else free_end_lines(data)))
+    output.show(data, names_without(data, "s"))
+
+
+def _rod(
+    at: PostureOptions,
+    gap_width: OverLength,
+    gap_depth: float,
+    n_modes: int,
+    moving: MovingOptions,
+    rod: RodOptions,
+    of: WhiskerOptions,
+    output: OutputOptions,
+) -> None:
+    """The gap under the whole whisker."""
+    from vibrissa.mechanics.rod.rod_gap import FINE, rod_gap
+
+    cone = of.needed_cone()
+    with progress_bars() as progress:
+        data = rod_gap(
+            cone,
+            at.posture(cone),
+            width=over_length(gap_width, "--gap-width", cone) * cone.length,
+            depth=gap_depth,
+            speed=_SPEED if moving.speed is None else moving.speed,
+            damping=_DAMPING if moving.damping is None else moving.damping,
+            n_modes=n_modes,
+            settings=rod.settings(FINE),
+            progress=lambda done, of_all: progress("the whole whisker", done, of_all),
+        )
+    tell(data.attrs["verdict"])
+    output.show(data, names_without(data, "time"))
