@@ -33,7 +33,7 @@ from .api.surfaces import read_surface
 
 # what can go wrong
 from .errors import ConvergenceError, InputError
-from .mechanics.rod.rod_model import Rod
+from .mechanics.rod.rod_settings import Rod
 from .mechanics.statics.profile import Posture
 from .mechanics.whisking.posture_path import PosturePath
 from .texture.generators import self_affine

@@ -43,6 +43,7 @@ LANES = {
         "information --spikes spikes.csv --window 0 4 --trials 20",
         f"scan heights.csv {SCAN}",
         f"whisking gaps.csv path.csv --speed 0.1 {CONE}",
+        f"gap {POSTURE} {CONE} --gap-width 0.4mm --model rod",
     ),
 }
 STUDY = """

@@ -2,8 +2,9 @@
 
 from functools import cache
 
+from vibrissa.mechanics.rod.equilibrium import resting_rod
 from vibrissa.mechanics.rod.mesh import Fineness
-from vibrissa.mechanics.rod.rod_model import Rod, resting_rod
+from vibrissa.mechanics.rod.rod_settings import Rod
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.whisker import Whisker
 

@@ -15,6 +15,7 @@ from vibrissa.mechanics.inverse.decomposition import Method
 from vibrissa.mechanics.inverse.resonance import fit_modes
 from vibrissa.mechanics.inverse.stationary_posture import Line, fit_profile
 from vibrissa.mechanics.modes.basis import Modes
+from vibrissa.mechanics.rod.rod_prediction import RodPrediction
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.mechanics.whisking.slow_prediction import SlowPrediction
 from vibrissa.quantities import one_whisker
@@ -173,6 +174,8 @@ def fit_resonances(
     """
     if motion is not None and isinstance(motion.prediction, SlowPrediction):
         raise ConflictError("motion", "must be of one posture", "one that changes")
+    if motion is not None and isinstance(motion.prediction, RodPrediction):
+        raise ConflictError("motion", "must be predicted by modes", "the whole whisker", "vb.scan without model")
     known = None if motion is None else motion.prediction
     if guess is None:
         if "expected_frequency" not in modal:
@@ -180,7 +183,7 @@ def fit_resonances(
         start = modal.expected_frequency.to_numpy()
     else:
         start = np.asarray(guess, float)
-    assert not isinstance(known, SlowPrediction)
+    assert not isinstance(known, SlowPrediction | RodPrediction)
     found = fit_modes(modal, start, prediction=known, exposure=exposure)[0]
     remark_left_out(found)
     return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -164,8 +164,8 @@ def gap(
     refuse_beyond("depth", depth, whisker, "µm", 1e-6)
     rod = rod_of(model, FINE)
     if rod is not None:
-        how = {"speed": speed, "damping": damping, "n_modes": n_modes, "settings": rod}
-        return rod_gap(whisker, posture, width=width, depth=depth, **how)
+        moving: dict[str, Any] = {"speed": speed, "damping": damping, "settings": rod}
+        return rod_gap(whisker, posture, width=width, depth=depth, n_modes=n_modes, **moving)
     return crossing(posture, width / whisker.length, n_modes=n_modes, whisker=whisker, depth=depth)
 
 

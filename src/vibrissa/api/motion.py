@@ -201,8 +201,9 @@ def scan(
         Forms of the model of modes, as of :class:`vibrissa.mechanics.scan.scan_settings.Scan`.
     model : {"modes", "rod"} or Rod
         The paper's modes of a shaft that touches the ground in a single contact, or the whole whisker as a rod, whose
-        free end touches it too: ``"rod"``, or a :class:`vibrissa.mechanics.rod.rod_model.Rod` with intrinsic curvature,
-        rounded edges or a compliant follicle. It is computed each time it is sampled, about 1 s for each second.
+        free end touches it too: ``"rod"``, or a :class:`vibrissa.mechanics.rod.rod_settings.Rod` with intrinsic
+        curvature, rounded edges or a compliant follicle. It is computed each time it is sampled, which takes some 0.5 s
+        for each second.
 
     Returns
     -------

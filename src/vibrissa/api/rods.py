@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Literal
 
 from vibrissa.errors import UnknownError
-from vibrissa.mechanics.rod.rod_model import Rod
+from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
 
 Model = Literal["modes", "rod"] | Rod
 
 
-def rod_of(model: Model, default: Rod = Rod()) -> Rod | None:
+def rod_of(model: Model, default: Rod = USUAL_ROD) -> Rod | None:
     """Settings of the rod that a model names; None of the modes.
 
     Parameters

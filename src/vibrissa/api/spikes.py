@@ -235,6 +235,7 @@ def simulate_units(
     3
     """
     from vibrissa.api.objects.signals import as_signal
+    from vibrissa.mechanics.rod.rod_prediction import RodPrediction
     from vibrissa.mechanics.scan.sampled import sampling_times
     from vibrissa.neural.simulated.driven import draw_driven, fire
     from vibrissa.study.forward.forward import TrialSettings, spikes_of
@@ -246,4 +247,6 @@ def simulate_units(
     if isinstance(motion.prediction, SlowPrediction):
         raise ConflictError("motion", "must be of one posture", "one that changes")
     how = TrialSettings(n_trials=n_trials, seed=seed, distance=distance, mean_envelope=mean_envelope)
-    return spikes_of(motion.prediction, sampling_times(motion.prediction, rate), population, how)
+    prediction = motion.prediction
+    times = prediction.times(rate) if isinstance(prediction, RodPrediction) else sampling_times(prediction, rate)
+    return spikes_of(prediction, times, population, how)

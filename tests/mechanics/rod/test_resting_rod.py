@@ -10,9 +10,10 @@ from vibrissa.exact import cone_kappa
 from vibrissa.mechanics.modes.curved import curved_modes
 from vibrissa.mechanics.rod.contact_kernels import Stiffness
 from vibrissa.mechanics.rod.damping import rod_modes
+from vibrissa.mechanics.rod.equilibrium import resting_rod
 from vibrissa.mechanics.rod.ground import ground_of
 from vibrissa.mechanics.rod.mesh import Fineness, graded_nodes
-from vibrissa.mechanics.rod.rod_model import Rod, resting_rod
+from vibrissa.mechanics.rod.rod_settings import Rod
 from vibrissa.mechanics.rod.shaft import shaft
 from vibrissa.mechanics.statics.contact_law import ContactLaw
 from vibrissa.mechanics.statics.edge_contact import on_the_flat
@@ -88,7 +89,10 @@ def test_damping_gives_each_of_three_modes_its_ratio():
     mass = np.append(np.repeat(rod.shaft.mass, 2), 0.0)
     np.testing.assert_allclose((modes.dual * mass) @ modes.shape.T, np.eye(3), atol=1e-6)
     np.testing.assert_allclose((modes.shape**2 * mass).sum(axis=1), 1)
-    modal = [damping.modal @ ((damping.shape @ d) * (damping.shape @ s)) for d, s in zip(modes.dual, modes.shape, strict=True)]
+    modal = [
+        damping.modal @ ((damping.shape @ d) * (damping.shape @ s))
+        for d, s in zip(modes.dual, modes.shape, strict=True)
+    ]
     ratio = (damping.mass + damping.stiffness * modes.stiffness + modal) / (2 * modes.kappa)
     np.testing.assert_allclose(ratio, 0.11, rtol=1e-9)
     assert min(damping.mass, damping.stiffness, damping.modal[1]) > 0
@@ -114,7 +118,10 @@ def test_friction_that_pushes_towards_the_base_is_refused():
         resting_rod(cone(), Posture(contact=0.29, base_angle=1.2, friction=-0.1), damping=0.1)
 
 
-@pytest.mark.parametrize(("name", "value"), [("step", 0.0), ("step", 1.0), ("curvature", np.inf), ("follicle_rotation", 0.0), ("ground", -1.0)])
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("step", 0.0), ("step", 1.0), ("curvature", np.inf), ("follicle_rotation", 0.0), ("ground", -1.0)],
+)
 def test_settings_out_of_range_are_refused(name, value):
     with refusal("range", f"Rod.{name}"):
         Rod(**{name: value})
@@ -125,7 +132,9 @@ def test_a_compliant_follicle_lowers_the_resonance_and_keeps_the_posture():
     for follicle, sprung in (({"follicle_rotation": 3.0}, 0.70), ({"follicle_translation": 100.0}, 0.73)):
         rod = resting(**follicle)
         np.testing.assert_allclose(rod.state.at[-3:], clamped.state.at[-3:], atol=1e-12)
-        assert rod.modes.kappa[0] / clamped.modes.kappa[0] == pytest.approx(sprung, abs=0.06)  # MODEL.md, on the straight
+        assert rod.modes.kappa[0] / clamped.modes.kappa[0] == pytest.approx(
+            sprung, abs=0.06
+        )  # MODEL.md, on the straight
         count, step = 200, 0.05
         drive = np.hstack([np.zeros((count + 1, 2)), np.tile(rod.drive, (count + 1, 1))])
         fresh = resting_rod(cone(), POSTURE, damping=0.11, settings=Rod(**follicle))

@@ -112,7 +112,7 @@ def test_mass_and_stiffness_are_those_of_the_cone():
     rod = shaft(s, ALPHA)
     assert rod.mass.sum() == pytest.approx((1 - 0.2**3) / 3, rel=1e-14)
     assert rod.rest.sum() == pytest.approx(0.8, rel=1e-14)
-    assert 0.29 == pytest.approx(s[np.argmin(np.abs(s - 0.29))], abs=1e-15)
+    assert pytest.approx(s[np.argmin(np.abs(s - 0.29))], abs=1e-15) == 0.29
 
 
 def test_a_tip_beyond_the_contact_is_refused():
@@ -171,7 +171,9 @@ def test_a_height_profile_is_its_own_ground():
     ground = ground_of(surface, LENGTH)
     np.testing.assert_allclose(ground.x[1:-1] * LENGTH, x)
     inside = np.diff(surface.height, 2) < -1e-12
-    np.testing.assert_array_equal(np.isin(np.arange(2, 41), ground.edge[(ground.edge > 1) & (ground.edge < 41)]), inside)
+    np.testing.assert_array_equal(
+        np.isin(np.arange(2, 41), ground.edge[(ground.edge > 1) & (ground.edge < 41)]), inside
+    )
 
 
 def test_a_radius_beyond_half_a_land_is_refused():

@@ -13,7 +13,7 @@ from vibrissa.cli.shared.units import Length
 from vibrissa.errors import ConflictError
 
 if TYPE_CHECKING:
-    from vibrissa.mechanics.rod.rod_model import Rod
+    from vibrissa.mechanics.rod.rod_settings import Rod
 
 Model = Annotated[
     Literal["modes", "rod"],
@@ -67,7 +67,7 @@ class RodOptions:
         InputError
             If one is out of range.
         """
-        from vibrissa.mechanics.rod.rod_model import Rod
+        from vibrissa.mechanics.rod.rod_settings import Rod
 
         return replace(
             base or Rod(),

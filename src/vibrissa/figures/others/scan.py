@@ -42,9 +42,9 @@ def compute(scan: xr.Dataset, *, shown: float = SHOWN) -> xr.Dataset:
     -------
     Dataset
         ``base_moment`` (time), with ``excursion`` and ``base_moment_quasi_static`` of a single contact, or
-        ``first_contact``, ``last_contact`` and ``contact_state`` of a whole whisker; ``mode_displacement`` about its mean,
-        ``envelope`` [m] (mode, time); ``power`` (mode, frequency), in steps of about 5 Hz, up to 1.5 times the highest
-        resonance; ``resonant_frequency``, ``mode_sd`` (mode). Attributes ``whisker_length`` [m], ``caption``.
+        ``first_contact``, ``last_contact`` and ``contact_state`` of a whole whisker; ``mode_displacement`` about its
+        mean, ``envelope`` [m] (mode, time); ``power`` (mode, frequency), in steps of about 5 Hz, up to 1.5 times the
+        highest resonance; ``resonant_frequency``, ``mode_sd`` (mode). Attributes ``whisker_length`` [m], ``caption``.
     """
     require(scan, "mode_displacement", "base_moment", "envelope", "resonant_frequency", "mode_sd")
     time = scan.time.values
@@ -135,7 +135,9 @@ def _draw_contact(axis: Axes, data: xr.Dataset, um: float) -> None:
     axis.plot(data.time, 1e3 * data.first_contact, color="0.2", lw=0.9, label="first")
     for state, colour in ((_BRIDGE, "#E69F00"), (_DETACHED, "0.6")):
         there = data.contact_state.values == state
-        axis.fill_between(data.time, 0, 1, where=there, color=colour, alpha=0.25, lw=0, transform=axis.get_xaxis_transform())
+        axis.fill_between(
+            data.time, 0, 1, where=there, color=colour, alpha=0.25, lw=0, transform=axis.get_xaxis_transform()
+        )
     axis.set(ylabel="contact [mm]", title="contacts from the base; shaded: a gap is bridged")
     axis.legend(**_ABOVE)
 

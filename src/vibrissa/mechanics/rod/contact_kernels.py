@@ -261,7 +261,9 @@ def _add_edge(
         return
     slip = 0.0
     for axis, direction in ((0, tx), (1, ty)):
-        moved = near * (at[2 * j + axis] - before[2 * j + axis]) + far * (at[2 * j + 2 + axis] - before[2 * j + 2 + axis])
+        moved = near * (at[2 * j + axis] - before[2 * j + axis]) + far * (
+            at[2 * j + 2 + axis] - before[2 * j + 2 + axis]
+        )
         slip += (moved - travel[axis]) * direction
     local = near * shaft.s[j] + far * shaft.s[j + 1]
     point = (-ty, tx, tx, ty, gap, slip)
@@ -288,5 +290,3 @@ def keep_drag(touch: Touch) -> None:
     touch.node_drag[:] = touch.node_drag_now
     for k in range(touch.near[1]):
         touch.edge_drag[touch.edge[k]] = touch.edge_drag_now[touch.edge[k]]
-
-

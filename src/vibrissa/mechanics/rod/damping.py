@@ -1,12 +1,12 @@
 """Damping of the rod: the ratio that is asked for, in each of the first three modes about the equilibrium.
 
 Damping in proportion to mass and to stiffness gives two modes their ratio: the first and the third. The second, which
-would have less, gets the rest by a term of its own, so that C = a₀M + a₁K + c₂ (Mφ₂)(Mφ₂)ᵀ with the elastic stiffness K.
+would have less, gets the rest by a term of its own: C = a₀M + a₁K + c₂ (Mφ₂)(Mφ₂)ᵀ with the elastic stiffness K.
 Higher modes are damped more, in proportion to their frequency.
 
-The modes are those of the shaft above the contact nearest to the base, which slides on the flat and rolls on it: those that
-:mod:`vibrissa.mechanics.modes.curved` calls ``flat`` under ``coulomb`` friction. They are not orthogonal, since friction
-follows the load; the ratio of a mode is that of its dual ψ, ψᵀCφ / 2κ ψᵀMφ.
+The modes are those of the shaft above the contact nearest to the base, which slides on the flat and rolls on it: those
+that :mod:`vibrissa.mechanics.modes.curved` calls ``flat`` under ``coulomb`` friction. They are not orthogonal, since
+friction follows the load; the ratio of a mode is that of its dual ψ, ψᵀCφ / 2κ ψᵀMφ.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from vibrissa.mechanics.rod.contact_kernels import Stiffness, add_contacts, find
 from vibrissa.mechanics.rod.elastic_kernels import add_elastic, bend, segments
 from vibrissa.mechanics.rod.ground import ground_of
 from vibrissa.mechanics.rod.shaft import Shaft
-from vibrissa.mechanics.rod.step_kernels import Damping, Follicle
+from vibrissa.mechanics.rod.step_kernels import CLAMPED, Damping, Follicle
 
 _MODES = 3
 _TURNING = 1e-9  # inertia of the base's angle, which has none: its own mode is far above all others
@@ -67,16 +67,14 @@ def viscous(shaft: Shaft, modes: RodModes, ratio: float) -> Damping:
         a₀, a₁ and the term of the second mode.
     """
     weighted = modes.shape.copy()
-    weighted[:, :-1] *= np.repeat(shaft.mass, 2)
+    weighted *= np.append(np.repeat(shaft.mass, 2), 0.0)
     own = (modes.dual @ weighted[1]) * (modes.shape @ weighted[1])
     terms = np.stack([np.ones(_MODES), modes.stiffness, own], axis=1)
     mass, stiffness, second = np.linalg.solve(terms, 2 * ratio * modes.kappa)
     return Damping(float(mass), float(stiffness), weighted, np.array([0.0, second, 0.0]))
 
 
-def rod_modes(
-    shaft: Shaft, at: Array, stiffness: Stiffness, level: float, follicle: Follicle = Follicle()
-) -> RodModes:
+def rod_modes(shaft: Shaft, at: Array, stiffness: Stiffness, level: float, follicle: Follicle = CLAMPED) -> RodModes:
     """First modes about an equilibrium on a flat, along which all contacts slide.
 
     Parameters
@@ -149,7 +147,7 @@ def _above(shaft: Shaft, first: int) -> Shaft:
 
 
 def _matrices(shaft: Shaft, at: Array, stiffness: Stiffness, level: float) -> tuple[Array, Array]:
-    """Minus the derivatives of the forces by the positions, (U, U): of the elastic ones, and of all with the contacts."""
+    """Minus the derivatives of the forces by the positions, (U, U): of the elastic ones, and of all with contacts."""
     work, size, still = segments(shaft.rest.size), at.size, np.zeros_like(at)
     band, force = np.zeros((size + HALF, WIDTH)), np.zeros(size + HALF)
     bend(shaft, 0.0, at, still, work)

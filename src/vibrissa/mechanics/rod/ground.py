@@ -136,7 +136,7 @@ def clearance(ground: Ground, x: float, y: float, last: float) -> tuple[float, f
     tuple of 3 floats and a bool
         Distance, the unit vector's components, and whether a corner is nearest.
     """
-    under = np.searchsorted(ground.x, x, side="right") - 1
+    under = int(np.searchsorted(ground.x, x, side="right")) - 1
     best, dx, dy, at_end = _from_piece(ground, under, x, y)
     slope = (ground.y[under + 1] - ground.y[under]) / (ground.x[under + 1] - ground.x[under])
     height = ground.y[under] + slope * (x - ground.x[under])

@@ -45,6 +45,9 @@ class Fineness(NamedTuple):
         return Fineness(self.finest / factor, self.coarsest / factor, self.growth / factor)
 
 
+USUAL = Fineness()
+
+
 def graded_nodes(tip: float, contact: float, fineness: Fineness, reach: float = REACH) -> Array:
     """Positions of the nodes along the shaft, from the physical tip to the base.
 

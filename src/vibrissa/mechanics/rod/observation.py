@@ -43,7 +43,7 @@ def across(s: Array, at: Array, points: Array) -> Array:
 def fitted_modes(s: Array, at: Array, contact: float, kappa: Array) -> Array:
     """Rows whose products with the motion are the amplitudes of the pinned modes that fit it best.
 
-    Least squares, weighted by s², of the motion along the normal over the shaft from 0.02 above the contact to the base.
+    Least squares, weighted by s², of the motion along the normal, over the shaft from ε + 0.02 to the base.
 
     Parameters
     ----------
@@ -65,4 +65,4 @@ def fitted_modes(s: Array, at: Array, contact: float, kappa: Array) -> Array:
     points = (edges[1:] + edges[:-1]) / 2
     shapes = cone_modes(kappa, contact, points)
     weighted = shapes * points**2
-    return np.linalg.solve(weighted @ shapes.T, weighted @ across(s, at, points))
+    return np.asarray(np.linalg.solve(weighted @ shapes.T, weighted @ across(s, at, points)))

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibrissa.mechanics.rod.mesh import Fineness
-from vibrissa.mechanics.rod.rod_model import Rod
 from vibrissa.mechanics.rod.rod_prediction import RodPrediction
+from vibrissa.mechanics.rod.rod_settings import Rod
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.quantities import dataset

@@ -1,4 +1,4 @@
-"""A scan by the rod: what :func:`vibrissa.mechanics.scan.sampled.scanned` gives of the single-contact model, of the rod."""
+"""A scan by the rod, as a dataset with the names that the single-contact model's has."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.arrays import Array
+from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError, TooFewError
 from vibrissa.exact import cone_kappa
-from vibrissa.mechanics.rod.rod_model import Rod
 from vibrissa.mechanics.rod.rod_scan import RodRun, drag
+from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
 from vibrissa.mechanics.rod.rod_states import STATES, contact_states
 from vibrissa.mechanics.scan.diagnostics import own_weight
 from vibrissa.mechanics.scan.follicle import force_unit
@@ -59,7 +59,7 @@ class RodPrediction:
     texture: Gaps | HeightProfile
     scan: Scan
     n_modes: int = 3
-    settings: Rod = Rod()
+    settings: Rod = USUAL_ROD
 
     @property
     def end(self) -> float:
@@ -78,6 +78,21 @@ class RodPrediction:
         """From time 0 until the ringing after the end has died away [s]."""
         decay = self.scan.damping * 2 * np.pi * float(self.resonances[0])
         return self.end + min(_RINGING / max(decay, 1e-300), _LONGEST_RINGING)
+
+    def times(self, rate: float) -> Array:
+        """Times at which it is sampled at a rate [s].
+
+        Parameters
+        ----------
+        rate : float
+            Samples per second [Hz].
+
+        Returns
+        -------
+        (T,) array
+            From 0 until the ringing after the end has died away.
+        """
+        return np.arange(int(self.duration * rate) + 1) / rate
 
     def run(
         self,
@@ -114,7 +129,9 @@ class RodPrediction:
             raise RangeError("rate", "must be positive (Hz)", rate)
         lasting = self.duration if duration is None else duration
         if lasting * rate > _MOST_SAMPLES:
-            raise RangeError("scan", f"must have at most {_MOST_SAMPLES} samples", f"{lasting * rate:.3g}", "lower the rate")
+            raise RangeError(
+                "scan", f"must have at most {_MOST_SAMPLES} samples", f"{lasting * rate:.3g}", "lower the rate"
+            )
         return drag(
             self.whisker,
             self.posture,
@@ -190,14 +207,14 @@ class RodPrediction:
         points = None if distances is None else 1 - distances / self.whisker.length
         run = self.run(rate, points, progress=progress)
         state = self._states(run)
-        more: dict[str, Any] = {}
+        more: dict[str, Any] = dict(self._signals(run))
         if distances is not None:
             moved = run.displacement.T * self.whisker.length
-            more = {"node": np.arange(distances.size), "arc_length": distances, "displacement": moved}
+            more |= {"node": np.arange(distances.size), "arc_length": distances, "displacement": moved}
         shown = run.mode_displacement
         if shown.shape[1] > 3:
             more["envelope"] = self.whisker.length * analytic_envelope(shown)[0]
-        shares = {f"{name}_share": float(np.mean(state == k)) for k, name in enumerate(STATES)}
+        more |= {f"{name}_share": float(np.mean(state == k)) for k, name in enumerate(STATES)}
         data = dataset(
             self._attributes(),
             time=run.time,
@@ -211,8 +228,6 @@ class RodPrediction:
             weight_ratio=own_weight(self.whisker) / on_the_flat(self.posture).contact_force,
             unconverged_share=run.record.unconverged / run.record.steps,
             contact_state=state,
-            **self._signals(run),
-            **shares,
             **more,
         )
         return data.assign_attrs(verdict=rod_verdict(data))
@@ -233,12 +248,14 @@ class RodPrediction:
             "last_contact": none * (1 - first) * length,
         }
 
-    def _states(self, run: RodRun) -> Array:
+    def _states(self, run: RodRun) -> Integers:
         held = {"speed": self.scan.speed, "contact": self.posture.contact, "length": self.whisker.length}
         return contact_states(run.record.contact, run.time, self.texture, **held)
 
     def _attributes(self) -> dict[str, Any]:
-        surface = {"gaps": len(self.texture.width), "gap_depth": self.texture.depth} if isinstance(self.texture, Gaps) else {}
+        surface = (
+            {"gaps": len(self.texture.width), "gap_depth": self.texture.depth} if isinstance(self.texture, Gaps) else {}
+        )
         return {
             "model": "rod",
             "damping": self.scan.damping,

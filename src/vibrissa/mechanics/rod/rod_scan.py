@@ -10,10 +10,12 @@ import numpy as np
 from vibrissa.arrays import Array
 from vibrissa.errors import RangeError
 from vibrissa.exact import cone_kappa
+from vibrissa.mechanics.rod.equilibrium import resting_rod
 from vibrissa.mechanics.rod.ground import Ground, ground_of
 from vibrissa.mechanics.rod.mesh import REACH
 from vibrissa.mechanics.rod.observation import across, fitted_modes
-from vibrissa.mechanics.rod.rod_model import Record, RestingRod, Rod, resting_rod
+from vibrissa.mechanics.rod.rod_model import Record, RestingRod
+from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import Gaps
@@ -62,7 +64,7 @@ def drag(
     sampling_rate: float,
     n_modes: int = 3,
     nodes: Sequence[float] = (),
-    settings: Rod = Rod(),
+    settings: Rod = USUAL_ROD,
     shapes: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> RodRun:
@@ -112,11 +114,16 @@ def drag(
     length, timescale = whisker.length, whisker.timescale
     ground = ground_of(surface, length, settings.edge_radius)
     rod = resting_rod(
-        whisker, posture, damping=damping, settings=settings, level=float(ground.y[0]), reach=fine_reach(surface, length)
+        whisker,
+        posture,
+        damping=damping,
+        settings=settings,
+        level=float(ground.y[0]),
+        reach=fine_reach(surface, length),
     )
     every = int(np.ceil(1 / (sampling_rate * settings.step) - 1e-9))
     step = 1 / (sampling_rate * every)
-    count = int(round(duration * sampling_rate)) * every
+    count = round(duration * sampling_rate) * every
     travelled = -speed * (start + step * np.arange(count + 1)) / length
     drive = np.column_stack([travelled, np.zeros(count + 1), np.tile(rod.drive, (count + 1, 1))])
     at = rod.state.at.copy()

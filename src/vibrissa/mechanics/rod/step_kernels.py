@@ -58,6 +58,9 @@ class Follicle(NamedTuple):
     rotation: float = np.inf
 
 
+CLAMPED = Follicle()
+
+
 class State(NamedTuple):
     """Positions and rates of now and of the two steps before, (2N + 3,) each: x and y of the nodes, the base's angle.
 
@@ -102,9 +105,18 @@ def at_rest(at: Array) -> State:
     State
         With no rates.
     """
-    still = [np.zeros_like(at) for _ in range(3)]
-    work = (np.zeros(at.size + HALF), np.zeros((at.size + HALF, WIDTH)), np.zeros(3), np.zeros(2, np.int64))
-    return State(at.copy(), at.copy(), at.copy(), *still, *work)
+    return State(
+        at=at.copy(),
+        before=at.copy(),
+        earlier=at.copy(),
+        rate=np.zeros_like(at),
+        rate_before=np.zeros_like(at),
+        rate_earlier=np.zeros_like(at),
+        force=np.zeros(at.size + HALF),
+        matrix=np.zeros((at.size + HALF, WIDTH)),
+        totals=np.zeros(3),
+        counts=np.zeros(2, np.int64),
+    )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -131,9 +143,7 @@ def _add_inertia(shaft: Shaft, damping: Damping, step: float, state: State) -> N
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _hold_base(
-    follicle: Follicle, damping: Damping, drive: Array, moved: Array, step: float, state: State
-) -> None:
+def _hold_base(follicle: Follicle, damping: Damping, drive: Array, moved: Array, step: float, state: State) -> None:
     """Clamp the base to the drive, or add the springs of the follicle. ``moved``: the drive's rate."""
     size = state.at.size
     for k in range(3):
@@ -176,12 +186,8 @@ def _solve(
         state.counts[0] += 1
         _add_inertia(shaft, damping, step, state)
         bend(shaft, damping.stiffness, state.at, state.rate, work)
-        add_elastic(
-            shaft, damping.stiffness, 1.5 / step, state.at, state.rate, work, state.force, state.matrix
-        )
-        add_contacts(
-            shaft, ground, stiffness, shift, travel, state.at, state.before, touch, state.force, state.matrix
-        )
+        add_elastic(shaft, damping.stiffness, 1.5 / step, state.at, state.rate, work, state.force, state.matrix)
+        add_contacts(shaft, ground, stiffness, shift, travel, state.at, state.before, touch, state.force, state.matrix)
         _hold_base(follicle, damping, drive, moved, step, state)
         solve_band(state.matrix, state.force)
         largest = 0.0
@@ -238,7 +244,6 @@ def advance(
     shapes : (T // every, 2N + 3) or (0, 0) array
         Written: the positions.
     """
-    count = shaft.rest.size
     moved = np.zeros(5)
     for k in range(1, drive.shape[0]):
         for axis in range(5):
@@ -260,9 +265,7 @@ def advance(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _power_at_base(
-    shaft: Shaft, damping: Damping, moved: Array, step: float, state: State, work: Segments
-) -> float:
+def _power_at_base(shaft: Shaft, damping: Damping, moved: Array, step: float, state: State, work: Segments) -> float:
     """Power of the base on the shaft, as of a clamp: it bears the last segment and moves the last half cell."""
     count = shaft.rest.size
     power = moved[4] * work.moment[count]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-    from vibrissa.mechanics.rod.rod_model import Rod
+    from vibrissa.mechanics.rod.rod_settings import Rod
     from vibrissa.mechanics.scan.motion import PredictedMotion
     from vibrissa.mechanics.scan.scan_settings import Scan
     from vibrissa.mechanics.statics.profile import Posture

@@ -1,0 +1,101 @@
+"""The whole whisker at the command line: ``gap`` and ``scan`` with ``--model rod``."""
+
+import json
+
+import numpy as np
+import pytest
+
+from vibrissa.files import load
+
+CONE = ["--whisker.length", "40mm", "--whisker.cone-angle", "1.5e-3"]
+HELD = ["--contact", "0.29", "--base-angle", "1.2"]
+GAP = ["gap", *HELD, *CONE, "--gap-width", "0.4mm", "--gap-depth", "35um"]
+ROD = ["--model", "rod"]
+
+
+@pytest.fixture
+def grating(tmp_path):
+    path = tmp_path / "grating.csv"
+    path.write_text("position_mm,width_mm\n1,0.4\n2,0.3\n")
+    return path
+
+
+def test_a_gap_under_the_rod_gives_the_largest_amplitudes(vibrissa):
+    words = ["--whisker.tip", "0.289", "--scan-speed", "100mm/s", "--damping", "0.11", "--json"]
+    code, out, err = vibrissa(*GAP, *ROD, *words)
+    found = json.loads(out)
+    assert code == 0
+    assert len(found["largest_mode_displacement"]) == 3
+    assert 4e-4 < found["largest_mode_displacement"][0] < 2e-3
+    assert found["free_end_length"] == pytest.approx(0.04e-3)
+    assert err.splitlines()[0].startswith("vibrissa: usable: whole whisker")
+
+
+def test_speed_has_one_value_by_either_name(vibrissa):
+    tip = ["--whisker.tip", "0.28", "--json"]
+    first = vibrissa(*GAP, *ROD, *tip, "--speed", "0.1")[1]
+    assert vibrissa(*GAP, *ROD, *tip, "--scan-speed", "100mm/s")[1] == first
+    assert vibrissa(*GAP, *ROD, *tip)[1] == first
+
+
+def test_a_gap_without_a_tip_is_told_so_in_the_first_line(vibrissa):
+    _, _, err = vibrissa(*GAP, *ROD)
+    assert err.startswith("vibrissa: caution: no physical tip was given")
+
+
+def test_curvature_and_a_follicle_change_the_answer(vibrissa):
+    tip = ["--whisker.tip", "0.25", "--json"]
+    answers = [
+        [],
+        ["--intrinsic-curvature", "15"],
+        ["--follicle-rotation", "3"],
+        ["--thick"],
+        ["--edge-radius", "20um"],
+    ]
+    found = [json.loads(vibrissa(*GAP, *ROD, *tip, *words)[1])["largest_mode_displacement"][0] for words in answers]
+    assert len(set(found)) == len(found)
+
+
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [
+        (["--thick"], "--thick"),
+        (["--intrinsic-curvature", "5"], "--intrinsic-curvature"),
+        (["--damping", "0.1"], "--damping"),
+        (["--speed", "0.1"], "--speed"),
+    ],
+)
+def test_options_of_the_rod_are_refused_without_it(vibrissa, words, option):
+    code, out, err = vibrissa(*GAP, *words)
+    assert code == 2
+    assert out == ""
+    assert err.splitlines()[-1].startswith(f"vibrissa: {option} must go with --model rod")
+
+
+def test_the_rod_needs_a_whisker(vibrissa):
+    code, _, err = vibrissa("gap", *HELD, "--gap-width", "0.01", *ROD)
+    assert code == 2
+    assert "whisker must be given" in err
+
+
+def test_a_scan_by_the_rod_is_written_with_its_states(vibrissa, grating, tmp_path):
+    out = tmp_path / "scan.nc"
+    words = [*HELD, *CONE, "--whisker.tip", "0.28", "--speed", "0.1", "--sampling-rate", "5kHz", "--node", "5mm"]
+    code, _, err = vibrissa("scan", grating, *words, *ROD, "--out", out)
+    assert code == 0, err
+    with load(out) as data:
+        assert data.attrs["model"] == "rod"
+        assert set(np.unique(data.contact_state)) <= {0, 1, 2, 3}
+        shares = [float(data[f"{name}_share"]) for name in ("detached", "slip", "stick", "bridge")]
+        assert sum(shares) == pytest.approx(1)
+        assert shares[3] > 0
+        assert data.displacement.dims == ("time", "node")
+        assert data.envelope.attrs["units"] == "m"
+        assert np.isfinite(data.axial_force).all()
+
+
+def test_spikes_follow_the_motion_of_the_rod(vibrissa, grating):
+    words = [*HELD, *CONE, "--whisker.tip", "0.289", "--speed", "0.1", "--simulate-units", "2", "--trials", "2"]
+    code, out, err = vibrissa("scan", grating, *words, *ROD, "--json")
+    assert code == 0, err
+    assert len(json.loads(out)["true_threshold"]) == 2
