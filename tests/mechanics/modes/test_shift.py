@@ -78,7 +78,7 @@ def test_diagnostics_of_straight_modes_remark_the_shift():
     assert len(lines) == 1
     assert lines[0].startswith("the modes are the straight shaft's; about the curved profile")
     assert len(told("straight", 0.2)[1]) == 1  # however small it is
-    assert told("curved", 1.2)[1][0].startswith("modes are about the profile (curved); about the curved profile")
+    assert told("curved", 1.2)[1][0].startswith("the modes are about the profile (curved); about the curved profile")
 
 
 @pytest.mark.parametrize("modes", ["straight", "curved", "curved-coulomb", "curved-edge"])
