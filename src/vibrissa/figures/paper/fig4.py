@@ -107,9 +107,10 @@ def _caption(data: xr.Dataset) -> str:
     shares = ", ".join(f"{100 * share:.1f}" for share in data.variance_explained.values)
     left = data.deformation - data.mode_part.sum("mode")
     rest = 100 * float(np.nansum(left.values**2) / np.nansum(data.deformation.values**2))
+    largest = 1e6 * float(np.nanmax(np.abs(data.deformation.values)))
     shape = "A: profile at rest and at one instant. " if "shape_x" in data else ""
     return (
-        f"{shape}B: its deformation, largest {1e6 * float(np.abs(data.deformation).max()):.0f} µm, in modes; their sum "
+        f"{shape}B: its deformation, largest {largest:.0f} µm, in modes; their sum "
         f"leaves {rest:.1f} % of its square. C: amplitudes; × marks the instant of B. Modes 1, 2, … explain {shares} % "
         f"of the variance of this sweep (paper, over sweeps: {PAPER} %)."
     )

@@ -182,7 +182,7 @@ def mean_of_fitted(units: xr.Dataset, name: str) -> tuple[int, float, float, flo
     if not some.sizes["unit"]:
         return 0, np.nan, np.nan, np.nan, np.nan
     scale, values = FITTED[name], FITTED[name] * some[name].values
-    truth = scale * float(some[f"true_{name}"].mean()) if simulated else np.nan
+    truth = scale * float(np.nanmean(some[f"true_{name}"].values)) if simulated else np.nan
     return some.sizes["unit"], truth, float(values.mean()), *jackknife_interval(values, clusters=_sessions(some))
 
 
