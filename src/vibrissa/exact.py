@@ -11,12 +11,15 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vibrissa.arrays import Array
 
 Boundary = Literal["pinned", "free"]
 
 _FEW = 2000  # points whose mode shapes are kept
+_AT_BASE = np.array([2, 3])  # orders of V and V' there; then those of V'' at ε, after V (pinned) or (s⁴V'')' (free)
+_AND_AT_CONTACT = {"pinned": np.array([2, 3, 2, 4]), "free": np.array([2, 3, 3, 4])}
 
 
 @lru_cache(maxsize=64)
@@ -57,34 +60,32 @@ def shaft_quadrature(contact: float, count: int) -> tuple[Array, Array]:
     return r**2, weight * (1 - r0) * r
 
 
-def _bessel(order: int, z: Array, z0: Array, z1: Array) -> Array:
-    """J, Y, I, K of one order, signed for the derivative; I scaled by exp(−z₁), K by exp(z₀).
+def _bessel(order: int | NDArray[np.int64], z: Array, z0: Array, z1: Array) -> Array:
+    """J, Y, I, K of one order, or of one for each z, signed for the derivative; I scaled by exp(−z₁), K by exp(z₀).
 
     Shape (..., 4). The signs are those of (1/z d/dz) applied order − 2 times.
     """
-    from scipy.special import ive, jv, kve, yv
+    import scipy.special as of
 
     sign = (-1.0) ** order
     columns = np.empty((*z.shape, 4))
-    columns[..., 0] = sign * jv(order, z)
-    columns[..., 1] = sign * yv(order, z)
-    columns[..., 2] = ive(order, z) * np.exp(z - z1)
-    columns[..., 3] = sign * kve(order, z) * np.exp(z0 - z)
+    columns[..., 0] = sign * of.jv(order, z)
+    columns[..., 1] = sign * of.yv(order, z)
+    columns[..., 2] = of.ive(order, z) * np.exp(z - z1)
+    columns[..., 3] = sign * of.kve(order, z) * np.exp(z0 - z)
     return columns
 
 
 def _boundary_matrix(kappa: Array, contact: float, boundary: Boundary) -> Array:
     """(..., 4, 4) matrix whose null vector holds the coefficients of J, Y, I, K; (..., 2, 2) at ε = 0."""
-    z1 = 2 * np.sqrt(kappa)
+    z1 = (2 * np.sqrt(kappa))[..., None]
     z0 = z1 * np.sqrt(contact)
-    base = [_bessel(order, z1, z0, z1) for order in (2, 3)]
     if contact == 0:  # only J and I are finite at the tip of the whole cone
-        return np.stack(base, axis=-2)[..., [0, 2]]
-    bending = _bessel(4, z0, z0, z1)
-    # s⁴V'' ∝ z⁴F₄, whose derivative ∝ z³F₃ has + for J, Y, I and − for K
-    free = boundary == "free"
-    other = _bessel(3, z0, z0, z1) * [-1, -1, 1, 1] if free else _bessel(2, z0, z0, z1)
-    return np.stack([*base, other, bending], axis=-2)
+        return _bessel(_AT_BASE, np.concatenate([z1, z1], axis=-1), z0, z1)[..., [0, 2]]
+    matrix = _bessel(_AND_AT_CONTACT[boundary], np.concatenate([z1, z1, z0, z0], axis=-1), z0, z1)
+    if boundary == "free":  # s⁴V'' ∝ z⁴F₄, whose derivative ∝ z³F₃ has + for J, Y, I and − for K
+        matrix[..., 2, :] *= [-1, -1, 1, 1]
+    return matrix
 
 
 def cone_kappa(contact: float, n_modes: int, boundary: Boundary = "pinned") -> Array:
