@@ -68,16 +68,21 @@ def tapered(u: Array, v: Array, arc: Array, weight: Array, length: float) -> Arr
     if not s[-1] > 0:
         return _NOWHERE
 
+    square, scaled = weight**2, _MICRO * weight / weight.max()
+    total = square.sum()
+
     def residual(p: Array) -> Array:
-        off = v - _cone(s, *p)[1] * length
-        return _MICRO * weight / weight.max() * (off - np.average(off, weights=weight**2))
+        piece, angle = _bent(s, *p)
+        off = v - (piece * np.sin(angle)).sum(axis=1) * length
+        return scaled * (off - (off * square).sum() / total)
 
     best = least_squares(residual, _start(s, u, v, residual), method="lm", xtol=1e-13, ftol=1e-13, gtol=1e-13).x
-    along, above = _cone(s, *best)
     contact = s[-1] / (1 + np.exp(best[0]))
     if not contact < s[-1] * (1 - 1e-6):
         return _NOWHERE
-    off = np.average(v - above * length, weights=weight**2)
+    piece, angle = _bent(s, *best)
+    along, above = (piece * np.cos(angle)).sum(axis=1), (piece * np.sin(angle)).sum(axis=1)
+    off = np.average(v - above * length, weights=square)
     return np.array([length * (1 - contact), np.mean(u - along * length), off])
 
 
@@ -90,11 +95,13 @@ def _start(s: Array, u: Array, v: Array, residual: Callable[[Array], Array]) -> 
     return np.asarray(min(tried, key=lambda p: float(np.sum(residual(p) ** 2))))
 
 
-def _cone(s: Array, place: float, stiffness: float) -> tuple[Array, Array]:
-    """Place along and above the substrate from the contact, over L; ε = s_end/(1 + exp(place)), k = exp(stiffness)."""
-    contact, k = s[-1] / (1 + np.exp(np.clip(place, -30, 30))), np.exp(np.clip(stiffness, -30, 5))
+def _bent(s: Array, place: float, stiffness: float) -> tuple[Array, Array]:
+    """Pieces of the shaft from the contact to each s, over L, and their angles to the substrate, both (S, points).
+
+    Where ε = s_end/(1 + exp(place)) and k = exp(stiffness).
+    """
+    contact, k = s[-1] / (1 + np.exp(min(max(place, -30.0), 30.0))), np.exp(min(max(stiffness, -30.0), 5.0))
     half = (s - contact)[:, None] / 2
     t = contact + half * (1 + _GAUSS[0])
     angle = k * (1 / (6 * contact**2) - 1 / (2 * t**2) + contact / (3 * t**3))
-    weight = half * _GAUSS[1]
-    return np.sum(weight * np.cos(angle), axis=1), np.sum(weight * np.sin(angle), axis=1)
+    return half * _GAUSS[1], angle
