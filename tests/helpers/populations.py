@@ -1,6 +1,7 @@
 """Synthetic cortex of known truth: ringing stimuli, and units that do not answer their envelope."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy.signal import lfilter
@@ -25,6 +26,23 @@ def ringing(rng, *, duration=10.0, rate=2000.0, frequency=70.0, damping=0.11, ev
 def envelopes(n, rng):
     """Envelopes of n stimuli in 1,000 bins of 10 ms [m]; (n, 1000)."""
     return np.array([analytic_envelope(ringing(rng)[1])[0].reshape(BINS, -1).mean(-1) for _ in range(n)])
+
+
+@cache
+def first_envelopes(n, seed):
+    """Envelopes of n stimuli, the first that a seed draws, and the state in which they leave its generator."""
+    rng = np.random.default_rng(seed)
+    drawn = envelopes(n, rng)
+    drawn.flags.writeable = False
+    return drawn, rng.bit_generator.state
+
+
+def stimulated(n, seed):
+    """Envelopes of n stimuli and the generator that drew them; those of a seed are computed once."""
+    drawn, state = first_envelopes(n, seed)
+    rng = np.random.default_rng()
+    rng.bit_generator.state = state
+    return drawn, rng
 
 
 def wander(shape, correlation_time, rng):

@@ -62,7 +62,8 @@ def test_intervals_of_half_the_width_hold_the_truth_in_two_thirds_of_the_sweeps(
 
 def test_without_a_truth_frequencies_are_over_those_of_the_model():
     found = recovery.compute({"sweeps": sweeps(virtual=False).isel(sweep=slice(0, N // 2))})
-    np.testing.assert_allclose(found.frequency_ratio.median("sweep"), 1, atol=3e-3)
+    ratio = found.frequency_ratio  # its own median would have Numba compile numbagg's, where that is installed
+    np.testing.assert_allclose(np.nanmedian(ratio, axis=ratio.get_axis_num("sweep")), 1, atol=3e-3)
     assert np.isnan(found.frequency_z).all()
     assert np.isnan(found.damping_reference).all()
     assert "No truth is known" in found.attrs["caption"]

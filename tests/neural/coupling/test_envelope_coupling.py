@@ -109,8 +109,7 @@ def test_pseudo_textures_are_the_null_they_are_given():
 @pytest.mark.parametrize("name", ["poisson", "locked"])
 def test_tail_beyond_all_shifts_is_not_optimistic(name):
     # 600 idle units: as many below p as p says, within counting error, down to where counting cannot reach
-    rng = np.random.default_rng(10)
-    envelopes = populations.envelopes(600, rng)
+    envelopes, rng = populations.stimulated(600, 10)
     rates = populations.UNCOUPLED[name](envelopes, 40, rng).astype(float)
     found = [
         envelope_coupling(Record.whole(rate, one), Circular(), lags=(0, 3))
@@ -135,8 +134,7 @@ def test_silent_units_have_no_p_value_and_do_not_disturb_others():
 
 def share_coupled(population, n_units, n_trials, null, lags, *, skip=100, seed=0, **how):
     """Share of units at p ≤ 0.01, each with a stimulus of its own."""
-    rng = np.random.default_rng(seed)
-    envelopes = populations.envelopes(n_units, rng)
+    envelopes, rng = populations.stimulated(n_units, seed)
     rates = population(envelopes, n_trials, rng, **how).astype(float)
     k = np.arange(envelopes.shape[1])
     ends, settled = (k >= 5) & (k < k.size - 5), k >= skip

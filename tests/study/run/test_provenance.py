@@ -100,7 +100,7 @@ def test_sweeps_and_comparisons_are_told_by_the_hash_of_what_they_are_made_of(ou
 def test_each_number_comes_again_from_what_it_is_said_to_come_from(out, told):
     some = [number for number in told["numbers"] if "id" in number and number["value"] is not None]
     assert len(some) > 25
-    read = {name: load(out / f"{name}.nc") for number in some for name in number["from"]}
+    read = {name: load(out / f"{name}.nc") for name in {name for number in some for name in number["from"]}}
     for number in some:
         results = {name: read[name] for name in number["from"]}
         again = MEASURES[number["id"]](results)
