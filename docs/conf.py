@@ -1,5 +1,6 @@
 """Sphinx: the pages of this folder, the package's own docstrings, and what is made from both while building."""
 
+import gc
 import os
 import re
 import shutil
@@ -22,6 +23,8 @@ myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 autosummary_generate = True
 shutil.rmtree(Path(__file__).parent / "_build" / "api", ignore_errors=True)  # it may hold modules that are gone
+gc.set_threshold(100_000, 50, 100)  # a page points both ways: the collector would walk all of it again and again
+autodoc_use_type_comments = False  # there are none, and looking for them parses every function
 autodoc_typehints = "none"  # the docstrings say shape and unit, which types cannot
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
