@@ -1,5 +1,6 @@
 """What tests of several rooms share."""
 
+import gc
 import signal
 import sys
 from pathlib import Path
@@ -19,6 +20,13 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if item.nodeid.partition("[")[0] in names:
             item.add_marker("slow")
+
+
+def pytest_collection_finish():
+    """Leave what the imports made to the end: the garbage collector need not walk it in every test."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(20_000, 20, 20)
 
 
 @pytest.fixture(scope="session", autouse=True)
