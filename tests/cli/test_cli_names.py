@@ -21,7 +21,7 @@ def taken(verb):
 
 VERBS = sorted(name for name in app if not name.startswith("-"))
 OLD = [(verb, old, new) for verb in VERBS for names in (OLD_OPTIONS.get(verb, {}),) for old, new in names.items()]
-OLD += [(verb, old, new) for verb in VERBS for old, new in OLD_OPTIONS[""].items() if new in taken(verb)]
+OLD += [(verb, old, new) for verb in VERBS for old, new in OLD_OPTIONS[""].items() if {old, new} & taken(verb) == {new}]
 
 
 @pytest.mark.parametrize(("verb", "old", "new"), OLD)
