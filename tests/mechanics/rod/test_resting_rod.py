@@ -8,13 +8,13 @@ from scipy.linalg import eigh
 
 from vibrissa.exact import cone_kappa
 from vibrissa.mechanics.modes.curved import curved_modes
-from vibrissa.mechanics.rod.contact_kernels import Stiffness
 from vibrissa.mechanics.rod.damping import rod_modes
 from vibrissa.mechanics.rod.equilibrium import resting_rod
-from vibrissa.mechanics.rod.ground import ground_of
+from vibrissa.mechanics.rod.kernels.contact_kernels import Stiffness
+from vibrissa.mechanics.rod.kernels.ground import ground_of
+from vibrissa.mechanics.rod.kernels.shaft import shaft
 from vibrissa.mechanics.rod.mesh import Fineness, graded_nodes
 from vibrissa.mechanics.rod.rod_settings import Rod
-from vibrissa.mechanics.rod.shaft import shaft
 from vibrissa.mechanics.statics.contact_law import ContactLaw
 from vibrissa.mechanics.statics.edge_contact import on_the_flat
 from vibrissa.mechanics.statics.profile import Posture

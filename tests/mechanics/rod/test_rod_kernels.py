@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 from refusals import refusal
 from scipy.linalg import solve_banded
 
-from vibrissa.mechanics.rod.band_kernels import HALF, WIDTH, add_block, solve_band
-from vibrissa.mechanics.rod.contact_kernels import Stiffness, add_contacts, find_near, untouched
-from vibrissa.mechanics.rod.elastic_kernels import add_elastic, bend, segments
-from vibrissa.mechanics.rod.ground import clearance, ground_of
+from vibrissa.mechanics.rod.kernels.band_kernels import HALF, WIDTH, add_block, solve_band
+from vibrissa.mechanics.rod.kernels.contact_kernels import Stiffness, add_contacts, find_near, untouched
+from vibrissa.mechanics.rod.kernels.elastic_kernels import add_elastic, bend, segments
+from vibrissa.mechanics.rod.kernels.ground import clearance, ground_of
+from vibrissa.mechanics.rod.kernels.shaft import shaft
 from vibrissa.mechanics.rod.mesh import Fineness, graded_nodes
-from vibrissa.mechanics.rod.shaft import shaft
 from vibrissa.mechanics.statics.contact_law import ContactLaw
 from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import Gaps

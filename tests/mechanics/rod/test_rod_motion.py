@@ -5,7 +5,7 @@ import pytest
 from rods import POSTURE, cone, resting
 
 from vibrissa.mechanics.rod.equilibrium import resting_rod
-from vibrissa.mechanics.rod.ground import ground_of
+from vibrissa.mechanics.rod.kernels.ground import ground_of
 from vibrissa.mechanics.rod.mesh import Fineness
 from vibrissa.mechanics.rod.rod_gap import rod_gap
 from vibrissa.mechanics.rod.rod_scan import drag

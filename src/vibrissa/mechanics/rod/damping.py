@@ -18,12 +18,12 @@ from scipy.linalg import eig
 
 from vibrissa.arrays import Array, Mask
 from vibrissa.errors import ConvergenceError
-from vibrissa.mechanics.rod.band_kernels import HALF, WIDTH
-from vibrissa.mechanics.rod.contact_kernels import Stiffness, add_contacts, find_near, untouched
-from vibrissa.mechanics.rod.elastic_kernels import add_elastic, bend, segments
-from vibrissa.mechanics.rod.ground import ground_of
-from vibrissa.mechanics.rod.shaft import Shaft
-from vibrissa.mechanics.rod.step_kernels import CLAMPED, Damping, Follicle
+from vibrissa.mechanics.rod.kernels.band_kernels import HALF, WIDTH
+from vibrissa.mechanics.rod.kernels.contact_kernels import Stiffness, add_contacts, find_near, untouched
+from vibrissa.mechanics.rod.kernels.elastic_kernels import add_elastic, bend, segments
+from vibrissa.mechanics.rod.kernels.ground import ground_of
+from vibrissa.mechanics.rod.kernels.shaft import Shaft
+from vibrissa.mechanics.rod.kernels.step_kernels import CLAMPED, Damping, Follicle
 
 _MODES = 3
 _TURNING = 1e-9  # inertia of the base's angle, which has none: its own mode is far above all others

@@ -6,15 +6,15 @@ import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.errors import ConvergenceError, RangeError
-from vibrissa.mechanics.rod.contact_kernels import Stiffness, untouched
 from vibrissa.mechanics.rod.damping import rod_modes, viscous
-from vibrissa.mechanics.rod.elastic_kernels import segments
-from vibrissa.mechanics.rod.ground import ground_of
+from vibrissa.mechanics.rod.kernels.contact_kernels import Stiffness, untouched
+from vibrissa.mechanics.rod.kernels.elastic_kernels import segments
+from vibrissa.mechanics.rod.kernels.ground import ground_of
+from vibrissa.mechanics.rod.kernels.shaft import Shaft, shaft
+from vibrissa.mechanics.rod.kernels.step_kernels import Damping, Follicle, State, at_rest
 from vibrissa.mechanics.rod.mesh import REACH, graded_nodes
 from vibrissa.mechanics.rod.rod_model import RestingRod
 from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
-from vibrissa.mechanics.rod.shaft import Shaft, shaft
-from vibrissa.mechanics.rod.step_kernels import Damping, Follicle, State, at_rest
 from vibrissa.mechanics.statics.edge_contact import on_the_flat
 from vibrissa.mechanics.statics.profile import Posture, check_tip
 from vibrissa.whisker import Whisker

@@ -10,13 +10,13 @@ import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.errors import ConvergenceError
-from vibrissa.mechanics.rod.contact_kernels import Stiffness, Touch, untouched
 from vibrissa.mechanics.rod.damping import RodModes
-from vibrissa.mechanics.rod.elastic_kernels import Segments
-from vibrissa.mechanics.rod.ground import Ground
+from vibrissa.mechanics.rod.kernels.contact_kernels import Stiffness, Touch, untouched
+from vibrissa.mechanics.rod.kernels.elastic_kernels import Segments
+from vibrissa.mechanics.rod.kernels.ground import Ground
+from vibrissa.mechanics.rod.kernels.shaft import Shaft
+from vibrissa.mechanics.rod.kernels.step_kernels import CLAMPED, COLUMNS, Damping, Follicle, State, advance
 from vibrissa.mechanics.rod.rod_settings import Rod
-from vibrissa.mechanics.rod.shaft import Shaft
-from vibrissa.mechanics.rod.step_kernels import CLAMPED, COLUMNS, Damping, Follicle, State, advance
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.whisker import Whisker
 
@@ -126,7 +126,7 @@ class RestingRod:
         ground : Ground
             Under it.
         drive : (T + 1, 5) array
-            As of :func:`vibrissa.mechanics.rod.step_kernels.advance`.
+            As of :func:`vibrissa.mechanics.rod.kernels.step_kernels.advance`.
         step : float
             Over k.
         project : (M, 2N + 3) array

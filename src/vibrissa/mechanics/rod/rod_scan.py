@@ -11,7 +11,7 @@ from vibrissa.arrays import Array
 from vibrissa.errors import RangeError
 from vibrissa.exact import cone_kappa
 from vibrissa.mechanics.rod.equilibrium import resting_rod
-from vibrissa.mechanics.rod.ground import Ground, ground_of
+from vibrissa.mechanics.rod.kernels.ground import Ground, ground_of
 from vibrissa.mechanics.rod.mesh import REACH
 from vibrissa.mechanics.rod.observation import across, fitted_modes
 from vibrissa.mechanics.rod.rod_model import Record, RestingRod

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vibrissa.errors import RangeError
+from vibrissa.mechanics.rod.kernels.step_kernels import Follicle
 from vibrissa.mechanics.rod.mesh import USUAL, Fineness
-from vibrissa.mechanics.rod.step_kernels import Follicle
 
 
 @dataclass(frozen=True, kw_only=True)

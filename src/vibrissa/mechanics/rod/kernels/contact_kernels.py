@@ -12,9 +12,9 @@ import numpy as np
 from numba import njit
 
 from vibrissa.arrays import Array, Integers
-from vibrissa.mechanics.rod.band_kernels import add_block
-from vibrissa.mechanics.rod.ground import Ground, clearance
-from vibrissa.mechanics.rod.shaft import Shaft
+from vibrissa.mechanics.rod.kernels.band_kernels import add_block
+from vibrissa.mechanics.rod.kernels.ground import Ground, clearance
+from vibrissa.mechanics.rod.kernels.shaft import Shaft
 from vibrissa.mechanics.statics.contact_law import ContactLaw, friction_ratio
 
 _BEARS = 1e-2  # normal force over s² above which a contact counts: a hundredth of what it bears at rest, or less

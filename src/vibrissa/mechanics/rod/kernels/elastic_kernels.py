@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 
 from vibrissa.arrays import Array
-from vibrissa.mechanics.rod.band_kernels import HALF, add_block
-from vibrissa.mechanics.rod.shaft import Shaft
+from vibrissa.mechanics.rod.kernels.band_kernels import HALF, add_block
+from vibrissa.mechanics.rod.kernels.shaft import Shaft
 
 
 class Segments(NamedTuple):

@@ -12,11 +12,11 @@ import numpy as np
 from numba import njit
 
 from vibrissa.arrays import Array, Integers
-from vibrissa.mechanics.rod.band_kernels import HALF, WIDTH, solve_band
-from vibrissa.mechanics.rod.contact_kernels import Stiffness, Touch, add_contacts, find_near, keep_drag
-from vibrissa.mechanics.rod.elastic_kernels import Segments, add_elastic, bend
-from vibrissa.mechanics.rod.ground import Ground
-from vibrissa.mechanics.rod.shaft import Shaft
+from vibrissa.mechanics.rod.kernels.band_kernels import HALF, WIDTH, solve_band
+from vibrissa.mechanics.rod.kernels.contact_kernels import Stiffness, Touch, add_contacts, find_near, keep_drag
+from vibrissa.mechanics.rod.kernels.elastic_kernels import Segments, add_elastic, bend
+from vibrissa.mechanics.rod.kernels.ground import Ground
+from vibrissa.mechanics.rod.kernels.shaft import Shaft
 
 _ITERATIONS, _CAREFUL = 40, 12  # at most; from where on by halves
 _FARTHEST = 1e-3  # over L (an angle at the base: rad): no iteration moves a node farther
@@ -71,7 +71,7 @@ class State(NamedTuple):
     rate, rate_before, rate_earlier : (2N + 3,) arrays
         Rates.
     force : (2N + 8,) array
-        Work space: see :func:`vibrissa.mechanics.rod.band_kernels.solve_band`.
+        Work space: see :func:`vibrissa.mechanics.rod.kernels.band_kernels.solve_band`.
     matrix : (2N + 8, 11) array
         Work space.
     totals : (3,) array
