@@ -19,6 +19,7 @@ from vibrissa.mechanics.statics.contact_law import ContactLaw, friction_ratio
 
 _BEARS = 1e-2  # normal force over s² above which a contact counts: a hundredth of what it bears at rest, or less
 MARGIN = 1e-3  # over L: what is farther from the ground cannot touch it within a step
+_CLOSE = 2.5e-4  # the same of an edge under the shaft
 
 Point = tuple[float, float, float, float, float, float]  # normal, tangent, gap, slip
 Push = tuple[float, float, float, float, float, float, float, bool]  # force, its four derivatives, drag, sticks
@@ -125,7 +126,7 @@ def find_near(shaft: Shaft, ground: Ground, shift: tuple[float, float], at: Arra
         while j > 0 and at[2 * j] > x:
             j -= 1
         lower = min(at[2 * j + 1], at[2 * j + 3]) - shaft.radius[j + 1]
-        if lower - y < MARGIN:
+        if lower - y < _CLOSE:
             touch.edge[touch.near[1]], touch.segment[touch.near[1]] = k, j
             touch.near[1] += 1
 
