@@ -79,15 +79,18 @@ def graded(start: float, end: float, fine: float, coarse: float) -> Array:
     return start + (end - start) * reached / reached[-1] if end != start else np.array([start])
 
 
-def shaft(case: Case, s: Array, ground: Ground) -> str:
-    """Links of a cone between the nodes s; each joint has the compliance ∫ ds/EI of the half links about it."""
+def shaft(case: Case, s: Array, ground: Ground, radius: float = RADIUS) -> str:
+    """Links of a cone between the nodes s; each joint has the compliance ∫ ds/EI of the half links about it.
+
+    What touches has a radius [mm].
+    """
     w = case.whisker
     L, E, rho = w.length / MM, w.youngs_modulus * 1e-3, w.density * 1e-3
     EI, A = E * np.pi / 4 * (w.cone_angle * L) ** 4, np.pi * (w.cone_angle * L) ** 2
     middle = np.concatenate([[1.0], (s[1:] + s[:-1]) / 2])
     compliance = (middle[1:] ** -3 - middle[:-1] ** -3) / 3 * L / EI
     x, y = -np.array(case.flat.position(np.array([case.contact]))).ravel() * L
-    place, turn = f"{x} {y + RADIUS} 0", f'euler="0 0 {case.base_angle + np.pi}"'
+    place, turn = f"{x} {y + radius} 0", f'euler="0 0 {case.base_angle + np.pi}"'
     opened, touches = "", case.contact + 2 * case.gap / w.length
     for up, down, soft in zip(s[:-1], s[1:], compliance, strict=True):
         link, volume = (up - down) * L, (up**3 - down**3) / 3
@@ -99,9 +102,9 @@ def shaft(case: Case, s: Array, ground: Ground) -> str:
             f'<site pos="{link} 0 0"/>'
         )
         if down < touches and ground != "tip":
-            opened += f'<geom type="capsule" fromto="0 0 0 {link} 0 0" size="{RADIUS}" contype="2" conaffinity="0"/>'
+            opened += f'<geom type="capsule" fromto="0 0 0 {link} 0 0" size="{radius}" contype="2" conaffinity="0"/>'
         if down < touches and (ground != "tip" or down == s[-1]):
-            opened += f'<geom type="sphere" pos="{link} 0 0" size="{RADIUS}" contype="1" conaffinity="0"/>'
+            opened += f'<geom type="sphere" pos="{link} 0 0" size="{radius}" contype="1" conaffinity="0"/>'
         place, turn = f"{link} 0 0", ""
     return opened + "</body>" * (len(s) - 1)
 

@@ -1,0 +1,268 @@
+"""The whole whisker: how far it is refined, its energy, what it costs, and what it says of gaps and gratings.
+
+.venv/bin/python benchmarks/rod.py [PART …] [--quick]
+
+Parts: convergence, energy, cost, ends, postures; all of them without a name. The whisker of docs/whole-whisker.md,
+on a random grating (seed 1) for 1.2 s at 0.1 m/s and in one gap. Prints tables; ``cost`` also draws
+docs/rod-cost.png. ``--quick`` takes 0.3 s of the grating and leaves the finest out. Times are processor time of one
+core, so that others on the machine count little; they are to be compared within one run.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from time import process_time
+from typing import NamedTuple
+
+import numpy as np
+
+from vibrissa.errors import ConvergenceError
+from vibrissa.figures.canvas import FOUND, OTHER, house_style, new_figure
+from vibrissa.mechanics.rod.equilibrium import resting_rod
+from vibrissa.mechanics.rod.mesh import Fineness
+from vibrissa.mechanics.rod.rod_gap import rod_gap
+from vibrissa.mechanics.rod.rod_scan import RodRun, drag, fine_reach
+from vibrissa.mechanics.rod.rod_settings import Rod
+from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.scan.texture_prediction import predict
+from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.signals.correlation import best_correlation
+from vibrissa.signals.envelope import analytic_envelope
+from vibrissa.texture.surface import Gaps, random_grating
+from vibrissa.whisker import Whisker
+
+Array = np.ndarray
+POSTURE, SPEED, DAMPING = Posture(contact=0.29, base_angle=1.2), 0.1, 0.11
+SHORT, LONG = 0.289, 0.15  # tips: the contact's own, and a free end of 5.6 mm
+RATE, SEED, LAG = 5e3, 1, 50e-3
+QUICK = "--quick" in sys.argv
+DURATION = 0.3 if QUICK else 1.2  # [s] of the grating
+REPEATS = 2 if QUICK else 5
+SERIES: dict[str, tuple[Rod, ...]] = {  # the last one is what the others are compared with
+    "cells × {:g}": tuple(Rod(fineness=Fineness().refined(n)) for n in (0.5, 1, 2, 4, 8)),
+    "steps of {:g} µs": tuple(Rod(step=h) for h in (50e-6, 25e-6, 12.5e-6, 6.25e-6, 3.125e-6)),
+    "ground of {:.0e}": tuple(Rod(ground=k, step=12.5e-6) for k in (1e5, 1e6, 1e7, 1e8)),
+}
+FINEST = Rod(fineness=Fineness().refined(2 if QUICK else 4), step=6.25e-6, ground=1e7)
+CHOICES = (  # from coarse to fine
+    Rod(fineness=Fineness(0.006, 0.08, 0.4), step=100e-6),
+    Rod(fineness=Fineness(0.004, 0.05, 0.25), step=100e-6),
+    Rod(fineness=Fineness(0.004, 0.05, 0.25), step=50e-6),
+    Rod(fineness=Fineness(0.003, 0.04, 0.2), step=50e-6),
+    Rod(step=50e-6),
+    Rod(),
+    Rod(step=12.5e-6),
+    Rod(fineness=Fineness().refined(2), step=25e-6),
+    Rod(fineness=Fineness().refined(2), step=12.5e-6),
+    FINEST,
+)
+
+
+class Cost(NamedTuple):
+    """What one choice of mesh and step costs and gives.
+
+    ``nodes``; ``seconds`` of a core per simulated second; ``error``, the rms of the first mode's difference from the
+    finest, over its rms; ``alike``, their correlation.
+    """
+
+    tip: float
+    rod: Rod
+    nodes: int
+    seconds: float
+    error: float
+    alike: float
+
+
+def cone(tip: float) -> Whisker:
+    return Whisker(length=0.04, cone_angle=1.5e-3, tip=tip)
+
+
+@cache
+def grating(speed: float = SPEED) -> Gaps:
+    return random_grating(DURATION * speed, rng=SEED)
+
+
+def scanned(tip: float, rod: Rod, posture: Posture = POSTURE, speed: float = SPEED) -> RodRun:
+    """The grating under a rod."""
+    return drag(
+        cone(tip), posture, grating(speed), speed=speed, damping=DAMPING, duration=DURATION, sampling_rate=RATE,
+        settings=rod,
+    )  # fmt: skip
+
+
+def compared(q: Array, finest: Array) -> str:
+    """Cells of a table: ratio of rms and correlation of each mode."""
+    ratios = q.std(axis=1) / finest.std(axis=1)
+    alike = [np.corrcoef(one, other)[0, 1] for one, other in zip(q, finest, strict=True)]
+    return " | ".join(f"{ratio:.3f}, {r:.4f}" for ratio, r in zip(ratios, alike, strict=True))
+
+
+def convergence() -> Iterator[str]:
+    """Mesh, step and stiffness of the ground, one at a time, then all together."""
+    for tip in (SHORT, LONG):
+        yield f"\n| tip {tip}: rms over that of the finest, correlation | mode 1 | mode 2 | mode 3 |\n|---|---|---|---|"
+        for name, series in SERIES.items():
+            *coarser, finest = series[: -1 if QUICK else None]
+            reference = scanned(tip, finest).mode_displacement
+            for rod in coarser:
+                cells = compared(scanned(tip, rod).mode_displacement, reference)
+                yield f"| {label(name, rod)} (against {label(name, finest)}) | {cells} |"
+        cells = compared(scanned(tip, Rod()).mode_displacement, finest_motion(tip))
+        yield f"| the default (against {named(FINEST)}) | {cells} |"
+
+
+def label(name: str, rod: Rod) -> str:
+    """Name of a member of a series."""
+    value = {"cells": rod.fineness.finest / Fineness().finest, "steps": 1e6 * rod.step, "ground": rod.ground}
+    return name.format(value[name.split()[0]])
+
+
+def named(rod: Rod) -> str:
+    """Name of all of its fineness."""
+    return ", ".join(label(name, rod) for name in SERIES)
+
+
+@cache
+def finest_motion(tip: float) -> Array:
+    return scanned(tip, FINEST).mode_displacement
+
+
+def energy() -> Iterator[str]:
+    """Work of the ground over one gap, and what is neither stored nor dissipated of it."""
+    yield "\n| one gap, tip, step | friction | viscous | stored | remainder | at most, over the elastic swing |"
+    yield "|---|---|---|---|---|---|"
+    for tip in (0.285, 0.25):
+        for step in (50e-6, 25e-6, 12.5e-6, 6.25e-6):
+            cells = " | ".join(f"{100 * share:+.4f} %" for share in balance(tip, step))
+            yield f"| {tip}, {1e6 * step:g} µs | {cells} |"
+
+
+def balance(tip: float, step: float) -> tuple[float, ...]:
+    """Parts of the work of the ground; largest remainder on the way over the elastic energy's range."""
+    gap = Gaps(np.array([0.0]), np.array([0.6e-3]), 35e-6)
+    run = drag(
+        cone(tip), POSTURE, gap, speed=SPEED, damping=DAMPING, start=-1e-3, duration=0.06, sampling_rate=1 / step,
+        settings=Rod(step=step, tolerance=1e-10),
+    )  # fmt: skip
+    kinetic, elastic, power, ground, _, friction = run.record.energy
+    stored = kinetic + elastic + run.record.contact[6]
+    viscous = np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2)]) * step / cone(tip).timescale
+    work, rubbed, kept = (part - part[0] for part in (ground, friction, stored))
+    left = work - kept - viscous - rubbed
+    ends = np.array([rubbed[-1], viscous[-1], kept[-1], left[-1]]) / work[-1]
+    return *ends, np.abs(left).max() / np.ptp(elastic)
+
+
+def cost() -> Iterator[str]:
+    """Mesh and step against what they cost; draws the figure."""
+    yield "\n| tip, smallest cell, step | nodes | s of a core per s | s per s of a core | error of mode 1 | alike |"
+    yield "|---|---|---|---|---|---|"
+    found = []
+    for tip in (SHORT, LONG):
+        for rod in CHOICES[: -1 if QUICK else None]:
+            cells = "does not converge | | | |"
+            with suppress(ConvergenceError):
+                one = priced(tip, rod)
+                found.append(one)
+                price = f"{one.nodes} | {one.seconds:.2f} | {1 / one.seconds:.2f}"
+                cells = f"{price} | {100 * one.error:.2g} % | {one.alike:.4f}"
+            yield f"| {tip}, {rod.fineness.finest:g} L, {1e6 * rod.step:g} µs | {cells} |"
+    if not QUICK:
+        draw(found).savefig(Path(__file__).parents[1] / "docs" / "rod-cost.png", dpi=150)
+
+
+def priced(tip: float, rod: Rod) -> Cost:
+    """Cost and error of one choice; its equilibrium is not counted."""
+    finest, motion, taken = finest_motion(tip), np.empty(0), []
+    for _ in range(1 if rod is FINEST else REPEATS):
+        start = process_time()
+        run = scanned(tip, rod)
+        seconds = process_time() - start
+        taken.append(seconds - settling(tip, rod))
+        motion = run.mode_displacement
+    error = (motion[0] - finest[0]).std() / finest[0].std()
+    alike = float(np.corrcoef(motion[0], finest[0])[0, 1])
+    return Cost(tip, rod, run.rod.shaft.s.size, min(taken) / DURATION, error, alike)
+
+
+def settling(tip: float, rod: Rod) -> float:
+    """Time of the equilibrium and its modes [s]."""
+    start = process_time()
+    resting_rod(cone(tip), POSTURE, damping=DAMPING, settings=rod, reach=fine_reach(grating(), 0.04))
+    return process_time() - start
+
+
+def ends() -> Iterator[str]:
+    """One gap of 0.6 mm, by where the shaft ends."""
+    yield "\n| tip | free end [mm] | largest q₁ + Q₁ [10⁻³ L] | cells and steps halved |\n|---|---|---|---|"
+    for tip, curvature in [*((tip, 0.0) for tip in (0.289, 0.285, 0.28, 0.27, 0.25, 0.15)), (0.15, 15.0)]:
+        found = [largest(tip, curvature, refined) for refined in ((2,) if QUICK else (2, 4))]
+        name = f"{tip}, {curvature:+g} /m" if curvature else f"{tip}"
+        yield f"| {name} | {40 * (0.29 - tip):.2f} | " + " | ".join(f"{1e3 * q:.3g}" for q in found) + " |"
+
+
+def largest(tip: float, curvature: float, refined: float) -> float:
+    """Largest |q₁ + Q₁| over L in one gap."""
+    rod = Rod(curvature=curvature, fineness=Fineness().refined(refined), step=25e-6 / refined)
+    data = rod_gap(cone(tip), POSTURE, width=0.6e-3, speed=SPEED, damping=DAMPING, settings=rod)
+    return float(data.largest_mode_displacement[0])
+
+
+def postures() -> Iterator[str]:
+    """Random gratings at several postures, beside the prediction of the single-contact model."""
+    yield "\n| tip | θ_b | v [m/s] | rms q₁ rod, prediction [10⁻³ L] | envelopes, modes 1, 2 | modes of the rod |"
+    yield "|---|---|---|---|---|---|"
+    cases = [(SHORT, angle, SPEED) for angle in (0.8, 1.0, 1.2, 1.4)] + [(SHORT, 1.2, 0.2)]
+    for tip, angle, speed in cases + [(LONG, angle, SPEED) for angle in (0.8, 1.2, 1.4)]:
+        posture = replace(POSTURE, base_angle=angle)
+        run = scanned(tip, Rod(), posture, speed)
+        single = predict(cone(tip), posture, grating(speed), Scan(speed=speed, damping=DAMPING))
+        ours = single.amplitudes(run.time) + single.mode_drive(run.time)
+        size = f"{1e3 * run.mode_displacement[0].std():.3f}, {1e3 * ours[0].std():.3f}"
+        alike = ", ".join(f"{likeness(run.mode_displacement[k], ours[k]):.2f}" for k in (0, 1))
+        variance = run.mode_displacement.var(axis=1)
+        shares = ", ".join(f"{100 * share:.1f}" for share in variance / variance.sum())
+        yield f"| {tip} | {angle} | {speed} | {size} | {alike} | {shares} % |"
+
+
+def likeness(one: Array, other: Array) -> float:
+    """Correlation of two envelopes at the best lag of at most 50 ms, either way."""
+    a, b = (analytic_envelope(signal[None])[0][0] for signal in (one, other))
+    return float(best_correlation(a, b, round(LAG * RATE))[1])
+
+
+@house_style
+def draw(found: list[Cost]):
+    """Error of the first mode against cost, each choice a point."""
+    figure, axes = new_figure(5.5, 3.6)
+    axis = axes[0, 0]
+    for tip, colour, name in ((SHORT, OTHER, "tip at the contact"), (LONG, FOUND, "free end of 5.6 mm")):
+        here = [one for one in found if one.tip == tip and one.rod is not FINEST]
+        price, error = np.array([(one.seconds, 100 * one.error) for one in here]).T
+        usual = [one.rod == Rod() for one in here]
+        axis.loglog(price, error, "o", color=colour, ms=5, label=name)
+        axis.loglog(price[usual], error[usual], "o", color=colour, ms=12, mfc="none")
+    axis.set(xlabel="processor time per simulated time", ylabel="error of mode 1 [% of its rms]")
+    axis.legend(title="ringed: the default")
+    return figure
+
+
+PARTS: dict[str, Callable[[], Iterator[str]]] = {
+    part.__name__: part for part in (convergence, energy, cost, ends, postures)
+}
+
+
+def main() -> None:
+    chosen = [word for word in sys.argv[1:] if not word.startswith("--")] or list(PARTS)
+    for name in chosen:
+        for line in PARTS[name]():
+            print(line, flush=True)
+
+
+if __name__ == "__main__":
+    main()
