@@ -30,7 +30,7 @@ from vibrissa.whisker import Whisker
 
 SETTLE = 20e-3  # [s] before the surface begins; the first half near critical damping
 KEPT = 1e-4  # [s] between samples
-RADIUS, CORNER = 5e-3, 2e-3  # [mm] of what touches, and of the edges
+RADIUS, CORNER = 5e-3, 5e-3  # [mm] of what touches, and of the edges
 ROUND = (RADIUS + CORNER) * MM  # [m]
 
 
