@@ -2,10 +2,11 @@
 
 .venv/bin/python benchmarks/rod.py [PART …] [--quick]
 
-Parts: convergence, energy, cost, ends, postures; all of them without a name. The whisker of docs/whole-whisker.md,
-on a random grating (seed 1) for 1.2 s at 0.1 m/s and in one gap. Prints tables; ``cost`` also draws
-docs/rod-cost.png. ``--quick`` takes 0.3 s of the grating and leaves the finest out. Times are processor time of one
-core, so that others on the machine count little; they are to be compared within one run.
+Parts: convergence, energy, failures, cost, ends, postures; all of them without a name. The whisker of
+docs/whole-whisker.md, on a random grating (seed 1) for 1.2 s at 0.1 m/s and in one gap. Prints tables; ``cost`` also
+draws docs/rod-cost.png. ``--quick`` takes 0.3 s of the grating and leaves the finest out. Times are processor time of
+one core, so that others on the machine count little; they are to be compared within one run. Six minutes, or half a
+minute.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from time import process_time
 from typing import NamedTuple
 
 import numpy as np
+from matplotlib.ticker import FixedLocator, FormatStrFormatter, NullLocator
 
 from vibrissa.errors import ConvergenceError
 from vibrissa.figures.canvas import FOUND, OTHER, house_style, new_figure
@@ -134,24 +136,25 @@ def finest_motion(tip: float) -> Array:
 
 def energy() -> Iterator[str]:
     """Work of the ground over one gap, and what is neither stored nor dissipated of it."""
-    yield "\n| one gap, tip, step | friction | viscous | stored | remainder | at most, over the elastic swing |"
+    yield "\n| one gap, tip, step, ground | friction | viscous | stored | remainder | at most, over the elastic swing |"
     yield "|---|---|---|---|---|---|"
+    usual = [Rod(step=step, tolerance=1e-10) for step in (50e-6, 25e-6, 12.5e-6, 6.25e-6)]
     for tip in (0.285, 0.25):
-        for step in (50e-6, 25e-6, 12.5e-6, 6.25e-6):
-            cells = " | ".join(f"{100 * share:+.4f} %" for share in balance(tip, step))
-            yield f"| {tip}, {1e6 * step:g} µs | {cells} |"
+        for rod in [*usual, *(replace(usual[2], ground=ground) for ground in (1e5, 1e7))]:
+            cells = " | ".join(f"{100 * share:+.4f} %" for share in balance(tip, rod))
+            yield f"| {tip}, {1e6 * rod.step:g} µs, {rod.ground:.0e} | {cells} |"
 
 
-def balance(tip: float, step: float) -> tuple[float, ...]:
+def balance(tip: float, rod: Rod) -> tuple[float, ...]:
     """Parts of the work of the ground; largest remainder on the way over the elastic energy's range."""
     gap = Gaps(np.array([0.0]), np.array([0.6e-3]), 35e-6)
     run = drag(
-        cone(tip), POSTURE, gap, speed=SPEED, damping=DAMPING, start=-1e-3, duration=0.06, sampling_rate=1 / step,
-        settings=Rod(step=step, tolerance=1e-10),
+        cone(tip), POSTURE, gap, speed=SPEED, damping=DAMPING, start=-1e-3, duration=0.06,
+        sampling_rate=1 / rod.step, settings=rod,
     )  # fmt: skip
     kinetic, elastic, power, ground, _, friction = run.record.energy
     stored = kinetic + elastic + run.record.contact[6]
-    viscous = np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2)]) * step / cone(tip).timescale
+    viscous = np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2)]) * rod.step / cone(tip).timescale
     work, rubbed, kept = (part - part[0] for part in (ground, friction, stored))
     left = work - kept - viscous - rubbed
     ends = np.array([rubbed[-1], viscous[-1], kept[-1], left[-1]]) / work[-1]
@@ -236,24 +239,48 @@ def likeness(one: Array, other: Array) -> float:
     return float(best_correlation(a, b, round(LAG * RATE))[1])
 
 
+def failures() -> Iterator[str]:
+    """Random whiskers on random gratings of 40 mm: steps whose iterations do not end, and runs that are lost."""
+    rng, most, lost, runs = np.random.default_rng(0), 0.0, 0, 15 if QUICK else 150
+    for seed in range(runs):
+        posture = replace(POSTURE, base_angle=rng.uniform(0.4, 1.4))
+        tip, speed = float(rng.choice([0.289, 0.287, 0.28, 0.2])), float(rng.choice([0.05, 0.1, 0.2, 0.4]))
+        surface = random_grating(0.04, rng=seed)
+        held = {"speed": speed, "damping": DAMPING, "duration": 0.04 / speed, "sampling_rate": RATE}
+        try:
+            record = drag(cone(tip), posture, surface, **held).record
+            most = max(most, record.unconverged / record.steps)
+        except ConvergenceError:
+            lost += 1
+    yield f"\n{lost} of {runs} random runs were lost; at most {1e6 * most:.0f} in a million steps did not converge"
+
+
 @house_style
 def draw(found: list[Cost]):
     """Error of the first mode against cost, each choice a point."""
-    figure, axes = new_figure(5.5, 3.6)
+    figure, axes = new_figure(6.5, 4.0)
     axis = axes[0, 0]
     for tip, colour, name in ((SHORT, OTHER, "tip at the contact"), (LONG, FOUND, "free end of 5.6 mm")):
         here = [one for one in found if one.tip == tip and one.rod is not FINEST]
         price, error = np.array([(one.seconds, 100 * one.error) for one in here]).T
         usual = [one.rod == Rod() for one in here]
         axis.loglog(price, error, "o", color=colour, ms=5, label=name)
+        for one, x, y in zip(here, price, error, strict=True):
+            choice = f"{one.rod.fineness.finest:g} L\n{1e6 * one.rod.step:g} µs"
+            axis.annotate(choice, (x, y), xytext=(0, 8), textcoords="offset points", fontsize=6, ha="center")
         axis.loglog(price[usual], error[usual], "o", color=colour, ms=12, mfc="none")
     axis.set(xlabel="processor time per simulated time", ylabel="error of mode 1 [% of its rms]")
+    for part, ticks in ((axis.xaxis, (0.2, 0.5, 1, 2)), (axis.yaxis, (1, 2, 5, 10, 20))):
+        part.set_major_locator(FixedLocator(ticks))
+        part.set_minor_locator(NullLocator())
+        part.set_major_formatter(FormatStrFormatter("%g"))
+    axis.margins(0.12)
     axis.legend(title="ringed: the default")
     return figure
 
 
 PARTS: dict[str, Callable[[], Iterator[str]]] = {
-    part.__name__: part for part in (convergence, energy, cost, ends, postures)
+    part.__name__: part for part in (convergence, energy, failures, cost, ends, postures)
 }
 
 
