@@ -22,12 +22,12 @@ from vibrissa.texture.surface import Gaps, random_grating
 
 QUICK = "--quick" in sys.argv
 GAP = Gaps(np.array([0.0]), np.array([0.6e-3]), 35e-6)
-GRATING = random_grating(0.022, rng=1)
+SHORT, LONG = (random_grating(length, rng=1) for length in (0.022, 0.03))
 CASES = {
     "gap-tip": Whole(tip=0.289, surface=GAP, duration=30e-3),
     "gap-free-end": Whole(tip=0.25, surface=GAP, duration=30e-3),
-    "grating-tip": Whole(tip=0.289, surface=GRATING, duration=0.2),
-    "grating-free-end": Whole(tip=0.15, surface=GRATING, duration=0.2),
+    "grating-tip": Whole(tip=0.289, surface=SHORT, duration=0.2),
+    "grating-free-end": Whole(tip=0.15, surface=LONG, duration=0.3),
 }
 COARSE = Fineness(0.004, 0.05, 0.25)
 REPEATS = 3
@@ -53,8 +53,10 @@ RODS = (Rod(fineness=COARSE, step=50e-6), Rod(), finer(Rod(), 2), finer(Rod(), 4
 
 
 def chains(name: str) -> tuple[Chain, ...]:
-    """As fine as the patience for a case reaches."""
-    return CHAINS[: {"grating-free-end": 4}.get(name, 5) - 2 * QUICK]
+    """As fine as patience with a case reaches."""
+    if name == "grating-free-end":
+        return CHAINS[2:3]
+    return CHAINS[: 3 if QUICK else 4 if name == "grating-tip" else 5]
 
 
 def rows(name: str, case: Whole) -> Iterator[str]:
