@@ -92,6 +92,11 @@ def test_a_scan_by_the_rod_is_written_with_its_states(vibrissa, grating, tmp_pat
         assert data.displacement.dims == ("time", "node")
         assert data.envelope.attrs["units"] == "m"
         assert np.isfinite(data.axial_force).all()
+    picture = tmp_path / "scan.png"
+    code, shown, _ = vibrissa("show", out, "--plot", "--out", picture)
+    assert code == 0
+    assert shown.splitlines()[0] == "scan.nc: predicted scan of a whole whisker"
+    assert picture.stat().st_size > 10_000
 
 
 def test_spikes_follow_the_motion_of_the_rod(vibrissa, grating):
@@ -99,3 +104,17 @@ def test_spikes_follow_the_motion_of_the_rod(vibrissa, grating):
     code, out, err = vibrissa("scan", grating, *words, *ROD, "--json")
     assert code == 0, err
     assert len(json.loads(out)["true_threshold"]) == 2
+
+
+def test_forms_of_the_modes_are_refused_with_the_rod(vibrissa, grating):
+    words = [*HELD, *CONE, "--whisker.tip", "0.28", "--speed", "0.1"]
+    for option, value in (("--response", "linear"), ("--jump", "ramp-limit"), ("--modes", "curved")):
+        code, _, err = vibrissa("scan", grating, *words, *ROD, option, value)
+        assert code == 2
+        assert err.splitlines()[-1].startswith(f"vibrissa: {option} must be left out with --model rod")
+
+
+def test_a_gap_as_a_share_that_is_too_wide_is_refused(vibrissa):
+    code, _, err = vibrissa("gap", *HELD, *CONE, *ROD, "--gap-width", "0.5")
+    assert code == 2
+    assert "must be at most 8 mm" in err

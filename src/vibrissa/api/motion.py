@@ -11,7 +11,7 @@ import numpy as np
 
 from vibrissa.api.arguments import names_arguments
 from vibrissa.api.remarks import as_sentence, remark
-from vibrissa.api.rods import Model, rod_of
+from vibrissa.api.rods import Model, refuse_forms, rod_of
 from vibrissa.errors import ConflictError, InputError, RangeError
 from vibrissa.mechanics.modes.basis import Modes
 from vibrissa.mechanics.quasi_static.response import Form
@@ -226,6 +226,8 @@ def scan(
     """
     how = Scan(speed=speed, damping=damping, response=response, jump=jump, modes=modes)
     rod = rod_of(model)
+    if rod is not None:
+        refuse_forms(response, jump, modes)
     if isinstance(posture, PosturePath):
         if rod is not None:
             raise ConflictError("model", "must be 'modes' where the posture changes", repr(model))

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from typing import Literal
 
-from vibrissa.errors import UnknownError
+from vibrissa.errors import ConflictError, UnknownError
 from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
 
 Model = Literal["modes", "rod"] | Rod
 
 
-def rod_of(model: Model, default: Rod = USUAL_ROD) -> Rod | None:
+def rod_of(model: Model) -> Rod | None:
     """Settings of the rod that a model names; None of the modes.
 
     Parameters
     ----------
     model : {"modes", "rod"} or Rod
         As an argument of a public function.
-    default : Rod
-        What ``"rod"`` stands for.
 
     Returns
     -------
@@ -33,7 +31,29 @@ def rod_of(model: Model, default: Rod = USUAL_ROD) -> Rod | None:
     if isinstance(model, Rod):
         return model
     if model == "rod":
-        return default
+        return USUAL_ROD
     if model == "modes":
         return None
     raise UnknownError("model", "must be 'modes', 'rod' or a vb.Rod", repr(model))
+
+
+def refuse_forms(response: str, jump: str, modes: str) -> None:
+    """Refuse forms of the model of modes, which the rod does not have.
+
+    Parameters
+    ----------
+    response, jump, modes : str
+        As arguments of :func:`vibrissa.scan`.
+
+    Raises
+    ------
+    InputError
+        If one is not the default.
+    """
+    for name, value, usual in (
+        ("response", response, "exact"),
+        ("jump", jump, "continuous"),
+        ("modes", modes, "straight"),
+    ):
+        if value != usual:
+            raise ConflictError(name, "must be left out with model='rod'", repr(value))

@@ -100,7 +100,7 @@ def _rod(
     output: OutputOptions,
 ) -> None:
     """The gap under the whole whisker."""
-    from vibrissa.mechanics.rod.rod_gap import FINE, rod_gap
+    from vibrissa.mechanics.rod.rod_gap import rod_gap
 
     cone = of.needed_cone()
     with progress_bars() as progress:
@@ -112,7 +112,7 @@ def _rod(
             speed=_SPEED if moving.speed is None else moving.speed,
             damping=_DAMPING if moving.damping is None else moving.damping,
             n_modes=n_modes,
-            settings=rod.settings(FINE),
+            settings=rod.settings(),
             progress=lambda done, of_all: progress("the whole whisker", done, of_all),
         )
     tell(data.attrs["verdict"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from math import inf
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -49,13 +49,8 @@ class RodOptions:
     follicle_rotation: float = inf
     follicle_translation: float = inf
 
-    def settings(self, base: Rod | None = None) -> Rod:
+    def settings(self) -> Rod:
         """Of the rod.
-
-        Parameters
-        ----------
-        base : Rod, optional
-            Settings of the computation, which no option names.
 
         Returns
         -------
@@ -69,8 +64,7 @@ class RodOptions:
         """
         from vibrissa.mechanics.rod.rod_settings import Rod
 
-        return replace(
-            base or Rod(),
+        return Rod(
             curvature=self.intrinsic_curvature,
             edge_radius=self.edge_radius,
             thick=self.thick,

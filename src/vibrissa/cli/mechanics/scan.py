@@ -16,7 +16,7 @@ from vibrissa.cli.shared.options import NO_WHISKER, Flag, OfModes, PostureOption
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, tell
 from vibrissa.cli.shared.progress import progress_bars
 from vibrissa.cli.shared.units import Length, Rate, Speed, in_si
-from vibrissa.errors import RangeError, ShapeError
+from vibrissa.errors import ConflictError, RangeError, ShapeError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -172,6 +172,11 @@ def scan(
 
     if model == "modes":
         rod.refuse_without_rod()
+    for option, value, usual in (
+        ("--response", drawn.response, "exact"), ("--jump", drawn.jump, "continuous"), ("--modes", modes, "straight")
+    ):  # fmt: skip
+        if model == "rod" and value != usual:
+            raise ConflictError(option, "must be left out with --model rod", value)
     cone, how = of.needed_cone(), drawn.scan(modes)
     posture = at.posture(cone)
     units, notes, lines = spiking.units(), list[str](), list[str]()

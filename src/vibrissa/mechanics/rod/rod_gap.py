@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.mechanics.rod.mesh import Fineness
+from vibrissa.errors import RangeError
 from vibrissa.mechanics.rod.rod_prediction import RodPrediction
-from vibrissa.mechanics.rod.rod_settings import Rod
+from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.quantities import dataset
@@ -19,7 +20,7 @@ from vibrissa.whisker import Whisker
 if TYPE_CHECKING:
     import xarray as xr
 
-FINE = Rod(fineness=Fineness().refined(2), step=12.5e-6)  # one gap is short: within 1 % of finer ones
+_WIDEST = 0.2  # of a gap, over L: a wider one is given in another unit
 _RATE = 20e3  # [Hz]
 
 
@@ -32,7 +33,7 @@ def rod_gap(
     speed: float = 0.1,
     damping: float = 0.11,
     n_modes: int = 3,
-    settings: Rod = FINE,
+    settings: Rod = USUAL_ROD,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Draw one gap under the rod, from when it meets the contact until it has left the free end and all is quiet.
@@ -52,7 +53,7 @@ def rod_gap(
     n_modes : int
         Number of pinned modes that are fitted.
     settings : Rod
-        Of the rod.
+        Of the rod; cells and steps of the default are halved, since one gap is short.
     progress : callable, optional
         Takes the records that are done, and all of them.
 
@@ -65,8 +66,13 @@ def rod_gap(
     Raises
     ------
     InputError
-        If a setting is out of range.
+        If a setting is out of range, or the gap is wider than a fifth of L.
     """
+    if not width <= _WIDEST * whisker.length:
+        most = 1e3 * _WIDEST * whisker.length
+        raise RangeError("gap_width", f"must be at most {most:.3g} mm for the rod", f"{width:g} m", "for example 0.5mm")
+    if (settings.fineness, settings.step) == (USUAL_ROD.fineness, USUAL_ROD.step):
+        settings = replace(settings, fineness=settings.fineness.refined(2), step=settings.step / 2)
     gap = Gaps(np.array([0.0]), np.array([width]), depth)
     held = RodPrediction(whisker, posture, gap, Scan(speed=speed, damping=damping), n_modes, settings)
     data = held.sampled(_RATE, progress=progress)

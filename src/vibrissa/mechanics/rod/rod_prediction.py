@@ -230,6 +230,7 @@ class RodPrediction:
             contact_state=state,
             **more,
         )
+        data.axial_force.attrs["long_name"] = "force along the shaft into the follicle"  # the modes have none
         return data.assign_attrs(verdict=rod_verdict(data))
 
     def _signals(self, run: RodRun) -> dict[str, Array]:

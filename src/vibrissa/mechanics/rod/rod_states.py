@@ -9,6 +9,7 @@ from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import Gaps
 
 STATES = ("detached", "slip", "stick", "bridge")
+_SLACK = 1e-3  # over L: how far the shaft moves along the ground, so that a contact at a gap's edge is one
 _APART = 0.01  # over L: contacts farther apart bridge what is between, on a surface that has no gaps by name
 
 
@@ -44,7 +45,8 @@ def contact_states(
     if isinstance(surface, HeightProfile):
         bridged = last - first > _APART
     else:
-        near, far = np.searchsorted(surface.position, low), np.searchsorted(surface.end, high, side="right")
+        near = np.searchsorted(surface.position, low - _SLACK * length)
+        far = np.searchsorted(surface.end, high + _SLACK * length, side="right")
         bridged = far > near  # gaps that begin after the first contact and end before the last
     state[(count > 1) & bridged] = 3
     return state.astype(np.int64)

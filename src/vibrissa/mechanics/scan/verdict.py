@@ -122,7 +122,8 @@ def rod_verdict(facts: Mapping[str, Any] | xr.Dataset) -> str:
     """Verdict on a scan by the rod, which has no free end to leave out: what it was not told, and what it leaves out.
 
     *Caution*: no physical tip was given, so that the shaft ends in a point that no whisker has; own weight above 0.2 of
-    the contact force, which the rod leaves out; more than one step in a thousand did not converge.
+    the contact force, which the rod leaves out; more than one step in a thousand did not converge; off the ground for
+    more than a tenth of the time. *Outside the model*: off the ground for more than half of it.
 
     Parameters
     ----------
@@ -141,13 +142,16 @@ def rod_verdict(facts: Mapping[str, Any] | xr.Dataset) -> str:
         reasons.append(f"own weight is {weight:.2g} of the contact force")
     if (share := _of(facts, "unconverged_share", 0)) > UNCONVERGED:
         reasons.append(f"{100 * share:.2g} % of the steps did not converge")
+    if (share := _of(facts, "detached_share", 0)) > MOST_TIME:
+        reasons.append(f"the whisker is off the ground in {100 * share:.0f} % of the time")
+    level = OUTSIDE if share > MOST_JUMPS else CAUTION if reasons else USABLE
     way = ", ".join(
         f"{what} {100 * share:.0f} %"
-        for what, name in (("bridges", "bridge"), ("sticks", "stick"), ("is off the ground", "detached"))
+        for what, name in (("bridges", "bridge"), ("sticks", "stick"))
         if (share := _of(facts, f"{name}_share", 0)) >= 0.005
     )
     whole = f"whole whisker{f', which {way} of the time' if way else ''}"
-    return f"{CAUTION if reasons else USABLE}: {'; '.join([*reasons, whole])} ({PAGE})"
+    return f"{level}: {'; '.join([*reasons, whole])} ({PAGE})"
 
 
 def findings(facts: Mapping[str, Any] | xr.Dataset) -> Iterator[Finding]:

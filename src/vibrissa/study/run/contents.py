@@ -19,6 +19,8 @@ Facts = dict[str, Any]
 DATASETS = (  # by variables that all of a kind have, the more special first
     ("map of the gain", {"cell_reason"}),
     ("command of a stimulator", {"command"}),
+    ("predicted scan of a whole whisker, with spikes", {"contact_state", "spike_time"}),
+    ("predicted scan of a whole whisker", {"contact_state", "envelope"}),
     ("predicted scan with spikes", {"mode_amplitude", "spike_time"}),
     ("units against their envelope", {"unit_name", "p_value"}),
     ("spikes", {"spike_time"}),
