@@ -34,7 +34,7 @@ class MovingOptions:
     damping: float | None = None
 
     def refuse_without_rod(self) -> None:
-        """Refuse them where the modes answer, which stand still.
+        """Refuse them where modes predict: they take a gap that does not move.
 
         Raises
         ------

@@ -1,7 +1,7 @@
 """Damping of the rod: the ratio that is asked for, in each of the first three modes about the equilibrium.
 
 Damping in proportion to mass and to stiffness gives two modes their ratio: the first and the third. The second, which
-would have less, gets the rest by a term of its own: C = a₀M + a₁K + c₂ (Mφ₂)(Mφ₂)ᵀ with the elastic stiffness K.
+would have less, gets the rest by a third term: C = a₀M + a₁K + c₂ (Mφ₂)(Mφ₂)ᵀ with the elastic stiffness K.
 Higher modes are damped more, in proportion to their frequency.
 
 The modes are those of the shaft above the contact nearest to the base, which slides on the flat and rolls on it: those

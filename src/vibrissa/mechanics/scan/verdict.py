@@ -119,7 +119,7 @@ def map_verdict(contact: Array, tip: float, length: float, widest: float) -> str
 
 
 def rod_verdict(facts: Mapping[str, Any] | xr.Dataset) -> str:
-    """Verdict on a scan by the rod, which has no free end to leave out: what it was not told, and what it leaves out.
+    """Verdict on a scan by the rod, which includes the free end: which input is missing, and what the rod leaves out.
 
     *Caution*: no physical tip was given, so that the shaft ends in a point that no whisker has; own weight above 0.2 of
     the contact force, which the rod leaves out; more than one step in a thousand did not converge; off the ground for
