@@ -44,7 +44,7 @@ def laboratory(seed: int, cell: str) -> Laboratory:
     """The paper's laboratory, one grating in each condition, in one cell."""
     paper = read_study(scale="paper").laboratory
     hidden = paper.shadow if cell[1] == "1" else 0.0
-    return replace(paper, textures=1, n_frames=FRAMES, seed=seed, fur=cell[0] == "1", shadow=hidden)
+    return replace(paper, truth="modes", textures=1, n_frames=FRAMES, seed=seed, fur=cell[0] == "1", shadow=hidden)
 
 
 def analysed(lab: Laboratory, sweep: VirtualSweep) -> tuple[dict[str, Any], xr.Dataset]:
@@ -54,7 +54,7 @@ def analysed(lab: Laboratory, sweep: VirtualSweep) -> tuple[dict[str, Any], xr.D
     truth = {
         "contact_true": sweep.posture.contact,
         "base_angle_true": sweep.posture.base_angle,
-        "resonant_frequency_true": filmed.motion.omega[:3] / (2 * np.pi),
+        "resonant_frequency_true": filmed.motion.resonances[:3],
         "damping_true": np.full(3, sweep.scan.damping),
     }
     return analyse_sweep(filmed.profile, known)[0] | truth, dataset()

@@ -26,6 +26,7 @@ import numpy as np
 STUDY = """
 name = "small"
 [laboratory]
+truth = "modes"
 animals = 1
 whiskers = ["C1", "C2"]
 conditions = 1

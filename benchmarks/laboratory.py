@@ -17,7 +17,7 @@ from vibrissa.sweep.engine import Engine
 
 
 def main(frames: int = 3500, conditions: int = 2, textures: int = 5, workers: int = 2) -> None:
-    laboratory = Laboratory(n_frames=frames, conditions=conditions, textures=textures)
+    laboratory = Laboratory(truth="modes", n_frames=frames, conditions=conditions, textures=textures)
     with tempfile.TemporaryDirectory() as folder:
         wall = time.perf_counter()
         table = run_laboratory(laboratory, folder, engine=Engine(workers=workers))

@@ -43,6 +43,7 @@ def laboratory(frames: int) -> Any:
     from vibrissa.study.spec.laboratory import Laboratory
 
     return Laboratory(
+        truth="modes",
         animals=1,
         whiskers=("C1",),
         conditions=1,

@@ -123,7 +123,7 @@ def filmed():
         "profile": profile,
         "modal": dataset({"whisker_length": 0.04}, contact=0.29),
         "apparatus": apparatus(prediction, film, scene),
-        "true_profile": true_profile(prediction, film, scene, profile.arc_length.values[0, ::3]),
+        "true_profile": true_profile(prediction.position, film, scene, profile.arc_length.values[0, ::3]),
     }
 
 

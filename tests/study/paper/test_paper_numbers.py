@@ -10,9 +10,11 @@ from scipy.stats import fisher_exact, pearsonr
 from vibrissa.exact import cone_kappa
 from vibrissa.stats import RANGES, share_interval
 from vibrissa.study.paper import paper_numbers as module
+from vibrissa.study.paper.paper_columns import MODEL, OWN, ROD, own_sweeps
 from vibrissa.study.paper.paper_numbers import (
     ComparedNumber,
     compare,
+    headings,
     html_rows,
     page_of,
     paper_numbers,
@@ -352,3 +354,46 @@ def test_the_contact_moves_by_less_than_a_fiftieth_in_all_sweeps_and_not_in_the_
     assert found.here.value == pytest.approx(0.03)
     assert "below 0.02 in 192 of 288 sweeps, at most 0.070" in found.why
     assert found.verdict == "cannot tell"  # 0.012 to 0.048
+
+
+def of_rods(**truth):
+    """The simulated table with a truth of its own, as if of rods."""
+    table = simulated()
+    same = ("contact", "base_angle", "mode_rms", "variance_explained", "resonant_frequency", "damping")
+    true = {f"{name}_true": table[name] for name in same} | {"friction_true": 0.4 + 0 * table.contact}
+    rod = {"laboratory": json.dumps({"truth": "rod"})}
+    return table.assign(true | {f"{name}_true": make(table[name]) for name, make in truth.items()}).assign_attrs(rod)
+
+
+def test_sweeps_of_the_rod_have_three_columns():
+    analysed = of_rods(mode_rms=lambda rms: rms / 2)
+    both = {"sweeps": analysed, "sweeps_modes": simulated().assign(mode_rms=2 * analysed.mode_rms)}
+    row = only(both, "gain_mean")["gain_mean"]
+    assert set(row.beside) == {MODEL, OWN}
+    assert row.beside[MODEL].here.value == pytest.approx(2 * row.here.value)
+    assert row.beside[OWN].here.value == pytest.approx(row.here.value / 2)
+    shown = html_rows([row])[0]
+    assert [one["verdict"] for one in shown["columns"]] == [
+        row.beside[MODEL].verdict, row.verdict, row.beside[OWN].verdict
+    ]  # fmt: skip
+    assert shown["columns"][1]["here"] == shown["here"]
+    assert headings([row]) == [MODEL, ROD, OWN]
+
+
+def test_columns_are_those_that_a_study_has():
+    analysed = of_rods()
+    assert set(only({"sweeps": analysed}, "gain_mean")["gain_mean"].beside) == {OWN}
+    assert only({"sweeps": analysed, "sweeps_modes": simulated()}, "animals")["animals"].beside == {}
+    alone = list(only({"sweeps": simulated()}, "gain_mean").values())
+    assert headings(alone) == ["here"]
+    assert len(html_rows(alone)[0]["columns"]) == 1
+
+
+def test_the_rods_own_numbers_hold_nothing_of_an_analysis():
+    analysed = of_rods(resonant_frequency=lambda frequency: 2 * frequency)
+    own = own_sweeps(analysed)
+    np.testing.assert_array_equal(own.resonant_frequency_white, 2 * analysed.resonant_frequency)
+    assert not {"profile_r2", "fit_r2_white"} & set(own)
+    found = only({"sweeps": analysed}, "modulus", "lorentzian_r2_1")
+    assert found["lorentzian_r2_1"].beside[OWN].verdict == "not measured"
+    assert found["modulus"].beside[OWN].here.value == pytest.approx(4 * found["modulus"].here.informed.value, rel=1e-6)

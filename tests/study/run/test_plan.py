@@ -13,12 +13,14 @@ from vibrissa.study.run import study as study_module
 from vibrissa.study.run.plan import plan_study
 from vibrissa.study.run.plan_summary import duration, parts_lines, plan_dataset, plan_lines, size
 from vibrissa.study.run.study import run_study
+from vibrissa.study.spec.comparison import Comparison
 from vibrissa.study.spec.laboratory import Laboratory
 from vibrissa.study.spec.parts import GIVES, absent, given, inputs, refuse_missing
 from vibrissa.study.spec.settings import Study, read_study
 from vibrissa.study.stages.prices import START
 from vibrissa.study.stages.stages import expected
 from vibrissa.study.sweeps.laboratory import plan as planned_sweeps
+from vibrissa.study.sweeps.sweeps import study_jobs
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
@@ -55,7 +57,9 @@ def test_what_is_written_is_about_what_the_plan_says(run):
 
 
 def test_sweeps_are_those_that_the_laboratory_draws():
-    laboratory = Laboratory(animals=1, conditions=2, textures=(2, 3), n_frames="plate", speeds=(0.1, 0.2))
+    laboratory = Laboratory(
+        truth="modes", animals=1, conditions=2, textures=(2, 3), n_frames="plate", speeds=(0.1, 0.2)
+    )
     plan = plan_study(Study(name="x", laboratory=laboratory), workers=4)
     sweeps = next(stage for stage in plan.stages if stage.name == "sweeps")
     drawn = planned_sweeps(laboratory)[0]
@@ -65,7 +69,7 @@ def test_sweeps_are_those_that_the_laboratory_draws():
 
 
 def test_kept_sweeps_and_more_workers_take_time_away():
-    study = Study(name="x", laboratory=Laboratory(animals=1, whiskers=("C1",), textures=5))
+    study = Study(name="x", laboratory=Laboratory(truth="modes", animals=1, whiskers=("C1",), textures=5))
     alone, four = plan_study(study), plan_study(study, workers=4)
     shared = sum(stage.cost.seconds for stage in alone.stages if stage.cost.shared)
     np.testing.assert_allclose(alone.seconds - four.seconds, 0.75 * shared)
@@ -76,6 +80,18 @@ def test_kept_sweeps_and_more_workers_take_time_away():
     np.testing.assert_allclose(stages["sweeps"].seconds * 2, dict(alone.stages)["sweeps"].seconds)
     assert stages["sweeps"].tasks == 5
     assert any("5 sweeps are there already" in line for line in plan_lines(half))
+
+
+def test_sweeps_of_the_rod_are_made_with_the_model_too():
+    few = {"animals": 1, "whiskers": ("C1",), "textures": 5}
+    by_modes = Study(name="x", laboratory=Laboratory(truth="modes", **few))
+    by_rod, third = (Study(name="x", laboratory=Laboratory(**few), comparison=Comparison(modes=n)) for n in (0, 3))
+    tasks = [dict(plan_study(study).stages)["sweeps"].tasks for study in (by_modes, by_rod, third)]
+    assert tasks == [10, 10, 14]
+    seconds = [dict(plan_study(study).stages)["sweeps"].seconds for study in (by_modes, by_rod, third)]
+    assert seconds[0] < seconds[1] < seconds[2]
+    assert dict(plan_study(by_rod).stages)["comparison"].tasks == 20
+    assert plan_study(third, kept=14).kept == len(study_jobs(third)) == 14
 
 
 def test_sixty_virtual_sweeps_take_what_they_took():

@@ -75,7 +75,7 @@ def test_a_study_is_decomposed_into_the_modes_of_its_scan(folder):
     film = dataclasses.replace(BUILT_IN.film, n_frames=600)
     asked = dataclasses.replace(plain, scan=dataclasses.replace(plain.scan, modes="curved-edge"), film=film)
     motion = predicted_motion(asked)
-    profile = true_profile(motion, film, lay_out(motion, film), np.linspace(0, 0.0283, 60))
+    profile = true_profile(motion.position, film, lay_out(motion, film), np.linspace(0, 0.0283, 60))
     results = {"profile": profile.expand_dims("whisker")}
     found = fit_movie(Run(asked, folder, folder, results=results, motion=motion))
     assert found["modal"].attrs["modes"] == "curved-edge"

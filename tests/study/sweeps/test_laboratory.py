@@ -14,11 +14,12 @@ from vibrissa.study.spec.laboratory import Laboratory
 from vibrissa.study.spec.nuisance import Nuisance
 from vibrissa.study.sweeps.laboratory import plan
 from vibrissa.study.sweeps.nuisance import disturbed, friction_noise, hum, slow_motion, travel, wandered
+from vibrissa.study.sweeps.truth import ModalMotion
 from vibrissa.texture.surface import Gaps, random_grating
 from vibrissa.whisker import Whisker, atlas
 
 RNG = np.random.default_rng
-SMALL = Laboratory(animals=1, whiskers=("beta", "C2"), conditions=1, textures=2, n_frames=600)
+SMALL = Laboratory(truth="modes", animals=1, whiskers=("beta", "C2"), conditions=1, textures=2, n_frames=600)
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +107,9 @@ def test_a_laboratory_without_postures_says_so():
 def test_nothing_disturbs_by_default(prediction):
     t, s = np.linspace(0, 0.1, 20), np.array([0.3, 0.6, 1.0])
     for found, true in zip(
-        disturbed(prediction, Nuisance(), 1.0, RNG(0)).position(t, s), prediction.position(t, s), strict=True
+        disturbed(ModalMotion(prediction), Nuisance(), 1.0, RNG(0)).position(t, s),
+        prediction.position(t, s),
+        strict=True,
     ):
         np.testing.assert_array_equal(found, true)
 
@@ -148,7 +151,7 @@ def test_hum_is_a_sum_of_harmonics():
 
 def test_a_head_that_drifts_carries_the_whole_whisker(prediction):
     t, s = np.linspace(0, 1, 30), np.array([0.35, 0.6, 1.0])
-    found = disturbed(prediction, Nuisance(head_drift=1e-4, drift_time=0.3), 1.0, RNG(4)).position(t, s)
+    found = disturbed(ModalMotion(prediction), Nuisance(head_drift=1e-4, drift_time=0.3), 1.0, RNG(4)).position(t, s)
     for moved, still in zip(found, prediction.position(t, s), strict=True):
         shift = moved - still
         np.testing.assert_allclose(shift, shift[:, :1] * np.ones(3), atol=1e-15)

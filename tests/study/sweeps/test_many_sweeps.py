@@ -29,6 +29,7 @@ SHARED = Path(__file__).parents[3] / ".." / "shared" / "data"
 LABORATORY = """
 name = "small"
 [laboratory]
+truth = "modes"
 animals = 1
 whiskers = ["C1", "C2"]
 conditions = 1

@@ -26,7 +26,9 @@ from vibrissa.study.sweeps.virtual_sweep import filmed_sweep, virtual_sweep
 from vibrissa.sweep.engine import Engine
 from vibrissa.texture.io import write_gaps
 
-LABORATORY = Laboratory(animals=1, whiskers=("C1",), conditions=1, textures=1, n_frames=500, speeds=(0.15,), seed=3)
+LABORATORY = Laboratory(
+    truth="modes", animals=1, whiskers=("C1",), conditions=1, textures=1, n_frames=500, speeds=(0.15,), seed=3
+)
 ONE = Engine(scheduler="synchronous")
 HEADER = "track,animal,whisker,texture,scan_speed_mm_s,base_height_mm,length,cone_angle,exposure,substrate\n"
 WHAT = {"animal": "a", "whisker_name": "C1", "texture": 0, "condition": 0, "run": 0}
@@ -98,8 +100,8 @@ def test_taking_the_textures_mean_off_brings_the_posture_nearer(table, filmed):
 
 def test_a_perfect_tracker_finds_the_posture_of_the_flat(filmed):
     """The mean over a texture holds that of the vibration, which without its part leaves 0.0005 in ε and 0.004 rad."""
-    tracked, posture = filmed.profile, filmed.motion.posture
-    true = true_profile(filmed.motion, filmed.film, filmed.scene, tracked.arc_length.values)
+    tracked, posture = filmed.profile, filmed.motion.prediction.posture
+    true = true_profile(filmed.motion.position, filmed.film, filmed.scene, tracked.arc_length.values)
     perfect = tracked.assign({name: tracked[name].copy(data=true[name].values) for name in ("x", "y")})
     row, _ = analyse_sweep(perfect, filmed.known)
     assert row["contact"] == pytest.approx(posture.contact, abs=3e-5)

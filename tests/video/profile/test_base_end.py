@@ -53,10 +53,10 @@ def test_blocks_do_not_count():
 
 @pytest.mark.parametrize("number", [0, 1, 3])
 def test_nodes_of_a_whisker_in_fur_lie_on_its_shaft_at_their_arc_length(number):
-    laboratory = Laboratory(animals=1, conditions=2, textures=1, n_frames=FRAMES, fur=True, seed=1)
+    laboratory = Laboratory(truth="modes", animals=1, conditions=2, textures=1, n_frames=FRAMES, fur=True, seed=1)
     filmed = filmed_sweep(laboratory, plan(laboratory)[0][number])
     profile, pixel = filmed.profile, filmed.film.camera.pixel_size
-    true = true_profile(filmed.motion, filmed.film, filmed.scene, profile.arc_length.values)
+    true = true_profile(filmed.motion.position, filmed.film, filmed.scene, profile.arc_length.values)
     seen = np.isfinite(profile.y_sd.values).mean(axis=0) > 0.5
     z, place = ((one.x.values + 1j * one.y.values).mean(axis=0) for one in (profile, true))
     way = np.gradient(place)

@@ -148,13 +148,9 @@ def plan_run(study: Study, out: Path, workers: int, json: bool) -> None:
 
 def _kept(study: Study, out: Path) -> int:
     """Sweeps of the study that are in the folder of results already."""
-    from vibrissa.study.sweeps.sweeps import FOLDER, kept_sweeps, laboratory_jobs, recorded_jobs
+    from vibrissa.study.sweeps.sweeps import FOLDER, kept_sweeps, study_jobs
 
-    if not (out / FOLDER).is_dir():
-        return 0
-    if study.laboratory is not None:
-        return kept_sweeps(laboratory_jobs(study.laboratory)[0], out)
-    return 0 if study.sweeps is None else kept_sweeps(recorded_jobs(study.folder / study.sweeps)[0], out)
+    return kept_sweeps(study_jobs(study), out) if (out / FOLDER).is_dir() else 0
 
 
 def report_end(found: xr.Dataset, out: Path, json: bool) -> None:

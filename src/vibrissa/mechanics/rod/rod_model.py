@@ -20,7 +20,9 @@ from vibrissa.mechanics.rod.rod_settings import Rod
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.whisker import Whisker
 
-_LOST = 0.1  # share of steps whose iterations may fail before a run is given up
+_BLOCK = 400  # steps after which a run is looked at
+_LOST = 40  # steps of a block whose iterations may fail before a run is given up
+_AWAY = 2.0  # [L] from the origin, where no node of a whisker at work is
 
 
 class Record(NamedTuple):
@@ -146,24 +148,24 @@ class RestingRod:
         Raises
         ------
         ConvergenceError
-            If more than a tenth of the steps do not converge.
+            If more than 40 of 400 steps do not converge, or a node is lost.
         """
         steps = drive.shape[0] - 1
         rows = steps // every
         record = np.zeros((rows, project.shape[0] + COLUMNS))
         kept = np.zeros((rows if shapes else 0, self.state.at.size))
         resting = project @ self.state.at
-        chunk = every * max(1, 4000 // every)
+        chunk = every * max(1, _BLOCK // every)
         settings = self.settings
         for first in range(0, rows * every, chunk):
-            last = min(first + chunk, rows * every)
+            last, lost = min(first + chunk, rows * every), self.state.counts[1]
             lines = slice(first // every, last // every)
             advance(
                 self.shaft, ground, self.stiffness, self.damping, self.follicle, drive[first : last + 1], step,
                 settings.tolerance, every, project, self.state, self.touch, self.work, record[lines],
                 kept[lines] if shapes else kept,
             )  # fmt: skip
-            if self.state.counts[1] > _LOST * (first + chunk) or not np.isfinite(self.state.at).all():
+            if self.state.counts[1] - lost > _LOST or not np.abs(self.state.at).max() < _AWAY:
                 raise ConvergenceError(
                     "motion of the rod", float(np.abs(self.state.force).max()), int(self.state.counts[0])
                 )

@@ -9,7 +9,7 @@ import numpy as np
 from vibrissa.arrays import Array
 from vibrissa.mechanics.scan.free_end import free_end_facts
 from vibrissa.quantities import dataset
-from vibrissa.study.movie.virtual import FilmLayout
+from vibrissa.study.movie.virtual import FilmLayout, Position
 from vibrissa.video.camera.camera import exposure_times
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def apparatus(prediction: PredictedMotion, film: Film, scene: FilmLayout) -> xr.
     )
 
 
-def true_profile(prediction: PredictedMotion, film: Film, scene: FilmLayout, arc_length: Array) -> xr.Dataset:
+def true_profile(position: Position, film: Film, scene: FilmLayout, arc_length: Array) -> xr.Dataset:
     """Where points of the shaft are in the image, averaged over each exposure.
 
     The shaft of the film does not stretch: exactly under the ``exact`` response, to first order in the motion under
@@ -75,8 +75,10 @@ def true_profile(prediction: PredictedMotion, film: Film, scene: FilmLayout, arc
 
     Parameters
     ----------
-    prediction, film, scene
-        The experiment, and how the whisker lies in the image.
+    position : callable
+        Times (T,) [s] and points s (S,) → positions from the base along the substrate and up, over L, (T, S) each.
+    film, scene
+        The camera, and how the whisker lies in the image.
     arc_length : (N,) array
         Distance of the points from the skin along the shaft [m], in ascending order.
 
@@ -90,7 +92,7 @@ def true_profile(prediction: PredictedMotion, film: Film, scene: FilmLayout, arc
     blocks = []
     for first in range(0, len(times), _BLOCK * film.subframes):
         t = times[first : first + _BLOCK * film.subframes]
-        placed = np.stack(scene.place(*prediction.position(t, points)))[..., 1:]
+        placed = np.stack(scene.place(*position(t, points)))[..., 1:]
         blocks.append(placed.reshape(2, -1, film.subframes, len(arc_length)).mean(axis=2))
     x, y = np.concatenate(blocks, axis=1)
     time = np.arange(film.n_frames) / film.camera.frame_rate

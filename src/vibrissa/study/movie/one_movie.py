@@ -112,7 +112,7 @@ def track_movie(run: Run) -> Datasets:
     frames = counted(read_blocks(path), "tracking", film.n_frames, run.progress)
     profile = track_film(frames, film, scene, NODE_SPACING)
     arc = profile.arc_length.values[0]
-    true = true_profile(motion, film, scene, arc[np.isfinite(arc)][::_EVERY])
+    true = true_profile(motion.position, film, scene, arc[np.isfinite(arc)][::_EVERY])
     set_up = {"apparatus": apparatus(motion, film, scene), "true_profile": true}
     return {"profile": profile, "still": still_of(path), **set_up}
 

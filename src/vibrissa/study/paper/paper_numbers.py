@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources import as_file, files
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 import numpy as np
 
 from vibrissa.errors import MissingError
+from vibrissa.quantities.kinds import Datasets
 from vibrissa.stats import Scale
 from vibrissa.study.paper import paper_measures, paper_neurons
+from vibrissa.study.paper.paper_columns import HERE, MODEL, OWN, ROD, columns_of, main_column
 from vibrissa.study.paper.paper_neurons import NO_UNITS, is_simulated, populations
 from vibrissa.study.paper.paper_rule import RULE, Kind, Origin, PaperNumber, Verdict, verdict
 from vibrissa.study.paper.sweep_measures import MeasuredNumber, is_virtual
@@ -24,14 +27,26 @@ MEASURES = paper_measures.MEASURES | paper_neurons.MEASURES
 NO_SWEEPS = "no sweeps: the study has no [laboratory] and no sweeps"
 
 
+class FoundNumber(NamedTuple):
+    """A number found here, and its verdict, in one column of the table."""
+
+    here: MeasuredNumber
+    verdict: Verdict
+
+
 class ComparedNumber(NamedTuple):
-    """One line of the table: the paper's number, what is found here, the verdict and what must be known of it."""
+    """One line of the table: the paper's number, what is found here, the verdict and what must be known of it.
+
+    ``beside`` holds the other columns by their headings, of sweeps whose truth is the rod; none of numbers that do not
+    depend on it.
+    """
 
     paper: PaperNumber
     here: MeasuredNumber
     origin: Origin
     verdict: Verdict
     why: str
+    beside: Mapping[str, FoundNumber] = MappingProxyType({})
 
 
 @cache
@@ -73,7 +88,7 @@ def compare(results: Mapping[str, xr.Dataset]) -> list[ComparedNumber]:
     ----------
     results : mapping of Datasets
         ``sweeps``; ``repeats``, ``comparison``, ``profile`` and ``gap`` where they are; ``units``, ``units_1``, …: what
-        is absent is said.
+        is absent is said. Of sweeps of the rod each also with ``_modes`` and ``_own``.
 
     Returns
     -------
@@ -83,7 +98,18 @@ def compare(results: Mapping[str, xr.Dataset]) -> list[ComparedNumber]:
     """
     sweeps = "sweeps" in results and is_virtual(results["sweeps"])
     units = any(is_simulated(one) for one in populations(results).values())
-    return [_row(number, results, units if number.is_neural else sweeps) for number in paper_numbers()]
+    columns = columns_of(results)
+    main = columns.pop(main_column(columns))
+    return [_with_columns(_row(number, main, units if number.is_neural else sweeps), columns)
+            for number in paper_numbers()]  # fmt: skip
+
+
+def _with_columns(row: ComparedNumber, columns: Mapping[str, Datasets]) -> ComparedNumber:
+    """The line with what the other columns hold, where they can differ."""
+    if row.paper.is_neural or row.verdict in ("put in", "not comparable"):
+        return row
+    others = {heading: _row(row.paper, results, virtual=True) for heading, results in columns.items()}
+    return row._replace(beside={heading: FoundNumber(one.here, one.verdict) for heading, one in others.items()})
 
 
 def _row(number: PaperNumber, results: Mapping[str, xr.Dataset], virtual: bool) -> ComparedNumber:
@@ -142,10 +168,27 @@ def page_of(rows: list[ComparedNumber]) -> dict[str, Any]:
         By the names of the template.
     """
     counts = [(verdict, sum(row.verdict == verdict for row in rows)) for verdict in get_args(Verdict)]
-    return {"paper": html_rows(rows), "paper_rule": RULE, "paper_counts": counts}
+    return {"paper": html_rows(rows), "paper_columns": headings(rows), "paper_rule": RULE, "paper_counts": counts}
 
 
-def html_rows(rows: list[ComparedNumber]) -> list[dict[str, str]]:
+def headings(rows: list[ComparedNumber]) -> list[str]:
+    """Headings of the columns of ours, from left to right; the verdicts counted are those of the middle one of three.
+
+    Parameters
+    ----------
+    rows : list of ComparedNumber
+        From :func:`compare`.
+
+    Returns
+    -------
+    list of str
+        One without the rod, else two or three.
+    """
+    others = {heading for row in rows for heading in row.beside}
+    return [heading for heading in (MODEL, ROD, OWN) if heading in others | {ROD}] if others else [HERE]
+
+
+def html_rows(rows: list[ComparedNumber]) -> list[dict[str, Any]]:
     """Cells of the report's table as text.
 
     Parameters
@@ -165,11 +208,23 @@ def html_rows(rows: list[ComparedNumber]) -> list[dict[str, str]]:
             "here": _both(row.here, row.paper.unit),
             "origin": row.origin,
             "verdict": row.verdict,
-            "class": {"differs": "no", "cannot tell": "unknown"}.get(row.verdict, ""),
+            "class": _CLASSES.get(row.verdict, ""),
+            "columns": [_column(row, heading) for heading in headings(rows)],
             "why": "; ".join(part for part in (row.why, row.paper.reading) if part),
         }
         for row in rows
     ]
+
+
+_CLASSES = {"differs": "no", "cannot tell": "unknown"}
+
+
+def _column(row: ComparedNumber, heading: str) -> dict[str, str]:
+    """Number, verdict and its class in one column; empty where the number does not depend on it."""
+    one = FoundNumber(row.here, row.verdict) if heading in (HERE, ROD) else row.beside.get(heading)
+    if one is None:
+        return {"here": "", "verdict": "", "class": ""}
+    return {"here": _both(one.here, row.paper.unit), "verdict": one.verdict, "class": _CLASSES.get(one.verdict, "")}
 
 
 SCALED = {"m": (1e3, "mm"), "Pa": (1e-9, "GPa"), "m/s": (1e3, "mm/s"), "s": (1e3, "ms"), "1/(s m)": (1e-6, "AP/s/µm")}

@@ -22,12 +22,16 @@ class Comparison:
         Sweeps whose prediction is disturbed by jitter of the tip, to see what jitter does to the correlation; 0: none.
     repeats : int
         Sweeps of a laboratory that are run five times each; 0: none.
+    modes : int
+        Where the truth of a laboratory is the rod, every how many-th sweep is also filmed with the paper's model, one
+        contact and straight modes, as the truth; 0: none.
     """
 
     gratings: int = 39
     jitter: int = 0
     repeats: int = 0
+    modes: int = 1
 
     def __post_init__(self) -> None:
-        names, rule = ("gratings", "jitter", "repeats"), f"must lie between 0 and {MOST}"
+        names, rule = ("gratings", "jitter", "repeats", "modes"), f"must lie between 0 and {MOST}"
         refuse_outside(self, names, rule, lambda value: 0 <= value <= MOST)

@@ -20,6 +20,7 @@ from vibrissa.whisker import atlas
 from vibrissa.whisker.cone import DENSITY, YOUNGS_MODULUS
 
 Interval = tuple[float, float]
+Truth = Literal["rod", "modes"]
 
 WHISKER, CONDITION, TEXTURE, SWEEP, REPEAT = range(5)  # what a seed is for
 
@@ -63,10 +64,13 @@ class Laboratory:
         Means of the truth E [Pa], ρ [kg/m³] and ζ.
     youngs_modulus_spread, damping_spread : float
         Standard deviations across whiskers of ln E and ln ζ.
+    truth : {"rod", "modes"}
+        What the whiskers do: a rod that touches the ground wherever it reaches it, or the one contact and the modes
+        that the analysis assumes. The analysis is the same.
     response : {"exact", "linear"}
-        Quasi-static response of the truth.
+        Quasi-static response of the modes.
     jump : {"continuous", "ramp-limit", "paper2014"}
-        What the velocity of the truth does where the contact jumps.
+        What the velocity of the modes does where the contact jumps.
     reading : {"telegraph", "widths"}
         Reading of the random gratings.
     texture_length, mean_period : float
@@ -104,6 +108,7 @@ class Laboratory:
     density: float = DENSITY
     damping: float = 0.11
     damping_spread: float = 0.0
+    truth: Truth = "rod"
     response: Form = "exact"
     jump: JumpRule = "continuous"
     reading: Literal["telegraph", "widths"] = "telegraph"

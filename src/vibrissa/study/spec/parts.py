@@ -36,6 +36,23 @@ class Input(NamedTuple):
     problem: str
 
 
+def every_by_modes(study: Study) -> int:
+    """Every how many-th virtual sweep is also filmed with the paper's model as the truth.
+
+    Parameters
+    ----------
+    study : Study
+        Any.
+
+    Returns
+    -------
+    int
+        ``comparison.modes`` where the truth of the laboratory is the rod, else 0: none.
+    """
+    source = study.laboratory
+    return study.comparison.modes if source is not None and source.truth == "rod" else 0
+
+
 def given(study: Study) -> list[str]:
     """Keys of the parts that a study has.
 

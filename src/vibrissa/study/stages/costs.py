@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from vibrissa.neural.simulated.population import COUNTS
 from vibrissa.study.forward.surface import SAMPLING_RATE
+from vibrissa.study.spec.parts import every_by_modes
 from vibrissa.study.spec.textures import Grating
 from vibrissa.study.stages import prices
 from vibrissa.study.stages.sizes import Sizes
@@ -128,8 +129,10 @@ def comparison(sizes: Sizes) -> Cost | None:
     """
     if not sizes.left:
         return None
-    cost = prices.COMPARE * (1 + sizes.study.comparison.gratings) / 40
-    return Cost(sizes.left, 0, cost * sizes.left, prices.LOADED, prices.COMPARED * sizes.left, shared=True)
+    cost, laboratory = prices.COMPARE * (1 + sizes.study.comparison.gratings) / 40, sizes.study.laboratory
+    twice = laboratory.n_sweeps if laboratory is not None and laboratory.truth == "rod" else 0  # measured, and true
+    tasks = sizes.left + min(twice, sizes.left)
+    return Cost(tasks, 0, cost * tasks, prices.LOADED, prices.COMPARED * tasks, shared=True)
 
 
 def repeats(sizes: Sizes) -> Cost:
@@ -146,8 +149,11 @@ def repeats(sizes: Sizes) -> Cost:
         Tasks, frames, time, memory and disk.
     """
     count, held = sizes.study.comparison.repeats, prices.LOADED + prices.HELD_FRAME * sizes.longest
-    frames = RUNS * count * sizes.longest
-    return Cost(count, frames, prices.REPEAT_FRAME * frames, held, 16.0 * frames, shared=True)
+    frames, laboratory = RUNS * count * sizes.longest, sizes.study.laboratory
+    seconds = prices.REPEAT_FRAME * frames * (2 if every_by_modes(sizes.study) else 1)
+    if laboratory is not None and laboratory.truth == "rod":
+        seconds += prices.ROD_SECOND * frames / laboratory.camera.frame_rate
+    return Cost(count, frames, seconds, held, 32.0 * frames, shared=True)
 
 
 def jitter(sizes: Sizes) -> Cost:

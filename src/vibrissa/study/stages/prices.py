@@ -15,6 +15,7 @@ TRACK_FRAME, TRACK_PIXEL = 0.35e-3, 16e-9  # decode and follow, per frame and pe
 FILM_FRAME, FILM_PIXEL = 0.85e-3, 23e-9  # render and encode
 FIT_FRAME = 0.5e-3  # decompose a profile and fit its modes
 SWEEP_FRAME = 7.8 / 3500  # a virtual sweep: filmed, tracked, fitted by both forcings, posture and its errors
+ROD_SECOND = 1.2  # one second of the rod, its free end on the ground
 COMPARE = 0.5  # one sweep against its prediction and those of 39 new gratings
 JITTER = 2.8  # one sweep whose prediction is disturbed
 REPEAT_FRAME = 1.3e-3  # one more run of a sweep: filmed and tracked

@@ -7,9 +7,9 @@ from functools import cached_property
 from pathlib import Path
 
 from vibrissa.errors import InputError
-from vibrissa.study.spec.parts import table_of
+from vibrissa.study.spec.parts import every_by_modes, table_of
 from vibrissa.study.spec.settings import Study
-from vibrissa.study.stages.prices import FIT_FRAME, SWEEP_FRAME, TRACKS, tracking_time
+from vibrissa.study.stages.prices import FIT_FRAME, ROD_SECOND, SWEEP_FRAME, TRACKS, tracking_time
 from vibrissa.study.sweeps.laboratory import plan as planned_sweeps
 from vibrissa.video.io.movie import open_movie
 
@@ -31,11 +31,13 @@ class Sizes:
 
     @cached_property
     def sweeps(self) -> tuple[list[int], float]:
-        """Frames of each sweep, and processor time of all [s]."""
+        """Frames of each sweep, those of the paper's model last, and processor time of all [s]."""
         laboratory = self.study.laboratory
         if laboratory is not None:
             each = [laboratory.frames(one.scan.speed) for one in planned_sweeps(laboratory)[0]]
-            return each, SWEEP_FRAME * sum(each)
+            by_modes = each[::every] if (every := every_by_modes(self.study)) else []
+            rod = ROD_SECOND * sum(each) / laboratory.camera.frame_rate if laboratory.truth == "rod" else 0.0
+            return each + by_modes, SWEEP_FRAME * sum(each + by_modes) + rod
         table = table_of(self.study)
         sizes = [(TRACKS, 0) if one.movie is None else _size_of(one.folder / one.movie) for one in table]
         return [frames for frames, _ in sizes], sum(tracking_time(*size) + FIT_FRAME * size[0] for size in sizes)

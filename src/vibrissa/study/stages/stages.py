@@ -56,14 +56,15 @@ from vibrissa.study.neurons.populations import (
 )
 from vibrissa.study.neurons.shown_unit import shown_unit
 from vibrissa.study.paper.mode_shares import mode_shares
-from vibrissa.study.spec.parts import table_of
+from vibrissa.study.paper.paper_columns import MODELLED, OWNED
+from vibrissa.study.spec.parts import every_by_modes, table_of
 from vibrissa.study.spec.settings import Study
 from vibrissa.study.stages import costs
 from vibrissa.study.stages.stage import FigureEntry, Output, Stage
 from vibrissa.study.sweeps import sweep_pipeline
 from vibrissa.study.sweeps.phase_jitter import jittered
 from vibrissa.study.sweeps.recorded_sweeps import known_sweep
-from vibrissa.study.sweeps.repeats import film_repeats
+from vibrissa.study.sweeps.repeats import film_repeats, true_repeats
 from vibrissa.study.sweeps.sweep_table import sweep_table
 from vibrissa.study.sweeps.sweep_verdict import sweep_verdict
 from vibrissa.study.sweeps.virtual_sweep import filmed_sweep
@@ -94,6 +95,16 @@ _surface, _fitted = _has("only_surface"), _all(_movie, _has("whisker"), _has("po
 def _compared(study: Study) -> bool:
     """Whether a prediction can be held against the sweeps: a texture is known."""
     return _virtual(study) or any(one.texture is not None for one in table_of(study))
+
+
+def _of_rod(study: Study) -> bool:
+    """Whether the truth of its virtual sweeps is the rod."""
+    return study.laboratory is not None and study.laboratory.truth == "rod"
+
+
+def _by_modes(study: Study) -> bool:
+    """Whether some of its sweeps are also made with the paper's model as the truth."""
+    return every_by_modes(study) > 0
 
 
 def _filmed(study: Study) -> bool:
@@ -161,6 +172,7 @@ STAGES = (
                                _of_one(scan_figure, "scan"), optional=True),)),
     Stage("sweeps", _sweeps, sweep_pipeline.run_sweeps,
           (Output("sweeps", sweep_table, ("sweeps/",), absent="no [laboratory] and no sweeps"),
+           Output(f"sweeps{MODELLED}", sweep_table, ("sweeps/",), when=_by_modes),
            Output("mode_shares", mode_shares, ("sweeps",)),
            Output("sweep_verdict", sweep_verdict, ("sweeps",), when=_virtual)),
           part="sweeps", cost=costs.sweeps,
@@ -168,7 +180,9 @@ STAGES = (
                                _computed(recovery), optional=True),)),
     Stage("comparison", _all(_sweeps, _compared), sweep_pipeline.compare_with_prediction,
           (Output("comparison", compare_sweeps, ("comparison/",),
-                  absent="no texture of a sweep is known: nothing to hold against the measurement"),),
+                  absent="no texture of a sweep is known: nothing to hold against the measurement"),
+           Output(f"comparison{OWNED}", compare_sweeps, ("comparison/",), when=_of_rod),
+           Output(f"comparison{MODELLED}", compare_sweeps, ("comparison/",), when=_by_modes)),
           inputs=_SWEPT, part="comparison", after=("sweeps",), follows=True, cost=costs.comparison,
           figures=(FigureEntry("6", "Figure 6C–D: envelopes predicted and measured", ("sweeps", "comparison"),
                                _with_series(fig6_envelopes)),)),
@@ -178,7 +192,10 @@ STAGES = (
           figures=(FigureEntry("7", "Figure 7A–D: what sets the gain", ("sweeps", "gain"), _with_series(fig7),
                                optional=True),)),
     Stage("repeated runs", lambda study: _virtual(study) and study.comparison.repeats > 0,
-          sweep_pipeline.repeat_sweeps, (Output("repeats", film_repeats),),
+          sweep_pipeline.repeat_sweeps,
+          (Output("repeats", film_repeats),
+           Output(f"repeats{OWNED}", true_repeats, ("repeats",), when=_of_rod),
+           Output(f"repeats{MODELLED}", film_repeats, when=_by_modes)),
           inputs=_SWEPT, part="repeats", after=("sweeps",), follows=True, cost=costs.repeats),
     Stage("jitter", lambda study: _sweeps(study) and study.comparison.jitter > 0 and _compared(study),
           sweep_pipeline.disturb_tip, (Output("jitter", jittered, ("sweeps",)),),

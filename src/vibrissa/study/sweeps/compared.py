@@ -14,9 +14,11 @@ import numpy as np
 from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.figures.canvas import spread
 from vibrissa.files import load
-from vibrissa.mechanics.across.comparison import compare_sweeps, found_scan
+from vibrissa.mechanics.across.comparison import MODES, compare_sweeps, found_scan, predicted_envelopes
 from vibrissa.mechanics.scan.texture_prediction import Prediction, predict
+from vibrissa.quantities import dataset
 from vibrissa.quantities.kinds import Progress
+from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.study.spec.laboratory import Laboratory
 from vibrissa.study.store.result_store import StoredWork, SweepRow, finished, made_of, path_of
 from vibrissa.study.sweeps.phase_jitter import jittered
@@ -80,7 +82,14 @@ def textures_of(table: str | Path, sweeps: xr.Dataset) -> Textures:
 
 
 def compare_all(
-    sweeps: xr.Dataset, out: Path, gratings: Sequence[Gaps], *, engine: Engine | None, progress: Progress
+    sweeps: xr.Dataset,
+    out: Path,
+    gratings: Sequence[Gaps],
+    *,
+    engine: Engine | None,
+    progress: Progress,
+    stage: str = "comparison",
+    own: Textures | None = None,
 ) -> xr.Dataset | None:
     """Hold the prediction of every accepted sweep against its measurement.
 
@@ -92,8 +101,11 @@ def compare_all(
         Its folder; each sweep's result is kept in a file of ``comparison``.
     gratings : sequence of Gaps
         From :func:`new_gratings`.
-    engine, progress
-        Who does the work; called with ("comparison", done, total).
+    engine, progress, stage
+        Who does the work; called with (stage, done, total).
+    own : callable, optional
+        Number → Gaps. The true motion is taken instead of the measured one, and the prediction is made anew from the
+        posture and resonance of the table.
 
     Returns
     -------
@@ -105,23 +117,44 @@ def compare_all(
     if not np.isfinite(sweeps.mode_rms_model.values).any():
         return None
     numbers = sweeps.sweep.values.tolist()
-    jobs = [_job(sweeps.isel(sweep=[i]), out, list(gratings)) for i in range(len(numbers))]
-    rows = finished(jobs, out / "comparison", "comparison", engine, progress)
+    jobs = [_job(sweeps.isel(sweep=[i]), out, list(gratings), own) for i in range(len(numbers))]
+    rows = finished(jobs, out / "comparison", stage, engine, progress)
     rows = [row.assign_coords(sweep=[number]) for row, number in zip(rows, numbers, strict=True)]
     whole = xr.concat(rows, "sweep", combine_attrs="drop")
     addresses = xr.Variable("sweep", [job.address for job in jobs], dict(sweeps.address.attrs))
     return whole.assign(address=addresses).assign_attrs({name: rows[0].attrs[name] for name in _SHARED})
 
 
-def _job(row: xr.Dataset, out: Path, gratings: list[Gaps]) -> StoredWork:
+def _job(row: xr.Dataset, out: Path, gratings: list[Gaps], own: Textures | None) -> StoredWork:
     series = path_of(out.absolute() / FOLDER, str(row.address.values[0]))
     drawn = [hashlib.sha256(np.concatenate([one.position, one.width]).tobytes()).hexdigest() for one in gratings]
-    of = made_of(comparison_of=str(row.address.values[0]), gratings=drawn)
-    return StoredWork({}, partial(_compared, row.assign_coords(sweep=[0]), series, gratings), of)
+    kind = {} if own is None else {"own": True}
+    of = made_of(comparison_of=str(row.address.values[0]), gratings=drawn, **kind)
+    texture = None if own is None else own(int(row.texture.values[0]))
+    return StoredWork({}, partial(_compared, row.assign_coords(sweep=[0]), series, gratings, texture), of)
 
 
-def _compared(row: xr.Dataset, series: Path, gratings: list[Gaps]) -> tuple[SweepRow, xr.Dataset]:
-    return {}, compare_sweeps(row, lambda _: load(series), gratings)
+def _compared(row: xr.Dataset, series: Path, gratings: list[Gaps], texture: Gaps | None) -> tuple[SweepRow, xr.Dataset]:
+    def measured(_: int) -> xr.Dataset:
+        found = load(series)
+        return found if texture is None else _own_series(row.isel(sweep=0), found, texture)
+
+    return {}, compare_sweeps(row, measured, gratings)
+
+
+def _own_series(row: xr.Dataset, series: xr.Dataset, texture: Gaps) -> xr.Dataset:
+    """Envelopes of the true motion, and of the prediction for the true posture and resonance."""
+    if "mode_displacement_true" not in series:
+        return series
+    whisker, posture, scan = found_scan(row)
+    true = series.mode_displacement_true.values[:MODES]
+    predicted = predicted_envelopes(whisker, posture, scan, [texture], series.time.values)[0]
+    return dataset(
+        mode=np.arange(1, MODES + 1),
+        time=series.time.values,
+        envelope=whisker.length * analytic_envelope(true)[0],
+        envelope_model=whisker.length * predicted,
+    )
 
 
 def jitter_of(sweeps: xr.Dataset, out: Path, textures: Textures, count: int, progress: Progress) -> xr.Dataset | None:

@@ -75,7 +75,7 @@ def plan(laboratory: Laboratory) -> tuple[list[VirtualSweep], dict[str, int]]:
     return list(sweeps), dict(impossible)
 
 
-@lru_cache(maxsize=1)  # asked for by several stages
+@lru_cache(maxsize=2)  # asked for by several stages, of the rod and of the modes
 def _planned(laboratory: Laboratory) -> tuple[list[VirtualSweep], dict[str, int]]:
     plates = max(in_turn(laboratory.textures))
     widths = np.concatenate([laboratory.grating(number).width for number in range(plates)])

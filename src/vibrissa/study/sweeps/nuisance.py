@@ -15,6 +15,7 @@ from vibrissa.mechanics.scan.texture_prediction import Prediction
 from vibrissa.mechanics.statics.edge_contact import on_the_flat
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.study.spec.nuisance import Nuisance
+from vibrissa.study.sweeps.truth import TrueMotion
 from vibrissa.texture.surface import Gaps
 
 Course = Callable[[Array], Array]
@@ -221,19 +222,19 @@ def friction_noise(
 
 @dataclass(frozen=True)
 class Disturbed:
-    """A predicted motion with what disturbs it.
+    """A motion with what disturbs it.
 
     Attributes
     ----------
-    prediction : Prediction
-        The motion over the surface.
+    motion : TrueMotion
+        Over the surface.
     along, up : callable
         Motion of the whole whisker along the substrate and across it [m].
     friction : FrictionNoise, optional
         What a fluctuating friction adds.
     """
 
-    prediction: Prediction
+    motion: TrueMotion
     along: tuple[Course, ...] = ()
     up: tuple[Course, ...] = ()
     friction: FrictionNoise | None = None
@@ -253,11 +254,11 @@ class Disturbed:
         x, y : (T, S) arrays
             Over L.
         """
-        x, y = self.prediction.position(t, s)
+        x, y = self.motion.position(t, s)
         if self.friction is not None:
             dx, dy = self.friction.position(t, s)
             x, y = x + dx, y + dy
-        length = self.prediction.whisker.length
+        length = self.motion.prediction.whisker.length
         x = sum((motion(t)[:, None] / length for motion in self.along), x)
         y = sum((motion(t)[:, None] / length for motion in self.up), y)
         return x, y
@@ -289,12 +290,12 @@ def hum(amplitude: float, frequency: float, rng: np.random.Generator) -> Course:
     return motion
 
 
-def disturbed(prediction: Prediction, nuisance: Nuisance, span: float, rng: np.random.Generator) -> Disturbed:
+def disturbed(motion: TrueMotion, nuisance: Nuisance, span: float, rng: np.random.Generator) -> Disturbed:
     """Disturb a motion that lasts ``span`` [s] by hum, drift of the head and friction noise, as far as they are on.
 
     Parameters
     ----------
-    prediction : Prediction
+    motion : TrueMotion
         What is disturbed.
     nuisance : Nuisance
         By what.
@@ -317,5 +318,5 @@ def disturbed(prediction: Prediction, nuisance: Nuisance, span: float, rng: np.r
         for motions in (along, up):
             motions.append(slow_motion(nuisance.head_drift, nuisance.drift_time, 2 * span, rng))
     if nuisance.friction_noise:
-        friction = friction_noise(prediction, nuisance.friction_noise, nuisance.friction_corner, 2 * span, rng)
-    return Disturbed(prediction, tuple(along), tuple(up), friction)
+        friction = friction_noise(motion.prediction, nuisance.friction_noise, nuisance.friction_corner, 2 * span, rng)
+    return Disturbed(motion, tuple(along), tuple(up), friction)

@@ -17,10 +17,11 @@ from vibrissa.quantities import dataset
 from vibrissa.quantities.kinds import Progress
 from vibrissa.study.movie.apparatus import true_profile
 from vibrissa.study.movie.virtual import FilmLayout, film_motion, lay_out, track_film
-from vibrissa.study.spec.laboratory import REPEAT, Laboratory
+from vibrissa.study.spec.laboratory import REPEAT, Laboratory, Truth
 from vibrissa.study.store.result_store import StoredWork, SweepRow, finished, made_of
 from vibrissa.study.sweeps.jitter import Jitter, run_again
 from vibrissa.study.sweeps.laboratory import VirtualSweep, plan
+from vibrissa.study.sweeps.truth import TrueMotion, true_motion
 from vibrissa.study.sweeps.virtual_sweep import film_of
 from vibrissa.sweep.engine import Engine
 
@@ -54,8 +55,8 @@ def repeats_of(
     Returns
     -------
     Dataset or None
-        ``run_motion`` (repetition, run, run_time) [m], cut to the shortest, ``run_correlation`` and
-        ``run_correlation_others`` (repetition, run), of whole runs; see
+        ``run_motion`` and ``run_motion_true`` (repetition, run, run_time) [m], cut to the shortest, ``run_correlation``
+        and ``run_correlation_others`` (repetition, run), of whole runs; see
         :func:`vibrissa.study.sweeps.repeats.film_repeats`. None if no sweep was accepted.
 
     Raises
@@ -75,9 +76,27 @@ def repeats_of(
         {name: value for name, value in made[0].attrs.items() if name.startswith("jitter_")},
         run_time=shortest,
         run_motion=np.concatenate([one.run_motion.values[..., : len(shortest)] for one in made]),
+        run_motion_true=np.concatenate([one.run_motion_true.values[..., : len(shortest)] for one in made]),
         run_correlation=np.concatenate([with_mean for with_mean, _ in found]),
         run_correlation_others=np.concatenate([with_others for _, with_others in found]),
     )
+
+
+def true_repeats(repeats: xr.Dataset) -> xr.Dataset:
+    """The same runs as a perfect tracker would see them.
+
+    Parameters
+    ----------
+    repeats : Dataset
+        From :func:`repeats_of`.
+
+    Returns
+    -------
+    Dataset
+        ``run_correlation`` and ``run_correlation_others`` (repetition, run) of ``run_motion_true``.
+    """
+    with_mean, with_others = run_correlations(repeats.run_motion_true.values)
+    return dataset(run_correlation=with_mean, run_correlation_others=with_others)
 
 
 def _job(laboratory: Laboratory, sweep: VirtualSweep) -> StoredWork:
@@ -89,7 +108,7 @@ def _repeated(laboratory: Laboratory, sweep: VirtualSweep) -> tuple[SweepRow, xr
     rng = laboratory.rng(REPEAT, *sweep.key)
     prediction = predict(sweep.whisker, sweep.posture, laboratory.grating(sweep.key[3]), sweep.scan)
     film = film_of(prediction, laboratory, rng)
-    return {}, film_repeats(prediction, film, rng=rng, n_runs=RUNS, n_repetitions=1)
+    return {}, film_repeats(prediction, film, truth=laboratory.truth, rng=rng, n_runs=RUNS, n_repetitions=1)
 
 
 def film_repeats(
@@ -97,6 +116,7 @@ def film_repeats(
     film: Film,
     *,
     rng: np.random.Generator,
+    truth: Truth = "modes",
     jitter: Jitter | None = None,
     n_runs: int = 5,
     n_repetitions: int = 20,
@@ -112,6 +132,8 @@ def film_repeats(
         The movie of one run; its seed is drawn anew for each.
     rng : numpy.random.Generator
         Draws what differs.
+    truth : {"rod", "modes"}
+        What the whisker does.
     jitter : Jitter, optional
         How much; the defaults if not given.
     n_runs, n_repetitions : int
@@ -130,8 +152,9 @@ def film_repeats(
     for _ in range(n_runs * n_repetitions):
         again = run_again(prediction, jitter, film.camera.frame_rate, rng)
         scene = lay_out(again, film)  # the pad has moved
-        tracked, arc = _tracked(again, replace(film, seed=int(rng.integers(2**31))), scene, distance)
-        exact = true_profile(again, film, scene, np.array([arc])).y.values[:, 0]
+        motion = true_motion(again, truth, film)
+        tracked, arc = _tracked(motion, replace(film, seed=int(rng.integers(2**31))), scene, distance)
+        exact = true_profile(motion.position, film, scene, np.array([arc])).y.values[:, 0]
         found.append(tracked - tracked.mean())
         true.append(exact - exact.mean())
     shape = n_repetitions, n_runs, film.n_frames
@@ -144,8 +167,8 @@ def film_repeats(
     )
 
 
-def _tracked(prediction: Prediction, film: Film, scene: FilmLayout, distance: float) -> tuple[Array, float]:
+def _tracked(motion: TrueMotion, film: Film, scene: FilmLayout, distance: float) -> tuple[Array, float]:
     """Y of the node nearest to a distance from the skin, (T,), and its arc length [m]."""
-    profile = track_film(film_motion(prediction, film, scene), film, scene).isel(whisker=0)
+    profile = track_film(film_motion(motion.prediction, film, scene, motion.position), film, scene).isel(whisker=0)
     node = int(np.abs(profile.arc_length.values - distance).argmin())
     return profile.y.values[:, node], float(profile.arc_length[node])

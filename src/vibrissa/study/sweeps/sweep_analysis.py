@@ -25,6 +25,7 @@ from vibrissa.study.movie.backward import analyse
 from vibrissa.study.movie.resting import posture_at_rest
 from vibrissa.study.store.result_store import SweepRow
 from vibrissa.study.sweeps.sweep_table import N_MODES
+from vibrissa.study.sweeps.truth import TrueMotion
 from vibrissa.texture.surface import Gaps
 from vibrissa.whisker import Whisker
 
@@ -198,13 +199,13 @@ def _refitted(
     return fit_modes(modal, guess, prediction=_nominal(known, contact, base_angle), **shutter)[0]
 
 
-def exposed_displacement(prediction: Prediction, time: Array, exposure: float, instants: int) -> Array:
+def exposed_displacement(motion: Prediction | TrueMotion, time: Array, exposure: float, instants: int) -> Array:
     """Displacements of the first modes, averaged over each exposure about these times [s], (M, T).
 
     Parameters
     ----------
-    prediction : Prediction
-        The motion.
+    motion : Prediction or TrueMotion
+        Predicted or true.
     time : (T,) array
         Middles of the exposures [s].
     exposure : float
@@ -218,7 +219,7 @@ def exposed_displacement(prediction: Prediction, time: Array, exposure: float, i
         Over L.
     """
     t, count = moments(time, exposure, instants)
-    return np.asarray(prediction.mode_displacement(t)[:N_MODES].reshape(N_MODES, -1, count).mean(axis=2))
+    return np.asarray(motion.mode_displacement(t)[:N_MODES].reshape(N_MODES, -1, count).mean(axis=2))
 
 
 def followed_throughout(profile: xr.Dataset) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,12 +17,14 @@ from vibrissa.study.movie.apparatus import apparatus
 from vibrissa.study.movie.backward import analyse, still_of
 from vibrissa.study.movie.resting import shown_posture
 from vibrissa.study.paper.mode_shares import mode_shares
+from vibrissa.study.paper.paper_columns import MODELLED, OWNED, own_sweeps, truth_of
 from vibrissa.study.spec.laboratory import Laboratory
+from vibrissa.study.spec.parts import every_by_modes
 from vibrissa.study.spec.recorded_sweeps import read_sweeps
 from vibrissa.study.sweeps.compared import Textures, compare_all, jitter_of, new_gratings, textures_of
 from vibrissa.study.sweeps.laboratory import plan
 from vibrissa.study.sweeps.recorded_sweeps import known_sweep, since_start
-from vibrissa.study.sweeps.repeats import repeats_of
+from vibrissa.study.sweeps.repeats import repeats_of, true_repeats
 from vibrissa.study.sweeps.sweep_analysis import DAMPING, SweepFacts
 from vibrissa.study.sweeps.sweep_verdict import sweep_verdict
 from vibrissa.study.sweeps.sweeps import run_laboratory, run_recorded
@@ -62,7 +65,22 @@ def run_sweeps(run: Run) -> Datasets:
         return {"sweeps": sweeps}
     run.modelled = _modelled(run.study, _shown(sweeps))
     verdict = {} if source is None else {"sweep_verdict": sweep_verdict(sweeps)}
-    return {"sweeps": sweeps, "mode_shares": mode_shares(sweeps), **verdict}
+    return {"sweeps": sweeps, "mode_shares": mode_shares(sweeps), **verdict, **_sweeps_of_model(run)}
+
+
+def _sweeps_of_model(run: Run) -> Datasets:
+    """The table of the same sweeps, or of every n-th, with the paper's model as the truth."""
+    if not every_by_modes(run.study):
+        return {}
+    name, every = f"sweeps{MODELLED}", every_by_modes(run.study)
+    how: dict[str, Any] = {"engine": run.engine, "progress": run.progress, "every": every, "name": name}
+    return {name: run_laboratory(_by_modes(run.study), run.out, **how)}
+
+
+def _by_modes(study: Study) -> Laboratory:
+    if study.laboratory is None:
+        raise ValueError("there is no laboratory")
+    return replace(study.laboratory, truth="modes")
 
 
 def compare_with_prediction(run: Run) -> Datasets:
@@ -86,7 +104,17 @@ def compare_with_prediction(run: Run) -> Datasets:
     sweeps, how = run.results["sweeps"], run.study.comparison
     known = sorted({int(number) for number in sweeps.texture.values[sweeps.accepted.values] if number >= 0})
     gratings = new_gratings(run.study.laboratory or _textures(run), known, how.gratings)
-    return _if_made("comparison", compare_all(sweeps, run.out, gratings, engine=run.engine, progress=run.progress))
+    staff: dict[str, Any] = {"engine": run.engine, "progress": run.progress}
+    found = _if_made("comparison", compare_all(sweeps, run.out, gratings, **staff))
+    if truth_of(sweeps) != "rod":
+        return found
+    stage, of_rod = "comparison, the rod itself", own_sweeps(sweeps)
+    own = compare_all(of_rod, run.out, gratings, **staff, stage=stage, own=_textures(run))
+    found |= _if_made(f"comparison{OWNED}", own)
+    if (model := run.results.get(f"sweeps{MODELLED}")) is not None:
+        held = compare_all(model, run.out, gratings, **staff, stage="comparison, the paper's model")
+        found |= _if_made(f"comparison{MODELLED}", held)
+    return found
 
 
 def find_gain(run: Run) -> Datasets:
@@ -143,7 +171,13 @@ def repeat_sweeps(run: Run) -> Datasets:
     source, count = run.study.laboratory, run.study.comparison.repeats
     if source is None:
         return {}
-    return _if_made("repeats", repeats_of(source, run.results["sweeps"], count, run.out, run.engine, run.progress))
+    rest: tuple[Any, ...] = (run.results["sweeps"], count, run.out, run.engine, run.progress)
+    found = _if_made("repeats", repeats_of(source, *rest))
+    if "repeats" in found and source.truth == "rod":
+        found[f"repeats{OWNED}"] = true_repeats(found["repeats"])
+    if every_by_modes(run.study):
+        found |= _if_made(f"repeats{MODELLED}", repeats_of(_by_modes(run.study), *rest))
+    return found
 
 
 def _if_made(name: str, data: xr.Dataset | None) -> Datasets:
@@ -206,7 +240,7 @@ def _virtual(laboratory: Laboratory, number: int) -> tuple[Datasets, SweepFacts,
     rows, columns = filmed.image.shape
     still = dataset(row=np.arange(rows), column=np.arange(columns), image=filmed.image)
     results = {"profile": filmed.profile.expand_dims("whisker"), "still": still}
-    results["apparatus"] = apparatus(filmed.motion, filmed.film, filmed.scene)
+    results["apparatus"] = apparatus(filmed.motion.prediction, filmed.film, filmed.scene)
     return results, filmed.known, filmed.profile
 
 

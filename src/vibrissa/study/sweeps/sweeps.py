@@ -14,6 +14,7 @@ import numpy as np
 from vibrissa.files import digest, load, save
 from vibrissa.quantities.kinds import Progress
 from vibrissa.study.spec.laboratory import Laboratory
+from vibrissa.study.spec.parts import every_by_modes
 from vibrissa.study.spec.recorded_sweeps import RecordedSweep, read_sweeps
 from vibrissa.study.store.result_store import StoredWork, finish, made_of, path_of
 from vibrissa.study.sweeps.laboratory import VirtualSweep, plan
@@ -25,13 +26,21 @@ from vibrissa.sweep.engine import Engine
 if TYPE_CHECKING:
     import xarray as xr
 
+    from vibrissa.study.spec.settings import Study
+
 FOLDER = "sweeps"  # of the results' folder
 
 _COUNTS = ("animals", "whiskers", "conditions", "textures", "runs")  # do not change the sweeps, only how many there are
 
 
 def run_laboratory(
-    laboratory: Laboratory, out: str | Path, *, engine: Engine | None = None, progress: Progress | None = None
+    laboratory: Laboratory,
+    out: str | Path,
+    *,
+    engine: Engine | None = None,
+    progress: Progress | None = None,
+    every: int = 1,
+    name: str = "sweeps",
 ) -> xr.Dataset:
     """Make, film and analyse the sweeps of a virtual laboratory.
 
@@ -45,7 +54,11 @@ def run_laboratory(
     engine : Engine, optional
         Who does the work; a process per core by default.
     progress : callable, optional
-        Called with ("sweeps", done, total).
+        Called with (``name``, done, total).
+    every : int
+        Only every n-th of the planned sweeps.
+    name : str
+        Of the table's file.
 
     Returns
     -------
@@ -61,7 +74,7 @@ def run_laboratory(
     jobs, impossible = laboratory_jobs(laboratory)
     counted = {f"impossible_{reason}": count for reason, count in impossible.items()}
     attrs = {"laboratory": json.dumps(asdict(laboratory), sort_keys=True), **counted}
-    return run_jobs(jobs, Path(out), attrs, engine, progress)
+    return run_jobs(jobs[::every], Path(out), attrs, engine, progress, name)
 
 
 def laboratory_jobs(laboratory: Laboratory) -> tuple[list[StoredWork], dict[str, int]]:
@@ -144,6 +157,27 @@ def recorded_jobs(table: str | Path) -> tuple[list[StoredWork], list[str]]:
     return [_recorded_job(entry, names) for entry in entries], names
 
 
+def study_jobs(study: Study) -> list[StoredWork]:
+    """All sweeps of a study: of a laboratory, also those of the paper's model; of a table.
+
+    Parameters
+    ----------
+    study : Study
+        With ``laboratory`` or ``sweeps``; else none.
+
+    Returns
+    -------
+    list of StoredWork
+        One for each.
+    """
+    if study.sweeps is not None:
+        return recorded_jobs(study.folder / study.sweeps)[0]
+    if study.laboratory is None:
+        return []
+    jobs, every = laboratory_jobs(study.laboratory)[0], every_by_modes(study)
+    return jobs + (laboratory_jobs(replace(study.laboratory, truth="modes"))[0][::every] if every else [])
+
+
 def kept_sweeps(jobs: Sequence[StoredWork], out: str | Path) -> int:
     """How many of them are in the folder of results already.
 
@@ -173,7 +207,12 @@ def _recorded_job(entry: RecordedSweep, names: list[str]) -> StoredWork:
 
 
 def run_jobs(
-    jobs: Sequence[StoredWork], out: Path, attrs: dict[str, Any], engine: Engine | None, progress: Progress | None
+    jobs: Sequence[StoredWork],
+    out: Path,
+    attrs: dict[str, Any],
+    engine: Engine | None,
+    progress: Progress | None,
+    name: str = "sweeps",
 ) -> xr.Dataset:
     """Do what is not there yet, then gather the table and save it.
 
@@ -188,15 +227,19 @@ def run_jobs(
     engine : Engine, optional
         Who does the work.
     progress : callable
-        Called with (stage, done, total).
+        Called with (``name``, done, total).
+    name : str
+        Of the table's file.
 
     Returns
     -------
     Dataset
         ``sweeps``.
     """
-    table = sweep_table(finish(jobs, out / FOLDER, "sweeps", engine, progress), attrs)
-    save(table, out / "sweeps.nc")
+    table = sweep_table(
+        finish(jobs, out / FOLDER, name.replace("_modes", ", the paper's model"), engine, progress), attrs
+    )
+    save(table, out / f"{name}.nc")
     return table
 
 

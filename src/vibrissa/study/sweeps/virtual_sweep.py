@@ -30,6 +30,7 @@ from vibrissa.study.sweeps.sweep_analysis import (
     followed_throughout,
 )
 from vibrissa.study.sweeps.sweep_table import N_MODES
+from vibrissa.study.sweeps.truth import TrueMotion, true_motion
 from vibrissa.texture.surface import Gaps
 from vibrissa.video.camera.scenery import Light
 
@@ -52,7 +53,7 @@ class Filmed(NamedTuple):
         Of the whisker.
     known : SweepFacts
         What the experimenter knows.
-    motion : Prediction
+    motion : TrueMotion
         The motion over the surface that was filmed, with what stage and tip did.
     film, scene : Film, Scene
         The camera's, and how the whisker lies in the image.
@@ -62,7 +63,7 @@ class Filmed(NamedTuple):
 
     profile: xr.Dataset
     known: SweepFacts
-    motion: Prediction
+    motion: TrueMotion
     film: Film
     scene: FilmLayout
     image: NDArray[np.uint8]
@@ -87,19 +88,22 @@ def filmed_sweep(laboratory: Laboratory, sweep: VirtualSweep) -> Filmed:
     ------
     InputError
         If the motion cannot be predicted, or the whisker is lost.
+    ConvergenceError
+        If the rod does not come to rest.
     """
     texture = laboratory.grating(sweep.key[3])
     rng = laboratory.rng(SWEEP, *sweep.key)
-    real = _run(predict(sweep.whisker, sweep.posture, texture, sweep.scan), laboratory, rng)
-    film = film_of(real, laboratory, rng)
-    scene = lay_out(real, film)
+    met = _run(predict(sweep.whisker, sweep.posture, texture, sweep.scan), laboratory, rng)
+    film = film_of(met, laboratory, rng)
+    scene = lay_out(met, film)
+    real = true_motion(met, laboratory.truth, film)
     span = film.n_frames / film.camera.frame_rate
     known = SweepFacts(
         whisker=_known(laboratory, sweep),
         scan_speed=sweep.scan.speed,
         base_height=sweep.base_height,
         texture=texture,
-        substrate=_substrate(real, scene),
+        substrate=_substrate(met, scene),
         friction=laboratory.friction,
         exposure=film.camera.exposure,
         instants=film.subframes,
@@ -168,13 +172,14 @@ def _shares(filmed: Filmed) -> Array:
     film = filmed.film  # one instant of the shutter's three, which take 3 % of mode 3, and few frames: they cost much
     camera = replace(film.camera, frame_rate=film.camera.frame_rate / _EVERY)
     some = replace(film, subframes=1, n_frames=film.n_frames // _EVERY, camera=camera)
-    perfect = true_profile(filmed.motion, some, filmed.scene, arc)
-    found = decompose(perfect, filmed.known.whisker, filmed.motion.posture.contact, n_modes=N_MODES)
+    perfect = true_profile(filmed.motion.position, some, filmed.scene, arc)
+    contact = filmed.motion.prediction.posture.contact
+    found = decompose(perfect, filmed.known.whisker, contact, n_modes=N_MODES)
     return np.asarray(found.variance_explained.values)
 
 
 def _run(prediction: Prediction, laboratory: Laboratory, rng: np.random.Generator) -> Prediction:
-    """Predict the motion of this run, with what stage and tip do that the plan does not know."""
+    """The single-contact prediction of this run, with what stage and tip do that the plan does not know."""
     nuisance = laboratory.nuisance
     real = prediction
     if nuisance.wander:
@@ -229,7 +234,7 @@ def film_of(prediction: Prediction, laboratory: Laboratory, rng: np.random.Gener
 
 def _tracked(motion: Disturbed, film: Film, scene: FilmLayout) -> tuple[xr.Dataset, NDArray[np.uint8]]:
     """Profile of the filmed whisker, which must not be lost, and the first frame."""
-    frames = film_motion(motion.prediction, film, scene, motion.position)
+    frames = film_motion(motion.motion.prediction, film, scene, motion.position)
     first = next(frames)
     profile = track_film(chain([first], frames), film, scene, NODE_SPACING).isel(whisker=0)
     followed_throughout(profile)
@@ -243,14 +248,15 @@ def _substrate(prediction: Prediction, scene: FilmLayout) -> Line:
     return (float(x[0]), float(y[0])), (float(x[1]), float(y[1]))
 
 
-def _truth(real: Prediction, texture: Gaps, true: Array) -> SweepRow:
+def _truth(motion: TrueMotion, texture: Gaps, true: Array) -> SweepRow:
+    real = motion.prediction
     whisker, posture = real.whisker, real.posture
     return {
         "contact_true": posture.contact,
         "base_angle_true": posture.base_angle,
         "friction_true": posture.friction,
         "youngs_modulus_true": whisker.youngs_modulus,
-        "resonant_frequency_true": real.omega[:N_MODES] / (2 * np.pi),
+        "resonant_frequency_true": motion.resonances[:N_MODES],
         "damping_true": np.full(N_MODES, real.scan.damping),
         "mode_rms_true": true.std(axis=1),
         "phase_jitter": travel(texture, real.texture),
