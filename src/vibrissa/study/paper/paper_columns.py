@@ -19,7 +19,7 @@ MODELLED, OWNED = "_modes", "_own"  # ends of the names of results: of sweeps of
 MOTION = ("sweeps", "comparison", "repeats")  # results that differ from column to column
 _SAME_NAME = ("mode_rms", "variance_explained", "contact", "base_angle", "friction")
 _FITTED = ("resonant_frequency", "damping")
-_OF_ANALYSIS = ("profile_r2", "fit_r2", "fit_r2_white")
+_OF_ANALYSIS = ("profile_r2", "fit_r2", "fit_r2_white", "contact_travel")
 
 
 def truth_of(sweeps: xr.Dataset) -> str:
@@ -76,7 +76,7 @@ def main_column(columns: Mapping[str, Datasets]) -> str:
 
 def _of(results: Mapping[str, xr.Dataset], end: str) -> Datasets:
     """Results with those of the motion replaced by others, or absent."""
-    rest = {name: data for name, data in results.items() if name not in MOTION}
+    rest = {name: data for name, data in results.items() if name not in (*MOTION, "profile")}
     return rest | {name: results[name + end] for name in MOTION if name + end in results}
 
 

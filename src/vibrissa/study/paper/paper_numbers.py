@@ -104,9 +104,12 @@ def compare(results: Mapping[str, xr.Dataset]) -> list[ComparedNumber]:
             for number in paper_numbers()]  # fmt: skip
 
 
+_OF_NO_SWEEP = ("kappa_air_1", "kappa_air_2")  # exact, whatever the sweeps show
+
+
 def _with_columns(row: ComparedNumber, columns: Mapping[str, Datasets]) -> ComparedNumber:
     """The line with what the other columns hold, where they can differ."""
-    if row.paper.is_neural or row.verdict in ("put in", "not comparable"):
+    if row.paper.is_neural or row.verdict in ("put in", "not comparable") or row.paper.id in _OF_NO_SWEEP:
         return row
     others = {heading: _row(row.paper, results, virtual=True) for heading, results in columns.items()}
     return row._replace(beside={heading: FoundNumber(one.here, one.verdict) for heading, one in others.items()})
@@ -233,7 +236,7 @@ _SMALL = 5e-4  # [m] lengths below it are shown in µm
 
 def _both(here: MeasuredNumber, unit: str) -> str:
     """A number, and the same with the texture's forcing where this one is by Eq. 5."""
-    if here.informed is None or not np.isfinite(here.value):
+    if here.informed is None or not np.isfinite(here.value) or here.informed.value == here.value:
         return _shown(here, unit)
     informed = f"{_shown(here.informed, unit)} {INFORMED}" if np.isfinite(here.informed.value) else "not measured"
     return f"{_shown(here, unit)} by Eq. 5; {informed}"
