@@ -11,6 +11,8 @@ from refusals import refusal
 from threadpoolctl import threadpool_limits
 
 from vibrissa.files import load
+from vibrissa.mechanics.rod.rod_prediction import RodPrediction
+from vibrissa.mechanics.rod.rod_settings import Rod
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.scan.texture_prediction import predict
 from vibrissa.mechanics.statics.profile import Posture
@@ -284,3 +286,21 @@ def test_bad_words_are_one_line(vibrissa, gap, option, value, words):
     code, out, err = vibrissa("map", "--texture", gap, *(w for pair in options.items() for w in pair), *CONE)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert words in err
+
+
+@pytest.mark.parametrize("quantity", ["rms", "peak"])
+def test_a_cell_by_the_rod_is_its_scan(quantity):
+    whisker = Whisker(length=0.04, cone_angle=1.5e-3, tip=0.285)
+    rod, posture = Rod(step=50e-6), Posture(contact=0.29, base_angle=1.1)
+    grid = Grid(contact=[0.2, 0.29], base_angle=[1.1], speed=[0.2])
+    found = sweep(whisker, GAP, grid, Measure(quantity=quantity, rod=rod), engine=Engine(scheduler="synchronous"))
+    assert [REASONS[int(code)] for code in found.cell_reason.values.ravel()] == ["contact beyond the tip", "ok"]
+    run = RodPrediction(whisker, posture, GAP, Scan(speed=0.2, damping=0.11), n_modes=1, settings=rod).run(
+        10_000.0, np.array([0.9]), duration=float(GAP.end[-1]) / 0.2
+    )
+    met = run.time >= GAP.position[0] / 0.2
+    motion = run.mode_displacement[0, met].std() if quantity == "rms" else np.abs(run.displacement[0, met]).max()
+    value = found.mode_rms if quantity == "rms" else found.peak_displacement
+    assert float(value[0, 0, 1, 0]) == pytest.approx(motion, rel=1e-12)
+    assert found.attrs["model"] == "rod"
+    assert found.attrs["verdict"].startswith("usable: whole whisker")

@@ -12,7 +12,7 @@ from vibrissa.mechanics.vibration.excitation import TABLE, Driven, excite_even
 from vibrissa.mechanics.vibration.oscillator import first_even
 from vibrissa.sweep.posture_cells import exact, follow, jumps, linear
 
-OK, FOLD, TIP, JUMP, LINEARITY, REACH = range(6)  # why a cell has no value; 0: it has one
+OK, FOLD, TIP, JUMP, LINEARITY, REACH, RESTLESS = range(7)  # why a cell has no value; 0: it has one
 _FINE = 12  # samples in a period of the highest mode of a peak
 _DENSE = 150  # samples in a period of mode 1 of an rms: its displacement has jumps in slope
 

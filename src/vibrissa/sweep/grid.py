@@ -16,6 +16,7 @@ from vibrissa.mechanics.statics.profile import Posture
 
 if TYPE_CHECKING:
     from vibrissa.mechanics.quasi_static.response import Form
+    from vibrissa.mechanics.rod.rod_settings import Rod
     from vibrissa.mechanics.vibration.dynamics import JumpRule
 
 Quantity = Literal["peak", "rms"]
@@ -91,6 +92,9 @@ class Measure:
         Modes that the peak sums.
     node : float
         Point s of the shaft whose peak is taken, above every contact.
+    rod : Rod, optional
+        The whole whisker is run in each cell, with these settings; ``response``, ``jump``, ``least_linearity`` and
+        ``n_modes`` do not count. Its mode 1 is what a movie shows of it. Without one, the single-contact model.
     """
 
     quantity: Quantity = "peak"
@@ -100,6 +104,7 @@ class Measure:
     least_linearity: float | None = None
     n_modes: int = 12
     node: float = 0.9
+    rod: Rod | None = None
 
     def __post_init__(self) -> None:
         Scan(speed=1.0, damping=self.damping, jump=self.jump, response=self.response)

@@ -15,15 +15,16 @@ from vibrissa.arrays import Array
 from vibrissa.errors import InputError, RangeError
 from vibrissa.mechanics.contact.gap_events import check_gaps
 from vibrissa.mechanics.scan.texture_prediction import check_scale
-from vibrissa.mechanics.scan.verdict import map_verdict
+from vibrissa.mechanics.scan.verdict import map_verdict, rod_map_verdict
 from vibrissa.mechanics.statics.elastica_table import equilibria
 from vibrissa.mechanics.vibration.dynamics import RECOIL
 from vibrissa.quantities import dataset
-from vibrissa.sweep.cells import OK, TIP, row
+from vibrissa.sweep.cells import OK, REACH, RESTLESS, TIP, row
 from vibrissa.sweep.engine import Engine, each
 from vibrissa.sweep.gratings import Gratings
 from vibrissa.sweep.grid import Grid, Measure
 from vibrissa.sweep.posture_cells import shaft, side_nodes, width_nodes
+from vibrissa.sweep.rod_cells import rod_row
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,6 +41,7 @@ REASONS = (  # by the code in ``cell_reason``
     "no profile follows the edges of the widest gap",
     "less linear than asked for",
     "no equilibrium",
+    "the rod does not come to rest",
 )
 _CHUNK = 0.5  # [s] of work in a task
 _LEAST_TASKS = 4  # for each core: blocks of contacts differ in how much of them is beyond the fold
@@ -52,8 +54,8 @@ class MapJob(NamedTuple):
     ----------
     texture : Gaps or Gratings
         The gaps, or what each task draws its own from.
-    length, timescale, tip : float
-        Of the whisker: L [m], k [s], s of its tip.
+    whisker : Whisker
+        The cone.
     pace : (V,) array
         Speeds over L [1/s].
     base_angle : (B,) array
@@ -63,9 +65,7 @@ class MapJob(NamedTuple):
     """
 
     texture: Gaps | Gratings
-    length: float
-    timescale: float
-    tip: float
+    whisker: Whisker
     pace: Array
     base_angle: Array
     measure: Measure
@@ -94,7 +94,7 @@ def sweep(
     """Map of the transduction gain over contact, base angle, speed, friction and the seeds of random gratings.
 
     Every cell is what :func:`vibrissa.mechanics.scan.texture_prediction.predict` gives, to some 1e-5: the same model
-    by the scaled family of Eq. (1), marched in compiled loops.
+    by the scaled family of Eq. (1), marched in compiled loops. With ``measure.rod`` it is a run of the whole whisker.
 
     Parameters
     ----------
@@ -130,9 +130,10 @@ def sweep(
     if not contact[-1] < measure.node < 1:
         raise RangeError("node", "must lie between the largest contact and the base, 1", measure.node)
     attrs = _attributes(whisker, measure) | _of_texture(whisker, texture)
-    attrs["verdict"] = map_verdict(contact, whisker.tip, whisker.length, attrs["widest_gap"])
+    verdict = map_verdict(contact, whisker.tip, whisker.length, attrs["widest_gap"])
+    attrs["verdict"] = verdict if measure.rod is None else rod_map_verdict(whisker.tip)
     seeds = texture.seeds if isinstance(texture, Gratings) else np.zeros(1, np.int64)
-    job = MapJob(texture, whisker.length, whisker.timescale, whisker.tip, speed / whisker.length, base_angle, measure)
+    job = MapJob(texture, whisker, speed / whisker.length, base_angle, measure)
     rows = [MapRow(*where) for where in product(contact.tolist(), friction.tolist(), seeds.tolist())]
     found = _computed(job, rows, engine or Engine(scheduler="threads"), progress)
     shape = len(contact), len(friction), len(seeds)
@@ -166,6 +167,8 @@ def _attributes(whisker: Whisker, measure: Measure) -> dict[str, Any]:
         "whisker_length": whisker.length,
         "timescale": whisker.timescale,
     }
+    if measure.rod is not None:
+        return {"model": "rod", **attrs, **measure.rod.curvature_attributes}
     return attrs if measure.least_linearity is None else attrs | {"least_linearity": measure.least_linearity}
 
 
@@ -221,8 +224,12 @@ def map_rows(job: MapJob, rows: list[MapRow]) -> list[RowValues]:
 
 def _gaps(job: MapJob, seed: int) -> Array:
     """Starts and widths over L, (2, J)."""
-    texture = job.texture.drawn(seed) if isinstance(job.texture, Gratings) else job.texture
-    return np.stack([texture.position - texture.position[0], texture.width]) / job.length
+    texture = _texture(job, seed)
+    return np.stack([texture.position - texture.position[0], texture.width]) / job.whisker.length
+
+
+def _texture(job: MapJob, seed: int) -> Gaps:
+    return job.texture.drawn(seed) if isinstance(job.texture, Gratings) else job.texture
 
 
 def _one_row(job: MapJob, where: MapRow) -> RowValues:
@@ -230,15 +237,21 @@ def _one_row(job: MapJob, where: MapRow) -> RowValues:
     measure, n = job.measure, len(job.base_angle)
     values, ratio = np.full((len(job.pace), n), np.nan), np.full(n, np.nan)
     reason = np.full(n, OK, np.int8)
-    if contact < job.tip:
+    if contact < job.whisker.tip or (measure.rod is not None and contact == job.whisker.tip):
         reason[:] = TIP
+        return values, ratio, reason
+    if measure.rod is not None:
+        speed, texture = job.pace * job.whisker.length, _texture(job, seed)
+        values, reachable = rod_row(job.whisker, contact, friction, job.base_angle, speed, texture, measure)
+        reason[np.isnan(values).any(axis=0)] = RESTLESS
+        reason[~reachable] = REACH
         return values, ratio, reason
     of = shaft(contact, measure.n_modes if measure.quantity == "peak" else 1, measure.node)
     exact = measure.response == "exact"
     least = -np.inf if measure.least_linearity is None else measure.least_linearity
     rule = measure.quantity == "peak", exact, least, measure.damping, RECOIL[measure.jump]
     tables = *(side_nodes() if exact else side_nodes(1)), *width_nodes()
-    omega = of.kappa / job.timescale
+    omega = of.kappa / job.whisker.timescale
     postures = _postures(contact, job.base_angle, friction)
     row(postures, *of[:3], omega, _gaps(job, seed), job.pace, rule, tables, values, ratio, reason)
     return values, ratio, reason

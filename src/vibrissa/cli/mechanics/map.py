@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from vibrissa.cli.mechanics.rod_options import NO_ROD, RodOptions
 from vibrissa.cli.shared.axes import AngleAxis, Axis, NumberAxis, OverLengthAxis, SpeedAxis, axis_of, values_of
 from vibrissa.cli.shared.options import NO_WHISKER, Scheduler, WhiskerOptions, Workers
 from vibrissa.cli.shared.output import Json, OutputOptions, names_without, tell
@@ -18,6 +19,7 @@ from vibrissa.errors import ConflictError
 if TYPE_CHECKING:
     import xarray as xr
 
+    from vibrissa.mechanics.rod.rod_settings import Rod
     from vibrissa.sweep.gratings import Gratings
     from vibrissa.texture.surface import Gaps
 
@@ -98,6 +100,8 @@ def map_(
     least_linearity: float | None = None,
     n_modes: int = 12,
     point: OverLength = 0.9,
+    model: Literal["modes", "rod"] = "modes",
+    rod: RodOptions = NO_ROD,
     scheduler: Scheduler = "threads",
     workers: Workers = None,
     of: WhiskerOptions = NO_WHISKER,
@@ -137,6 +141,9 @@ def map_(
     point
         Point of the shaft whose largest displacement is mapped: its position s, 1 at the base; or its distance from the
         tip of the cone along the shaft (36mm).
+    model
+        The paper's modes of a shaft with a single contact; or the whole whisker as a rod, run once for each cell, to
+        which response, jump, n-modes and least-linearity do not apply.
     """
     from vibrissa.sweep.engine import Engine
     from vibrissa.sweep.grid import Grid, Measure
@@ -163,6 +170,7 @@ def map_(
         least_linearity=least_linearity,
         n_modes=n_modes,
         node=over_length(point, "--point", cone),
+        rod=_settings(model, rod, of),
     )
     with progress_bars() as progress:
         data = computed(cone, surface, grid, measure, engine=engine, progress=progress)
@@ -173,6 +181,13 @@ def map_(
     if large is not None:
         save_zarr(data, large)
     output.show(data, columns=names_without(data))
+
+
+def _settings(model: str, rod: RodOptions, of: WhiskerOptions) -> Rod | None:
+    if model == "rod":
+        return rod.settings(of)
+    rod.refuse_without_rod()
+    return None
 
 
 def _remark_reasons(data: xr.Dataset) -> None:

@@ -118,6 +118,24 @@ def map_verdict(contact: Array, tip: float, length: float, widest: float) -> str
     return f"{OUTSIDE if long.mean() > MOST_JUMPS else CAUTION}: free end is longer than every gap at {where} ({PAGE})"
 
 
+def rod_map_verdict(tip: float) -> str:
+    """Verdict on a map by the rod, which includes the free end.
+
+    Parameters
+    ----------
+    tip : float
+        Physical tip of the whisker, over L.
+
+    Returns
+    -------
+    str
+        One line.
+    """
+    whole = "whole whisker, its free end on the ground where it reaches it"
+    reason = "" if tip else "no physical tip was given, the shaft ends in a point; "
+    return f"{USABLE if tip else CAUTION}: {reason}{whole} ({PAGE})"
+
+
 def rod_verdict(facts: Mapping[str, Any] | xr.Dataset) -> str:
     """Verdict on a scan by the rod, which includes the free end: which input is missing, and what the rod leaves out.
 
