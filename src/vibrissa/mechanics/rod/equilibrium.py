@@ -11,7 +11,7 @@ from vibrissa.mechanics.rod.kernels.contact_kernels import Stiffness, untouched
 from vibrissa.mechanics.rod.kernels.elastic_kernels import segments
 from vibrissa.mechanics.rod.kernels.ground import ground_of
 from vibrissa.mechanics.rod.kernels.shaft import Shaft, shaft
-from vibrissa.mechanics.rod.kernels.step_kernels import Damping, Follicle, State, at_rest
+from vibrissa.mechanics.rod.kernels.state import Damping, Follicle, State, at_rest
 from vibrissa.mechanics.rod.mesh import REACH, graded_nodes
 from vibrissa.mechanics.rod.rod_model import RestingRod
 from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
@@ -81,6 +81,7 @@ def resting_rod(
     rod.modes = rod_modes(curved, rod.state.at, stiffness, level, settings.follicle)
     rod.damping = viscous(curved, rod.modes, damping)
     _unclamp(rod, settings.follicle)
+    rod.damping = rod.damping._replace(angle=float(rod.drive[2]))
     return rod
 
 
@@ -109,7 +110,7 @@ def _settle(rod: RestingRod, curved: Shaft, level: float) -> None:
         before = rod.state.at.copy()
         places = np.array([[0.0, grown * level], [-1.0, grown * level]])
         drive = np.hstack([places, np.tile(rod.drive, (2, 1))])
-        rod.run(flat, drive, min(_LAST, _FIRST * _GROWTH**k), nothing)
+        rod.run(flat, drive, min(_LAST, _FIRST * _GROWTH**k), nothing, halvings=0)
         _stop(rod.state)
         if grown == 1 and np.abs(rod.state.at - before).max() < _STILL:
             return
