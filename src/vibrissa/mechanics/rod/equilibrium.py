@@ -34,6 +34,7 @@ def resting_rod(
     settings: Rod = USUAL_ROD,
     level: float = 0.0,
     reach: float = REACH,
+    nodes: Array | None = None,
 ) -> RestingRod:
     """The rod in equilibrium on a flat that drags it away from the base.
 
@@ -51,6 +52,8 @@ def resting_rod(
         Height of the flat, over L.
     reach : float
         Of the fine part of the mesh to both sides of the contact, over L.
+    nodes : (N + 1,) array, optional
+        Nodes of another mesh, ascending to 1.
 
     Returns
     -------
@@ -67,7 +70,7 @@ def resting_rod(
     check_tip(posture, whisker)
     if posture.friction < 0:
         raise RangeError("Posture.friction", "must not be negative for the rod", posture.friction)
-    s = graded_nodes(max(whisker.tip, _THINNEST), posture.contact, settings.fineness, reach)
+    s = graded_nodes(shaft_end(whisker), posture.contact, settings.fineness, reach) if nodes is None else nodes
     curved = shaft(s, whisker.cone_angle, curvature=settings.curvature * whisker.length, thick=settings.thick)
     flat, lift = on_the_flat(posture), whisker.cone_angle * posture.contact * settings.thick
     base = np.array([flat.base[0], flat.base[1] + lift, posture.base_angle])
@@ -83,6 +86,22 @@ def resting_rod(
     _unclamp(rod, settings.follicle)
     rod.damping = rod.damping._replace(angle=float(rod.drive[2]))
     return rod
+
+
+def shaft_end(whisker: Whisker) -> float:
+    """Where the rod ends: at the physical tip, or at s = 0.03 where that is thinner.
+
+    Parameters
+    ----------
+    whisker : Whisker
+        The cone.
+
+    Returns
+    -------
+    float
+        s.
+    """
+    return max(whisker.tip, _THINNEST)
 
 
 def _unclamp(rod: RestingRod, follicle: Follicle) -> None:

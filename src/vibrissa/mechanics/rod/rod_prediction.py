@@ -236,7 +236,7 @@ class RodPrediction:
     def _signals(self, run: RodRun) -> dict[str, Array]:
         record, angle = run.record, self.posture.base_angle
         unit, length = force_unit(self.whisker), self.whisker.length
-        _, _, first, last, count, *_ = record.contact
+        first, last, count = record.contact[2:5]
         none = np.where(count > 0, 1.0, np.nan)
         return {
             "base_moment": unit * length * record.moment,
@@ -250,8 +250,7 @@ class RodPrediction:
         }
 
     def _states(self, run: RodRun) -> Integers:
-        held = {"speed": self.scan.speed, "contact": self.posture.contact, "length": self.whisker.length}
-        return contact_states(run.record.contact, run.time, self.texture, **held)
+        return contact_states(run.record.contact, self.texture, self.whisker.length)
 
     def _attributes(self) -> dict[str, Any]:
         surface = (
