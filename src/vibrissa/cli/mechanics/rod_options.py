@@ -65,7 +65,7 @@ class RodOptions:
         from vibrissa.mechanics.rod.rod_settings import Rod
 
         return Rod(
-            curvature=self.intrinsic_curvature,
+            intrinsic_curvature=self.intrinsic_curvature,
             edge_radius=self.edge_radius,
             thick=self.thick,
             follicle_translation=self.follicle_translation,

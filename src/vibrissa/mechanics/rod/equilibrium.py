@@ -68,7 +68,7 @@ def resting_rod(
     if posture.friction < 0:
         raise RangeError("Posture.friction", "must not be negative for the rod", posture.friction)
     s = graded_nodes(max(whisker.tip, _THINNEST), posture.contact, settings.fineness, reach)
-    curved = shaft(s, whisker.cone_angle, curvature=settings.curvature * whisker.length, thick=settings.thick)
+    curved = shaft(s, whisker.cone_angle, curvature=settings.intrinsic_curvature * whisker.length, thick=settings.thick)
     flat, lift = on_the_flat(posture), whisker.cone_angle * posture.contact * settings.thick
     base = np.array([flat.base[0], flat.base[1] + lift, posture.base_angle])
     state = at_rest(_first_guess(posture, s, lift, base))

@@ -17,7 +17,7 @@ class Rod:
 
     Attributes
     ----------
-    curvature : float
+    intrinsic_curvature : float
         Intrinsic curvature of the free shaft [1/m]; positive where it bends as a pressed one does, away from the ground
         towards the base.
     edge_radius : float
@@ -37,7 +37,7 @@ class Rod:
         Largest motion of a step's last iteration, over L.
     """
 
-    curvature: float = 0.0
+    intrinsic_curvature: float = 0.0
     edge_radius: float = 0.0
     thick: bool = False
     follicle_translation: float = np.inf
@@ -50,8 +50,8 @@ class Rod:
     def __post_init__(self) -> None:
         if not 0 < self.step <= 1e-3:
             raise RangeError("Rod.step", "must lie in (0, 1 ms]", self.step, "in seconds")
-        if not np.isfinite(self.curvature):
-            raise RangeError("Rod.curvature", "must be finite (1/m)", self.curvature)
+        if not np.isfinite(self.intrinsic_curvature):
+            raise RangeError("Rod.intrinsic_curvature", "must be finite (1/m)", self.intrinsic_curvature)
         for name in ("follicle_translation", "follicle_rotation", "ground", "tolerance"):
             if not getattr(self, name) > 0:
                 raise RangeError(f"Rod.{name}", "must be positive", getattr(self, name))
