@@ -120,7 +120,7 @@ def test_friction_that_pushes_towards_the_base_is_refused():
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("step", 0.0), ("step", 1.0), ("curvature", np.inf), ("follicle_rotation", 0.0), ("ground", -1.0)],
+    [("step", 0.0), ("step", 1.0), ("intrinsic_curvature", np.inf), ("follicle_rotation", 0.0), ("ground", -1.0)],
 )
 def test_settings_out_of_range_are_refused(name, value):
     with refusal("range", f"Rod.{name}"):
