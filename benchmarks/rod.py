@@ -211,7 +211,7 @@ def ends() -> Iterator[str]:
 
 def largest(tip: float, curvature: float, refined: float) -> float:
     """Largest |q₁ + Q₁| over L in one gap."""
-    rod = Rod(curvature=curvature, fineness=Fineness().refined(refined), step=25e-6 / refined)
+    rod = Rod(intrinsic_curvature=curvature, fineness=Fineness().refined(refined), step=25e-6 / refined)
     data = rod_gap(cone(tip), POSTURE, width=0.6e-3, speed=SPEED, damping=DAMPING, settings=rod)
     return float(data.largest_mode_displacement[0])
 

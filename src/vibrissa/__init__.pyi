@@ -3,7 +3,7 @@
 __version__: str
 
 # the whisker, and how it is held
-from .api.geometry import atlas, fit_cone
+from .api.geometry import atlas, curvature, fit_cone
 
 # backward: movie, tracks, resonances
 from .api.inverse import decompose, fit_posture, fit_resonances
@@ -53,6 +53,7 @@ __all__ = [
     "Rod",
     "Whisker",
     "atlas",
+    "curvature",
     "decompose",
     "envelope",
     "envelope_coupling",

@@ -56,6 +56,32 @@ def test_curvature_and_a_follicle_change_the_answer(vibrissa):
     assert len(set(found)) == len(found)
 
 
+def test_curvature_comes_from_a_table_or_from_the_atlas(vibrissa, tmp_path):
+    path = tmp_path / "curvature.csv"
+    path.write_text("distance_mm,curvature_per_m\n0,25.568\n")
+    gap = ["gap", *HELD, "--atlas", "C2", "--gap-width", "0.4mm", *ROD, "--json", "--hold-contact"]
+    answers = {
+        name: json.loads(vibrissa(*gap, *words)[1])["largest_mode_displacement"][0]
+        for name, words in {
+            "atlas": ["--intrinsic-curvature", "atlas"],
+            "table": ["--intrinsic-curvature", str(path)],
+            "number": ["--intrinsic-curvature", "25.568"],
+            "flipped": ["--intrinsic-curvature", "-25.568", "--flip-curvature"],
+            "other": ["--intrinsic-curvature", "-25.568"],
+        }.items()
+    }
+    assert answers["table"] == answers["flipped"] == pytest.approx(answers["number"], rel=1e-9)
+    assert answers["atlas"] == pytest.approx(answers["number"], rel=0.5)
+    assert answers["atlas"] != pytest.approx(answers["number"], rel=0.01)
+    assert answers["other"] != pytest.approx(answers["number"], rel=0.1)
+
+
+def test_the_atlas_gives_a_curvature_only_to_its_own_whiskers(vibrissa):
+    code, _, err = vibrissa(*GAP, *ROD, "--intrinsic-curvature", "atlas")
+    assert code == 2
+    assert "--intrinsic-curvature" in err
+
+
 @pytest.mark.parametrize(
     ("words", "option"),
     [

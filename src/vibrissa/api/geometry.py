@@ -1,4 +1,4 @@
-"""Whiskers: those of the atlas, and cones fitted to measured diameters."""
+"""Whiskers: those of the atlas, cones fitted to measured diameters, and curvature in air."""
 
 from __future__ import annotations
 
@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING
 
 from vibrissa.api.arguments import names_arguments
 from vibrissa.errors import RangeError, give_in
-from vibrissa.whisker import Whisker, WhiskerFit, atlas_whisker, from_diameters, read_diameters
+from vibrissa.whisker import (
+    IntrinsicCurvature,
+    Whisker,
+    WhiskerFit,
+    atlas_curvature,
+    atlas_whisker,
+    curvature_of_shape,
+    from_diameters,
+    read_curvature,
+    read_diameters,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -42,6 +52,46 @@ def atlas(name: str) -> Whisker:
     35.5
     """
     return atlas_whisker(name)
+
+
+@names_arguments
+def curvature(source: str | Path | pd.DataFrame | xr.Dataset, *, flipped: bool = False) -> IntrinsicCurvature:
+    """The curvature that a whisker has in air, for :class:`vibrissa.Rod`.
+
+    Parameters
+    ----------
+    source : str, path, DataFrame or Dataset
+        A whisker of the atlas by its name, ``"C2"``, whose curvature is a published regression; or a file, or columns
+        (variables), ``distance`` from the base [m] and ``curvature`` [1/m], or ``x`` and ``y`` of points of a whisker
+        in air [m], from its base to its tip, y away from the ground.
+    flipped : bool
+        The whisker is turned about its shaft. The regression is positive, which side faces the ground is not known.
+
+    Returns
+    -------
+    IntrinsicCurvature
+        Positive where the free end bends away from the ground.
+
+    Raises
+    ------
+    InputError
+        If no position has that name, or a table or shape is bad.
+
+    Examples
+    --------
+    >>> import vibrissa as vb
+    >>> print(f"{vb.curvature('C2').at(0.0):.1f} /m at the base")
+    25.6 /m at the base
+    """
+    if isinstance(source, str) and not Path(source).suffix:
+        found = atlas_curvature(source, atlas_whisker(source))
+    elif isinstance(source, str | Path):
+        found = read_curvature(source)
+    elif "curvature" in source:
+        found = IntrinsicCurvature(distance=tuple(source["distance"]), curvature=tuple(source["curvature"]))
+    else:
+        found = curvature_of_shape(source["x"].to_numpy(), source["y"].to_numpy())
+    return found.flipped() if flipped else found
 
 
 @names_arguments

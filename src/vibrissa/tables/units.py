@@ -17,7 +17,7 @@ UNITS: dict[str, dict[str, int]] = {  # of each SI unit, and the power of ten th
     "s": {"s": 0, "ms": -3, "us": -6},
     "m/s": {"m_s": 0, "mm_s": -3},
     "rad": {"rad": 0, "mrad": -3},
-    "1/m": {"1/m": 0, "1/mm": 3},
+    "1/m": {"1/m": 0, "1/mm": 3, "per_m": 0, "per_mm": 3},
     "1/(s m)": {"per_um": 6},
     "N": {"N": 0, "mN": -3, "uN": -6},
     "N m": {"N m": 0, "mN m": -3, "uN m": -6, "nN m": -9},

@@ -6,6 +6,10 @@ Internal: the public names are those of ``vibrissa`` itself.
 from vibrissa.whisker.cone import DENSITY as DENSITY
 from vibrissa.whisker.cone import YOUNGS_MODULUS as YOUNGS_MODULUS
 from vibrissa.whisker.cone import Whisker as Whisker
+from vibrissa.whisker.curvature import IntrinsicCurvature as IntrinsicCurvature
+from vibrissa.whisker.curvature import atlas_curvature as atlas_curvature
+from vibrissa.whisker.curvature import curvature_of_shape as curvature_of_shape
+from vibrissa.whisker.curvature import read_curvature as read_curvature
 from vibrissa.whisker.diameters import WhiskerFit as WhiskerFit
 from vibrissa.whisker.diameters import from_diameters as from_diameters
 from vibrissa.whisker.diameters import read_diameters as read_diameters

@@ -118,6 +118,33 @@ def _packaged(name: str, record: type) -> list[dict[str, Any]]:
         return [{key: kinds[record.__annotations__[key]](cell) for key, cell in line.items()} for _, line in lines]
 
 
+def atlas_entry(name: str) -> AtlasEntry:
+    """The record of one position.
+
+    Parameters
+    ----------
+    name : str
+        ``C2``, ``c2``, ``beta`` or ``β``.
+
+    Returns
+    -------
+    AtlasEntry
+        Of :func:`atlas`.
+
+    Raises
+    ------
+    InputError
+        If no position has that name (the nearest are named).
+    """
+    entries = {entry.name.lower(): entry for entry in atlas()}
+    key = GREEK.get(name.strip().lower(), name.strip().lower())
+    if key not in entries:
+        near = [entries[match].name for match in nearest(key, entries, cutoff=0.4, most=3)]
+        remedy = f"did you mean {', '.join(near)}?" if near else "whiskers are named by row and column, C2, or beta"
+        raise UnknownError("whisker", "must be in the atlas", repr(name), remedy)
+    return entries[key]
+
+
 def atlas_whisker(name: str) -> Whisker:
     """The mean whisker of one position: mean L, mean α and mean tip of :func:`atlas`, of default keratin.
 
@@ -136,13 +163,7 @@ def atlas_whisker(name: str) -> Whisker:
     InputError
         If no position has that name (the nearest are named), or no cone was measured there.
     """
-    entries = {entry.name.lower(): entry for entry in atlas()}
-    key = GREEK.get(name.strip().lower(), name.strip().lower())
-    if key not in entries:
-        near = [entries[match].name for match in nearest(key, entries, cutoff=0.4, most=3)]
-        remedy = f"did you mean {', '.join(near)}?" if near else "whiskers are named by row and column, C2, or beta"
-        raise UnknownError("whisker", "must be in the atlas", repr(name), remedy)
-    entry = entries[key]
+    entry = atlas_entry(name)
     if not entry.n_cone:
         raise RangeError(
             f"whisker {entry.name}", "has no measured cone: no tip diameter is known", remedy="give L and α"

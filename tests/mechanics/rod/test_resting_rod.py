@@ -99,11 +99,11 @@ def test_damping_gives_each_of_three_modes_its_ratio():
 
 
 def test_intrinsic_curvature_lifts_the_free_end():
-    rod = resting(tip=0.15, curvature=15.0)
+    rod = resting(tip=0.15, intrinsic_curvature=15.0)
     tip = rod.state.at[1]
     assert tip > 30e-6 / 0.04  # MODEL.md: lifted off the ground
     assert rod.touch.summary[2] > 0.25
-    pressed = resting(tip=0.15, curvature=-15.0)
+    pressed = resting(tip=0.15, intrinsic_curvature=-15.0)
     assert pressed.touch.summary[2] == 0.15
 
 
@@ -120,7 +120,7 @@ def test_friction_that_pushes_towards_the_base_is_refused():
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("step", 0.0), ("step", 1.0), ("curvature", np.inf), ("follicle_rotation", 0.0), ("ground", -1.0)],
+    [("step", 0.0), ("step", 1.0), ("intrinsic_curvature", np.inf), ("follicle_rotation", 0.0), ("ground", -1.0)],
 )
 def test_settings_out_of_range_are_refused(name, value):
     with refusal("range", f"Rod.{name}"):

@@ -204,7 +204,7 @@ def test_a_swing_begins_in_the_air_or_at_rest_on_level_ground():
     for angle, height, curvature, rule in cases:
         path = BasePath(time=time, base_angle=np.full(2, angle), base_distance=np.full(2, height))
         with refusal("range", "BasePath") as caught:
-            swing(cone(0.28), path, FLAT, damping=0.11, sampling_rate=1e3, settings=Rod(curvature=curvature))
+            swing(cone(0.28), path, FLAT, damping=0.11, sampling_rate=1e3, settings=Rod(intrinsic_curvature=curvature))
         assert rule in str(caught.value)
     held = BasePath(time=time, base_angle=np.full(2, 1.2), base_distance=np.full(2, 0.46))
     with refusal("range", "BasePath", "uneven ground"):

@@ -112,7 +112,7 @@ def _rod(
             speed=_SPEED if moving.speed is None else moving.speed,
             damping=_DAMPING if moving.damping is None else moving.damping,
             n_modes=n_modes,
-            settings=rod.settings(),
+            settings=rod.settings(of),
             progress=lambda done, of_all: progress("the whole whisker", done, of_all),
         )
     tell(data.attrs["verdict"])

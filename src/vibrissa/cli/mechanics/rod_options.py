@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from vibrissa.cli.shared.options import Flag
-from vibrissa.cli.shared.units import Length
+from vibrissa.cli.shared.options import Flag, WhiskerOptions
+from vibrissa.cli.shared.units import Length, number
 from vibrissa.errors import ConflictError
 
 if TYPE_CHECKING:
     from vibrissa.mechanics.rod.rod_settings import Rod
+    from vibrissa.whisker import IntrinsicCurvature
 
 Model = Annotated[
     Literal["modes", "rod"],
@@ -31,8 +32,13 @@ class RodOptions:
 
     Attributes
     ----------
-    intrinsic_curvature : float
-        Curvature of the free shaft [1/m]; positive lifts its free end off the ground.
+    intrinsic_curvature : str
+        Curvature of the free shaft: a number [1/m], a table of it, or atlas, which takes the regression for --atlas;
+        positive lifts its free end off the ground.
+    flip_curvature : bool
+        Turn the whisker about its shaft: curvature of the other sign.
+    hold_contact : bool
+        Hold the base where the curved shaft touches the flat in --contact, instead of where a straight one would.
     edge_radius : float
         Radius of the upper edges of gaps [m].
     thick : bool
@@ -43,14 +49,21 @@ class RodOptions:
         Stiffness of the follicle against translation of the base, over EI/L³; clamped without one.
     """
 
-    intrinsic_curvature: float = 0.0
+    intrinsic_curvature: Annotated[str, Parameter(allow_leading_hyphen=True)] = "0"
+    flip_curvature: Flag = False
+    hold_contact: Flag = False
     edge_radius: Length = 0.0
     thick: Flag = False
     follicle_rotation: float = inf
     follicle_translation: float = inf
 
-    def settings(self) -> Rod:
+    def settings(self, of: WhiskerOptions) -> Rod:
         """Of the rod.
+
+        Parameters
+        ----------
+        of : WhiskerOptions
+            The whisker, whose name in the atlas may give the curvature.
 
         Returns
         -------
@@ -65,12 +78,28 @@ class RodOptions:
         from vibrissa.mechanics.rod.rod_settings import Rod
 
         return Rod(
-            curvature=self.intrinsic_curvature,
+            intrinsic_curvature=self._curvature(of),
+            hold_contact=self.hold_contact,
             edge_radius=self.edge_radius,
             thick=self.thick,
             follicle_translation=self.follicle_translation,
             follicle_rotation=self.follicle_rotation,
         )
+
+    def _curvature(self, of: WhiskerOptions) -> float | IntrinsicCurvature:
+        """Number, table or regression, with the sign that is asked for."""
+        from vibrissa.whisker import atlas_curvature, read_curvature
+
+        value = number(self.intrinsic_curvature)
+        if value is not None:
+            return -value if self.flip_curvature else value
+        if self.intrinsic_curvature != "atlas":
+            table = read_curvature(self.intrinsic_curvature)
+        elif of.atlas is None:
+            raise ConflictError("--intrinsic-curvature", "must be a number or a file without --atlas", "atlas")
+        else:
+            table = atlas_curvature(of.atlas, of.needed_cone())
+        return table.flipped() if self.flip_curvature else table
 
     def refuse_without_rod(self) -> None:
         """Refuse options of the rod where the modes predict.

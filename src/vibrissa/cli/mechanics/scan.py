@@ -181,7 +181,7 @@ def scan(
     posture = at.posture(cone)
     units, notes, lines = spiking.units(), list[str](), list[str]()
     sampled: dict[str, Any] = {"n_modes": drawn.n_modes, "sampling_rate": drawn.sampling_rate, "nodes": node}
-    sampled["rod"] = rod.settings() if model == "rod" else None
+    sampled["rod"] = rod.settings(of) if model == "rod" else None
     try:
         surface = file.texture(texture, notes.append)
         with progress_bars() as progress:

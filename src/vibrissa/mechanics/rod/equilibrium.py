@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.errors import ConvergenceError, RangeError
+from vibrissa.mechanics.rod.curved_profile import curved_profile
 from vibrissa.mechanics.rod.damping import rod_modes, viscous
 from vibrissa.mechanics.rod.kernels.contact_kernels import Stiffness, untouched
 from vibrissa.mechanics.rod.kernels.elastic_kernels import segments
@@ -43,7 +46,7 @@ def resting_rod(
     whisker : Whisker
         The cone, to its physical tip, or to s = 0.03 where that is thinner.
     posture : Posture
-        Its base is held at the height and angle of Eq. (1).
+        Its base is held at the height and angle of Eq. (1), for a straight shaft or for this one.
     damping : float
         ζ of the first three modes about the equilibrium.
     settings : Rod
@@ -71,16 +74,20 @@ def resting_rod(
     if posture.friction < 0:
         raise RangeError("Posture.friction", "must not be negative for the rod", posture.friction)
     s = graded_nodes(shaft_end(whisker), posture.contact, settings.fineness, reach) if nodes is None else nodes
-    curved = shaft(s, whisker.cone_angle, curvature=settings.curvature * whisker.length, thick=settings.thick)
+    own = partial(settings.curvature_at, length=whisker.length)
+    curved = rod_shaft(whisker, s, settings)
     flat, lift = on_the_flat(posture), whisker.cone_angle * posture.contact * settings.thick
     base = np.array([flat.base[0], flat.base[1] + lift, posture.base_angle])
+    moved = (
+        curved_profile(posture, own).base - [*flat.base, posture.base_angle] if settings.hold_contact else np.zeros(3)
+    )
     state = at_rest(_first_guess(posture, s, lift, base))
     stiffness = Stiffness(settings.ground, settings.ground, posture.law)
     touch, work = untouched(s.size, 0), segments(s.size - 1)
     straight = curved._replace(rest_angle=np.zeros_like(s))
     free = Damping(0.0, 0.0, np.zeros((0, state.at.size)), np.zeros(0))
-    rod = RestingRod(whisker, posture, settings, straight, state, touch, stiffness, free, base, work)
-    _settle(rod, curved, level)
+    rod = RestingRod(whisker, posture, settings, straight, state, touch, stiffness, free, base + moved, work)
+    _settle(rod, curved, level, moved)
     rod.modes = rod_modes(curved, rod.state.at, stiffness, level, settings.follicle)
     rod.damping = viscous(curved, rod.modes, damping)
     _unclamp(rod, settings.follicle)
@@ -104,6 +111,27 @@ def shaft_end(whisker: Whisker) -> float:
     return max(whisker.tip, _THINNEST)
 
 
+def rod_shaft(whisker: Whisker, s: Array, settings: Rod) -> Shaft:
+    """The shaft of a whisker with nodes at s.
+
+    Parameters
+    ----------
+    whisker : Whisker
+        The cone.
+    s : (N + 1,) array
+        Nodes.
+    settings : Rod
+        Gives its curvature, and whether it is thick.
+
+    Returns
+    -------
+    Shaft
+        Discretised.
+    """
+    own = settings.curvature_at(s, whisker.length)
+    return shaft(s, whisker.cone_angle, curvature=own, thick=settings.thick)
+
+
 def _unclamp(rod: RestingRod, follicle: Follicle) -> None:
     """Hand the base to the springs of the follicle, which are drawn so that it stays where it is."""
     load = np.array([rod.work.force_x[-1], rod.work.force_y[-1], rod.work.moment[-1]])
@@ -119,8 +147,8 @@ def _first_guess(posture: Posture, s: Array, lift: float, base: Array) -> Array:
     return np.concatenate([places.ravel(), base[2:]])
 
 
-def _settle(rod: RestingRod, curved: Shaft, level: float) -> None:
-    """Steps from rest to rest, ever longer, first with curvature and level growing, until all is still."""
+def _settle(rod: RestingRod, curved: Shaft, level: float, way: Array) -> None:
+    """Ever longer steps from rest to rest, while curvature, level and the base's way grow, until all is still."""
     nothing = np.zeros((0, rod.state.at.size))
     flat = ground_of(None, 1.0)
     for k in range(_SETTLED):
@@ -128,7 +156,7 @@ def _settle(rod: RestingRod, curved: Shaft, level: float) -> None:
         rod.shaft = curved._replace(rest_angle=grown * curved.rest_angle)
         before = rod.state.at.copy()
         places = np.array([[0.0, grown * level], [-1.0, grown * level]])
-        drive = np.hstack([places, np.tile(rod.drive, (2, 1))])
+        drive = np.hstack([places, np.tile(rod.drive - (1 - grown) * way, (2, 1))])
         rod.run(flat, drive, min(_LAST, _FIRST * _GROWTH**k), nothing, halvings=0)
         _stop(rod.state)
         if grown == 1 and np.abs(rod.state.at - before).max() < _STILL:

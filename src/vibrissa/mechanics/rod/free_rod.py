@@ -8,10 +8,11 @@ import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.mechanics.rod.damping import RodModes, rod_modes, viscous
+from vibrissa.mechanics.rod.equilibrium import rod_shaft
 from vibrissa.mechanics.rod.kernels.contact_kernels import Stiffness, untouched
 from vibrissa.mechanics.rod.kernels.elastic_kernels import segments
 from vibrissa.mechanics.rod.kernels.ground import Ground
-from vibrissa.mechanics.rod.kernels.shaft import Shaft, shaft
+from vibrissa.mechanics.rod.kernels.shaft import Shaft
 from vibrissa.mechanics.rod.kernels.state import Damping, at_rest
 from vibrissa.mechanics.rod.rod_model import RestingRod
 from vibrissa.mechanics.rod.rod_settings import Rod
@@ -92,7 +93,7 @@ def free_rod(whisker: Whisker, posture: Posture, s: Array, base: Array, damping:
     RestingRod
         Ready to run; its modes are free.
     """
-    curved = shaft(s, whisker.cone_angle, curvature=settings.curvature * whisker.length, thick=settings.thick)
+    curved = rod_shaft(whisker, s, settings)
     state = at_rest(free_shape(curved, base))
     stiffness = Stiffness(settings.ground, settings.ground, posture.law)
     touch, work = untouched(s.size, 0), segments(s.size - 1)

@@ -262,7 +262,7 @@ class RodPrediction:
             "scan_speed": self.scan.speed,
             "contact": self.posture.contact,
             "base_angle": self.posture.base_angle,
-            "intrinsic_curvature": self.settings.curvature,
+            **self.settings.curvature_attributes,
             "edge_radius": self.settings.edge_radius,
             "thick": int(self.settings.thick),
             "follicle_translation": self.settings.follicle_translation,

@@ -65,6 +65,7 @@ def drag(
     n_modes: int = 3,
     nodes: Sequence[float] = (),
     settings: Rod = USUAL_ROD,
+    height: float = 0.0,
     shapes: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> RodRun:
@@ -92,6 +93,8 @@ def drag(
         Points whose motion is wanted, over L from the tip of the cone.
     settings : Rod
         Of the rod.
+    height : float
+        Of the surface above the flat on which the posture is that of Eq. (1) [m].
     shapes : bool
         Record the whole shaft too.
     progress : callable, optional
@@ -112,7 +115,7 @@ def drag(
     if not (sampling_rate > 0 and np.isfinite(sampling_rate)):
         raise RangeError("sampling_rate", "must be positive (Hz)", sampling_rate)
     length, timescale = whisker.length, whisker.timescale
-    ground = ground_of(surface, length, settings.edge_radius)
+    ground = ground_of(surface, length, settings.edge_radius).raised(height / length)
     rod = resting_rod(
         whisker,
         posture,

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vibrissa.arrays import Array
 from vibrissa.errors import RangeError
 from vibrissa.mechanics.rod.kernels.state import Follicle
 from vibrissa.mechanics.rod.mesh import USUAL, Fineness
+from vibrissa.whisker.curvature import MOST, IntrinsicCurvature
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,9 +19,12 @@ class Rod:
 
     Attributes
     ----------
-    curvature : float
-        Intrinsic curvature of the free shaft [1/m]; positive where it bends as a pressed one does, away from the ground
-        towards the base.
+    intrinsic_curvature : float or IntrinsicCurvature
+        Curvature of the free shaft [1/m], or a table of it; positive where the free end bends away from the ground, as
+        that of a pressed whisker does.
+    hold_contact : bool
+        The base is held where a shaft of this curvature would be tangent to the ground at the posture's contact;
+        otherwise where a straight one would be.
     edge_radius : float
         Radius of the upper edges of gaps [m].
     thick : bool
@@ -37,7 +42,8 @@ class Rod:
         Largest motion of a step's last iteration, over L.
     """
 
-    curvature: float = 0.0
+    intrinsic_curvature: float | IntrinsicCurvature = 0.0
+    hold_contact: bool = False
     edge_radius: float = 0.0
     thick: bool = False
     follicle_translation: float = np.inf
@@ -50,11 +56,41 @@ class Rod:
     def __post_init__(self) -> None:
         if not 0 < self.step <= 1e-3:
             raise RangeError("Rod.step", "must lie in (0, 1 ms]", self.step, "in seconds")
-        if not np.isfinite(self.curvature):
-            raise RangeError("Rod.curvature", "must be finite (1/m)", self.curvature)
+        if not isinstance(self.intrinsic_curvature, IntrinsicCurvature) and not abs(self.intrinsic_curvature) <= MOST:
+            rule = f"must be a number of at most {MOST:g} /m, or a table"
+            raise RangeError("Rod.intrinsic_curvature", rule, self.intrinsic_curvature)
         for name in ("follicle_translation", "follicle_rotation", "ground", "tolerance"):
             if not getattr(self, name) > 0:
                 raise RangeError(f"Rod.{name}", "must be positive", getattr(self, name))
+
+    def curvature_at(self, s: Array, length: float) -> Array:
+        """Curvature of the free shaft.
+
+        Parameters
+        ----------
+        s : (N,) array
+            Points, over L from the tip of the cone.
+        length : float
+            L [m].
+
+        Returns
+        -------
+        (N,) array
+            Over 1/L.
+        """
+        if isinstance(self.intrinsic_curvature, IntrinsicCurvature):
+            return length * self.intrinsic_curvature.at((1 - s) * length)
+        return np.full(s.shape, self.intrinsic_curvature * length)
+
+    @property
+    def curvature_attributes(self) -> dict[str, float | list[float]]:
+        """Curvature of the free shaft, as attributes of a Dataset."""
+        own = self.intrinsic_curvature
+        held = {"hold_contact": float(self.hold_contact)} if self.hold_contact else {}
+        if not isinstance(own, IntrinsicCurvature):
+            return {"intrinsic_curvature": own, **held}
+        table = {"intrinsic_curvature": list(own.curvature), "intrinsic_curvature_distance": list(own.distance)}
+        return {**table, **held}
 
     @property
     def follicle(self) -> Follicle:

@@ -239,7 +239,7 @@ def _attributes(prediction: SwingPrediction, run: SwingRun) -> dict[str, Any]:
         "scan_speed": prediction.speed,
         "friction": prediction.path.friction,
         "begins": "in the air" if run.in_air else "at rest",
-        "intrinsic_curvature": settings.curvature,
+        **settings.curvature_attributes,
         "edge_radius": settings.edge_radius,
         "thick": int(settings.thick),
         "follicle_translation": settings.follicle_translation,

@@ -8,11 +8,11 @@ from typing import Literal
 import numpy as np
 
 from vibrissa.arrays import Array
-from vibrissa.errors import InputError, RangeError
-from vibrissa.mechanics.rod.equilibrium import resting_rod, shaft_end
+from vibrissa.errors import ConflictError, InputError, RangeError
+from vibrissa.mechanics.rod.equilibrium import resting_rod, rod_shaft, shaft_end
 from vibrissa.mechanics.rod.free_rod import clear_of, damped_in_air, free_rod, free_shape
 from vibrissa.mechanics.rod.kernels.ground import Ground
-from vibrissa.mechanics.rod.kernels.shaft import Shaft, shaft
+from vibrissa.mechanics.rod.kernels.shaft import Shaft
 from vibrissa.mechanics.rod.kernels.state import Damping
 from vibrissa.mechanics.rod.mesh import REACH, graded_nodes
 from vibrissa.mechanics.rod.rod_model import RestingRod
@@ -101,10 +101,13 @@ def begun(
     InputError
         If the rod is neither in the air nor at an equilibrium on level ground.
     """
+    if settings.hold_contact:
+        remedy = "the path says where the base is"
+        raise ConflictError("Rod.hold_contact", "must be left out where the base moves", remedy=remedy)
     level = float(ground.y[0])
     touching = _touching(whisker, path, level)
     s = _nodes(whisker, path, touching, ground, settings)
-    curved = shaft(s, whisker.cone_angle, curvature=settings.curvature * whisker.length, thick=settings.thick)
+    curved = rod_shaft(whisker, s, settings)
     distance = _distance(path, curved, level) if surface_distance is None else surface_distance / whisker.length
     height, angle, travel = motion.along(motion.grid(1)[:1])[0][:, 0]
     base = np.array([0.0, height - level, angle])

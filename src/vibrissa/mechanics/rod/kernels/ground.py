@@ -39,6 +39,21 @@ class Ground(NamedTuple):
     edge_x: Array
     top: float
 
+    def raised(self, by: float) -> Ground:
+        """The same ground at another height.
+
+        Parameters
+        ----------
+        by : float
+            Over L, upwards.
+
+        Returns
+        -------
+        Ground
+            With its corners moved.
+        """
+        return self._replace(y=self.y + by, top=self.top + by)
+
 
 def ground_of(surface: Gaps | HeightProfile | None, length: float, edge_radius: float = 0.0) -> Ground:
     """The ground of a surface, flat beyond its ends; x = 0 of the surface stays x = 0.
