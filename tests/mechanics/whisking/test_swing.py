@@ -209,7 +209,7 @@ def test_a_swing_begins_in_the_air_or_at_rest_on_level_ground():
     held = BasePath(time=time, base_angle=np.full(2, 1.2), base_distance=np.full(2, 0.46))
     with refusal("range", "BasePath", "uneven ground"):
         gap = Gaps(np.array([1e-3]), np.array([0.4e-3]))
-        swing(cone(0.28), held, gap, damping=0.11, sampling_rate=1e3, surface_distance=0.0214)
+        swing(cone(0.28), held, gap, damping=0.11, sampling_rate=1e3, surface_distance=0.0204)
 
 
 def test_paths_are_read_with_heights_or_contacts_and_travel(tmp_path):

@@ -8,11 +8,11 @@ from vibrissa.arrays import Array
 from vibrissa.mechanics.whisking.base_path import BasePath
 
 _LEAD = 25e-3  # [s] in which the base comes to the rate at which its path begins
-_STILL = 1e-6  # per second (squared), of height over L and angle: a path that begins slower begins at rest
+_STILL = 1e-6  # per second, of height over L and angle: a path that begins slower begins at rest
 
 
 class BaseMotion:
-    """The motion of a base on its path, after a lead in which it comes from rest to the path's rate and acceleration.
+    """The motion of a base on its path, after a lead in which it comes from rest to the path's first rate.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ class BaseMotion:
     def __init__(self, path: BasePath, speed: float, rate: float) -> None:
         self.path, self.speed, self.rate = path, speed, rate
         self.start, self.stop = float(path.time[0]), float(path.time[-1])
-        begins = np.abs([path.spline(self.start, order)[:2] for order in (1, 2)]).max()
+        begins = np.abs(path.spline(self.start, 1)[:2]).max()
         self.lead = int(np.ceil(_LEAD * rate)) if begins > _STILL else 1  # records before the path
 
     def grid(self, every: int) -> Array:
@@ -73,13 +73,11 @@ class BaseMotion:
         return place, rate, faster
 
     def _led(self, time: Array) -> tuple[Array, Array, Array]:
-        """Before the path: a quartic that begins at rest; the travel goes on at its first rate."""
+        """Before the path: from rest to its first rate, smoothly; the travel goes on at its first rate."""
         lasting = self.lead / self.rate
-        at, rate, faster = (self.path.spline(self.start, order)[:, None] for order in range(3))
+        at, rate = (self.path.spline(self.start, order)[:, None] for order in range(2))
         tau = 1 + (time - self.start) / lasting
-        cubic = faster * lasting - 2 * rate
-        square = rate - cubic
-        place = at - lasting * (square * (1 - tau**3) / 3 + cubic * (1 - tau**4) / 4)
-        speed, change = square * tau**2 + cubic * tau**3, (2 * square * tau + 3 * cubic * tau**2) / lasting
+        place = at - lasting * rate * (0.5 - tau**3 + tau**4 / 2)
+        speed, change = rate * (3 * tau**2 - 2 * tau**3), rate * 6 * tau * (1 - tau) / lasting
         place[2], speed[2], change[2] = at[2] + rate[2] * (time - self.start), rate[2, 0], 0.0
         return place, speed, change

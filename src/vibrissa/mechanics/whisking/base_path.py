@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from vibrissa.arrays import Array
+from vibrissa.arrays import Array, Mask
 from vibrissa.errors import MissingError, RangeError, ShapeError, TooFewError
 from vibrissa.mechanics.statics.edge_contact import on_the_flat
 from vibrissa.mechanics.statics.profile import Posture
@@ -68,7 +68,7 @@ class BasePath:
         if not self.friction >= 0:
             raise RangeError("BasePath.friction", "must not be negative for the rod", self.friction)
 
-    def _refuse(self, name: str, bad: Array, rule: str) -> None:
+    def _refuse(self, name: str, bad: Mask, rule: str) -> None:
         if bad.any():
             i = int(bad.argmax())
             raise RangeError(f"BasePath.{name} at {self.time[i]:.4g} s", rule, getattr(self, name)[i])

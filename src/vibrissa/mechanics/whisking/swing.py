@@ -82,8 +82,8 @@ def swing(
 ) -> SwingRun:
     """Move the base of a rod over a surface.
 
-    In 25 ms before the path begins the base is brought from rest to the rate and acceleration with which it begins, so
-    that the record does not begin with the ringing of a jerk. A path that begins at rest needs none of this.
+    In 25 ms before the path begins the base is brought from rest to the rate with which it begins, so that the record
+    does not begin with the ringing of a jerk. A path that begins at rest needs none of this.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def swing(
     ConvergenceError
         If the rod does not come to rest, or is lost.
     """
-    _check(speed, sampling_rate, about)
+    _check(speed, damping, sampling_rate, about)
     length, timescale = whisker.length, whisker.timescale
     ground = ground_of(surface, length, settings.edge_radius)
     settings = replace(settings, tolerance=min(settings.tolerance, _TIGHT))
@@ -158,7 +158,9 @@ def swing(
     )
 
 
-def _check(speed: float, sampling_rate: float, about: str) -> None:
+def _check(speed: float, damping: float, sampling_rate: float, about: str) -> None:
+    if not 0 <= damping < 1:
+        raise RangeError("damping", "must lie in [0, 1)", damping)
     if not (sampling_rate > 0 and np.isfinite(sampling_rate)):
         raise RangeError("sampling_rate", "must be positive (Hz)", sampling_rate)
     if not abs(speed) <= 10:

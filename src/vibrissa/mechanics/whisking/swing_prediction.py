@@ -10,6 +10,7 @@ import numpy as np
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError
+from vibrissa.mechanics.rod.film import Film, film_of
 from vibrissa.mechanics.rod.free_rod import free_damping
 from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
 from vibrissa.mechanics.rod.rod_states import STATES, contact_states
@@ -125,6 +126,34 @@ class SwingPrediction:
         return swing_signals(self, self.run(rate, progress=progress))
 
 
+def swing_film(prediction: SwingPrediction, rate: float, *, progress: Callable[[int, int], None] | None = None) -> Film:
+    """What a movie of a swing shows.
+
+    Parameters
+    ----------
+    prediction : SwingPrediction
+        What is asked for.
+    rate : float
+        Records per second [Hz].
+    progress : callable, optional
+        Takes the records that are done, and all of them.
+
+    Returns
+    -------
+    Film
+        In a frame that goes along at the travel's first rate; heights over the ground of the beginning.
+
+    Raises
+    ------
+    InputError
+        As of :meth:`SwingPrediction.run`.
+    """
+    run = prediction.run(rate, shapes=True, progress=progress)
+    state = contact_states(run.record.contact, prediction.texture, prediction.whisker.length)
+    held = (run.record, run.ground, run.rod.shaft.s, run.drive[:, :2], state)
+    return film_of(prediction.whisker, run.time, *held)
+
+
 def swing_signals(prediction: SwingPrediction, run: SwingRun) -> xr.Dataset:
     """Signals of a swing.
 
@@ -148,21 +177,24 @@ def swing_signals(prediction: SwingPrediction, run: SwingRun) -> xr.Dataset:
     state = contact_states(run.record.contact, prediction.texture, length)
     signals = _signals(run, whisker)
     free = free_damping(run.rod)
+    more: dict[str, Any] = {
+        **signals,
+        **contact_events(run.time, state, signals["base_moment"]),
+        **_places(run, length),
+    }
     shares = {f"{name}_share": float(np.mean(state == k)) for k, name in enumerate(STATES)}
+    more |= shares
     data = dataset(
         _attributes(prediction, run),
         time=run.time,
         contact_state=state,
-        **signals,
-        **contact_events(run.time, state, signals["base_moment"]),
-        **_places(run, length),
+        **more,
         mode=np.arange(1, 1 + free.kappa.size),
         free_frequency=free.kappa / (2 * np.pi * whisker.timescale),
         free_damping=free.ratio,
         surface_distance=run.surface_distance,
         unconverged_share=run.record.unconverged / run.record.steps,
         redone_share=run.record.redone / run.record.steps,
-        **shares,
     )
     data.axial_force.attrs["long_name"] = "force along the shaft into the follicle"  # the modes have none
     in_air = f"in the air {100 * shares['detached_share']:.0f} % of the time"
@@ -227,6 +259,31 @@ def contact_events(time: Array, state: Integers, moment: Array) -> dict[str, Any
         "contact_event_kind": np.where(from_air, "attach", names),
         "contact_event_moment": moment[after],
     }
+
+
+def event_lines(data: xr.Dataset) -> list[str]:
+    """What happened to the contacts, in a line.
+
+    Parameters
+    ----------
+    data : Dataset
+        From :func:`swing_signals`.
+
+    Returns
+    -------
+    list of str
+        How it begins, its first and last touch, and how many changes of each kind.
+    """
+    kinds, times = data.contact_event_kind.values, data.contact_event_time.values
+    begins = f"the whisker begins {data.attrs['begins']}"
+    if not kinds.size:
+        return [f"{begins}; its contacts do not change"]
+    parts = [begins]
+    for kind, end, word in (("attach", 0, "first touches"), ("detach", -1, "last leaves")):
+        if (kinds == kind).any():
+            parts.append(f"{word} at {times[kinds == kind][end]:.4g} s")
+    names, counts = np.unique(kinds, return_counts=True)
+    return [f"{', '.join(parts)}; changes: {', '.join(map(' '.join, zip(names, counts.astype(str), strict=True)))}"]
 
 
 def _attributes(prediction: SwingPrediction, run: SwingRun) -> dict[str, Any]:

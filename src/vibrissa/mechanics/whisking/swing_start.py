@@ -25,6 +25,7 @@ from vibrissa.whisker import Whisker
 
 About = Literal["contact", "air"]
 _LOOKED_AT = 60  # postures of a path
+_ABOUT = 5e-3  # over L: how far about contact and free end the ground is level under a rod at rest
 _BEYOND = 2e-4  # over L: a contact that is nearer to the tip than this does not hold
 
 
@@ -185,7 +186,7 @@ def _resting_posture(whisker: Whisker, height: float, angle: float, friction: fl
 def _refuse_uneven(ground: Ground, origin: float, posture: Posture, whisker: Whisker) -> None:
     """The rest is on level ground; ``origin`` is that of the surface from the contact."""
     free_end = posture.contact - shaft_end(whisker)
-    under = (ground.x + origin > -free_end - REACH) & (ground.x + origin < REACH)
+    under = (ground.x + origin > -free_end - _ABOUT) & (ground.x + origin < _ABOUT)
     if (ground.y[under] != ground.y[0]).any():
         remedy = "let it begin in the air, or farther from what is not level (surface_distance, travel)"
         raise RangeError("BasePath", "must begin in the air or on level ground", "uneven ground", remedy)
