@@ -20,10 +20,11 @@ from vibrissa.whisker import Whisker
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent / "examples"
 WHISKER = Whisker(length=0.040, cone_angle=1.5e-3, tip=0.15)
-SHOWN = (16e-3, 34e-3, 80e-3, 120e-3, 170e-3, 230e-3)  # [s]
+SHOWN = (16e-3, 34e-3, 80e-3, 120e-3, 160e-3, 230e-3)  # [s]
 
 
 def main(folder: Path) -> None:
+    """Draw the sheet."""
     path, surface = read_base_path(EXAMPLES / "sweep.csv"), read_texture(EXAMPLES / "ridges.csv")
     prediction = SwingPrediction(WHISKER, path, surface, 0.0, 0.11)
     print(*event_lines(prediction.sampled(20e3)), sep="\n")

@@ -32,8 +32,8 @@ class SwingOptions:
         Whose modes have the ratio --damping: those about a posture of the path in contact (default), or those of the
         whisker in the air.
     surface_distance : float, optional
-        Distance along the surface from the base back to x = 0 where the path begins [m]; by default x = 0 lies under
-        the contact of Eq. (1), or under the tip in the air.
+        Distance from the base to x = 0 of the surface, back along it, where the path begins [m]; by default x = 0 lies
+        under the contact of Eq. (1), or under the tip in the air.
     """
 
     damping_about: Literal["contact", "air"] | None = None
