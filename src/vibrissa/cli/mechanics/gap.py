@@ -90,7 +90,7 @@ def gap(
         data = crossing(posture, width, n_modes=n_modes, whisker=cone, depth=gap_depth)
     tell(data.attrs["verdict"])
     tell(*(unknown_free_end(posture.contact, width) if cone is None else free_end_lines(data)))
-    tell("jumps are what the contact leaves each mode with; how far a mode moves, with the free end: --model rod")
+    tell("printed is the jump of each mode; how far a mode moves: --model rod")
     output.show(data, names_without(data, "s"))
 
 
