@@ -2,11 +2,11 @@
 
 .venv/bin/python benchmarks/rod.py [PART …] [--quick]
 
-Parts: convergence, energy, failures, cost, ends, postures; all of them without a name. The whisker of
-docs/whole-whisker.md, on a random grating (seed 1) for 1.2 s at 0.1 m/s and in one gap. Prints tables; ``cost`` also
-draws docs/rod-cost.png. ``--quick`` takes 0.3 s of the grating and leaves the finest out. Times are processor time of
-one core, so that others on the machine count little; they are to be compared within one run. Six minutes, or half a
-minute.
+Parts: convergence, energy, failures, stiff, cost, relief, swing, ends, postures; all of them without a name. The
+whisker of docs/whole-whisker.md, on a random grating (seed 1) for 1.2 s at 0.1 m/s and in one gap. Prints tables;
+``cost`` also draws docs/rod-cost.png. ``--quick`` takes 0.3 s of the grating and leaves the finest out. Times are
+processor time of one core, so that others on the machine count little; they are to be compared within one run. Six
+minutes, or half a minute.
 """
 
 from __future__ import annotations
@@ -33,8 +33,11 @@ from vibrissa.mechanics.rod.rod_settings import Rod
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.scan.texture_prediction import predict
 from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.mechanics.whisking.base_path import BasePath
+from vibrissa.mechanics.whisking.swing import swing as swing_run
 from vibrissa.signals.correlation import best_correlation
 from vibrissa.signals.envelope import analytic_envelope
+from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import Gaps, random_grating
 from vibrissa.whisker import Whisker
 
@@ -240,8 +243,8 @@ def likeness(one: Array, other: Array) -> float:
 
 
 def failures() -> Iterator[str]:
-    """Random whiskers on random gratings of 40 mm: steps whose iterations do not end, and runs that are lost."""
-    rng, most, lost, runs = np.random.default_rng(0), 0.0, 0, 15 if QUICK else 150
+    """Random whiskers on random gratings of 40 mm: steps that do not converge even in parts, and runs that are lost."""
+    rng, most, lost, runs, redone = np.random.default_rng(0), 0.0, 0, 15 if QUICK else 150, 0
     for seed in range(runs):
         posture = replace(POSTURE, base_angle=rng.uniform(0.4, 1.4))
         tip, speed = float(rng.choice([0.289, 0.287, 0.28, 0.2])), float(rng.choice([0.05, 0.1, 0.2, 0.4]))
@@ -249,10 +252,73 @@ def failures() -> Iterator[str]:
         held = {"speed": speed, "damping": DAMPING, "duration": 0.04 / speed, "sampling_rate": RATE}
         try:
             record = drag(cone(tip), posture, surface, **held).record
-            most = max(most, record.unconverged / record.steps)
+            most, redone = max(most, record.unconverged / record.steps), redone + (record.redone > 0)
         except ConvergenceError:
             lost += 1
-    yield f"\n{lost} of {runs} random runs were lost; at most {1e6 * most:.0f} in a million steps did not converge"
+    yield f"\n{lost} of {runs} random runs were lost; {redone} had steps that were redone in parts;"
+    yield f"at most {1e6 * most:.0f} parts in a million steps did not converge"
+
+
+def stiff() -> Iterator[str]:
+    """Grounds and steps with which steps fail: the grating again, against a ground of 1e7 and steps of 12.5 µs."""
+    finest = scanned(SHORT, Rod(ground=1e7, step=12.5e-6)).mode_displacement
+    yield "\n| ground, step | steps redone | parts that failed | mode 1 | mode 2 | mode 3 |\n|---|---|---|---|---|---|"
+    for rod in (Rod(), *(Rod(step=step) for step in (50e-6, 100e-6, 200e-6)), Rod(ground=1e8), Rod(ground=1e9)):
+        run = scanned(SHORT, rod)
+        counts = f"{run.record.redone} of {run.record.steps} | {run.record.unconverged}"
+        yield f"| {rod.ground:.0e}, {1e6 * rod.step:g} µs | {counts} | {compared(run.mode_displacement, finest)} |"
+
+
+def relief() -> Iterator[str]:
+    """Reliefs with a point every micrometre: what they cost."""
+    rng, x = np.random.default_rng(1), 1e-6 * np.arange(40_001)
+    once = np.convolve(rng.standard_normal(x.size), np.ones(30), "same")
+    rough = np.convolve(once, np.ones(30), "same")
+    heights = {
+        "rough, 3 µm rms over 30 µm": 3e-6 * rough / rough.std(),
+        "sine of 10 µm, period 0.6 mm": 10e-6 * np.sin(2 * np.pi * x / 0.6e-3),
+        "white, 0.3 µm rms": 0.3e-6 * rng.standard_normal(x.size),
+    }
+    yield "\n| relief, tip | convex corners | s of a core per s |\n|---|---|---|"
+    for name, height in heights.items():
+        for tip in (SHORT, LONG):
+            taken, run = [], None
+            for _ in range(REPEATS):
+                start = process_time()
+                run = drag(
+                    cone(tip), POSTURE, HeightProfile(x, height), speed=SPEED, damping=DAMPING, duration=0.2,
+                    sampling_rate=RATE,
+                )  # fmt: skip
+                taken.append((process_time() - start) / 0.2)
+            yield f"| {name}, {tip} | {run.ground.edge.size} | {min(taken):.2f} |"
+
+
+def swing_energy(path: BasePath, step: float) -> float:
+    """Largest remainder of the energy of a swing, over the range of what is stored."""
+    rod = Rod(step=step, tolerance=1e-13)
+    how = {"speed": 0.05, "damping": DAMPING, "sampling_rate": 1 / step, "settings": rod}
+    record = swing_run(cone(0.25), path, Gaps(np.array([10.0]), np.array([1e-4])), **how).record
+    kinetic, elastic, power, ground, base, friction = record.energy
+    stored = kinetic + elastic + record.contact[6]
+    viscous = np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2)]) * step / cone(0.25).timescale
+    left = ground + base - stored - friction
+    return float(np.abs(left - left[0] - viscous).max() / np.ptp(stored))
+
+
+def swing() -> Iterator[str]:
+    """Energy of a base that moves: in the air, and where the shaft strikes the ground."""
+    time = np.linspace(0, 0.15, 151)
+    turn = 0.9 + 0.3 * np.cos(2 * np.pi * 8 * time)
+    travel = 2e-3 * np.sin(2 * np.pi * 5 * time)
+    lowered = 0.65 + 0.15 * np.cos(2 * np.pi * time / 0.15)
+    paths = {
+        "in the air": BasePath(time=time, base_angle=turn, base_distance=np.full(151, 1.3), travel=travel),
+        "onto the ground": BasePath(time=time, base_angle=np.full(151, 1.1), base_distance=lowered),
+    }
+    yield "\n| swing, step | largest remainder, over the range of what is stored |\n|---|---|"
+    for name, path in paths.items():
+        for step in (50e-6, 25e-6, 12.5e-6, 6.25e-6):
+            yield f"| {name}, {1e6 * step:g} µs | {100 * swing_energy(path, step):.2g} % |"
 
 
 @house_style
@@ -280,7 +346,7 @@ def draw(found: list[Cost]):
 
 
 PARTS: dict[str, Callable[[], Iterator[str]]] = {
-    part.__name__: part for part in (convergence, energy, failures, cost, ends, postures)
+    part.__name__: part for part in (convergence, energy, failures, stiff, cost, relief, swing, ends, postures)
 }
 
 

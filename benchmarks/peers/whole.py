@@ -18,7 +18,7 @@ from chain import HELD, MM, MS, REACH, SLIDE, Array, block, edge, heavy, shaft
 from vibrissa.exact import cone_kappa
 from vibrissa.mechanics.rod.equilibrium import resting_rod
 from vibrissa.mechanics.rod.kernels.ground import ground_of
-from vibrissa.mechanics.rod.kernels.step_kernels import Damping
+from vibrissa.mechanics.rod.kernels.state import Damping
 from vibrissa.mechanics.rod.mesh import Fineness, graded_nodes
 from vibrissa.mechanics.rod.observation import fitted_modes
 from vibrissa.mechanics.rod.rod_scan import fine_reach

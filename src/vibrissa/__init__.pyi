@@ -35,6 +35,7 @@ from .api.surfaces import read_surface
 from .errors import ConvergenceError, InputError
 from .mechanics.rod.rod_settings import Rod
 from .mechanics.statics.profile import Posture
+from .mechanics.whisking.base_path import BasePath
 from .mechanics.whisking.posture_path import PosturePath
 from .texture.generators import self_affine
 from .texture.relief import HeightProfile
@@ -42,6 +43,7 @@ from .texture.surface import Gaps, periodic_grating, random_grating
 from .whisker.cone import Whisker
 
 __all__ = [
+    "BasePath",
     "ConvergenceError",
     "Gaps",
     "HeightProfile",

@@ -5,6 +5,7 @@ import pytest
 from refusals import refusal
 
 import vibrissa as vb
+from vibrissa.mechanics.whisking.base_path import BasePath
 
 WHISKER = vb.Whisker(length=0.04, cone_angle=1.5e-3, tip=0.28)
 POSTURE = vb.Posture(contact=0.29, base_angle=1.2)
@@ -13,7 +14,7 @@ SURFACE = vb.periodic_grating(6e-3, period=0.6e-3)
 
 def test_a_gap_has_the_same_names_by_name_and_by_settings():
     first = vb.gap(WHISKER, POSTURE, width=0.4e-3, model="rod")
-    lifted = vb.gap(WHISKER, POSTURE, width=0.4e-3, model=vb.Rod(curvature=15.0))
+    lifted = vb.gap(WHISKER, POSTURE, width=0.4e-3, model=vb.Rod(intrinsic_curvature=15.0))
     assert first.largest_mode_displacement.shape == (3,)
     assert set(first) == set(lifted)
     assert not np.array_equal(first.largest_mode_displacement, lifted.largest_mode_displacement)
@@ -35,7 +36,7 @@ def test_a_gap_is_bridged_from_its_near_edge_to_the_end_of_the_free_end():
 
 
 def test_a_whisker_in_the_air_is_outside_the_model():
-    data = vb.gap(WHISKER, POSTURE, width=0.4e-3, model=vb.Rod(curvature=60.0))
+    data = vb.gap(WHISKER, POSTURE, width=0.4e-3, model=vb.Rod(intrinsic_curvature=60.0))
     assert data.attrs["verdict"].startswith("outside the model: the whisker is off the ground in 100 % of the time")
 
 
@@ -65,6 +66,40 @@ def test_a_height_profile_is_scanned_too():
     assert float(data.mode_sd[0]) > 1e-6
 
 
+def test_a_rod_whose_base_moves_is_a_motion_in_the_air_or_on_the_ground():
+    time = np.linspace(0, 0.05, 26)
+    lifted = vb.BasePath(time=time, base_angle=np.full(26, 1.2), base_distance=0.9 + 0.05 * np.sin(100 * time))
+    held = vb.PosturePath(time=time, base_angle=np.full(26, 1.2), contact=np.full(26, 0.29))
+    in_air, pressed = (vb.scan(WHISKER, path, SURFACE, speed=0.1, model="rod") for path in (lifted, held))
+    data = in_air.sample(2000)
+    assert data.attrs["begins"] == "in the air"
+    assert float(data.detached_share) == 1
+    assert "in the air 100 % of the time" in in_air.verdict
+    assert "base moves" in repr(pressed)
+    assert float(pressed.sample(2000).detached_share) < 0.2
+    with refusal("conflict", "nodes"):
+        pressed.sample(2000, nodes=[5e-3])
+
+
+def test_the_free_end_is_what_the_rod_finds():
+    long = vb.Whisker(length=0.04, cone_angle=1.5e-3, tip=0.2)
+    straight, lifted = (
+        vb.gap(long, POSTURE, width=0.4e-3, model=vb.Rod(intrinsic_curvature=curvature)).free_end_length
+        for curvature in (0.0, 15.0)
+    )
+    assert 3e-3 < float(straight) < 3.6e-3  # that of the cone is 3.6 mm
+    assert 0.5 < float(lifted) / float(straight) < 0.8  # it touches nearer to the tip
+    assert np.isnan(vb.gap(WHISKER, POSTURE, width=0.4e-3, model=vb.Rod(intrinsic_curvature=60.0)).free_end_length)
+
+
+def test_a_tip_that_may_be_in_metres_is_remarked_on():
+    short = vb.Whisker(length=0.04, cone_angle=1.5e-3, tip=0.0114)
+    judged = vb.gap(short, POSTURE, width=0.4e-3, model="rod").attrs["verdict"]
+    assert judged.startswith(
+        "caution: the tip 0.0114 counts over L, and the rod ends at 0.03 (a tip of 11.4 mm is 0.285)"
+    )
+
+
 def test_units_listen_to_the_rod():
     motion = vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1, model="rod")
     assert vb.simulate_units(motion, 2, n_trials=2).sizes["unit"] == 2
@@ -73,8 +108,8 @@ def test_units_listen_to_the_rod():
 def test_what_has_no_meaning_is_refused():
     with refusal("unknown", "model", "'beam'"):
         vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1, model="beam")
-    with refusal("range", "Rod.curvature"):
-        vb.Rod(curvature=float("nan"))
+    with refusal("range", "Rod.intrinsic_curvature"):
+        vb.Rod(intrinsic_curvature=float("nan"))
     for form in ({"response": "linear"}, {"jump": "ramp-limit"}, {"modes": "curved"}):
         with refusal("conflict", next(iter(form))):
             vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1, model="rod", **form)
@@ -82,6 +117,6 @@ def test_what_has_no_meaning_is_refused():
         vb.gap(WHISKER, POSTURE, width=0.0143, model="rod")
     path = vb.PosturePath(time=np.array([0.0, 1.0]), contact=np.array([0.29, 0.28]), base_angle=np.array([1.2, 1.2]))
     with refusal("conflict", "model"):
-        vb.scan(WHISKER, path, SURFACE, speed=0.1, model="rod")
+        vb.scan(WHISKER, BasePath.of(path), SURFACE, speed=0.1)
     with pytest.raises(vb.InputError, match="rate"):
         vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1, model="rod").sample(-1)

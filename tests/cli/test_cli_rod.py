@@ -2,6 +2,7 @@
 
 import json
 
+import av
 import numpy as np
 import pytest
 
@@ -27,7 +28,7 @@ def test_a_gap_under_the_rod_gives_the_largest_amplitudes(vibrissa):
     assert code == 0
     assert len(found["largest_mode_displacement"]) == 3
     assert 4e-4 < found["largest_mode_displacement"][0] < 2e-3
-    assert found["free_end_length"] == pytest.approx(0.04e-3)
+    assert 0 <= found["free_end_length"] <= 0.04e-3
     assert err.splitlines()[0].startswith("vibrissa: usable: whole whisker")
 
 
@@ -144,3 +145,65 @@ def test_a_gap_as_a_share_that_is_too_wide_is_refused(vibrissa):
     code, _, err = vibrissa("gap", *HELD, *CONE, *ROD, "--gap-width", "0.5")
     assert code == 2
     assert "must be at most 8 mm" in err
+
+
+@pytest.fixture
+def sweep(tmp_path):
+    """A path of a base that lowers the whisker onto the ground and lifts it again."""
+    path, time = tmp_path / "sweep.csv", np.linspace(0, 0.06, 31)
+    height = 0.56 + 0.1 * np.cos(2 * np.pi * time / 0.06)
+    lines = [f"{t:.4f},1.1,{h:.6f},{1e3 * 0.1 * t:.4f}" for t, h in zip(time, height, strict=True)]
+    path.write_text("\n".join(["time,base_angle,base_distance,travel_mm", *lines]))
+    return path
+
+
+def test_a_whisker_swings_onto_a_grating_and_off_again(vibrissa, grating, sweep, tmp_path):
+    out, movie = tmp_path / "swing.nc", tmp_path / "swing.mp4"
+    words = [*CONE, "--whisker.tip", "0.28", "--speed", "0", "--sampling-rate", "5kHz", "--damping-about", "air"]
+    code, shown, err = vibrissa("whisking", grating, sweep, *words, *ROD, "--out", out, "--movie", movie)
+    assert code == 0, err
+    assert "the whisker begins in the air, first touches at" in err
+    assert "frames, slowed 200 times" in err
+    assert "free_damping" in shown
+    with load(out) as data:
+        assert list(data.contact_event_kind.values[[0, -1]]) == ["attach", "detach"]
+        assert data.attrs["damping_about"] == "air"
+        np.testing.assert_allclose(data.free_damping, 0.11, rtol=1e-3)
+    with av.open(str(movie)) as file:
+        frames = [frame.to_ndarray(format="rgb24") for frame in file.decode(video=0)]
+    assert len(frames) == 300
+    assert np.abs(np.diff(np.array(frames[::60], float), axis=0)).max(axis=(1, 2, 3)).min() > 100
+
+
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [(["--damping-about", "air"], "--damping-about"), (["--surface-distance", "1mm"], "--surface-distance")],
+)
+def test_options_of_a_moving_base_are_refused_without_the_rod(vibrissa, grating, sweep, words, option):
+    code, _, err = vibrissa("whisking", grating, sweep, *CONE, "--speed", "0.1", *words)
+    assert code == 2
+    assert err.splitlines()[-1].startswith(f"vibrissa: {option} must go with --model rod")
+
+
+def test_a_movie_that_cannot_be_written_is_refused_before_any_work(vibrissa, tmp_path):
+    for words, rule in (
+        ([*ROD, "--movie", tmp_path / "gap.gif"], "--movie must end in .mp4 or .mkv"),
+        (["--movie", tmp_path / "gap.mp4"], "--movie must go with --model rod"),
+        ([*ROD, "--movie", tmp_path / "no" / "gap.mp4"], "--movie must lie in an existing folder"),
+    ):
+        code, _, err = vibrissa(*GAP, *words)
+        assert code == 2
+        assert err.splitlines()[-1].startswith(f"vibrissa: {rule}")
+
+
+def test_a_curvature_may_have_its_unit(vibrissa):
+    tip = ["--whisker.tip", "0.28", "--json"]
+    bare, unit = (vibrissa(*GAP, *ROD, *tip, "--intrinsic-curvature", word)[1] for word in ("15", "15/m"))
+    assert bare == unit
+
+
+def test_a_share_of_the_length_says_so_and_the_modes_point_to_the_rod(vibrissa):
+    _, out, err = vibrissa(*GAP, "--whisker.tip", "0.28")
+    assert "jump_exact [L]" in " ".join(out.split())
+    assert "--model rod" in err
+    assert "largest_mode_displacement [L]" in " ".join(vibrissa(*GAP, *ROD, "--whisker.tip", "0.28")[1].split())

@@ -18,7 +18,10 @@ KINDS = {
     "Whisker": (("Whisker",), 'vb.Whisker(length=0.04, cone_angle=1.5e-3), or vb.atlas("C2")'),
     "Posture": (("Posture",), "vb.Posture(contact=0.29, base_angle=1.2)"),
     "Posture | None": (("Posture", "NoneType"), "vb.Posture(contact=0.29, base_angle=1.2)"),
-    "Posture | PosturePath": (("Posture", "PosturePath"), "vb.Posture(contact=0.29, base_angle=1.2)"),
+    "Posture | PosturePath | BasePath": (
+        ("Posture", "PosturePath", "BasePath"),
+        "vb.Posture(contact=0.29, base_angle=1.2)",
+    ),
     "Gaps | HeightProfile": (
         ("Gaps", "HeightProfile"),
         "vb.HeightProfile(x, height), vb.Gaps(position, width), or vb.read_surface(path)",

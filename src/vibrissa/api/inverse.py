@@ -18,6 +18,7 @@ from vibrissa.mechanics.modes.basis import Modes
 from vibrissa.mechanics.rod.rod_prediction import RodPrediction
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.mechanics.whisking.slow_prediction import SlowPrediction
+from vibrissa.mechanics.whisking.swing_prediction import SwingPrediction
 from vibrissa.quantities import one_whisker
 from vibrissa.whisker import Whisker
 
@@ -172,7 +173,7 @@ def fit_resonances(
     >>> print(f"{float(found.resonant_frequency[0]):.0f} Hz")
     123 Hz
     """
-    if motion is not None and isinstance(motion.prediction, SlowPrediction):
+    if motion is not None and isinstance(motion.prediction, SlowPrediction | SwingPrediction):
         raise ConflictError("motion", "must be of one posture", "one that changes")
     if motion is not None and isinstance(motion.prediction, RodPrediction):
         raise ConflictError("motion", "must be predicted by modes", "the whole whisker", "vb.scan without model")
@@ -183,7 +184,7 @@ def fit_resonances(
         start = modal.expected_frequency.to_numpy()
     else:
         start = np.asarray(guess, float)
-    assert not isinstance(known, SlowPrediction | RodPrediction)
+    assert not isinstance(known, SlowPrediction | RodPrediction | SwingPrediction)
     found = fit_modes(modal, start, prediction=known, exposure=exposure)[0]
     remark_left_out(found)
     return found

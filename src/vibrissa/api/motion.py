@@ -25,8 +25,10 @@ from vibrissa.mechanics.scan.verdict import verdict
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.mechanics.vibration.dynamics import JumpRule
 from vibrissa.mechanics.whisking import active_whisking
+from vibrissa.mechanics.whisking.base_path import BasePath
 from vibrissa.mechanics.whisking.posture_path import PosturePath
 from vibrissa.mechanics.whisking.slow_prediction import SlowPrediction
+from vibrissa.mechanics.whisking.swing_prediction import SwingPrediction
 from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import Gaps
 from vibrissa.whisker import Whisker
@@ -42,11 +44,11 @@ class Motion:
 
     Attributes
     ----------
-    prediction : Prediction, ReliefPrediction, SlowPrediction or RodPrediction
+    prediction : Prediction, ReliefPrediction, SlowPrediction, RodPrediction or SwingPrediction
         The model, which gives every quantity at any time.
     """
 
-    prediction: Prediction | ReliefPrediction | SlowPrediction | RodPrediction
+    prediction: Prediction | ReliefPrediction | SlowPrediction | RodPrediction | SwingPrediction
 
     @property
     def whisker(self) -> Whisker:
@@ -61,6 +63,8 @@ class Motion:
         return str(self.sample().attrs["verdict"])
 
     def __repr__(self) -> str:
+        if isinstance(self.prediction, SwingPrediction):
+            return "<Motion of the whole whisker, whose base moves: .sample(rate)>"
         scan = self.prediction.scan
         kind = {Prediction: "gaps", ReliefPrediction: "a height profile", SlowPrediction: "gaps, posture changing"}
         if isinstance(self.prediction, RodPrediction):
@@ -87,7 +91,8 @@ class Motion:
         Dataset
             ``mode_amplitude`` and ``mode_displacement`` over L, the ``envelope`` of the latter [m], on (mode, time);
             what the follicle feels; ``displacement`` (time, node) [m]; how far the assumptions hold, and the attribute
-            ``verdict``. Of a posture that changes, what belongs to the moment, and no nodes.
+            ``verdict``. Of a posture that changes, what belongs to the moment, and no nodes; of a rod whose base moves,
+            what :func:`vibrissa.mechanics.whisking.swing_prediction.swing_signals` gives.
 
         Raises
         ------
@@ -104,9 +109,11 @@ class Motion:
         """
         if not 0 < rate < np.inf:
             raise RangeError("rate", "must be positive (Hz)", rate)
-        if isinstance(self.prediction, SlowPrediction):
+        if isinstance(self.prediction, SlowPrediction | SwingPrediction):
             if nodes is not None:
                 raise ConflictError("nodes", "must be left out where the posture changes", nodes)
+            if isinstance(self.prediction, SwingPrediction):
+                return self.prediction.sampled(rate)
             start, stop = self.prediction.path.time[[0, -1]]
             return active_whisking.slow_signals(self.prediction, np.arange(start, stop, 1 / rate))
         if isinstance(self.prediction, RodPrediction):
@@ -137,7 +144,7 @@ class Motion:
         """
         if isinstance(self.prediction, SlowPrediction):
             judged, *lines = active_whisking.remarks(self.prediction)
-        elif isinstance(self.prediction, RodPrediction):
+        elif isinstance(self.prediction, RodPrediction | SwingPrediction):
             judged, lines = str(self.sample(rate).attrs["verdict"]), []
         elif isinstance(self.prediction, ReliefPrediction):
             judged, *lines = diagnostics.relief_remarks(self.sample(rate))
@@ -162,7 +169,7 @@ class Motion:
         """
         from vibrissa.figures.others import scan
 
-        if isinstance(self.prediction, SlowPrediction):
+        if isinstance(self.prediction, SlowPrediction | SwingPrediction):
             raise ConflictError("motion", "must be of one posture to be plotted", remedy="plot what sample() gives")
         return scan.draw(scan.compute(self.sample()))
 
@@ -170,7 +177,7 @@ class Motion:
 @names_arguments
 def scan(
     whisker: Whisker,
-    posture: Posture | PosturePath,
+    posture: Posture | PosturePath | BasePath,
     surface: Gaps | HeightProfile,
     *,
     speed: float,
@@ -187,8 +194,9 @@ def scan(
     ----------
     whisker : Whisker
         The cone.
-    posture : Posture or PosturePath
-        How it is held; a path where that changes in time, slowly compared with the ringing.
+    posture : Posture, PosturePath or BasePath
+        How it is held; a path where that changes in time: slowly compared with the ringing, or, of a rod, in any way. A
+        base path, of a rod only, need not touch the surface.
     surface : Gaps or HeightProfile
         Gaps, or heights along the scan.
     speed : float
@@ -224,13 +232,16 @@ def scan(
     >>> motion.sample(rate=2000).envelope.attrs["units"]
     'm'
     """
-    how = Scan(speed=speed, damping=damping, response=response, jump=jump, modes=modes)
     rod = rod_of(model)
     if rod is not None:
         refuse_forms(response, jump, modes)
+    if isinstance(posture, BasePath | PosturePath) and rod is not None:
+        path = posture if isinstance(posture, BasePath) else BasePath.of(posture)
+        return Motion(SwingPrediction(whisker, path, surface, speed, damping, rod))
+    if isinstance(posture, BasePath):
+        raise ConflictError("model", "must be 'rod' for a base path", repr(model), "model='rod'")
+    how = Scan(speed=speed, damping=damping, response=response, jump=jump, modes=modes)
     if isinstance(posture, PosturePath):
-        if rod is not None:
-            raise ConflictError("model", "must be 'modes' where the posture changes", repr(model))
         if isinstance(surface, HeightProfile):
             raise ConflictError("surface", "must be gaps where the posture changes", "a height profile")
         return Motion(active_whisking.predict_slow(whisker, posture, surface, how, n_modes=n_modes))

@@ -12,6 +12,7 @@ from vibrissa.api.motion import Motion
 from vibrissa.api.remarks import remark
 from vibrissa.errors import ConflictError, InputError, MissingError
 from vibrissa.mechanics.whisking.slow_prediction import SlowPrediction
+from vibrissa.mechanics.whisking.swing_prediction import SwingPrediction
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -244,7 +245,7 @@ def simulate_units(
     if not isinstance(motion, Motion):
         shown = as_signal(motion, unit=unit)
         return fire(population, shown.time.to_numpy(), shown.to_numpy(), n_trials, seed=seed)
-    if isinstance(motion.prediction, SlowPrediction):
+    if isinstance(motion.prediction, SlowPrediction | SwingPrediction):
         raise ConflictError("motion", "must be of one posture", "one that changes")
     how = TrialSettings(n_trials=n_trials, seed=seed, distance=distance, mean_envelope=mean_envelope)
     prediction = motion.prediction

@@ -146,22 +146,24 @@ def test_distances_from_the_ground_are_those_of_a_brute_search(radius):
     rng = np.random.default_rng(1)
     for _ in range(60):
         x, y = rng.uniform(-0.01, 0.04), rng.uniform(-1e-3, 1e-3)
-        found, nx, ny, _ = clearance(ground, x, y, -1.0)
+        found, nx, ny, _ = clearance(ground, x, y, -1.0, np.inf)
         assert abs(found) == pytest.approx(brute(ground, x, y), abs=1e-5)
         assert np.hypot(nx, ny) == pytest.approx(1, rel=1e-12)
-        ahead = clearance(ground, x + 1e-7 * nx, y + 1e-7 * ny, -1.0)[0]
+        ahead = clearance(ground, x + 1e-7 * nx, y + 1e-7 * ny, -1.0, np.inf)[0]
         assert ahead == pytest.approx(found + 1e-7, abs=1e-12)  # the direction leads away from the ground
+        for reach in (0.0, 2e-4):  # of a point above the ground, what is farther than the reach is not looked for
+            assert clearance(ground, x, y, -1.0, reach)[0] == pytest.approx(min(found, reach), abs=1e-18)
 
 
 def test_the_sides_of_the_ground():
     ground = ground_of(GAPS, LENGTH)
     depth = 35e-6 / LENGTH
-    assert clearance(ground, -0.01, 1e-4, 0.0)[0] == pytest.approx(1e-4)
-    assert clearance(ground, -0.01, -1e-4, 0.0)[0] == pytest.approx(-1e-4)
-    assert clearance(ground, 0.005, -depth + 1e-5, -depth)[0] == pytest.approx(1e-5)
-    wall = clearance(ground, -1e-5, -depth / 2, -depth / 2)
+    assert clearance(ground, -0.01, 1e-4, 0.0, np.inf)[0] == pytest.approx(1e-4)
+    assert clearance(ground, -0.01, -1e-4, 0.0, np.inf)[0] == pytest.approx(-1e-4)
+    assert clearance(ground, 0.005, -depth + 1e-5, -depth, np.inf)[0] == pytest.approx(1e-5)
+    wall = clearance(ground, -1e-5, -depth / 2, -depth / 2, np.inf)
     assert wall[:3] == pytest.approx((-1e-5, 1.0, 0.0))
-    above = clearance(ground, -1e-5, -1e-5, 0.0)  # it slid off the edge: the wall does not catch it
+    above = clearance(ground, -1e-5, -1e-5, 0.0, np.inf)  # it slid off the edge: the wall does not catch it
     assert above[:3] == pytest.approx((-1e-5, 0.0, 1.0))
 
 
@@ -174,6 +176,16 @@ def test_a_height_profile_is_its_own_ground():
     np.testing.assert_array_equal(
         np.isin(np.arange(2, 41), ground.edge[(ground.edge > 1) & (ground.edge < 41)]), inside
     )
+
+
+@pytest.mark.parametrize("radius", [1e-6, 10e-6, 35e-6])
+def test_a_rounded_edge_misses_its_arc_by_three_nanometres_at_most(radius):
+    ground = ground_of(Gaps(np.array([0.0]), np.array([0.4e-3]), 35e-6), LENGTH, radius)
+    x, y = ground.x[1:-1] * LENGTH, ground.y[1:-1] * LENGTH
+    arc = (x <= 0) & (y >= -radius)
+    middle = np.hypot(x[arc][1:] + x[arc][:-1] + 2 * radius, y[arc][1:] + y[arc][:-1] + 2 * radius) / 2
+    assert np.hypot(x[arc] + radius, y[arc] + radius) == pytest.approx(radius, rel=1e-9)
+    assert 1e-9 < radius - middle.min() < 3e-9 * (1 + 1e-6)
 
 
 def test_a_radius_beyond_half_a_land_is_refused():
@@ -222,7 +234,7 @@ def test_friction_sticks_below_what_the_law_allows_and_dissipates_above(law):
         rod, ground, stiffness, at, before, touch = touching(law, slip)
         out, band = np.zeros(at.size), np.zeros((at.size + HALF, WIDTH))
         add_contacts(rod, ground, stiffness, (0.0, 0.0), (0.0, 0.0), at, before, touch, out, band)
-        normal, drag, _, _, contacts, sticking, _, work, lost = touch.summary
+        normal, drag, _, _, contacts, sticking, _, work, lost = touch.summary[:9]
         assert (sticking == contacts) == sticks
         assert drag * slip < 0
         assert work == 0  # the ground does not move

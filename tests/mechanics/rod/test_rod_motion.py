@@ -6,10 +6,12 @@ from rods import POSTURE, cone, resting
 
 from vibrissa.mechanics.rod.equilibrium import resting_rod
 from vibrissa.mechanics.rod.kernels.ground import ground_of
+from vibrissa.mechanics.rod.kernels.step_kernels import _even, _uneven
 from vibrissa.mechanics.rod.mesh import Fineness
 from vibrissa.mechanics.rod.rod_gap import rod_gap
 from vibrissa.mechanics.rod.rod_scan import drag
 from vibrissa.mechanics.rod.rod_settings import Rod
+from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import Gaps, random_grating
 
 GAP = Gaps(np.array([0.0]), np.array([0.6e-3]), 35e-6)
@@ -108,6 +110,43 @@ def test_the_same_run_has_the_same_bits_and_no_step_fails():
     )
     assert first.mode_displacement.tobytes() == second.mode_displacement.tobytes()
     assert first.record.unconverged <= 2
+
+
+def test_a_step_that_does_not_converge_is_redone_in_halves():
+    surface, posture = random_grating(0.12, rng=1), POSTURE
+    held = {"speed": 0.1, "damping": 0.11, "duration": 1.2, "sampling_rate": 5e3}
+    found = drag(cone(0.289), posture, surface, **held, settings=Rod(ground=1e8))  # was lost
+    finer = drag(cone(0.289), posture, surface, **held, settings=Rod(ground=1e7, step=12.5e-6))
+    assert found.record.redone > 0
+    assert found.record.unconverged == 0
+    for one, other in zip(found.mode_displacement, finer.mode_displacement, strict=True):
+        assert np.corrcoef(one, other)[0, 1] > 0.998
+        assert one.std() == pytest.approx(other.std(), rel=0.01)
+
+
+@pytest.mark.parametrize("ratio", [0.25, 1.0, 2.0])
+def test_steps_of_unequal_length_give_the_rate_of_a_parabola(ratio):
+    last, path = 1e-2, np.polynomial.Polynomial([0.3, -2.0, 5.0])
+    scheme = _uneven(ratio * last, last)
+    at, before, earlier = path(ratio * last), path(0.0), path(-last)
+    rate = (scheme.now * at - scheme.before * before + scheme.earlier * earlier) / scheme.scale
+    assert rate == pytest.approx(path.deriv()(ratio * last), rel=1e-12)
+    assert scheme.per_rate == pytest.approx(scheme.now / scheme.scale)
+    if ratio == 1:
+        np.testing.assert_allclose(np.array(scheme)[1:5] / scheme.scale, np.array(_even(last))[1:5] / (2 * last))
+
+
+def test_more_points_on_the_same_line_change_nothing():
+    x = np.arange(0, 0.01, 50e-6)
+    coarse = HeightProfile(x, 5e-6 * np.sin(2 * np.pi * x / 0.6e-3))
+    dense = np.unique(np.concatenate([x, np.linspace(0, x[-1], 4000)]))
+    held = {"speed": 0.1, "damping": 0.11, "duration": 0.1, "sampling_rate": 5e3}
+    runs = [
+        drag(cone(0.25), POSTURE, surface, **held)
+        for surface in (coarse, HeightProfile(dense, np.interp(dense, x, coarse.height)))
+    ]
+    one, other = (run.mode_displacement for run in runs)
+    assert np.abs(one - other).max() < 1e-6 * np.abs(one).max()
 
 
 def test_the_shared_rod_is_left_as_it_was():

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from vibrissa.cli.mechanics.rod_movie import MovieFile, refuse_movie, write_film
 from vibrissa.cli.mechanics.rod_options import NO_ROD, Model, RodOptions
 from vibrissa.cli.shared.options import NO_WHISKER, PostureOptions, WhiskerOptions
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, tell
@@ -55,6 +57,7 @@ def gap(
     model: Model = "modes",
     moving: MovingOptions = MovingOptions(),
     rod: RodOptions = NO_ROD,
+    movie: MovieFile = None,
     of: WhiskerOptions = NO_WHISKER,
     output: OutputOptions = PRINTED,
 ) -> None:
@@ -73,8 +76,9 @@ def gap(
     n_modes
         Number of modes.
     """
+    refuse_movie(movie, model)
     if model == "rod":
-        return _rod(at, gap_width, gap_depth, n_modes, moving, rod, of, output)
+        return _rod(at, gap_width, gap_depth, n_modes, moving, rod, movie, of, output)
     rod.refuse_without_rod()
     moving.refuse_without_rod()
     from vibrissa.mechanics.scan.free_end import free_end_lines, unknown_free_end
@@ -86,6 +90,7 @@ def gap(
         data = crossing(posture, width, n_modes=n_modes, whisker=cone, depth=gap_depth)
     tell(data.attrs["verdict"])
     tell(*(unknown_free_end(posture.contact, width) if cone is None else free_end_lines(data)))
+    tell("printed is the jump of each mode; how far a mode moves: --model rod")
     output.show(data, names_without(data, "s"))
 
 
@@ -96,24 +101,29 @@ def _rod(
     n_modes: int,
     moving: MovingOptions,
     rod: RodOptions,
+    movie: Path | None,
     of: WhiskerOptions,
     output: OutputOptions,
 ) -> None:
     """The gap under the whole whisker."""
-    from vibrissa.mechanics.rod.rod_gap import rod_gap
+    from vibrissa.mechanics.rod.rod_gap import GAP_RATE, gap_prediction, rod_gap
 
     cone = of.needed_cone()
+    crossing: dict[str, Any] = {
+        "width": over_length(gap_width, "--gap-width", cone) * cone.length,
+        "depth": gap_depth,
+        "speed": _SPEED if moving.speed is None else moving.speed,
+        "damping": _DAMPING if moving.damping is None else moving.damping,
+        "n_modes": n_modes,
+        "settings": rod.settings(of),
+    }
     with progress_bars() as progress:
         data = rod_gap(
             cone,
             at.posture(cone),
-            width=over_length(gap_width, "--gap-width", cone) * cone.length,
-            depth=gap_depth,
-            speed=_SPEED if moving.speed is None else moving.speed,
-            damping=_DAMPING if moving.damping is None else moving.damping,
-            n_modes=n_modes,
-            settings=rod.settings(of),
+            **crossing,
             progress=lambda done, of_all: progress("the whole whisker", done, of_all),
         )
     tell(data.attrs["verdict"])
+    write_film(movie, lambda: gap_prediction(cone, at.posture(cone), **crossing).film(GAP_RATE))
     output.show(data, names_without(data, "time"))

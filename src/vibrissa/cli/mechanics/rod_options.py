@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, fields
 from math import inf
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -15,6 +16,8 @@ from vibrissa.errors import ConflictError
 if TYPE_CHECKING:
     from vibrissa.mechanics.rod.rod_settings import Rod
     from vibrissa.whisker import IntrinsicCurvature
+
+_PER_METRE = re.compile(r"\s*(?:1?/m|m\^?-1|m⁻¹)$")  # 15/m: the unit of a curvature that is a number
 
 Model = Annotated[
     Literal["modes", "rod"],
@@ -90,7 +93,7 @@ class RodOptions:
         """Number, table or regression, with the sign that is asked for."""
         from vibrissa.whisker import atlas_curvature, read_curvature
 
-        value = number(self.intrinsic_curvature)
+        value = number(_PER_METRE.sub("", self.intrinsic_curvature))
         if value is not None:
             return -value if self.flip_curvature else value
         if self.intrinsic_curvature != "atlas":

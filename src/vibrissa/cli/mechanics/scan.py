@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from cyclopts import Parameter
 
 from vibrissa.arrays import Array
+from vibrissa.cli.mechanics.rod_movie import MovieFile, film_rate, refuse_movie, write_film
 from vibrissa.cli.mechanics.rod_options import NO_ROD, Model, RodOptions
 from vibrissa.cli.mechanics.scan_spikes import NO_SPIKES, SpikeOptions
 from vibrissa.cli.shared.options import NO_WHISKER, Flag, OfModes, PostureOptions, WhiskerOptions
@@ -151,6 +152,7 @@ def scan(
     node: list[Length] | None = None,
     model: Model = "modes",
     rod: RodOptions = NO_ROD,
+    movie: MovieFile = None,
     spiking: SpikeOptions = NO_SPIKES,
     of: WhiskerOptions = NO_WHISKER,
     output: OutputOptions = PRINTED,
@@ -168,8 +170,10 @@ def scan(
     node
         Distance from the base of a point of the shaft whose motion is wanted [m]; once for each.
     """
+    from vibrissa.mechanics.rod.rod_prediction import RodPrediction
     from vibrissa.study.forward.surface import scan_surface
 
+    refuse_movie(movie, model)
     if model == "modes":
         rod.refuse_without_rod()
     for option, value, usual in (
@@ -189,6 +193,9 @@ def scan(
         lines += undersampled(data.resonant_frequency.to_numpy(), drawn.sampling_rate)
     finally:
         tell(*lines, *notes)  # what the free end allows comes first
+    if isinstance(prediction, RodPrediction):
+        whole = prediction
+        write_film(movie, lambda: whole.film(film_rate(whole.duration, drawn.sampling_rate)))
     if units is not None:
         data = spiking.added(data, prediction, units)
     output.show(data, names_without(data, "time", "trough", "spike"))

@@ -88,6 +88,10 @@ GLOSSARY: dict[str, Option] = {
     "--intrinsic-curvature": _O("text", "Curvature of the free shaft: a number [1/m], a table of it, or atlas", "15"),
     "--flip-curvature": _O("flag", "Turn a curved whisker about its shaft: curvature of the other sign"),
     "--hold-contact": _O("flag", "Hold the base where the curved shaft touches the flat in the contact"),
+    "--damping-about": _O(
+        "choice", "Whose modes have the damping ratio: in contact, or in the air", "air", arguments=("about",)
+    ),
+    "--surface-distance": _O("length", "Distance from the base to x = 0 of the surface", "20mm", most=1),
     "--edge-radius": _O("length", "Radius of the upper edges of gaps", "20um", most=1e-3),
     "--thick": _O("flag", "The ground touches the surface of the shaft, not its midline"),
     "--follicle-rotation": _O("number", "Stiffness of the follicle against rotation of the base, over EI/L", "3"),
@@ -148,7 +152,7 @@ GLOSSARY: dict[str, Option] = {
     ),
     "--gratings": _O("count", "Other textures whose predictions give the agreement by chance", "39"),
     # movies
-    "--movie": _O("file", "Movie of whiskers", "movie.mkv"),
+    "--movie": _O("file", "Movie of whiskers, tracked, or written of the whole whisker", "movie.mkv"),
     "--frame-rate": _O("rate", "Frames per second of the acquisition", "2kHz", 10),
     "--pixel-size": _O("length", "Side of a pixel in the plane of the whiskers", "95um"),
     "--scale-point": _O(

@@ -50,7 +50,7 @@ def table_lines(data: xr.Dataset, names: Sequence[str]) -> Lines:
     for dim, group in columns.items():
         first = [*map(_cell, data[dim].values if dim in data.coords else range(data.sizes[dim]))]
         rest_of = (name for name in group if name != dim)
-        named = [(dim, "", first), *((name, _bracket(units, name), _cells(data, name, units)) for name in rest_of)]
+        named = [(dim, "", first), *((name, _head(data, units, name), _cells(data, name, units)) for name in rest_of)]
         key, *rest = ([f"{name} {unit}".strip(), *cells] for name, unit, cells in named)
         if any(unit for _, unit, _ in named) and _total([key, *rest]) > width:  # units get a line of their own
             key, *rest = ([name, unit, *cells] for name, unit, cells in named)
@@ -161,6 +161,12 @@ def _least(column: Lines) -> int:
     """Width below which a column is not wrapped: numbers keep theirs."""
     word = max(len(word) for cell in column for word in cell.split() or [""])
     return min(_wide(column), max(word, _NARROWEST))
+
+
+def _head(data: xr.Dataset, units: Mapping[str, Shown], name: str) -> str:
+    """Unit of a column; a share of the whisker's length says so, which a line of words does by itself."""
+    over = re.search(r"\bover (L[²³]?)$", data[name].attrs.get("long_name", ""))
+    return _bracket(units, name) or (f"[{over[1]}]" if over else "")
 
 
 def _bracket(units: Mapping[str, Shown], name: str) -> str:

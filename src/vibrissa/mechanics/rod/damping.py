@@ -23,7 +23,7 @@ from vibrissa.mechanics.rod.kernels.contact_kernels import Stiffness, add_contac
 from vibrissa.mechanics.rod.kernels.elastic_kernels import add_elastic, bend, segments
 from vibrissa.mechanics.rod.kernels.ground import ground_of
 from vibrissa.mechanics.rod.kernels.shaft import Shaft
-from vibrissa.mechanics.rod.kernels.step_kernels import CLAMPED, Damping, Follicle
+from vibrissa.mechanics.rod.kernels.state import CLAMPED, Damping, Follicle
 
 _MODES = 3
 _TURNING = 1e-9  # inertia of the base's angle, which has none: its own mode is far above all others

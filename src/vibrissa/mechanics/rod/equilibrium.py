@@ -14,7 +14,7 @@ from vibrissa.mechanics.rod.kernels.contact_kernels import Stiffness, untouched
 from vibrissa.mechanics.rod.kernels.elastic_kernels import segments
 from vibrissa.mechanics.rod.kernels.ground import ground_of
 from vibrissa.mechanics.rod.kernels.shaft import Shaft, shaft
-from vibrissa.mechanics.rod.kernels.step_kernels import Damping, Follicle, State, at_rest
+from vibrissa.mechanics.rod.kernels.state import Damping, Follicle, State, at_rest
 from vibrissa.mechanics.rod.mesh import REACH, graded_nodes
 from vibrissa.mechanics.rod.rod_model import RestingRod
 from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
@@ -37,6 +37,7 @@ def resting_rod(
     settings: Rod = USUAL_ROD,
     level: float = 0.0,
     reach: float = REACH,
+    nodes: Array | None = None,
 ) -> RestingRod:
     """The rod in equilibrium on a flat that drags it away from the base.
 
@@ -54,6 +55,8 @@ def resting_rod(
         Height of the flat, over L.
     reach : float
         Of the fine part of the mesh to both sides of the contact, over L.
+    nodes : (N + 1,) array, optional
+        Nodes of another mesh, ascending to 1.
 
     Returns
     -------
@@ -70,9 +73,9 @@ def resting_rod(
     check_tip(posture, whisker)
     if posture.friction < 0:
         raise RangeError("Posture.friction", "must not be negative for the rod", posture.friction)
-    s = graded_nodes(max(whisker.tip, _THINNEST), posture.contact, settings.fineness, reach)
+    s = graded_nodes(shaft_end(whisker), posture.contact, settings.fineness, reach) if nodes is None else nodes
     own = partial(settings.curvature_at, length=whisker.length)
-    curved = shaft(s, whisker.cone_angle, curvature=own(s), thick=settings.thick)
+    curved = rod_shaft(whisker, s, settings)
     flat, lift = on_the_flat(posture), whisker.cone_angle * posture.contact * settings.thick
     base = np.array([flat.base[0], flat.base[1] + lift, posture.base_angle])
     moved = (
@@ -88,7 +91,45 @@ def resting_rod(
     rod.modes = rod_modes(curved, rod.state.at, stiffness, level, settings.follicle)
     rod.damping = viscous(curved, rod.modes, damping)
     _unclamp(rod, settings.follicle)
+    rod.damping = rod.damping._replace(angle=float(rod.drive[2]))
     return rod
+
+
+def shaft_end(whisker: Whisker) -> float:
+    """Where the rod ends: at the physical tip, or at s = 0.03 where that is thinner.
+
+    Parameters
+    ----------
+    whisker : Whisker
+        The cone.
+
+    Returns
+    -------
+    float
+        s.
+    """
+    return max(whisker.tip, _THINNEST)
+
+
+def rod_shaft(whisker: Whisker, s: Array, settings: Rod) -> Shaft:
+    """The shaft of a whisker with nodes at s.
+
+    Parameters
+    ----------
+    whisker : Whisker
+        The cone.
+    s : (N + 1,) array
+        Nodes.
+    settings : Rod
+        Gives its curvature, and whether it is thick.
+
+    Returns
+    -------
+    Shaft
+        Discretised.
+    """
+    own = settings.curvature_at(s, whisker.length)
+    return shaft(s, whisker.cone_angle, curvature=own, thick=settings.thick)
 
 
 def _unclamp(rod: RestingRod, follicle: Follicle) -> None:
@@ -116,7 +157,7 @@ def _settle(rod: RestingRod, curved: Shaft, level: float, way: Array) -> None:
         before = rod.state.at.copy()
         places = np.array([[0.0, grown * level], [-1.0, grown * level]])
         drive = np.hstack([places, np.tile(rod.drive - (1 - grown) * way, (2, 1))])
-        rod.run(flat, drive, min(_LAST, _FIRST * _GROWTH**k), nothing)
+        rod.run(flat, drive, min(_LAST, _FIRST * _GROWTH**k), nothing, halvings=0)
         _stop(rod.state)
         if grown == 1 and np.abs(rod.state.at - before).max() < _STILL:
             return

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _WIDEST = 0.2  # of a gap, over L: a wider one is given in another unit
-_RATE = 20e3  # [Hz]
+GAP_RATE = 20e3  # [Hz]
 
 
 def rod_gap(
@@ -68,13 +68,46 @@ def rod_gap(
     InputError
         If a setting is out of range, or the gap is wider than a fifth of L.
     """
+    held = gap_prediction(
+        whisker, posture, width=width, depth=depth, speed=speed, damping=damping, n_modes=n_modes, settings=settings
+    )
+    data = held.sampled(GAP_RATE, progress=progress)
+    largest = np.abs(data.mode_displacement.to_numpy()).max(axis=1)
+    return data.merge(dataset(mode=data.mode.to_numpy(), largest_mode_displacement=largest), combine_attrs="override")
+
+
+def gap_prediction(
+    whisker: Whisker,
+    posture: Posture,
+    *,
+    width: float,
+    depth: float = DEPTH,
+    speed: float = 0.1,
+    damping: float = 0.11,
+    n_modes: int = 3,
+    settings: Rod = USUAL_ROD,
+) -> RodPrediction:
+    """The gap that :func:`rod_gap` draws under the rod.
+
+    Parameters
+    ----------
+    whisker, posture, width, depth, speed, damping, n_modes, settings
+        As of :func:`rod_gap`.
+
+    Returns
+    -------
+    RodPrediction
+        Of cells and steps that are half as long where they are the default.
+
+    Raises
+    ------
+    InputError
+        If the gap is wider than a fifth of L.
+    """
     if not width <= _WIDEST * whisker.length:
         most = 1e3 * _WIDEST * whisker.length
         raise RangeError("gap_width", f"must be at most {most:.3g} mm for the rod", f"{width:g} m", "for example 0.5mm")
     if (settings.fineness, settings.step) == (USUAL_ROD.fineness, USUAL_ROD.step):
         settings = replace(settings, fineness=settings.fineness.refined(2), step=settings.step / 2)
     gap = Gaps(np.array([0.0]), np.array([width]), depth)
-    held = RodPrediction(whisker, posture, gap, Scan(speed=speed, damping=damping), n_modes, settings)
-    data = held.sampled(_RATE, progress=progress)
-    largest = np.abs(data.mode_displacement.to_numpy()).max(axis=1)
-    return data.merge(dataset(mode=data.mode.to_numpy(), largest_mode_displacement=largest), combine_attrs="override")
+    return RodPrediction(whisker, posture, gap, Scan(speed=speed, damping=damping), n_modes, settings)

@@ -14,15 +14,18 @@ from vibrissa.mechanics.rod.damping import RodModes
 from vibrissa.mechanics.rod.kernels.contact_kernels import Stiffness, Touch, untouched
 from vibrissa.mechanics.rod.kernels.elastic_kernels import Segments
 from vibrissa.mechanics.rod.kernels.ground import Ground
+from vibrissa.mechanics.rod.kernels.record_kernels import COLUMNS
 from vibrissa.mechanics.rod.kernels.shaft import Shaft
-from vibrissa.mechanics.rod.kernels.step_kernels import CLAMPED, COLUMNS, Damping, Follicle, State, advance
+from vibrissa.mechanics.rod.kernels.state import CLAMPED, Damping, Follicle, State
+from vibrissa.mechanics.rod.kernels.step_kernels import Method, advance
 from vibrissa.mechanics.rod.rod_settings import Rod
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.whisker import Whisker
 
 _BLOCK = 400  # steps after which a run is looked at
 _LOST = 40  # steps of a block whose iterations may fail before a run is given up
-_AWAY = 2.0  # [L] from the origin, where no node of a whisker at work is
+_AWAY = 2.0  # [L] from the base, where no node of a whisker at work is
+_HALVINGS = 8  # of a step that does not converge: 25 µs become 0.1 µs at least
 
 
 class Record(NamedTuple):
@@ -36,12 +39,12 @@ class Record(NamedTuple):
         Of the shaft on the follicle, along x and y, over the force unit.
     moment : (T,) array
         At the base, over force unit and L.
-    contact : (9, T) array
+    contact : (11, T) array
         ``Touch.summary``.
     energy : (6, T) array
         Kinetic, elastic, power of viscous damping; work of the ground, work at the base, lost to friction.
-    steps, unconverged : int
-        Steps in all, and those whose iterations did not end.
+    steps, unconverged, redone : int
+        Steps in all, parts of steps whose iterations did not end, and steps that were redone in parts.
     shapes : (T, 2N + 3) array
         Positions; empty where they were not asked for.
     """
@@ -53,6 +56,7 @@ class Record(NamedTuple):
     energy: Array
     steps: int
     unconverged: int
+    redone: int
     shapes: Array
 
 
@@ -119,6 +123,7 @@ class RestingRod:
         *,
         every: int = 1,
         shapes: bool = False,
+        halvings: int = _HALVINGS,
         progress: Callable[[int, int], None] | None = None,
     ) -> Record:
         """Carry the rod through a drive; it goes on from where it was.
@@ -137,6 +142,8 @@ class RestingRod:
             Steps for each record.
         shapes : bool
             Record all positions too.
+        halvings : int
+            How often a step that does not converge is halved.
         progress : callable, optional
             Takes the records that are done, and all of them.
 
@@ -156,16 +163,17 @@ class RestingRod:
         kept = np.zeros((rows if shapes else 0, self.state.at.size))
         resting = project @ self.state.at
         chunk = every * max(1, _BLOCK // every)
-        settings = self.settings
+        method = Method(step, self.settings.tolerance, halvings)
         for first in range(0, rows * every, chunk):
             last, lost = min(first + chunk, rows * every), self.state.counts[1]
             lines = slice(first // every, last // every)
             advance(
-                self.shaft, ground, self.stiffness, self.damping, self.follicle, drive[first : last + 1], step,
-                settings.tolerance, every, project, self.state, self.touch, self.work, record[lines],
+                self.shaft, ground, self.stiffness, self.damping, self.follicle, drive[first : last + 1], method,
+                every, project, self.state, self.touch, self.work, record[lines],
                 kept[lines] if shapes else kept,
             )  # fmt: skip
-            if self.state.counts[1] - lost > _LOST or not np.abs(self.state.at).max() < _AWAY:
+            away = np.abs(self.state.at[:-1].reshape(-1, 2) - drive[last, 2:4]).max()
+            if self.state.counts[1] - lost > _LOST or not away < _AWAY:
                 raise ConvergenceError(
                     "motion of the rod", float(np.abs(self.state.force).max()), int(self.state.counts[0])
                 )
@@ -177,9 +185,10 @@ class RestingRod:
             projected=columns[:m] - resting[:, None],
             force=columns[m : m + 2],
             moment=columns[m + 2],
-            contact=columns[m + 3 : m + 12],
-            energy=columns[m + 12 : m + 18],
+            contact=columns[m + 3 : m + 14],
+            energy=columns[m + 14 : m + 20],
             steps=rows * every,
-            unconverged=int(columns[m + 18, -1]) if rows else 0,
+            unconverged=int(columns[m + 20, -1]) if rows else 0,
+            redone=int(self.state.counts[2]),
             shapes=kept,
         )

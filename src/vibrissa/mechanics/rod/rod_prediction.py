@@ -11,6 +11,7 @@ import numpy as np
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError, TooFewError
 from vibrissa.exact import cone_kappa
+from vibrissa.mechanics.rod.film import Film, film_of
 from vibrissa.mechanics.rod.rod_scan import RodRun, drag
 from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
 from vibrissa.mechanics.rod.rod_states import STATES, contact_states
@@ -100,6 +101,7 @@ class RodPrediction:
         nodes: Array | None = None,
         *,
         duration: float | None = None,
+        shapes: bool = False,
         progress: Callable[[int, int], None] | None = None,
     ) -> RodRun:
         """The run, recorded at a rate.
@@ -112,6 +114,8 @@ class RodPrediction:
             Points whose motion is wanted, over L from the tip of the cone.
         duration : float, optional
             From time 0 [s]; until all is quiet by default.
+        shapes : bool
+            Record the whole shaft too.
         progress : callable, optional
             Takes the records that are done, and all of them.
 
@@ -144,8 +148,35 @@ class RodPrediction:
             n_modes=self.n_modes,
             nodes=() if nodes is None else tuple(nodes),
             settings=self.settings,
+            shapes=shapes,
             progress=progress,
         )
+
+    def film(self, rate: float, *, progress: Callable[[int, int], None] | None = None) -> Film:
+        """What a movie of it shows.
+
+        Parameters
+        ----------
+        rate : float
+            Records per second [Hz].
+        progress : callable, optional
+            Takes the records that are done, and all of them.
+
+        Returns
+        -------
+        Film
+            In the frame of the base.
+
+        Raises
+        ------
+        InputError
+            As of :meth:`run`.
+        """
+        run = self.run(rate, shapes=True, progress=progress)
+        travelled = -self.scan.speed * run.time / self.whisker.length
+        shift = np.column_stack([travelled, np.zeros(run.time.size)])
+        held = (run.record, run.ground, run.rod.shaft.s, shift, self._states(run))
+        return film_of(self.whisker, run.time, *held)
 
     def displacement(self, t: Array, s: Array) -> Array:
         """Motion along the normal at points of the shaft, on an even grid of times that begins at 0.
@@ -196,7 +227,8 @@ class RodPrediction:
             ``mode_displacement`` (mode, time), what a movie shows of the pinned modes: the motion from the equilibrium
             along its normal, fitted; its ``envelope`` [m] and ``mode_sd``; what the follicle feels; ``contact_state``,
             ``contact_count``, ``first_contact``, ``last_contact`` [m from the base], ``contact_load`` (time);
-            ``displacement`` (time, node) [m]; shares of time of the states; the attribute ``verdict``.
+            ``displacement`` (time, node) [m]; ``free_end_length``, from the contact that is nearest to the tip, at the
+            first moment, to the tip [m]; shares of time of the states; the attribute ``verdict``.
 
         Raises
         ------
@@ -224,7 +256,7 @@ class RodPrediction:
             kappa=cone_kappa(self.posture.contact, self.n_modes),
             resonant_frequency=self.resonances,
             rod_frequency=run.rod.modes.kappa / (2 * np.pi * self.whisker.timescale),
-            free_end_length=(self.posture.contact - self.whisker.tip) * self.whisker.length,
+            free_end_length=self._free_end(run),
             weight_ratio=own_weight(self.whisker) / on_the_flat(self.posture).contact_force,
             unconverged_share=run.record.unconverged / run.record.steps,
             contact_state=state,
@@ -236,7 +268,7 @@ class RodPrediction:
     def _signals(self, run: RodRun) -> dict[str, Array]:
         record, angle = run.record, self.posture.base_angle
         unit, length = force_unit(self.whisker), self.whisker.length
-        _, _, first, last, count, *_ = record.contact
+        first, last, count = record.contact[2:5]
         none = np.where(count > 0, 1.0, np.nan)
         return {
             "base_moment": unit * length * record.moment,
@@ -249,9 +281,14 @@ class RodPrediction:
             "last_contact": none * (1 - first) * length,
         }
 
+    def _free_end(self, run: RodRun) -> float:
+        """From the first record's contact that is nearest to the tip, to the tip [m]; NaN if nothing touches then."""
+        touching = run.record.contact[4] > 0
+        last = run.record.contact[2, 0] if touching[0] else np.nan
+        return float(last - run.rod.shaft.s[0]) * self.whisker.length
+
     def _states(self, run: RodRun) -> Integers:
-        held = {"speed": self.scan.speed, "contact": self.posture.contact, "length": self.whisker.length}
-        return contact_states(run.record.contact, run.time, self.texture, **held)
+        return contact_states(run.record.contact, self.texture, self.whisker.length)
 
     def _attributes(self) -> dict[str, Any]:
         surface = (

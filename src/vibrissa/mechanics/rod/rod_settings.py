@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.errors import RangeError
-from vibrissa.mechanics.rod.kernels.step_kernels import Follicle
+from vibrissa.mechanics.rod.kernels.state import Follicle
 from vibrissa.mechanics.rod.mesh import USUAL, Fineness
 from vibrissa.whisker.curvature import MOST, IntrinsicCurvature
 
@@ -95,7 +95,7 @@ class Rod:
     @property
     def follicle(self) -> Follicle:
         """How the base is held."""
-        return Follicle(self.follicle_translation, self.follicle_rotation)
+        return Follicle(float(self.follicle_translation), float(self.follicle_rotation))
 
 
 USUAL_ROD = Rod()  # the free end straight, the base clamped

@@ -118,6 +118,9 @@ def map_verdict(contact: Array, tip: float, length: float, widest: float) -> str
     return f"{OUTSIDE if long.mean() > MOST_JUMPS else CAUTION}: free end is longer than every gap at {where} ({PAGE})"
 
 
+THIN_TIP = 0.03  # over L: where the rod ends if its tip is thinner
+
+
 def rod_map_verdict(tip: float) -> str:
     """Verdict on a map by the rod, which includes the free end.
 
@@ -139,7 +142,8 @@ def rod_map_verdict(tip: float) -> str:
 def rod_verdict(facts: Mapping[str, Any] | xr.Dataset) -> str:
     """Verdict on a scan by the rod, which includes the free end: which input is missing, and what the rod leaves out.
 
-    *Caution*: no physical tip was given, so that the shaft ends in a point that no whisker has; own weight above 0.2 of
+    *Caution*: no physical tip was given, so that the shaft ends in a point that no whisker has, or one thinner than the
+    rod can end in, which may be a length in metres; own weight above 0.2 of
     the contact force, which the rod leaves out; more than one step in a thousand did not converge; off the ground for
     more than a tenth of the time. *Outside the model*: off the ground for more than half of it.
 
@@ -156,6 +160,10 @@ def rod_verdict(facts: Mapping[str, Any] | xr.Dataset) -> str:
     reasons = []
     if getattr(facts, "attrs", {}).get("whisker_tip") == 0:
         reasons.append("no physical tip was given, the shaft ends in a point")
+    if 0 < (tip := float(getattr(facts, "attrs", {}).get("whisker_tip", 0))) < THIN_TIP:
+        length = float(facts.attrs["whisker_length"])  # type: ignore[union-attr]
+        metres = f"a tip of {1e3 * tip:.3g} mm is {tip / length:.3g}" if tip < length else "is it in metres?"
+        reasons.append(f"the tip {tip:.3g} counts over L, and the rod ends at {THIN_TIP:g} ({metres})")
     if (weight := _of(facts, "weight_ratio", 0)) > HEAVY:
         reasons.append(f"own weight is {weight:.2g} of the contact force")
     if (share := _of(facts, "unconverged_share", 0)) > UNCONVERGED:

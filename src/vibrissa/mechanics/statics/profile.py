@@ -321,6 +321,7 @@ def check_tip(posture: Posture, whisker: Whisker) -> None:
     """
     if posture.contact < whisker.tip:
         share = posture.contact / whisker.length
-        remedy = f"give it over L: {share:.5g} for {posture.contact:g} m" if whisker.tip < share < 1 else ""
+        beyond = f"give a contact above {whisker.tip:.4g}, nearer to the base, or a tip below {posture.contact:.4g}"
+        remedy = f"give it over L: {share:.5g} for {posture.contact:g} m" if whisker.tip < share < 1 else beyond
         rule = f"must not lie beyond the whisker's tip at {whisker.tip:.4g}"
         raise RangeError("Posture.contact", rule, posture.contact, remedy)

@@ -20,6 +20,7 @@ from vibrissa.mechanics.statics.contact_law import ContactLaw, friction_ratio
 _BEARS = 1e-2  # normal force over s² above which a contact counts: a hundredth of what it bears at rest, or less
 MARGIN = 1e-3  # over L: what is farther from the ground cannot touch it within a step
 _CLOSE = 2.5e-4  # the same of an edge under the shaft
+_CLEAR = 1e-12  # over L: above the errors of rounding
 
 Point = tuple[float, float, float, float, float, float]  # normal, tangent, gap, slip
 Push = tuple[float, float, float, float, float, float, float, bool]  # force, its four derivatives, drag, sticks
@@ -54,10 +55,10 @@ class Touch(NamedTuple):
         Edges that may touch within this step, and the segments over them.
     near : (2,) array
         How many nodes from the tip on may touch, and how many of the edges.
-    summary : (9,) array
+    summary : (11,) array
         Of this iteration: normal force, force of friction, s of the first contact and of the last, how many contacts,
         how many of them stick; energy stored in the ground, work of the ground on the shaft in this step, energy that
-        friction dissipated in it.
+        friction dissipated in it; x of those two contacts, in the frame of the ground.
     """
 
     node_drag: Array
@@ -85,7 +86,7 @@ def untouched(nodes: int, edges: int) -> Touch:
     """
     whole = np.zeros(edges, np.int64)
     drag = (np.zeros(nodes), np.zeros(edges), np.zeros(nodes), np.zeros(edges))
-    return Touch(*drag, whole, whole.copy(), np.zeros(2, np.int64), np.zeros(9))
+    return Touch(*drag, whole, whole.copy(), np.zeros(2, np.int64), np.zeros(11))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -115,10 +116,10 @@ def find_near(shaft: Shaft, ground: Ground, shift: tuple[float, float], at: Arra
         return
     count = shaft.rest.size
     last = min(near, count)
-    low = np.searchsorted(ground.x[ground.edge], min(at[0], at[2]) - shift[0] - MARGIN)
+    low = np.searchsorted(ground.edge_x, min(at[0], at[2]) - shift[0] - MARGIN)
     j = 0
     for k in range(low, ground.edge.size):
-        x, y = ground.x[ground.edge[k]] + shift[0], ground.y[ground.edge[k]] + shift[1]
+        x, y = ground.edge_x[k] + shift[0], ground.y[ground.edge[k]] + shift[1]
         if x > at[2 * last] + MARGIN:
             break
         while j < count - 1 and at[2 * j + 2] <= x:
@@ -153,14 +154,22 @@ def _push(point: Point, drag: float, local: float, stiffness: Stiffness) -> Push
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _note(
-    summary: Array, point: Point, push: Push, drag: float, s: float, travel: tuple[float, float], stiffness: Stiffness
+    summary: Array,
+    point: Point,
+    push: Push,
+    drag: float,
+    s: float,
+    x: float,
+    travel: tuple[float, float],
+    stiffness: Stiffness,
 ) -> None:
     """Add one contact to the summary; what bears next to nothing is not counted as a contact."""
     normal, now = -stiffness.normal * point[4], push[6]
     if normal > _BEARS * s**2:
-        if summary[4] == 0:
-            summary[2] = summary[3] = s
-        summary[2], summary[3] = min(summary[2], s), max(summary[3], s)
+        if summary[4] == 0 or s < summary[2]:
+            summary[2], summary[9] = s, x
+        if summary[4] == 0 or s > summary[3]:
+            summary[3], summary[10] = s, x
         summary[4] += 1
         summary[5] += push[7]
     summary[0] += normal
@@ -210,7 +219,7 @@ def add_contacts(
         if at[2 * i + 1] - shaft.radius[i] > ground.top + shift[1]:
             continue
         last = before[2 * i + 1] - shift[1] + travel[1]
-        gap, nx, ny, corner = clearance(ground, at[2 * i] - shift[0], at[2 * i + 1] - shift[1], last)
+        gap, nx, ny, corner = clearance(ground, at[2 * i] - shift[0], at[2 * i + 1] - shift[1], last, shaft.radius[i])
         gap -= shaft.radius[i]
         if gap >= 0 or (corner and i > 0):  # the shaft between nodes meets edges below
             continue
@@ -221,10 +230,16 @@ def add_contacts(
         force[2 * i + 1] += push[1]
         add_block(matrix, i, i, push[2:6])
         touch.node_drag_now[i] = push[6]
-        _note(touch.summary, point, push, touch.node_drag[i], shaft.s[i], travel, stiffness)
+        _note(touch.summary, point, push, touch.node_drag[i], shaft.s[i], at[2 * i] - shift[0], travel, stiffness)
     for i in range(touch.near[0], shaft.s.size):
         touch.node_drag_now[i] = 0.0
     for k in range(touch.near[1]):
+        j, corner = touch.segment[k], ground.edge[touch.edge[k]]
+        touch.edge_drag_now[touch.edge[k]] = 0.0
+        ex, ey = at[2 * j + 2] - at[2 * j], at[2 * j + 3] - at[2 * j + 1]
+        dx, dy = ground.x[corner] + shift[0] - at[2 * j], ground.y[corner] + shift[1] - at[2 * j + 1]
+        if dx * ey - dy * ex > (max(shaft.radius[j], shaft.radius[j + 1]) + _CLEAR) * (abs(ex) + abs(ey)):
+            continue  # most edges of a relief
         _add_edge(shaft, ground, stiffness, shift, travel, at, before, touch, k, force, matrix)
 
 
@@ -244,13 +259,12 @@ def _add_edge(
 ) -> None:
     """The shaft between two nodes on one edge of the ground."""
     edge, j = touch.edge[k], touch.segment[k]
-    touch.edge_drag_now[edge] = 0.0
     ax, ay = at[2 * j], at[2 * j + 1]
     ex, ey = at[2 * j + 2] - ax, at[2 * j + 3] - ay
-    length = np.sqrt(ex * ex + ey * ey)
-    tx, ty = ex / length, ey / length
     corner = ground.edge[edge]
     dx, dy = ground.x[corner] + shift[0] - ax, ground.y[corner] + shift[1] - ay
+    length = np.sqrt(ex * ex + ey * ey)
+    tx, ty = ex / length, ey / length
     share = (dx * tx + dy * ty) / length
     if share < 0 or share > 1:
         if j == 0 and share < 0:
@@ -276,7 +290,7 @@ def _add_edge(
         for b, share_b in ((j, near), (j + 1, far)):
             both = share_a * share_b
             add_block(matrix, a, b, (both * push[2], both * push[3], both * push[4], both * push[5]))
-    _note(touch.summary, point, push, touch.edge_drag[edge], local, travel, stiffness)
+    _note(touch.summary, point, push, touch.edge_drag[edge], local, ground.x[corner], travel, stiffness)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

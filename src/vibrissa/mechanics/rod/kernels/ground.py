@@ -13,7 +13,8 @@ from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import Gaps
 
 _FAR = 1e3  # over L: how far the ground goes on, flat, beyond its ends
-_ARC = 8  # pieces of a rounded edge
+_SAGITTA = 3e-9  # [m] by which the straight pieces of a rounded edge miss its arc at most
+_EVEN = 1e-9  # [rad]: pieces that turn by less are one, whose points are rounded
 _LIP = 2.5e-5  # over L: what is less than this below an edge slides over it
 
 
@@ -26,6 +27,8 @@ class Ground(NamedTuple):
         Corners of the line, x not descending: two equal ones make a wall.
     edge : (C,) array
         Numbers of the convex corners, on which a shaft may rest between its nodes.
+    edge_x : (C,) array
+        Their x.
     top : float
         Greatest height.
     """
@@ -33,6 +36,7 @@ class Ground(NamedTuple):
     x: Array
     y: Array
     edge: Integers
+    edge_x: Array
     top: float
 
     def raised(self, by: float) -> Ground:
@@ -87,8 +91,10 @@ def ground_of(surface: Gaps | HeightProfile | None, length: float, edge_radius: 
 
 def _ground(x: Array, y: Array) -> Ground:
     step_x, step_y = np.diff(x), np.diff(y)
-    convex = step_x[:-1] * step_y[1:] - step_y[:-1] * step_x[1:] < 0
-    return Ground(x=x, y=y, edge=1 + np.flatnonzero(convex), top=float(y.max()))
+    length = np.hypot(step_x, step_y)
+    convex = step_x[:-1] * step_y[1:] - step_y[:-1] * step_x[1:] < -_EVEN * length[1:] * length[:-1]
+    edge = 1 + np.flatnonzero(convex)
+    return Ground(x=x, y=y, edge=edge, edge_x=x[edge], top=float(y.max()))
 
 
 def _gap_line(gaps: Gaps, radius: float) -> tuple[Array, Array]:
@@ -97,7 +103,7 @@ def _gap_line(gaps: Gaps, radius: float) -> tuple[Array, Array]:
     if not 0 <= radius <= min(gaps.depth, land.min() / 2):
         most = min(gaps.depth, land.min() / 2)
         raise RangeError("edge_radius", f"must lie in 0 to {most:.3g} m, the depth or half a land", radius)
-    turn = np.linspace(0, np.pi / 2, _ARC + 1) if radius else np.zeros(1)
+    turn = np.linspace(0, np.pi / 2, _pieces(radius) + 1) if radius else np.zeros(1)
     along, down = radius * (np.sin(turn) - 1) if radius else np.zeros(1), radius * (np.cos(turn) - 1)
     left = gaps.position[:, None] + along  # the land ends in an arc, then the wall
     right = (gaps.end[:, None] - along)[:, ::-1]
@@ -105,6 +111,12 @@ def _gap_line(gaps: Gaps, radius: float) -> tuple[Array, Array]:
     x = np.hstack([left, gaps.position[:, None], gaps.end[:, None], right])
     y = np.hstack([np.broadcast_to(down, left.shape), floor, floor, np.broadcast_to(down[::-1], right.shape)])
     return x.ravel(), y.ravel()
+
+
+def _pieces(radius: float) -> int:
+    """Straight pieces of a quarter of a circle, so that none is farther from it than a sagitta [m]."""
+    half = np.arccos(max(1 - _SAGITTA / radius, 0.0))
+    return int(np.ceil(np.pi / 4 / half))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -132,10 +144,24 @@ def _passable(ground: Ground, piece: int, last: float) -> bool:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def clearance(ground: Ground, x: float, y: float, last: float) -> tuple[float, float, float, bool]:
+def _under(x: Array, place: float) -> int:
+    """Number of the piece under a place, by halves."""
+    low, high = 0, x.size - 1
+    while high - low > 1:
+        middle = (low + high) >> 1
+        if x[middle] <= place:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def clearance(ground: Ground, x: float, y: float, last: float, radius: float) -> tuple[float, float, float, bool]:
     """Distance of a point from the ground, negative within it, and the direction away from the ground.
 
-    A wall holds only what was below its top: a tip that slides off an edge is not caught by the wall under it.
+    A wall holds only what was below its top: a tip that slides off an edge is not caught by the wall under it. Only
+    pieces nearer than the radius are looked at for a point above the ground; without one nothing can touch it.
 
     Parameters
     ----------
@@ -145,16 +171,22 @@ def clearance(ground: Ground, x: float, y: float, last: float) -> tuple[float, f
         The point, in the frame of the ground.
     last : float
         Its height after the step before.
+    radius : float
+        What is farther above the ground than this is of no interest.
 
     Returns
     -------
     tuple of 3 floats and a bool
-        Distance, the unit vector's components, and whether a corner is nearest.
+        Distance, the unit vector's components, and whether a corner is nearest; the radius for what is farther above.
     """
-    under = int(np.searchsorted(ground.x, x, side="right")) - 1
-    best, dx, dy, at_end = _from_piece(ground, under, x, y)
+    under = _under(ground.x, x)
     slope = (ground.y[under + 1] - ground.y[under]) / (ground.x[under + 1] - ground.x[under])
     height = ground.y[under] + slope * (x - ground.x[under])
+    best, dx, dy, at_end = _from_piece(ground, under, x, y)
+    if y > height and best > radius * radius:
+        best, dx, dy = radius * radius, 0.0, radius
+        if radius == 0:
+            return 0.0, 0.0, 1.0, False
     for way in (-1, 1):
         piece = under + way
         while 0 <= piece < ground.x.size - 1:
