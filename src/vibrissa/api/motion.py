@@ -13,6 +13,8 @@ from vibrissa.api.arguments import names_arguments
 from vibrissa.api.remarks import as_sentence, remark
 from vibrissa.api.rods import Model, refuse_forms, rod_of
 from vibrissa.errors import ConflictError, InputError, RangeError
+from vibrissa.mechanics.free_end.free_end_prediction import FreeEndPrediction
+from vibrissa.mechanics.free_end.validity import chosen
 from vibrissa.mechanics.modes.basis import Modes
 from vibrissa.mechanics.quasi_static.response import Form
 from vibrissa.mechanics.rod.rod_prediction import RodPrediction
@@ -42,11 +44,11 @@ class Motion:
 
     Attributes
     ----------
-    prediction : Prediction, ReliefPrediction, SlowPrediction or RodPrediction
+    prediction : Prediction, ReliefPrediction, SlowPrediction, RodPrediction or FreeEndPrediction
         The model, which gives every quantity at any time.
     """
 
-    prediction: Prediction | ReliefPrediction | SlowPrediction | RodPrediction
+    prediction: Prediction | ReliefPrediction | SlowPrediction | RodPrediction | FreeEndPrediction
 
     @property
     def whisker(self) -> Whisker:
@@ -65,6 +67,8 @@ class Motion:
         kind = {Prediction: "gaps", ReliefPrediction: "a height profile", SlowPrediction: "gaps, posture changing"}
         if isinstance(self.prediction, RodPrediction):
             return f"<Motion of the whole whisker at {scan.speed:g} m/s: .sample(rate), .plot()>"
+        if isinstance(self.prediction, FreeEndPrediction):
+            return f"<Motion with the free end at {scan.speed:g} m/s: .sample(rate), .plot()>"
         try:
             found = self.verdict.partition(";")[0].partition(" (docs/")[0]
         except InputError:  # too long to be sampled whole
@@ -109,7 +113,7 @@ class Motion:
                 raise ConflictError("nodes", "must be left out where the posture changes", nodes)
             start, stop = self.prediction.path.time[[0, -1]]
             return active_whisking.slow_signals(self.prediction, np.arange(start, stop, 1 / rate))
-        if isinstance(self.prediction, RodPrediction):
+        if isinstance(self.prediction, RodPrediction | FreeEndPrediction):
             data = self.prediction.sampled(rate, nodes)
         elif isinstance(self.prediction, ReliefPrediction):
             data = scanned_relief(self.prediction, rate, nodes=nodes)
@@ -137,7 +141,7 @@ class Motion:
         """
         if isinstance(self.prediction, SlowPrediction):
             judged, *lines = active_whisking.remarks(self.prediction)
-        elif isinstance(self.prediction, RodPrediction):
+        elif isinstance(self.prediction, RodPrediction | FreeEndPrediction):
             judged, lines = str(self.sample(rate).attrs["verdict"]), []
         elif isinstance(self.prediction, ReliefPrediction):
             judged, *lines = diagnostics.relief_remarks(self.sample(rate))
@@ -199,9 +203,11 @@ def scan(
         Number of modes.
     response, jump, modes
         Forms of the model of modes, as of :class:`vibrissa.mechanics.scan.scan_settings.Scan`.
-    model : {"modes", "rod"} or Rod
-        The paper's modes of a shaft that touches the ground in a single contact, or the whole whisker as a rod, whose
-        free end touches it too: ``"rod"``, or a :class:`vibrissa.mechanics.rod.rod_settings.Rod` with intrinsic
+    model : {"modes", "free-end", "rod", "auto"} or Rod
+        The paper's modes of a shaft that touches the ground in a single contact; a model as fast whose free end
+        bears on the land behind each gap (``"free-end"``, gaps only); ``"auto"``, the second for gaps, else the
+        first, whose verdicts name the rod where neither is valid; or the whole whisker as a rod:
+        ``"rod"``, or a :class:`vibrissa.mechanics.rod.rod_settings.Rod` with intrinsic
         curvature, rounded edges or a compliant follicle. It is computed each time it is sampled, which takes some 0.5 s
         for each second.
 
@@ -226,16 +232,20 @@ def scan(
     """
     how = Scan(speed=speed, damping=damping, response=response, jump=jump, modes=modes)
     rod = rod_of(model)
-    if rod is not None:
-        refuse_forms(response, jump, modes)
+    if model == "auto" and not isinstance(posture, PosturePath):
+        model = chosen(posture, surface)
+    if model != "modes":
+        refuse_forms(response, jump, modes, model if isinstance(model, str) else "rod")
     if isinstance(posture, PosturePath):
-        if rod is not None:
+        if model != "modes":
             raise ConflictError("model", "must be 'modes' where the posture changes", repr(model))
         if isinstance(surface, HeightProfile):
             raise ConflictError("surface", "must be gaps where the posture changes", "a height profile")
         return Motion(active_whisking.predict_slow(whisker, posture, surface, how, n_modes=n_modes))
     if rod is not None:
         return Motion(RodPrediction(whisker, posture, surface, how, n_modes, rod))
+    if model == "free-end":
+        return Motion(FreeEndPrediction(whisker, posture, surface, how, n_modes))  # type: ignore[arg-type]
     if isinstance(surface, HeightProfile):
         return Motion(predict_relief(whisker, posture, surface, how, n_modes=n_modes))
     return Motion(predict(whisker, posture, surface, how, n_modes=n_modes))
