@@ -35,7 +35,7 @@ from vibrissa.whisker import Whisker
 if TYPE_CHECKING:
     import xarray as xr
 
-_STEP, _WAIT, _LOOK = 2e-4, 1e-4, 1e-3  # [s] of the march; a fifth of each changes correlations by 0.001
+_STEP, _WAIT, _LOOK = 4e-4, 1e-4, 1e-3  # [s] of the march; half of each changes correlations by 0.001
 _RINGING, _LONGEST_RINGING = 7.0, 1.0  # decay times of the first mode after the last event, and [s] at most
 _MOST_SAMPLES = 20_000_000
 _ROOM = 20  # phases for each gap, at first
@@ -161,7 +161,7 @@ class FreeEndPrediction:
                 np.empty(room), np.empty(room, np.int64), np.empty((room, 2, m)), np.empty((room, m, n)),
                 np.empty((room, 2, n)),
             )  # fmt: skip
-            stop = (self.duration + 1.0) / self.whisker.timescale
+            stop = self.duration / self.whisker.timescale  # what rings then goes on ringing
             count = march(self.tables, course, stop, Work(*(np.zeros(size) for size in sizes)), phases)
             if count >= 0:
                 e = slice(count)

@@ -15,7 +15,7 @@ from vibrissa.mechanics.free_end.support_kernels import NEVER, next_support
 from vibrissa.mechanics.free_end.tables import Tables
 from vibrissa.mechanics.vibration.excitation import horner
 
-_HALVINGS = 6  # of a step of the march: events are found to within 3 µs
+_HALVINGS = 7  # of a step of the march: events are found to within 3 µs
 
 
 @njit(inline="always", error_model="numpy")
