@@ -11,6 +11,7 @@ from vibrissa.api.arguments import names_arguments
 from vibrissa.api.motion import Motion
 from vibrissa.api.remarks import remark_left_out
 from vibrissa.errors import ConflictError, MissingError
+from vibrissa.mechanics.free_end.free_end_prediction import FreeEndPrediction
 from vibrissa.mechanics.inverse.decomposition import Method
 from vibrissa.mechanics.inverse.resonance import fit_modes
 from vibrissa.mechanics.inverse.stationary_posture import Line, fit_profile
@@ -175,7 +176,7 @@ def fit_resonances(
     """
     if motion is not None and isinstance(motion.prediction, SlowPrediction | SwingPrediction):
         raise ConflictError("motion", "must be of one posture", "one that changes")
-    if motion is not None and isinstance(motion.prediction, RodPrediction):
+    if motion is not None and isinstance(motion.prediction, RodPrediction | FreeEndPrediction):
         raise ConflictError("motion", "must be predicted by modes", "the whole whisker", "vb.scan without model")
     known = None if motion is None else motion.prediction
     if guess is None:
@@ -184,7 +185,7 @@ def fit_resonances(
         start = modal.expected_frequency.to_numpy()
     else:
         start = np.asarray(guess, float)
-    assert not isinstance(known, SlowPrediction | RodPrediction | SwingPrediction)
+    assert not isinstance(known, SlowPrediction | RodPrediction | SwingPrediction | FreeEndPrediction)
     found = fit_modes(modal, start, prediction=known, exposure=exposure)[0]
     remark_left_out(found)
     return found

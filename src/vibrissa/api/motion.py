@@ -13,6 +13,8 @@ from vibrissa.api.arguments import names_arguments
 from vibrissa.api.remarks import as_sentence, remark
 from vibrissa.api.rods import Model, refuse_forms, rod_of
 from vibrissa.errors import ConflictError, InputError, RangeError
+from vibrissa.mechanics.free_end.free_end_prediction import FreeEndPrediction
+from vibrissa.mechanics.free_end.validity import chosen
 from vibrissa.mechanics.modes.basis import Modes
 from vibrissa.mechanics.quasi_static.response import Form
 from vibrissa.mechanics.rod.rod_prediction import RodPrediction
@@ -44,11 +46,11 @@ class Motion:
 
     Attributes
     ----------
-    prediction : Prediction, ReliefPrediction, SlowPrediction, RodPrediction or SwingPrediction
+    prediction : Prediction, ReliefPrediction, SlowPrediction, RodPrediction, SwingPrediction or FreeEndPrediction
         The model, which gives every quantity at any time.
     """
 
-    prediction: Prediction | ReliefPrediction | SlowPrediction | RodPrediction | SwingPrediction
+    prediction: Prediction | ReliefPrediction | SlowPrediction | RodPrediction | SwingPrediction | FreeEndPrediction
 
     @property
     def whisker(self) -> Whisker:
@@ -69,6 +71,8 @@ class Motion:
         kind = {Prediction: "gaps", ReliefPrediction: "a height profile", SlowPrediction: "gaps, posture changing"}
         if isinstance(self.prediction, RodPrediction):
             return f"<Motion of the whole whisker at {scan.speed:g} m/s: .sample(rate), .plot()>"
+        if isinstance(self.prediction, FreeEndPrediction):
+            return f"<Motion with the free end at {scan.speed:g} m/s: .sample(rate), .plot()>"
         try:
             found = self.verdict.partition(";")[0].partition(" (docs/")[0]
         except InputError:  # too long to be sampled whole
@@ -116,7 +120,7 @@ class Motion:
                 return self.prediction.sampled(rate)
             start, stop = self.prediction.path.time[[0, -1]]
             return active_whisking.slow_signals(self.prediction, np.arange(start, stop, 1 / rate))
-        if isinstance(self.prediction, RodPrediction):
+        if isinstance(self.prediction, RodPrediction | FreeEndPrediction):
             data = self.prediction.sampled(rate, nodes)
         elif isinstance(self.prediction, ReliefPrediction):
             data = scanned_relief(self.prediction, rate, nodes=nodes)
@@ -144,7 +148,7 @@ class Motion:
         """
         if isinstance(self.prediction, SlowPrediction):
             judged, *lines = active_whisking.remarks(self.prediction)
-        elif isinstance(self.prediction, RodPrediction | SwingPrediction):
+        elif isinstance(self.prediction, RodPrediction | SwingPrediction | FreeEndPrediction):
             judged, lines = str(self.sample(rate).attrs["verdict"]), []
         elif isinstance(self.prediction, ReliefPrediction):
             judged, *lines = diagnostics.relief_remarks(self.sample(rate))
@@ -207,9 +211,11 @@ def scan(
         Number of modes.
     response, jump, modes
         Forms of the model of modes, as of :class:`vibrissa.mechanics.scan.scan_settings.Scan`.
-    model : {"modes", "rod"} or Rod
-        The paper's modes of a shaft that touches the ground in a single contact, or the whole whisker as a rod, whose
-        free end touches it too: ``"rod"``, or a :class:`vibrissa.mechanics.rod.rod_settings.Rod` with intrinsic
+    model : {"modes", "free-end", "rod", "auto"} or Rod
+        The paper's modes of a shaft that touches the ground in a single contact; a model as fast whose free end
+        bears on the land behind each gap (``"free-end"``, gaps only); ``"auto"``, the second for gaps, else the
+        first, whose verdicts name the rod where neither is valid; or the whole whisker as a rod:
+        ``"rod"``, or a :class:`vibrissa.mechanics.rod.rod_settings.Rod` with intrinsic
         curvature, rounded edges or a compliant follicle. It is computed each time it is sampled, which takes some 0.5 s
         for each second.
 
@@ -232,21 +238,35 @@ def scan(
     >>> motion.sample(rate=2000).envelope.attrs["units"]
     'm'
     """
-    rod = rod_of(model)
-    if rod is not None:
-        refuse_forms(response, jump, modes)
-    if isinstance(posture, BasePath | PosturePath) and rod is not None:
-        path = posture if isinstance(posture, BasePath) else BasePath.of(posture)
-        return Motion(SwingPrediction(whisker, path, surface, speed, damping, rod))
-    if isinstance(posture, BasePath):
-        raise ConflictError("model", "must be 'rod' for a base path", repr(model), "model='rod'")
     how = Scan(speed=speed, damping=damping, response=response, jump=jump, modes=modes)
-    if isinstance(posture, PosturePath):
-        if isinstance(surface, HeightProfile):
-            raise ConflictError("surface", "must be gaps where the posture changes", "a height profile")
-        return Motion(active_whisking.predict_slow(whisker, posture, surface, how, n_modes=n_modes))
+    if isinstance(posture, BasePath | PosturePath):
+        return _moving(whisker, posture, surface, how, n_modes, model)
+    rod = rod_of(model)
+    if model == "auto":
+        model = chosen(posture, surface)
+    if model != "modes":
+        refuse_forms(response, jump, modes, model if isinstance(model, str) else "rod")
     if rod is not None:
         return Motion(RodPrediction(whisker, posture, surface, how, n_modes, rod))
+    if model == "free-end":
+        return Motion(FreeEndPrediction(whisker, posture, surface, how, n_modes))  # type: ignore[arg-type]
     if isinstance(surface, HeightProfile):
         return Motion(predict_relief(whisker, posture, surface, how, n_modes=n_modes))
     return Motion(predict(whisker, posture, surface, how, n_modes=n_modes))
+
+
+def _moving(
+    whisker: Whisker, path: BasePath | PosturePath, surface: Gaps | HeightProfile, how: Scan, n_modes: int, model: Model
+) -> Motion:
+    """Motion of a whisker whose posture changes: by the rod, or slowly, by modes."""
+    if (rod := rod_of(model)) is not None:
+        refuse_forms(how.response, how.jump, how.modes)
+        swing = path if isinstance(path, BasePath) else BasePath.of(path)
+        return Motion(SwingPrediction(whisker, swing, surface, how.speed, how.damping, rod))
+    if isinstance(path, BasePath):
+        raise ConflictError("model", "must be 'rod' for a base path", repr(model), "model='rod'")
+    if model != "modes":
+        raise ConflictError("model", "must be 'modes' or 'rod' where the posture changes", repr(model))
+    if isinstance(surface, HeightProfile):
+        raise ConflictError("surface", "must be gaps where the posture changes", "a height profile")
+    return Motion(active_whisking.predict_slow(whisker, path, surface, how, n_modes=n_modes))

@@ -7,15 +7,15 @@ from typing import Literal
 from vibrissa.errors import ConflictError, UnknownError
 from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
 
-Model = Literal["modes", "rod"] | Rod
+Model = Literal["modes", "free-end", "rod", "auto"] | Rod
 
 
 def rod_of(model: Model) -> Rod | None:
-    """Settings of the rod that a model names; None of the modes.
+    """Settings of the rod that a model names; None of the others.
 
     Parameters
     ----------
-    model : {"modes", "rod"} or Rod
+    model : {"modes", "free-end", "rod", "auto"} or Rod
         As an argument of a public function.
 
     Returns
@@ -32,18 +32,20 @@ def rod_of(model: Model) -> Rod | None:
         return model
     if model == "rod":
         return USUAL_ROD
-    if model == "modes":
+    if model in ("modes", "free-end", "auto"):
         return None
-    raise UnknownError("model", "must be 'modes', 'rod' or a vb.Rod", repr(model))
+    raise UnknownError("model", "must be 'modes', 'free-end', 'rod', 'auto' or a vb.Rod", repr(model))
 
 
-def refuse_forms(response: str, jump: str, modes: str) -> None:
-    """Refuse forms of the model of modes, which the rod does not have.
+def refuse_forms(response: str, jump: str, modes: str, model: str = "rod") -> None:
+    """Refuse forms of the model of modes, which the others do not have.
 
     Parameters
     ----------
     response, jump, modes : str
         As arguments of :func:`vibrissa.scan`.
+    model : str
+        The other.
 
     Raises
     ------
@@ -56,4 +58,4 @@ def refuse_forms(response: str, jump: str, modes: str) -> None:
         ("modes", modes, "straight"),
     ):
         if value != usual:
-            raise ConflictError(name, "must be left out with model='rod'", repr(value))
+            raise ConflictError(name, f"must be left out with model={model!r}", repr(value))

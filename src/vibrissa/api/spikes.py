@@ -236,6 +236,7 @@ def simulate_units(
     3
     """
     from vibrissa.api.objects.signals import as_signal
+    from vibrissa.mechanics.free_end.free_end_prediction import FreeEndPrediction
     from vibrissa.mechanics.rod.rod_prediction import RodPrediction
     from vibrissa.mechanics.scan.sampled import sampling_times
     from vibrissa.neural.simulated.driven import draw_driven, fire
@@ -249,5 +250,8 @@ def simulate_units(
         raise ConflictError("motion", "must be of one posture", "one that changes")
     how = TrialSettings(n_trials=n_trials, seed=seed, distance=distance, mean_envelope=mean_envelope)
     prediction = motion.prediction
-    times = prediction.times(rate) if isinstance(prediction, RodPrediction) else sampling_times(prediction, rate)
+    if isinstance(prediction, RodPrediction | FreeEndPrediction):
+        times = prediction.times(rate)
+    else:
+        times = sampling_times(prediction, rate)
     return spikes_of(prediction, times, population, how)

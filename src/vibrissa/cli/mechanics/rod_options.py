@@ -118,4 +118,13 @@ class RodOptions:
                 raise ConflictError(option, "must go with --model rod", getattr(self, one.name))
 
 
+ScanModel = Annotated[
+    Literal["modes", "free-end", "rod", "auto"],
+    Parameter(
+        help="What predicts: the paper's modes of a shaft with a single contact; a model as fast whose free end bears "
+        "on the land behind each gap; the whole whisker as a rod, which touches the ground wherever it reaches it; or "
+        "auto: the second for gaps, else the first; its first line names the rod where neither is valid."
+    ),
+]
+
 NO_ROD = RodOptions()

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 
 from vibrissa.arrays import Array
 from vibrissa.cli.mechanics.rod_movie import MovieFile, film_rate, refuse_movie, write_film
-from vibrissa.cli.mechanics.rod_options import NO_ROD, Model, RodOptions
+from vibrissa.cli.mechanics.rod_options import NO_ROD, RodOptions, ScanModel
 from vibrissa.cli.mechanics.scan_spikes import NO_SPIKES, SpikeOptions
 from vibrissa.cli.shared.options import NO_WHISKER, Flag, OfModes, PostureOptions, WhiskerOptions
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, tell
@@ -150,7 +150,7 @@ def scan(
     modes: OfModes = "straight",
     file: FileOptions = FileOptions(),
     node: list[Length] | None = None,
-    model: Model = "modes",
+    model: ScanModel = "modes",
     rod: RodOptions = NO_ROD,
     movie: MovieFile = None,
     spiking: SpikeOptions = NO_SPIKES,
@@ -174,18 +174,18 @@ def scan(
     from vibrissa.study.forward.surface import scan_surface
 
     refuse_movie(movie, model)
-    if model == "modes":
+    if model != "rod":
         rod.refuse_without_rod()
     for option, value, usual in (
         ("--response", drawn.response, "exact"), ("--jump", drawn.jump, "continuous"), ("--modes", modes, "straight")
     ):  # fmt: skip
-        if model == "rod" and value != usual:
-            raise ConflictError(option, "must be left out with --model rod", value)
+        if model != "modes" and value != usual:
+            raise ConflictError(option, f"must be left out with --model {model}", value)
     cone, how = of.needed_cone(), drawn.scan(modes)
     posture = at.posture(cone)
     units, notes, lines = spiking.units(), list[str](), list[str]()
     sampled: dict[str, Any] = {"n_modes": drawn.n_modes, "sampling_rate": drawn.sampling_rate, "nodes": node}
-    sampled["rod"] = rod.settings(of) if model == "rod" else None
+    sampled |= {"rod": rod.settings(of)} if model == "rod" else {"model": model}
     try:
         surface = file.texture(texture, notes.append)
         with progress_bars() as progress:

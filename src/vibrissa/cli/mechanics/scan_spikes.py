@@ -15,6 +15,7 @@ from vibrissa.errors import ConflictError, FormatError
 if TYPE_CHECKING:
     import xarray as xr
 
+    from vibrissa.mechanics.free_end.free_end_prediction import FreeEndPrediction
     from vibrissa.mechanics.rod.rod_prediction import RodPrediction
     from vibrissa.mechanics.scan.motion import PredictedMotion
     from vibrissa.study.forward.forward import TrialSettings
@@ -88,14 +89,16 @@ class SpikeOptions:
             n_trials=self.trials, seed=self.seed, distance=self.distance, mean_envelope=self.mean_envelope
         )
 
-    def added(self, data: xr.Dataset, prediction: PredictedMotion | RodPrediction, units: xr.Dataset) -> xr.Dataset:
+    def added(
+        self, data: xr.Dataset, prediction: PredictedMotion | RodPrediction | FreeEndPrediction, units: xr.Dataset
+    ) -> xr.Dataset:
         """The scan's dataset with the spikes, which are written too if asked.
 
         Parameters
         ----------
         data : Dataset
             The scan.
-        prediction : PredictedMotion or RodPrediction
+        prediction : PredictedMotion, RodPrediction or FreeEndPrediction
             What it was sampled from.
         units : Dataset
             From :meth:`units`.

@@ -181,7 +181,7 @@ def curved_modes(
     law = _law(condition, law)
     waves = n_modes * np.log(1 / held.contact) / (1 - np.sqrt(held.contact))
     rod = linearised(held, _MORE_POLYNOMIALS + int(waves))
-    contact = _supported(rod, held, condition, law)
+    contact = supported(rod, held, condition, law)
     kappa, right, left = _eigenmodes(rod, contact, n_modes, symmetric=law == "constant")
     omega2 = (kappa**2).real
     imbalance = contact.stiffness @ right.T - rod.mass @ right.T * omega2
@@ -201,7 +201,7 @@ def curved_modes(
     )
 
 
-class _Contact(NamedTuple):
+class Contact(NamedTuple):
     """What holds the contact, in the basis of the rod.
 
     Attributes
@@ -223,8 +223,23 @@ class _Contact(NamedTuple):
     turning: Array
 
 
-def _supported(rod: Rod, held: Held, condition: Condition, law: Law) -> _Contact:
-    """Stiffness, constraints and reactions of a contact."""
+def supported(rod: Rod, held: Held, condition: Condition, law: Law) -> Contact:
+    """Stiffness, constraints and reactions of a contact.
+
+    Parameters
+    ----------
+    rod : Rod
+        The linearised shaft.
+    held : Held
+        Its profile on the flat.
+    condition, law : str
+        As of :func:`curved_modes`.
+
+    Returns
+    -------
+    Contact
+        In the basis of the rod; on the flat the second constraint is the turn, in units of |δy| over |ϑ|.
+    """
     along, up = rod.contact
     friction = sliding_friction(held.posture.law, held.curve.load, held.contact)
     force = np.eye(2) if condition == "stick" else np.array([[-friction.by_normal * (law == "coulomb"), 1.0]])
@@ -243,10 +258,10 @@ def _supported(rod: Rod, held: Held, condition: Condition, law: Law) -> _Contact
         fixed = np.vstack([fixed, size * rod.contact_turn])
         work = np.vstack([work, size * rod.contact_turn + drag @ rod.contact])
         force = np.vstack([force, drag])
-    return _Contact(stiffness, fixed, work, force, turning)
+    return Contact(stiffness, fixed, work, force, turning)
 
 
-def _eigenmodes(rod: Rod, contact: _Contact, n_modes: int, *, symmetric: bool) -> tuple[Complex, Array, Array]:
+def _eigenmodes(rod: Rod, contact: Contact, n_modes: int, *, symmetric: bool) -> tuple[Complex, Array, Array]:
     """κ, modes and dual modes, normalised, (M,), (M, N), (M, N).
 
     Trial motion obeys the constraint; in test motion the contact force does no work.

@@ -16,6 +16,7 @@ USABLE, CAUTION, OUTSIDE = "usable", "caution", "outside the model"
 PAGE = "docs/choosing.md"
 MOST_JUMPS = 0.5  # share of jumps that are not made
 MOST_TIME = 0.1  # share of the time
+NO_TIP = "no tip was given: --whisker.tip, the atlas has it"
 HEAVY, HEAVIER = 0.2, 1.0  # own weight over contact force
 NONLINEAR = 0.2  # exact over linear jump, less one
 UNCONVERGED = 1e-3  # share of the rod's steps
@@ -42,6 +43,8 @@ def verdict(facts: Mapping[str, Any] | xr.Dataset) -> str:
       tenth of the time. The contact that the modes assume is lost there; a tenth of the time is a tenth of the power.
     - Own weight over contact force: caution above 0.2, outside above 1, where the weight and not the surface holds the
       whisker.
+    - Of a scan it is said beside the reasons which model has the free end, if that does not allow a jump, and that no
+      physical tip was given: the free end is then that of a sharp cone.
     - A posture beyond the fold: outside, no quasi-static response exists.
     - The linear response where mode 1 jumps by more than 20 % less or more in the exact one: caution.
     - Modes of the straight shaft where those about the profile ring more than 5 % lower or higher while the contact
@@ -68,6 +71,7 @@ def verdict(facts: Mapping[str, Any] | xr.Dataset) -> str:
     level = next((one for one in (OUTSIDE, CAUTION) if any(one == each.level for each in found)), USABLE)
     worst_first = sorted(found, key=lambda each: each.level != level)
     reasons = [each.reason for each in worst_first] or [_well(facts)]
+    reasons += _of_scan(facts)
     return f"{level}: {'; '.join(reasons)} ({PAGE})"
 
 
@@ -220,6 +224,16 @@ def _of_modes(facts: Mapping[str, Any] | xr.Dataset) -> Iterator[Finding]:
     off = max((float(one.resonance_ratio[0]) - 1 for one in laws), key=abs)
     if abs(off) > SHIFTED:
         yield Finding(CAUTION, f"first resonance {100 * off:+.0f} % about the profile".replace("-", "−"))
+
+
+def _of_scan(facts: Mapping[str, Any] | xr.Dataset) -> Iterator[str]:
+    """What a scan says beside its findings: which model has the free end, and that no tip was given."""
+    attrs = getattr(facts, "attrs", {})
+    count = _of(facts, "jump_count", 0) if "scan_speed" in attrs else 0
+    if count > _of(facts, "jumps_allowed", count):
+        yield f"single contact, take --model {'auto' if 'gaps' in attrs else 'rod'}"
+    if count and attrs.get("whisker_tip") == 0:
+        yield NO_TIP
 
 
 def _level(value: float, most: float) -> str:

@@ -18,6 +18,7 @@ from vibrissa.texture.surface import Gaps
 if TYPE_CHECKING:
     import xarray as xr
 
+    from vibrissa.mechanics.free_end.free_end_prediction import FreeEndPrediction
     from vibrissa.mechanics.rod.rod_prediction import RodPrediction
     from vibrissa.mechanics.scan.motion import PredictedMotion
     from vibrissa.mechanics.scan.scan_settings import Scan
@@ -103,13 +104,16 @@ def forward(
 
 
 def spikes_of(
-    prediction: PredictedMotion | RodPrediction, time: Array, units: xr.Dataset, how: TrialSettings = TrialSettings()
+    prediction: PredictedMotion | RodPrediction | FreeEndPrediction,
+    time: Array,
+    units: xr.Dataset,
+    how: TrialSettings = TrialSettings(),
 ) -> xr.Dataset:
     """Spikes of units driven by a predicted motion near the base.
 
     Parameters
     ----------
-    prediction : PredictedMotion or RodPrediction
+    prediction : PredictedMotion, RodPrediction or FreeEndPrediction
         Of gaps or of a relief.
     time : (T,) array
         Even grid of one presentation [s].

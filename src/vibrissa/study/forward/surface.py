@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
+from vibrissa.mechanics.free_end.free_end_prediction import FreeEndPrediction
+from vibrissa.mechanics.free_end.validity import Model, chosen
 from vibrissa.mechanics.rod.rod_prediction import RodPrediction
 from vibrissa.mechanics.scan.diagnostics import relief_remarks, remarks
 from vibrissa.mechanics.scan.sampled import scanned, scanned_relief
@@ -70,9 +72,10 @@ def scan_surface(
     n_modes: int = 3,
     sampling_rate: float = SAMPLING_RATE,
     nodes: Sequence[float] | None = None,
+    model: Model = "modes",
     rod: Rod | None = None,
     progress: Progress | None = None,
-) -> tuple[PredictedMotion | RodPrediction, xr.Dataset, list[str]]:
+) -> tuple[PredictedMotion | RodPrediction | FreeEndPrediction, xr.Dataset, list[str]]:
     """Draw gaps, or any heights, past a whisker.
 
     Parameters
@@ -83,14 +86,16 @@ def scan_surface(
         As :func:`vibrissa.mechanics.scan.texture_prediction.predict` takes them.
     sampling_rate, nodes
         As :func:`vibrissa.mechanics.scan.sampled.scanned` takes them.
+    model : {"modes", "free-end", "auto"}
+        Of what predicts; ``auto`` is as of :func:`vibrissa.mechanics.free_end.validity.chosen`.
     rod : Rod, optional
-        The whole whisker as a rod, instead of the modes of a shaft with a single contact.
+        The whole whisker as a rod, instead of either.
     progress : callable, optional
         Called with (stage, done, total).
 
     Returns
     -------
-    prediction : PredictedMotion or RodPrediction
+    prediction : PredictedMotion, RodPrediction or FreeEndPrediction
         The motion.
     data : Dataset
         The same, sampled.
@@ -108,6 +113,12 @@ def scan_surface(
         data = whole.sampled(sampling_rate, nodes, progress=lambda done, of: report("the whole whisker", done, of))
         return whole, data, [data.attrs["verdict"]]
     report("scan of the surface", 0, 0)
+    if model == "auto":
+        model = chosen(posture, texture)
+    if model == "free-end":
+        bearing = FreeEndPrediction(whisker, posture, texture, scan, n_modes)  # type: ignore[arg-type]
+        data = bearing.sampled(sampling_rate, nodes)
+        return bearing, data, [data.attrs["verdict"]]
     motion = predict_surface(whisker, posture, texture, scan, n_modes=n_modes)
     report("signals of the scan", 0, 0)
     if isinstance(motion, Prediction):

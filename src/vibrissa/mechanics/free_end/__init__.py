@@ -1,0 +1,1 @@
+"""A fast model with the free end: which support the shaft has, event by event."""

@@ -1,0 +1,84 @@
+"""Amplitudes of a motion in phases at ascending times; even steps are the fastest."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from vibrissa.arrays import Array
+from vibrissa.mechanics.free_end.phases import MODES, Phases
+from vibrissa.mechanics.free_end.tables import Tables
+from vibrissa.mechanics.vibration.excitation import horner
+
+_ALIKE = 1e-9  # by how much steps of an even grid may differ, over the step
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def sample(t: Array, phases: Phases, tables: Tables, seen: Array, held_seen: Array, out: Array) -> None:
+    """Write what is seen of the motion: Σ over the modes of each support, and of what is held.
+
+    Parameters
+    ----------
+    t : (T,) array
+        Times over k, ascending.
+    phases : Phases
+        The motion.
+    tables : Tables
+        Gives κ and ζ.
+    seen : (3, R, M) array
+        What each mode on land, on an edge and on the tip gives to each row.
+    held_seen : (R, 2) array
+        What turn and lift give.
+    out : (R, T) array
+        Written.
+    """
+    rows, n = seen.shape[1], seen.shape[2]
+    powers = phases.forced.shape[2]
+    c, s, x, y = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    path = np.empty((rows, powers))
+    first = 0
+    out[:] = 0.0
+    for e in range(phases.start.size):
+        start = phases.start[e]
+        end = phases.start[e + 1] if e + 1 < phases.start.size else np.inf
+        while first < t.size and t[first] < start:
+            first += 1
+        stop = first
+        while stop < t.size and t[stop] < end:
+            stop += 1
+        if stop == first:
+            continue
+        side = MODES[phases.support[e]]
+        step = t[first + 1] - t[first] if stop > first + 1 else 1.0
+        for i in range(n):
+            omega, zeta = tables.kappa[side, i], tables.zeta[side, i]
+            fast, tau = omega * np.sqrt(1 - zeta**2), t[first] - start
+            size = np.exp(-zeta * omega * tau)
+            cosine, sine = size * np.cos(fast * tau), size * np.sin(fast * tau)
+            a, b = phases.free[e, 0, i], phases.free[e, 1, i]
+            x[i], y[i] = a * cosine + b * sine, b * cosine - a * sine
+            size = np.exp(-zeta * omega * step)
+            c[i], s[i] = size * np.cos(fast * step), size * np.sin(fast * step)
+        path[:] = 0.0
+        for r in range(rows):
+            for k in range(powers):
+                for i in range(n):
+                    path[r, k] += seen[side, r, i] * phases.forced[e, i, k]
+                if side == 0:
+                    path[r, k] += held_seen[r, 0] * phases.held[e, 0, k] + held_seen[r, 1] * phases.held[e, 1, k]
+        for j in range(first, stop):
+            for r in range(rows):
+                total = horner(path[r], powers, t[j] - start)[0]
+                for i in range(n):
+                    total += seen[side, r, i] * x[i]
+                out[r, j] = total
+            ahead = t[j + 1] - t[j] if j + 1 < stop else step
+            if abs(ahead - step) > _ALIKE * step:
+                step = ahead
+                for i in range(n):
+                    omega, zeta = tables.kappa[side, i], tables.zeta[side, i]
+                    fast, size = omega * np.sqrt(1 - zeta**2), np.exp(-zeta * omega * step)
+                    c[i], s[i] = size * np.cos(fast * step), size * np.sin(fast * step)
+            for i in range(n):
+                x[i], y[i] = x[i] * c[i] + y[i] * s[i], y[i] * c[i] - x[i] * s[i]
+        first = stop

@@ -1,0 +1,163 @@
+"""The fast model with the free end: against a whole rod, in its limits, and by its own laws."""
+
+import numpy as np
+import pytest
+
+from vibrissa.errors import InputError
+from vibrissa.mechanics.free_end.free_end_prediction import FreeEndPrediction
+from vibrissa.mechanics.free_end.phases import BRIDGE, FAR, FLOOR, LAND, NEAR
+from vibrissa.mechanics.free_end.validity import chosen, limits
+from vibrissa.mechanics.rod.rod_scan import drag
+from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.scan.texture_prediction import predict
+from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.signals.envelope import analytic_envelope
+from vibrissa.texture.relief import HeightProfile
+from vibrissa.texture.surface import Gaps, random_grating
+from vibrissa.whisker import Whisker
+
+POSTURE, HOW = Posture(contact=0.29, base_angle=1.2), Scan(speed=0.1, damping=0.11)
+GAP = Gaps(np.array([0.0]), np.array([0.6e-3]), 35e-6)
+TIME = np.arange(1000) / 2e4
+NARROW = Gaps(np.array([0.0]), np.array([0.3e-3]), 35e-6)  # the mean gap of the map
+HEIGHTS = HeightProfile(np.array([0.0, 1e-3]), np.zeros(2))
+
+
+def cone(tip: float) -> Whisker:
+    return Whisker(length=0.04, cone_angle=1.5e-3, tip=tip)
+
+
+def moved(tip: float, texture: Gaps = GAP, posture: Posture = POSTURE, how: Scan = HOW) -> FreeEndPrediction:
+    return FreeEndPrediction(cone(tip), posture, texture, how)
+
+
+@pytest.mark.parametrize(
+    ("tip", "rod"), [(0.289, 1.28), (0.285, 0.82), (0.28, 0.28), (0.27, 0.036), (0.25, 0.036), (0.15, 0.034)]
+)
+def test_one_gap_as_another_rod_of_equal_elements_has_it(tip, rod):
+    """Largest |q₁ + Q₁| in 10⁻³ L; around s = 0.28 a fraction of that rod's cells of 0.009 L is a tenth of it."""
+    largest = 1e3 * np.abs(moved(tip).mode_displacement(TIME)[0]).max()
+    assert largest == pytest.approx(rod, rel=0.2 if tip == 0.28 else 0.15 if tip > 0.28 else 0.03)
+
+
+def test_one_gap_as_the_rod_has_it():
+    """Largest |q₁ + Q₁| of docs/whole-whisker.md, cells and steps halved."""
+    for tip, rod in ((0.289, 1.24), (0.285, 0.765), (0.28, 0.236), (0.27, 0.0355), (0.25, 0.0354), (0.15, 0.0341)):
+        assert 1e3 * np.abs(moved(tip).mode_displacement(TIME)[0]).max() == pytest.approx(rod, rel=0.07)
+
+
+def test_a_free_end_longer_than_the_gap_bridges_it_and_a_shorter_one_drops_when_it_ends():
+    bridging, dropping = moved(0.27), moved(0.28)
+    assert set(bridging.phases.support) == {LAND, FAR, BRIDGE}
+    first = int(np.flatnonzero(dropping.phases.support == NEAR)[0])
+    assert dropping.phases.start[first] * cone(0.28).timescale == pytest.approx(0.4e-3 / 0.1)  # f/v
+    assert not bridging.jumps.any()
+    assert dropping.jumps.all()
+
+
+def test_the_longer_the_free_end_the_less_moves_and_the_single_contact_moves_most():
+    largest = [np.abs(moved(tip).mode_displacement(TIME)[0]).max() for tip in (0.289, 0.285, 0.28, 0.27)]
+    single = np.abs(predict(cone(0.289), POSTURE, GAP, HOW).mode_displacement(TIME)[0]).max()
+    assert all(np.diff([single, *largest]) < 0)
+
+
+def test_motion_is_continuous_from_support_to_support():
+    """What the modes keep of it: on each support they are cut off at the tenth."""
+    prediction = moved(0.285, random_grating(0.02, rng=3))
+    borders = prediction.phases.start[1:] * cone(0.285).timescale
+    before, after = (
+        np.stack([prediction.mode_displacement(np.array([t + e]))[:, 0] for t in borders]) for e in (-1e-9, 1e-9)
+    )
+    size = prediction.mode_displacement(np.arange(0, 0.2, 1e-4)).std(axis=1)
+    assert np.all(np.abs(after - before)[:, :2] < 0.02 * size[:2])
+
+
+def test_it_is_the_same_at_any_times():
+    prediction = moved(0.28)
+    few = np.sort(np.random.default_rng(0).choice(len(TIME), 40, replace=False))
+    whole = prediction.mode_displacement(TIME)
+    np.testing.assert_allclose(prediction.mode_displacement(TIME[few]), whole[:, few], atol=1e-12)
+
+
+def test_a_whisker_of_twice_the_size_does_the_same_in_twice_the_time():
+    """Lengths over L and times over k ~ L (of one cone angle), at the same speed; the march steps in seconds."""
+    large = Whisker(length=0.08, cone_angle=1.5e-3, tip=0.28)
+    gap = Gaps(2 * GAP.position, 2 * GAP.width, 2 * GAP.depth)
+    found = FreeEndPrediction(large, POSTURE, gap, HOW).mode_displacement(2 * TIME)
+    usual = moved(0.28).mode_displacement(TIME)
+    np.testing.assert_allclose(found, usual, rtol=0, atol=0.01 * np.abs(usual).max())
+
+
+def test_a_deep_gap_has_no_floor():
+    wide = Gaps(np.array([0.0]), np.array([1.2e-3]), 35e-6)
+    deep = Gaps(wide.position, wide.width, 5e-3)
+    assert FLOOR in moved(0.285, wide).phases.support
+    assert FLOOR not in moved(0.285, deep).phases.support
+
+
+def test_sampled_says_what_the_free_end_allows():
+    texture = Gaps(np.array([1e-3, 3e-3, 5e-3]), np.array([0.05e-3, 0.2e-3, 0.65e-3]), 35e-6)
+    data = moved(0.275, texture).sampled(5e3, nodes=[5e-3, 20e-3])
+    assert (int(data.jump_count), int(data.jumps_allowed)) == (3, 1)
+    assert data.attrs["verdict"].startswith(
+        "usable: fast model of a straight whisker with its free end, which allows 1 of 3 jumps"
+    )
+    assert np.all(np.isfinite(data.envelope))
+    assert 0 < float(data.bridge_share) < 1
+    assert (
+        np.ptp(data.displacement.values[:, 1]) > np.ptp(data.displacement.values[:, 0]) > 0
+    )  # 5 mm from the base moves less
+
+
+def test_a_whisker_without_a_tip_is_asked_for_one():
+    verdict = moved(0.0, GAP).sampled(5e3).attrs["verdict"]
+    assert "no tip was given: --whisker.tip" in verdict
+
+
+def test_outside_its_region_it_names_the_rod():
+    steep = Posture(contact=0.29, base_angle=1.4)
+    verdict = moved(0.289, GAP, steep).sampled(5e3).attrs["verdict"]
+    assert verdict.startswith("outside the model: ")
+    assert "--model rod" in verdict.partition(";")[0]
+
+
+def test_auto_takes_the_free_end_for_gaps_and_the_single_contact_for_heights():
+    assert chosen(POSTURE, GAP) == "free-end"
+    assert chosen(POSTURE, HEIGHTS) == "modes"
+    assert chosen(Posture(contact=0.29, base_angle=1.2, adhesion=0.1), GAP) == "modes"
+
+
+def test_deep_and_wide_gaps_are_outside_unless_they_are_bridged():
+    deep, wide = Gaps(NARROW.position, NARROW.width, 1e-3), Gaps(NARROW.position, 2 * NARROW.width, 35e-6)
+    assert limits(cone(0.28), POSTURE, deep, HOW) == ["gaps are deeper than 50 µm"]
+    assert limits(cone(0.15), POSTURE, deep, HOW) == []
+    assert limits(cone(0.15), POSTURE, wide, HOW) == ["mean gap 0.015 L is above 0.009 L"]
+
+
+@pytest.mark.parametrize(
+    ("tip", "angle", "reason"),
+    [(0.27, 1.2, ""), (0.15, 1.5, ""), (0.289, 1.2, "base angle"), (0.28, 1.4, "base angle")],
+)
+def test_the_longer_the_free_end_the_steeper_it_may_be(tip, angle, reason):
+    found = limits(cone(tip), Posture(contact=0.29, base_angle=angle), NARROW, HOW)
+    assert [reason in one for one in found] == [True] * bool(reason)
+
+
+def test_other_surfaces_and_laws_are_refused():
+    with pytest.raises(InputError, match="must be gaps"):
+        moved(0.28, HEIGHTS)
+    with pytest.raises(InputError, match="Coulomb's friction"):
+        moved(0.28, GAP, Posture(contact=0.29, base_angle=1.2, adhesion=0.1))
+    with pytest.raises(InputError, match="beyond the whisker's tip"):
+        moved(0.3)
+
+
+@pytest.mark.parametrize(("tip", "least"), [(0.15, 0.99), (0.28, 0.97)])
+def test_a_random_grating_as_the_rod_feels_it(tip, least):
+    texture = random_grating(0.03, rng=1)
+    run = drag(cone(tip), POSTURE, texture, speed=0.1, damping=0.11, duration=0.3, sampling_rate=5e3)
+    found = moved(tip, texture).mode_displacement(run.time)
+    for k in (0, 1):
+        one, other = (analytic_envelope(q[None])[0][0] for q in (run.mode_displacement[k], found[k]))
+        assert np.corrcoef(one, other)[0, 1] > least
+        assert found[k].std() == pytest.approx(run.mode_displacement[k].std(), rel=0.1)
