@@ -91,7 +91,7 @@ def write_movie(path: Path, film: Film, progress: Callable[[int, int], None] | N
         If the name is another, or there is nothing to show.
     """
     if path.suffix.lower() not in SUFFIXES:
-        raise FormatError("--movie", "must end in .mp4 or .mkv", str(path))
+        raise FormatError("movie", "must end in .mp4 or .mkv", str(path))
     if film.time.size < 2:
         raise TooFewError("movie", "must have two frames or more", film.time.size)
     return write_colour(path, frames(film, chosen_times(film), progress))
