@@ -145,5 +145,5 @@ def free_end_verdict(facts: xr.Dataset, whisker: Whisker, posture: Posture, text
     if weight > HEAVY:
         reasons.append(f"own weight is {weight:.2g} of the contact force")
     level = OUTSIDE if beyond else CAUTION if reasons else USABLE
-    needs = [f"{', '.join(beyond)}: the rod is needed, --model rod"] if beyond else []
+    needs = [f"{', '.join(beyond)}: the model needed is the rod"] if beyond else []
     return f"{level}: {'; '.join([*needs, said, *reasons])} ({PAGE})"

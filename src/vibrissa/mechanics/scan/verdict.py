@@ -16,7 +16,7 @@ USABLE, CAUTION, OUTSIDE = "usable", "caution", "outside the model"
 PAGE = "docs/choosing.md"
 MOST_JUMPS = 0.5  # share of jumps that are not made
 MOST_TIME = 0.1  # share of the time
-NO_TIP = "no tip was given: --whisker.tip, the atlas has it"
+NO_TIP = "no tip was given, the atlas has it"
 HEAVY, HEAVIER = 0.2, 1.0  # own weight over contact force
 NONLINEAR = 0.2  # exact over linear jump, less one
 UNCONVERGED = 1e-3  # share of the rod's steps
@@ -231,7 +231,7 @@ def _of_scan(facts: Mapping[str, Any] | xr.Dataset) -> Iterator[str]:
     attrs = getattr(facts, "attrs", {})
     count = _of(facts, "jump_count", 0) if "scan_speed" in attrs else 0
     if count > _of(facts, "jumps_allowed", count):
-        yield f"single contact, take --model {'auto' if 'gaps' in attrs else 'rod'}"
+        yield f"single contact, take model {'auto' if 'gaps' in attrs else 'rod'}"
     if count and attrs.get("whisker_tip") == 0:
         yield NO_TIP
 
