@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from vibrissa.files import load, written_whole
-from vibrissa.study.paper.paper_numbers import compare, html_rows
+from vibrissa.study.paper.paper_numbers import compare, headings, html_rows
 
 DOCS = Path(__file__).parent
 
@@ -35,9 +35,12 @@ def truth(verdict):
 
 def paper(results):
     """Every number of the paper beside the number found here."""
-    text = line("paper", "Fig.", "here", "origin", "same?") + line(*["---"] * 5)
-    for row in html_rows(compare(results)):
-        text += line(row["paper"], row["figure"], row["here"], row["origin"], row["verdict"])
+    rows = compare(results)
+    heads = ["paper", "Fig.", *headings(rows), "origin"]
+    text = line(*heads) + line(*["---"] * len(heads))
+    for row in html_rows(rows):
+        cells = (f"{one['here']} **{one['verdict']}**" if one["verdict"] else "" for one in row["columns"])
+        text += line(row["paper"], row["figure"], *cells, row["origin"])
     return text
 
 
