@@ -47,7 +47,7 @@ from vibrissa.study.movie.resting import at_rest, posture_at_rest
 from vibrissa.study.movie.verdict import hold_against
 from vibrissa.study.movie.virtual import exposed_signals, film_motion, record_unit
 from vibrissa.study.neurons import cortex
-from vibrissa.study.neurons.neurons import one_stimulus
+from vibrissa.study.neurons.inputs import read_stimulus
 from vibrissa.study.neurons.populations import (
     ends_of_recordings,
     prepare_stimulator,
@@ -275,7 +275,7 @@ STAGES = (
     Stage("recorded neurons", _has("neural"), recorded_results,
           tuple(Output(name, made_by, made_from, ends=ends_of_recordings) for name, made_by, made_from in (
               ("units", analyse_units, ("inputs", "study")), ("spikes", recorded_spikes, ("inputs",)),
-              ("response", shown_unit, ("spikes", "inputs")), ("motion", one_stimulus, ("inputs",)),
+              ("response", shown_unit, ("spikes", "inputs")), ("motion", read_stimulus, ("inputs",)),
               ("unit", shown_unit, ("units", "spikes")))),
           cost=costs.recorded_neurons),
 )  # fmt: skip
