@@ -184,7 +184,7 @@ def _shown(stimulus: Any, unit: str | None, envelope: bool) -> tuple[xr.Dataset,
     """The stimulus, by what it is, and remarks on it."""
     from vibrissa.api.objects.signals import as_signal
     from vibrissa.neural.io.tables.stimuli import OTHERS, labelled_stimulus
-    from vibrissa.study.neurons.inputs import read_stimulus
+    from vibrissa.study.neurons.stimuli import read_stimulus
     from vibrissa.study.spec.given import StimulusInput
     from vibrissa.tables.units import in_si
 

@@ -23,7 +23,7 @@ from vibrissa.neural.io.tables.stimulus_csv import read_stimulus_csv
 from vibrissa.neural.simulated.virtual import ThresholdLinearUnit, simulate_spikes
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
-from vibrissa.study.neurons.inputs import read_stimulus
+from vibrissa.study.neurons.stimuli import read_stimulus
 from vibrissa.study.spec.given import StimulusInput
 
 N_TRIALS = 50

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import stage
-from vibrissa.cli.shared.units import Duration
-from vibrissa.cli.spikes.recorded import (
+from vibrissa.cli.shared.recorded import (
     ALL_TRIALS,
     WHOLE,
     Band,
@@ -21,6 +20,7 @@ from vibrissa.cli.spikes.recorded import (
     Window,
     show_map,
 )
+from vibrissa.cli.shared.units import Duration
 from vibrissa.errors import ShapeError
 
 if TYPE_CHECKING:

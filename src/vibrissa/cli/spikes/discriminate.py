@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Literal
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import progress_bars
+from vibrissa.cli.shared.recorded import ALL_TRIALS, TrialOptions
 from vibrissa.cli.shared.units import Duration
-from vibrissa.cli.spikes.recorded import ALL_TRIALS, TrialOptions
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Literal
 
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, print_json, show, tell
 from vibrissa.cli.shared.progress import progress_bars
+from vibrissa.cli.shared.recorded import WHOLE, PartOptions, RecordingOptions, StimulusOptions
 from vibrissa.cli.shared.refusals import in_options
 from vibrissa.cli.shared.units import Duration
-from vibrissa.cli.spikes.recorded import WHOLE, PartOptions, RecordingOptions, StimulusOptions
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,9 +7,9 @@ from itertools import product
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import stage
+from vibrissa.cli.shared.recorded import WHOLE, PartOptions, StimulusOptions
 from vibrissa.cli.shared.refusals import in_options
 from vibrissa.cli.shared.units import Duration, Length, Rate, Slope
-from vibrissa.cli.spikes.recorded import WHOLE, PartOptions, StimulusOptions
 
 TABLE = ("threshold", "slope", "baseline", "spikes_per_trial", "trials_needed", "reason")
 
@@ -59,7 +59,7 @@ def trials_needed(
     from vibrissa.neural.coupling.presentation import Presentation
     from vibrissa.neural.io.tables.stimuli import require_metres
     from vibrissa.neural.simulated.virtual import ThresholdLinearUnit
-    from vibrissa.study.neurons.inputs import read_stimulus
+    from vibrissa.study.neurons.stimuli import read_stimulus
     from vibrissa.study.spec.given import StimulusInput
 
     wanted = Wanted(threshold=threshold_within, slope=slope_within, latency=latency_within)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import stage
+from vibrissa.cli.shared.recorded import MOTION, WHOLE, PartOptions, RecordingOptions, SignalOptions, show_map
 from vibrissa.cli.shared.units import Duration
-from vibrissa.cli.spikes.recorded import MOTION, WHOLE, PartOptions, RecordingOptions, SignalOptions, show_map
 from vibrissa.errors import UnknownError
 
 if TYPE_CHECKING:

@@ -62,7 +62,7 @@ class StimulusInput:
     Attributes
     ----------
     stimulus : str
-        Table (CSV), dataset (``.nc``), NWB file or command, see :func:`vibrissa.study.neurons.inputs.read_stimulus`;
+        Table (CSV), dataset (``.nc``), NWB file or command, see :func:`vibrissa.study.neurons.stimuli.read_stimulus`;
         relative to the study file.
     whisker : str, optional
         Channel of the stimulus: whisker of a command, column of a table, series of an NWB file.

@@ -47,7 +47,6 @@ from vibrissa.study.movie.resting import at_rest, posture_at_rest
 from vibrissa.study.movie.verdict import hold_against
 from vibrissa.study.movie.virtual import exposed_signals, film_motion, record_unit
 from vibrissa.study.neurons import cortex
-from vibrissa.study.neurons.inputs import read_stimulus
 from vibrissa.study.neurons.populations import (
     ends_of_recordings,
     prepare_stimulator,
@@ -55,6 +54,7 @@ from vibrissa.study.neurons.populations import (
     simulated_results,
 )
 from vibrissa.study.neurons.shown_unit import shown_unit
+from vibrissa.study.neurons.stimuli import read_stimulus
 from vibrissa.study.paper.mode_shares import mode_shares
 from vibrissa.study.paper.paper_columns import MODELLED, OWNED
 from vibrissa.study.spec.parts import every_by_modes, table_of

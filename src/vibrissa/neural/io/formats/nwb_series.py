@@ -11,7 +11,7 @@ import xarray as xr
 from vibrissa.arrays import Array
 from vibrissa.errors import ConflictError, FormatError, MissingError
 from vibrissa.neural.io.formats.nwb import opened, pynwb_module
-from vibrissa.neural.io.tables.stimuli import labelled_stimulus
+from vibrissa.neural.io.tables.stimuli import NAMES, labelled_stimulus
 from vibrissa.neural.io.tables.stimulus_csv import LEVEL, in_stated_unit
 from vibrissa.tables.units import is_unit
 
@@ -64,11 +64,12 @@ def read_nwb_stimulus(
     elif unit is not None and unit != stated:
         raise ConflictError("signal_unit", f"must be left out: {here} states its own, {stated}", unit)
     values, si = in_stated_unit(values, stated)
+    envelope = envelope or si == LEVEL or name == "stimulus_envelope"
     lead: dict[str, Any] = {"whisker": names}
     if column is not None or len(names) == 1:
         values, lead = values[column or 0], {}
     attrs = {"source": Path(path).name, "series": name, "clock": clock}
-    return labelled_stimulus(time, values, si, envelope=envelope or si == LEVEL, lead=lead, attrs=attrs)
+    return labelled_stimulus(time, values, si, envelope=envelope, lead=lead, attrs=attrs)
 
 
 def _series(file: Any) -> dict[str, tuple[Any, str]]:
@@ -115,13 +116,10 @@ def _chosen(file: Any, found: dict[str, tuple[Any, str]], channel: str | None, p
 
 
 def _columns(file: Any, series: Any, name: str, count: int) -> list[str]:
-    """Names of the columns of a series: of a command that vibrissa exported, its whiskers."""
-    if (
-        name == "command"
-        and "stimulus" in file.processing
-        and "whiskers" in file.processing["stimulus"].data_interfaces
-    ):
-        return [str(one) for one in file.processing["stimulus"]["whiskers"]["whisker"][:]]
+    """Names of the columns of a series: of a command or a stimulus that vibrissa exported, its whiskers."""
+    module = file.processing.get("stimulus") if name in ("command", *NAMES) else None
+    if module is not None and "whiskers" in module.data_interfaces:
+        return [str(one) for one in module["whiskers"]["whisker"][:]]
     return [name] if count == 1 else [f"{name}:{k}" for k in range(count)]
 
 
