@@ -108,7 +108,7 @@ def export_nwb(
         raise RangeError("pause", "must be positive (s)", pause)
     pynwb_module()
     folder = Path(folder)
-    parts, left_out = read_results(folder)
+    parts, left_out = read_results(folder, may_be_empty=bool(extra))
     parts |= extra or {}
     named = _animals(parts)
     if unknown := sorted(set(animals or {}) - {*named, details.subject}):

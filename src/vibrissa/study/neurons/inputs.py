@@ -96,7 +96,8 @@ def read_recording(
         named, others = (shown, []) if channels else named_stimulus(shown, str(stimulus.stimulus), band)
         shown, remarks = named, [*remarks, *more, *others]
     time = shown.time.values
-    kept = [float(time[0]), float(time[-1]), *(around or ())]
+    end = float(time[-1] + (time[-1] - time[0]) / (time.size - 1))  # of the last sample
+    kept = [float(time[0]), end, *(around or ())]
     if spikes.period is not None and spikes.period < (length := float(time[-1] - time[0]) * (1 - 1e-9)):
         raise RangeError("period", f"must not be shorter than the stimulus of {length:.6g} s", spikes.period)
     table, count, more = read_spikes(spikes, (min(kept), max(kept)), folder, bin_width=bin_width, progress=progress)

@@ -147,6 +147,7 @@ def session_file(session: Session) -> Any:
     known = {"experimenter": list(session.experimenter), "institution": session.institution, "lab": session.lab}
     return pynwb.NWBFile(
         session_description=session.description,
+        experiment_description=session.description,
         identifier=session.identifier,
         session_id=session._session,
         session_start_time=session.start,

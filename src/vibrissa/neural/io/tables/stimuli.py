@@ -143,7 +143,7 @@ def require_motion(stimulus: xr.Dataset, what: str) -> None:
         If it is an envelope.
     """
     if presented(stimulus).is_envelope:
-        remedy = "give the motion as it was played, without `envelope`"
+        remedy = "give the motion as it was played"
         raise ConflictError("stimulus", f"must be a motion, which has a {what}", "an envelope", remedy)
 
 
