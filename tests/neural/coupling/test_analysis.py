@@ -362,7 +362,7 @@ def test_a_scan_without_spikes_is_no_stimulus(tmp_path):
         (lines(GOOD, 0 * WAVE), ("range", "stimulus.csv")),
         (lines(np.where(GOOD == 1, 0.9, GOOD), WAVE), ("format", "stimulus.csv, line 1002, time")),
         (lines(np.where(GOOD > 1, GOOD + 0.5, GOOD), WAVE), ("format", "stimulus.csv, line 3, time")),
-        ("time,position\n0,1\n", ("missing", "stimulus.csv, line 1")),
+        ("time\n0\n", ("missing", "stimulus.csv")),
     ],
 )
 def test_bad_stimulus_files_are_refused(tmp_path, text, rule):
