@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from os import PathLike
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -62,6 +63,7 @@ def envelope_coupling(
     *,
     n_trials: int | None = None,
     unit: str | None = None,
+    envelope: bool = False,
     null: Literal["circular", "paper2014"] = "circular",
     fit: Literal["forward", "paper2014"] = "forward",
     level: float = 0.01,
@@ -80,11 +82,13 @@ def envelope_coupling(
     spikes : Dataset or any object that ``read_spikes`` takes
         In trials, seconds from the stimulus' onset.
     stimulus : Dataset, DataArray, Tsd, AnalogSignal or path
-        Displacement of one presentation, as played [m].
+        One presentation, as played: displacement [m], or an angle or any other motion in the unit it states.
     n_trials : int, optional
         Presentations, silent ones included; where the spikes do not hold it.
     unit : str, optional
-        Unit of a stimulus that states none: ``"um"``; metres by default.
+        Unit of a stimulus that states none: ``"um"``, ``"deg"``, ``"dB"``; metres by default.
+    envelope : bool
+        Whether the stimulus is an envelope already.
     null : {"circular", "paper2014"}
         Chance: all circular shifts, adjusted over units, or the paper's 300 shuffles.
     fit : {"forward", "paper2014"}
@@ -103,7 +107,8 @@ def envelope_coupling(
     Returns
     -------
     Dataset
-        On (unit): ``significant``, ``p_value``, ``threshold`` [m], ``slope``, ``latency`` with ``_low`` and ``_high``,
+        On (unit): ``significant``, ``p_value``, ``threshold`` (in the unit of the stimulus),
+        ``slope``, ``latency`` with ``_low`` and ``_high``,
         ``reason`` where they cannot be estimated. It holds spikes and stimulus too, which ``plot_unit`` draws.
 
     Raises
@@ -120,10 +125,12 @@ def envelope_coupling(
     [True, True, True]
     """
     from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
+    from vibrissa.study.neurons.inputs import remarks_on
 
-    if "envelope" in str(getattr(stimulus, "name", "")) + str(getattr(stimulus, "attrs", {}).get("long_name", "")):
-        raise ConflictError("stimulus", "must be a displacement", "an envelope", "its envelope is taken here")
-    table, shown = _spikes_and_stimulus(spikes, stimulus, unit)
+    named = str(getattr(stimulus, "name", "")) + str(getattr(stimulus, "attrs", {}).get("long_name", ""))
+    if "envelope" in named and not envelope:
+        raise ConflictError("stimulus", "must be a displacement", "an envelope", "say so: envelope=True")
+    table, shown, told = _spikes_and_stimulus(spikes, stimulus, unit, envelope)
     if "spike_trial" not in table:
         raise MissingError("spikes", "must be in trials", remedy="vb.read_spikes(spikes, trials=onsets)")
     known = table.attrs.get("n_trials")
@@ -144,13 +151,15 @@ def envelope_coupling(
         seed=seed,
     )
     units = analyse_units(table, shown, int(count), how)
-    remark(*_shorter(table, shown))
+    remark(*told, *remarks_on(table), *_shorter(table, shown))
     events = table[["spike_time", "spike_unit", "spike_trial"]]
     return units.merge(events, combine_attrs="override").merge(shown, combine_attrs="override")
 
 
-def _spikes_and_stimulus(spikes: Any, stimulus: Any, unit: str | None) -> tuple[xr.Dataset, xr.Dataset]:
-    """Both as datasets; refused in one line if they are swapped."""
+def _spikes_and_stimulus(
+    spikes: Any, stimulus: Any, unit: str | None, envelope: bool
+) -> tuple[xr.Dataset, xr.Dataset, list[str]]:
+    """Both as datasets, and remarks on the stimulus; refused in one line if they are swapped."""
     from vibrissa.api.objects.signals import as_signal
     from vibrissa.api.objects.spikes import as_spikes
 
@@ -169,7 +178,26 @@ def _spikes_and_stimulus(spikes: Any, stimulus: Any, unit: str | None) -> tuple[
             raise
         remedy = "vb.envelope_coupling(spikes, stimulus)"
         raise ConflictError("spikes, stimulus", "must be in this order", "them swapped", remedy) from error
-    return table, as_signal(stimulus, unit=unit).to_dataset()
+    return table, *_shown(stimulus, unit, envelope)
+
+
+def _shown(stimulus: Any, unit: str | None, envelope: bool) -> tuple[xr.Dataset, list[str]]:
+    """The stimulus, by what it is, and remarks on it."""
+    from vibrissa.api.objects.signals import as_signal
+    from vibrissa.neural.io.tables.stimuli import OTHERS, labelled_stimulus
+    from vibrissa.study.neurons.stimuli import read_stimulus
+    from vibrissa.study.spec.given import StimulusInput
+    from vibrissa.tables.units import in_si
+
+    if isinstance(stimulus, str | PathLike):
+        return read_stimulus(StimulusInput(stimulus=str(stimulus), signal_unit=unit, envelope=envelope))
+    stated = unit or str(getattr(stimulus, "attrs", {}).get("units", ""))
+    if not envelope and in_si(1.0, stated)[1] not in OTHERS:
+        return as_signal(stimulus, unit=unit).to_dataset(), []
+    signal = as_signal(stimulus, unit=unit, quantity=None)
+    known = "m" if signal.attrs["units"] == "1" else signal.attrs["units"]
+    attrs = {"source": signal.attrs["source"]}
+    return labelled_stimulus(signal.time.values, signal.values, known, envelope=envelope, attrs=attrs), []
 
 
 def _shorter(spikes: xr.Dataset, stimulus: xr.Dataset) -> list[str]:

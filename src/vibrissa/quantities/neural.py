@@ -23,6 +23,8 @@ NEURAL: dict[str, Quantity] = {
     "trial_start": Quantity(("trial",), "s", "onset of a trial on the session's clock"),
     "trial_stop": Quantity(("trial",), "s", "end of a trial on the session's clock"),
     "trial_stimulus": Quantity(("trial",), "1", "stimulus of a trial"),
+    "stimulus_motion": Quantity(("time",), "1", "motion of the stimulus, in a unit of its own"),
+    "stimulus_envelope": Quantity(("time",), "1", "envelope of the stimulus, in a unit of its own"),
     "bin_stop": Quantity(("bin",), "s", "end of the time bin"),
     "marker_time": Quantity(("marker",), "s", "time of a recorded event on the session's clock"),
     "marker_label": Quantity(("marker",), "1", "label of a recorded event"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import TypeVar
 
@@ -16,14 +17,17 @@ UNITS: dict[str, dict[str, int]] = {  # of each SI unit, and the power of ten th
     "m": {"m": 0, "mm": -3, "um": -6, "µm": -6, "nm": -9, "Å": -10, "pm": -12},
     "s": {"s": 0, "ms": -3, "us": -6},
     "m/s": {"m_s": 0, "mm_s": -3},
-    "rad": {"rad": 0, "mrad": -3},
+    "rad": {"rad": 0, "mrad": -3, "deg": 0},
     "1/m": {"1/m": 0, "1/mm": 3, "per_m": 0, "per_mm": 3},
     "1/(s m)": {"per_um": 6},
     "N": {"N": 0, "mN": -3, "uN": -6},
     "N m": {"N m": 0, "mN m": -3, "uN m": -6, "nN m": -9},
     "V": {"V": 0, "mV": -3, "uV": -6},
     "strain": {"1": 0, "mstrain": -3, "ustrain": -6},
+    "dB": {"dB": 0},
+    "a.u.": {"a.u.": 0, "au": 0},
 }
+FACTORS = {"deg": math.pi / 180}  # of units that are no power of ten of the SI unit
 OTHER_SPELLINGS = {  # of other programs, without the s of the plural
     "meter": "m",
     "millimeter": "mm",
@@ -48,6 +52,14 @@ OTHER_SPELLINGS = {  # of other programs, without the s of the plural
     "μV": "uV",
     "m/s": "m_s",
     "mm/s": "mm_s",
+    "degree": "deg",
+    "°": "deg",
+    "radian": "rad",
+    "decibel": "dB",
+    "db": "dB",
+    "arb. unit": "a.u.",
+    "arbitrary unit": "a.u.",
+    "a.u": "a.u.",
     "": PURE,
     "dimensionless": PURE,
 }
@@ -69,6 +81,8 @@ def to_si(values: Numbers, unit: str) -> Numbers:
     float or array
         In SI: the numbers nearest to the decimals written, as a power of ten below one divides.
     """
+    if unit in FACTORS:
+        return values * FACTORS[unit]
     power = POWERS.get(unit, 0)
     return values / 10.0**-power if power < 0 else values * 10.0**power
 
@@ -137,6 +151,47 @@ def unit_of(column: str, quantity: str, si: str) -> str | None:
         return si
     end = column.removeprefix(f"{quantity}_")
     return end if end != column and end in units_of(si) else None
+
+
+def channel_and_unit(column: str) -> tuple[str, str | None]:
+    """Give the name of a channel, and the unit that the name of its column ends in.
+
+    Parameters
+    ----------
+    column : str
+        Such as ``contra_um``.
+
+    Returns
+    -------
+    name : str
+        The column's name without its unit.
+    unit : str or None
+        None where it ends in no unit.
+
+    Examples
+    --------
+    >>> channel_and_unit("contra_um"), channel_and_unit("left_paw")
+    (('contra', 'um'), ('left_paw', None))
+    """
+    name, _, end = column.rpartition("_")
+    return (name, end) if name and is_unit(end) else (column, None)
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit of the table, in any spelling.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``um`` or ``micrometers``.
+
+    Returns
+    -------
+    bool
+        True if it is; a pure number has none.
+    """
+    plain = OTHER_SPELLINGS.get(text.removesuffix("s") if len(text) > 2 else text, text)
+    return plain != PURE and plain in POWERS
 
 
 def spellings(quantities: Iterable[tuple[str, str]]) -> list[str]:

@@ -13,7 +13,7 @@ import vibrissa as vb
 from vibrissa.api.objects.back import to_pynapple
 from vibrissa.api.objects.dataframes import to_dataframe
 from vibrissa.api.objects.signals import as_signal
-from vibrissa.neural.io.tables.inputs import write_stimulus
+from vibrissa.neural.io.tables.stimulus_csv import write_stimulus
 from vibrissa.quantities import dataset, require
 from vibrissa.stimulus.export import write_command
 

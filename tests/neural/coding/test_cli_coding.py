@@ -108,12 +108,15 @@ def test_information_tells_bits(vibrissa, folder):
     ("words", "said"),
     [
         (("surround", "--command", "command.nc", "--unit", "x"), "--unit must be one of hinge, phase"),
-        (("surround", "--command", "stimulus.csv"), "stimulus.csv.json must be an existing file"),
+        (("surround", "--command", "stimulus.csv"), "must have a channel for each whisker"),
         (("surround", "--command", "command.nc", "--picture", "a.gif"), "--picture must end in"),
         (("glm", "--command", "command.nc", "--reach", "0.001"), "reach must be"),
         (("demodulation", "--stimulus", "stimulus.csv", "--bin-width", "0.01"), "bin-width must be at most"),
         (("demodulation", "--stimulus", "command.nc", "--whisker", "Z9"), "--whisker must be one of"),
-        (("drives", "--stimulus", "stimulus.csv", "--stimulus", "stimulus.csv"), "must be as many as each other"),
+        (
+            ("drives", "--stimulus", "stimulus.csv", "--stimulus", "stimulus.csv"),
+            "must be given as often as each other",
+        ),
         (("information", "--window", "1", "6", "--bin-width", "0.03"), "must divide the window"),
     ],
 )

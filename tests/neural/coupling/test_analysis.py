@@ -17,12 +17,14 @@ from vibrissa.files import load, save
 from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
 from vibrissa.neural.coupling.presentation import Presentation
 from vibrissa.neural.io.recording import recorded_spikes
-from vibrissa.neural.io.tables.inputs import read_stimulus
 from vibrissa.neural.io.tables.spike_csv import read_spikes
 from vibrissa.neural.io.tables.spikes import join_units, spike_table
+from vibrissa.neural.io.tables.stimulus_csv import read_stimulus_csv
 from vibrissa.neural.simulated.virtual import ThresholdLinearUnit, simulate_spikes
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
+from vibrissa.study.neurons.stimuli import read_stimulus
+from vibrissa.study.spec.given import StimulusInput
 
 N_TRIALS = 50
 TRUTH = {
@@ -292,7 +294,7 @@ def verb(capsys):
 def test_verb_prints_units_as_json(verb, files, tmp_path):
     words = ("--spikes", files[0], "--stimulus", files[1], "--trials", N_TRIALS)
     printed = json.loads(verb(*words, "--json", "--out", tmp_path / "units.nc"))["units"]
-    units = analyse_units(read_spikes(files[0]), read_stimulus(files[1]), N_TRIALS)
+    units = analyse_units(read_spikes(files[0]), read_stimulus_csv(files[1]), N_TRIALS)
     assert [row["unit"] for row in printed] == sorted(TRUTH)
     for row, name in zip(printed, sorted(TRUTH), strict=True):
         assert row["significant"] is bool(of(units, name).significant)
@@ -348,7 +350,7 @@ WAVE = 5e-5 * np.sin(2 * np.pi * 60 * GOOD)
 def test_a_scan_without_spikes_is_no_stimulus(tmp_path):
     save(dataset(time=np.arange(9) / 1e4, mode=[1], mode_displacement=np.zeros((1, 9))), tmp_path / "scan.nc")
     with refusal("missing", "scan.nc", value="a scan"):
-        read_stimulus(tmp_path / "scan.nc")
+        read_stimulus(StimulusInput(stimulus=str(tmp_path / "scan.nc")))
 
 
 @pytest.mark.parametrize(
@@ -360,14 +362,14 @@ def test_a_scan_without_spikes_is_no_stimulus(tmp_path):
         (lines(GOOD, 0 * WAVE), ("range", "stimulus.csv")),
         (lines(np.where(GOOD == 1, 0.9, GOOD), WAVE), ("format", "stimulus.csv, line 1002, time")),
         (lines(np.where(GOOD > 1, GOOD + 0.5, GOOD), WAVE), ("format", "stimulus.csv, line 3, time")),
-        ("time,position\n0,1\n", ("missing", "stimulus.csv, line 1")),
+        ("time\n0\n", ("missing", "stimulus.csv")),
     ],
 )
 def test_bad_stimulus_files_are_refused(tmp_path, text, rule):
     path = tmp_path / "stimulus.csv"
     path.write_text(text)
     with refusal(*rule):
-        read_stimulus(path)
+        read_stimulus_csv(path)
 
 
 def at(*times, trial=0):

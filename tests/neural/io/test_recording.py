@@ -60,7 +60,7 @@ def test_a_csv_is_in_trials_already(tmp_path):
     (tmp_path / "s.csv").write_text("unit,trial,spike_time\na,0,0.5\n")
     found, count = recorded_spikes(tmp_path / "s.csv", window=(0.0, 1.0))
     assert (count, found.sizes["spike"]) == (None, 1)
-    with refusal("conflict", "event, trial_table, only"):
+    with refusal("conflict", "event"):
         recorded_spikes(tmp_path / "s.csv", window=(0.0, 1.0), event="EVT01")
 
 

@@ -1,5 +1,6 @@
 """Export of units: spike times on the session's clock, tuning and quality as columns, trials, stimulus."""
 
+import json
 import warnings
 
 import numpy as np
@@ -214,3 +215,35 @@ def test_two_recordings_in_a_folder_are_refused(folder, tmp_path, vibrissa):
     code, _, err = vibrissa("export", folder, "--out", tmp_path / "a.nwb", *WHO)
     assert code == 2
     assert "spikes must be there once, got two.nc; keep one recording in a folder" in err
+
+
+@pytest.mark.parametrize("form", ["npy", "csv"])
+def test_recordings_without_results_are_exported_and_read_again(tmp_path, vibrissa, form):
+    """What `neural` finds in the file exported is what it finds in the recording."""
+    rng, time = np.random.default_rng(4), np.arange(3000) / 1000
+    slow = 1 + 0.8 * np.sin(2 * np.pi * 1.3 * time)
+    rows = np.c_[time, 20 * np.log10(slow + 0.3)]
+    np.savetxt(tmp_path / "level.csv", rows, delimiter=",", header="time,level_dB", comments="", fmt="%.9f")
+    counts = (rng.uniform(size=(3000, 9, 2)) < 0.02 * slow[:, None, None]).astype(np.uint8)
+    np.save(tmp_path / "s.npy", counts)
+    lines = [f"{u},{k},{(b + 0.5) / 1000:.6f}" for b, k, u in np.argwhere(counts)]
+    (tmp_path / "s.csv").write_text("\n".join(["unit,trial,spike_time", *lines]))
+    recording = ("--spikes", tmp_path / f"s.{form}", *(("--counted-bin", "1ms") if form == "npy" else ()))
+    shown = ("--stimulus", tmp_path / "level.csv")
+    (tmp_path / "none").mkdir()
+    out = tmp_path / "s.nwb"
+    who = ("--experimenter", "Doe, Jane", "--institution", "I", "--lab", "L", "--sampling-rate", "20kHz")
+    code, _, err = vibrissa("export", tmp_path / "none", "--out", out, *recording, *shown, *who, *WHO)
+    assert code == 0, err
+    with pynwb.NWBHDF5IO(str(out), "r") as io:
+        file = io.read()
+        assert (file.experimenter, file.institution, file.lab) == (("Doe, Jane",), "I", "L")
+        assert file.stimulus_template["stimulus_envelope"].unit == "dB"
+    words = ("neural", "--skip", "0.3s", "--json")
+    trials = ("--trials", 9) if form == "csv" else ()
+    first = json.loads(vibrissa(*words, *recording, *shown, *trials)[1])["units"]
+    again = json.loads(vibrissa(*words, "--spikes", out, "--stimulus", out)[1])["units"]
+    for one, other in zip(first, again, strict=True):
+        assert one["significant"]
+        assert other["p_value"] == one["p_value"]
+        assert other["threshold"] == pytest.approx(one["threshold"], abs=1e-6)

@@ -9,7 +9,7 @@ from vibrissa.mechanics.scan.texture_prediction import predict
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
 from vibrissa.neural.io.recording import recorded_spikes
-from vibrissa.neural.io.tables.inputs import read_stimulus
+from vibrissa.neural.io.tables.stimulus_csv import read_stimulus_csv
 from vibrissa.neural.simulated.driven import draw_driven
 from vibrissa.study.forward.forward import TrialSettings, forward, remarks, spikes_of
 from vibrissa.study.forward.forward_files import write_spikes
@@ -107,7 +107,7 @@ def test_files_of_spikes_come_back(suffix, spikes, tmp_path):
     assert sorted(order) == list(range(found.sizes["unit"]))
     np.testing.assert_array_equal(np.bincount(found.spike_unit)[order], np.bincount(spikes.spike_unit))
     np.testing.assert_allclose(np.sort(found.spike_time), np.sort(spikes.spike_time), atol=1e-9)
-    np.testing.assert_array_equal(read_stimulus(written[1]).point_displacement, spikes.point_displacement)
+    np.testing.assert_array_equal(read_stimulus_csv(written[1]).point_displacement, spikes.point_displacement)
 
 
 BAD = {

@@ -23,7 +23,7 @@ from vibrissa.errors import (
     require_positive,
 )
 from vibrissa.files import load
-from vibrissa.neural.io.tables.inputs import read_stimulus
+from vibrissa.neural.io.tables.stimulus_csv import read_stimulus_csv
 from vibrissa.quantities import QUANTITIES
 from vibrissa.stimulus.export import read_command
 from vibrissa.stimulus.waveform import even_rate
@@ -209,7 +209,7 @@ def _of_path(path: Path) -> xr.Dataset:
     if path.suffix.lower() == ".nc":
         return load(path)
     plain = path.suffix.lower() == ".csv" and not Path(f"{path}.json").is_file()  # without a command's sidecar
-    return read_stimulus(path) if plain else read_command(path)
+    return read_stimulus_csv(path) if plain else read_command(path)
 
 
 def _variable(data: xr.Dataset, quantity: str | None) -> xr.DataArray:

@@ -18,7 +18,6 @@ from vibrissa.api.objects.trials import as_trials
 from vibrissa.arrays import Window
 from vibrissa.errors import ConflictError, FormatError, ShapeError, UnknownError
 from vibrissa.neural.io.formats.foreign import one_line
-from vibrissa.neural.io.formats.phy import GOOD
 from vibrissa.neural.io.recording import PLEXON, session_spikes
 from vibrissa.neural.io.tables.spike_csv import NEEDED, OPTIONAL, spikes_of_table
 from vibrissa.neural.io.tables.spikes import table_of_trains
@@ -46,7 +45,9 @@ def as_spikes(
     trials: Any = None,
     window: Window | None = None,
     event: str | None = None,
-    groups: Collection[str] = GOOD,
+    groups: Collection[str] | None = None,
+    unsorted: bool = False,
+    counted_bin: float | None = None,
 ) -> xr.Dataset:
     """Spikes of any object, in the trials of one protocol or on the session's clock.
 
@@ -65,8 +66,8 @@ def as_spikes(
         Part of each trial that is kept, about its onset [s]; default: from the start to the stop of each trial.
     event : str, optional
         Event channel of a Plexon or NeuroExplorer file whose marks are the onsets of trials; needs a window.
-    groups : collection of str
-        Of a folder of sorted units, the groups that are taken.
+    groups, unsorted, counted_bin
+        Of a file or folder, see :func:`vibrissa.neural.io.recording.recorded_spikes`.
 
     Returns
     -------
@@ -89,9 +90,10 @@ def as_spikes(
     >>> spikes.spike_time.values.round(6).tolist()
     [0.1, 0.2, 0.3]
     """
+    files = {"groups": groups, "unsorted": unsorted, "counted_bin": counted_bin}
     if event is not None and not isinstance(thing, str | PathLike):
         raise ConflictError("event", "must go with a Plexon or NeuroExplorer file", described(thing))
-    spikes, own = _of_path(Path(thing), event, window, groups) if isinstance(thing, str | PathLike) else _read(thing)
+    spikes, own = _of_path(Path(thing), event, window, files) if isinstance(thing, str | PathLike) else _read(thing)
     if "spike_trial" in spikes:
         if trials is not None or window is not None:
             raise ConflictError("trials, window", "must go with spikes on a session's clock", "spikes in trials")
@@ -126,16 +128,15 @@ def _read(thing: Any) -> Read:
     raise UnknownError("spikes", "must be an object that holds spike times of units", described(thing), RIGHT)
 
 
-def _of_path(path: Path, event: str | None, window: Window | None, groups: Collection[str]) -> Read:
-    kind = "" if path.is_dir() else path.suffix.lower()
-    if event is not None and kind not in PLEXON:
+def _of_path(path: Path, event: str | None, window: Window | None, how: Mapping[str, Any]) -> Read:
+    if event is not None and path.suffix.lower() not in PLEXON:
         raise ConflictError("event", "must go with a Plexon or NeuroExplorer file", str(path))
-    if kind == ".nwb":
-        from vibrissa.neural.io.formats.nwb import opened
+    spikes = session_spikes(path, event=event, **how)
+    if path.suffix.lower() == ".nwb":
+        from vibrissa.neural.io.formats.nwb import opened, trials_of
 
         with opened(path) as file:
-            return _of_nwb(file, str(path))
-    spikes = session_spikes(path, event=event, groups=groups)
+            return spikes, None if file.trials is None else trials_of(file.trials, str(path))
     return spikes, None if event is None else as_trials(spikes.marker_time.values, window=window)
 
 

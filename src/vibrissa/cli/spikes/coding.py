@@ -8,8 +8,20 @@ from typing import TYPE_CHECKING
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import stage
+from vibrissa.cli.shared.recorded import (
+    ALL_TRIALS,
+    WHOLE,
+    Band,
+    PartOptions,
+    RecordingOptions,
+    SignalOptions,
+    StimulusOptions,
+    TrialOptions,
+    Window,
+    show_map,
+)
 from vibrissa.cli.shared.units import Duration
-from vibrissa.cli.spikes.recorded import WHOLE, Band, PartOptions, RecordingOptions, Window, show_map, span
+from vibrissa.errors import ShapeError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,8 +30,7 @@ if TYPE_CHECKING:
 def demodulation(
     *,
     recorded: RecordingOptions,
-    stimulus: Path,
-    whisker: str | None = None,
+    shown: StimulusOptions,
     bin_width: Duration = 0.001,
     part: PartOptions = WHOLE,
     drawing: PictureOptions = NO_PICTURE,
@@ -29,22 +40,16 @@ def demodulation(
 
     Parameters
     ----------
-    stimulus
-        CSV with columns time,displacement in seconds and metres: one presentation, as played. Or, with --whisker, the
-        command that `vibrissa replay` wrote.
-    whisker
-        Whisker of that command whose motion is taken.
     bin_width
         Width of the bins [s], a sixth of the carrier's period or less.
     """
     from vibrissa.neural.coding.demodulation import DemodulationAnalysis, demodulation
-    from vibrissa.study.neurons.neurons import one_stimulus
 
     how = DemodulationAnalysis(bin_width=bin_width, **vars(part))
-    shown = one_stimulus(stimulus, whisker)
-    table, count = recorded.read(span(shown))
+    found = recorded.read_with(shown.words(), bin_width, part.band)
     with stage("units"):
-        data = demodulation(table, shown, count, how)
+        data = demodulation(found.spikes, found.stimulus, found.n_trials, how)
+    tell(*found.remarks)
     drawing.draw("others.demodulation", {"demodulation": data})
     ends = [f"demodulation_index{end}" for end in ("", "_low", "_high")]
     more = ["envelope_modulation", "phase_modulation", "vector_strength", "demodulated", "reason", "phase_likeness"]
@@ -55,7 +60,10 @@ def drives(
     *,
     spikes: list[Path],
     stimulus: list[Path],
-    trials: list[int],
+    trials: list[int] | None = None,
+    cut: TrialOptions = ALL_TRIALS,
+    whisker: str | None = None,
+    signal_unit: str | None = None,
     bin_width: Duration = 0.01,
     skip: Duration = 0.5,
     smoothing: Duration = 0.03,
@@ -69,11 +77,16 @@ def drives(
     Parameters
     ----------
     spikes
-        CSV with columns unit,trial,spike_time; once for each stimulus, with the same units.
+        A recording of each stimulus, in any format that `vibrissa neural` reads, with the same units; once for each.
     stimulus
-        CSV with columns time,displacement in seconds and metres; in the same order.
+        CSV with columns time,displacement, or what else `vibrissa neural` reads; in the same order.
     trials
-        Presentations of each stimulus, in the same order; one number for all.
+        Presentations of each stimulus, in the same order; one number for all. Must be given with a CSV that does not
+        list silent ones.
+    whisker
+        Channel of the stimuli that is taken.
+    signal_unit
+        Unit of the stimuli where their files state none.
     bin_width
         Width of the bins [s].
     skip
@@ -88,14 +101,26 @@ def drives(
         Longest latency searched [s], up to 0.03.
     """
     from vibrissa.neural.coding.drive_choice import DriveAnalysis, compare_drives
-    from vibrissa.neural.io.tables.inputs import read_stimulus
-    from vibrissa.neural.io.tables.spike_csv import read_spikes
+    from vibrissa.study.neurons.trial_stimuli import each_trial
 
     how = DriveAnalysis(bin_width=bin_width, skip=skip, smoothing=smoothing, band=band, level=level, latest=latest)
-    counts = trials * len(spikes) if len(trials) == 1 else trials
-    heard, shown = [read_spikes(one) for one in spikes], [read_stimulus(one) for one in stimulus]
+    counts: list[int | None] = [None] if trials is None else [*trials]
+    counts = counts * len(spikes) if len(counts) == 1 else counts
+    if not len(spikes) == len(stimulus) == len(counts):
+        often = f"{len(spikes)}, {len(stimulus)}, {len(counts)}"
+        raise ShapeError("--spikes, --stimulus and --trials", "must be given as often as each other", often)
+    signal = SignalOptions(signal_unit=signal_unit)
+    parts: list[tuple[xr.Dataset, xr.Dataset, int]] = []
+    remarks: list[str] = []
+    for one, shown, count in zip(spikes, stimulus, counts, strict=True):
+        words = StimulusOptions(stimulus=shown, whisker=whisker, signal=signal).words()
+        found = RecordingOptions(spikes=one, trials=count, cut=cut).read_with(words, bin_width, band, each=True)
+        parts += each_trial(found.spikes, found.stimulus, found.n_trials)
+        remarks += [f"{one.name}: {line}" for line in found.remarks]
+    heard, stimuli, presented = (list(column) for column in zip(*parts, strict=True))
     with stage("units"):
-        data = compare_drives(heard, shown, counts, how)
+        data = compare_drives(heard, stimuli, presented, how)
+    tell(*remarks)
     names = ["drive_gain", "drive_loss", "drive_loss_low", "drive_loss_high"]
     show_map(data, names, ["best_drive", "reason", "carrier_frequency"], output)
 
@@ -114,9 +139,10 @@ def information(
     """
     from vibrissa.neural.coding.information import unit_information
 
-    table, count = recorded.read(window)
+    table, count, remarks = recorded.read(window, bin_width)
     with stage("units"):
         data = unit_information(table, count, window=window, bin_width=bin_width)
+    tell(*remarks)
     if line := _silent_end(table, window):
         tell(line)
     ends = [f"spike_information{end}" for end in ("", "_low", "_high", "_plain")]

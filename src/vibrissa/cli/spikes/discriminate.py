@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import progress_bars
+from vibrissa.cli.shared.recorded import ALL_TRIALS, TrialOptions
 from vibrissa.cli.shared.units import Duration
 
 if TYPE_CHECKING:
@@ -22,9 +23,7 @@ def discriminate(
     *,
     window: tuple[Duration, Duration],
     textures: Path | None = None,
-    event: str | None = None,
-    trial_table: Path | None = None,
-    only: tuple[str, str] | None = None,
+    cut: TrialOptions = ALL_TRIALS,
     code: list[Code] | None = None,
     bin_width: Duration = 0.02,
     folds: int = 5,
@@ -40,19 +39,13 @@ def discriminate(
     Parameters
     ----------
     spikes
-        CSV with columns unit,trial,spike_time: any name, from 0, seconds from the trial's onset. Or an NWB file, a
-        Plexon .plx or a NeuroExplorer .nex.
+        CSV with columns unit,trial,spike_time: any name, from 0, seconds from the trial's onset. Or any other format
+        that `vibrissa neural` reads.
     window
         START STOP of the part of each trial that is read [s].
     textures
         CSV with columns trial,texture, one line for every trial, silent ones included. Without it, the column stimulus
         of the table of trials.
-    event
-        Event channel of a .plx or .nex file that marks the onsets.
-    trial_table
-        CSV with columns start,stop [s] and more, where the trials are not in the file of spikes.
-    only
-        COLUMN VALUE of the table of trials: the protocol wanted, where several are interleaved.
     code
         Feature of the spikes that is read: mean rate, rate variance, time course, pattern (when they came, given how
         many); once for each, all by default.
@@ -71,8 +64,7 @@ def discriminate(
     """
     from vibrissa.neural.coding import discrimination
     from vibrissa.neural.coupling.response import trial_counts
-    from vibrissa.neural.io.recording import recorded_spikes
-    from vibrissa.neural.io.tables.textures import textures_of
+    from vibrissa.neural.io.tables.textures import read_textures, textures_of
 
     how = discrimination.Discrimination(
         codes=tuple(code) if code else discrimination.Discrimination.codes,
@@ -82,14 +74,15 @@ def discriminate(
         level=level,
         seed=seed,
     )
+    known = None if textures is None or cut.period is None else len(read_textures(textures))
+    table, _, remarks = cut.read(spikes, window, known, bin_width, needs_count=False)
     with progress_bars() as progress:
-        table, _ = recorded_spikes(spikes, window=window, event=event, trials=trial_table, only=only, progress=progress)
         names = textures_of(table, textures)
         counts, read = trial_counts(table, len(names), window, bin_width)
         curve = discrimination.accuracy_by_units(counts, names, units, how, progress=progress) if units else None
         data = discrimination.discriminate(counts, names, how, progress=progress)
     data = data if curve is None else data.merge(curve, combine_attrs="override")
-    tell(*_remarks(data, table.sizes["unit"] - len(read)))
+    tell(*remarks, *_remarks(data, table.sizes["unit"] - len(read)))
     drawing.draw("others.discrimination", {"discrimination": data})
     output.show(data, columns=[*TABLE, "code_verdict"])
 

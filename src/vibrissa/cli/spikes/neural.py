@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, print_json, show, tell
 from vibrissa.cli.shared.progress import progress_bars
+from vibrissa.cli.shared.recorded import WHOLE, PartOptions, RecordingOptions, StimulusOptions
 from vibrissa.cli.shared.refusals import in_options
 from vibrissa.cli.shared.units import Duration
-from vibrissa.cli.spikes.recorded import WHOLE, PartOptions, RecordingOptions
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,11 +19,7 @@ TABLE = ("unit_name", "significant", "p_value", "threshold", "threshold_low", "t
 def neural(
     *,
     recorded: RecordingOptions,
-    stimulus: Path,
-    whisker: str | None = None,
-    period: Duration | None = None,
-    first_onset: Duration = 0.0,
-    group: list[str] | None = None,
+    shown: StimulusOptions,
     null: Literal["circular", "paper2014"] = "circular",
     fit: Literal["forward", "paper2014"] = "forward",
     first_segment: Literal["flat-first", "free-first"] = "flat-first",
@@ -40,17 +35,6 @@ def neural(
 
     Parameters
     ----------
-    stimulus
-        CSV with columns time,displacement in seconds and metres: one presentation, as played (filtered). Or, with
-        --whisker, the command that `vibrissa replay` wrote; or the dataset of `vibrissa scan --simulate-units`.
-    whisker
-        Whisker of that command whose motion is taken: C2, beta, …
-    period
-        From one onset of the stimulus to the next [s], of spikes on the session's clock; with --trials.
-    first_onset
-        First onset on the session's clock [s].
-    group
-        Kind of sorted units that are taken of a folder: good (the default), mua, unsorted, …; once for each.
     null
         Chance: all circular shifts, adjusted over units, or the paper's 300 shuffles, not adjusted.
     fit
@@ -73,11 +57,7 @@ def neural(
 
     asked = Neurons(
         **recorded.words(),
-        stimulus=str(stimulus),
-        whisker=whisker,
-        period=period,
-        first_onset=first_onset,
-        group=tuple(group or ("good",)),
+        **shown.words(),
         null=null,
         fit=fit,
         first_segment=first_segment,

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from itertools import product
-from pathlib import Path
 
-from vibrissa.cli.shared.output import PRINTED, OutputOptions
+from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import stage
+from vibrissa.cli.shared.recorded import WHOLE, PartOptions, StimulusOptions
+from vibrissa.cli.shared.refusals import in_options
 from vibrissa.cli.shared.units import Duration, Length, Rate, Slope
-from vibrissa.cli.spikes.recorded import WHOLE, PartOptions
 
 TABLE = ("threshold", "slope", "baseline", "spikes_per_trial", "trials_needed", "reason")
 
 
 def trials_needed(
     *,
-    stimulus: Path,
+    shown: StimulusOptions,
     threshold: list[Length],
     slope: list[Slope],
     baseline: list[Rate],
@@ -36,8 +36,6 @@ def trials_needed(
 
     Parameters
     ----------
-    stimulus
-        CSV with columns time,displacement in seconds and metres: one presentation, as played (filtered).
     threshold
         Envelope above which the unit is expected to fire more [m]; once for each.
     slope
@@ -59,16 +57,21 @@ def trials_needed(
     """
     from vibrissa.neural.coding.planner import Wanted, plan_trials
     from vibrissa.neural.coupling.presentation import Presentation
-    from vibrissa.neural.io.tables.inputs import read_stimulus
+    from vibrissa.neural.io.tables.stimuli import require_metres
     from vibrissa.neural.simulated.virtual import ThresholdLinearUnit
+    from vibrissa.study.neurons.stimuli import read_stimulus
+    from vibrissa.study.spec.given import StimulusInput
 
     wanted = Wanted(threshold=threshold_within, slope=slope_within, latency=latency_within)
     units = [
         ThresholdLinearUnit(threshold=a, slope=s, baseline=b, latency=latency)
         for a, s, b in product(threshold, slope, baseline)
     ]
-    shown = Presentation.of(read_stimulus(stimulus), bin_width=bin_width, **vars(part))
+    stimulus, remarks = read_stimulus(StimulusInput(**shown.words()), band=part.band)
+    tell(*map(in_options, remarks))
+    require_metres(stimulus, "the threshold")
+    drive = Presentation.of(stimulus, bin_width=bin_width, **vars(part)).drive()
     with stage("trials of each unit"):
-        data = plan_trials(shown.drive(), units, wanted, gain_sd=gain_sd)
-    drawing.draw("others.planner", shown.drive(), units[0], wanted, gain_sd=gain_sd)
+        data = plan_trials(drive, units, wanted, gain_sd=gain_sd)
+    drawing.draw("others.planner", drive, units[0], wanted, gain_sd=gain_sd)
     output.show(data, columns=TABLE)

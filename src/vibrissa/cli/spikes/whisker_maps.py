@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vibrissa.cli.shared.output import PRINTED, OutputOptions
+from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import stage
+from vibrissa.cli.shared.recorded import MOTION, WHOLE, PartOptions, RecordingOptions, SignalOptions, show_map
 from vibrissa.cli.shared.units import Duration
-from vibrissa.cli.spikes.recorded import WHOLE, PartOptions, RecordingOptions, show_map, span
 from vibrissa.errors import UnknownError
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ def surround(
     *,
     recorded: RecordingOptions,
     command: Path,
+    signal: SignalOptions = MOTION,
     bin_width: Duration = 0.01,
     part: PartOptions = WHOLE,
     level: float = 0.05,
@@ -32,7 +33,8 @@ def surround(
     Parameters
     ----------
     command
-        What `vibrissa replay` wrote: the motion of all whiskers.
+        What `vibrissa replay` wrote: the motion of all whiskers. Or a CSV with a column for each (time,C1_um,C2_um), or
+        an NWB file.
     bin_width
         Width of the bins [s].
     level
@@ -41,13 +43,12 @@ def surround(
         Print and draw the map of this unit alone.
     """
     from vibrissa.neural.glm.surround import SurroundAnalysis, surround_map
-    from vibrissa.stimulus.export import read_command
 
     how = SurroundAnalysis(bin_width=bin_width, level=level, **vars(part))
-    moved = read_command(command)
-    table, count = recorded.read(span(moved))
+    found = recorded.read_with({"stimulus": str(command), **vars(signal)}, bin_width, part.band, channels=True)
     with stage("weights of the whiskers"):
-        data = surround_map(_alone(table, unit), moved, count, how)
+        data = surround_map(_alone(found.spikes, unit), found.stimulus, found.n_trials, how)
+    tell(*found.remarks)
     drawing.draw("others.surround", {"surround": data})
     names = ["surround_weight", "surround_weight_low", "surround_weight_high", "surround_verdict"]
     show_map(data, names, ["strongest_whisker", "threshold", "latency", "reason", "condition_number"], output)
@@ -57,6 +58,7 @@ def glm(
     *,
     recorded: RecordingOptions,
     command: Path,
+    signal: SignalOptions = MOTION,
     bin_width: Duration = 0.005,
     part: PartOptions = WHOLE,
     reach: Duration = 0.04,
@@ -72,7 +74,8 @@ def glm(
     Parameters
     ----------
     command
-        What `vibrissa replay` wrote: the motion of all whiskers.
+        What `vibrissa replay` wrote: the motion of all whiskers. Or a CSV with a column for each (time,C1_um,C2_um), or
+        an NWB file.
     bin_width
         Width of the bins [s].
     reach
@@ -90,7 +93,6 @@ def glm(
     """
     from vibrissa.neural.glm.kernel_columns import KernelAnalysis
     from vibrissa.neural.glm.poisson_model import whisker_kernels
-    from vibrissa.stimulus.export import read_command
 
     how = KernelAnalysis(
         bin_width=bin_width,
@@ -100,21 +102,21 @@ def glm(
         penalty=None if choose_penalty else penalty,
         level=level,
     )
-    moved = read_command(command)
-    table, count = recorded.read(span(moved))
+    found = recorded.read_with({"stimulus": str(command), **vars(signal)}, bin_width, part.band, channels=True)
     with stage("models of the units"):
-        data = whisker_kernels(_alone(table, unit), moved, count, how)
+        data = whisker_kernels(_alone(found.spikes, unit), found.stimulus, found.n_trials, how)
+    tell(*found.remarks)
     names = ["whisker_effect", "whisker_effect_low", "whisker_effect_high", "whisker_p_value", "whisker_matters"]
     show_map(data, names, ["kernel_rate", "deviance_explained", "penalty", "reason", "kernel_condition"], output)
 
 
 def _alone(spikes: xr.Dataset, name: str | None) -> xr.Dataset:
     """Spikes of one unit alone, so that no other is fitted; of all where none is named."""
+    from vibrissa.neural.io.tables.spikes import of_units
+
     if name is None:
         return spikes
     names = [str(one) for one in spikes.unit_name.values]
     if name not in names:
         raise UnknownError("--unit", f"must be one of {', '.join(names)}", repr(name))
-    k = names.index(name)
-    alone = spikes.isel(spike=spikes.spike_unit.values == k, unit=[k])
-    return alone.assign(spike_unit=alone.spike_unit - k)
+    return of_units(spikes, [names.index(name)])

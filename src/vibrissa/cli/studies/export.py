@@ -11,13 +11,17 @@ from cyclopts import Parameter
 from vibrissa.cli.shared.options import Flag
 from vibrissa.cli.shared.output import Json, print_json, tell
 from vibrissa.cli.shared.progress import stage
+from vibrissa.cli.shared.recorded import ALL_TRIALS, MOTION, SignalOptions, TrialOptions
+from vibrissa.cli.shared.refusals import in_options
 from vibrissa.cli.shared.units import Duration, Rate
+from vibrissa.errors import ConflictError
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from vibrissa.study.archive.export import Written
     from vibrissa.study.archive.export_session import SessionDetails
+    from vibrissa.study.spec.given import StimulusInput
 
 
 @Parameter(name="*")
@@ -41,9 +45,15 @@ class SessionOptions:
         Name of the session; that of the folder if not given.
     description : str, optional
         What was done; a sentence about what the folder holds if not given.
+    experimenter : list of str, optional
+        Who did it, as archives want names: "Doe, Jane"; once for each.
+    institution : str, optional
+        Where it was done.
+    lab : str, optional
+        Laboratory in which it was done.
     animals : Path, optional
-        CSV with the column animal and any of subject, age, sex, start, species, session, description: the same where
-        it differs between the animals of the table of sweeps.
+        CSV with the column animal and any of subject, age, sex, start, species, session, description, institution, lab:
+        the same where it differs between the animals of the table of sweeps.
     """
 
     start: Annotated[str | None, Parameter(name="--session-start")] = None
@@ -53,14 +63,18 @@ class SessionOptions:
     species: str | None = None
     session: str | None = None
     description: str | None = None
+    experimenter: list[str] | None = None
+    institution: str | None = None
+    lab: str | None = None
     animals: Path | None = None
 
     def details(self) -> SessionDetails:
         """The options as the exporter takes them."""
         from vibrissa.study.archive.export_session import SessionDetails
 
-        given = {name: value for name, value in vars(self).items() if name not in ("session", "animals")}
-        return SessionDetails(name=self.session, **given)
+        others = ("session", "animals", "experimenter")
+        given = {name: value for name, value in vars(self).items() if name not in others}
+        return SessionDetails(name=self.session, experimenter=tuple(self.experimenter or ()), **given)
 
 
 NO_DETAILS = SessionOptions()
@@ -72,8 +86,12 @@ def export(
     out: Path,
     of: SessionOptions = NO_DETAILS,
     spikes: Path | None = None,
-    trial_table: Path | None = None,
+    trials: int | None = None,
+    cut: TrialOptions = ALL_TRIALS,
     command: Path | None = None,
+    stimulus: Path | None = None,
+    whisker: str | None = None,
+    signal: SignalOptions = MOTION,
     sampling_rate: Rate | None = None,
     pause: Duration = 1.0,
     overwrite: Flag = False,
@@ -91,11 +109,15 @@ def export(
     out
         NAME.nwb; or a folder, made if absent, where files are named as archives want it.
     spikes
-        Spikes that are not in the folder: CSV with columns spike_time,unit, maybe trial; or a dataset.
-    trial_table
-        CSV with columns start,stop [s] and maybe stimulus: the trials of those spikes.
+        Spikes that are not in the folder, in any format that `vibrissa neural` reads.
+    trials
+        Presentations, silent ones included, of those spikes; up to the last that has a spike if not given.
     command
-        Command of `vibrissa replay`, presented in every trial.
+        Command of `vibrissa replay`, or a table with a column for each whisker, presented in every trial.
+    stimulus
+        Instead, the stimulus of one whisker, or an envelope, as `vibrissa neural` reads it.
+    whisker
+        Channel of that stimulus that is taken.
     sampling_rate
         Samples per second of the recording that the spikes are from [Hz]. Must be given where they do not state it.
     pause
@@ -108,6 +130,7 @@ def export(
     from vibrissa.study.archive.export import export_nwb
     from vibrissa.study.archive.export_session import read_animals
 
+    extra, remarks = _extra(spikes, trials, cut, _stimulus(command, stimulus, whisker, signal))
     animals = None if of.animals is None else read_animals(of.animals)
     with stage("writing NWB"), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the format's library, on names of columns and the like
@@ -116,31 +139,60 @@ def export(
             out,
             of.details(),
             animals=animals,
-            extra=_extra(spikes, trial_table, command),
+            extra=extra,
             sampling_rate=sampling_rate,
             pause=pause,
             overwrite=overwrite,
         )
+    tell(*remarks)
     for why in dict.fromkeys(left_out.values()):
         tell(f"left out: {', '.join(name for name in left_out if left_out[name] == why)}: {why}")
     _show(written, left_out, json)
 
 
-def _extra(spikes: Path | None, trials: Path | None, command: Path | None) -> dict[str, xr.Dataset]:
-    """Datasets that are not in the folder."""
-    from vibrissa.files import load
-    from vibrissa.neural.io.tables.spike_csv import read_spikes
+def _stimulus(
+    command: Path | None, stimulus: Path | None, whisker: str | None, signal: SignalOptions
+) -> StimulusInput | None:
+    """What was presented, if a file is given."""
+    from vibrissa.study.spec.given import StimulusInput
+
+    if command is not None and stimulus is not None:
+        raise ConflictError("--stimulus", "must be left out where --command is given", str(stimulus))
+    path = stimulus or command
+    return None if path is None else StimulusInput(stimulus=str(path), whisker=whisker, **vars(signal))
+
+
+def _extra(
+    spikes: Path | None, trials: int | None, cut: TrialOptions, shown: StimulusInput | None
+) -> tuple[dict[str, xr.Dataset], list[str]]:
+    """Datasets that are not in the folder, and remarks on them."""
     from vibrissa.neural.io.tables.trials import read_trials
     from vibrissa.stimulus.export import read_command
+    from vibrissa.study.neurons.inputs import read_session
+    from vibrissa.study.neurons.stimuli import SESSION, is_command, read_stimulus
+    from vibrissa.study.neurons.trial_stimuli import cut_stimulus
+    from vibrissa.study.spec.given import SpikesInput
 
     found: dict[str, xr.Dataset] = {}
+    remarks: list[str] = []
+    if shown is not None and shown.whisker is None and is_command(Path(shown.stimulus)):
+        found["stimulus"] = read_command(shown.stimulus)
+    elif shown is not None:
+        found["stimulus"], remarks = read_stimulus(shown, channels=shown.whisker is None, named=False)
+    time = found["stimulus"].time.values if shown is not None else None
     if spikes is not None:
-        found["spikes"] = load(spikes) if spikes.suffix == ".nc" else read_spikes(spikes, all_trials=True)
-    if trials is not None:
-        found["trials"] = read_trials(trials)
-    if command is not None:
-        found["command"] = read_command(command)
-    return found
+        length = None if time is None else float(time[-1] - time[0])
+        given = SpikesInput(spikes=str(spikes), trials=trials, **cut.words())
+        found["spikes"], own, more = read_session(given, length=length)
+        remarks = [*remarks, *more]
+        if own is not None:
+            found["trials"] = own
+    elif cut.trial_table is not None:
+        found["trials"] = read_trials(cut.trial_table)
+    if shown is not None and found["stimulus"].attrs.get("clock") == SESSION and "trials" in found:
+        found["stimulus"], more = cut_stimulus(found["stimulus"], found["trials"], shown.stimulus)
+        remarks = [*remarks, *more]
+    return found, [in_options(line) for line in remarks]
 
 
 def _show(written: list[Written], left_out: dict[str, str], json: bool) -> None:

@@ -51,7 +51,7 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     attrs = {**response.attrs, "correlation": float(r), "lag": int(lag), "chance": chance, "origin": origin}
     attrs |= _hinge(study["unit"]) if "unit" in study else {}
     moved: dict[str, Any] = {}
-    if "motion" in study:
+    if "point_displacement" in study.get("motion", ()):
         moved = {name: study["motion"][name].values for name in ("time", "point_displacement")}
     levels: dict[str, Any] = _levels(*_pairs(envelope, rate, int(lag)))
     data = dataset(

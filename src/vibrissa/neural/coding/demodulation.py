@@ -14,6 +14,7 @@ from vibrissa.neural.coding.phase_parts import Estimate, Explained, TrialParts, 
 from vibrissa.neural.coupling.presentation import BinnedAnalysis, Presentation
 from vibrissa.neural.coupling.response import UnitCounts
 from vibrissa.neural.io.tables.inputs import refuse_misplaced
+from vibrissa.neural.io.tables.stimuli import require_motion
 from vibrissa.quantities import dataset, stacked
 from vibrissa.quantities.quantity import SUFFIXES, estimate
 from vibrissa.signals.coherence import band_coherence
@@ -76,6 +77,7 @@ def demodulation(
         If bins are too wide for the carrier, trials too few, or spikes and stimulus do not fit together.
     """
     how = how or DemodulationAnalysis()
+    require_motion(stimulus, "phase")
     refuse_misplaced(spikes, stimulus, n_trials, window=how.window, fewest=FEWEST_TRIALS)
     shown = how.presentation(stimulus)
     if CYCLE * shown.frequency * how.bin_width > 1:

@@ -12,6 +12,7 @@ from vibrissa.arrays import Array, Integers, Mask, Window
 from vibrissa.errors import RangeError
 from vibrissa.neural.coupling.presentation import Presentation
 from vibrissa.neural.coupling.threshold_linear import BinnedDrive
+from vibrissa.neural.io.tables.stimuli import require_motion
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.signals.smoothing import low_pass
 
@@ -78,6 +79,8 @@ class Stimuli:
         """
         if not stimuli:
             raise RangeError("stimuli", "must be at least one", 0)
+        for one in stimuli:
+            require_motion(one, "speed")
         shown = [Presentation.of(one, bin_width=bin_width, skip=skip, band=band) for one in stimuli]
         fine = bin_width / SAMPLES
         parts = [_signals(one, seen, fine, smoothing) for one, seen in zip(stimuli, shown, strict=True)]

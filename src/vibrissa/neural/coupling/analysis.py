@@ -26,6 +26,7 @@ from vibrissa.neural.coupling.tuning import (
     weakness,
 )
 from vibrissa.neural.io.tables.inputs import refuse_misplaced
+from vibrissa.neural.io.tables.stimuli import in_unit_of
 from vibrissa.quantities import dataset, stacked
 from vibrissa.quantities.quantity import SUFFIXES
 from vibrissa.stats import adjusted_p_values
@@ -134,7 +135,7 @@ def analyse_units(
     significant = (adjusted if how.null == "circular" else coupling.p_value) <= how.level
     rows = _fits(record, counts, shown, coupling, significant, how)
     known: dict[str, Any] = {name: spikes[name].values for name in ("unit_quality", "unit_session") if name in spikes}
-    return dataset(
+    found = dataset(
         {"n_trials": n_trials, "edge": shown.edge, "lag_low": how.lags[0], "lag_high": how.lags[1], **_settings(how)},
         unit_name=spikes.unit_name.values,
         envelope_correlation=coupling.correlation,
@@ -148,6 +149,7 @@ def analyse_units(
         **stacked(rows),
         **known,
     )
+    return in_unit_of(found, stimulus)
 
 
 def _settings(how: EnvelopeAnalysis) -> dict[str, Any]:

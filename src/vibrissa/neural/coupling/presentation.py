@@ -9,13 +9,14 @@ import xarray as xr
 from scipy.signal import butter, sosfiltfilt
 
 from vibrissa.arrays import Array, Mask, Window
-from vibrissa.errors import RangeError, TooFewError, require_not_negative, require_positive
+from vibrissa.errors import ConflictError, RangeError, TooFewError, require_not_negative, require_positive
 from vibrissa.neural.coupling.envelope_coupling import bin_means
 from vibrissa.neural.coupling.threshold_linear import BinnedDrive
-from vibrissa.quantities import require
+from vibrissa.neural.io.tables.stimuli import Presented, mean_frequency, presented
 from vibrissa.signals.envelope import analytic_envelope
 
 EDGE_PERIODS = 3  # of the carrier, left out at both ends: there the analytic signal knows one side only
+LONGEST = 0.03  # [s] latency that is searched
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +26,7 @@ class Presentation:
     Attributes
     ----------
     time, envelope : (T,) arrays
-        Times [s] and envelope [m].
+        Times [s] and envelope, in the unit of the stimulus [m].
     edges : (K + 1,) array
         Edges of the bins [s].
     rate_valid, envelope_valid : (K,) arrays of bool
@@ -33,9 +34,11 @@ class Presentation:
     edge : float
         Time left out at both ends of the record [s].
     carrier : (T,) array
-        What the envelope is of: the displacement less its mean, or its band [m].
+        What the envelope is of: the displacement less its mean, or its band [m]; 0 where the stimulus is an envelope.
     frequency : float
-        Mean frequency of the carrier, weighted by power [Hz].
+        Mean frequency of the carrier, weighted by power [Hz]; NaN where the stimulus is an envelope.
+    known : (K,) array of bool
+        Bins in which the envelope is known throughout; all unless the stimulus is an envelope with holes.
     """
 
     time: Array
@@ -46,6 +49,7 @@ class Presentation:
     edge: float
     carrier: Array
     frequency: float
+    known: Mask
 
     @classmethod
     def of(
@@ -60,12 +64,12 @@ class Presentation:
         """Envelope of a stimulus, and its bins.
 
         The envelope is that of the displacement less its mean, or of its band. At both ends, 3 periods of the carrier
-        (its mean frequency, weighted by power) are left out.
+        (its mean frequency, weighted by power) are left out. A stimulus that is an envelope is taken as it is.
 
         Parameters
         ----------
         stimulus : Dataset
-            ``time`` and ``point_displacement``.
+            ``time`` and ``point_displacement``, or what :func:`vibrissa.neural.io.tables.stimuli.presented` takes.
         bin_width, skip, window, band
             As in :class:`vibrissa.neural.coupling.analysis.EnvelopeAnalysis`.
 
@@ -79,29 +83,31 @@ class Presentation:
         InputError
             If the window leaves the stimulus, or less than 100 bins; if the band is not one.
         """
-        require(stimulus, "time", "point_displacement")
-        time, displacement = stimulus.time.values, stimulus.point_displacement.values
+        shown = presented(stimulus)
+        time = shown.time
         step = (time[-1] - time[0]) / (time.size - 1)
         start, stop = window or (time[0], time[-1] + step)
         if start < time[0] - step / 2 or stop > time[-1] + 1.5 * step:
             raise RangeError("window", f"must lie within the stimulus, {time[0]:g} to {time[-1]:g} s", (start, stop))
-        carrier = _banded(displacement, band, step)
-        frequency = _mean_frequency(carrier, step)
-        edge = EDGE_PERIODS / frequency
+        envelope, carrier, frequency, holes = enveloped(shown, band, step)
+        edge = 0.0 if shown.is_envelope else EDGE_PERIODS / frequency
         n_bins = int(np.floor((stop - start) / bin_width + 1e-6))
         edges: Array = start + bin_width * np.arange(n_bins + 1, dtype=float)
         starts, stops = edges[:-1], edges[1:]
         near = 1e-6 * bin_width
         first, last = time[0] + edge, time[-1] + step - edge
+        lost = np.append(0, np.cumsum(holes))[np.searchsorted(time, edges - near)]
+        known = np.diff(lost) == 0
         presentation = cls(
             time=time,
-            envelope=analytic_envelope(carrier)[0],
+            envelope=envelope,
             edges=edges,
             rate_valid=starts >= start + skip - near,
-            envelope_valid=(starts >= first - near) & (stops <= last + near),
+            envelope_valid=(starts >= first - near) & (stops <= last + near) & known,
             edge=edge,
             carrier=carrier,
             frequency=frequency,
+            known=known,
         )
         if np.sum(presentation.rate_valid & presentation.envelope_valid) < 100:
             rule = "must leave at least 100 bins after the skip"
@@ -116,11 +122,12 @@ class Presentation:
 
     def drive(self) -> BinnedDrive:
         """Envelope seen through the bins after the onset, at any latency up to 30 ms."""
-        longest = 0.03
-        early = self.edges[:-1] - longest >= self.time[0] + self.edge - 1e-9
+        early = self.edges[:-1] - LONGEST >= self.time[0] + self.edge - 1e-9
         valid = self.rate_valid & self.envelope_valid & early
+        for lag in range(1, int(np.ceil(LONGEST / (self.edges[1] - self.edges[0]))) + 1):
+            valid[lag:] &= self.known[:-lag]
         seen = {"time": self.time, "envelope": self.envelope, "edges": self.edges}
-        return BinnedDrive(**seen, valid=valid, latencies=(0.0, longest))
+        return BinnedDrive(**seen, valid=valid, latencies=(0.0, LONGEST))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,15 +172,66 @@ class BinnedAnalysis:
         return Presentation.of(stimulus, **cut, window=self.window, band=self.band)
 
 
-def _banded(displacement: Array, band: Window | None, step: float) -> Array:
+def enveloped(shown: Presented, band: Window | None, step: float) -> tuple[Array, Array, float, Mask]:
+    """Envelope of a stimulus; of one that is an envelope, the stimulus.
+
+    Parameters
+    ----------
+    shown : Presented
+        Of one channel.
+    band : (float, float), optional
+        Of the carrier [Hz].
+    step : float
+        Between samples [s].
+
+    Returns
+    -------
+    envelope, carrier : (T,) arrays
+        The envelope, 0 where it is not known, and what it is of.
+    frequency : float
+        Mean frequency of the carrier, weighted by power [Hz].
+    holes : (T,) array of bool
+        Where the envelope is not known.
+
+    Raises
+    ------
+    InputError
+        If the band is not one, or goes with an envelope.
+    """
+    if not shown.is_envelope:
+        carrier = banded(shown.values, band, step)
+        nowhere = np.zeros(carrier.size, bool)
+        return analytic_envelope(carrier)[0], carrier, mean_frequency(carrier, step), nowhere
+    if band is not None:
+        raise ConflictError("band", "must go with a motion: an envelope has no carrier", band, "leave it out")
+    holes = ~np.isfinite(shown.values)
+    return np.where(holes, 0.0, shown.values), np.zeros(shown.time.size), np.nan, holes
+
+
+def banded(displacement: Array, band: Window | None, step: float) -> Array:
+    """A motion less its mean, or its part in a band.
+
+    Parameters
+    ----------
+    displacement : (T,) array
+        The motion, in any unit.
+    band : (float, float), optional
+        LOW and HIGH of the band [Hz]; all of it by default.
+    step : float
+        Between samples [s].
+
+    Returns
+    -------
+    (T,) array
+        In the unit of the motion.
+
+    Raises
+    ------
+    InputError
+        If the band does not lie below half the sampling rate.
+    """
     if band is None:
         return displacement - displacement.mean()
     if not 0 < band[0] < band[1] < 0.5 / step:
         raise RangeError("band", f"must lie between 0 and {0.5 / step:g} Hz", band)
     return sosfiltfilt(butter(2, band, "bandpass", fs=1 / step, output="sos"), displacement)
-
-
-def _mean_frequency(signal: Array, step: float) -> float:
-    """Mean frequency [Hz], weighted by power."""
-    power = np.abs(np.fft.rfft(signal * np.hanning(signal.size))) ** 2
-    return float(np.fft.rfftfreq(signal.size, step) @ power / power.sum())

@@ -11,7 +11,7 @@ from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.errors import RangeError
 from vibrissa.neural.coupling.presentation import BinnedAnalysis
 from vibrissa.neural.coupling.threshold_linear import BinnedDrive
-from vibrissa.quantities import dataset, require
+from vibrissa.neural.io.tables.stimuli import channels_of, presented
 
 FINEST = 2000.0  # [Hz] an envelope is sampled no finer: it changes within milliseconds
 LATEST = 0.03  # [s] latencies searched
@@ -41,7 +41,7 @@ class Copies:
         Parameters
         ----------
         command : Dataset
-            ``command`` (whisker, time) [m], ``time``, ``whisker``.
+            ``command`` (whisker, time) [m], ``time``, ``whisker``; or any stimulus with the dimension whisker.
         how : BinnedAnalysis, optional
             Bins, window and band.
 
@@ -55,16 +55,15 @@ class Copies:
         InputError
             If there is one whisker alone, or one that does not move; as :meth:`Presentation.of`.
         """
-        require(command, "command", "time", "whisker")
         how = how or BinnedAnalysis()
-        names = tuple(str(name) for name in command.whisker.values)
-        moved, time = command.command.transpose("whisker", "time").values, command.time.values
+        channels = channels_of(command)
+        names, time = tuple(channels), command.time.values
         if len(names) < 2:
             raise RangeError("whiskers", "must be at least 2", len(names))
-        still = np.ptp(moved, axis=1) == 0
+        still = np.array([np.ptp(presented(one).values) == 0 for one in channels.values()])
         if still.any():
             raise RangeError(f"whisker {names[int(np.argmax(still))]}", "must move", "a constant", "leave it out")
-        drives = [how.presentation(dataset(time=time, point_displacement=one)).drive() for one in moved]
+        drives = [how.presentation(one).drive() for one in channels.values()]
         stride = max(int((len(time) - 1) / (time[-1] - time[0]) / FINEST), 1)
         valid = np.all([one.valid for one in drives], axis=0)
         thin = [replace(one, time=one.time[::stride], envelope=one.envelope[::stride], valid=valid) for one in drives]

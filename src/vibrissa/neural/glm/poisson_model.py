@@ -16,6 +16,7 @@ from vibrissa.neural.glm.delayed_envelopes import condition_number
 from vibrissa.neural.glm.kernel_columns import STRETCH, Columns, KernelAnalysis, unit_design
 from vibrissa.neural.glm.poisson import PoissonFit, TrialDesign, poisson_regression
 from vibrissa.neural.io.tables.inputs import refuse_misplaced
+from vibrissa.neural.io.tables.stimuli import in_unit_of
 from vibrissa.quantities import dataset, stacked
 from vibrissa.quantities.quantity import SUFFIXES, estimate
 from vibrissa.stats import adjusted_p_values
@@ -98,7 +99,7 @@ def whisker_kernels(
     rows = [_row(columns, own.astype(float), how) for own in counts]
     attrs = {"n_trials": n_trials, "bin_width": how.bin_width, "skip": how.skip, "level": how.level}
     lags, past = how.lags()
-    return dataset(
+    found = dataset(
         attrs,
         unit_name=spikes.unit_name.values,
         whisker=np.array(columns.whiskers),
@@ -107,6 +108,7 @@ def whisker_kernels(
         kernel_condition=condition_number(columns.shared[:, 1:].T),
         **stacked(rows),
     )
+    return in_unit_of(found, command)
 
 
 def _row(columns: Columns, counts: Array, how: KernelAnalysis) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from vibrissa.neural.coupling.response import UnitCounts
 from vibrissa.neural.glm.delayed_envelopes import ALIKE, INFLATED, Copies, condition_number, inflation
 from vibrissa.neural.glm.whisker_weights import SurroundGrid, whisker_weights
 from vibrissa.neural.io.tables.inputs import refuse_misplaced
+from vibrissa.neural.io.tables.stimuli import in_unit_of
 from vibrissa.quantities import dataset, stacked
 from vibrissa.quantities.quantity import estimate
 from vibrissa.stats import adjusted_p_values
@@ -77,7 +78,8 @@ def surround_map(
     counts = UnitCounts.of(spikes, n_trials, copies.edges, how.bin_width)
     rows = [_row(grid, own[:, copies.valid].astype(float), design, how) for own in counts]
     attrs = {"n_trials": n_trials, "bin_width": how.bin_width, "skip": how.skip, "level": how.level}
-    return dataset(attrs, unit_name=spikes.unit_name.values, **stacked(rows), **design)
+    found = dataset(attrs, unit_name=spikes.unit_name.values, **stacked(rows), **design)
+    return in_unit_of(found, command)
 
 
 def _design(grid: SurroundGrid) -> dict[str, Any]:

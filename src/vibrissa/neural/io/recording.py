@@ -10,12 +10,15 @@ import xarray as xr
 from vibrissa.arrays import Window
 from vibrissa.errors import ConflictError, FormatError, MissingError, TooFewError
 from vibrissa.files import load
-from vibrissa.neural.io.formats.phy import GOOD, is_phy, read_phy
+from vibrissa.neural.io.formats.binned import DENSE, read_binned
+from vibrissa.neural.io.formats.phy import GOOD, QUALITY, UNJUDGED, is_phy, read_phy
 from vibrissa.neural.io.tables.spike_csv import read_spikes
+from vibrissa.neural.io.tables.spikes import of_units
 from vibrissa.neural.io.tables.trials import cut_into_trials, read_trials, trials_at
 from vibrissa.quantities import require
 
 Progress = Callable[[str, int, int], None]
+ONSETS = "must be given the onsets of its trials"
 PLEXON = (".plx", ".nex", ".pl2", ".pl3", ".nex5")  # the reader refuses the last three, with a remedy
 
 
@@ -26,7 +29,9 @@ def recorded_spikes(
     event: str | None = None,
     trials: str | Path | xr.Dataset | None = None,
     only: tuple[str, str] | None = None,
-    groups: Collection[str] = GOOD,
+    groups: Collection[str] | None = None,
+    unsorted: bool = False,
+    counted_bin: float | None = None,
     progress: Progress | None = None,
 ) -> tuple[xr.Dataset, int | None]:
     """Spikes in trials, timed from the onset of the stimulus.
@@ -36,18 +41,25 @@ def recorded_spikes(
     path : path
         NWB (``.nwb``), Plexon or NeuroExplorer (``.plx``, ``.nex``), or CSV with columns spike_time,unit
         (:func:`vibrissa.neural.io.tables.spike_csv.read_spikes`): in trials where it has a column trial, else on the
-        session's clock. A dataset (``.nc``) of spikes. Or a folder of sorted units, of phy or SpikeInterface.
+        session's clock. A dataset (``.nc``) of spikes. Counts by bin, trial and unit (``.npy``, ``.mat``). Or a folder
+        of sorted units, of phy or SpikeInterface.
     window : (start, stop)
         Part of each trial that is kept, about its onset [s].
     event : str, optional
         Event channel whose marks are the onsets; for Plexon and NeuroExplorer.
     trials : path or Dataset, optional
-        Table (CSV: start, stop, …) of the trials, instead of the file's own or of an event; or the trials themselves,
-        see :func:`vibrissa.neural.io.tables.trials.trial_table`.
+        Table (CSV: start, stop, …) of the trials, instead of the file's own or of an event; of an NWB file also the
+        name of one of its tables of intervals; or the trials themselves, see
+        :func:`vibrissa.neural.io.tables.trials.trial_table`.
     only : (column, value), optional
         Keep the trials with this value in this column of their table: one protocol among interleaved ones.
     groups : collection of str, optional
-        Of a folder, the groups of units that are taken; those called good where not given.
+        Groups of units that are taken, of a folder, or of a table that states the quality of its units (``good`` is SU,
+        ``mua`` MU). By default those called good of a folder, and all of a table.
+    unsorted : bool
+        Take the unsorted spikes of each channel as a unit, instead of leaving them out.
+    counted_bin : float, optional
+        Width of the bins of counts [s].
     progress : callable, optional
         Called with (stage, done, total) while a Plexon or NeuroExplorer file is read.
 
@@ -63,7 +75,11 @@ def recorded_spikes(
     InputError
         If the onsets of the trials are not known; if there is no unit; as the readers do.
     """
-    session, own_trials = _session(path, event, only if trials is None else None, trials is None, groups, progress)
+    if _kind(path) in PLEXON and trials is None and event is None:
+        raise MissingError(str(path), ONSETS, remedy="give `event`, or `trial_table`")
+    session = session_spikes(
+        path, event=event, groups=groups, unsorted=unsorted, counted_bin=counted_bin, progress=progress
+    )
     if "spike_trial" in session:
         if event or trials is not None or only:
             raise ConflictError("event, trial_table, only", "must go with spikes on a session's clock", str(path))
@@ -71,55 +87,70 @@ def recorded_spikes(
             raise TooFewError(str(path), "must hold at least one spike", 0)
         return session, session.attrs.get("n_trials")
     if not session.sizes["unit"]:
-        unsorted = session.attrs.get("spikes_unsorted", 0)
-        found = f"{unsorted} unsorted spikes alone" if unsorted else "none"
-        raise TooFewError(str(path), "must hold sorted units", found, "sort the spikes first")
-    table = read_trials(trials, only=only) if isinstance(trials, str | Path) else trials
-    table = own_trials if table is None else table
-    assert table is not None
+        left_out = session.attrs.get("spikes_unsorted", 0)
+        found = f"{left_out} unsorted spikes alone" if left_out else "none"
+        raise TooFewError(str(path), "must hold sorted units", found, "sort the spikes first, or give `unsorted`")
+    table = trials if isinstance(trials, xr.Dataset) else trials_of_recording(path, session, event, trials, only)
     return cut_into_trials(session, table, window), table.sizes["trial"]
 
 
-def _session(
+def trials_of_recording(
     path: str | Path,
-    event: str | None,
-    only: tuple[str, str] | None,
-    own: bool,
-    groups: Collection[str],
-    progress: Progress | None,
-) -> tuple[xr.Dataset, xr.Dataset | None]:
-    """Spikes of a recording and, if its own are wanted, its trials; a table may have the spikes in trials."""
-    kind = "" if Path(path).is_dir() else Path(path).suffix.lower()
-    if kind == ".nwb":
-        from vibrissa.neural.io.formats.nwb import read_nwb, read_nwb_trials
+    session: xr.Dataset | None = None,
+    event: str | None = None,
+    trials: str | Path | None = None,
+    only: tuple[str, str] | None = None,
+) -> xr.Dataset:
+    """Trials of a recording: of a table beside it, of a table within it, or of an event.
 
-        if event is not None:
-            remedy = "an NWB file has tables of trials"
-            raise ConflictError("event", "must go with a .plx or .nex file", str(path), remedy)
-        return read_nwb(path), read_nwb_trials(path, only=only) if own else None
-    rule = "must be given the onsets of its trials"
-    if kind in PLEXON and own and event is None:
-        raise MissingError(str(path), rule, remedy="give `event`, or `trial_table`")
-    if kind in PLEXON and only is not None:
+    Parameters
+    ----------
+    path, event, trials, only
+        As in :func:`recorded_spikes`.
+    session : Dataset, optional
+        Its spikes, with ``marker_time`` where an event is given; read where not given.
+
+    Returns
+    -------
+    Dataset
+        See :func:`vibrissa.neural.io.tables.trials.trial_table`.
+
+    Raises
+    ------
+    InputError
+        If the onsets of the trials are not known.
+    """
+    kind = _kind(path)
+    if kind == ".nwb" and not (trials is not None and Path(trials).is_file()):
+        from vibrissa.neural.io.formats.nwb import read_nwb_trials
+
+        return read_nwb_trials(path, only=only, table="trials" if trials is None else Path(trials).name)
+    if trials is not None:
+        return read_trials(trials, only=only)
+    if kind not in PLEXON:
+        raise MissingError(str(path), ONSETS, None, "give `trial_table`, a CSV with columns start,stop")
+    if event is None:
+        raise MissingError(str(path), ONSETS, remedy="give `event`, or `trial_table`")
+    if only is not None:
         raise ConflictError("only", "must go with a table of trials", remedy="give `trial_table`")
-    session = session_spikes(path, event=event, groups=groups, progress=progress)
-    if "spike_trial" not in session and kind not in PLEXON and (event is not None or own):
-        raise MissingError(str(path), rule, event, "give `trial_table`, a CSV with columns start,stop")
-    return session, trials_at(session.marker_time.values, 1.0) if own and "marker_time" in session else None
+    known = session_spikes(path, event=event) if session is None else session
+    return trials_at(known.marker_time.values, 1.0)
 
 
 def session_spikes(
     path: str | Path,
     *,
     event: str | None = None,
-    groups: Collection[str] = GOOD,
+    groups: Collection[str] | None = None,
+    unsorted: bool = False,
+    counted_bin: float | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Spikes of a recording as its file or folder has them, cut into no trials; NWB has its own reader.
+    """Spikes of a recording as its file or folder has them, cut into no trials.
 
     Parameters
     ----------
-    path, event, groups, progress
+    path, event, groups, unsorted, counted_bin, progress
         As in :func:`recorded_spikes`.
 
     Returns
@@ -132,22 +163,58 @@ def session_spikes(
     InputError
         As the readers.
     """
+    kind = _kind(path)
+    if event is not None and kind not in PLEXON:
+        remedy = "an NWB file has tables of trials" if kind == ".nwb" else ""
+        raise ConflictError("event", "must go with a .plx or .nex file", str(path), remedy)
+    if counted_bin is not None and kind not in DENSE:
+        raise ConflictError("counted_bin", "must go with counts by bin, trial and unit (.npy, .mat)", str(path))
+    if unsorted and not (kind in PLEXON or Path(path).is_dir()):
+        raise ConflictError("unsorted", "must go with a .plx or .nex file, or a folder of sorted units", str(path))
     if Path(path).is_dir():
-        return _sorted_units(path, groups)
-    if Path(path).suffix.lower() not in PLEXON:
-        return _table(path)
-    from vibrissa.neural.io.formats.plexon import read_plexon
+        return _sorted_units(path, (*(groups or GOOD), *([UNJUDGED] if unsorted else [])))
+    if kind in PLEXON:
+        from vibrissa.neural.io.formats.plexon import read_plexon
 
-    return read_plexon(path, event=event, progress=progress)
+        return _of_groups(read_plexon(path, event=event, unsorted=unsorted, progress=progress), groups, path)
+    return _of_groups(_table(path, kind, counted_bin), groups, path)
 
 
-def _table(path: str | Path) -> xr.Dataset:
-    """Spikes of a dataset, or of a table, in trials or on the session's clock."""
-    if Path(path).suffix != ".nc":
+def _kind(path: str | Path) -> str:
+    return "" if Path(path).is_dir() else Path(path).suffix.lower()
+
+
+def _table(path: str | Path, kind: str, counted_bin: float | None) -> xr.Dataset:
+    """Spikes of a file that holds a table of them, in trials or on the session's clock."""
+    if kind == ".nwb":
+        from vibrissa.neural.io.formats.nwb import read_nwb
+
+        return read_nwb(path)
+    if kind in DENSE:
+        return read_binned(path, counted_bin)
+    if kind != ".nc":
         return read_spikes(path)
     spikes = load(path)
     require(spikes, "spike_time", "spike_unit", "unit_name")
     return spikes
+
+
+def _of_groups(spikes: xr.Dataset, groups: Collection[str] | None, path: str | Path) -> xr.Dataset:
+    """Units of these groups by their quality; all where none are named."""
+    if groups is None:
+        return spikes
+    if "unit_quality" not in spikes:
+        remedy = "leave `group` out to take all units"
+        raise MissingError(str(path), "must state the quality of its units, for `group`", None, remedy)
+    labels = [str(one) for one in spikes.unit_quality.values]
+    wanted = {*groups, *(QUALITY[one] for one in groups if one in QUALITY)}
+    kept = [k for k, label in enumerate(labels) if label in wanted]
+    if not kept:
+        there = ", ".join(sorted(set(labels)))
+        raise TooFewError(str(path), f"must have units in the groups {', '.join(groups)}", None, f"there are {there}")
+    left = len(labels) - len(kept)
+    chosen = of_units(spikes, kept)
+    return chosen.assign_attrs(remark=f"{left} units of other groups are left out") if left else chosen
 
 
 def _sorted_units(path: str | Path, groups: Collection[str]) -> xr.Dataset:

@@ -84,7 +84,7 @@ def export_nwb(
     animals : mapping, optional
         The same where it differs between animals; see :func:`vibrissa.study.archive.export_session.read_animals`.
     extra : mapping of Datasets, optional
-        ``spikes``, ``trials`` or ``command`` from other files; they take the place of the folder's.
+        ``spikes``, ``trials``, ``command`` or ``stimulus`` from other files; they take the place of the folder's.
     sampling_rate : float, optional
         Of the recording that the spikes are from [Hz]; must be given where recorded spikes do not hold it.
     pause : float
@@ -108,7 +108,7 @@ def export_nwb(
         raise RangeError("pause", "must be positive (s)", pause)
     pynwb_module()
     folder = Path(folder)
-    parts, left_out = read_results(folder)
+    parts, left_out = read_results(folder, may_be_empty=bool(extra))
     parts |= extra or {}
     named = _animals(parts)
     if unknown := sorted(set(animals or {}) - {*named, details.subject}):
@@ -189,7 +189,7 @@ def _paths(out: Path, sessions: list[tuple[Session, Datasets]], overwrite: bool)
 
 
 def _modality(parts: Results) -> str:
-    neural = bool({"spikes", "command", "motion", *tables_of_units(parts)} & set(parts))
+    neural = bool({"spikes", "stimulus", "command", "motion", *tables_of_units(parts)} & set(parts))
     behaviour = bool({"sweeps", "scan", *ONE_MOVIE} & set(parts)) or any(BASE.fullmatch(name) for name in parts)
     return "+".join(["behavior"] * behaviour + ["ecephys"] * neural) or "behavior"
 
@@ -284,7 +284,7 @@ def _add_recordings(file: Any, laid: list[tuple[str, Array, Array]]) -> None:
 def _write(paths: list[Path], sessions: list[tuple[Session, Datasets]], build: Build) -> list[Written]:
     """Write one file after the other under other names, then rename all; if one fails, none is there."""
     folder, done = paths[0].parent, list[Written]()
-    made = not folder.is_dir()
+    made, fresh = not folder.is_dir(), [path for path in paths if not path.exists()]
     try:
         folder.mkdir(exist_ok=True)
         with ExitStack() as stack:
@@ -295,8 +295,10 @@ def _write(paths: list[Path], sessions: list[tuple[Session, Datasets]], build: B
                 del file  # before the next is built: both may not fit into memory
                 done.append(Written(path=path, session=session, holds=holds))
     except BaseException as error:
-        if made:
-            with suppress(OSError):
+        with suppress(OSError):
+            for path in fresh:
+                path.unlink(missing_ok=True)
+            if made:
                 folder.rmdir()
         if isinstance(error, OSError):
             raise MachineError(str(folder), f"could not be written ({error.strerror or error})") from error

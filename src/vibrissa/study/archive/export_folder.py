@@ -30,13 +30,15 @@ CONTENT = {  # role → variables that a dataset of it has
 DERIVED = "for figures and reports"
 
 
-def read_results(folder: Path) -> tuple[Datasets, dict[str, str]]:
+def read_results(folder: Path, *, may_be_empty: bool = False) -> tuple[Datasets, dict[str, str]]:
     """Read the datasets of a folder that ``vibrissa run`` or ``recordings`` wrote, or in which results lie together.
 
     Parameters
     ----------
     folder : Path
         Where they are.
+    may_be_empty : bool
+        Whether the folder may hold none, as what is exported comes from other files.
 
     Returns
     -------
@@ -66,7 +68,7 @@ def read_results(folder: Path) -> tuple[Datasets, dict[str, str]]:
             parts[role] = part
     if "sweeps" in parts:
         _leave_out_shown(parts, left_out)
-    if not parts:
+    if not parts and not may_be_empty:
         raise FormatError(str(folder), "must hold results: datasets (.nc) of vibrissa run, sweeps, neural or sort")
     return parts, left_out
 

@@ -11,19 +11,11 @@ from numpy.typing import NDArray
 
 from vibrissa.arrays import Array
 from vibrissa.neural.io.formats.nwb import pynwb_module
-from vibrissa.neural.io.formats.nwb_writer import described
+from vibrissa.neural.io.formats.nwb_writer import UNITS, described, measured
 
 if TYPE_CHECKING:
     import xarray as xr
 
-UNITS = {
-    "m": "meters",
-    "rad": "radians",
-    "Hz": "hertz",
-    "s": "seconds",
-    "N": "newtons",
-    "V": "volts",
-}  # the format's words
 _SAME_TIME = 1e-9  # [s] below which archives take two times for one
 _LARGE = 2**16  # bytes from which values are compressed, without loss
 
@@ -214,22 +206,6 @@ def plain(values: NDArray[Any]) -> Any:
         Words as a list, numbers as they are.
     """
     return values.astype(str).tolist() if values.dtype.kind in "OUS" else values
-
-
-def measured(variable: xr.DataArray | xr.Variable) -> bool:
-    """Whether a variable has a value anywhere: NaN means not measured.
-
-    Parameters
-    ----------
-    variable : DataArray or Variable
-        Any.
-
-    Returns
-    -------
-    bool
-        True of what is not a float.
-    """
-    return variable.dtype.kind != "f" or bool(np.isfinite(variable.values).any())
 
 
 def _sentence(variable: xr.DataArray) -> str:

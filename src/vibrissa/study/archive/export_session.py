@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vibrissa import __version__
 from vibrissa.errors import ConflictError, FormatError, MissingError
@@ -19,7 +19,7 @@ from vibrissa.tables.units import TEXT
 if TYPE_CHECKING:
     import xarray as xr
 
-FIELDS = ("subject", "age", "sex", "start", "species", "name", "description")
+FIELDS = ("subject", "age", "sex", "start", "species", "name", "description", "institution", "lab")
 COLUMNS = {"session": "name"} | {field: field for field in FIELDS if field != "name"}
 ASKED = {
     "subject": "name of the animal, or of the robot",
@@ -51,6 +51,10 @@ class SessionDetails:
         Of the session; by default that of the folder.
     description : str
         What was done; by default what the results say.
+    experimenter : tuple of str
+        Who did it: ``Doe, Jane``.
+    institution, lab : str
+        Where.
     """
 
     subject: str | None = None
@@ -60,6 +64,9 @@ class SessionDetails:
     species: str | None = None
     name: str | None = None
     description: str | None = None
+    experimenter: tuple[str, ...] = ()
+    institution: str | None = None
+    lab: str | None = None
 
     def session(self, animal: str | None, parts: Mapping[str, xr.Dataset], folder: Path, animals: OfAnimals) -> Session:
         """Session of one animal's file.
@@ -85,7 +92,8 @@ class SessionDetails:
         InputError
             Names the options that are missing, or what is wrong with those given.
         """
-        own = replace(self, **animals.get(animal or self.subject or "", {}))
+        known: dict[str, Any] = {**animals.get(animal or self.subject or "", {})}
+        own = replace(self, **known)
         subject = own.subject or animal
         given = {"subject": subject, "age": own.age, "sex": own.sex, "start": own.start}
         if missing := [name for name, value in given.items() if not value]:
@@ -104,6 +112,9 @@ class SessionDetails:
             sex=str(own.sex),
             species=own.species or "Rattus norvegicus",
             virtual=bool(virtual) and not real,
+            experimenter=own.experimenter,
+            institution=own.institution or "",
+            lab=own.lab or "",
         )
 
 
@@ -138,7 +149,8 @@ def read_animals(path: str | Path) -> dict[str, dict[str, str]]:
     ----------
     path : path
         CSV with the columns ``animal``, its name in the table of sweeps, and any of ``subject``, ``age``, ``sex``,
-        ``start``, ``species``, ``session`` and ``description``; an empty cell leaves it to the options.
+        ``start``, ``species``, ``session``, ``description``, ``institution`` and ``lab``; an empty cell
+        leaves it to the options.
 
     Returns
     -------

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.arrays import Array
-from vibrissa.study.archive.export_series import Clock, add_intervals, add_series, add_table, measured
+from vibrissa.neural.io.formats.nwb_writer import measured
+from vibrissa.study.archive.export_series import Clock, add_intervals, add_series, add_table
 from vibrissa.study.sweeps.sweeps import read_series
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.errors import MissingError, RangeError, TooFewError
-from vibrissa.neural.io.formats.nwb_writer import Session, add_command, add_trials, add_units
+from vibrissa.neural.io.formats.nwb_writer import Session, add_stimulus, add_trials, add_units
 from vibrissa.neural.io.tables.spikes import spike_table
 from vibrissa.neural.io.tables.trials import trial_table
 from vibrissa.quantities import dataset
@@ -18,6 +18,7 @@ from vibrissa.study.archive.export_series import Clock, add_table
 if TYPE_CHECKING:
     import xarray as xr
 
+PRESENTED = ("stimulus", "command", "motion")  # what was presented, the one that a file names before a study's own
 TRUTH = ("driven_by", "true_threshold")  # of units that were simulated
 
 
@@ -124,8 +125,9 @@ def add_neurons(
     for name, table in found.items():
         text = "what was found of each unit; spikes of those in the table units alone are in this file"
         add_table(module, f"tuning{name.removeprefix('units')}", text, table, "unit")
-    stimulus = parts["command"] if "command" in parts else stimulus_of(parts["motion"]) if "motion" in parts else None
-    template = None if stimulus is None else add_command(file, stimulus)
+    stimulus = next((parts[name] for name in PRESENTED if name in parts), None)
+    stimulus = stimulus_of(stimulus) if stimulus is not None and "point_displacement" in stimulus else stimulus
+    template = None if stimulus is None else add_stimulus(file, stimulus, trials)
     if trials is not None:
         add_trials(file, trials, template)
 
@@ -152,9 +154,14 @@ def laid_trials(parts: Results, clock: Clock) -> xr.Dataset:
     """
     known = [parts[name].attrs for name in ("spikes", "response", "units") if name in parts]
     count = next((int(attrs["n_trials"]) for attrs in known if attrs.get("n_trials", 0) > 0), 0)
-    attrs, played = known[0], next((parts[name].time.values for name in ("motion", "command") if name in parts), None)
+    attrs, played = (
+        known[0],
+        next((parts[name].time.values for name in ("stimulus", "motion", "command") if name in parts), None),
+    )
     if "window_stop" in attrs:
         start, stop = float(attrs["window_start"]), float(attrs["window_stop"])
+    elif "counted_bins" in attrs:
+        start, stop = 0.0, float(attrs["counted_bins"]) * float(attrs["counted_bin"])
     elif played is not None and "duration" not in attrs:
         start, stop = float(played[0]), float(played[-1])
     else:
@@ -180,6 +187,8 @@ def stimulus_of(motion: xr.Dataset) -> xr.Dataset:
     Dataset
         ``command`` (whisker, time) [m].
     """
+    if motion.point_displacement.ndim > 1:
+        return motion
     move = motion.point_displacement.values[None]
     return dataset(time=motion.time.values, whisker=np.array(["stimulated"]), command=move)
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from vibrissa.errors import FormatError, MissingError
 from vibrissa.neural.io.formats.nwb_writer import Session, write_nwb
-from vibrissa.neural.io.tables.inputs import write_stimulus
 from vibrissa.neural.io.tables.spike_csv import write_csv
 from vibrissa.neural.io.tables.spikes import spike_table
+from vibrissa.neural.io.tables.stimulus_csv import write_stimulus
 from vibrissa.neural.io.tables.trials import trial_table
 from vibrissa.neural.simulated.driven import write_driven
 from vibrissa.quantities import dataset

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy.signal import periodogram
 
-from vibrissa.errors import ConflictError, InputError, RangeError, UnknownError
-from vibrissa.neural.coupling.analysis import analyse_units
-from vibrissa.neural.io.recording import recorded_spikes
-from vibrissa.neural.io.tables.inputs import read_stimulus
-from vibrissa.neural.io.tables.trials import trials_at
-from vibrissa.quantities import dataset
+from vibrissa.errors import InputError
+from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
+from vibrissa.neural.io.tables.stimuli import presented
 from vibrissa.quantities.kinds import Progress
-from vibrissa.stimulus.export import read_command
+from vibrissa.study.neurons.inputs import read_recording
 from vibrissa.study.neurons.shown_unit import best_unit, shown_unit
+from vibrissa.study.neurons.trial_stimuli import end_to_end
 from vibrissa.study.spec.neurons import Neurons, Window
 
 if TYPE_CHECKING:
@@ -34,6 +33,7 @@ class Analysed(NamedTuple):
     spikes: xr.Dataset
     stimulus: xr.Dataset
     n_trials: int
+    how: EnvelopeAnalysis
     remarks: list[str]
 
 
@@ -59,16 +59,22 @@ def analyse_neurons(neurons: Neurons, folder: Path = Path(), progress: Progress 
     InputError
         If a file is bad, or spikes and stimulus do not fit together; options go by the names of the verb ``neural``.
     """
-    stimulus = one_stimulus(folder / neurons.stimulus, neurons.whisker)
-    spikes, n_trials = _read(neurons, stimulus, folder, progress)
+    how = neurons.analysis()
+    asked: dict[str, Any] = {"bin_width": neurons.bin_width, "around": neurons.spontaneous, "band": neurons.band}
+    spikes, stimulus, n_trials, remarks = read_recording(neurons, neurons, folder, **asked, progress=progress)
+    remarks += [*_silent(spikes, n_trials), *_unheard(spikes, neurons.spontaneous)]
+    short = _cut_short(spikes, stimulus)
+    if "trial" in stimulus.dims:
+        spikes, stimulus, more = end_to_end(spikes, stimulus, how)
+        remarks, n_trials, how = [*remarks, *more], 1, replace(how, skip=0.0, band=None)
+    remarks += _coarse(stimulus)
     if progress is not None:
         progress("units", 0, 0)
-    units = analyse_units(spikes, stimulus, n_trials, neurons.analysis())
-    remarks = [*_remarks(spikes, stimulus, n_trials), *_unheard(spikes, neurons.spontaneous)]
+    units = analyse_units(spikes, stimulus, n_trials, how)
     remarks += _early(units)
     if neurons.event is None:  # else the trials' ends are not known
-        remarks += _cut_short(spikes, stimulus)
-    return Analysed(units, spikes, stimulus, n_trials, remarks)
+        remarks += short
+    return Analysed(units, spikes, stimulus, n_trials, how, remarks)
 
 
 def neuron_results(neurons: Neurons, folder: Path = Path(), progress: Progress | None = None) -> dict[str, xr.Dataset]:
@@ -95,9 +101,11 @@ def neuron_results(neurons: Neurons, folder: Path = Path(), progress: Progress |
     except InputError as error:
         raise error.renamed(f"[[neural]] {neurons.label}: {error.quantity}") from error
     attrs = {"label": neurons.label, "source": Path(neurons.spikes).name, "remarks": json.dumps(found.remarks)}
+    if presented(found.stimulus).unit != "m":  # the figures are in micrometres
+        return {"units": found.units.assign_attrs(attrs)}
     place = best_unit(found.units)
     unit = found.units.isel(unit=place)
-    shown = shown_unit(found.spikes, unit, found.stimulus, found.n_trials, neurons.analysis())
+    shown = shown_unit(found.spikes, unit, found.stimulus, found.n_trials, found.how)
     shown["spikes"].attrs.setdefault("source", Path(neurons.spikes).name)
     shown["response"].attrs["note"] = f" Of {found.units.sizes['unit']} units, {_chosen(unit)}."
     return {"units": found.units.assign_attrs(attrs), **shown}
@@ -111,108 +119,27 @@ def _chosen(unit: xr.Dataset) -> str:
     return f"{name}, whose fit explains most" if bool(unit.identified) else f"{name}, the most like the envelope"
 
 
-def one_stimulus(path: Path, whisker: str | None) -> xr.Dataset:
-    """The stimulus of a file: of one presentation, or of one whisker of a stimulator's command.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    whisker : str or None
-        Of a command, the whisker that is meant.
-
-    Returns
-    -------
-    Dataset
-        ``point_displacement`` (time) [m].
-
-    Raises
-    ------
-    InputError
-        If the file is bad, or is a command and no whisker is given.
-    """
-    if whisker is None and (path.suffix.lower() == ".wav" or Path(f"{path}.json").is_file()):  # a command's sidecar
-        raise ConflictError("whisker", "must be given with a command of vibrissa replay", str(path))
-    return read_stimulus(path) if whisker is None else played(path, whisker)
-
-
-def played(path: Path, whisker: str) -> xr.Dataset:
-    """Motion of one whisker of a stimulator's command, as a stimulus.
-
-    Parameters
-    ----------
-    path : Path
-        The command.
-    whisker : str
-        Its name.
-
-    Returns
-    -------
-    Dataset
-        ``point_displacement`` (time) [m].
-
-    Raises
-    ------
-    InputError
-        If the file is bad, or the whisker is none of those moved.
-    """
-    command = read_command(path)
-    names = command.whisker.values.tolist()
-    if whisker not in names:
-        raise UnknownError("whisker", f"must be one of {', '.join(names)}", repr(whisker))
-    motion = command.command.sel(whisker=whisker).values
-    return dataset({"source": path.name, "whisker": whisker}, time=command.time.values, point_displacement=motion)
-
-
-def _read(neurons: Neurons, stimulus: xr.Dataset, folder: Path, progress: Progress | None) -> tuple[xr.Dataset, int]:
-    """Spikes in trials, and how many trials there were."""
-    kept = [*(float(t) for t in stimulus.time.values[[0, -1]]), *(neurons.spontaneous or ())]
-    trials: xr.Dataset | Path | None = None if neurons.trial_table is None else folder / neurons.trial_table
-    if neurons.period is not None and neurons.trials is not None:
-        trials = _repeated(neurons.first_onset, neurons.period, neurons.trials, stimulus)
-    spikes, counted = recorded_spikes(
-        folder / neurons.spikes,
-        window=(min(kept), max(kept)),
-        event=neurons.event,
-        trials=trials,
-        only=neurons.only,
-        groups=neurons.group,
-        progress=progress,
-    )
-    if (count := counted if neurons.trials is None else neurons.trials) is None:
-        raise ConflictError("trials", "must be given with a CSV", remedy="count silent presentations too")
-    return spikes, count
-
-
-def _repeated(first: float, period: float, n_trials: int, stimulus: xr.Dataset) -> xr.Dataset:
-    """Trials one after the other at even times."""
-    time = stimulus.time.values
-    length = float(time[-1] - time[0]) * (1 - 1e-9)
-    if period < length:
-        raise RangeError("period", f"must not be shorter than the stimulus of {length:.6g} s", period)
-    return trials_at(first + period * np.arange(n_trials, dtype=np.float64), period)
-
-
-def _remarks(spikes: xr.Dataset, stimulus: xr.Dataset, n_trials: int) -> list[str]:
-    """What a reader should know of the input: silent trials, a carrier near half the sampling rate."""
-    words = {
-        "spikes_unsorted": "are unsorted (unit 0) and left out",
-        "spikes_outside": "lie in no trial and are left out",
-    }
-    lines = [f"{spikes.attrs[name]} spikes {text}" for name, text in words.items() if spikes.attrs.get(name)]
-    lines += filter(None, [spikes.attrs.get("remark")])
-    last = int(spikes.spike_trial.values.max())
+def _silent(spikes: xr.Dataset, n_trials: int) -> list[str]:
+    """Say that the first or the last trials hold no spike."""
+    lines, last = [], int(spikes.spike_trial.values.max(initial=0))
     if last < n_trials - 1:
         lines.append(f"the last {n_trials - 1 - last} of {n_trials} trials hold no spike of any unit; check `trials`")
     if 0 not in spikes.spike_trial.values and n_trials > 1:
         lines.append("trial 0 holds no spike of any unit; trials count from 0")
-    time = stimulus.time.values
-    rate = (len(time) - 1) / (time[-1] - time[0])
-    frequency, power = periodogram(stimulus.point_displacement.values, rate)
-    carrier = float(np.sum(frequency * power) / np.sum(power))
-    if rate < SAMPLES_PER_CYCLE * carrier:
-        lines.append(f"the stimulus, about {carrier:.0f} Hz, is sampled at {rate:.0f} Hz: its envelope may be wrong")
     return lines
+
+
+def _coarse(stimulus: xr.Dataset) -> list[str]:
+    """Say that a carrier is near half the sampling rate."""
+    time, values, _, is_envelope = presented(stimulus)
+    if is_envelope:
+        return []
+    rate = (len(time) - 1) / (time[-1] - time[0])
+    frequency, power = periodogram(values, rate)
+    carrier = float(np.sum(frequency * power) / np.sum(power))
+    if rate >= SAMPLES_PER_CYCLE * carrier:
+        return []
+    return [f"the stimulus, about {carrier:.0f} Hz, is sampled at {rate:.0f} Hz: its envelope may be wrong"]
 
 
 def _cut_short(spikes: xr.Dataset, stimulus: xr.Dataset) -> list[str]:

@@ -10,6 +10,7 @@ from vibrissa.arrays import Mask
 from vibrissa.neural.coupling.analysis import EnvelopeAnalysis
 from vibrissa.neural.coupling.response import spike_counts
 from vibrissa.neural.io.tables.spikes import of_unit
+from vibrissa.neural.io.tables.stimuli import in_unit_of, name_of
 from vibrissa.quantities import dataset
 
 if TYPE_CHECKING:
@@ -87,6 +88,6 @@ def shown_unit(
         firing_rate=counts.mean(axis=0) / how.bin_width,
         bin_envelope=shown.binned(),
     )
-    motion = stimulus[["point_displacement"]]
+    response, motion = in_unit_of(response, stimulus), stimulus[[name_of(stimulus)]]
     fitted = {"unit": unit} if np.isfinite(float(unit.threshold)) else {}
     return {"spikes": own, "response": response, "motion": motion, **fitted}

@@ -72,7 +72,9 @@ def _passed(units: xr.Dataset) -> Mask:
 
 
 def _fitted(units: xr.Dataset) -> Mask:
-    """Units whose threshold and slope count, as in Figure 9."""
+    """Units whose threshold and slope count, as in Figure 9; none of a stimulus that is not in metres."""
+    if "stimulus_unit" in units.attrs:
+        return np.zeros(units.sizes["unit"], bool)
     finite = np.isfinite(units.threshold.values) & (units.slope.values > 0)
     return _passed(units) & finite & (units.identified.values.astype(bool) | (units.attrs.get("fit") == "paper2014"))
 
@@ -107,7 +109,10 @@ def _absent(units: xr.Dataset) -> list[str]:
         )
     if not np.isfinite(units.spontaneous_rate.values).any():
         lines.append("No window without stimulus: rates below the threshold are not held against spontaneous ones.")
-    if not _passed(units).any():
+    if "stimulus_unit" in units.attrs:
+        unit = units.attrs["stimulus_unit"]
+        lines.append(f"Thresholds and slopes are in {unit}, not in µm: they are in the dataset, not in these tables.")
+    elif not _passed(units).any():
         lines.append("No unit is driven: no threshold, slope and latency.")
     elif unknown := int((_passed(units) & ~_fitted(units)).sum()):
         lines.append(
@@ -152,6 +157,9 @@ def _unit(unit: xr.Dataset) -> list[str]:
     quality = str(unit.unit_quality.values) if "unit_quality" in unit else ""
     cells = [str(unit.unit_name.values), quality, f"{float(unit.adjusted_p_value):.2g}"]
     for name, scale in FITTED.items():
+        if "stimulus_unit" in unit.attrs and name != "latency":
+            cells.append("")
+            continue
         value, *ends = (scale * float(unit[name + end]) for end in ("", "_low", "_high"))
         cells.append(_with_ends(name, value, *ends) if np.isfinite(value) else "")
     explained = float(unit.tuning_r_squared)

@@ -47,7 +47,6 @@ from vibrissa.study.movie.resting import at_rest, posture_at_rest
 from vibrissa.study.movie.verdict import hold_against
 from vibrissa.study.movie.virtual import exposed_signals, film_motion, record_unit
 from vibrissa.study.neurons import cortex
-from vibrissa.study.neurons.neurons import one_stimulus
 from vibrissa.study.neurons.populations import (
     ends_of_recordings,
     prepare_stimulator,
@@ -55,6 +54,7 @@ from vibrissa.study.neurons.populations import (
     simulated_results,
 )
 from vibrissa.study.neurons.shown_unit import shown_unit
+from vibrissa.study.neurons.stimuli import read_stimulus
 from vibrissa.study.paper.mode_shares import mode_shares
 from vibrissa.study.paper.paper_columns import MODELLED, OWNED
 from vibrissa.study.spec.parts import every_by_modes, table_of
@@ -275,7 +275,7 @@ STAGES = (
     Stage("recorded neurons", _has("neural"), recorded_results,
           tuple(Output(name, made_by, made_from, ends=ends_of_recordings) for name, made_by, made_from in (
               ("units", analyse_units, ("inputs", "study")), ("spikes", recorded_spikes, ("inputs",)),
-              ("response", shown_unit, ("spikes", "inputs")), ("motion", one_stimulus, ("inputs",)),
+              ("response", shown_unit, ("spikes", "inputs")), ("motion", read_stimulus, ("inputs",)),
               ("unit", shown_unit, ("units", "spikes")))),
           cost=costs.recorded_neurons),
 )  # fmt: skip

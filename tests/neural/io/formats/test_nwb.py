@@ -202,10 +202,6 @@ def test_samples_are_no_seconds(tmp_path):
     ("call", "message"),
     [
         (lambda path: write_nwb(cut_into_trials(units(), trials_at([0], 9)), path, SESSION), ("unknown", "spikes")),
-        (
-            lambda path: write_nwb(spike_table(np.array([1.0, 1]), np.zeros(2, int), ["a"]), path, SESSION),
-            ("format", "unit a"),
-        ),
         (lambda path: write_nwb(units(), path, SESSION, command=replay().isel(time=[0, 1, 5])), ("format", "command")),
         (lambda path: write_nwb(units(), path, SESSION, command=replay().isel(time=[0])), ("format", "command")),
         (

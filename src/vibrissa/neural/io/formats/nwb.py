@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from vibrissa.arrays import Array
 from vibrissa.errors import FormatError, MissingError
 from vibrissa.neural.io.formats.foreign import one_line, optional_module
 from vibrissa.neural.io.tables.spikes import table_of_trains, with_intervals
@@ -84,7 +85,7 @@ def units_of(file: Any, source: str, *, names: str | None = None) -> xr.Dataset:
         what = "units" if units is None else "spike times in its units"
         raise MissingError(source, f"must have {what}", remedy="choose the file that holds the sorted spikes")
     ids = np.asarray(units.id[:], int)
-    times = [np.asarray(units.spike_times_index[k], float) for k in range(ids.size)]
+    times = _cells(units["spike_times"])
     for one, time in zip(ids, times, strict=True):
         if not (np.abs(time) <= LONGEST).all():
             raise FormatError(f"{source}, unit {one}", "must have finite spike times in seconds", f"{np.max(time):.6g}")
@@ -92,7 +93,15 @@ def units_of(file: Any, source: str, *, names: str | None = None) -> xr.Dataset:
     table = table_of_trains(times, named, attrs, unit_id=ids, **_about_units(units))
     if units.obs_intervals is None:
         return table
-    return with_intervals(table, [np.asarray(units.obs_intervals_index[k], float) for k in range(ids.size)])
+    return with_intervals(table, _cells(units["obs_intervals"]))
+
+
+def _cells(column: Any) -> list[Array]:
+    """Numbers of each row of a column, of as many as it has, or of as many as all others; the file is read once."""
+    if not hasattr(column, "target"):
+        return [np.atleast_1d(np.asarray(one, float)) for one in np.asarray(column.data[:])]
+    ends = np.asarray(column.data[:], int)
+    return np.split(np.asarray(column.target.data[:], float), ends[:-1]) if ends.size else []
 
 
 def _names(units: Any, path: str, column: str | None) -> list[str]:
@@ -120,10 +129,10 @@ def _about_units(units: Any) -> dict[str, Any]:
             about[name] = values.astype(float) if name == "snr_smallest" else values.astype(str)
     if "waveform_mean" in units.colnames and np.ndim(units["waveform_mean"][:]) == 2:
         about["unit_waveform"] = np.asarray(units["waveform_mean"][:], float)
-    if units.electrodes is not None:
-        ends = np.asarray(units.electrodes_index.data[:], int)
-        if (np.diff(ends, prepend=0) == 1).all():
-            about["unit_electrode"] = np.asarray(units.electrodes_index.target.data[:], int)
+    if "electrodes" in units.colnames:
+        each = _cells(units["electrodes"])
+        if all(one.size == 1 for one in each):
+            about["unit_electrode"] = np.array([one.item() for one in each], int)
     return about
 
 

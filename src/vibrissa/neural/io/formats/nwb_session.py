@@ -53,6 +53,10 @@ class Session:
         Name of the session within the animal; the identifier where it is empty.
     virtual : bool
         Whether the session was simulated: no animal was recorded.
+    experimenter : tuple of str
+        Who did it, as archives want names: ``Doe, Jane``.
+    institution, lab : str
+        Where.
     """
 
     identifier: str
@@ -69,6 +73,9 @@ class Session:
     sites: int = 4
     session: str = ""
     virtual: bool = False
+    experimenter: tuple[str, ...] = ()
+    institution: str = ""
+    lab: str = ""
 
     def __post_init__(self) -> None:
         for name in ("identifier", "description", "subject"):
@@ -137,13 +144,16 @@ def session_file(session: Session) -> Any:
     about = "virtual, no animal was recorded" if session.virtual else f"subject {session.subject}"
     animal = {name: getattr(session, name) for name in ("age", "sex", "species")}
     subject = pynwb.file.Subject(subject_id=session.subject, description=about, **animal)
+    known = {"experimenter": list(session.experimenter), "institution": session.institution, "lab": session.lab}
     return pynwb.NWBFile(
         session_description=session.description,
+        experiment_description=session.description,
         identifier=session.identifier,
         session_id=session._session,
         session_start_time=session.start,
         subject=subject,
         keywords=["whisker", "texture", *(["virtual data", "simulation"] if session.virtual else [])],
+        **{name: one for name, one in known.items() if one},
     )
 
 

@@ -9,11 +9,12 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.arrays import Array
-from vibrissa.errors import FormatError, RangeError
+from vibrissa.errors import FormatError, MissingError, RangeError
 from vibrissa.neural.io.formats.nwb import UNIT_COLUMNS, pynwb_module
 from vibrissa.neural.io.formats.nwb_session import Session as Session
 from vibrissa.neural.io.formats.nwb_session import save_nwb, session_file
 from vibrissa.neural.io.tables.inputs import require_session_clock
+from vibrissa.neural.io.tables.stimuli import name_of, presented
 from vibrissa.quantities import require
 
 
@@ -46,7 +47,7 @@ def write_nwb(
     Raises
     ------
     InputError
-        If pynwb is not installed; if the spikes are cut into trials, or one unit fires twice at one time.
+        If pynwb is not installed; if the spikes are cut into trials.
     """
     file = session_file(session)
     add_units(file, spikes, session)
@@ -71,7 +72,7 @@ def add_units(file: Any, spikes: xr.Dataset, session: Session) -> None:
     Raises
     ------
     InputError
-        If the spikes are cut into trials, or one unit fires twice at one time.
+        If the spikes are cut into trials.
     """
     pynwb = pynwb_module()
     require_session_clock(spikes, "write them uncut, with trials=")
@@ -89,10 +90,9 @@ def add_units(file: Any, spikes: xr.Dataset, session: Session) -> None:
     for column, (_, text) in columns.items():
         units.add_column(name=column, description=text)
     observed = "interval_unit" in spikes
+    trains = _trains(spikes)
     ids = spikes.unit_id.values if "unit_id" in spikes else np.arange(spikes.sizes["unit"])
     for k, one in enumerate(ids):
-        time = np.sort(spikes.spike_time.values[spikes.spike_unit.values == k])
-        _refuse_repeated(time, str(spikes.unit_name.values[k]))
         row = {column: spikes[name].values[k].item() for column, (name, _) in columns.items()}
         if observed:
             row["obs_intervals"] = _intervals_of(spikes, k)
@@ -100,7 +100,7 @@ def add_units(file: Any, spikes: xr.Dataset, session: Session) -> None:
             row["electrodes"] = [_electrode(spikes, k, session)]
         if "unit_waveform" in spikes:
             row["waveform_mean"] = spikes.unit_waveform.values[k]
-        units.add_unit(id=int(one), spike_times=time, **row)
+        units.add_unit(id=int(one), spike_times=trains[k], **row)
     file.units = units
 
 
@@ -108,8 +108,36 @@ def _columns(spikes: xr.Dataset) -> dict[str, tuple[str, str]]:
     """Columns of units: the variable that each is, and its description."""
     known = {column: (name, text) for column, (name, text) in UNIT_COLUMNS.items() if name in spikes}
     taken = {"unit_id", "unit_electrode", *(name for name, _ in known.values())}
-    others = [str(name) for name, one in spikes.variables.items() if one.dims == ("unit",) and name not in taken]
+    others = [
+        str(name)
+        for name, one in spikes.variables.items()
+        if one.dims == ("unit",) and name not in taken and measured(one)
+    ]
+    known = {column: one for column, one in known.items() if measured(spikes[one[0]])}
     return known | {name: (name, described(spikes[name])) for name in others}
+
+
+def _trains(spikes: xr.Dataset) -> list[Array]:
+    """Times of each unit, ascending [s]."""
+    unit, time = spikes.spike_unit.values, spikes.spike_time.values
+    order = np.lexsort([time, unit])
+    return np.split(time[order], np.searchsorted(unit[order], np.arange(1, spikes.sizes["unit"])))
+
+
+def measured(variable: xr.DataArray | xr.Variable) -> bool:
+    """Whether a variable has a value anywhere: NaN means not measured.
+
+    Parameters
+    ----------
+    variable : DataArray or Variable
+        Any.
+
+    Returns
+    -------
+    bool
+        True of what is not a float.
+    """
+    return variable.dtype.kind != "f" or bool(np.isfinite(variable.values).any())
 
 
 def described(variable: xr.DataArray) -> str:
@@ -145,13 +173,6 @@ def _electrode(spikes: xr.Dataset, unit: int, session: Session) -> int:
     if not 0 <= number <= last:
         raise RangeError("unit_electrode", f"must be from 0 to {last}", number, "give Session.shanks and Session.sites")
     return number
-
-
-def _refuse_repeated(time: Array, name: str) -> None:
-    same = np.flatnonzero(np.diff(time) == 0)
-    if same.size:
-        remedy = "archives want ascending times: look whether the sorter counted spikes twice"
-        raise FormatError(f"unit {name}", "must not fire twice at one time", f"{time[same[0]]:.6f} s", remedy)
 
 
 def _intervals_of(spikes: xr.Dataset, unit: int) -> Array:
@@ -214,10 +235,11 @@ def add_command(file: Any, command: xr.Dataset) -> Any:
     file.add_stimulus_template(template)
     rows = pynwb.core.DynamicTable(name="whiskers", description="columns of the command")
     rows.add_column("whisker", "whisker of a column")
-    rows.add_column("delay_s", "delay of the copy, circular, in seconds; not a number where unknown")
-    delays = command["delay"].values if "delay" in command else np.full(command.sizes["whisker"], np.nan)
-    for whisker, delay in zip(command.whisker.values, delays, strict=True):
-        rows.add_row(whisker=str(whisker), delay_s=float(delay))
+    delayed = "delay" in command and measured(command["delay"])
+    if delayed:
+        rows.add_column("delay_s", "delay of the copy, circular, in seconds; not a number where unknown")
+    for k, whisker in enumerate(command.whisker.values):
+        rows.add_row(whisker=str(whisker), **({"delay_s": float(command["delay"].values[k])} if delayed else {}))
     file.create_processing_module("stimulus", "how the command is dealt out to whiskers").add(rows)
     if "replayed_envelope" in command:
         module = file.create_processing_module("envelope", "envelope of the command")
@@ -225,12 +247,65 @@ def add_command(file: Any, command: xr.Dataset) -> Any:
     return template
 
 
+UNITS = {"m": "meters", "rad": "radians", "Hz": "hertz", "s": "seconds", "N": "newtons", "V": "volts"}  # NWB's words
+
+
+def add_stimulus(file: Any, stimulus: xr.Dataset, trials: xr.Dataset | None) -> Any:
+    """Add a stimulus of any kind: one presentation as a template, or one for each trial on the session's clock.
+
+    Parameters
+    ----------
+    file : pynwb.NWBFile
+        The file.
+    stimulus : Dataset
+        A command, or what :func:`vibrissa.neural.io.tables.stimuli.presented` takes.
+    trials : Dataset, optional
+        See :func:`vibrissa.neural.io.tables.trials.trial_table`; needed where each trial had its own stimulus.
+
+    Returns
+    -------
+    TimeSeries or None
+        The template; None where each trial had its own stimulus.
+
+    Raises
+    ------
+    InputError
+        If times are uneven, or the trials of a stimulus for each are not known.
+    """
+    if "command" in stimulus:
+        return add_command(file, stimulus)
+    pynwb, name = pynwb_module(), name_of(stimulus)
+    one, shown = presented(stimulus), stimulus[name]
+    lead = [dim for dim in ("trial", "time", "whisker") if dim in shown.dims]
+    values, text = shown.transpose(*lead).values, "envelope presented" if one.is_envelope else "motion presented"
+    words = {"name": name, "unit": UNITS.get(one.unit, one.unit)}
+    if "whisker" in shown.dims:
+        names = [str(whisker) for whisker in stimulus.whisker.values]
+        rows = pynwb.core.DynamicTable(name="whiskers", description="columns of the stimulus")
+        rows.add_column("whisker", "whisker, or channel, of a column")
+        for whisker in names:
+            rows.add_row(whisker=whisker)
+        file.create_processing_module("stimulus", "channels of the stimulus").add(rows)
+    if "trial" not in shown.dims:
+        template = pynwb.TimeSeries(data=values, description=text, **_even(one.time, name), **words)
+        file.add_stimulus_template(template)
+        return template
+    if trials is None or trials.sizes["trial"] != shown.sizes["trial"]:
+        raise MissingError("trials", f"must be known: {shown.sizes['trial']}, each with a stimulus of its own")
+    when = (trials.trial_start.values[:, None] + one.time).ravel()
+    joined = values.reshape(-1, *values.shape[2:])
+    file.add_stimulus(pynwb.TimeSeries(data=joined, timestamps=when, description=f"{text} in each trial", **words))
+    return None
+
+
 def _series(pynwb: Any, name: str, text: str, data: xr.Dataset) -> Any:
-    time = data.time.values
+    values = data[name].transpose("time", "whisker").values
+    return pynwb.TimeSeries(name=name, description=text, data=values, unit="meters", **_even(data.time.values, name))
+
+
+def _even(time: Array, name: str) -> dict[str, float]:
+    """Rate and start of times that must be even."""
     rate = (time.size - 1) / (time[-1] - time[0]) if time.size > 1 else 0.0
     if not rate > 0 or np.abs(np.diff(time) * rate - 1).max() > 1e-6:
         raise FormatError(name, "must be sampled evenly, at two times at least", f"{time.size} samples")
-    values = data[name].transpose("time", "whisker").values
-    return pynwb.TimeSeries(
-        name=name, description=text, data=values, unit="meters", rate=float(rate), starting_time=float(time[0])
-    )
+    return {"rate": float(rate), "starting_time": float(time[0])}

@@ -38,7 +38,11 @@ BROKEN, DAMAGED = "is truncated or damaged", "copy it again from where it was re
 
 
 def read_plexon(
-    path: str | Path, *, event: str | None = None, progress: Callable[[str, int, int], None] | None = None
+    path: str | Path,
+    *,
+    event: str | None = None,
+    unsorted: bool = False,
+    progress: Callable[[str, int, int], None] | None = None,
 ) -> xr.Dataset:
     """Sorted spikes from a .plx or .nex file, on the session's clock, and the times of an event.
 
@@ -48,6 +52,8 @@ def read_plexon(
         The file. Other formats of these makers are refused with a way out.
     event : str, optional
         Name of an event channel, the one that marks the onsets of trials.
+    unsorted : bool
+        Take the unsorted spikes of each channel as a unit, instead of leaving them out.
     progress : callable, optional
         Called with (stage, done, total) after each unit.
 
@@ -79,10 +85,11 @@ def read_plexon(
         _refuse_times(path, f"unit {name}", time)
     names = {name for name, _ in named}
     named = [(name, time) for name, time in named if not (name.endswith("_wf") and name[:-3] in names)]
-    units = [(name, time) for name, time in named if not _unsorted(name)]
+    left_out = [] if unsorted else [(name, time) for name, time in named if _unsorted(name)]
+    units = [(name, time) for name, time in named if unsorted or not _unsorted(name)]
     attrs = {
         "source": Path(path).name,
-        "spikes_unsorted": sum(time.size for name, time in named if _unsorted(name)),
+        "spikes_unsorted": sum(time.size for _, time in left_out),
         "event_channels": ",".join(channels),
     }
     table = table_of_trains([time for _, time in units], [name for name, _ in units], attrs)

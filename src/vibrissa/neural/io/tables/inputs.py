@@ -1,77 +1,13 @@
-"""Spikes and stimulus of one protocol from two files, and whether they fit together."""
+"""Whether the spikes and the stimulus of one protocol fit together."""
 
 from __future__ import annotations
-
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 from vibrissa.arrays import Window
-from vibrissa.errors import MissingError, RangeError, TooFewError, UnknownError
-from vibrissa.files import load
-from vibrissa.quantities import dataset, require
-from vibrissa.tables.reader import read_table
-from vibrissa.tables.writer import write_table
-
-
-def read_stimulus(path: str | Path) -> xr.Dataset:
-    """One presentation of the stimulus: a file with columns ``time`` [s] and ``displacement`` [m].
-
-    Or a dataset (``.nc``) with ``point_displacement`` (time), as ``vibrissa scan --simulate-units`` writes it.
-
-    Parameters
-    ----------
-    path : path
-        The table or the dataset.
-
-    Returns
-    -------
-    Dataset
-        ``point_displacement`` (time).
-
-    Raises
-    ------
-    InputError
-        If a column is missing, a cell is no number, times do not ascend evenly, or the units are not s and m.
-    """
-    if Path(path).suffix == ".nc":
-        shown = load(path)
-        if "mode_displacement" in shown and "point_displacement" not in shown:
-            raise MissingError(str(path), "must hold what was presented", "a scan", "give `simulate_units`")
-        require(shown, "time", "point_displacement")
-        return shown[["point_displacement"]]
-    table = read_table(path, {"time": "s", "displacement": "m"})
-    time, displacement = table.numbers("time"), table.numbers("displacement")
-    if time.size < 100:
-        raise TooFewError(str(path), "must hold at least 100 samples", time.size)
-    step = np.diff(time)
-    mean = (time[-1] - time[0]) / (time.size - 1)
-    table.refuse_first(np.append(False, step <= 0), "time", "must be later than the one before")
-    uneven = np.append(False, np.abs(step - mean) > 0.05 * mean)
-    table.refuse_first(uneven, "time", f"must follow the one before evenly, by {mean:.6g} s", "interpolate it first")
-    if mean > 0.01:
-        raise RangeError(str(path), "must be sampled at 100 Hz or above", f"{1 / mean:.4g} Hz", "times are in seconds")
-    if np.ptp(displacement) == 0:
-        raise RangeError(str(path), "must move", "a constant displacement")
-    if displacement.std() > 0.01:
-        size = f"standard deviation {displacement.std():.3g}"
-        raise RangeError(str(path), "must move by less than 1 cm", size, "displacement is in metres")
-    return dataset({"source": Path(path).name}, time=time, point_displacement=displacement)
-
-
-def write_stimulus(stimulus: xr.Dataset, path: str | Path) -> None:
-    """Write ``point_displacement`` (time) [m] so that :func:`read_stimulus` gives it back; whole or not at all.
-
-    Parameters
-    ----------
-    stimulus : Dataset
-        With ``point_displacement`` (time).
-    path : path
-        Name of the file; one that is there is replaced.
-    """
-    require(stimulus, "time", "point_displacement")
-    write_table(path, {"time": stimulus.time.values, "displacement": stimulus.point_displacement.values})
+from vibrissa.errors import MissingError, RangeError, UnknownError
+from vibrissa.quantities import require
 
 
 def require_session_clock(spikes: xr.Dataset, remedy: str = "") -> None:

@@ -143,10 +143,34 @@ def of_unit(spikes: xr.Dataset, name: str) -> xr.Dataset:
     names = [str(one) for one in spikes.unit_name.values]
     if name not in names:
         raise UnknownError(f"unit {name!r}", "must be one of the table's", remedy=f"they are {', '.join(names)}")
-    index = names.index(name)
-    one = spikes.isel(spike=np.flatnonzero(spikes.spike_unit.values == index), unit=[index])
-    one["spike_unit"] = one.spike_unit.copy(data=np.zeros(one.sizes["spike"], int))
-    return one
+    return of_units(spikes, [names.index(name)])
+
+
+def of_units(spikes: xr.Dataset, places: Sequence[int]) -> xr.Dataset:
+    """Spikes of some units.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        Table of :func:`spike_table`.
+    places : sequence of int
+        Of the units in the table, ascending.
+
+    Returns
+    -------
+    Dataset
+        The same variables, for these units alone.
+    """
+    place = np.full(spikes.sizes["unit"], -1)
+    place[list(places)] = np.arange(len(places))
+    kept = {"spike": np.flatnonzero(place[spikes.spike_unit.values] >= 0), "unit": list(places)}
+    if "interval_unit" in spikes:
+        kept["interval"] = np.flatnonzero(place[spikes.interval_unit.values] >= 0)
+    some = spikes.isel(kept)
+    for name in ("spike_unit", "interval_unit"):
+        if name in some:
+            some[name] = some[name].copy(data=place[some[name].values])
+    return some
 
 
 def join_units(tables: Mapping[str, xr.Dataset]) -> xr.Dataset:

@@ -1,0 +1,277 @@
+"""The one way in for recordings: every verb, the studies and Python read spikes and stimuli through it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from vibrissa.arrays import Array, Window
+from vibrissa.errors import ConflictError, MissingError, RangeError, ShapeError
+from vibrissa.files import existing
+from vibrissa.neural.io.recording import recorded_spikes, session_spikes, trials_of_recording
+from vibrissa.neural.io.tables.stimuli import name_of
+from vibrissa.neural.io.tables.trials import trials_at
+from vibrissa.quantities.kinds import Progress
+from vibrissa.study.neurons.stimuli import SESSION, named_stimulus, read_stimulus
+from vibrissa.study.neurons.trial_stimuli import cut_stimulus
+from vibrissa.study.spec.given import SpikesInput, StimulusInput
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TOLD = {  # attributes of a table of spikes, and what is said where they are not 0
+    "spikes_unsorted": "{} unsorted spikes (unit 0) are left out; `unsorted` keeps them",
+    "spikes_outside": "{} spikes lie in no trial and are left out",
+    "spikes_shared": "{} spikes lie in two trials, which overlap, and count in both",
+    "spikes_repeated": "{} spikes have the very time of another of their unit; all are kept: was one counted twice?",
+    "trials_left_out": "{} trials of other protocols are left out",
+}
+
+
+class Recording(NamedTuple):
+    """Spikes in trials, what was presented, and what a reader should know of both.
+
+    Attributes
+    ----------
+    spikes : Dataset
+        In trials; see :func:`vibrissa.neural.io.tables.spikes.spike_table`.
+    stimulus : Dataset
+        See :func:`vibrissa.neural.io.tables.stimuli.labelled_stimulus`; with the dimension ``trial`` where each trial
+        had its own.
+    n_trials : int
+        Presentations, silent ones included.
+    remarks : list of str
+        Counts of spikes that are left out or doubtful, and the like.
+    """
+
+    spikes: xr.Dataset
+    stimulus: xr.Dataset
+    n_trials: int
+    remarks: list[str]
+
+
+def read_recording(
+    spikes: SpikesInput,
+    stimulus: StimulusInput,
+    folder: Path = Path(),
+    *,
+    bin_width: float | None = None,
+    around: Window | None = None,
+    channels: bool = False,
+    band: Window | None = None,
+    progress: Progress | None = None,
+) -> Recording:
+    """Read the spikes of a recording and what was presented.
+
+    Parameters
+    ----------
+    spikes, stimulus
+        The files.
+    folder : Path
+        Where relative paths start.
+    bin_width : float, optional
+        Width of the analysis' bins [s], which must be whole bins of counts that are given in bins.
+    around : (float, float), optional
+        Window that is kept as well as the stimulus [s]: one without stimulus, for the spontaneous rate.
+    channels, band
+        As in :func:`read_stimulus`.
+    progress : callable, optional
+        Called with (stage, done, total).
+
+    Returns
+    -------
+    Recording
+        Spikes in trials, stimulus and remarks.
+
+    Raises
+    ------
+    InputError
+        If a file is bad, or spikes and stimulus do not fit together.
+    """
+    shown, remarks = read_stimulus(stimulus, folder, channels=channels, band=band)
+    if shown.attrs.get("clock") == SESSION:
+        shown, more = cut_stimulus(shown, _trials(spikes, folder), str(stimulus.stimulus))
+        named, others = (shown, []) if channels else named_stimulus(shown, str(stimulus.stimulus), band)
+        shown, remarks = named, [*remarks, *more, *others]
+    time = shown.time.values
+    end = float(time[-1] + (time[-1] - time[0]) / (time.size - 1))  # of the last sample
+    kept = [float(time[0]), end, *(around or ())]
+    if spikes.period is not None and spikes.period < (length := float(time[-1] - time[0]) * (1 - 1e-9)):
+        raise RangeError("period", f"must not be shorter than the stimulus of {length:.6g} s", spikes.period)
+    table, count, more = read_spikes(spikes, (min(kept), max(kept)), folder, bin_width=bin_width, progress=progress)
+    table, beyond = _within(table, time, around)
+    own = shown[name_of(shown)].sizes.get("trial", count)
+    if own != count:
+        raise ShapeError(str(stimulus.stimulus), f"must have {count} trials, as the spikes have", own)
+    return Recording(table, shown, count, [*remarks, *more, *beyond])
+
+
+def _within(spikes: xr.Dataset, time: Array, around: Window | None) -> tuple[xr.Dataset, list[str]]:
+    """Spikes in trials without the few that lie beyond the stimulus; where they are most, all stay, to be refused."""
+    first, last = float(time[0]), float(time[-1] + (time[-1] - time[0]) / (time.size - 1))
+    when = spikes.spike_time.values
+    beyond = (when < first) | (when > last)
+    if around is not None:
+        beyond &= (when < around[0]) | (when >= around[1])
+    number = int(beyond.sum())
+    if not number or 2 * number > when.size:
+        return spikes, []
+    text = f"{number} of {when.size} spikes lie beyond the stimulus, {first:g} to {last:g} s, and are left out"
+    return spikes.isel(spike=np.flatnonzero(~beyond)), [text]
+
+
+def read_spikes(
+    given: SpikesInput,
+    window: Window,
+    folder: Path = Path(),
+    *,
+    bin_width: float | None = None,
+    needs_count: bool = True,
+    progress: Progress | None = None,
+) -> tuple[xr.Dataset, int, list[str]]:
+    """Read the spikes of a recording, in trials.
+
+    Parameters
+    ----------
+    given : SpikesInput
+        The file, and how it is read.
+    window : (float, float)
+        Part of each trial that is kept of spikes on the session's clock, about its onset [s].
+    folder, bin_width, progress
+        As in :func:`read_recording`.
+    needs_count : bool
+        Whether the number of trials must be known; else it reaches to the last that has a spike.
+
+    Returns
+    -------
+    spikes : Dataset
+        In trials.
+    n_trials : int
+        Presentations.
+    remarks : list of str
+        As in :class:`Recording`.
+
+    Raises
+    ------
+    InputError
+        If the file is bad, or the number of trials is not known.
+    """
+    trials: xr.Dataset | Path | str | None = given.trial_table
+    if trials is not None and (folder / str(trials)).is_file():
+        trials = folder / str(trials)
+    elif trials is not None and Path(given.spikes).suffix.lower() != ".nwb":
+        existing(folder / str(trials))
+    if given.period is not None:
+        trials = _trials(given, folder)
+    spikes, counted = recorded_spikes(
+        folder / given.spikes,
+        window=window,
+        event=given.event,
+        trials=trials,
+        only=given.only,
+        groups=given.group,
+        unsorted=given.unsorted,
+        counted_bin=given.counted_bin,
+        progress=progress,
+    )
+    count = counted if given.trials is None else given.trials
+    if count is None and needs_count:
+        raise ConflictError("trials", "must be given with a CSV", remedy="count silent presentations too")
+    if counted is not None and "trial_start" in spikes and count != counted:
+        raise ConflictError("trials", f"must be left out: the recording has {counted}", count)
+    if (width := spikes.attrs.get("counted_bin")) and bin_width is not None:
+        bins = bin_width / width
+        if round(bins) < 1 or abs(bins - round(bins)) > 1e-6:
+            rule = f"must be whole bins of the counts, of {width:g} s"
+            raise RangeError("bin width", rule, bin_width, "finer times are not in the file")
+    return spikes, count or int(spikes.spike_trial.values.max()) + 1, remarks_on(spikes)
+
+
+def read_session(
+    given: SpikesInput, folder: Path = Path(), length: float | None = None
+) -> tuple[xr.Dataset, xr.Dataset | None, list[str]]:
+    """Read the spikes of a recording as its file has them, and its trials where they are known.
+
+    Parameters
+    ----------
+    given : SpikesInput
+        The file, and how it is read.
+    folder : Path
+        Where relative paths start.
+    length : float, optional
+        Of a presentation [s]: that of trials of which an event marks the onsets alone.
+
+    Returns
+    -------
+    spikes : Dataset
+        On the session's clock, or in trials.
+    trials : Dataset or None
+        See :func:`vibrissa.neural.io.tables.trials.trial_table`.
+    remarks : list of str
+        As in :class:`Recording`.
+
+    Raises
+    ------
+    InputError
+        If the file is bad.
+    """
+    how: dict[str, Any] = {
+        "event": given.event,
+        "groups": given.group,
+        "unsorted": given.unsorted,
+        "counted_bin": given.counted_bin,
+    }
+    spikes = session_spikes(folder / given.spikes, **how)
+    remarks = remarks_on(spikes)
+    if "spike_trial" in spikes:
+        if "n_trials" not in spikes.attrs:
+            count = given.trials or int(spikes.spike_trial.values.max(initial=0)) + 1
+            spikes = spikes.assign_attrs(n_trials=count)
+        if given.trial_table is None:
+            return spikes, None, remarks
+    elif given.event is not None:
+        onsets = spikes.marker_time.values
+        if length is None:
+            raise MissingError("trials", "must have a length, where an event marks their onsets", remedy="`stimulus`")
+        return spikes.drop_dims("marker"), trials_at(onsets, length), remarks
+    known = given.period is not None or given.trial_table is not None or _has_trials(folder / given.spikes)
+    return spikes, _trials(given, folder) if known else None, remarks
+
+
+def _has_trials(path: Path) -> bool:
+    """Whether a file has trials of its own."""
+    if path.suffix.lower() != ".nwb":
+        return False
+    from vibrissa.neural.io.formats.nwb import opened
+
+    with opened(path) as file:
+        return file.trials is not None
+
+
+def _trials(given: SpikesInput, folder: Path) -> xr.Dataset:
+    """Trials of a recording on the session's clock."""
+    if given.period is not None and given.trials is not None:
+        return trials_at(given.first_onset + given.period * np.arange(given.trials, dtype=np.float64), given.period)
+    table = given.trial_table
+    if table is not None and (folder / table).is_file():
+        table = str(folder / table)
+    return trials_of_recording(folder / given.spikes, None, given.event, table, given.only)
+
+
+def remarks_on(spikes: xr.Dataset) -> list[str]:
+    """What a reader should know of spikes: how many are left out, doubled, out of order.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        As a reader gave them.
+
+    Returns
+    -------
+    list of str
+        A sentence each, with its count.
+    """
+    lines = [text.format(spikes.attrs[name]) for name, text in TOLD.items() if spikes.attrs.get(name)]
+    return [*lines, *filter(None, [spikes.attrs.get("remark")])]

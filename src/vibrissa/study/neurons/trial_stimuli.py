@@ -1,0 +1,177 @@
+"""Stimuli that differ between trials: cut from a session, found to be one, or laid end to end."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibrissa.arrays import Array
+from vibrissa.errors import ConflictError, RangeError, TooFewError
+from vibrissa.neural.coupling.presentation import EDGE_PERIODS, LONGEST, BinnedAnalysis
+from vibrissa.neural.io.tables.spikes import spike_table
+from vibrissa.neural.io.tables.stimuli import labelled_stimulus, name_of, presented
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ONE = 0.99  # correlation of each trial's stimulus with their mean, above which they are one
+UNEVEN = 0.05  # of a step
+
+
+def cut_stimulus(stimulus: xr.Dataset, trials: xr.Dataset, source: str) -> tuple[xr.Dataset, list[str]]:
+    """The stimulus of each trial, from one that was recorded on the session's clock.
+
+    Parameters
+    ----------
+    stimulus : Dataset
+        By the session's ``time`` [s].
+    trials : Dataset
+        See :func:`vibrissa.neural.io.tables.trials.trial_table`.
+    source : str
+        For messages.
+
+    Returns
+    -------
+    stimulus : Dataset
+        By time from the onset, as long as the shortest trial; of one presentation where all trials had the same.
+    remarks : list of str
+        Whether they had.
+
+    Raises
+    ------
+    InputError
+        If a trial was not recorded, or times are uneven within one.
+    """
+    time, values, unit, is_envelope = presented(stimulus)
+    start, stop = trials.trial_start.values, trials.trial_stop.values
+    step = float(np.median(np.diff(time))) if time.size > 1 else np.inf
+    first = np.searchsorted(time, start - step / 2)
+    count = int(np.floor((stop - start).min() / step + 1e-6))
+    if count < 2:
+        raise TooFewError(source, "must be sampled within its trials", f"a step of {step:.4g} s")
+    lost = (first + count > time.size) | (np.abs(time[np.minimum(first, time.size - 1)] - start) > step)
+    if lost.any():
+        k = int(np.argmax(lost))
+        found = f"{time[0]:.4g} to {time[-1]:.4g} s"
+        raise RangeError(source, f"must last throughout trial {k}, {start[k]:.4g} to {stop[k]:.4g} s", found)
+    rows = first[:, None] + np.arange(count)
+    if (np.abs(np.diff(time[rows]) - step) > UNEVEN * step).any():
+        raise RangeError(f"{source}: time", f"must be even within trials, by {step:.6g} s", "uneven", "interpolate it")
+    cut: Array = values[..., rows]
+    lead = {"whisker": stimulus.whisker.values} if "whisker" in stimulus.dims else {}
+    own: Array = np.arange(count, dtype=np.float64) * step
+    attrs = {name: value for name, value in stimulus.attrs.items() if name != "clock"}
+    if len(start) > 1 and not _alike(cut):
+        known = labelled_stimulus(own, cut, unit, envelope=is_envelope, lead={**lead, "trial": None}, attrs=attrs)
+        return known, [f"the stimulus differs between trials: each of {len(start)} trials has its own"]
+    known = labelled_stimulus(own, cut.mean(-2), unit, envelope=is_envelope, lead=lead, attrs=attrs)
+    return known, [f"the stimulus is the same in all {len(start)} trials: their mean is taken"] * (len(start) > 1)
+
+
+def _alike(cut: Array) -> bool:
+    """Whether the stimuli (..., trial, time) of all trials correlate with their mean."""
+    each = cut - cut.mean(-1, keepdims=True)
+    mean = each.mean(-2, keepdims=True)
+    size = np.sqrt((each**2).sum(-1) * (mean**2).sum(-1))
+    return bool(((each * mean).sum(-1) >= ONE * size).all())
+
+
+def each_trial(spikes: xr.Dataset, stimulus: xr.Dataset, n_trials: int) -> list[tuple[xr.Dataset, xr.Dataset, int]]:
+    """Spikes, stimulus and number of trials of each stimulus: one, or one for each trial.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        In trials.
+    stimulus : Dataset
+        With the dimension ``trial`` where each trial had its own.
+    n_trials : int
+        Presentations.
+
+    Returns
+    -------
+    list of (Dataset, Dataset, int)
+        Of each stimulus.
+    """
+    if "trial" not in stimulus.dims:
+        return [(spikes, stimulus, n_trials)]
+    parts = []
+    for k in range(n_trials):
+        own = spikes.isel(spike=np.flatnonzero(spikes.spike_trial.values == k))
+        own = own.assign(spike_trial=own.spike_trial - k).assign_attrs(n_trials=1)
+        parts.append((own.drop_dims("trial", errors="ignore"), stimulus.isel(trial=k), 1))
+    return parts
+
+
+def end_to_end(
+    spikes: xr.Dataset, stimulus: xr.Dataset, how: BinnedAnalysis
+) -> tuple[xr.Dataset, xr.Dataset, list[str]]:
+    """Trials that each had their own stimulus, one after the other as a single presentation.
+
+    The envelope is that of each trial; it counts as unknown during its skip, three periods of the carrier at its ends,
+    and its last 30 ms, so that no response is compared with the stimulus of another trial.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        In trials.
+    stimulus : Dataset
+        With the dimension ``trial``.
+    how : BinnedAnalysis
+        Bins, skip and band; a window is refused.
+
+    Returns
+    -------
+    spikes : Dataset
+        In one trial.
+    stimulus : Dataset
+        Its envelope.
+    remarks : list of str
+        That this was done.
+
+    Raises
+    ------
+    InputError
+        If a window is given, or bins do not divide the trials.
+    """
+    if how.window is not None:
+        raise ConflictError("window", "must be left out where each trial has its own stimulus", how.window)
+    time, _, unit, _ = presented(stimulus)
+    step = float(time[-1] - time[0]) / (time.size - 1)
+    n_trials = stimulus.sizes["trial"]
+    each = stimulus[name_of(stimulus)].transpose("trial", "time")
+    bins = int(np.floor(time.size * step / how.bin_width + 1e-6))
+    count = round(bins * how.bin_width / step)  # samples of whole bins
+    if abs(count * step - bins * how.bin_width) > 1e-6 * how.bin_width or not bins:
+        raise RangeError("bin width", f"must be whole samples of the stimulus, of {step:g} s", how.bin_width)
+    whole = np.concatenate([_envelope(stimulus, one.values, how, step)[:count] for one in each])
+    length = count * step
+    attrs = {"source": stimulus.attrs.get("source", ""), "trials_joined": n_trials}
+    joined = labelled_stimulus(time[0] + step * np.arange(whole.size), whole, unit, envelope=True, attrs=attrs)
+    when = spikes.spike_time.values
+    inside = np.flatnonzero((when >= time[0]) & (when < time[0] + length))
+    some = spikes.isel(spike=inside)
+    about = {str(n): v.values for n, v in spikes.variables.items() if v.dims == ("unit",) and n != "unit_name"}
+    table = spike_table(
+        some.spike_time.values + length * some.spike_trial.values,
+        some.spike_unit.values,
+        [str(name) for name in spikes.unit_name.values],
+        trial=np.zeros(inside.size, int),
+        attrs={**spikes.attrs, "n_trials": 1},
+        **about,
+    )
+    return table, joined, [f"{n_trials} trials, each with its own stimulus, are analysed as one presentation"]
+
+
+def _envelope(stimulus: xr.Dataset, values: Array, how: BinnedAnalysis, step: float) -> Array:
+    """Envelope of one trial, NaN where it is not to be compared."""
+    from vibrissa.neural.coupling.presentation import enveloped
+
+    time, _, unit, is_envelope = presented(stimulus)
+    one = presented(labelled_stimulus(time, values, unit, envelope=is_envelope))
+    envelope, _, frequency, holes = enveloped(one, how.band, step)
+    edge = 0.0 if is_envelope else EDGE_PERIODS / frequency
+    since, left = time - time[0], time[-1] + step - time
+    known = (since >= max(how.skip, edge) - 1e-9) & (left >= max(edge, LONGEST) - 1e-9) & ~holes
+    return np.where(known, envelope, np.nan)

@@ -1,0 +1,78 @@
+"""What the analyses of spikes are given: the spikes of a recording, its trials, and what was presented."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibrissa.errors import ConflictError, RangeError
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpikesInput:
+    """Spikes of a recording, and its trials.
+
+    Attributes
+    ----------
+    spikes : str
+        CSV with columns unit,trial,spike_time, or what else :func:`vibrissa.neural.io.recording.recorded_spikes` reads,
+        relative to the study file.
+    trials : int, optional
+        Presentations, silent ones included; must be given where the file does not hold it.
+    period : float, optional
+        From one onset to the next [s], of spikes on the session's clock; needs ``trials``.
+    first_onset : float
+        The first of these onsets [s].
+    event, only, unsorted, counted_bin
+        See :func:`vibrissa.neural.io.recording.recorded_spikes`.
+    trial_table : str, optional
+        Table of the trials (CSV: start, stop, …), instead of the file's own or of an event, relative to the study file;
+        or the name of a table of intervals in an NWB file.
+    group : (str, ...), optional
+        Groups of units that are taken; those called good of a folder, all of a file, by default.
+    """
+
+    spikes: str
+    trials: int | None = None
+    period: float | None = None
+    first_onset: float = 0.0
+    event: str | None = None
+    trial_table: str | None = None
+    only: tuple[str, str] | None = None
+    group: tuple[str, ...] | None = None
+    unsorted: bool = False
+    counted_bin: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.trials is not None and self.trials < 1:
+            raise RangeError("trials", "must be at least 1", self.trials)
+        if self.period is not None and not 0 < self.period < np.inf:
+            raise RangeError("period", "must be positive (s)", self.period)
+        if self.period is not None and self.trials is None:
+            raise ConflictError("trials", "must be given with `period`")
+        if self.period is not None and (self.event or self.trial_table or self.only):
+            raise ConflictError("period", "must not go with `event`, `trial_table` or `only`")
+
+
+@dataclass(frozen=True, kw_only=True)
+class StimulusInput:
+    """What was presented.
+
+    Attributes
+    ----------
+    stimulus : str
+        Table (CSV), dataset (``.nc``), NWB file or command, see :func:`vibrissa.study.neurons.stimuli.read_stimulus`;
+        relative to the study file.
+    whisker : str, optional
+        Channel of the stimulus: whisker of a command, column of a table, series of an NWB file.
+    signal_unit : str, optional
+        Unit of numbers whose file states none: ``um``, ``deg``, ``dB``, ``a.u.``; metres by default.
+    envelope : bool
+        Whether the stimulus is an envelope already.
+    """
+
+    stimulus: str
+    whisker: str | None = None
+    signal_unit: str | None = None
+    envelope: bool = False
