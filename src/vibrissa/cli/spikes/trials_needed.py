@@ -10,21 +10,24 @@ from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import stage
 from vibrissa.cli.shared.units import Duration, Length, Rate, Slope
 from vibrissa.cli.spikes.recorded import WHOLE, PartOptions
+from vibrissa.errors import ConflictError, MissingError
 
-TABLE = ("threshold", "slope", "baseline", "spikes_per_trial", "trials_needed", "reason")
+TABLE = ("threshold", "slope", "baseline", "fano_factor", "spikes_per_trial", "trials_needed", "reason")
 
 
 def trials_needed(
     *,
     stimulus: Path,
-    threshold: list[Length],
-    slope: list[Slope],
-    baseline: list[Rate],
+    threshold: list[Length] | None = None,
+    slope: list[Slope] | None = None,
+    baseline: list[Rate] | None = None,
+    units: Path | None = None,
     latency: Duration = 0.012,
     threshold_within: Length | None = None,
     slope_within: float | None = None,
     latency_within: Duration | None = None,
     gain_sd: float = 0.0,
+    fano_factor: float = 1.0,
     bin_width: Duration = 0.01,
     part: PartOptions = WHOLE,
     drawing: PictureOptions = NO_PICTURE,
@@ -44,6 +47,9 @@ def trials_needed(
         Rise of the rate above it [1/(s m)]: 0.25 AP/s per µm is 2.5e5; once for each.
     baseline
         Rate below the threshold [Hz]; once for each.
+    units
+        Table that `vibrissa neural --out` wrote, in place of the three: its fitted units, each with its own variability
+        from trial to trial.
     latency
         Delay from envelope to rate [s].
     threshold_within
@@ -54,21 +60,38 @@ def trials_needed(
         Half of the 95 % interval wanted of the latency [s].
     gain_sd
         Standard deviation of a gain, of mean 1, that multiplies all of a trial's rate.
+    fano_factor
+        Variance over mean of the counts of a bin from trial to trial; 1 for Poisson counts.
     bin_width
         Width of the bins of the analysis [s].
     """
-    from vibrissa.neural.coding.planner import Wanted, plan_trials
+    from vibrissa.files import load
+    from vibrissa.neural.coding.planner import Wanted, expected_of, plan_trials
     from vibrissa.neural.coupling.presentation import Presentation
     from vibrissa.neural.io.tables.inputs import read_stimulus
     from vibrissa.neural.simulated.virtual import ThresholdLinearUnit
 
     wanted = Wanted(threshold=threshold_within, slope=slope_within, latency=latency_within)
-    units = [
-        ThresholdLinearUnit(threshold=a, slope=s, baseline=b, latency=latency)
-        for a, s, b in product(threshold, slope, baseline)
-    ]
+    if units is not None:
+        _refuse_both(threshold, slope, baseline)
+        expected, gains, fanos = expected_of(load(units))
+    elif threshold and slope and baseline:
+        expected = [
+            ThresholdLinearUnit(threshold=a, slope=s, baseline=b, latency=latency)
+            for a, s, b in product(threshold, slope, baseline)
+        ]
+        gains, fanos = gain_sd, fano_factor
+    else:
+        raise MissingError("units", "must be given by --threshold, --slope and --baseline, or by --units")
     shown = Presentation.of(read_stimulus(stimulus), bin_width=bin_width, **vars(part))
     with stage("trials of each unit"):
-        data = plan_trials(shown.drive(), units, wanted, gain_sd=gain_sd)
-    drawing.draw("others.planner", shown.drive(), units[0], wanted, gain_sd=gain_sd)
+        data = plan_trials(shown.drive(), expected, wanted, gain_sd=gains, fano_factor=fanos)
+    own = {"gain_sd": float(data.trial_gain_sd[0]), "fano_factor": float(data.fano_factor[0])}
+    drawing.draw("others.planner", shown.drive(), expected[0], wanted, **own)
     output.show(data, columns=TABLE)
+
+
+def _refuse_both(*given: object) -> None:
+    """Refuse units that are described beside a table of them."""
+    if any(given):
+        raise ConflictError("--units", "must not be given with --threshold, --slope or --baseline")

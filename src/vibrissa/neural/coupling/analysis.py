@@ -10,6 +10,7 @@ import xarray as xr
 
 from vibrissa.arrays import Array, Mask, Window
 from vibrissa.errors import RangeError, require_fraction
+from vibrissa.neural.coupling.carrier import ALIKE, REASONS, PhaseTest, Told, phase_in_envelope
 from vibrissa.neural.coupling.envelope_coupling import Coupling, Null, envelope_coupling
 from vibrissa.neural.coupling.lack_of_fit import CLASSES, describe, response_curve
 from vibrissa.neural.coupling.nulls import Circular, Paper2014, Record
@@ -125,7 +126,7 @@ def analyse_units(
     -------
     Dataset
         One entry for each unit. NaN where something was not measured; ``reason`` says why. Only units that are
-        significant are fitted. ``unit_quality`` and ``unit_session`` go along where the spikes have them.
+        significant are fitted. ``envelope_verdict`` of these: envelope, phase, both, or cannot tell. ``unit_quality`` and ``unit_session`` go along where the spikes have them.
 
     Raises
     ------
@@ -145,10 +146,15 @@ def analyse_units(
     coupling = envelope_coupling(record, how.chance(), lags=how.lags, reach=how.reach)
     adjusted = adjusted_p_values(coupling.tail_p_value)
     significant = (adjusted if how.null == "circular" else coupling.p_value) <= how.level
+    likeness = phase_in_envelope(shown)
     rows = _fits(record, counts, shown, coupling, significant, how)
+    for row, told in zip(rows, _told(counts, shown, likeness, significant), strict=True):
+        row |= {f"envelope_{name}" if name == "verdict" else name: value for name, value in told._asdict().items()}
+        if told.verdict in REASONS:
+            row |= {"identified": False, "reason": "; ".join(filter(None, [REASONS[told.verdict], row["reason"]]))}
     known: dict[str, Any] = {name: spikes[name].values for name in ("unit_quality", "unit_session") if name in spikes}
     return dataset(
-        {"n_trials": n_trials, "edge": shown.edge, "lag_low": how.lags[0], "lag_high": how.lags[1], **_settings(how)},
+        {"n_trials": n_trials, "edge": shown.edge, "lag_low": how.lags[0], "lag_high": how.lags[1], "phase_in_envelope": likeness, **_settings(how)},
         unit_name=spikes.unit_name.values,
         envelope_correlation=coupling.correlation,
         envelope_lag=np.where(np.isnan(coupling.correlation), np.nan, coupling.lag * how.bin_width),
@@ -163,6 +169,21 @@ def analyse_units(
         **stacked(rows),
         **known,
     )
+
+
+def _told(counts: UnitCounts, shown: Presentation, likeness: float, significant: Mask) -> list[Told]:
+    """Which of envelope and phase drives each unit that passes; where the envelope carries no phase, the envelope."""
+    idle, plain = Told("", np.nan, np.nan), Told("envelope", np.nan, np.nan)
+    if likeness <= ALIKE or not significant.any():
+        return [plain if one else idle for one in significant]
+    test = PhaseTest.of(shown)
+    if test is None:
+        return [Told("cannot tell", np.nan, np.nan) if one else idle for one in significant]
+    valid = test.drive.valid
+    return [
+        test.told(counts.total_of(unit, test.finer)[valid].astype(float)) if one else idle
+        for unit, one in enumerate(significant)
+    ]
 
 
 def _settings(how: EnvelopeAnalysis) -> dict[str, Any]:

@@ -158,7 +158,7 @@ def _p_value(observed: float, chance: Array) -> float:
     return float((1 + np.sum(chance >= observed - 1e-12)) / (1 + chance.size))  # the margin is round-off
 
 
-def tail_p_value(observed: float, chance: Array) -> float:
+def tail_p_value(observed: float, chance: Array, *, independent: float = np.inf) -> float:
     """p-value by counting, or by an exponential through the largest tenth of the chance values beyond all of them.
 
     Correlations have lighter tails than that, so the p-value is too large rather than too small.
@@ -169,6 +169,9 @@ def tail_p_value(observed: float, chance: Array) -> float:
         The value.
     chance : (C,) array
         Values of chance.
+    independent : float
+        How many of the largest tenth are independent, where neighbours are alike: the tail is then widened by one
+        standard error.
 
     Returns
     -------
@@ -177,7 +180,7 @@ def tail_p_value(observed: float, chance: Array) -> float:
     """
     counted = _p_value(observed, chance)
     top = np.sort(chance)[-max(chance.size // 10, 2) :]
-    excess = float((top - top[0]).mean())
+    excess = float((top - top[0]).mean()) * (1 + 1 / np.sqrt(independent))
     if observed <= top[-1] or excess <= 0:
         return counted
     return min(counted, float(top.size / chance.size * np.exp(-(observed - top[0]) / excess)))

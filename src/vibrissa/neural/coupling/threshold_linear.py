@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -91,9 +92,11 @@ class BinnedDrive:
         step = self.time[1] - self.time[0]
         # straight between samples: integrate once by trapezoids, then read the integral at the ends of every bin
         area = np.concatenate([[0.0], np.cumsum(values[1:] + values[:-1]) * step / 2])
-        starts, stops = self.edges[:-1][self.valid], self.edges[1:][self.valid]
-        late = np.asarray(latency)[..., None]
-        return (np.interp(stops - late, self.time, area) - np.interp(starts - late, self.time, area)) / (stops - starts)
+        first, last = self._ends()
+        at = self.edges[first : last + 2] - np.asarray(latency)[..., None]
+        means = np.diff(np.interp(at, self.time, area)) / np.diff(self.edges[first : last + 2])
+        inside = self.valid[first : last + 1]
+        return means if inside.all() else means[..., inside]
 
     def range(self) -> tuple[float, float]:
         """Least envelope that counts, and the one exceeded 2 % of the time [m]: thresholds lie between them."""
@@ -110,8 +113,13 @@ class BinnedDrive:
 
     def counted(self) -> Array:
         """Envelope at the times that count [m]."""
-        first, last = self.edges[:-1][self.valid].min(), self.edges[1:][self.valid].max()
-        return self.envelope[(self.time >= first) & (self.time <= last)]
+        first, last = self._ends()
+        return self.envelope[(self.time >= self.edges[first]) & (self.time <= self.edges[last + 1])]
+
+    def _ends(self) -> tuple[int, int]:
+        """First and last bin that count."""
+        inside = np.flatnonzero(self.valid)
+        return int(inside[0]), int(inside[-1])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -172,9 +180,15 @@ class HingeGrid:
         misfit, slope, baseline : (I, J, B) arrays
             Weighted sum of squares less that of the data alone; s [1/(s m)]; b [Hz].
         """
-        weights, flat = weights / weights.sum(), self.hinges.reshape(-1, self.hinges.shape[-1])
-        h, hh = (flat @ weights)[:, None], (flat**2 @ weights)[:, None]
+        weights, (flat, squares) = weights / weights.sum(), self._flat
+        h, hh = (flat @ weights)[:, None], (squares @ weights)[:, None]
         return self._lines(h, hh, rates @ weights, flat @ (weights * rates).T)
+
+    @cached_property
+    def _flat(self) -> tuple[Array, Array]:
+        """Hinges of all nodes and their squares, (M, K') each."""
+        flat = self.hinges.reshape(-1, self.hinges.shape[-1])
+        return flat, flat**2
 
     def _lines(self, h: Array, hh: Array, r: Array, hr: Array) -> Surfaces:
         """Slope and baseline from weighted means of the hinge, its square, the rate, and their product; (M, B)."""
@@ -221,14 +235,13 @@ class HingeGrid:
         (4, B) array
             Rows in the order of :class:`Hinge`.
         """
-        flat, total = self.hinges.reshape(-1, self.hinges.shape[-1]), drawn @ np.add.reduceat(weights, starts)
-        weighted = flat * weights
+        (flat, squares), total = self._flat, drawn @ np.add.reduceat(weights, starts)
 
         def means(values: Array) -> Array:
             return np.asarray(np.add.reduceat(values, starts, axis=-1) @ drawn.T / total)
 
         return self._between_nodes(
-            self._lines(means(weighted), means(weighted * flat), means(weights * rate), means(weighted * rate))
+            self._lines(means(flat * weights), means(squares * weights), means(weights * rate), means(flat * (weights * rate)))
         )
 
     def _between_nodes(self, surfaces: Surfaces) -> Array:

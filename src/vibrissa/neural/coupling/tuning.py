@@ -157,7 +157,7 @@ def bootstrap_fits(
     fit : Hinge
         Fit to all trials.
     n_resamples : int
-        Draws of trials, and as many of blocks.
+        Draws of trials; half as many of blocks, each used twice.
     rng : Generator
         Source of randomness.
 
@@ -170,9 +170,10 @@ def bootstrap_fits(
     fitted = predicted(grid.drive, fit)
     starts = block_starts(rate - fitted, fitted)
     # how often each trial and block is drawn; the first row, each once, gives the value that the draws are centred on
-    trials, blocks = _drawn(n, n_resamples, rng), _drawn(starts.size, n_resamples, rng)
+    trials, blocks = _drawn(n, n_resamples, rng), _drawn(starts.size, (n_resamples + 1) // 2, rng)
     by_trials = _deviations(grid.best(trials @ trial_counts / (n * width), weights), n)
     by_blocks = _deviations(grid.best_of_blocks(rate, weights, starts, blocks), starts.size)
+    by_blocks = np.tile(by_blocks, 2)[:, :n_resamples]
     share = own_share(sensitivities(grid.drive, fit), weights, trial_counts / width, starts)
     centred = over_both(by_trials, by_blocks, share, min(n, starts.size) - 1) + np.array(fit)[:, None]
     least = np.array([grid.thresholds[0], 0, grid.latencies[0], 0])

@@ -144,13 +144,14 @@ def _shift_p_values(
 ) -> Array:
     """p-value of each whisker against shifts of its columns, the rest of the model as it is."""
     count, n_whiskers = columns.shapes.shape[1], len(columns.whiskers)
-    expected = how.bin_width * np.exp(design.log_rate(fit.coefficients))
-    weights = expected.sum(0)
+    expected = how.bin_width * np.exp(design.log_rate(fit.coefficients)).sum(0)
     own = columns.shared[:, 1:].T.reshape(n_whiskers, count, -1)
     b = fit.coefficients[1 : 1 + n_whiskers * count].reshape(n_whiskers, count)
-    # the logarithm of the rate that others leave, to first order about the fit
-    rest = (counts - expected).sum(0) / weights + np.einsum("wc,wck->wk", b, own)
-    return shift_p_values(own, rest, weights, round(GUARD / how.bin_width))
+    share = np.einsum("wc,wck->wk", b, own)
+    # what is expected without each whisker, and the logarithm of the rate to first order about that
+    weights = expected * np.exp(-share)
+    response = (counts.sum(0) - weights) / weights + share.sum(0) - share
+    return shift_p_values(own, response, weights, round(GUARD / how.bin_width))
 
 
 def _kernels(

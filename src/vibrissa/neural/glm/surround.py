@@ -16,7 +16,7 @@ from vibrissa.neural.coupling.presentation import BinnedAnalysis
 from vibrissa.neural.coupling.response import UnitCounts
 from vibrissa.neural.glm.delayed_envelopes import ALIKE, INFLATED, Copies, condition_number, inflation
 from vibrissa.neural.glm.shift_null import GUARD, shift_p_values
-from vibrissa.neural.glm.whisker_weights import SurroundGrid, whisker_weights
+from vibrissa.neural.glm.whisker_weights import Map, SurroundGrid, whisker_weights
 from vibrissa.neural.io.tables.inputs import refuse_misplaced
 from vibrissa.quantities import dataset, stacked
 from vibrissa.quantities.quantity import estimate
@@ -111,7 +111,7 @@ def _row(grid: SurroundGrid, counts: Array, design: dict[str, Any], how: Surroun
     )
     with np.errstate(invalid="ignore", divide="ignore"):
         by_error = 2 * stdtr(found.free, -np.abs(weight) / found.error)
-    shifted = np.where(blind, np.nan, shift_p_values(found.columns[:, None], *found.rest, round(GUARD / how.bin_width)))
+    shifted = np.where(blind, np.nan, _shifted(found, counts.mean(0) / how.bin_width, how))
     p = adjusted_p_values(np.maximum(by_error, shifted))
     verdict = _verdicts(weight, low, high, p, how.level)
     driven = verdict == "drives"
@@ -122,6 +122,12 @@ def _row(grid: SurroundGrid, counts: Array, design: dict[str, Any], how: Surroun
         return row
     strongest = str(names[int(np.nanargmax(np.where(driven, weight, -np.inf)))]) if driven.any() else ""
     return {**row, "strongest_whisker": strongest, "threshold": found.threshold, "latency": found.latency}
+
+
+def _shifted(found: Map, rate: Array, how: SurroundAnalysis) -> Array:
+    """p-value of each whisker against shifts of its column, θ and τ as found."""
+    guard = round(GUARD / how.bin_width)
+    return shift_p_values(found.columns[:, None], rate, found.weights, guard, found.slopes)
 
 
 def _verdicts(weight: Array, low: Array, high: Array, p: Array, level: float) -> NDArray[np.str_]:
