@@ -88,6 +88,10 @@ def unit(case, k):
     counts = counts_of(case, drive, latency, rng)
     if case == "thirds":
         return {"agree": thirds(drive, counts, rng)}
+    if case in CURVED:  # no threshold to be held
+        fit = forward_fit(HingeGrid.of(drive), counts.sum(0), TRIALS * WIDTH)
+        model = describe(drive, counts.mean(0) / WIDTH, fit, r_squared_ceiling(counts)).model
+        return {"model": model, "identified": model == "threshold-linear"}
     fit, (low, high), model, why = fitted(drive, counts, rng)
     truth = np.array(Hinge(THRESHOLD, SLOPE, latency, BASELINE))
     held = ((low <= truth) & (truth <= high)).tolist()
@@ -101,9 +105,7 @@ def thirds(drive, counts, rng):
         valid = np.isin(np.arange(drive.valid.size), part)
         fit, (low, high), *_ = fitted(replace(drive, valid=valid), counts[:, valid[drive.valid]], rng)
         found.append((np.array(fit)[:3], (high - low)[:3] / 2))
-    return [
-        (np.abs(a - b) <= np.hypot(half_a, half_b)).tolist() for (a, half_a), (b, half_b) in combinations(found, 2)
-    ]
+    return [(np.abs(a - b) <= np.hypot(half_a, half_b)).tolist() for (a, half_a), (b, half_b) in combinations(found, 2)]
 
 
 def share(values):
@@ -119,10 +121,15 @@ def report(case, rows):
         print(f"{case:12s} n {len(rows)}  agree: threshold, slope, latency", *map(share, agree.T), sep="  ", flush=True)
         return
     sure = [row["identified"] for row in rows]
-    print(f"{case:12s} n {len(rows)}  identified {share(sure)}  described by {dict(Counter(r['model'] for r in rows))}")
+    name = "identified" if case in LINEAR else "threshold-linear"
+    print(f"{case:12s} n {len(rows)}  {name} {share(sure)}  described by {dict(Counter(r['model'] for r in rows))}")
     if case in LINEAR:
         kept = [row["held"] for row in rows if row["identified"]]
-        print("    all: threshold, slope, latency, baseline", *(map(share, np.transpose([r["held"] for r in rows]))), sep="  ")
+        print(
+            "    all: threshold, slope, latency, baseline",
+            *(map(share, np.transpose([r["held"] for r in rows]))),
+            sep="  ",
+        )
         print("    identified", *(map(share, np.transpose(kept))), sep="  ", flush=True)
 
 

@@ -46,7 +46,9 @@ SHOWN = 9  # sweep of the first laboratory that is drawn
 
 def laboratory(seed: int) -> Laboratory:
     """Eighteen sweeps."""
-    return Laboratory(truth="modes", animals=2, conditions=3, textures=1, youngs_modulus_spread=0.1, damping_spread=0.2, seed=seed)
+    return Laboratory(
+        truth="modes", animals=2, conditions=3, textures=1, youngs_modulus_spread=0.1, damping_spread=0.2, seed=seed
+    )
 
 
 def tracked(lab: Laboratory, sweep: VirtualSweep) -> tuple[xr.Dataset, SweepFacts, np.ndarray]:

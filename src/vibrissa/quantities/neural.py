@@ -92,8 +92,12 @@ NEURAL: dict[str, Quantity] = {
     "adjusted_p_value": Quantity(("unit",), "1", "tail p-value adjusted over units, Benjamini and Hochberg"),
     "significant": Quantity(("unit",), "1", "whether the envelope drives the unit"),
     "envelope_verdict": Quantity(("unit",), "1", "what drives a significant unit: envelope, phase, both, cannot tell"),
-    "beyond_phase_p_value": Quantity(("unit",), "1", "p-value of what the envelope explains beyond the carrier's phase"),
-    "beyond_envelope_p_value": Quantity(("unit",), "1", "p-value of what the carrier's phase explains beyond the envelope"),
+    "beyond_phase_p_value": Quantity(
+        ("unit",), "1", "p-value of what the envelope explains beyond the carrier's phase"
+    ),
+    "beyond_envelope_p_value": Quantity(
+        ("unit",), "1", "p-value of what the carrier's phase explains beyond the envelope"
+    ),
     "identified": Quantity(("unit",), "1", "whether the trials determine threshold and slope"),
     **ranged("threshold", ("unit",), "m", "envelope above which the rate rises", "threshold"),
     **ranged("slope", ("unit",), "1/(s m)", "rise of the rate above the threshold", "slope"),
@@ -112,7 +116,9 @@ NEURAL: dict[str, Quantity] = {
     "response_envelope": Quantity(("unit", "envelope_class"), "m", "mean envelope of each class at the latency"),
     "response_rate": Quantity(("unit", "envelope_class"), "Hz", "mean rate in each class of the envelope"),
     "response_rate_se": Quantity(("unit", "envelope_class"), "Hz", "its standard error over trials"),
-    "response_rate_fitted": Quantity(("unit", "envelope_class"), "Hz", "rate of the threshold-linear fit in each class"),
+    "response_rate_fitted": Quantity(
+        ("unit", "envelope_class"), "Hz", "rate of the threshold-linear fit in each class"
+    ),
     "peak_correlation": Quantity(("unit",), "1", "largest correlation of rate and envelope at lags within ±50 ms"),
     "peak_lag": Quantity(("unit",), "s", "lag of that correlation, positive where the rate comes after the envelope"),
     "fano_factor": Quantity(("unit",), "1", "variance over mean of the counts of a bin from trial to trial"),

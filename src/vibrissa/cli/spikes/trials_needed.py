@@ -65,6 +65,8 @@ def trials_needed(
     bin_width
         Width of the bins of the analysis [s].
     """
+    import numpy as np
+
     from vibrissa.files import load
     from vibrissa.neural.coding.planner import Wanted, expected_of, plan_trials
     from vibrissa.neural.coupling.presentation import Presentation
@@ -80,7 +82,7 @@ def trials_needed(
             ThresholdLinearUnit(threshold=a, slope=s, baseline=b, latency=latency)
             for a, s, b in product(threshold, slope, baseline)
         ]
-        gains, fanos = gain_sd, fano_factor
+        gains, fanos = np.full(len(expected), gain_sd), np.full(len(expected), fano_factor)
     else:
         raise MissingError("units", "must be given by --threshold, --slope and --baseline, or by --units")
     shown = Presentation.of(read_stimulus(stimulus), bin_width=bin_width, **vars(part))

@@ -168,8 +168,8 @@ def plan_trials(
     units: Sequence[ThresholdLinearUnit],
     wanted: Wanted,
     *,
-    gain_sd: float | Sequence[float] = 0.0,
-    fano_factor: float | Sequence[float] = 1.0,
+    gain_sd: float | Sequence[float] | Array = 0.0,
+    fano_factor: float | Sequence[float] | Array = 1.0,
     at: Sequence[int] = (10, 20, 40, 80, 160),
 ) -> xr.Dataset:
     """Trials that each unit needs, from the information of one trial.
@@ -220,11 +220,13 @@ def plan_trials(
     return dataset({"gain_sd": gains.max(), **attrs}, planned_trials=np.array(at), **asked, **stacked(rows))
 
 
-def _of_each(value: float | Sequence[float], count: int) -> Array:
+def _of_each(value: float | Sequence[float] | Array, count: int) -> Array:
     """One value for each unit."""
     values = np.asarray(value, float)
     if values.ndim and values.shape != (count,):
-        raise ShapeError("gain_sd and fano_factor", f"must be one number, or one for each of {count} units", values.shape)
+        raise ShapeError(
+            "gain_sd and fano_factor", f"must be one number, or one for each of {count} units", values.shape
+        )
     return np.broadcast_to(values, (count,))
 
 

@@ -126,7 +126,8 @@ def analyse_units(
     -------
     Dataset
         One entry for each unit. NaN where something was not measured; ``reason`` says why. Only units that are
-        significant are fitted. ``envelope_verdict`` of these: envelope, phase, both, or cannot tell. ``unit_quality`` and ``unit_session`` go along where the spikes have them.
+        significant are fitted; ``envelope_verdict`` of these is envelope, phase, both, or cannot tell.
+        ``unit_quality`` and ``unit_session`` go along where the spikes have them.
 
     Raises
     ------
@@ -154,7 +155,14 @@ def analyse_units(
             row |= {"identified": False, "reason": "; ".join(filter(None, [REASONS[told.verdict], row["reason"]]))}
     known: dict[str, Any] = {name: spikes[name].values for name in ("unit_quality", "unit_session") if name in spikes}
     return dataset(
-        {"n_trials": n_trials, "edge": shown.edge, "lag_low": how.lags[0], "lag_high": how.lags[1], "phase_in_envelope": likeness, **_settings(how)},
+        {
+            "n_trials": n_trials,
+            "edge": shown.edge,
+            "lag_low": how.lags[0],
+            "lag_high": how.lags[1],
+            "phase_in_envelope": likeness,
+            **_settings(how),
+        },
         unit_name=spikes.unit_name.values,
         envelope_correlation=coupling.correlation,
         envelope_lag=np.where(np.isnan(coupling.correlation), np.nan, coupling.lag * how.bin_width),

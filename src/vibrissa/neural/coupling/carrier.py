@@ -1,4 +1,4 @@
-"""Envelope or carrier's phase: which of them drives a unit where the envelope of a lopsided motion carries its phase."""
+"""Envelope or carrier's phase: which drives a unit where the envelope of a lopsided motion carries its phase."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ from vibrissa.signals.envelope import analytic_envelope
 ALIKE = 0.1  # correlation of binned envelope and binned phase, above which a unit locked to the phase may pass
 LEVEL = 1e-3  # largest p-value at which envelope or phase adds to the other; the latency was chosen for each
 DOMINANT = 0.1  # share of what both add, below which the smaller one is put down to the shape of the larger
+AVERAGED = 0.02  # standard deviation of the binned phase below which the bins average it away
+MOST_BINS = 50_000  # fine bins: of more the columns would fill the memory
 CYCLE = 6  # fine bins in a period of the carrier, at least
 STEP = 0.001  # [s] between the latencies tried
 KNOTS = (0.0, 0.25, 0.5, 0.75)  # shares of the time at which the rate may bend with the envelope
@@ -66,6 +68,8 @@ def phase_in_envelope(shown: Presentation) -> float:
     latencies = np.arange(drive.latencies[0], drive.latencies[1] + 1e-9, 2 * STEP)
     envelope = _centred(drive.seen(drive.envelope, 0.0))
     waves = _centred(np.array([drive.seen(wave(phase), latencies) for wave in (np.cos, np.sin)]))  # (2, J, K')
+    if waves.std() < AVERAGED:
+        return 0.0
     bases = [np.linalg.qr(waves[:, j].T)[0] for j in range(latencies.size)]
     return float(max(np.linalg.norm(envelope @ one) for one in bases) / np.linalg.norm(envelope))
 
@@ -103,11 +107,11 @@ class PhaseTest:
         Returns
         -------
         PhaseTest or None
-            None where the stimulus is sampled too coarsely for its carrier.
+            None where the stimulus is sampled too coarsely for its carrier, or too long for it.
         """
         width, step = float(shown.edges[1] - shown.edges[0]), float(shown.time[1] - shown.time[0])
         finer = int(np.ceil(width * CYCLE * shown.frequency - 1e-9))
-        if width / finer < step:
+        if width / finer < step or finer * len(shown.edges) > MOST_BINS:
             return None
         coarse = shown.drive()
         edges = shown.edges[0] + width / finer * np.arange(len(coarse.valid) * finer + 1, dtype=float)
@@ -149,6 +153,33 @@ class PhaseTest:
         return Told(verdicts.get((adds[0], adds[1]), "cannot tell"), *p_values)
 
 
+def share_remark(units: xr.Dataset) -> str:
+    """Share of units driven, with and without those that follow the phase or are undecided; empty without any.
+
+    Parameters
+    ----------
+    units : Dataset
+        With ``significant`` and ``envelope_verdict``.
+
+    Returns
+    -------
+    str
+        One sentence.
+    """
+    if "envelope_verdict" not in units:
+        return ""
+    verdict, passed, n = units.envelope_verdict.values, units.significant.values.astype(bool), units.sizes["unit"]
+    phase, open_ = (int(np.sum(passed & (verdict == one))) for one in ("phase", "cannot tell"))
+    if not phase + open_:
+        return ""
+    driven = int(passed.sum())
+    return (
+        f"of {driven} units that pass the test of the envelope, {phase} follow the carrier's phase and {open_} are "
+        f"undecided: {100 * driven / n:.1f} % of {n} are driven with them, "
+        f"{100 * (driven - phase - open_) / n:.1f} % without"
+    )
+
+
 def settled_by(first: xr.Dataset, second: xr.Dataset) -> xr.Dataset:
     """Verdicts on units of one stimulus, decided by a second stimulus where the first cannot.
 
@@ -177,7 +208,9 @@ def settled_by(first: xr.Dataset, second: xr.Dataset) -> xr.Dataset:
     of = [names.index(name) for name in first.unit_name.values.tolist()]
     other = second.envelope_verdict.values[of]
     open_ = first.envelope_verdict.values == "cannot tell"
-    return first.assign(envelope_verdict=("unit", np.where(open_ & (other != ""), other, first.envelope_verdict.values)))
+    return first.assign(
+        envelope_verdict=("unit", np.where(open_ & (other != ""), other, first.envelope_verdict.values))
+    )
 
 
 def _phase(shown: Presentation) -> Array:

@@ -45,7 +45,7 @@ def structure_p_value(extra: Array, slopes: Array, residual: Array, weights: Arr
     """p-value of columns that a weighted fit has left out, from blocks of the stimulus.
 
     A score test: what the columns add to those fitted, times the residual, summed over each block; Hotelling's T² of
-    these sums. What else the unit answers to, in every trial alike, scatters over blocks and is not taken for structure.
+    these sums. What else the unit answers to, in every trial alike, scatters over blocks and is not structure.
 
     Parameters
     ----------

@@ -159,7 +159,6 @@ class UnitCounts:
         how = {"start": self.start, "n_bins": self.totals.shape[1], "bin_width": self.bin_width}
         return spike_counts(own, n_trials=self.n_trials, **how)[self.observed[unit]]
 
-
     def total_of(self, unit: int, finer: int) -> Integers:
         """Counts of one unit in finer bins, summed over its trials; (K · finer,).
 

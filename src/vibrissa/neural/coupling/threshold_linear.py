@@ -241,7 +241,9 @@ class HingeGrid:
             return np.asarray(np.add.reduceat(values, starts, axis=-1) @ drawn.T / total)
 
         return self._between_nodes(
-            self._lines(means(flat * weights), means(squares * weights), means(weights * rate), means(flat * (weights * rate)))
+            self._lines(
+                means(flat * weights), means(squares * weights), means(weights * rate), means(flat * (weights * rate))
+            )
         )
 
     def _between_nodes(self, surfaces: Surfaces) -> Array:

@@ -82,11 +82,11 @@ def whisker_kernels(
     -------
     Dataset
         ``whisker_kernel`` (unit, whisker, kernel_lag) [1/m]: rise of ln(rate) for each metre and bin of latency;
-        ``whisker_effect`` (unit, whisker) [1/m]: its sum, both with 95 % intervals; ``whisker_p_value`` (adjusted over
-        whiskers) of the larger of ``whisker_trial_p_value`` (Wald's test, trials as draws) and ``whisker_shift_p_value``
-        (against circular shifts of the whisker's stimulus), and ``whisker_matters``; ``past_kernel`` (unit, past_lag): factor on the rate after a spike;
-        ``deviance_explained`` in trials not seen, ``penalty``, ``kernel_rate`` [Hz]; ``reason``. ``kernel_condition``
-        is the condition number of the columns.
+        ``whisker_effect`` (unit, whisker) [1/m]: its sum, both with 95 % intervals; ``whisker_p_value``, adjusted over
+        whiskers, of the larger of ``whisker_trial_p_value`` (Wald's test, trials as draws) and
+        ``whisker_shift_p_value`` (against circular shifts of the whisker's stimulus); ``whisker_matters``;
+        ``past_kernel`` (unit, past_lag): factor on the rate after a spike; ``deviance_explained`` in trials not seen,
+        ``penalty``, ``kernel_rate`` [Hz]; ``reason``. ``kernel_condition`` is the condition number of the columns.
 
     Raises
     ------
@@ -154,9 +154,7 @@ def _shift_p_values(
     return shift_p_values(own, response, weights, round(GUARD / how.bin_width))
 
 
-def _kernels(
-    columns: Columns, fit: PoissonFit, shifted: Array, how: KernelAnalysis, quantile: float
-) -> dict[str, Any]:
+def _kernels(columns: Columns, fit: PoissonFit, shifted: Array, how: KernelAnalysis, quantile: float) -> dict[str, Any]:
     """Kernels of the whiskers [1/m], their sums, and the test of each: the larger p-value of trials and shifts."""
     count, n_whiskers = columns.shapes.shape[1], len(columns.whiskers)
     own, size = slice(1, 1 + n_whiskers * count), (n_whiskers, count)

@@ -61,8 +61,9 @@ def surround_map(
     -------
     Dataset
         ``surround_weight`` [1/(s m)] with its 95 % interval, ``surround_p_value`` (adjusted over the whiskers of a
-        unit; the larger of the weight's error and of ``surround_shift_p_value``, against circular shifts) and ``surround_verdict`` (unit, whisker): drives, suppresses, no (its interval stays within a fifth of
-        the largest weight), cannot tell. ``strongest_whisker``, ``threshold``, ``latency``, ``reason`` (unit).
+        unit; the larger of that of the weight's error and ``surround_shift_p_value``, against circular shifts) and
+        ``surround_verdict`` (unit, whisker): drives, suppresses, no (its interval stays within a fifth of the largest
+        weight), cannot tell. ``strongest_whisker``, ``threshold``, ``latency``, ``reason`` (unit).
         Of the design: ``condition_number``, ``weight_inflation``, ``copy_likeness``, ``likest_whisker`` (whisker).
 
     Raises
@@ -99,7 +100,11 @@ def _row(grid: SurroundGrid, counts: Array, design: dict[str, Any], how: Surroun
     names = np.array(grid.copies.whiskers)
     nothing = np.full(len(names), np.nan)
     row: dict[str, Any] = estimate("surround_weight", nothing, nothing, nothing)
-    row |= {"surround_p_value": nothing, "surround_shift_p_value": nothing, "surround_verdict": np.full(len(names), "cannot tell", "<U11")}
+    row |= {
+        "surround_p_value": nothing,
+        "surround_shift_p_value": nothing,
+        "surround_verdict": np.full(len(names), "cannot tell", "<U11"),
+    }
     row |= {"strongest_whisker": "", "threshold": np.nan, "latency": np.nan}
     if counts.sum() < FEWEST_SPIKES:
         return {**row, "reason": f"too few spikes: {counts.sum():.0f} in the bins that count, below {FEWEST_SPIKES}"}

@@ -11,6 +11,7 @@ from scipy.signal import periodogram
 
 from vibrissa.errors import ConflictError, InputError, RangeError, UnknownError
 from vibrissa.neural.coupling.analysis import analyse_units
+from vibrissa.neural.coupling.carrier import share_remark
 from vibrissa.neural.io.recording import recorded_spikes
 from vibrissa.neural.io.tables.inputs import read_stimulus
 from vibrissa.neural.io.tables.trials import trials_at
@@ -65,7 +66,7 @@ def analyse_neurons(neurons: Neurons, folder: Path = Path(), progress: Progress 
         progress("units", 0, 0)
     units = analyse_units(spikes, stimulus, n_trials, neurons.analysis())
     remarks = [*_remarks(spikes, stimulus, n_trials), *_unheard(spikes, neurons.spontaneous)]
-    remarks += _early(units)
+    remarks += [*_early(units), *filter(None, [share_remark(units)])]
     if neurons.event is None:  # else the trials' ends are not known
         remarks += _cut_short(spikes, stimulus)
     return Analysed(units, spikes, stimulus, n_trials, remarks)
