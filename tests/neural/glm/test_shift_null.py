@@ -26,7 +26,7 @@ def test_explained_at_every_shift_is_that_of_least_squares(shift):
         return np.linalg.lstsq((columns * root).T, response * root, rcond=None)[1].item()
 
     gain = misfit(others) - misfit(np.vstack([others, np.roll(own, shift, axis=1)]))
-    assert _explained(own, others, response, weights)[shift] == pytest.approx(gain, rel=1e-4)
+    assert _explained(own, others, response, weights)[0][shift] == pytest.approx(gain, rel=1e-4)
 
 
 def test_chance_values_are_even_and_a_driving_whisker_is_beyond_them():

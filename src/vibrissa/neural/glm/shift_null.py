@@ -7,6 +7,8 @@ import numpy as np
 from vibrissa.arrays import Array
 from vibrissa.neural.coupling.envelope_coupling import tail_p_value
 
+LEFT = 0.7  # of the columns' size beyond the others', over that unshifted: with less, they run as another copy does
+FEWEST = 100  # shifts that count as chance
 GUARD = 0.06  # [s] shifts left out on both sides of none: there a drive is like itself
 
 
@@ -16,7 +18,8 @@ def shift_p_values(columns: Array, response: Array, weights: Array, guard: int, 
     What a unit answers in every trial alike, such as some other feature of the stimulus, goes with a whisker's columns
     by chance at every shift; the scatter between trials does not show it. The statistic is the weighted sum of squares
     that the columns explain of the response beyond those of the other whiskers, at every shift by the Fourier
-    transform; of more than counting can tell, an exponential tail.
+    transform; of more than counting can tell, an exponential tail. Shifts at which the columns coincide with another
+    whisker's are left out: there they can explain nothing beyond it.
 
     Parameters
     ----------
@@ -42,16 +45,18 @@ def shift_p_values(columns: Array, response: Array, weights: Array, guard: int, 
     found = []
     for whisker, own in enumerate(columns):
         others = np.delete(columns, whisker, axis=0).reshape(-1, n)
-        explained = _explained(own, np.vstack([fixed, others]), response[whisker], weights[whisker])
-        chance = explained[1 + guard : explained.size - guard]
+        explained, left = _explained(own, np.vstack([fixed, others]), response[whisker], weights[whisker])
+        apart = np.abs((np.arange(n) + n // 2) % n - n // 2) > guard
+        chance = explained[apart & (left > LEFT * left[0])]
+        chance = chance if chance.size >= FEWEST else explained[apart]
         # shifts closer than the guard are alike
         independent = max(chance.size / 10 / max(guard, 1), 1.0)
         found.append(tail_p_value(float(explained[0]), chance, independent=independent))
     return np.array(found)
 
 
-def _explained(own: Array, others: Array, response: Array, weights: Array) -> Array:
-    """Weighted sum of squares that columns explain beyond others, at every circular shift; (K,)."""
+def _explained(own: Array, others: Array, response: Array, weights: Array) -> tuple[Array, Array]:
+    """Weighted sum of squares that columns explain beyond others at every shift, and their size beyond; (K,) each."""
     n, base = response.size, _orthonormal(others, weights)
     rest = response - (base * weights @ response) @ base
     x, w = np.fft.rfft(own), np.fft.rfft(weights)
@@ -65,7 +70,7 @@ def _explained(own: Array, others: Array, response: Array, weights: Array) -> Ar
         gram[:, i, j] = gram[:, j, i] = product - np.einsum("qk,qk->k", within[:, i], within[:, j])
     ridge = 1e-6 * np.trace(gram.mean(0)) / len(own) * np.eye(len(own))
     found = np.linalg.solve(gram + ridge, pull.T[..., None])[..., 0]
-    return np.asarray((found * pull.T).sum(1))
+    return np.asarray((found * pull.T).sum(1)), np.asarray(np.einsum("ncc->n", gram))
 
 
 def _orthonormal(columns: Array, weights: Array) -> Array:
