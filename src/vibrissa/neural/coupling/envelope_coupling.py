@@ -170,8 +170,8 @@ def tail_p_value(observed: float, chance: Array, *, independent: float = np.inf)
     chance : (C,) array
         Values of chance.
     independent : float
-        How many of the largest tenth are independent, where neighbours are alike: the tail is then widened by one
-        standard error.
+        How many of the largest tenth are independent, where neighbours are alike: the tail is then that of a value
+        still to be drawn, its scale known from so many alone.
 
     Returns
     -------
@@ -180,7 +180,10 @@ def tail_p_value(observed: float, chance: Array, *, independent: float = np.inf)
     """
     counted = _p_value(observed, chance)
     top = np.sort(chance)[-max(chance.size // 10, 2) :]
-    excess = float((top - top[0]).mean()) * (1 + 1 / np.sqrt(independent))
+    excess = float((top - top[0]).mean())
     if observed <= top[-1] or excess <= 0:
         return counted
-    return min(counted, float(top.size / chance.size * np.exp(-(observed - top[0]) / excess)))
+    above = (observed - top[0]) / excess
+    if np.isfinite(independent):
+        return float(top.size / chance.size * (1 + above / independent) ** -independent)
+    return min(counted, float(top.size / chance.size * np.exp(-above)))

@@ -27,8 +27,8 @@ class Variability(NamedTuple):
 def explainable_variance(rates: Array) -> float:
     """Variance over bins of the rate that all trials share, without that of their noise.
 
-    The mean over pairs of different trials of their covariance over bins ([SahaniLinden2003]_): what one trial has for
-    itself, Poisson or not, adds nothing on average.
+    The mean over pairs of different trials of their covariance over bins, as Sahani and Linden (2003) do: what one
+    trial has for itself, Poisson or not, adds nothing on average.
 
     Parameters
     ----------
