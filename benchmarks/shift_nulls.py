@@ -20,9 +20,8 @@ from vibrissa.neural.simulated.virtual import ThresholdLinearUnit, simulate_spik
 from vibrissa.neural.simulated.wandering import unrelated_feature
 from vibrissa.stats import adjusted_p_values, wilson_interval
 
-TESTS = Path(__file__).parents[1] / "tests"
-sys.path.insert(0, str(TESTS / "helpers"))
-sys.path.insert(0, str(TESTS / "neural" / "glm"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "helpers"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "neural" / "glm"))
 from test_surround import TRIALS, TRUTH, Sum, copies  # the stimuli and units of the tests
 
 LEVEL = 0.01
