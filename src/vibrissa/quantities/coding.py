@@ -16,6 +16,7 @@ def _information(name: str, unit: str, long_name: str) -> dict[str, Quantity]:
 CODING: dict[str, Quantity] = {
     # surround maps
     **ranged("surround_weight", ("unit", "whisker"), "1/(s m)", "rise of the rate above the threshold of each whisker"),
+    "surround_shift_p_value": Quantity(("unit", "whisker"), "1", "p-value against circular shifts of the whisker"),
     "surround_p_value": Quantity(("unit", "whisker"), "1", "p-value of a whisker, adjusted over those of the unit"),
     "surround_verdict": Quantity(("unit", "whisker"), "1", "whether a whisker drives, suppresses, does nothing"),
     "strongest_whisker": Quantity(("unit",), "1", "whisker of the largest weight"),
@@ -52,6 +53,8 @@ CODING: dict[str, Quantity] = {
     "past_lag": Quantity(("past_lag",), "s", "time since a spike of the unit itself"),
     **ranged("whisker_kernel", ("unit", "whisker", "kernel_lag"), "1/m", "rise of ln(rate) with the envelope, per bin"),
     **ranged("whisker_effect", ("unit", "whisker"), "1/m", "rise of ln(rate) with a lasting envelope"),
+    "whisker_trial_p_value": Quantity(("unit", "whisker"), "1", "p-value of a kernel with trials as draws (Wald)"),
+    "whisker_shift_p_value": Quantity(("unit", "whisker"), "1", "p-value against circular shifts of the whisker"),
     "whisker_p_value": Quantity(("unit", "whisker"), "1", "p-value of a whisker's kernel, adjusted over whiskers"),
     "whisker_matters": Quantity(("unit", "whisker"), "1", "whether a whisker's kernel differs from 0"),
     **ranged("past_kernel", ("unit", "past_lag"), "1", "factor on the rate after a spike of the unit itself"),

@@ -86,13 +86,20 @@ NEURAL: dict[str, Quantity] = {
     "time_above_threshold": Quantity(("unit",), "1", "share of the time at which the envelope is above the threshold"),
     "point_envelope": Quantity(("time",), "m", "envelope of the displacement of one point of the shaft"),
     "surround_gain": Quantity(("unit",), "1", "gain of each surrounding whisker over the principal one's"),
-    # does the envelope drive the units, and how: intervals of 95 % by resampled trials
+    # does the envelope drive the units, and how: intervals of 95 % by resampled trials and blocks of the stimulus
     "envelope_correlation": Quantity(("unit",), "1", "largest correlation of rate and envelope over the lags tried"),
     "envelope_lag": Quantity(("unit",), "s", "lag of the largest correlation, positive where the rate comes later"),
     "p_value": Quantity(("unit",), "1", "share of chance correlations at least as large"),
     "tail_p_value": Quantity(("unit",), "1", "p-value continued beyond the largest chance correlation"),
     "adjusted_p_value": Quantity(("unit",), "1", "tail p-value adjusted over units, Benjamini and Hochberg"),
     "significant": Quantity(("unit",), "1", "whether the envelope drives the unit"),
+    "envelope_verdict": Quantity(("unit",), "1", "what drives a significant unit: envelope, phase, both, cannot tell"),
+    "beyond_phase_p_value": Quantity(
+        ("unit",), "1", "p-value of what the envelope explains beyond the carrier's phase"
+    ),
+    "beyond_envelope_p_value": Quantity(
+        ("unit",), "1", "p-value of what the carrier's phase explains beyond the envelope"
+    ),
     "identified": Quantity(("unit",), "1", "whether the trials determine threshold and slope"),
     **ranged("threshold", ("unit",), "m", "envelope above which the rate rises", "threshold"),
     **ranged("slope", ("unit",), "1/(s m)", "rise of the rate above the threshold", "slope"),
@@ -100,6 +107,24 @@ NEURAL: dict[str, Quantity] = {
     **ranged("baseline", ("unit",), "Hz", "rate below the threshold", "baseline"),
     "tuning_r_squared": Quantity(("unit",), "1", "share of the rate's variance over bins that the fit explains"),
     "tuning_r_squared_unseen": Quantity(("unit",), "1", "the same on trials not used for the fit"),
+    "tuning_r_squared_ceiling": Quantity(
+        ("unit",), "1", "share of the rate's variance over bins that repeats from trial to trial, so can be explained"
+    ),
+    "structure_p_value": Quantity(("unit",), "1", "p-value of structure that the threshold-linear fit leaves"),
+    "response_model": Quantity(("unit",), "1", "curve that describes the unit"),
+    "response_model_r_squared": Quantity(("unit",), "1", "share of the rate's variance over bins that it explains"),
+    "saturation_envelope": Quantity(("unit",), "m", "envelope above which the rate rises no more"),
+    "adaptation_time": Quantity(("unit",), "s", "time over which the past envelope lowers the rate"),
+    "response_envelope": Quantity(("unit", "envelope_class"), "m", "mean envelope of each class at the latency"),
+    "response_rate": Quantity(("unit", "envelope_class"), "Hz", "mean rate in each class of the envelope"),
+    "response_rate_se": Quantity(("unit", "envelope_class"), "Hz", "its standard error over trials"),
+    "response_rate_fitted": Quantity(
+        ("unit", "envelope_class"), "Hz", "rate of the threshold-linear fit in each class"
+    ),
+    "peak_correlation": Quantity(("unit",), "1", "largest correlation of rate and envelope at lags within ±50 ms"),
+    "peak_lag": Quantity(("unit",), "s", "lag of that correlation, positive where the rate comes after the envelope"),
+    "fano_factor": Quantity(("unit",), "1", "variance over mean of the counts of a bin from trial to trial"),
+    "trial_gain_sd": Quantity(("unit",), "1", "standard deviation of the gain of whole trials, over its mean"),
     "noise_ceiling": Quantity(("unit",), "1", "correlation of the rates of odd and even trials"),
     "sub_threshold_rate": Quantity(("unit",), "Hz", "rate in bins whose envelope stays below the threshold"),
     "spontaneous_rate": Quantity(("unit",), "Hz", "rate in the spontaneous window"),

@@ -5,7 +5,7 @@ import pytest
 from populations import ringing
 from refusals import refusal
 
-from vibrissa.neural.coding.planner import Wanted, covariance, information, no_answer, plan_trials
+from vibrissa.neural.coding.planner import Wanted, covariance, expected_of, information, no_answer, plan_trials
 from vibrissa.neural.coupling.presentation import Presentation
 from vibrissa.neural.coupling.threshold_linear import BinnedDrive, Hinge, HingeGrid
 from vibrissa.neural.coupling.tuning import forward_fit, predicted
@@ -145,3 +145,26 @@ def test_plans_of_nothing_are_refused(drive):
     ):
         with refusal(*fields):
             plan_trials(drive, **{"units": [ThresholdLinearUnit()], "wanted": Wanted(slope=0.1), **change})
+
+
+def test_variable_counts_need_as_many_more_trials(drive):
+    unit, wanted = ThresholdLinearUnit(), Wanted(threshold=3e-6)
+    plain, twice = (plan_trials(drive, [unit], wanted, fano_factor=one) for one in (1.0, 2.0))
+    assert twice.trials_needed.item() == pytest.approx(2 * plain.trials_needed.item(), abs=1)
+    each = plan_trials(drive, [unit, unit], wanted, fano_factor=[1.0, 2.0])
+    assert each.trials_needed.values.tolist() == [plain.trials_needed.item(), twice.trials_needed.item()]
+    for wrong, kind in ((0.0, "range"), ([1.0], "shape")):
+        with refusal(kind):
+            plan_trials(drive, [unit, unit], wanted, fano_factor=wrong)
+
+
+def test_plans_take_units_as_the_analysis_found_them(drive):
+    nan = np.nan
+    columns = {"threshold": [4e-5, nan], "slope": [2e5, nan], "latency": [0.012, nan], "baseline": [5.0, nan]}
+    table = dataset(**{name: np.array(one) for name, one in columns.items()}, fano_factor=np.array([1.4, nan]),
+                    trial_gain_sd=np.array([0.2, nan]))  # fmt: skip
+    units, gain, fano = expected_of(table)
+    assert [unit.threshold for unit in units] == [4e-5]
+    assert (gain.tolist(), fano.tolist()) == ([0.2], [1.4])
+    with refusal("missing", "table of units"):
+        expected_of(table.isel(unit=[1]))

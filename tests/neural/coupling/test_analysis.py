@@ -435,3 +435,21 @@ def test_a_unit_observed_in_some_trials_is_analysed_over_these_alone(spikes, sti
     alone = analyse_units(half, stimulus, N_TRIALS // 2)
     for name in ("unit_rate", "envelope_correlation", "threshold", "slope", "baseline"):
         np.testing.assert_allclose(partly[name], alone[name], rtol=1e-9)
+
+
+def test_a_response_later_than_the_lags_tested_is_said_to_be(stimulus):
+    rng = np.random.default_rng(18)
+    envelope = analytic_envelope(stimulus.point_displacement.values)[0]
+    late = simulate_spikes(ThresholdLinearUnit(latency=0.045), stimulus.time.values, envelope, N_TRIALS, rng=rng)
+    found = analyse_units(join_units({"late": late}), stimulus, N_TRIALS).isel(unit=0)
+    assert 0.04 <= float(found.peak_lag) <= 0.05
+    assert "outside the lags tested (0 to 30 ms)" in str(found.reason.values)
+
+
+def test_explained_variance_stands_beside_its_ceiling(units):
+    for name in ("driven", "late"):
+        one = of(units, name)
+        assert float(one.tuning_r_squared) == pytest.approx(float(one.tuning_r_squared_ceiling), abs=0.03)
+        assert float(one.fano_factor) == pytest.approx(1, abs=0.03)
+        assert str(one.response_model.values) == "threshold-linear"
+        assert str(one.envelope_verdict.values) == "envelope"

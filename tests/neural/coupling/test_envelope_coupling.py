@@ -187,3 +187,16 @@ def test_tail_of_a_driven_unit_lies_far_beyond_what_can_be_counted():
 def test_impossible_records_are_refused(call, rule):
     with refusal(*rule):
         call()
+
+
+def test_the_largest_correlation_is_reported_where_it_was_not_tested():
+    rng = np.random.default_rng(8)
+    envelope = rng.normal(size=1000)
+    record = Record.whole(np.array([np.roll(envelope, 4) + rng.normal(size=1000), rng.normal(size=1000)]), envelope)
+    found = envelope_coupling(record, Circular(), lags=(0, 3), reach=5)
+    assert found.peak_lag[0] == 4
+    assert found.peak[0] > 0.5 > found.correlation[0]
+    assert found.peak_p_value[0] < 0.01
+    tested = envelope_coupling(record, Circular(), lags=(0, 5), reach=5)
+    assert np.isnan(tested.peak_p_value[0])
+    assert tested.peak[0] == tested.correlation[0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import product
+from pathlib import Path
 
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
@@ -10,21 +11,24 @@ from vibrissa.cli.shared.progress import stage
 from vibrissa.cli.shared.recorded import WHOLE, PartOptions, StimulusOptions
 from vibrissa.cli.shared.refusals import in_options
 from vibrissa.cli.shared.units import Duration, Length, Rate, Slope
+from vibrissa.errors import ConflictError, MissingError
 
-TABLE = ("threshold", "slope", "baseline", "spikes_per_trial", "trials_needed", "reason")
+TABLE = ("threshold", "slope", "baseline", "fano_factor", "spikes_per_trial", "trials_needed", "reason")
 
 
 def trials_needed(
     *,
     shown: StimulusOptions,
-    threshold: list[Length],
-    slope: list[Slope],
-    baseline: list[Rate],
+    threshold: list[Length] | None = None,
+    slope: list[Slope] | None = None,
+    baseline: list[Rate] | None = None,
+    units: Path | None = None,
     latency: Duration = 0.012,
     threshold_within: Length | None = None,
     slope_within: float | None = None,
     latency_within: Duration | None = None,
     gain_sd: float = 0.0,
+    fano_factor: float = 1.0,
     bin_width: Duration = 0.01,
     part: PartOptions = WHOLE,
     drawing: PictureOptions = NO_PICTURE,
@@ -42,6 +46,9 @@ def trials_needed(
         Rise of the rate above it [1/(s m)]: 0.25 AP/s per µm is 2.5e5; once for each.
     baseline
         Rate below the threshold [Hz]; once for each.
+    units
+        Table that `vibrissa neural --out` wrote, in place of the three: its fitted units, each with its own variability
+        from trial to trial.
     latency
         Delay from envelope to rate [s].
     threshold_within
@@ -52,10 +59,15 @@ def trials_needed(
         Half of the 95 % interval wanted of the latency [s].
     gain_sd
         Standard deviation of a gain, of mean 1, that multiplies all of a trial's rate.
+    fano_factor
+        Variance over mean of the counts of a bin from trial to trial; 1 for Poisson counts.
     bin_width
         Width of the bins of the analysis [s].
     """
-    from vibrissa.neural.coding.planner import Wanted, plan_trials
+    import numpy as np
+
+    from vibrissa.files import load
+    from vibrissa.neural.coding.planner import Wanted, expected_of, plan_trials
     from vibrissa.neural.coupling.presentation import Presentation
     from vibrissa.neural.io.tables.stimuli import require_metres
     from vibrissa.neural.simulated.virtual import ThresholdLinearUnit
@@ -63,15 +75,29 @@ def trials_needed(
     from vibrissa.study.spec.given import StimulusInput
 
     wanted = Wanted(threshold=threshold_within, slope=slope_within, latency=latency_within)
-    units = [
-        ThresholdLinearUnit(threshold=a, slope=s, baseline=b, latency=latency)
-        for a, s, b in product(threshold, slope, baseline)
-    ]
+    if units is not None:
+        _refuse_both(threshold, slope, baseline)
+        expected, gains, fanos = expected_of(load(units))
+    elif threshold and slope and baseline:
+        expected = [
+            ThresholdLinearUnit(threshold=a, slope=s, baseline=b, latency=latency)
+            for a, s, b in product(threshold, slope, baseline)
+        ]
+        gains, fanos = np.full(len(expected), gain_sd), np.full(len(expected), fano_factor)
+    else:
+        raise MissingError("units", "must be given by --threshold, --slope and --baseline, or by --units")
     stimulus, remarks = read_stimulus(StimulusInput(**shown.words()), band=part.band)
     tell(*map(in_options, remarks))
     require_metres(stimulus, "the threshold")
     drive = Presentation.of(stimulus, bin_width=bin_width, **vars(part)).drive()
     with stage("trials of each unit"):
-        data = plan_trials(drive, units, wanted, gain_sd=gain_sd)
-    drawing.draw("others.planner", drive, units[0], wanted, gain_sd=gain_sd)
+        data = plan_trials(drive, expected, wanted, gain_sd=gains, fano_factor=fanos)
+    own = {"gain_sd": float(data.trial_gain_sd[0]), "fano_factor": float(data.fano_factor[0])}
+    drawing.draw("others.planner", drive, expected[0], wanted, **own)
     output.show(data, columns=TABLE)
+
+
+def _refuse_both(*given: object) -> None:
+    """Refuse units that are described beside a table of them."""
+    if any(given):
+        raise ConflictError("--units", "must not be given with --threshold, --slope or --baseline")

@@ -23,7 +23,9 @@ TRIALS = np.unique(np.round(np.geomspace(8, 400, 40)).astype(int))
 SHOWN = {"threshold": (1e6, "µm"), "slope": (1e-6, "AP/s/µm"), "latency": (1e3, "ms")}
 
 
-def compute(drive: BinnedDrive, unit: ThresholdLinearUnit, wanted: Wanted, *, gain_sd: float = 0.0) -> xr.Dataset:
+def compute(
+    drive: BinnedDrive, unit: ThresholdLinearUnit, wanted: Wanted, *, gain_sd: float = 0.0, fano_factor: float = 1.0
+) -> xr.Dataset:
     """Trials needed by units of other thresholds and slopes, and the intervals of one unit.
 
     Parameters
@@ -46,8 +48,8 @@ def compute(drive: BinnedDrive, unit: ThresholdLinearUnit, wanted: Wanted, *, ga
     least, most = drive.identifiable_range()
     thresholds = np.linspace(0.9 * least, 1.05 * most, 33)
     units = [replace(unit, threshold=float(a), slope=float(s)) for s in SLOPES for a in thresholds]
-    plan = plan_trials(drive, units, wanted, gain_sd=gain_sd)
-    own = plan_trials(drive, [unit], wanted, gain_sd=gain_sd, at=TRIALS.tolist())
+    plan = plan_trials(drive, units, wanted, gain_sd=gain_sd, fano_factor=fano_factor)
+    own = plan_trials(drive, [unit], wanted, gain_sd=gain_sd, fano_factor=fano_factor, at=TRIALS.tolist())
     scales = SHOWN | {"slope": (100, "%")}
     asked = [f"{name} within {scales[name][0] * one:g} {scales[name][1]}" for name, one in vars(wanted).items() if one]
     caption = (

@@ -105,6 +105,7 @@ def _columns(units: xr.Dataset) -> Columns:
     for name in ("envelope_correlation", "tuning_r_squared"):
         columns[name] = units[name].values if name in units else np.full(n, np.nan)
     columns["unit_session"] = units.unit_session.values if "unit_session" in units else np.arange(n)
+    columns["envelope_verdict"] = units.envelope_verdict.values if "envelope_verdict" in units else np.full(n, "")
     columns["significant"] = columns["significant"].astype(bool)
     finite = np.isfinite(columns["threshold"]) & np.isfinite(columns["slope"])
     known = columns["identified"].astype(bool) | (units.attrs.get("fit") == "paper2014")
@@ -224,10 +225,10 @@ def _truth_words(columns: Columns, truth: xr.Dataset) -> str:
     driven = role == "envelope"
     others = [f"{np.sum(passed & (role == one))} of {np.sum(role == one)} {one}" for one in np.unique(role[~driven])]
     locked = role == "carrier"
+    told = ~np.isin(columns["envelope_verdict"], ["phase", "cannot tell"])
     surprise = (
         "Units locked to the carrier pass where the motion is lopsided: its phase then goes with its broad-band "
-        "envelope, and bins of 10 ms do not distinguish them from units that "
-        "demodulate. "
+        f"envelope; finer bins leave {np.sum(passed & locked & told)} of them. "
         if np.sum(passed & locked) > 0.2 * np.sum(locked)
         else ""
     )

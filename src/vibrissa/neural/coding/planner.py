@@ -11,16 +11,16 @@ import xarray as xr
 from scipy.special import ndtri
 
 from vibrissa.arrays import Array
-from vibrissa.errors import MissingError, UnknownError, require_not_negative, require_positive
+from vibrissa.errors import MissingError, ShapeError, UnknownError, require_not_negative, require_positive
 from vibrissa.neural.coupling.analysis import FEWEST_SPIKES, FEWEST_TRIALS
+from vibrissa.neural.coupling.stimulus_blocks import sensitivities
 from vibrissa.neural.coupling.threshold_linear import BinnedDrive, Hinge
 from vibrissa.neural.coupling.tuning import predicted
 from vibrissa.neural.simulated.virtual import ThresholdLinearUnit
-from vibrissa.quantities import dataset, stacked
+from vibrissa.quantities import dataset, require, stacked
 
 LEAST_BASELINE = 0.05  # [Hz] counted for units more silent: at 0 a single spike below the threshold would decide all
-NEAR = 1e-3  # step of the derivatives, over the envelope's spread and 10 ms
-TIMESCALE = 0.01  # [s]
+TIMESCALE = 0.01  # [s] scale of the latency
 MOST_ALIKE = 1e8  # condition number of the information, in units of the scales above: beyond it, rounding decides
 Z = float(ndtri(0.975))
 
@@ -68,17 +68,15 @@ def information(drive: BinnedDrive, unit: ThresholdLinearUnit) -> Array:
     (4, 4) array
         In the inverse products of the parameters' units.
     """
-    theta, tau = unit.threshold, unit.latency
-    step, late = NEAR * drive.spread(), NEAR * TIMESCALE
-    hinge = drive.hinged(theta, tau)
-    by_threshold = (drive.hinged(theta + step, tau) - drive.hinged(theta - step, tau)) / (2 * step)
-    by_latency = (drive.hinged(theta, tau + late) - drive.hinged(theta, tau - late)) / (2 * late)
-    slopes = np.array([unit.slope * by_threshold, hinge, unit.slope * by_latency, np.ones_like(hinge)])
+    slopes = sensitivities(drive, Hinge(*(getattr(unit, name) for name in Hinge._fields)))
+    hinge = slopes[1]
     rate = max(unit.baseline, LEAST_BASELINE) + unit.slope * hinge
     return np.asarray(slopes * np.diff(drive.edges)[drive.valid] / rate @ slopes.T, float)
 
 
-def covariance(drive: BinnedDrive, unit: ThresholdLinearUnit, *, gain_sd: float = 0.0) -> Array:
+def covariance(
+    drive: BinnedDrive, unit: ThresholdLinearUnit, *, gain_sd: float = 0.0, fano_factor: float = 1.0
+) -> Array:
     """Covariance of the estimates times the number of trials, (4, 4) in the order of Hinge.
 
     Parameters
@@ -88,6 +86,9 @@ def covariance(drive: BinnedDrive, unit: ThresholdLinearUnit, *, gain_sd: float 
     gain_sd : float
         Standard deviation of a gain, of mean 1, that multiplies all of a trial's rate: slope and baseline are those of
         the trials that happened to be.
+    fano_factor : float
+        Variance over mean of the counts of a bin from trial to trial; 1 for Poisson counts. Variances are as many times
+        as large.
 
     Returns
     -------
@@ -99,7 +100,36 @@ def covariance(drive: BinnedDrive, unit: ThresholdLinearUnit, *, gain_sd: float 
     if unit.slope == 0 or np.linalg.cond(found) > MOST_ALIKE:
         return np.full((4, 4), np.inf)
     shared = np.array([0, unit.slope, 0, unit.baseline]) * gain_sd
-    return np.linalg.inv(found) * np.outer(scale, scale) + np.outer(shared, shared)
+    return fano_factor * np.linalg.inv(found) * np.outer(scale, scale) + np.outer(shared, shared)
+
+
+def expected_of(units: xr.Dataset) -> tuple[list[ThresholdLinearUnit], Array, Array]:
+    """Units as an analysis found them, with their own variability from trial to trial.
+
+    Parameters
+    ----------
+    units : Dataset
+        Of :func:`vibrissa.neural.coupling.analysis.analyse_units`; units without a fit of slope above 0 are left out.
+
+    Returns
+    -------
+    units : list of ThresholdLinearUnit
+    gain_sd, fano_factor : (U,) arrays
+        As :func:`plan_trials` takes them.
+
+    Raises
+    ------
+    InputError
+        If no unit was fitted.
+    """
+    require(units, *Hinge._fields, "fano_factor", "trial_gain_sd")
+    fitted = (units.slope.values > 0) & np.isfinite(units.fano_factor.values)
+    if not fitted.any():
+        raise MissingError("table of units", "must have a unit that was fitted over trials")
+    some = units.isel(unit=np.flatnonzero(fitted))
+    columns = zip(*(some[name].values.tolist() for name in Hinge._fields), strict=True)
+    found = [ThresholdLinearUnit(**dict(zip(Hinge._fields, one, strict=True))) for one in columns]
+    return found, some.trial_gain_sd.values, some.fano_factor.values
 
 
 def no_answer(drive: BinnedDrive, unit: ThresholdLinearUnit, found: Array | None = None) -> str:
@@ -138,7 +168,8 @@ def plan_trials(
     units: Sequence[ThresholdLinearUnit],
     wanted: Wanted,
     *,
-    gain_sd: float = 0.0,
+    gain_sd: float | Sequence[float] | Array = 0.0,
+    fano_factor: float | Sequence[float] | Array = 1.0,
     at: Sequence[int] = (10, 20, 40, 80, 160),
 ) -> xr.Dataset:
     """Trials that each unit needs, from the information of one trial.
@@ -155,8 +186,10 @@ def plan_trials(
         What the units are expected to be.
     wanted : Wanted
         Half widths of the 95 % intervals.
-    gain_sd : float
-        Standard deviation of the gain from trial to trial; see :func:`covariance`.
+    gain_sd, fano_factor : float or sequence of float
+        Standard deviation of the gain from trial to trial, and variance over mean of the counts of a bin; see
+        :func:`covariance`. One for all units, or one for each, such as ``trial_gain_sd`` and ``fano_factor`` that
+        :func:`vibrissa.neural.coupling.analysis.analyse_units` finds.
     at : sequence of int
         Numbers of trials at which the expected intervals are reported as well.
 
@@ -171,20 +204,39 @@ def plan_trials(
     Raises
     ------
     InputError
-        If there is no unit, the gain's spread is negative, or a number of trials is not positive.
+        If there is no unit, the gain's spread is negative, the Fano factor not positive, or a number of trials is not
+        positive.
     """
     if not units or not all(n > 0 for n in at):
         raise MissingError("plan", "must have a unit, and numbers of trials from 1", f"{len(units)} units, {at}")
-    require_not_negative("gain_sd", gain_sd)
-    rows = [_row(drive, unit, wanted, gain_sd, np.asarray(at, float)) for unit in units]
+    gains, fanos = (_of_each(one, len(units)) for one in (gain_sd, fano_factor))
+    require_not_negative("gain_sd", float(gains.min()))
+    require_positive("fano_factor", float(fanos.min()))
+    spread = zip(units, gains.tolist(), fanos.tolist(), strict=True)
+    rows = [_row(drive, unit, wanted, (gain, fano), np.asarray(at, float)) for unit, gain, fano in spread]
     asked: dict[str, Any] = {name: np.array([getattr(unit, name) for unit in units]) for name in Hinge._fields}
     attrs = {f"{name}_wanted": value for name, value in vars(wanted).items() if value is not None}
-    return dataset({"gain_sd": gain_sd, **attrs}, planned_trials=np.array(at), **asked, **stacked(rows))
+    asked |= {"trial_gain_sd": gains, "fano_factor": fanos}
+    return dataset({"gain_sd": gains.max(), **attrs}, planned_trials=np.array(at), **asked, **stacked(rows))
 
 
-def _row(drive: BinnedDrive, unit: ThresholdLinearUnit, wanted: Wanted, gain_sd: float, at: Array) -> dict[str, Any]:
-    """Trials that one unit needs."""
-    found, width = covariance(drive, unit, gain_sd=gain_sd), np.diff(drive.edges)[drive.valid]
+def _of_each(value: float | Sequence[float] | Array, count: int) -> Array:
+    """One value for each unit."""
+    values = np.asarray(value, float)
+    if values.ndim and values.shape != (count,):
+        raise ShapeError(
+            "gain_sd and fano_factor", f"must be one number, or one for each of {count} units", values.shape
+        )
+    return np.broadcast_to(values, (count,))
+
+
+def _row(
+    drive: BinnedDrive, unit: ThresholdLinearUnit, wanted: Wanted, variable: tuple[float, float], at: Array
+) -> dict[str, Any]:
+    """Trials that one unit needs, of this gain and Fano factor."""
+    gain_sd, fano_factor = variable
+    found = covariance(drive, unit, gain_sd=gain_sd, fano_factor=fano_factor)
+    width = np.diff(drive.edges)[drive.valid]
     reason = no_answer(drive, unit, found)
     rate = predicted(drive, Hinge(*(getattr(unit, name) for name in Hinge._fields)))
     spikes = float(rate @ width)

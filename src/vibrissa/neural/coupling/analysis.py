@@ -10,9 +10,12 @@ import xarray as xr
 
 from vibrissa.arrays import Array, Mask, Window
 from vibrissa.errors import RangeError, require_fraction
+from vibrissa.neural.coupling.carrier import ALIKE, REASONS, PhaseTest, Told, phase_in_envelope
 from vibrissa.neural.coupling.envelope_coupling import Coupling, Null, envelope_coupling
+from vibrissa.neural.coupling.lack_of_fit import CLASSES, describe, response_curve
 from vibrissa.neural.coupling.nulls import Circular, Paper2014, Record
 from vibrissa.neural.coupling.presentation import BinnedAnalysis, Presentation
+from vibrissa.neural.coupling.repeatability import r_squared_ceiling, variability
 from vibrissa.neural.coupling.response import UnitCounts
 from vibrissa.neural.coupling.segments import First, two_segments
 from vibrissa.neural.coupling.threshold_linear import Hinge, HingeGrid
@@ -32,6 +35,12 @@ from vibrissa.quantities.quantity import SUFFIXES
 from vibrissa.stats import adjusted_p_values
 
 FEWEST_SPIKES = 50  # in the bins that count; fewer determine neither threshold nor slope
+DESCRIBED = {
+    "saturation": "a rate that saturates",
+    "rectified square": "the square of the envelope above a threshold",
+    "adaptation": "a rate that adapts to the envelope before",
+    "smooth curve": "a smooth curve over the envelope",
+}
 FEWEST_TRIALS = 8  # fewer are resampled in too few ways: their intervals are too narrow
 
 
@@ -85,6 +94,11 @@ class EnvelopeAnalysis(BinnedAnalysis):
         """Lags tried [bins]: the paper's ±1, or those of a response up to 30 ms late."""
         return (-1, 1) if self.null == "paper2014" else (0, max(1, round(0.03 / self.bin_width)))
 
+    @property
+    def reach(self) -> int:
+        """Largest lag at which the correlation is looked at, tested or not [bins]: 50 ms."""
+        return max(1, round(0.05 / self.bin_width))
+
     def chance(self) -> Null:
         """Null distribution by its name."""
         if self.null == "paper2014":
@@ -113,7 +127,8 @@ def analyse_units(
     -------
     Dataset
         One entry for each unit. NaN where something was not measured; ``reason`` says why. Only units that are
-        significant are fitted. ``unit_quality`` and ``unit_session`` go along where the spikes have them.
+        significant are fitted; ``envelope_verdict`` of these is envelope, phase, both, or cannot tell.
+        ``unit_quality`` and ``unit_session`` go along where the spikes have them.
 
     Raises
     ------
@@ -130,16 +145,30 @@ def analyse_units(
         rate_valid=shown.rate_valid,
         envelope_valid=shown.envelope_valid,
     )
-    coupling = envelope_coupling(record, how.chance(), lags=how.lags)
+    coupling = envelope_coupling(record, how.chance(), lags=how.lags, reach=how.reach)
     adjusted = adjusted_p_values(coupling.tail_p_value)
     significant = (adjusted if how.null == "circular" else coupling.p_value) <= how.level
+    likeness = phase_in_envelope(shown)
     rows = _fits(record, counts, shown, coupling, significant, how)
+    for row, told in zip(rows, _told(counts, shown, likeness, significant), strict=True):
+        row |= {f"envelope_{name}" if name == "verdict" else name: value for name, value in told._asdict().items()}
+        if told.verdict in REASONS:
+            row |= {"identified": False, "reason": "; ".join(filter(None, [REASONS[told.verdict], row["reason"]]))}
     known: dict[str, Any] = {name: spikes[name].values for name in ("unit_quality", "unit_session") if name in spikes}
     found = dataset(
-        {"n_trials": n_trials, "edge": shown.edge, "lag_low": how.lags[0], "lag_high": how.lags[1], **_settings(how)},
+        {
+            "n_trials": n_trials,
+            "edge": shown.edge,
+            "lag_low": how.lags[0],
+            "lag_high": how.lags[1],
+            "phase_in_envelope": likeness,
+            **_settings(how),
+        },
         unit_name=spikes.unit_name.values,
         envelope_correlation=coupling.correlation,
         envelope_lag=np.where(np.isnan(coupling.correlation), np.nan, coupling.lag * how.bin_width),
+        peak_correlation=coupling.peak,
+        peak_lag=np.where(np.isnan(coupling.peak), np.nan, coupling.peak_lag * how.bin_width),
         p_value=coupling.p_value,
         tail_p_value=coupling.tail_p_value,
         adjusted_p_value=adjusted,
@@ -150,6 +179,21 @@ def analyse_units(
         **known,
     )
     return in_unit_of(found, stimulus)
+
+
+def _told(counts: UnitCounts, shown: Presentation, likeness: float, significant: Mask) -> list[Told]:
+    """Which of envelope and phase drives each unit that passes; where the envelope carries no phase, the envelope."""
+    idle, plain = Told("", np.nan, np.nan), Told("envelope", np.nan, np.nan)
+    if likeness <= ALIKE or not significant.any():
+        return [plain if one else idle for one in significant]
+    test = PhaseTest.of(shown)
+    if test is None:
+        return [Told("cannot tell", np.nan, np.nan) if one else idle for one in significant]
+    valid = test.drive.valid
+    return [
+        test.told(counts.total_of(unit, test.finer)[valid].astype(float)) if one else idle
+        for unit, one in enumerate(significant)
+    ]
 
 
 def _settings(how: EnvelopeAnalysis) -> dict[str, Any]:
@@ -174,6 +218,10 @@ Row = dict[str, Any]
 NOT_MEASURED: Row = {
     **{name + end: np.nan for name in Hinge._fields for end in SUFFIXES},
     **dict.fromkeys(("tuning_r_squared", "tuning_r_squared_unseen", "noise_ceiling", "sub_threshold_rate"), np.nan),
+    **dict.fromkeys(("tuning_r_squared_ceiling", "structure_p_value", "response_model_r_squared"), np.nan),
+    **dict.fromkeys(("saturation_envelope", "adaptation_time", "fano_factor", "trial_gain_sd"), np.nan),
+    **{f"response_{name}": np.full(CLASSES, np.nan) for name in ("envelope", "rate", "rate_se", "rate_fitted")},
+    "response_model": "",
     "identified": False,
 }
 
@@ -203,11 +251,22 @@ def _fits(
             rows.append({**NOT_MEASURED, **_forward(grid, own, how, rng)})
         else:
             rows.append({**NOT_MEASURED, **_paper(record, unit, int(coupling.lag[unit]), how)})
+        remarks = [rows[-1]["reason"], _elsewhere(coupling, unit, significant[unit], how)]
         if significant[unit] and coupling.lag[unit] < 0:
             lead = f"the rate leads the envelope by {-1e3 * coupling.lag[unit] * how.bin_width:g} ms"
-            early = f"{lead}, and no response comes before its stimulus"
-            rows[-1]["reason"] = "; ".join(filter(None, [early, rows[-1]["reason"]]))
+            remarks.insert(0, f"{lead}, and no response comes before its stimulus")
+        rows[-1]["reason"] = "; ".join(filter(None, remarks))
     return rows
+
+
+def _elsewhere(coupling: Coupling, unit: int, significant: bool, how: EnvelopeAnalysis) -> str:
+    """Say that the correlation peaks within ±50 ms, but at none of the lags that were tested."""
+    peak, (first, last) = int(coupling.peak_lag[unit]), how.lags
+    beyond = significant or coupling.peak_p_value[unit] <= how.level
+    if first <= peak <= last or not beyond or how.null != "circular":
+        return ""
+    at, tested = 1e3 * peak * how.bin_width, f"{1e3 * first * how.bin_width:g} to {1e3 * last * how.bin_width:g} ms"
+    return f"the correlation is largest at {at:g} ms, outside the lags tested ({tested})"
 
 
 def _forward(grid: HingeGrid, trial_counts: Array, how: EnvelopeAnalysis, rng: np.random.Generator) -> Row:
@@ -216,17 +275,42 @@ def _forward(grid: HingeGrid, trial_counts: Array, how: EnvelopeAnalysis, rng: n
     fit = forward_fit(grid, trial_counts.sum(0), n * width)
     rate = trial_counts.mean(0) / width
     row: Row = {**fit._asdict(), "tuning_r_squared": r_squared(rate, predicted(grid.drive, fit))}
-    row["sub_threshold_rate"] = _below(grid, rate, fit)
+    row |= {"sub_threshold_rate": _below(grid, rate, fit), **response_curve(grid.drive, trial_counts / width, fit)}
+    row["fano_factor"], row["trial_gain_sd"] = variability(trial_counts)
     if n == 1:
         return {**row, "reason": "one trial: no interval by resampling trials, so the error of the fit is unknown"}
     samples = bootstrap_fits(grid, trial_counts, width, fit, n_resamples=how.n_resamples, rng=rng)
     for name, low, high in zip(Hinge._fields, *np.quantile(samples, ENDS, axis=1), strict=True):
         row |= {f"{name}_low": low, f"{name}_high": high}
     row["tuning_r_squared_unseen"], row["noise_ceiling"] = cross_validated(grid, trial_counts, width)
-    why = weakness(grid, samples)
+    row |= _described(grid, rate, fit, r_squared_ceiling(trial_counts))
+    why = _not_threshold_linear(row) or weakness(grid, samples)
     if not why and n < FEWEST_TRIALS:
         why = f"{n} trials: intervals by resampling fewer than {FEWEST_TRIALS} are too narrow"
     return {**row, "identified": not why, "reason": why}
+
+
+def _described(grid: HingeGrid, rate: Array, fit: Hinge, ceiling: float) -> Row:
+    """Curve that describes the unit, beside the share that any could explain."""
+    row: Row = {"tuning_r_squared_ceiling": ceiling}
+    if not (fit.slope > 0 and np.isfinite(ceiling)):
+        return row
+    model, p_value, share, at = describe(grid.drive, rate, fit, ceiling)
+    where = {"saturation": "saturation_envelope", "adaptation": "adaptation_time"}
+    row |= {"response_model": model, "structure_p_value": p_value, "response_model_r_squared": share}
+    return row | ({where[model]: at} if model in where else {})
+
+
+def _not_threshold_linear(row: Row) -> str:
+    """Reason of a unit that another curve describes better; empty for the others."""
+    model = row.get("response_model", "threshold-linear")
+    if model == "threshold-linear":
+        return ""
+    found, hinge, ceiling = (
+        row[name] for name in ("response_model_r_squared", "tuning_r_squared", "tuning_r_squared_ceiling")
+    )
+    shares = f"R² {found:.2f} against {hinge:.2f} of at most {ceiling:.2f}"
+    return f"threshold-linear does not describe this unit: {DESCRIBED[model]} does better ({shares})"
 
 
 def _below(grid: HingeGrid, rate: Array, fit: Hinge) -> float:

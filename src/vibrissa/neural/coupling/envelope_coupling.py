@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError, TooFewError
-from vibrissa.neural.coupling.nulls import Lags, Record, circular_correlogram
+from vibrissa.neural.coupling.nulls import Circular, Lags, Record, circular_correlogram
 
 _BLOCK = 256  # units whose correlograms are held at a time
 
@@ -55,12 +55,22 @@ class Coupling(NamedTuple):
     tail_p_value : (U,) array
         The same, but where no chance value is as large: at most that, continued beyond the largest by an exponential
         tail. Counting ends at about 0.001, too coarse to find one driven unit among many.
+    peak : (U,) array
+        Largest Pearson's r over all lags within the reach, tested or not.
+    peak_lag : (U,) array
+        That lag [bins].
+    peak_p_value : (U,) array
+        p-value of it by :class:`~vibrissa.neural.coupling.nulls.Circular` shifts, where that lag is not among those
+        tested; NaN elsewhere and of other nulls.
     """
 
     correlation: Array
     lag: Integers
     p_value: Array
     tail_p_value: Array
+    peak: Array
+    peak_lag: Integers
+    peak_p_value: Array
 
 
 class Null(Protocol):
@@ -88,7 +98,7 @@ class Null(Protocol):
         ...
 
 
-def envelope_coupling(record: Record, null: Null, *, lags: Lags = (-1, 1)) -> Coupling:
+def envelope_coupling(record: Record, null: Null, *, lags: Lags = (-1, 1), reach: int = 5) -> Coupling:
     """Whether the envelope drives the units: largest correlation over a few lags against what chance gives.
 
     Parameters
@@ -100,6 +110,8 @@ def envelope_coupling(record: Record, null: Null, *, lags: Lags = (-1, 1)) -> Co
     lags : (int, int)
         First and last lag tried [bins], both included; positive where the rate comes after the envelope. Lags wrap,
         which touches no pair that counts where the masks leave out the ends.
+    reach : int
+        Lags to either side at which the largest correlation is reported as well [bins].
 
     Returns
     -------
@@ -114,37 +126,64 @@ def envelope_coupling(record: Record, null: Null, *, lags: Lags = (-1, 1)) -> Co
     if not -len(record.envelope) // 4 < lags[0] <= lags[1] < len(record.envelope) // 4:
         raise RangeError("lags", "must ascend, and stay within a quarter of the record", lags)
     tried = np.arange(lags[0], lags[1] + 1)
-    blocks = [_of_units(record, null, tried, first) for first in range(0, max(len(record.rates), 1), _BLOCK)]
+    blocks = [_of_units(record, null, tried, reach, first) for first in range(0, max(len(record.rates), 1), _BLOCK)]
     return Coupling(*(np.concatenate(column) for column in zip(*blocks, strict=True)))
 
 
-def _of_units(record: Record, null: Null, tried: Integers, first: int) -> Coupling:
+def _of_units(record: Record, null: Null, tried: Integers, reach: int, first: int) -> Coupling:
     """Coupling of one block of units."""
     rates = record.rates[first : first + _BLOCK]
     every = circular_correlogram(rates, record.rate_valid, record.envelope, record.envelope_valid)
-    r = every[:, tried]
-    best = np.where(np.isnan(r), -np.inf, r).argmax(-1)
-    observed = r[np.arange(len(r)), best]
-    p, tail = np.full((2, len(r)), np.nan)
+    observed, lag = _largest(every, tried)
+    peak, peak_lag = _largest(every, np.arange(-reach, reach + 1))
+    p, tail, peak_p = np.full((3, len(every)), np.nan)
     for unit in np.flatnonzero(np.isfinite(observed)).tolist():
         chance = null.values(record, first + unit, every[unit], (int(tried[0]), int(tried[-1])))
         p[unit] = _p_value(observed[unit], chance)
-        tail[unit] = _tail_p_value(observed[unit], chance)
-    return Coupling(observed, np.where(np.isnan(observed), 0, tried[best]), p, tail)
+        tail[unit] = tail_p_value(observed[unit], chance)
+        if isinstance(null, Circular) and not tried[0] <= peak_lag[unit] <= tried[-1]:
+            peak_p[unit] = _p_value(peak[unit], null.values(record, first + unit, every[unit], (-reach, reach)))
+    return Coupling(observed, lag, p, tail, peak, peak_lag, peak_p)
+
+
+def _largest(correlogram: Array, lags: Integers) -> tuple[Array, Integers]:
+    """Largest correlation of each unit over some lags, and that lag; 0 where it is NaN."""
+    r = correlogram[:, lags]
+    best = np.where(np.isnan(r), -np.inf, r).argmax(-1)
+    found = r[np.arange(len(r)), best]
+    return found, np.where(np.isnan(found), 0, lags[best])
 
 
 def _p_value(observed: float, chance: Array) -> float:
     return float((1 + np.sum(chance >= observed - 1e-12)) / (1 + chance.size))  # the margin is round-off
 
 
-def _tail_p_value(observed: float, chance: Array) -> float:
+def tail_p_value(observed: float, chance: Array, *, independent: float = np.inf) -> float:
     """p-value by counting, or by an exponential through the largest tenth of the chance values beyond all of them.
 
     Correlations have lighter tails than that, so the p-value is too large rather than too small.
+
+    Parameters
+    ----------
+    observed : float
+        The value.
+    chance : (C,) array
+        Values of chance.
+    independent : float
+        How many of the largest tenth are independent, where neighbours are alike: the tail is then that of a value
+        still to be drawn, its scale known from so many alone.
+
+    Returns
+    -------
+    float
+        Between 0 and 1.
     """
     counted = _p_value(observed, chance)
     top = np.sort(chance)[-max(chance.size // 10, 2) :]
     excess = float((top - top[0]).mean())
     if observed <= top[-1] or excess <= 0:
         return counted
-    return min(counted, float(top.size / chance.size * np.exp(-(observed - top[0]) / excess)))
+    above = (observed - top[0]) / excess
+    if np.isfinite(independent):
+        return float(top.size / chance.size * (1 + above / independent) ** -independent)
+    return min(counted, float(top.size / chance.size * np.exp(-above)))

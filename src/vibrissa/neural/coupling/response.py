@@ -156,9 +156,27 @@ class UnitCounts:
             Counts.
         """
         own = self.spikes[["spike_time", "spike_trial"]].isel(spike=self.places[unit])
-        n_bins = self.totals.shape[1]
-        how = {"start": self.start, "n_bins": n_bins, "bin_width": self.bin_width}
+        how = {"start": self.start, "n_bins": self.totals.shape[1], "bin_width": self.bin_width}
         return spike_counts(own, n_trials=self.n_trials, **how)[self.observed[unit]]
+
+    def total_of(self, unit: int, finer: int) -> Integers:
+        """Counts of one unit in finer bins, summed over its trials; (K · finer,).
+
+        Parameters
+        ----------
+        unit, finer : int
+            Its place, and the fine bins in each bin.
+
+        Returns
+        -------
+        (K · finer,) array of int
+            Counts.
+        """
+        place = self.places[unit]
+        place = place[self.observed[unit, self.spikes.spike_trial.values[place]]]
+        column = _columns(self.spikes.spike_time.values[place], self.start, self.bin_width / finer)
+        n_bins = self.totals.shape[1] * finer
+        return np.bincount(column[(column >= 0) & (column < n_bins)], minlength=n_bins)
 
 
 def _observed(spikes: xr.Dataset, n_trials: int, partial: bool) -> Mask:

@@ -39,8 +39,9 @@ def two_segments(envelope: Array, rate: Array, *, first: First = "flat-first") -
     """Least squares of two segments that meet.
 
     The paper prints neither whether the first one is flat (which moves the threshold by about 5 µm) nor how it was
-    fitted. Bins blur the hinge and a whole shift misses the latency: expect a threshold and a slope too low (36 µm and
-    0.19 for 42 µm and 0.25 at a latency of 15 ms).
+    fitted. Bins blur the hinge and a whole shift misses the latency: threshold and slope are too low, by how much
+    depends on the latency within the bin and on the stimulus. For 42.3 µm and 0.25 without noise: 41 µm and 0.24 at a
+    latency of whole bins, 33 to 40 µm and 0.19 half a bin from one (``benchmarks/paper_fit.py``).
 
     Parameters
     ----------

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.arrays import Array, Mask
+from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.errors import RangeError
+
+Surfaces = tuple[Array, Array, Array]  # misfit, slope and baseline at every node, (I, J, B) each
 
 
 class Hinge(NamedTuple):
@@ -69,30 +72,54 @@ class BinnedDrive:
         (..., K') array
             In metres, for the K' bins that count.
         """
-        above = np.maximum(self.envelope - threshold, 0)
+        return self.seen(np.maximum(self.envelope - threshold, 0), latency)
+
+    def seen(self, values: Array, latency: float | Array) -> Array:
+        """Mean over each bin that counts of a function of the envelope, at a latency.
+
+        Parameters
+        ----------
+        values : (T,) array
+            The function at the times of the envelope.
+        latency : float or (J,) array
+            τ [s].
+
+        Returns
+        -------
+        (..., K') array
+            In the unit of the values, for the K' bins that count.
+        """
         step = self.time[1] - self.time[0]
         # straight between samples: integrate once by trapezoids, then read the integral at the ends of every bin
-        area = np.concatenate([[0.0], np.cumsum(above[1:] + above[:-1]) * step / 2])
-        starts, stops = self.edges[:-1][self.valid], self.edges[1:][self.valid]
-        late = np.asarray(latency)[..., None]
-        return (np.interp(stops - late, self.time, area) - np.interp(starts - late, self.time, area)) / (stops - starts)
+        area = np.concatenate([[0.0], np.cumsum(values[1:] + values[:-1]) * step / 2])
+        first, last = self._ends()
+        at = self.edges[first : last + 2] - np.asarray(latency)[..., None]
+        means = np.diff(np.interp(at, self.time, area)) / np.diff(self.edges[first : last + 2])
+        inside = self.valid[first : last + 1]
+        return means if inside.all() else means[..., inside]
 
     def range(self) -> tuple[float, float]:
         """Least envelope that counts, and the one exceeded 2 % of the time [m]: thresholds lie between them."""
-        return float(self._counted().min()), float(np.quantile(self._counted(), 0.98))
+        return float(self.counted().min()), float(np.quantile(self.counted(), 0.98))
 
     def identifiable_range(self) -> tuple[float, float]:
         """Envelopes exceeded 95 % and 5 % of the time [m]: a threshold beyond them has too few bins on one side."""
-        low, high = np.quantile(self._counted(), [0.05, 0.95])
+        low, high = np.quantile(self.counted(), [0.05, 0.95])
         return float(low), float(high)
 
     def spread(self) -> float:
         """Standard deviation of the envelope that counts [m]."""
-        return float(self._counted().std())
+        return float(self.counted().std())
 
-    def _counted(self) -> Array:
-        first, last = self.edges[:-1][self.valid].min(), self.edges[1:][self.valid].max()
-        return self.envelope[(self.time >= first) & (self.time <= last)]
+    def counted(self) -> Array:
+        """Envelope at the times that count [m]."""
+        first, last = self._ends()
+        return self.envelope[(self.time >= self.edges[first]) & (self.time <= self.edges[last + 1])]
+
+    def _ends(self) -> tuple[int, int]:
+        """First and last bin that count."""
+        inside = np.flatnonzero(self.valid)
+        return int(inside[0]), int(inside[-1])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,7 +165,7 @@ class HingeGrid:
             hinges=np.array([drive.hinged(threshold, latencies) for threshold in thresholds]),
         )
 
-    def least_squares(self, rates: Array, weights: Array) -> tuple[Array, Array, Array]:
+    def least_squares(self, rates: Array, weights: Array) -> Surfaces:
         """Weighted least squares of slope and baseline at every node, both kept at or above zero.
 
         Parameters
@@ -153,9 +180,18 @@ class HingeGrid:
         misfit, slope, baseline : (I, J, B) arrays
             Weighted sum of squares less that of the data alone; s [1/(s m)]; b [Hz].
         """
-        weights, flat = weights / weights.sum(), self.hinges.reshape(-1, self.hinges.shape[-1])
-        h, hh = (flat @ weights)[:, None], (flat**2 @ weights)[:, None]
-        r, hr = rates @ weights, flat @ (weights * rates).T
+        weights, (flat, squares) = weights / weights.sum(), self._flat
+        h, hh = (flat @ weights)[:, None], (squares @ weights)[:, None]
+        return self._lines(h, hh, rates @ weights, flat @ (weights * rates).T)
+
+    @cached_property
+    def _flat(self) -> tuple[Array, Array]:
+        """Hinges of all nodes and their squares, (M, K') each."""
+        flat = self.hinges.reshape(-1, self.hinges.shape[-1])
+        return flat, flat**2
+
+    def _lines(self, h: Array, hh: Array, r: Array, hr: Array) -> Surfaces:
+        """Slope and baseline from weighted means of the hinge, its square, the rate, and their product; (M, B)."""
         spread = hh - h**2
         with np.errstate(invalid="ignore", divide="ignore"):
             slope = np.where(spread > 1e-12 * hh, np.maximum((hr - h * r) / spread, 0), 0.0)
@@ -164,7 +200,7 @@ class HingeGrid:
         slope = np.where(baseline < 0, through_zero, slope)
         baseline = np.maximum(baseline, 0)
         misfit = slope**2 * hh + 2 * slope * baseline * h + baseline**2 - 2 * (slope * hr + baseline * r)
-        shape = (*self.hinges.shape[:2], len(rates))
+        shape = (*self.hinges.shape[:2], hr.shape[-1])
         return misfit.reshape(shape), slope.reshape(shape), baseline.reshape(shape)
 
     def best(self, rates: Array, weights: Array) -> Array:
@@ -180,7 +216,38 @@ class HingeGrid:
         (4, B) array
             Rows in the order of :class:`Hinge`.
         """
-        surfaces = self.least_squares(rates, weights)
+        return self._between_nodes(self.least_squares(rates, weights))
+
+    def best_of_blocks(self, rate: Array, weights: Array, starts: Integers, drawn: Array) -> Array:
+        """Hinges of least weighted misfit to resampled blocks of the stimulus, each with its own piece of the rate.
+
+        Parameters
+        ----------
+        rate, weights : (K',) arrays
+            Mean rate [Hz] and weight of each bin.
+        starts : (M,) array of int
+            First bin of each block.
+        drawn : (B, M) array
+            How often each block is drawn.
+
+        Returns
+        -------
+        (4, B) array
+            Rows in the order of :class:`Hinge`.
+        """
+        (flat, squares), total = self._flat, drawn @ np.add.reduceat(weights, starts)
+
+        def means(values: Array) -> Array:
+            return np.asarray(np.add.reduceat(values, starts, axis=-1) @ drawn.T / total)
+
+        return self._between_nodes(
+            self._lines(
+                means(flat * weights), means(squares * weights), means(weights * rate), means(flat * (weights * rate))
+            )
+        )
+
+    def _between_nodes(self, surfaces: Surfaces) -> Array:
+        """Place of the least misfit, and slope and baseline there."""
         n_i, n_j, n_b = surfaces[0].shape
         node = surfaces[0].reshape(-1, n_b).argmin(0)
         i, j = np.clip(node // n_j, 1, n_i - 2), np.clip(node % n_j, 1, n_j - 2)

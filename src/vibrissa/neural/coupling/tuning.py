@@ -7,6 +7,7 @@ from scipy.optimize import brentq, minimize
 from scipy.special import kl_div
 
 from vibrissa.arrays import Array
+from vibrissa.neural.coupling.stimulus_blocks import block_starts, over_both, own_share, sensitivities
 from vibrissa.neural.coupling.threshold_linear import BinnedDrive, Hinge, HingeGrid
 
 ENDS = (0.025, 0.975)  # of the 95 % interval
@@ -138,9 +139,12 @@ def _weights(drive: BinnedDrive, fit: Hinge) -> Array:
 def bootstrap_fits(
     grid: HingeGrid, trial_counts: Array, width: float, fit: Hinge, *, n_resamples: int = 400, rng: np.random.Generator
 ) -> Array:
-    """Hinges of resampled trials: trials are drawn whole, so that whatever varies from one to the next is kept.
+    """Hinges that vary as the fit does over trials and over the stimulus together.
 
-    Each is fitted by least squares with the weights of the likelihood's fit, whose own value they are centred on.
+    Trials are drawn whole, so that whatever varies from one to the next is kept. Blocks of the stimulus are drawn with
+    their own piece of the response, so that what else the unit answers to, in every trial alike, counts as well. Both
+    are fitted by least squares with the weights of the likelihood's fit, centred on its value, and put together by
+    :func:`vibrissa.neural.coupling.stimulus_blocks.over_both`.
 
     Parameters
     ----------
@@ -153,7 +157,7 @@ def bootstrap_fits(
     fit : Hinge
         Fit to all trials.
     n_resamples : int
-        Draws.
+        Draws of trials; half as many of blocks, each used twice.
     rng : Generator
         Source of randomness.
 
@@ -162,16 +166,29 @@ def bootstrap_fits(
     (4, n_resamples) array
         Rows in the order of :class:`Hinge`, within the ranges of the grid.
     """
-    n = len(trial_counts)
-    # how often each trial is drawn; the first row, each trial once, gives the value that the draws are centred on
-    drawn = rng.multinomial(n, np.full(n, 1 / n), n_resamples)
-    drawn = np.vstack([np.ones((1, n), int), drawn])
-    found = grid.best(drawn @ trial_counts / (n * width), _weights(grid.drive, fit))
-    spread = np.sqrt(n / max(n - 1, 1))  # resampled means vary by (n − 1)/n of what means of n trials do
-    centred = spread * (found[:, 1:] - found[:, :1]) + np.array(fit)[:, None]
+    n, rate, weights = len(trial_counts), trial_counts.mean(0) / width, _weights(grid.drive, fit)
+    fitted = predicted(grid.drive, fit)
+    starts = block_starts(rate - fitted, fitted)
+    # how often each trial and block is drawn; the first row, each once, gives the value that the draws are centred on
+    trials, blocks = _drawn(n, n_resamples, rng), _drawn(starts.size, (n_resamples + 1) // 2, rng)
+    by_trials = _deviations(grid.best(trials @ trial_counts / (n * width), weights), n)
+    by_blocks = _deviations(grid.best_of_blocks(rate, weights, starts, blocks), starts.size)
+    by_blocks = np.tile(by_blocks, 2)[:, :n_resamples]
+    share = own_share(sensitivities(grid.drive, fit), weights, trial_counts / width, starts)
+    centred = over_both(by_trials, by_blocks, share, min(n, starts.size) - 1) + np.array(fit)[:, None]
     least = np.array([grid.thresholds[0], 0, grid.latencies[0], 0])
     most = np.array([grid.thresholds[-1], np.inf, grid.latencies[-1], np.inf])
     return np.clip(centred, least[:, None], most[:, None])
+
+
+def _drawn(n: int, n_resamples: int, rng: np.random.Generator) -> Array:
+    """How often each of n is drawn; in the first row each once."""
+    return np.vstack([np.ones((1, n), int), rng.multinomial(n, np.full(n, 1 / n), n_resamples)])
+
+
+def _deviations(found: Array, n: int) -> Array:
+    """Fits of resampled less that of all; resampled means vary by (n − 1)/n of what means of n draws do."""
+    return np.sqrt(n / max(n - 1, 1)) * (found[:, 1:] - found[:, :1])
 
 
 def r_squared(rate: Array, prediction: Array) -> float:

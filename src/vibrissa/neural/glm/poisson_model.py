@@ -15,6 +15,7 @@ from vibrissa.neural.glm.bases import raised_cosines
 from vibrissa.neural.glm.delayed_envelopes import condition_number
 from vibrissa.neural.glm.kernel_columns import STRETCH, Columns, KernelAnalysis, unit_design
 from vibrissa.neural.glm.poisson import PoissonFit, TrialDesign, poisson_regression
+from vibrissa.neural.glm.shift_null import GUARD, shift_p_values
 from vibrissa.neural.io.tables.inputs import refuse_misplaced
 from vibrissa.neural.io.tables.stimuli import in_unit_of
 from vibrissa.quantities import dataset, stacked
@@ -82,10 +83,11 @@ def whisker_kernels(
     -------
     Dataset
         ``whisker_kernel`` (unit, whisker, kernel_lag) [1/m]: rise of ln(rate) for each metre and bin of latency;
-        ``whisker_effect`` (unit, whisker) [1/m]: its sum, both with 95 % intervals; ``whisker_p_value`` (adjusted over
-        whiskers) and ``whisker_matters``; ``past_kernel`` (unit, past_lag): factor on the rate after a spike;
-        ``deviance_explained`` in trials not seen, ``penalty``, ``kernel_rate`` [Hz]; ``reason``. ``kernel_condition``
-        is the condition number of the columns.
+        ``whisker_effect`` (unit, whisker) [1/m]: its sum, both with 95 % intervals; ``whisker_p_value``, adjusted over
+        whiskers, of the larger of ``whisker_trial_p_value`` (Wald's test, trials as draws) and
+        ``whisker_shift_p_value`` (against circular shifts of the whisker's stimulus); ``whisker_matters``;
+        ``past_kernel`` (unit, past_lag): factor on the rate after a spike; ``deviance_explained`` in trials not seen,
+        ``penalty``, ``kernel_rate`` [Hz]; ``reason``. ``kernel_condition`` is the condition number of the columns.
 
     Raises
     ------
@@ -124,7 +126,8 @@ def _row(columns: Columns, counts: Array, how: KernelAnalysis) -> dict[str, Any]
     except ConvergenceError as error:
         return {**_not_measured(n_whiskers, lags.size, past.size), "reason": f"cannot tell: {error}"}
     quantile = float(stdtrit(len(counts) - 1, 0.975))
-    row = _kernels(columns, fit, how, quantile) | _past(columns, fit, how, quantile)
+    shifted = _shift_p_values(columns, design, used, fit, how)
+    row = _kernels(columns, fit, shifted, how, quantile) | _past(columns, fit, how, quantile)
     row |= {"deviance_explained": explained, "penalty": strength, "kernel_rate": float(used.mean() / how.bin_width)}
     row["reason"] = "" if explained > 0 else "cannot tell: unseen trials are foreseen no better than by a steady rate"
     return row
@@ -133,12 +136,28 @@ def _row(columns: Columns, counts: Array, how: KernelAnalysis) -> dict[str, Any]
 def _not_measured(n_whiskers: int, n_lags: int, n_past: int) -> dict[str, Any]:
     sizes = {"whisker_kernel": (n_whiskers, n_lags), "whisker_effect": n_whiskers, "past_kernel": n_past}
     row: dict[str, Any] = {name + end: np.full(size, np.nan) for name, size in sizes.items() for end in SUFFIXES}
-    row |= {"whisker_p_value": np.full(n_whiskers, np.nan), "whisker_matters": np.zeros(n_whiskers, bool)}
+    p_values = ("whisker_p_value", "whisker_trial_p_value", "whisker_shift_p_value")
+    row |= {name: np.full(n_whiskers, np.nan) for name in p_values} | {"whisker_matters": np.zeros(n_whiskers, bool)}
     return row | dict.fromkeys(("deviance_explained", "penalty", "kernel_rate"), np.nan)
 
 
-def _kernels(columns: Columns, fit: PoissonFit, how: KernelAnalysis, quantile: float) -> dict[str, Any]:
-    """Kernels of the whiskers [1/m], their sums, and Wald's test of each."""
+def _shift_p_values(
+    columns: Columns, design: TrialDesign, counts: Array, fit: PoissonFit, how: KernelAnalysis
+) -> Array:
+    """p-value of each whisker against shifts of its columns, the rest of the model as it is."""
+    count, n_whiskers = columns.shapes.shape[1], len(columns.whiskers)
+    expected = how.bin_width * np.exp(design.log_rate(fit.coefficients)).sum(0)
+    own = columns.shared[:, 1:].T.reshape(n_whiskers, count, -1)
+    b = fit.coefficients[1 : 1 + n_whiskers * count].reshape(n_whiskers, count)
+    share = np.einsum("wc,wck->wk", b, own)
+    # what is expected without each whisker, and the logarithm of the rate to first order about that
+    weights = expected * np.exp(-share)
+    response = (counts.sum(0) - weights) / weights + share.sum(0) - share
+    return shift_p_values(own, response, weights, round(GUARD / how.bin_width))
+
+
+def _kernels(columns: Columns, fit: PoissonFit, shifted: Array, how: KernelAnalysis, quantile: float) -> dict[str, Any]:
+    """Kernels of the whiskers [1/m], their sums, and the test of each: the larger p-value of trials and shifts."""
     count, n_whiskers = columns.shapes.shape[1], len(columns.whiskers)
     own, size = slice(1, 1 + n_whiskers * count), (n_whiskers, count)
     b = fit.coefficients[own].reshape(size)
@@ -149,7 +168,9 @@ def _kernels(columns: Columns, fit: PoissonFit, how: KernelAnalysis, quantile: f
         error = np.sqrt(np.einsum("...c,kcd,...d->k...", shapes, covariance, shapes))
         row |= _ends(name, b @ shapes.T / columns.spread, quantile * error / columns.spread)
     wald = np.einsum("kc,kc->k", b, np.linalg.solve(covariance, b[..., None])[..., 0])
-    adjusted = adjusted_p_values(chdtrc(count, wald))
+    by_trials = chdtrc(count, wald)
+    adjusted = adjusted_p_values(np.maximum(by_trials, shifted))
+    row |= {"whisker_trial_p_value": by_trials, "whisker_shift_p_value": shifted}
     return row | {"whisker_p_value": adjusted, "whisker_matters": adjusted <= how.level}
 
 

@@ -15,7 +15,8 @@ from vibrissa.errors import require_fraction
 from vibrissa.neural.coupling.presentation import BinnedAnalysis
 from vibrissa.neural.coupling.response import UnitCounts
 from vibrissa.neural.glm.delayed_envelopes import ALIKE, INFLATED, Copies, condition_number, inflation
-from vibrissa.neural.glm.whisker_weights import SurroundGrid, whisker_weights
+from vibrissa.neural.glm.shift_null import GUARD, shift_p_values
+from vibrissa.neural.glm.whisker_weights import Map, SurroundGrid, whisker_weights
 from vibrissa.neural.io.tables.inputs import refuse_misplaced
 from vibrissa.neural.io.tables.stimuli import in_unit_of
 from vibrissa.quantities import dataset, stacked
@@ -61,8 +62,9 @@ def surround_map(
     -------
     Dataset
         ``surround_weight`` [1/(s m)] with its 95 % interval, ``surround_p_value`` (adjusted over the whiskers of a
-        unit) and ``surround_verdict`` (unit, whisker): drives, suppresses, no (its interval stays within a fifth of
-        the largest weight), cannot tell. ``strongest_whisker``, ``threshold``, ``latency``, ``reason`` (unit).
+        unit; the larger of that of the weight's error and ``surround_shift_p_value``, against circular shifts) and
+        ``surround_verdict`` (unit, whisker): drives, suppresses, no (its interval stays within a fifth of the largest
+        weight), cannot tell. ``strongest_whisker``, ``threshold``, ``latency``, ``reason`` (unit).
         Of the design: ``condition_number``, ``weight_inflation``, ``copy_likeness``, ``likest_whisker`` (whisker).
 
     Raises
@@ -100,7 +102,11 @@ def _row(grid: SurroundGrid, counts: Array, design: dict[str, Any], how: Surroun
     names = np.array(grid.copies.whiskers)
     nothing = np.full(len(names), np.nan)
     row: dict[str, Any] = estimate("surround_weight", nothing, nothing, nothing)
-    row |= {"surround_p_value": nothing, "surround_verdict": np.full(len(names), "cannot tell", "<U11")}
+    row |= {
+        "surround_p_value": nothing,
+        "surround_shift_p_value": nothing,
+        "surround_verdict": np.full(len(names), "cannot tell", "<U11"),
+    }
     row |= {"strongest_whisker": "", "threshold": np.nan, "latency": np.nan}
     if counts.sum() < FEWEST_SPIKES:
         return {**row, "reason": f"too few spikes: {counts.sum():.0f} in the bins that count, below {FEWEST_SPIKES}"}
@@ -111,15 +117,24 @@ def _row(grid: SurroundGrid, counts: Array, design: dict[str, Any], how: Surroun
         np.where(blind, np.nan, one) for one in (found.weight, found.weight - half, found.weight + half)
     )
     with np.errstate(invalid="ignore", divide="ignore"):
-        p = adjusted_p_values(2 * stdtr(found.free, -np.abs(weight) / found.error))
+        by_error = 2 * stdtr(found.free, -np.abs(weight) / found.error)
+    shifted = np.where(blind, np.nan, _shifted(found, counts.mean(0) / how.bin_width, how))
+    p = adjusted_p_values(np.maximum(by_error, shifted))
     verdict = _verdicts(weight, low, high, p, how.level)
     driven = verdict == "drives"
     row |= estimate("surround_weight", weight, low, high) | {"surround_p_value": p, "surround_verdict": verdict}
+    row["surround_shift_p_value"] = shifted
     row["reason"] = _reason(blind, design, driven)
     if not (driven | (verdict == "suppresses")).any():
         return row
     strongest = str(names[int(np.nanargmax(np.where(driven, weight, -np.inf)))]) if driven.any() else ""
     return {**row, "strongest_whisker": strongest, "threshold": found.threshold, "latency": found.latency}
+
+
+def _shifted(found: Map, rate: Array, how: SurroundAnalysis) -> Array:
+    """p-value of each whisker against shifts of its column, θ and τ as found."""
+    guard = round(GUARD / how.bin_width)
+    return shift_p_values(found.columns[:, None], rate, found.weights, guard, found.slopes)
 
 
 def _verdicts(weight: Array, low: Array, high: Array, p: Array, level: float) -> NDArray[np.str_]:

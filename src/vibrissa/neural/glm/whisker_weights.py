@@ -26,6 +26,10 @@ class Map(NamedTuple):
         Hinged envelopes at them [m].
     free : int
         Degrees of freedom of the errors.
+    weights : (K',) array
+        Weight of each bin.
+    slopes : (2, K') array
+        Change of the fitted rate with θ and τ.
     """
 
     weight: Array
@@ -34,6 +38,8 @@ class Map(NamedTuple):
     latency: float
     columns: Array
     free: int
+    weights: Array
+    slopes: Array
 
 
 class SurroundGrid:
@@ -119,7 +125,8 @@ def whisker_weights(grid: SurroundGrid, counts: Array, width: float) -> Map:
     noise = of_trials.std(0, ddof=1) / np.sqrt(len(rates))
     n_blocks = max(int(rate.size * width / BLOCK), 2)
     error = np.maximum(noise, _misfit_error(whole, rate - b @ columns, n_blocks))
-    return Map(b[1:], error[1 : len(columns)], threshold, latency, columns[1:], min(len(rates), n_blocks) - 1)
+    free = min(len(rates), n_blocks) - 1
+    return Map(b[1:], error[1 : len(columns)], threshold, latency, columns[1:], free, weights, slopes)
 
 
 def _misfit_error(whole: Array, residual: Array, n_blocks: int) -> Array:

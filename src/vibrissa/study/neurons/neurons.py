@@ -12,6 +12,7 @@ from scipy.signal import periodogram
 
 from vibrissa.errors import InputError
 from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
+from vibrissa.neural.coupling.carrier import share_remark
 from vibrissa.neural.io.tables.stimuli import presented
 from vibrissa.quantities.kinds import Progress
 from vibrissa.study.neurons.inputs import read_recording
@@ -71,7 +72,7 @@ def analyse_neurons(neurons: Neurons, folder: Path = Path(), progress: Progress 
     if progress is not None:
         progress("units", 0, 0)
     units = analyse_units(spikes, stimulus, n_trials, how)
-    remarks += _early(units)
+    remarks += [*_early(units), *filter(None, [share_remark(units)])]
     if neurons.event is None:  # else the trials' ends are not known
         remarks += short
     return Analysed(units, spikes, stimulus, n_trials, how, remarks)

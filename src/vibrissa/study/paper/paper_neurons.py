@@ -82,6 +82,8 @@ def pooled(results: Results) -> xr.Dataset | None:
             continue
         session = units.unit_session.values if "unit_session" in units else np.zeros(units.sizes["unit"], int)
         columns: dict[str, Any] = {column: ("unit", units[column].values) for column in COLUMNS}
+        if "envelope_verdict" in units:
+            columns["envelope_verdict"] = ("unit", units["envelope_verdict"].values)
         if is_simulated(units):
             columns["driven_by"] = ("unit", units["driven_by"].values)
         columns["unit_session"] = ("unit", np.array([f"{name} {one}" for one in session.tolist()]))
@@ -122,6 +124,9 @@ def _driven(quality: str, units: xr.Dataset) -> MeasuredNumber:
         return MeasuredNumber(note=f"no {quality}")
     passed = those.significant.values.astype(float)
     note = f"{int(passed.sum())} of {passed.size}"
+    if "envelope_verdict" in those:
+        told = (passed > 0) & ~np.isin(those.envelope_verdict.values, ["phase", "cannot tell"])
+        note += f"; {int(told.sum())} without those that follow the carrier's phase or cannot be told"
     if is_simulated(units):
         driven = those.driven_by.values == "envelope"
         note += f"; put in: {driven.sum()}, of which {int(passed[driven].sum())} pass"

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Mask
+from vibrissa.neural.coupling.carrier import share_remark
 from vibrissa.quantities import dataset
 from vibrissa.quantities.kinds import Results
 from vibrissa.stats import jackknife_interval, wilson_interval
@@ -119,6 +120,8 @@ def _absent(units: xr.Dataset) -> list[str]:
             f"The trials do not determine the threshold of {unknown} of the {_passed(units).sum()} driven units; the "
             "table says why."
         )
+    if remark := share_remark(units):
+        lines.append(f"{remark[0].upper()}{remark[1:]}.")
     if "unit_session" not in units and "source" not in units.attrs:
         lines.append("Sessions are not distinguished.")
     return lines
@@ -201,6 +204,11 @@ def _truth(units: xr.Dataset) -> list[list[str]]:
     for role in sorted(set(units.driven_by.values[~driven].tolist())):
         of = units.driven_by.values == role
         rows.append([f"driven by {role}, and passing", f"{of.sum()}", f"{(passed & of).sum()}", "", ""])
+    if "envelope_verdict" in units:
+        told = passed & ~np.isin(units.envelope_verdict.values, ["phase", "cannot tell"])
+        counts = f"{driven.sum()}", f"{(told & driven).sum()}"
+        rows.append(["driven units that pass, by the envelope and not the phase", *counts, "", ""])
+        rows.append(["others that pass so", f"{(~driven).sum()}", f"{(told & ~driven).sum()}", "", ""])
     known = units.isel(unit=np.flatnonzero(_fitted(units) & driven))
     alone = known.isel(unit=np.flatnonzero(known.surround_gain.values == 0))  # others raise the rate of the rest
     fitted = [(name, known, unit, "those determined") for name, unit in UNITS.items()]

@@ -1,0 +1,77 @@
+"""Envelope or carrier's phase: units of either kind under a motion whose envelope carries its phase."""
+
+import numpy as np
+import pytest
+from populations import ringing
+from refusals import refusal
+
+from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
+from vibrissa.neural.coupling.carrier import ALIKE, PhaseTest, phase_in_envelope, settled_by, share_remark
+from vibrissa.neural.coupling.presentation import Presentation
+from vibrissa.neural.io.tables.spikes import join_units
+from vibrissa.neural.simulated.virtual import PhaseUnit, ThresholdLinearUnit, simulate_spikes
+from vibrissa.quantities import dataset
+from vibrissa.signals.envelope import analytic_envelope
+
+TRIALS = 60
+
+
+@pytest.fixture(scope="module")
+def lopsided():
+    """A motion of 50 Hz that rises faster than it falls, as a whisker's that was released does."""
+    time, motion = ringing(np.random.default_rng(4), frequency=50.0, events=60.0)
+    return dataset(time=time, point_displacement=motion)
+
+
+@pytest.fixture(scope="module")
+def units(lopsided):
+    time, rng = lopsided.time.values, np.random.default_rng(5)
+    envelope, phase = analytic_envelope(lopsided.point_displacement.values)
+    tables = {
+        f"envelope {k}": simulate_spikes(ThresholdLinearUnit(), time, envelope, TRIALS, rng=rng) for k in range(3)
+    }
+    tables |= {
+        f"phase {k}": simulate_spikes(PhaseUnit(baseline=15.0, preferred=one), time, phase, TRIALS, rng=rng)
+        for k, one in enumerate((0.0, 2.0, 4.0))
+    }
+    return analyse_units(join_units(tables), lopsided, TRIALS, EnvelopeAnalysis(n_resamples=100))
+
+
+def test_verdicts_are_those_of_the_truth(units):
+    assert units.attrs["phase_in_envelope"] > ALIKE
+    passed = units.significant.values
+    assert passed[:3].all()
+    assert passed[3:].any()  # units of the phase pass the test of the envelope
+    assert units.envelope_verdict.values[:3].tolist() == ["envelope"] * 3
+    assert set(units.envelope_verdict.values[3:][passed[3:]]) == {"phase"}
+    assert not units.identified.values[3:].any()
+    assert "carrier's phase" in units.reason.values[3:][passed[3:]][0]
+
+
+def test_the_share_is_given_with_and_without_them(units):
+    n = int(units.significant.sum())
+    assert f"{100 * n / 6:.1f} % of 6 are driven with them, 50.0 % without" in share_remark(units)
+    assert share_remark(units.isel(unit=slice(0, 3))) == ""
+    assert share_remark(units.drop_vars("envelope_verdict")) == ""
+
+
+def test_an_envelope_that_carries_no_phase_needs_no_second_test():
+    time = np.arange(40000) / 4000
+    slow = 1 + 0.5 * np.sin(2 * np.pi * 1.7 * time)
+    tone = dataset(time=time, point_displacement=5e-5 * slow * np.cos(2 * np.pi * 200 * time))
+    assert phase_in_envelope(Presentation.of(tone)) < ALIKE
+
+
+def test_a_stimulus_sampled_too_coarsely_cannot_be_told(lopsided):
+    coarse = lopsided.isel(time=slice(None, None, 10))  # 200 samples a second, four in a period
+    assert PhaseTest.of(Presentation.of(coarse)) is None
+
+
+def test_a_second_stimulus_decides(units):
+    open_ = units.assign(envelope_verdict=("unit", np.repeat("cannot tell", 6)))
+    found = settled_by(open_, units.isel(unit=slice(None, None, -1)))
+    passed = units.significant.values
+    assert found.envelope_verdict.values[passed].tolist() == units.envelope_verdict.values[passed].tolist()
+    assert set(found.envelope_verdict.values[~passed]) <= {"cannot tell"}
+    with refusal("missing", "second stimulus"):
+        settled_by(units, units.isel(unit=[0]))
