@@ -15,7 +15,7 @@ from vibrissa.whisker.cone import Whisker
 from vibrissa.whisker.euler_spiral import fit_euler_spiral
 from vibrissa.whisker.measured import atlas_entry
 
-MOST = 1000.0  # 1/m: a whisker that curls within a millimetre has another unit
+MOST = 200.0  # 1/m: a whisker that curls within five millimetres has another unit
 _POINTS = 101  # of the table of a parabola
 _COLUMN_ANGLE, _GREEK_ANGLE = 13.4, -35.2  # [°] the base point's azimuth: 13.4 c − 48.6 with c = 1 for the Greek arc
 _SLOPE, _OFFSET = 0.24, 14.8  # [1/m] of y = A x²: A = 0.24 azimuth/° + 14.8

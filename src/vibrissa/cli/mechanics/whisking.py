@@ -15,7 +15,7 @@ from vibrissa.cli.shared.options import NO_WHISKER, Flag, WhiskerOptions
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, show, tell
 from vibrissa.cli.shared.progress import progress_bars
 from vibrissa.cli.shared.units import Length
-from vibrissa.errors import ConflictError
+from vibrissa.errors import ConflictError, RangeError
 
 if TYPE_CHECKING:
     from vibrissa.mechanics.whisking.posture_path import PosturePath
@@ -102,6 +102,8 @@ def whisking(
         return _rod(texture, path, drawn, friction, reverse, rod, swinging, movie, of, output)
     rod.refuse_without_rod()
     swinging.refuse_without_rod()
+    if drawn.speed == 0:
+        raise RangeError("--speed", "must be positive (m/s)", drawn.speed, "--model rod takes a path of its own travel")
     import numpy as np
 
     from vibrissa.mechanics.whisking.active_whisking import predict_slow, remarks, slow_signals

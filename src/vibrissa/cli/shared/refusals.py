@@ -12,7 +12,7 @@ from vibrissa.errors import InputError, RangeError
 _ARGUMENT = re.compile(r"`(\w+)(?:=([^`]*))?`")  # as the package writes them: `workers`, `level='line'`
 _NAME = re.compile(r"(?:[A-Z]\w*\.)?[a-z][\w ]*(?:\[0\])?")
 _SAYS_THE_UNIT = re.compile(r"^give it (in [^\s:]+(: .*)?|over L: .* / whisker.length .*)$")  # for Python
-_SAYS_THE_SHARE = re.compile(r"^give it over L: [\d.]+ for ")
+_SAYS_THE_SHARE = re.compile(r"^give (it over L: [\d.]+ for |a contact above )")
 
 
 def option_for(name: str, taken: Collection[str]) -> str | None:

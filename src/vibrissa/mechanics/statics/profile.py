@@ -324,4 +324,4 @@ def check_tip(posture: Posture, whisker: Whisker) -> None:
         beyond = f"give a contact above {whisker.tip:.4g}, nearer to the base, or a tip below {posture.contact:.4g}"
         remedy = f"give it over L: {share:.5g} for {posture.contact:g} m" if whisker.tip < share < 1 else beyond
         rule = f"must not lie beyond the whisker's tip at {whisker.tip:.4g}"
-        raise RangeError("Posture.contact", rule, posture.contact, remedy)
+        raise RangeError("Posture.contact", rule, float(f"{posture.contact:.6g}"), remedy)

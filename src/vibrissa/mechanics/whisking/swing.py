@@ -48,6 +48,8 @@ class SwingRun:
         Ground and base at the records.
     in_air : bool
         Whether it began in the air.
+    about : {"contact", "air"}
+        Whose modes have the damping ratio.
     rod : RestingRod
         As the run left it.
     """
@@ -63,6 +65,7 @@ class SwingRun:
     ground: Ground
     drive: Array
     in_air: bool
+    about: About
     rod: RestingRod = field(repr=False)
 
 
@@ -154,6 +157,7 @@ def swing(
         ground=ground,
         drive=held[first:],
         in_air=start.in_air,
+        about=start.about,
         rod=rod,
     )
 

@@ -15,7 +15,7 @@ from vibrissa.mechanics.rod.free_rod import free_damping
 from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
 from vibrissa.mechanics.rod.rod_states import STATES, contact_states
 from vibrissa.mechanics.scan.follicle import force_unit
-from vibrissa.mechanics.scan.verdict import rod_verdict
+from vibrissa.mechanics.scan.verdict import CAUTION, USABLE, rod_verdict
 from vibrissa.mechanics.whisking.base_path import BasePath
 from vibrissa.mechanics.whisking.swing import SwingRun, swing
 from vibrissa.mechanics.whisking.swing_start import About
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MOST_SAMPLES = 2_000_000
+_BESIDE = 0.1  # share of the time in contact that is remarked
 
 
 @dataclass(frozen=True)
@@ -199,7 +200,21 @@ def swing_signals(prediction: SwingPrediction, run: SwingRun) -> xr.Dataset:
     data.axial_force.attrs["long_name"] = "force along the shaft into the follicle"  # the modes have none
     in_air = f"in the air {100 * shares['detached_share']:.0f} % of the time"
     judged = rod_verdict(data.drop_vars("detached_share")).replace("whole whisker", f"whole whisker, {in_air}", 1)
+    beside = _beside(signals["contact_ground"], prediction.texture)
+    if beside > _BESIDE:
+        level, _, rest = judged.partition(":")
+        told = f"{100 * beside:.0f} % of the time in contact is beside the surface"
+        judged = f"{CAUTION if level == USABLE else level}: {told};{rest}"
     return data.assign_attrs(verdict=judged)
+
+
+def _beside(place: Array, surface: Gaps | HeightProfile) -> float:
+    """Share of the time in contact in which the contact is before the surface begins or after it ends."""
+    touching = place[np.isfinite(place)]
+    if not touching.size:
+        return 0.0
+    first, last = surface.position[0], (surface.end if isinstance(surface, Gaps) else surface.position)[-1]
+    return float(np.mean((touching < first) | (touching > last)))
 
 
 def _signals(run: SwingRun, whisker: Whisker) -> dict[str, Array]:
@@ -276,6 +291,8 @@ def event_lines(data: xr.Dataset) -> list[str]:
     """
     kinds, times = data.contact_event_kind.values, data.contact_event_time.values
     begins = f"the whisker begins {data.attrs['begins']}"
+    if data.attrs["begins"] == "in the air" and data.attrs["damping_about"] == "air":
+        begins += ", where its modes have the damping ratio"
     if not kinds.size:
         return [f"{begins}; its contacts do not change"]
     parts = [begins]
@@ -292,7 +309,7 @@ def _attributes(prediction: SwingPrediction, run: SwingRun) -> dict[str, Any]:
     return {
         "model": "rod",
         "damping": prediction.damping,
-        "damping_about": prediction.about,
+        "damping_about": run.about,
         "scan_speed": prediction.speed,
         "friction": prediction.path.friction,
         "begins": "in the air" if run.in_air else "at rest",

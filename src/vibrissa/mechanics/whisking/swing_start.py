@@ -43,12 +43,15 @@ class Start:
         From the base to x = 0 of the surface where the path begins, over L.
     level : float
         Height of the ground at the beginning, over L: zero of the rod's own frame.
+    about : {"contact", "air"}
+        Whose modes have the damping ratio: in the air where the path touches level ground nowhere.
     """
 
     rod: RestingRod
     in_air: bool
     distance: float
     level: float
+    about: About
 
     def drive(self, motion: BaseMotion, time: Array, length: float) -> Array:
         """Ground and base at each time, in a frame that goes along at the first rate of travel.
@@ -119,15 +122,15 @@ def begun(
         rod = free_rod(whisker, posture, s, base, _undamped(s.size), settings)
         if touching and about == "contact":
             rod.damping = resting_rod(whisker, posture, damping=damping, settings=settings, nodes=s).damping
-        else:
-            rod.damping = damped_in_air(rod, damping)
-        return Start(rod, True, distance, level)
+            return Start(rod, True, distance, level, "contact")
+        rod.damping = damped_in_air(rod, damping)
+        return Start(rod, True, distance, level, "air")
     posture = _resting_posture(whisker, height - level, angle, path.friction)
     _refuse_uneven(ground, shift[0] + float(on_the_flat(posture).base[0]), posture, whisker)
     rod = resting_rod(whisker, posture, damping=damping, settings=settings, nodes=s)
     if about == "air":
         rod.damping = damped_in_air(rod, damping)
-    return Start(rod, False, distance, level)
+    return Start(rod, False, distance, level, about)
 
 
 def _touching(whisker: Whisker, path: BasePath, level: float) -> list[Posture]:
