@@ -270,6 +270,8 @@ GLOSSARY: dict[str, Option] = {
     "--slope-within": _O("number", "Half of the 95 % interval wanted of the slope, over the slope", "0.2"),
     "--latency-within": _O("duration", "Half of the 95 % interval wanted of the latency", "2ms", most=1),
     "--gain-sd": _O("number", "Standard deviation of a gain that multiplies a trial's rate", "0.3"),
+    "--fano-factor": _O("number", "Variance over mean of the counts of a bin from trial to trial", "1.5"),
+    "--fitted-units": _O("file", "Units with their fits, as neural writes them", "units.nc"),
     # raw traces
     "--recording": _O("file", "Raw recording", "recording.dat"),
     "--channels": _O("count", "Channels of a file of bare samples", "8"),

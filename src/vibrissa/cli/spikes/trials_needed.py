@@ -22,7 +22,7 @@ def trials_needed(
     threshold: list[Length] | None = None,
     slope: list[Slope] | None = None,
     baseline: list[Rate] | None = None,
-    units: Path | None = None,
+    fitted_units: Path | None = None,
     latency: Duration = 0.012,
     threshold_within: Length | None = None,
     slope_within: float | None = None,
@@ -46,7 +46,7 @@ def trials_needed(
         Rise of the rate above it [1/(s m)]: 0.25 AP/s per µm is 2.5e5; once for each.
     baseline
         Rate below the threshold [Hz]; once for each.
-    units
+    fitted_units
         Table that `vibrissa neural --out` wrote, in place of the three: its fitted units, each with its own variability
         from trial to trial.
     latency
@@ -75,9 +75,9 @@ def trials_needed(
     from vibrissa.study.spec.given import StimulusInput
 
     wanted = Wanted(threshold=threshold_within, slope=slope_within, latency=latency_within)
-    if units is not None:
+    if fitted_units is not None:
         _refuse_both(threshold, slope, baseline)
-        expected, gains, fanos = expected_of(load(units))
+        expected, gains, fanos = expected_of(load(fitted_units))
     elif threshold and slope and baseline:
         expected = [
             ThresholdLinearUnit(threshold=a, slope=s, baseline=b, latency=latency)
@@ -85,7 +85,7 @@ def trials_needed(
         ]
         gains, fanos = np.full(len(expected), gain_sd), np.full(len(expected), fano_factor)
     else:
-        raise MissingError("units", "must be given by --threshold, --slope and --baseline, or by --units")
+        raise MissingError("units", "must be given by --threshold, --slope and --baseline, or by --fitted-units")
     stimulus, remarks = read_stimulus(StimulusInput(**shown.words()), band=part.band)
     tell(*map(in_options, remarks))
     require_metres(stimulus, "the threshold")
@@ -100,4 +100,4 @@ def trials_needed(
 def _refuse_both(*given: object) -> None:
     """Refuse units that are described beside a table of them."""
     if any(given):
-        raise ConflictError("--units", "must not be given with --threshold, --slope or --baseline")
+        raise ConflictError("--fitted-units", "must not be given with --threshold, --slope or --baseline")
