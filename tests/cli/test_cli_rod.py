@@ -163,6 +163,7 @@ def test_a_whisker_swings_onto_a_grating_and_off_again(vibrissa, grating, sweep,
     code, shown, err = vibrissa("whisking", grating, sweep, *words, *ROD, "--out", out, "--movie", movie)
     assert code == 0, err
     assert "the whisker begins in the air, first touches at" in err
+    assert "100 % of the time in contact is on the level ground before or behind the surface" in err
     assert "frames, slowed 200 times" in err
     assert "free_damping" in shown
     with load(out) as data:

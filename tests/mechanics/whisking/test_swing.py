@@ -181,6 +181,15 @@ def test_a_whisker_lands_on_a_ridge_sweeps_it_and_leaves():
     assert float(found.unconverged_share) == 0
 
 
+def test_how_much_of_a_swing_misses_the_surface_is_counted():
+    found = onto_a_ridge(surface_distance=0.4 * 0.04 + 4e-3).sampled(4e3)
+    place, ridge = found.contact_ground.values, onto_a_ridge().texture
+    touching = place[np.isfinite(place)]
+    missed = (touching < ridge.position[0]).sum() + (touching > ridge.position[-1]).sum()
+    assert found.attrs["beside_surface"] == pytest.approx(missed / touching.size)
+    assert 0.1 < found.attrs["beside_surface"] < 1
+
+
 def test_damping_holds_in_the_state_that_was_asked_for():
     contact, air = (onto_a_ridge(about=about).run(200.0).rod for about in ("contact", "air"))
     np.testing.assert_allclose(free_damping(air).ratio, 0.11, rtol=1e-3)

@@ -15,7 +15,7 @@ from vibrissa.mechanics.rod.free_rod import free_damping
 from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
 from vibrissa.mechanics.rod.rod_states import STATES, contact_states
 from vibrissa.mechanics.scan.follicle import force_unit
-from vibrissa.mechanics.scan.verdict import CAUTION, USABLE, rod_verdict
+from vibrissa.mechanics.scan.verdict import rod_verdict
 from vibrissa.mechanics.whisking.base_path import BasePath
 from vibrissa.mechanics.whisking.swing import SwingRun, swing
 from vibrissa.mechanics.whisking.swing_start import About
@@ -200,12 +200,7 @@ def swing_signals(prediction: SwingPrediction, run: SwingRun) -> xr.Dataset:
     data.axial_force.attrs["long_name"] = "force along the shaft into the follicle"  # the modes have none
     in_air = f"in the air {100 * shares['detached_share']:.0f} % of the time"
     judged = rod_verdict(data.drop_vars("detached_share")).replace("whole whisker", f"whole whisker, {in_air}", 1)
-    beside = _beside(signals["contact_ground"], prediction.texture)
-    if beside > _BESIDE:
-        level, _, rest = judged.partition(":")
-        told = f"{100 * beside:.0f} % of the time in contact is beside the surface"
-        judged = f"{CAUTION if level == USABLE else level}: {told};{rest}"
-    return data.assign_attrs(verdict=judged)
+    return data.assign_attrs(verdict=judged, beside_surface=_beside(signals["contact_ground"], prediction.texture))
 
 
 def _beside(place: Array, surface: Gaps | HeightProfile) -> float:
@@ -287,20 +282,25 @@ def event_lines(data: xr.Dataset) -> list[str]:
     Returns
     -------
     list of str
-        How it begins, its first and last touch, and how many changes of each kind.
+        How it begins, its first and last touch, and how many changes of each kind; how much of it misses the surface,
+        and whose modes have the damping ratio where that is not what was asked for.
     """
     kinds, times = data.contact_event_kind.values, data.contact_event_time.values
     begins = f"the whisker begins {data.attrs['begins']}"
-    if data.attrs["begins"] == "in the air" and data.attrs["damping_about"] == "air":
-        begins += ", where its modes have the damping ratio"
+    lines = []
+    if (beside := data.attrs["beside_surface"]) > _BESIDE:
+        lines = [f"{100 * beside:.0f} % of the time in contact is on the level ground before or behind the surface"]
+    if data.attrs["damping_about"] != data.attrs["damping_asked"]:
+        lines += ["no posture of the path touches level ground: modes in the air have the damping ratio"]
     if not kinds.size:
-        return [f"{begins}; its contacts do not change"]
+        return [f"{begins}; its contacts do not change", *lines]
     parts = [begins]
     for kind, end, word in (("attach", 0, "first touches"), ("detach", -1, "last leaves")):
         if (kinds == kind).any():
             parts.append(f"{word} at {times[kinds == kind][end]:.4g} s")
     names, counts = np.unique(kinds, return_counts=True)
-    return [f"{', '.join(parts)}; changes: {', '.join(map(' '.join, zip(names, counts.astype(str), strict=True)))}"]
+    told = f"{', '.join(parts)}; changes: {', '.join(map(' '.join, zip(names, counts.astype(str), strict=True)))}"
+    return [told, *lines]
 
 
 def _attributes(prediction: SwingPrediction, run: SwingRun) -> dict[str, Any]:
@@ -310,6 +310,7 @@ def _attributes(prediction: SwingPrediction, run: SwingRun) -> dict[str, Any]:
         "model": "rod",
         "damping": prediction.damping,
         "damping_about": run.about,
+        "damping_asked": prediction.about,
         "scan_speed": prediction.speed,
         "friction": prediction.path.friction,
         "begins": "in the air" if run.in_air else "at rest",
