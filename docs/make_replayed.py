@@ -11,7 +11,8 @@ import sys
 from pathlib import Path
 
 from vibrissa.neural.simulated.driven import fire, read_driven
-from vibrissa.study.neurons.neurons import one_stimulus
+from vibrissa.study.neurons.stimuli import read_stimulus
+from vibrissa.study.spec.given import StimulusInput
 
 NAMES = ["unit", "threshold_um", "slope_per_um", "baseline", "latency_ms", "quality"]
 UNITS = [["a", 6, 1.5, 2, 12, "SU"], ["b", 10, 3.0, 3, 15, "MU"], ["c", 1000, 1.0, 5, 15, "MU"]]
@@ -25,7 +26,7 @@ def simulate(command, out):
         csv.writer(file).writerows([NAMES, *UNITS])
     units = read_driven(table)
     table.unlink()
-    stimulus = one_stimulus(Path(command), "C2")
+    stimulus, _ = read_stimulus(StimulusInput(stimulus=command, whisker="C2"))
     spikes = fire(units, stimulus.time.values, stimulus.point_displacement.values, TRIALS)
     names = units.unit_name.values[spikes.spike_unit.values]
     with Path(out).open("w", newline="", encoding="utf-8") as file:
