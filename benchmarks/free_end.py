@@ -22,7 +22,7 @@ from matplotlib.ticker import FixedLocator, FormatStrFormatter, NullLocator
 from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.figures.canvas import house_style, new_figure
 from vibrissa.mechanics.free_end.free_end_prediction import FreeEndPrediction
-from vibrissa.mechanics.rod.rod_gap import rod_gap
+from vibrissa.mechanics.rod.rod_gap import gap_prediction, rod_gap
 from vibrissa.mechanics.rod.rod_scan import drag
 from vibrissa.mechanics.rod.rod_settings import Rod
 from vibrissa.mechanics.scan.scan_settings import Scan
@@ -117,7 +117,7 @@ def ends() -> Iterator[str]:
     posture, how, time = Posture(contact=0.29, base_angle=1.2), Scan(speed=0.1, damping=DAMPING), np.arange(2000) / 2e4
     for tip in (0.289, 0.285, 0.28, 0.27, 0.25, 0.15):
         whisker = Whisker(length=LENGTH, cone_angle=1.5e-3, tip=tip)
-        rod = rod_gap(whisker, posture, width=0.6e-3).largest_mode_displacement.to_numpy()
+        rod = rod_gap(gap_prediction(whisker, posture, width=0.6e-3)).largest_mode_displacement.to_numpy()
         fast = np.abs(FreeEndPrediction(whisker, posture, gap, how).mode_displacement(time)).max(axis=1)
         single = np.abs(predict(whisker, posture, gap, how).mode_displacement(time)).max(axis=1)
         cells = " | ".join(", ".join(f"{1e3 * q:.3g}" for q in each[:2]) for each in (rod, fast, single))

@@ -27,7 +27,7 @@ from vibrissa.errors import ConvergenceError
 from vibrissa.figures.canvas import FOUND, OTHER, house_style, new_figure
 from vibrissa.mechanics.rod.equilibrium import resting_rod
 from vibrissa.mechanics.rod.mesh import Fineness
-from vibrissa.mechanics.rod.rod_gap import rod_gap
+from vibrissa.mechanics.rod.rod_gap import gap_prediction, rod_gap
 from vibrissa.mechanics.rod.rod_scan import RodRun, drag, fine_reach
 from vibrissa.mechanics.rod.rod_settings import Rod
 from vibrissa.mechanics.scan.scan_settings import Scan
@@ -215,7 +215,7 @@ def ends() -> Iterator[str]:
 def largest(tip: float, curvature: float, refined: float) -> float:
     """Largest |q₁ + Q₁| over L in one gap."""
     rod = Rod(intrinsic_curvature=curvature, fineness=Fineness().refined(refined), step=25e-6 / refined)
-    data = rod_gap(cone(tip), POSTURE, width=0.6e-3, speed=SPEED, damping=DAMPING, settings=rod)
+    data = rod_gap(gap_prediction(cone(tip), POSTURE, width=0.6e-3, speed=SPEED, damping=DAMPING, settings=rod))
     return float(data.largest_mode_displacement[0])
 
 

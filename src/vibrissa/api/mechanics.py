@@ -11,7 +11,7 @@ from vibrissa.api.rods import Model, rod_of
 from vibrissa.errors import ConflictError, RangeError, give_in
 from vibrissa.mechanics.modes.shift import curved_eigenmodes
 from vibrissa.mechanics.modes.straight import resonances
-from vibrissa.mechanics.rod.rod_gap import rod_gap
+from vibrissa.mechanics.rod.rod_gap import gap_prediction, rod_gap
 from vibrissa.mechanics.scan.gap_report import crossing, held_profile
 from vibrissa.mechanics.statics.profile import Posture, check_tip
 from vibrissa.texture.surface import DEPTH
@@ -165,7 +165,7 @@ def gap(
     rod = rod_of(model)
     if rod is not None:
         moving: dict[str, Any] = {"speed": speed, "damping": damping, "settings": rod}
-        return rod_gap(whisker, posture, width=width, depth=depth, n_modes=n_modes, **moving)
+        return rod_gap(gap_prediction(whisker, posture, width=width, depth=depth, n_modes=n_modes, **moving))
     return crossing(posture, width / whisker.length, n_modes=n_modes, whisker=whisker, depth=depth)
 
 

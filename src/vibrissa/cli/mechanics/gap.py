@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import Parameter
 
@@ -109,21 +109,18 @@ def _rod(
     from vibrissa.mechanics.rod.rod_gap import GAP_RATE, gap_prediction, rod_gap
 
     cone = of.needed_cone()
-    crossing: dict[str, Any] = {
-        "width": over_length(gap_width, "--gap-width", cone) * cone.length,
-        "depth": gap_depth,
-        "speed": _SPEED if moving.speed is None else moving.speed,
-        "damping": _DAMPING if moving.damping is None else moving.damping,
-        "n_modes": n_modes,
-        "settings": rod.settings(of),
-    }
+    crossing = gap_prediction(
+        cone,
+        at.posture(cone),
+        width=over_length(gap_width, "--gap-width", cone) * cone.length,
+        depth=gap_depth,
+        speed=_SPEED if moving.speed is None else moving.speed,
+        damping=_DAMPING if moving.damping is None else moving.damping,
+        n_modes=n_modes,
+        settings=rod.settings(of),
+    )
     with progress_bars() as progress:
-        data = rod_gap(
-            cone,
-            at.posture(cone),
-            **crossing,
-            progress=lambda done, of_all: progress("the whole whisker", done, of_all),
-        )
+        data = rod_gap(crossing, progress=lambda done, of_all: progress("the whole whisker", done, of_all))
     tell(data.attrs["verdict"])
-    write_film(movie, lambda: gap_prediction(cone, at.posture(cone), **crossing).film(GAP_RATE))
+    write_film(movie, lambda: crossing.film(GAP_RATE))
     output.show(data, names_without(data, "time"))

@@ -23,20 +23,18 @@ from vibrissa.mechanics.scan.diagnostics import own_weight
 from vibrissa.mechanics.scan.follicle import force_unit
 from vibrissa.mechanics.scan.free_end import free_end_facts
 from vibrissa.mechanics.scan.sampled import node_distances
-from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.scan.scan_span import SpannedScan
 from vibrissa.mechanics.scan.texture_prediction import check_scale
 from vibrissa.mechanics.statics.edge_contact import on_the_flat
-from vibrissa.mechanics.statics.profile import Posture, check_tip
+from vibrissa.mechanics.statics.profile import check_tip
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.texture.surface import Gaps
-from vibrissa.whisker import Whisker
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _STEP, _WAIT, _LOOK = 4e-4, 1e-4, 1e-3  # [s] of the march; half of each changes correlations by 0.001
-_RINGING, _LONGEST_RINGING = 7.0, 1.0  # decay times of the first mode after the last event, and [s] at most
 _MOST_SAMPLES = 20_000_000
 _ROOM = 20  # phases for each gap, at first
 _MOST_ROOM = 2000
@@ -44,21 +42,13 @@ _NO_SURFACE = "for any other surface use model 'rod'"
 
 
 @dataclass(frozen=True)
-class FreeEndPrediction:
+class FreeEndPrediction(SpannedScan):
     """Gaps drawn past a whisker whose free end bears on the land behind each gap until it ends.
 
     Attributes
     ----------
-    whisker : Whisker
-        The cone, to its physical tip.
-    posture : Posture
-        On the flat.
     texture : Gaps
         In metres.
-    scan : Scan
-        Its speed and damping; the forms of the single-contact model do not count.
-    n_modes : int
-        Number of pinned modes that are fitted.
 
     Raises
     ------
@@ -66,11 +56,7 @@ class FreeEndPrediction:
         If the texture is not gaps, out of scale, or the contact beyond the tip.
     """
 
-    whisker: Whisker
-    posture: Posture
     texture: Gaps
-    scan: Scan
-    n_modes: int = 3
 
     def __post_init__(self) -> None:
         check_gaps(self.texture, _NO_SURFACE)
@@ -91,22 +77,6 @@ class FreeEndPrediction:
     def jumps(self) -> Mask:
         """Which gaps the tip drops into, (J,): those wider than the free end. The others it bridges."""
         return np.asarray(self.texture.width > self.free_end * self.whisker.length)
-
-    @property
-    def end(self) -> float:
-        """Time at which the surface has left the free end [s]."""
-        return (float(self.texture.end[-1]) + self.free_end * self.whisker.length) / self.scan.speed
-
-    @property
-    def resonances(self) -> Array:
-        """Resonant frequencies of the pinned modes that are fitted [Hz], (M,)."""
-        return cone_kappa(self.posture.contact, self.n_modes) / (2 * np.pi * self.whisker.timescale)
-
-    @property
-    def duration(self) -> float:
-        """From time 0 until the ringing after the end has died away [s]."""
-        decay = self.scan.damping * 2 * np.pi * float(self.resonances[0])
-        return self.end + min(_RINGING / max(decay, 1e-300), _LONGEST_RINGING)
 
     def times(self, rate: float) -> Array:
         """Times at which it is sampled at a rate [s].

@@ -24,7 +24,33 @@ _WIDEST = 0.2  # of a gap, over L: a wider one is given in another unit
 GAP_RATE = 20e3  # [Hz]
 
 
-def rod_gap(
+def rod_gap(crossing: RodPrediction, *, progress: Callable[[int, int], None] | None = None) -> xr.Dataset:
+    """Draw one gap under the rod, from when it meets the contact until it has left the free end and all is quiet.
+
+    Parameters
+    ----------
+    crossing : RodPrediction
+        From :func:`gap_prediction`.
+    progress : callable, optional
+        Takes the records that are done, and all of them.
+
+    Returns
+    -------
+    Dataset
+        As :meth:`vibrissa.mechanics.rod.rod_prediction.RodPrediction.sampled` gives it, and
+        ``largest_mode_displacement`` (mode), the largest |q + Q| over L.
+
+    Raises
+    ------
+    InputError
+        If a setting is out of range.
+    """
+    data = crossing.sampled(GAP_RATE, progress=progress)
+    largest = np.abs(data.mode_displacement.to_numpy()).max(axis=1)
+    return data.merge(dataset(mode=data.mode.to_numpy(), largest_mode_displacement=largest), combine_attrs="override")
+
+
+def gap_prediction(
     whisker: Whisker,
     posture: Posture,
     *,
@@ -34,9 +60,8 @@ def rod_gap(
     damping: float = 0.11,
     n_modes: int = 3,
     settings: Rod = USUAL_ROD,
-    progress: Callable[[int, int], None] | None = None,
-) -> xr.Dataset:
-    """Draw one gap under the rod, from when it meets the contact until it has left the free end and all is quiet.
+) -> RodPrediction:
+    """One gap that will be drawn under the rod.
 
     Parameters
     ----------
@@ -54,50 +79,11 @@ def rod_gap(
         Number of pinned modes that are fitted.
     settings : Rod
         Of the rod; cells and steps of the default are halved, since one gap is short.
-    progress : callable, optional
-        Takes the records that are done, and all of them.
-
-    Returns
-    -------
-    Dataset
-        As :meth:`vibrissa.mechanics.rod.rod_prediction.RodPrediction.sampled` gives it, and
-        ``largest_mode_displacement`` (mode), the largest |q + Q| over L.
-
-    Raises
-    ------
-    InputError
-        If a setting is out of range, or the gap is wider than a fifth of L.
-    """
-    held = gap_prediction(
-        whisker, posture, width=width, depth=depth, speed=speed, damping=damping, n_modes=n_modes, settings=settings
-    )
-    data = held.sampled(GAP_RATE, progress=progress)
-    largest = np.abs(data.mode_displacement.to_numpy()).max(axis=1)
-    return data.merge(dataset(mode=data.mode.to_numpy(), largest_mode_displacement=largest), combine_attrs="override")
-
-
-def gap_prediction(
-    whisker: Whisker,
-    posture: Posture,
-    *,
-    width: float,
-    depth: float = DEPTH,
-    speed: float = 0.1,
-    damping: float = 0.11,
-    n_modes: int = 3,
-    settings: Rod = USUAL_ROD,
-) -> RodPrediction:
-    """The gap that :func:`rod_gap` draws under the rod.
-
-    Parameters
-    ----------
-    whisker, posture, width, depth, speed, damping, n_modes, settings
-        As of :func:`rod_gap`.
 
     Returns
     -------
     RodPrediction
-        Of cells and steps that are half as long where they are the default.
+        With the gap at the contact at time 0.
 
     Raises
     ------

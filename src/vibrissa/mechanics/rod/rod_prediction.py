@@ -18,67 +18,30 @@ from vibrissa.mechanics.rod.rod_states import STATES, contact_states
 from vibrissa.mechanics.scan.diagnostics import own_weight
 from vibrissa.mechanics.scan.follicle import force_unit
 from vibrissa.mechanics.scan.sampled import node_distances
-from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.scan.scan_span import SpannedScan
 from vibrissa.mechanics.scan.verdict import rod_verdict
 from vibrissa.mechanics.statics.edge_contact import on_the_flat
-from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
-from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import Gaps
-from vibrissa.whisker import Whisker
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_RINGING, _LONGEST_RINGING = 7.0, 1.0  # decay times of the first mode after the last event, and [s] at most
 _MOST_SAMPLES = 2_000_000
 
 
 @dataclass(frozen=True)
-class RodPrediction:
+class RodPrediction(SpannedScan):
     """A surface that will be drawn under the rod.
 
     Attributes
     ----------
-    whisker : Whisker
-        The cone, to its physical tip.
-    posture : Posture
-        Its base is held at the height and angle of Eq. (1).
-    texture : Gaps or HeightProfile
-        In metres.
-    scan : Scan
-        Its speed and damping; the forms of the single-contact model do not count.
-    n_modes : int
-        Number of pinned modes that are fitted.
     settings : Rod
         Of the rod.
     """
 
-    whisker: Whisker
-    posture: Posture
-    texture: Gaps | HeightProfile
-    scan: Scan
-    n_modes: int = 3
     settings: Rod = USUAL_ROD
-
-    @property
-    def end(self) -> float:
-        """Time at which the surface has left the free end [s]."""
-        last = self.texture.end[-1] if isinstance(self.texture, Gaps) else self.texture.position[-1]
-        free_end = (self.posture.contact - self.whisker.tip) * self.whisker.length
-        return float(last + free_end) / self.scan.speed
-
-    @property
-    def resonances(self) -> Array:
-        """Resonant frequencies of the pinned modes that are fitted [Hz], (M,)."""
-        return cone_kappa(self.posture.contact, self.n_modes) / (2 * np.pi * self.whisker.timescale)
-
-    @property
-    def duration(self) -> float:
-        """From time 0 until the ringing after the end has died away [s]."""
-        decay = self.scan.damping * 2 * np.pi * float(self.resonances[0])
-        return self.end + min(_RINGING / max(decay, 1e-300), _LONGEST_RINGING)
 
     def times(self, rate: float) -> Array:
         """Times at which it is sampled at a rate [s].
