@@ -130,7 +130,7 @@ def envelope_coupling(
     named = str(getattr(stimulus, "name", "")) + str(getattr(stimulus, "attrs", {}).get("long_name", ""))
     if "envelope" in named and not envelope:
         raise ConflictError("stimulus", "must be a displacement", "an envelope", "say so: envelope=True")
-    table, shown, told = _spikes_and_stimulus(spikes, stimulus, unit, envelope)
+    table, shown, remarks = _spikes_and_stimulus(spikes, stimulus, unit, envelope)
     if "spike_trial" not in table:
         raise MissingError("spikes", "must be in trials", remedy="vb.read_spikes(spikes, trials=onsets)")
     known = table.attrs.get("n_trials")
@@ -151,7 +151,7 @@ def envelope_coupling(
         seed=seed,
     )
     units = analyse_units(table, shown, int(count), how)
-    remark(*told, *remarks_on(table), *_shorter(table, shown))
+    remark(*remarks, *remarks_on(table), *_shorter(table, shown))
     events = table[["spike_time", "spike_unit", "spike_trial"]]
     return units.merge(events, combine_attrs="override").merge(shown, combine_attrs="override")
 

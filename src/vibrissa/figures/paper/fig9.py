@@ -225,10 +225,10 @@ def _truth_words(columns: Columns, truth: xr.Dataset) -> str:
     driven = role == "envelope"
     others = [f"{np.sum(passed & (role == one))} of {np.sum(role == one)} {one}" for one in np.unique(role[~driven])]
     locked = role == "carrier"
-    told = ~np.isin(columns["envelope_verdict"], ["phase", "cannot tell"])
+    decided = ~np.isin(columns["envelope_verdict"], ["phase", "cannot tell"])
     surprise = (
         "Units locked to the carrier pass where the motion is lopsided: its phase then goes with its broad-band "
-        f"envelope; finer bins leave {np.sum(passed & locked & told)} of them. "
+        f"envelope; finer bins leave {np.sum(passed & locked & decided)} of them. "
         if np.sum(passed & locked) > 0.2 * np.sum(locked)
         else ""
     )

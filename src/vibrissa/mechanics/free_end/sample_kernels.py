@@ -14,6 +14,26 @@ _ALIKE = 1e-9  # by how much steps of an even grid may differ, over the step
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _turn(tau: float, kappa: Array, zeta: Array, c: Array, s: Array) -> None:
+    """Cosine and sine of the turn of each mode in a time, as small as its damping leaves them."""
+    for i in range(kappa.size):
+        fast, size = kappa[i] * np.sqrt(1 - zeta[i] ** 2), np.exp(-zeta[i] * kappa[i] * tau)
+        c[i], s[i] = size * np.cos(fast * tau), size * np.sin(fast * tau)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _follow(side: int, seen: Array, held_seen: Array, forced: Array, held: Array, path: Array) -> None:
+    """Powers of the time of what is forced and held, in each row."""
+    path[:] = 0.0
+    for r in range(path.shape[0]):
+        for k in range(path.shape[1]):
+            for i in range(forced.shape[0]):
+                path[r, k] += seen[r, i] * forced[i, k]
+            if side == 0:
+                path[r, k] += held_seen[r, 0] * held[0, k] + held_seen[r, 1] * held[1, k]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def sample(t: Array, phases: Phases, tables: Tables, seen: Array, held_seen: Array, out: Array) -> None:
     """Write what is seen of the motion: Σ over the modes of each support, and of what is held.
 
@@ -50,22 +70,12 @@ def sample(t: Array, phases: Phases, tables: Tables, seen: Array, held_seen: Arr
             continue
         side = MODES[phases.support[e]]
         step = t[first + 1] - t[first] if stop > first + 1 else 1.0
+        _turn(t[first] - start, tables.kappa[side], tables.zeta[side], c, s)
         for i in range(n):
-            omega, zeta = tables.kappa[side, i], tables.zeta[side, i]
-            fast, tau = omega * np.sqrt(1 - zeta**2), t[first] - start
-            size = np.exp(-zeta * omega * tau)
-            cosine, sine = size * np.cos(fast * tau), size * np.sin(fast * tau)
             a, b = phases.free[e, 0, i], phases.free[e, 1, i]
-            x[i], y[i] = a * cosine + b * sine, b * cosine - a * sine
-            size = np.exp(-zeta * omega * step)
-            c[i], s[i] = size * np.cos(fast * step), size * np.sin(fast * step)
-        path[:] = 0.0
-        for r in range(rows):
-            for k in range(powers):
-                for i in range(n):
-                    path[r, k] += seen[side, r, i] * phases.forced[e, i, k]
-                if side == 0:
-                    path[r, k] += held_seen[r, 0] * phases.held[e, 0, k] + held_seen[r, 1] * phases.held[e, 1, k]
+            x[i], y[i] = a * c[i] + b * s[i], b * c[i] - a * s[i]
+        _turn(step, tables.kappa[side], tables.zeta[side], c, s)
+        _follow(side, seen[side], held_seen, phases.forced[e], phases.held[e], path)
         for j in range(first, stop):
             for r in range(rows):
                 total = horner(path[r], powers, t[j] - start)[0]
@@ -75,10 +85,7 @@ def sample(t: Array, phases: Phases, tables: Tables, seen: Array, held_seen: Arr
             ahead = t[j + 1] - t[j] if j + 1 < stop else step
             if abs(ahead - step) > _ALIKE * step:
                 step = ahead
-                for i in range(n):
-                    omega, zeta = tables.kappa[side, i], tables.zeta[side, i]
-                    fast, size = omega * np.sqrt(1 - zeta**2), np.exp(-zeta * omega * step)
-                    c[i], s[i] = size * np.cos(fast * step), size * np.sin(fast * step)
+                _turn(step, tables.kappa[side], tables.zeta[side], c, s)
             for i in range(n):
                 x[i], y[i] = x[i] * c[i] + y[i] * s[i], y[i] * c[i] - x[i] * s[i]
         first = stop

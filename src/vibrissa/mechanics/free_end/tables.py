@@ -140,10 +140,9 @@ def tables(
     n = len(shaft.rod.mass)
     modes = [_as_curved(shaft, one) for one in every]
     free = [one.dual @ free_end_parts(shaft) for one in every]  # (M, 2): by a turn and a shift of the contact
-    shift = np.array([0.0, 0.0])
-    shift[0] = unit.shift(np.array([posture.contact]))[0][0] / unit.contact_angle
+    turned = np.array([1.0, unit.shift(np.array([posture.contact]))[0][0] / unit.contact_angle])
     by_turn = [
-        Projection(flat, m).of_displacement(*unit.shift_at_nodes) / unit.contact_angle + parts @ [1.0, shift[0]]
+        Projection(flat, m).of_displacement(*unit.shift_at_nodes) / unit.contact_angle + parts @ turned
         for m, parts in zip(modes, free, strict=True)
     ]
     by_lift = [one.dual @ shaft.mass @ lift for one in every]
@@ -160,7 +159,7 @@ def tables(
         zeta=np.stack([one.zeta for one in every]),
         change=np.array([[to.dual @ shaft.mass @ one.shape.T for one in every] for to in every]),
         held=np.stack([np.stack(pair) for pair in zip(by_turn, by_lift, strict=True)]),
-        excursion=_excursion(flat, modes[1], free[1] @ [1.0, shift[0]], slope, farthest),
+        excursion=_excursion(flat, modes[1], free[1] @ turned, slope, farthest),
         slope=slope,
         stub=np.append(tip.dual @ shaft.mass @ stub, stub[:n] @ rod.contact_turn),
         turn=np.stack([one.shape[:, :n] @ rod.contact_turn for one in every]),

@@ -98,10 +98,11 @@ def _of_gaps(whisker: Whisker, posture: Posture, texture: Gaps) -> list[str]:
 
 
 def chosen(posture: Posture, texture: Gaps | HeightProfile) -> Literal["modes", "free-end"]:
-    """Model that ``auto`` stands for: the fast one with the free end wherever it can be had.
+    """Model that ``auto`` means: the fast one with the free end wherever it can be had.
 
-    Beside the rod it is nearer than the single contact in every posture and with every free end that was compared,
-    those that allow all jumps included. Heights that are not gaps and adhesive friction have the single contact alone.
+    Of mode 1 it was nearer to the rod than the single contact in every posture and with every free end that was
+    compared, those that allow all jumps included. Heights that are not gaps and adhesive friction have the single
+    contact alone.
 
     Parameters
     ----------

@@ -299,8 +299,8 @@ def event_lines(data: xr.Dataset) -> list[str]:
         if (kinds == kind).any():
             parts.append(f"{word} at {times[kinds == kind][end]:.4g} s")
     names, counts = np.unique(kinds, return_counts=True)
-    told = f"{', '.join(parts)}; changes: {', '.join(map(' '.join, zip(names, counts.astype(str), strict=True)))}"
-    return [told, *lines]
+    states = f"{', '.join(parts)}; changes: {', '.join(map(' '.join, zip(names, counts.astype(str), strict=True)))}"
+    return [states, *lines]
 
 
 def _attributes(prediction: SwingPrediction, run: SwingRun) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import xarray as xr
 
 from vibrissa.arrays import Array, Mask, Window
 from vibrissa.errors import RangeError, require_fraction
-from vibrissa.neural.coupling.carrier import ALIKE, REASONS, PhaseTest, Told, phase_in_envelope
+from vibrissa.neural.coupling.carrier import ALIKE, REASONS, CarrierVerdict, PhaseTest, phase_in_envelope
 from vibrissa.neural.coupling.envelope_coupling import Coupling, Null, envelope_coupling
 from vibrissa.neural.coupling.lack_of_fit import CLASSES, describe, response_curve
 from vibrissa.neural.coupling.nulls import Circular, Paper2014, Record
@@ -149,21 +149,13 @@ def analyse_units(
     adjusted = adjusted_p_values(coupling.tail_p_value)
     significant = (adjusted if how.null == "circular" else coupling.p_value) <= how.level
     likeness = phase_in_envelope(shown)
-    rows = _fits(record, counts, shown, coupling, significant, how)
-    for row, told in zip(rows, _told(counts, shown, likeness, significant), strict=True):
-        row |= {f"envelope_{name}" if name == "verdict" else name: value for name, value in told._asdict().items()}
-        if told.verdict in REASONS:
-            row |= {"identified": False, "reason": "; ".join(filter(None, [REASONS[told.verdict], row["reason"]]))}
+    verdicts = _verdicts(counts, shown, likeness, significant)
+    fits = _fits(record, counts, shown, coupling, significant, how)
+    rows = [_judged(fit, verdict) for fit, verdict in zip(fits, verdicts, strict=True)]
     known: dict[str, Any] = {name: spikes[name].values for name in ("unit_quality", "unit_session") if name in spikes}
+    about = {"n_trials": n_trials, "edge": shown.edge, "lag_low": how.lags[0], "lag_high": how.lags[1]}
     found = dataset(
-        {
-            "n_trials": n_trials,
-            "edge": shown.edge,
-            "lag_low": how.lags[0],
-            "lag_high": how.lags[1],
-            "phase_in_envelope": likeness,
-            **_settings(how),
-        },
+        {**about, "phase_in_envelope": likeness, **_settings(how)},
         unit_name=spikes.unit_name.values,
         envelope_correlation=coupling.correlation,
         envelope_lag=np.where(np.isnan(coupling.correlation), np.nan, coupling.lag * how.bin_width),
@@ -181,17 +173,25 @@ def analyse_units(
     return in_unit_of(found, stimulus)
 
 
-def _told(counts: UnitCounts, shown: Presentation, likeness: float, significant: Mask) -> list[Told]:
+def _judged(row: Row, of: CarrierVerdict) -> Row:
+    """A unit's fit with the verdict on envelope and phase."""
+    row |= {f"envelope_{name}" if name == "verdict" else name: value for name, value in of._asdict().items()}
+    if of.verdict not in REASONS:
+        return row
+    return row | {"identified": False, "reason": "; ".join(filter(None, [REASONS[of.verdict], row["reason"]]))}
+
+
+def _verdicts(counts: UnitCounts, shown: Presentation, likeness: float, significant: Mask) -> list[CarrierVerdict]:
     """Which of envelope and phase drives each unit that passes; where the envelope carries no phase, the envelope."""
-    idle, plain = Told("", np.nan, np.nan), Told("envelope", np.nan, np.nan)
+    idle, plain, open_ = (CarrierVerdict(one, np.nan, np.nan) for one in ("", "envelope", "cannot tell"))
     if likeness <= ALIKE or not significant.any():
         return [plain if one else idle for one in significant]
     test = PhaseTest.of(shown)
     if test is None:
-        return [Told("cannot tell", np.nan, np.nan) if one else idle for one in significant]
+        return [open_ if one else idle for one in significant]
     valid = test.drive.valid
     return [
-        test.told(counts.total_of(unit, test.finer)[valid].astype(float)) if one else idle
+        test.verdict_on(counts.total_of(unit, test.finer)[valid].astype(float)) if one else idle
         for unit, one in enumerate(significant)
     ]
 

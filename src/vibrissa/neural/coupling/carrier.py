@@ -32,7 +32,7 @@ REASONS = {
 }
 
 
-class Told(NamedTuple):
+class CarrierVerdict(NamedTuple):
     """Which of envelope and phase drives a unit.
 
     Attributes
@@ -123,7 +123,7 @@ class PhaseTest:
         envelope, phase = (_over(drive, columns, latencies) for columns in (bent, waves))
         return cls(drive=drive, envelope=envelope, phase=phase, finer=finer)
 
-    def told(self, rate: Array) -> Told:
+    def verdict_on(self, rate: Array) -> CarrierVerdict:
         """Which of envelope and phase explains what the other does not.
 
         Each is taken at the latency at which it explains most. What one adds to the other is tested by blocks of the
@@ -136,7 +136,7 @@ class PhaseTest:
 
         Returns
         -------
-        Told
+        CarrierVerdict
             The verdict.
         """
         rate = rate - rate.mean()
@@ -150,7 +150,7 @@ class PhaseTest:
             added.append(float(residual @ residual - both @ both))
         adds = [p <= LEVEL and one >= DOMINANT * sum(added) for p, one in zip(p_values, added, strict=True)]
         verdicts = {(True, False): "envelope", (False, True): "phase", (True, True): "both"}
-        return Told(verdicts.get((adds[0], adds[1]), "cannot tell"), *p_values)
+        return CarrierVerdict(verdicts.get((adds[0], adds[1]), "cannot tell"), *p_values)
 
 
 def share_remark(units: xr.Dataset) -> str:

@@ -21,7 +21,7 @@ from vibrissa.study.spec.given import SpikesInput, StimulusInput
 if TYPE_CHECKING:
     import xarray as xr
 
-TOLD = {  # attributes of a table of spikes, and what is said where they are not 0
+REMARKS = {  # attributes of a table of spikes, and what is said where they are not 0
     "spikes_unsorted": "{} unsorted spikes (unit 0) are left out; `unsorted` keeps them",
     "spikes_outside": "{} spikes lie in no trial and are left out",
     "spikes_shared": "{} spikes lie in two trials, which overlap, and count in both",
@@ -273,5 +273,5 @@ def remarks_on(spikes: xr.Dataset) -> list[str]:
     list of str
         A sentence each, with its count.
     """
-    lines = [text.format(spikes.attrs[name]) for name, text in TOLD.items() if spikes.attrs.get(name)]
+    lines = [text.format(spikes.attrs[name]) for name, text in REMARKS.items() if spikes.attrs.get(name)]
     return [*lines, *filter(None, [spikes.attrs.get("remark")])]

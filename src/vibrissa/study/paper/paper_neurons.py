@@ -125,8 +125,8 @@ def _driven(quality: str, units: xr.Dataset) -> MeasuredNumber:
     passed = those.significant.values.astype(float)
     note = f"{int(passed.sum())} of {passed.size}"
     if "envelope_verdict" in those:
-        told = (passed > 0) & ~np.isin(those.envelope_verdict.values, ["phase", "cannot tell"])
-        note += f"; {int(told.sum())} without those that follow the carrier's phase or cannot be told"
+        decided = (passed > 0) & ~np.isin(those.envelope_verdict.values, ["phase", "cannot tell"])
+        note += f"; {int(decided.sum())} without those that follow the carrier's phase or cannot be told"
     if is_simulated(units):
         driven = those.driven_by.values == "envelope"
         note += f"; put in: {driven.sum()}, of which {int(passed[driven].sum())} pass"

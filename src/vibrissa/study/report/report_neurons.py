@@ -205,10 +205,10 @@ def _truth(units: xr.Dataset) -> list[list[str]]:
         of = units.driven_by.values == role
         rows.append([f"driven by {role}, and passing", f"{of.sum()}", f"{(passed & of).sum()}", "", ""])
     if "envelope_verdict" in units:
-        told = passed & ~np.isin(units.envelope_verdict.values, ["phase", "cannot tell"])
-        counts = f"{driven.sum()}", f"{(told & driven).sum()}"
+        decided = passed & ~np.isin(units.envelope_verdict.values, ["phase", "cannot tell"])
+        counts = f"{driven.sum()}", f"{(decided & driven).sum()}"
         rows.append(["driven units that pass, by the envelope and not the phase", *counts, "", ""])
-        rows.append(["others that pass so", f"{(~driven).sum()}", f"{(told & ~driven).sum()}", "", ""])
+        rows.append(["others that pass so", f"{(~driven).sum()}", f"{(decided & ~driven).sum()}", "", ""])
     known = units.isel(unit=np.flatnonzero(_fitted(units) & driven))
     alone = known.isel(unit=np.flatnonzero(known.surround_gain.values == 0))  # others raise the rate of the rest
     fitted = [(name, known, unit, "those determined") for name, unit in UNITS.items()]

@@ -36,6 +36,22 @@ class Input(NamedTuple):
     problem: str
 
 
+def has_rod(study: Study) -> bool:
+    """Whether the truth of a study's virtual sweeps is the rod.
+
+    Parameters
+    ----------
+    study : Study
+        Any.
+
+    Returns
+    -------
+    bool
+        False where it has none.
+    """
+    return study.laboratory is not None and study.laboratory.truth == "rod"
+
+
 def every_by_modes(study: Study) -> int:
     """Every how many-th virtual sweep is also filmed with the paper's model as the truth.
 
@@ -49,8 +65,7 @@ def every_by_modes(study: Study) -> int:
     int
         ``comparison.modes`` where the truth of the laboratory is the rod, else 0: none.
     """
-    source = study.laboratory
-    return study.comparison.modes if source is not None and source.truth == "rod" else 0
+    return study.comparison.modes if has_rod(study) else 0
 
 
 def given(study: Study) -> list[str]:

@@ -129,9 +129,8 @@ def comparison(sizes: Sizes) -> Cost | None:
     """
     if not sizes.left:
         return None
-    cost, laboratory = prices.COMPARE * (1 + sizes.study.comparison.gratings) / 40, sizes.study.laboratory
-    twice = laboratory.n_sweeps if laboratory is not None and laboratory.truth == "rod" else 0  # measured, and true
-    tasks = sizes.left + min(twice, sizes.left)
+    cost = prices.COMPARE * (1 + sizes.study.comparison.gratings) / 40
+    tasks = sizes.left + min(sizes.of_rod, sizes.left)  # what is measured, and what is true
     return Cost(tasks, 0, cost * tasks, prices.LOADED, prices.COMPARED * tasks, shared=True)
 
 
@@ -149,10 +148,8 @@ def repeats(sizes: Sizes) -> Cost:
         Tasks, frames, time, memory and disk.
     """
     count, held = sizes.study.comparison.repeats, prices.LOADED + prices.HELD_FRAME * sizes.longest
-    frames, laboratory = RUNS * count * sizes.longest, sizes.study.laboratory
-    seconds = prices.REPEAT_FRAME * frames * (2 if every_by_modes(sizes.study) else 1)
-    if laboratory is not None and laboratory.truth == "rod":
-        seconds += prices.ROD_SECOND * frames / laboratory.camera.frame_rate
+    frames = RUNS * count * sizes.longest
+    seconds = prices.REPEAT_FRAME * frames * (2 if every_by_modes(sizes.study) else 1) + sizes.rod_time(frames)
     return Cost(count, frames, seconds, held, 32.0 * frames, shared=True)
 
 

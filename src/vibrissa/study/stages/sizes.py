@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 
 from vibrissa.errors import InputError
-from vibrissa.study.spec.parts import every_by_modes, table_of
+from vibrissa.study.spec.parts import every_by_modes, has_rod, table_of
 from vibrissa.study.spec.settings import Study
 from vibrissa.study.stages.prices import FIT_FRAME, ROD_SECOND, SWEEP_FRAME, TRACKS, tracking_time
 from vibrissa.study.sweeps.laboratory import plan as planned_sweeps
@@ -36,8 +36,7 @@ class Sizes:
         if laboratory is not None:
             each = [laboratory.frames(one.scan.speed) for one in planned_sweeps(laboratory)[0]]
             by_modes = each[::every] if (every := every_by_modes(self.study)) else []
-            rod = ROD_SECOND * sum(each) / laboratory.camera.frame_rate if laboratory.truth == "rod" else 0.0
-            return each + by_modes, SWEEP_FRAME * sum(each + by_modes) + rod
+            return each + by_modes, SWEEP_FRAME * sum(each + by_modes) + self.rod_time(sum(each))
         table = table_of(self.study)
         sizes = [(TRACKS, 0) if one.movie is None else _size_of(one.folder / one.movie) for one in table]
         return [frames for frames, _ in sizes], sum(tracking_time(*size) + FIT_FRAME * size[0] for size in sizes)
@@ -46,6 +45,28 @@ class Sizes:
     def left(self) -> int:
         """Sweeps that are still to be analysed."""
         return max(0, len(self.sweeps[0]) - self.kept)
+
+    @property
+    def of_rod(self) -> int:
+        """Virtual sweeps whose truth is the rod."""
+        laboratory = self.study.laboratory
+        return laboratory.n_sweeps if laboratory is not None and has_rod(self.study) else 0
+
+    def rod_time(self, frames: int) -> float:
+        """Processor time of the rod that makes frames [s]; 0 where the truth is another.
+
+        Parameters
+        ----------
+        frames : int
+            Number of frames.
+
+        Returns
+        -------
+        float
+            [s].
+        """
+        laboratory = self.study.laboratory
+        return ROD_SECOND * frames / laboratory.camera.frame_rate if laboratory is not None and self.of_rod else 0.0
 
     @property
     def longest(self) -> int:

@@ -57,7 +57,7 @@ from vibrissa.study.neurons.shown_unit import shown_unit
 from vibrissa.study.neurons.stimuli import read_stimulus
 from vibrissa.study.paper.mode_shares import mode_shares
 from vibrissa.study.paper.paper_columns import MODELLED, OWNED
-from vibrissa.study.spec.parts import every_by_modes, table_of
+from vibrissa.study.spec.parts import every_by_modes, has_rod, table_of
 from vibrissa.study.spec.settings import Study
 from vibrissa.study.stages import costs
 from vibrissa.study.stages.stage import FigureEntry, Output, Stage
@@ -95,11 +95,6 @@ _surface, _fitted = _has("only_surface"), _all(_movie, _has("whisker"), _has("po
 def _compared(study: Study) -> bool:
     """Whether a prediction can be held against the sweeps: a texture is known."""
     return _virtual(study) or any(one.texture is not None for one in table_of(study))
-
-
-def _of_rod(study: Study) -> bool:
-    """Whether the truth of its virtual sweeps is the rod."""
-    return study.laboratory is not None and study.laboratory.truth == "rod"
 
 
 def _by_modes(study: Study) -> bool:
@@ -181,7 +176,7 @@ STAGES = (
     Stage("comparison", _all(_sweeps, _compared), sweep_pipeline.compare_with_prediction,
           (Output("comparison", compare_sweeps, ("comparison/",),
                   absent="no texture of a sweep is known: nothing to hold against the measurement"),
-           Output(f"comparison{OWNED}", compare_sweeps, ("comparison/",), when=_of_rod),
+           Output(f"comparison{OWNED}", compare_sweeps, ("comparison/",), when=has_rod),
            Output(f"comparison{MODELLED}", compare_sweeps, ("comparison/",), when=_by_modes)),
           inputs=_SWEPT, part="comparison", after=("sweeps",), follows=True, cost=costs.comparison,
           figures=(FigureEntry("6", "Figure 6C–D: envelopes predicted and measured", ("sweeps", "comparison"),
@@ -194,7 +189,7 @@ STAGES = (
     Stage("repeated runs", lambda study: _virtual(study) and study.comparison.repeats > 0,
           sweep_pipeline.repeat_sweeps,
           (Output("repeats", film_repeats),
-           Output(f"repeats{OWNED}", true_repeats, ("repeats",), when=_of_rod),
+           Output(f"repeats{OWNED}", true_repeats, ("repeats",), when=has_rod),
            Output(f"repeats{MODELLED}", film_repeats, when=_by_modes)),
           inputs=_SWEPT, part="repeats", after=("sweeps",), follows=True, cost=costs.repeats),
     Stage("jitter", lambda study: _sweeps(study) and study.comparison.jitter > 0 and _compared(study),
