@@ -33,6 +33,7 @@ LANES = {
         f"{MAP} --quantity peak --scheduler synchronous --out peak.nc",
         f"{MAP} --quantity rms --response linear --scheduler synchronous --out rms.nc",
         f"gap {POSTURE} --gap-width 0.015",
+        f"gap {POSTURE} {CONE} --gap-width 0.4mm --model free-end",
         f"modes --contact 0.3 --about profile --base-angle 1.2 {CONE}",
         "run study.toml --out study --scheduler synchronous",
     ),

@@ -88,8 +88,7 @@ def test_the_atlas_gives_a_curvature_only_to_its_own_whiskers(vibrissa):
     [
         (["--thick"], "--thick"),
         (["--intrinsic-curvature", "5"], "--intrinsic-curvature"),
-        (["--damping", "0.1"], "--damping"),
-        (["--speed", "0.1"], "--speed"),
+        (["--model", "free-end", "--thick"], "--thick"),
     ],
 )
 def test_options_of_the_rod_are_refused_without_it(vibrissa, words, option):
@@ -97,6 +96,24 @@ def test_options_of_the_rod_are_refused_without_it(vibrissa, words, option):
     assert code == 2
     assert out == ""
     assert err.splitlines()[-1].startswith(f"vibrissa: {option} must go with --model rod")
+
+
+@pytest.mark.parametrize("option", ["--damping", "--speed"])
+def test_a_gap_that_does_not_move_has_no_speed(vibrissa, option):
+    code, _, err = vibrissa(*GAP, option, "0.1")
+    assert code == 2
+    assert err.splitlines()[-1].startswith(f"vibrissa: {option} must go with --model free-end or rod")
+
+
+def test_a_gap_by_the_fast_model_moves_the_whisker_as_the_rod_does(vibrissa):
+    largest = {}
+    for model in ("free-end", "auto", "rod"):
+        code, out, err = vibrissa(*GAP, "--model", model, "--json")
+        assert code == 0
+        assert "free end" in err.splitlines()[-1] or "whole whisker" in err.splitlines()[-1]
+        largest[model] = np.array(json.loads(out)["largest_mode_displacement"])
+    np.testing.assert_array_equal(largest["auto"], largest["free-end"])
+    np.testing.assert_allclose(largest["free-end"][:2], largest["rod"][:2], rtol=0.1)
 
 
 def test_the_rod_needs_a_whisker(vibrissa):

@@ -9,6 +9,7 @@ import numpy as np
 from vibrissa.api.arguments import names_arguments
 from vibrissa.api.rods import Model, rod_of
 from vibrissa.errors import ConflictError, RangeError, give_in
+from vibrissa.mechanics.free_end.free_end_gap import free_end_gap
 from vibrissa.mechanics.modes.shift import curved_eigenmodes
 from vibrissa.mechanics.modes.straight import resonances
 from vibrissa.mechanics.rod.rod_gap import gap_prediction, rod_gap
@@ -136,16 +137,17 @@ def gap(
         Of the gap [m].
     n_modes : int
         Number of modes.
-    model : {"modes", "rod"} or Rod
-        The paper's modes of a shaft with a single contact, or the whole whisker, drawn over the gap: see :func:`scan`.
+    model : {"modes", "free-end", "rod", "auto"} or Rod
+        The paper's modes of a shaft with a single contact, held at the moment of the jump; or the gap drawn past a
+        whisker with its free end, by the fast model (``"free-end"``, ``"auto"``) or as a rod: see :func:`scan`.
     speed, damping : float
-        Of the gap past the base [m/s], and damping ratio of the first three modes; they count for a rod only.
+        Of the gap past the base [m/s], and damping ratio of the first three modes; they do not count for the modes.
 
     Returns
     -------
     Dataset
         As :func:`vibrissa.mechanics.scan.gap_report.crossing` gives it; ``linearity`` (mode) is the exact jump over the
-        linear one (Eq. 11). Of a rod as :func:`vibrissa.mechanics.rod.rod_gap.rod_gap` gives it, with
+        linear one (Eq. 11). Of a gap that is drawn past the whisker as :func:`scan` gives it, with
         ``largest_mode_displacement`` (mode).
 
     Raises
@@ -163,10 +165,12 @@ def gap(
     refuse_beyond("width", width, whisker)
     refuse_beyond("depth", depth, whisker, "µm", 1e-6)
     rod = rod_of(model)
+    if model == "modes":
+        return crossing(posture, width / whisker.length, n_modes=n_modes, whisker=whisker, depth=depth)
+    drawn: dict[str, Any] = {"width": width, "depth": depth, "speed": speed, "damping": damping, "n_modes": n_modes}
     if rod is not None:
-        moving: dict[str, Any] = {"speed": speed, "damping": damping, "settings": rod}
-        return rod_gap(gap_prediction(whisker, posture, width=width, depth=depth, n_modes=n_modes, **moving))
-    return crossing(posture, width / whisker.length, n_modes=n_modes, whisker=whisker, depth=depth)
+        return rod_gap(gap_prediction(whisker, posture, **drawn, settings=rod))
+    return free_end_gap(whisker, posture, **drawn)
 
 
 def refuse_beyond(name: str, value: float | None, whisker: Whisker, likely: str = "mm", factor: float = 1e-3) -> None:

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from vibrissa.cli.mechanics.rod_movie import MovieFile, refuse_movie, write_film
-from vibrissa.cli.mechanics.rod_options import NO_ROD, Model, RodOptions
+from vibrissa.cli.mechanics.rod_options import NO_ROD, RodOptions, ScanModel
 from vibrissa.cli.shared.options import NO_WHISKER, PostureOptions, WhiskerOptions
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, tell
 from vibrissa.cli.shared.progress import progress_bars, stage
 from vibrissa.cli.shared.units import Length, OverLength, Speed, over_length
 from vibrissa.errors import ConflictError
+
+if TYPE_CHECKING:
+    from vibrissa.whisker import Whisker
 
 _SPEED, _DAMPING = 0.1, 0.11  # [m/s], [1] where none is given
 
@@ -22,7 +25,7 @@ _SPEED, _DAMPING = 0.1, 0.11  # [m/s], [1] where none is given
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class MovingOptions:
-    """How the gap moves; with --model rod only.
+    """How the gap moves; with --model free-end, auto or rod only.
 
     Attributes
     ----------
@@ -35,7 +38,7 @@ class MovingOptions:
     speed: Annotated[Speed | None, Parameter(name=("--speed", "--scan-speed"))] = None
     damping: float | None = None
 
-    def refuse_without_rod(self) -> None:
+    def refuse_with_modes(self) -> None:
         """Refuse them where modes predict: they take a gap that does not move.
 
         Raises
@@ -45,7 +48,7 @@ class MovingOptions:
         """
         for option, value in (("--speed", self.speed), ("--damping", self.damping)):
             if value is not None:
-                raise ConflictError(option, "must go with --model rod", value)
+                raise ConflictError(option, "must go with --model free-end or rod", value)
 
 
 def gap(
@@ -54,7 +57,7 @@ def gap(
     gap_width: OverLength,
     gap_depth: Length = 35e-6,
     n_modes: int = 3,
-    model: Model = "modes",
+    model: ScanModel = "modes",
     moving: MovingOptions = MovingOptions(),
     rod: RodOptions = NO_ROD,
     movie: MovieFile = None,
@@ -64,8 +67,8 @@ def gap(
     """A gap crossed: when the contact jumps, and how far the linear response is from the exact one (Eq. 11).
 
     Lengths are over the length L of the nontruncated cone. With a whisker, the first line says whether the free end
-    beyond the contact allows the jump. --model rod draws the gap under the whole whisker instead: how far its modes
-    move, what the follicle feels, and where it touches the ground.
+    beyond the contact allows the jump. The other models draw the gap past the whole whisker instead: how far its modes
+    move; with --model rod also what the follicle feels, and where it touches the ground.
 
     Parameters
     ----------
@@ -80,7 +83,9 @@ def gap(
     if model == "rod":
         return _rod(at, gap_width, gap_depth, n_modes, moving, rod, movie, of, output)
     rod.refuse_without_rod()
-    moving.refuse_without_rod()
+    if model != "modes":
+        return _free_end(at, gap_width, gap_depth, n_modes, moving, of, output)
+    moving.refuse_with_modes()
     from vibrissa.mechanics.scan.free_end import free_end_lines, unknown_free_end
     from vibrissa.mechanics.scan.gap_report import crossing
 
@@ -90,8 +95,40 @@ def gap(
         data = crossing(posture, width, n_modes=n_modes, whisker=cone, depth=gap_depth)
     tell(data.attrs["verdict"])
     tell(*(unknown_free_end(posture.contact, width) if cone is None else free_end_lines(data)))
-    tell("printed is the jump of each mode; how far a mode moves: --model rod")
+    tell("printed is the jump of each mode; how far a mode moves: --model free-end or rod")
     output.show(data, names_without(data, "s"))
+
+
+def _free_end(
+    at: PostureOptions,
+    gap_width: OverLength,
+    gap_depth: float,
+    n_modes: int,
+    moving: MovingOptions,
+    of: WhiskerOptions,
+    output: OutputOptions,
+) -> None:
+    """The gap past a whisker with a free end, by the fast model."""
+    from vibrissa.mechanics.free_end.free_end_gap import free_end_gap
+
+    cone = of.needed_cone()
+    with stage("gap"):
+        data = free_end_gap(cone, at.posture(cone), **_drawn(gap_width, gap_depth, n_modes, moving, cone))
+    tell(data.attrs["verdict"])
+    output.show(data, names_without(data, "time"))
+
+
+def _drawn(
+    gap_width: OverLength, gap_depth: float, n_modes: int, moving: MovingOptions, cone: Whisker
+) -> dict[str, Any]:
+    """The gap as the models take it that draw it past the whisker."""
+    return {
+        "width": over_length(gap_width, "--gap-width", cone) * cone.length,
+        "depth": gap_depth,
+        "speed": _SPEED if moving.speed is None else moving.speed,
+        "damping": _DAMPING if moving.damping is None else moving.damping,
+        "n_modes": n_modes,
+    }
 
 
 def _rod(
@@ -106,17 +143,14 @@ def _rod(
     output: OutputOptions,
 ) -> None:
     """The gap under the whole whisker."""
-    from vibrissa.mechanics.rod.rod_gap import GAP_RATE, gap_prediction, rod_gap
+    from vibrissa.mechanics.rod.rod_gap import gap_prediction, rod_gap
+    from vibrissa.mechanics.scan.scan_span import GAP_RATE
 
     cone = of.needed_cone()
     crossing = gap_prediction(
         cone,
         at.posture(cone),
-        width=over_length(gap_width, "--gap-width", cone) * cone.length,
-        depth=gap_depth,
-        speed=_SPEED if moving.speed is None else moving.speed,
-        damping=_DAMPING if moving.damping is None else moving.damping,
-        n_modes=n_modes,
+        **_drawn(gap_width, gap_depth, n_modes, moving, cone),
         settings=rod.settings(of),
     )
     with progress_bars() as progress:

@@ -12,8 +12,8 @@ from vibrissa.errors import RangeError
 from vibrissa.mechanics.rod.rod_prediction import RodPrediction
 from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
 from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.scan.scan_span import GAP_RATE, with_largest
 from vibrissa.mechanics.statics.profile import Posture
-from vibrissa.quantities import dataset
 from vibrissa.texture.surface import DEPTH, Gaps
 from vibrissa.whisker import Whisker
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _WIDEST = 0.2  # of a gap, over L: a wider one is given in another unit
-GAP_RATE = 20e3  # [Hz]
 
 
 def rod_gap(crossing: RodPrediction, *, progress: Callable[[int, int], None] | None = None) -> xr.Dataset:
@@ -45,9 +44,7 @@ def rod_gap(crossing: RodPrediction, *, progress: Callable[[int, int], None] | N
     InputError
         If a setting is out of range.
     """
-    data = crossing.sampled(GAP_RATE, progress=progress)
-    largest = np.abs(data.mode_displacement.to_numpy()).max(axis=1)
-    return data.merge(dataset(mode=data.mode.to_numpy(), largest_mode_displacement=largest), combine_attrs="override")
+    return with_largest(crossing.sampled(GAP_RATE, progress=progress))
 
 
 def gap_prediction(

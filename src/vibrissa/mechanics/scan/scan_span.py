@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,10 +11,15 @@ from vibrissa.arrays import Array
 from vibrissa.exact import cone_kappa
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.quantities import dataset
 from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import Gaps
 from vibrissa.whisker import Whisker
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+GAP_RATE = 20e3  # [Hz] at which one gap is sampled
 _RINGING, _LONGEST_RINGING = 7.0, 1.0  # decay times of the first mode after the last event, and [s] at most
 
 
@@ -58,3 +64,20 @@ class SpannedScan:
         """From time 0 until the ringing after the end has died away [s]."""
         decay = self.scan.damping * 2 * np.pi * float(self.resonances[0])
         return self.end + min(_RINGING / max(decay, 1e-300), _LONGEST_RINGING)
+
+
+def with_largest(data: xr.Dataset) -> xr.Dataset:
+    """A scan with the largest displacement of each mode.
+
+    Parameters
+    ----------
+    data : Dataset
+        With ``mode_displacement`` (mode, time).
+
+    Returns
+    -------
+    Dataset
+        With ``largest_mode_displacement`` (mode), the largest |q + Q| over L.
+    """
+    largest = np.abs(data.mode_displacement.to_numpy()).max(axis=1)
+    return data.merge(dataset(mode=data.mode.to_numpy(), largest_mode_displacement=largest), combine_attrs="override")
