@@ -10,6 +10,8 @@ from typing import TextIO
 from vibrissa.errors import FormatError
 from vibrissa.files import existing
 
+LONGEST = 1 << 24  # characters of a line
+
 
 def each_line(path: str | Path) -> Iterator[tuple[int, str]]:
     """Lines of a UTF-8 text that are neither blank nor a comment (``#``), one by one, each with its number in the file.
@@ -30,7 +32,9 @@ def each_line(path: str | Path) -> Iterator[tuple[int, str]]:
         If there is no such file, or it cannot be read, or is no text.
     """
     with _opened(path, errors="strict") as file:
-        for number, line in enumerate(file, 1):
+        for number, line in enumerate(iter(lambda: file.readline(LONGEST), ""), 1):
+            if len(line) == LONGEST or "\0" in line:
+                raise FormatError(str(path), "must be text", f"line {number}: {line[:20]!r}", "save it as CSV, UTF-8")
             if (text := line.lstrip()) and text[0] != "#":
                 yield number, line
 
