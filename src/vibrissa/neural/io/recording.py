@@ -11,7 +11,7 @@ from vibrissa.arrays import Window
 from vibrissa.errors import ConflictError, FormatError, MissingError, TooFewError
 from vibrissa.files import load
 from vibrissa.neural.io.formats.binned import DENSE, read_binned
-from vibrissa.neural.io.formats.phy import GOOD, QUALITY, UNJUDGED, is_phy, read_phy
+from vibrissa.neural.io.formats.phy import ALL, GOOD, QUALITY, UNJUDGED, is_phy, read_phy
 from vibrissa.neural.io.tables.spike_csv import read_spikes
 from vibrissa.neural.io.tables.spikes import of_units
 from vibrissa.neural.io.tables.trials import cut_into_trials, read_trials, trials_at
@@ -55,7 +55,7 @@ def recorded_spikes(
         Keep the trials with this value in this column of their table: one protocol among interleaved ones.
     groups : collection of str, optional
         Groups of units that are taken, of a folder, or of a table that states the quality of its units (``good`` is SU,
-        ``mua`` MU). By default those called good of a folder, and all of a table.
+        ``mua`` MU); ``all`` for whatever their labels. By default those called good of a folder, and all of a table.
     unsorted : bool
         Take the unsorted spikes of each channel as a unit, instead of leaving them out.
     counted_bin : float, optional
@@ -201,7 +201,7 @@ def _table(path: str | Path, kind: str, counted_bin: float | None) -> xr.Dataset
 
 def _of_groups(spikes: xr.Dataset, groups: Collection[str] | None, path: str | Path) -> xr.Dataset:
     """Units of these groups by their quality; all where none are named."""
-    if groups is None:
+    if groups is None or ALL in groups:
         return spikes
     if "unit_quality" not in spikes:
         remedy = "leave `group` out to take all units"
