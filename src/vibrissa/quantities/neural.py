@@ -50,6 +50,8 @@ NEURAL: dict[str, Quantity] = {
     "unit_rate": Quantity(("unit",), "Hz", "firing rate of a unit over the window stated"),
     "refractory_violations": Quantity(("unit",), "1", "share of intervals below the refractory period"),
     **ranged("contamination", ("unit",), "1", "share of foreign spikes expected from the refractory violations"),
+    "waveform_groups": Quantity(("unit",), "1", "groups into which the waveforms of a unit fall; 1 of one neuron"),
+    "merged": Quantity(("unit",), "1", "whether a unit is a merged cluster: several waveforms, or much contamination"),
     "kept": Quantity(("unit",), "1", "whether a unit meets the rules of inclusion"),
     "reason": Quantity(("unit",), "1", "why a unit is left out"),
     # the stimulator: commands, what the filter does to resonances, command against motion

@@ -138,8 +138,8 @@ def test_what_is_not_measured_leaves_no_unit_out_unless_asked():
     spikes = classed(["good"] * 3, [SPREAD] * 3, unit_snr=[8.0, 2.0, np.nan])
     found = unit_quality(spikes, 100.0)
     assert found.kept.values.all()
-    assert any("1 kept units have an SNR below 3.1" in line for line in remarks_on_quality(found))
-    assert any("the SNR of 1 units is not measured" in line for line in remarks_on_quality(found))
+    assert any("below 3.1, the least of the paper's: 1;" in line for line in remarks_on_quality(found))
+    assert any("SNR is not measured: 1;" in line for line in remarks_on_quality(found))
     asked = unit_quality(spikes, 100.0, rules=Inclusion(least_snr=3.1))
     assert asked.reason.values.tolist() == ["", "SNR 2 is below 3.1", ""]
     strict = unit_quality(spikes, 100.0, rules=Inclusion(least_snr=3.1, need_measured=True))

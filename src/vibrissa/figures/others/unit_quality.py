@@ -40,8 +40,8 @@ def compute(quality: xr.Dataset) -> xr.Dataset:
     shares = [f"{kept[classes == one].sum()} of {(classes == one).sum()} {one}" for one in sorted(set(classes))]
     absent = int(np.isnan(quality.unit_snr.values).sum())
     caption = (
-        f"Units, filled where they are kept: {', '.join(shares)}. A: share of foreign spikes by the violations of a "
-        f"refractory period of {1e3 * attrs['refractory_period']:g} ms, 95 % intervals; dashed: the least rate. "
+        f"Units, filled where they are kept: {', '.join(shares)}. A: share of foreign spikes, 95 % intervals, by a "
+        f"refractory period of {1e3 * attrs['refractory_period']:g} ms; dashed: the least rate. "
         f"B: signal to noise, and share of intervals below the period; {absent} units without a signal to noise are not "
         "drawn. C: share of the recording's bins in which a unit fires, and change of its rate from start to end, over "
         f"its mean. Observed for {attrs['duration']:.4g} s."

@@ -27,6 +27,7 @@ from vibrissa.quantities import dataset
 PERIOD = 1e-3  # [s] below which a single unit has no interval, as in the paper
 LEAST_RATE = 1.0  # [Hz] above which a unit is taken in, as in the paper
 PAPER_SNR = 3.1  # least of the paper's units
+MERGED = 0.1  # contamination above which, with 95 % confidence, a unit is a merged cluster
 GOOD, MUA, UNLABELLED = "good", "mua", "unlabelled"
 LABELS = {
     **dict.fromkeys(("good", "su", "single", "single unit"), GOOD),
@@ -101,8 +102,9 @@ def unit_quality(spikes: xr.Dataset, duration: float | None = None, *, rules: In
     Dataset
         On (unit): ``unit_name``, ``unit_class``, ``unit_rate`` [Hz], ``time_observed`` [s], ``unit_snr``,
         ``snr_source``, ``refractory_violations`` (share of the intervals), ``contamination`` with ``_low`` and
-        ``_high``, ``presence_ratio``, ``rate_change``, ``amplitude_change``, ``kept``, and ``reason``, which is empty
-        for units that are kept. NaN where something is not measured.
+        ``_high``, ``presence_ratio``, ``rate_change``, ``amplitude_change``, ``merged`` (several waveforms, or a
+        contamination of more than a tenth with 95 % confidence; never of multi-units), ``kept``, and ``reason``, which
+        is empty for units that are kept. NaN where something is not measured.
 
     Raises
     ------
@@ -116,8 +118,11 @@ def unit_quality(spikes: xr.Dataset, duration: float | None = None, *, rules: In
     classes = classes_of(seen)
     snr = unit_snr(seen)
     measured = {**_of_trains(trains, dead), **_stability(seen, trains), "unit_snr": snr.snr}
-    reasons = [_reason(classes[k], {name: float(values[k]) for name, values in measured.items()}, rules)
-               for k in range(len(trains))]  # fmt: skip
+    groups = seen.waveform_groups.values if "waveform_groups" in seen else np.ones(len(trains))
+    numbers = {**measured, "waveform_groups": groups}
+    each = [{name: float(values[k]) for name, values in numbers.items()} for k in range(len(trains))]
+    reasons = [_reason(kind, found, rules) for kind, found in zip(classes, each, strict=True)]
+    merged = (groups > 1) | (measured["contamination_low"] > MERGED)
     length = max((train.duration for train in trains), default=0.0)
     attrs = {
         "window": seen.attrs["window"],
@@ -132,6 +137,7 @@ def unit_quality(spikes: xr.Dataset, duration: float | None = None, *, rules: In
         unit_class=np.array(classes, str),
         snr_source=np.array(snr.source, str),
         **measured,
+        merged=merged & (np.array(classes, str) != MUA),
         kept=np.array([not one for one in reasons], bool),
         reason=np.array(reasons, str),
     )
@@ -158,12 +164,10 @@ def remarks_on_quality(quality: xr.Dataset) -> list[str]:
     low = int((snr[kept] < PAPER_SNR).sum())
     if low and "rule_least_snr" not in quality.attrs:
         lines.append(
-            f"{low} kept units have an SNR below {PAPER_SNR:g}, the least of the paper's; `least_snr` sets a limit"
+            f"kept units with an SNR below {PAPER_SNR:g}, the least of the paper's: {low}; `least_snr` sets a limit"
         )
-    if np.isnan(snr).any():
-        lines.append(
-            f"the SNR of {int(np.isnan(snr).sum())} units is not measured: their file has neither it nor waveforms"
-        )
+    if absent := int(np.isnan(snr).sum()):
+        lines.append(f"units whose SNR is not measured: {absent}; their file has neither it nor waveforms")
     if (effective := quality.attrs["refractory_limit"]) == 0:
         lines.append("times are too coarse for the refractory period: violations are not measured")
     elif effective < quality.attrs["refractory_period"] * (1 - 1e-6):
@@ -243,6 +247,8 @@ def _broken(found: dict[str, float], rules: Inclusion, *, refractory: bool) -> l
     if refractory and share > rules.most_violations:
         most = f"more than {100 * rules.most_violations:g} %"
         broken.append(f"{100 * share:.3g} % of intervals below {1e3 * rules.refractory_period:g} ms, {most}")
+    if refractory and found["waveform_groups"] > 1:
+        broken.append(f"waveforms of {found['waveform_groups']:.0f} groups, a merged cluster")
     most_foreign = rules.most_contamination
     if refractory and most_foreign is not None and found["contamination"] > most_foreign:
         broken.append(f"contamination {100 * found['contamination']:.3g} % is above {100 * most_foreign:g} %")
