@@ -74,7 +74,7 @@ def unit_quality(
     """
     from vibrissa.api.objects.spikes import as_spikes
     from vibrissa.api.objects.trials import as_trials
-    from vibrissa.neural.io.recording import session_spikes
+    from vibrissa.neural.io.recording import session_spikes, with_waveforms
     from vibrissa.neural.sorting.quality import Inclusion, remarks_on_quality
     from vibrissa.neural.sorting.quality import unit_quality as judge
     from vibrissa.study.neurons.observed_units import observed_units
@@ -90,7 +90,7 @@ def unit_quality(
         need_measured=need_measured,
     )
     is_path = isinstance(spikes, str | PathLike)
-    table = session_spikes(spikes, groups=("all",)) if is_path else as_spikes(spikes)
+    table = with_waveforms(session_spikes(spikes, groups=("all",)), spikes) if is_path else as_spikes(spikes)
     known = None if trials is None else as_trials(trials, window=window)
     seen, told = observed_units(table, known, window=window, duration=duration)
     quality = judge(seen, rules=rules)

@@ -5,9 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from plexon_files import write_plx
 from refusals import refusal
 
 import vibrissa as vb
+from vibrissa.neural.io.formats.plexon import plexon_waveforms
 from vibrissa.neural.io.tables.spike_csv import read_spikes, write_csv
 from vibrissa.neural.io.tables.spikes import spike_table
 
@@ -128,6 +130,22 @@ def test_waveforms_of_an_nwb_file_give_the_signal_to_noise(tmp_path, vibrissa):
     found = json.loads(text)
     assert found["unit_snr"] == [10.0, 20.0], err
     assert found["snr_source"] == ["waveforms", "waveforms"]
+
+
+def test_waveforms_of_a_plexon_file_give_the_signal_to_noise(tmp_path, vibrissa):
+    pytest.importorskip("neo")
+    ticks, rng = np.round(40_000 * SPREAD).astype(int), np.random.default_rng(0)
+    shape = np.interp(np.arange(32), [0, 6, 10, 16, 31], [0, 0, -300, 150, 0])
+    waves = np.round(shape + rng.normal(0, 30, (ticks.size, 32)))
+    path = write_plx(tmp_path / "w.plx", {(1, 1): ticks, (1, 2): [100_000]}, points=32, waves={(1, 1): waves})
+    code, text, err = vibrissa("quality", path, "--json")
+    found = json.loads(text)
+    assert found["unit_snr"] == [pytest.approx(450 / 30, rel=0.02), None], err
+    assert found["snr_source"] == ["waveforms", ""]
+    mean = plexon_waveforms(path, ["1,1"])["unit_waveform"][0]
+    np.testing.assert_allclose(
+        mean, waves.mean(axis=0) * 3.0 / (2048 * 1e4), rtol=1e-4
+    )  # 3 V, 12 bits, gains 1000 and 10
 
 
 def test_a_real_file_is_judged(vibrissa, tmp_path):

@@ -33,6 +33,7 @@ TABLE = (
     "kept",
     "reason",
 )
+RARE = ("amplitude_change",)  # a column of the table only where it is measured
 
 
 @Parameter(name="*")
@@ -110,4 +111,4 @@ def quality(
     data = unit_quality(seen, rules=rules)
     tell(*map(in_options, [*remarks, *remarks_on_quality(data)]))
     drawing.draw("others.unit_quality", data)
-    output.show(data, columns=TABLE)
+    output.show(data, columns=[name for name in TABLE if name not in RARE or data[name].notnull().any()])

@@ -139,7 +139,7 @@ def sort(
         A file of bare samples (.raw, .dat, .bin: all channels of a sample, then the next sample), or a folder of
         SpikeGLX, Open Ephys (binary) or SpikeInterface.
     sorter
-        A sorter that SpikeInterface has here: spykingcircus2 (the default), simple (the default below four channels),
+        A sorter that SpikeInterface has here: spykingcircus2 (the default), simple (the default for one channel),
         tridesclous2, or another that is installed.
     truth
         CSV with columns spike_time,unit of the true spikes, where they are known: accuracy of the units is added.

@@ -39,12 +39,12 @@ def compute(quality: xr.Dataset) -> xr.Dataset:
     classes = quality.unit_class.values.astype(str)
     shares = [f"{kept[classes == one].sum()} of {(classes == one).sum()} {one}" for one in sorted(set(classes))]
     absent = int(np.isnan(quality.unit_snr.values).sum())
+    period = f"{1e3 * attrs['refractory_period']:g} ms"
     caption = (
-        f"Units, filled where they are kept: {', '.join(shares)}. A: share of foreign spikes, 95 % intervals, by a "
-        f"refractory period of {1e3 * attrs['refractory_period']:g} ms; dashed: the least rate. "
-        f"B: signal to noise, and share of intervals below the period; {absent} units without a signal to noise are not "
-        "drawn. C: share of the recording's bins in which a unit fires, and change of its rate from start to end, over "
-        f"its mean. Observed for {attrs['duration']:.4g} s."
+        f"Units, filled where kept: {', '.join(shares)}. A: share of foreign spikes, 95 % intervals (refractory "
+        f"period {period}); dashed: the least rate. B: signal to noise, and share of intervals below the period; "
+        f"{absent} units without one are not drawn. C: share of the recording's bins in which a unit fires, and "
+        f"change of its rate from start to end, over its mean. Observed for {attrs['duration']:.4g} s."
     )
     return quality.assign_attrs(caption=caption)
 

@@ -15,7 +15,7 @@ from vibrissa.neural.io.formats.phy import ALL, GOOD, QUALITY, UNJUDGED, is_phy,
 from vibrissa.neural.io.tables.spike_csv import read_spikes
 from vibrissa.neural.io.tables.spikes import of_units
 from vibrissa.neural.io.tables.trials import cut_into_trials, read_trials, trials_at
-from vibrissa.quantities import require
+from vibrissa.quantities import dataset, require
 
 Progress = Callable[[str, int, int], None]
 ONSETS = "must be given the onsets of its trials"
@@ -178,6 +178,34 @@ def session_spikes(
 
         return _of_groups(read_plexon(path, event=event, unsorted=unsorted, progress=progress), groups, path)
     return _of_groups(_table(path, kind, counted_bin), groups, path)
+
+
+def with_waveforms(spikes: xr.Dataset, path: str | Path) -> xr.Dataset:
+    """Units of a file with the mean of their waveforms, where it holds that of each spike.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        From :func:`session_spikes`.
+    path : path
+        The file.
+
+    Returns
+    -------
+    Dataset
+        With ``unit_waveform`` and ``unit_waveform_sd`` [V] of a ``.plx`` file; else the same.
+
+    Raises
+    ------
+    InputError
+        If the file is damaged.
+    """
+    if _kind(path) != ".plx":
+        return spikes
+    from vibrissa.neural.io.formats.plexon import plexon_waveforms
+
+    names = [str(name) for name in spikes.unit_name.values]
+    return spikes.assign(dataset(**plexon_waveforms(path, names)).data_vars)
 
 
 def _kind(path: str | Path) -> str:

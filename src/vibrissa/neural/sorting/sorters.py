@@ -22,7 +22,7 @@ from vibrissa.neural.sorting.waveform_groups import groups_of_units
 from vibrissa.quantities import dataset
 
 DEFAULT = "spykingcircus2"
-FEW, OF_FEW = 4, "simple"  # channels below which another one is the default: template matching takes several
+OF_ONE = "simple"  # of one channel, on which the others merge units: docs/howto-sorting.md
 COINCIDENT = 0.4e-3  # [s] spikes closer than this are the same spike
 SPIKES = (300.0, 6000.0)  # [Hz] band in which waveforms are taken
 BEFORE, AFTER = 1e-3, 2e-3  # [s] of a waveform about its trough
@@ -42,7 +42,7 @@ def sort(traces: Any, sorter: str | None = None, *, seed: int = 0, workers: int 
     traces : spikeinterface.BaseRecording
         From :func:`vibrissa.neural.io.formats.traces.open_traces`.
     sorter : str, optional
-        One of :func:`sorters`; by default spykingcircus2, and simple below four channels.
+        One of :func:`sorters`; by default spykingcircus2, and simple for one channel.
     seed : int
         Of sorters that draw numbers.
     workers : int
@@ -63,7 +63,7 @@ def sort(traces: Any, sorter: str | None = None, *, seed: int = 0, workers: int 
     """
     here = sorters()
     if sorter is None:
-        sorter = DEFAULT if traces.get_num_channels() >= FEW else OF_FEW
+        sorter = OF_ONE if traces.get_num_channels() == 1 else DEFAULT
     if sorter not in here:
         remedy = f"here are {', '.join(here)}" if here else install("sorting")
         raise PackageError(f"sorter {sorter}", "must be installed with what it needs", None, remedy)

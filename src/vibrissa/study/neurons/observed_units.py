@@ -11,6 +11,7 @@ import numpy as np
 from vibrissa.arrays import Window
 from vibrissa.errors import ConflictError, TooFewError
 from vibrissa.neural.io.formats.phy import ALL
+from vibrissa.neural.io.recording import with_waveforms
 from vibrissa.neural.sorting.observed import observed_for, trials_laid_out, within_trials
 from vibrissa.study.neurons.inputs import read_session
 from vibrissa.study.spec.given import SpikesInput
@@ -50,6 +51,7 @@ def read_units(
     """
     length = None if window is None else window[1]
     spikes, trials, remarks = read_session(replace(given, group=given.group or (ALL,)), folder, length)
+    spikes = with_waveforms(spikes, folder / given.spikes)
     if given.trials is not None and "spike_trial" in spikes:
         spikes = spikes.assign_attrs(n_trials=given.trials)
     asked = any((given.period, given.trial_table, given.event, given.only))

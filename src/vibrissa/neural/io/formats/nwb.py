@@ -141,13 +141,13 @@ def _waveforms(units: Any) -> dict[str, Any]:
     if "waveform_mean" not in units.colnames or np.ndim(units["waveform_mean"][:]) not in (2, 3):
         return {}
     mean = np.asarray(units["waveform_mean"][:], float)
-    several, sd = mean.ndim == 3, None
+    found = {"unit_waveform": mean}
     if "waveform_sd" in units.colnames and np.shape(units["waveform_sd"][:]) == mean.shape:
-        sd = np.asarray(units["waveform_sd"][:], float)
-    if several:
-        best = np.ptp(np.nan_to_num(mean), axis=1).argmax(axis=1)[:, None, None]
-        mean, sd = (None if one is None else np.take_along_axis(one, best, 2)[..., 0] for one in (mean, sd))
-    return {"unit_waveform": mean, **({} if sd is None else {"unit_waveform_sd": sd})}
+        found["unit_waveform_sd"] = np.asarray(units["waveform_sd"][:], float)
+    if mean.ndim == 2:
+        return found
+    best = np.ptp(np.nan_to_num(mean), axis=1).argmax(axis=1)[:, None, None]
+    return {name: np.take_along_axis(one, best, 2)[..., 0] for name, one in found.items()}
 
 
 def read_nwb_trials(
