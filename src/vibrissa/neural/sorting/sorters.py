@@ -22,6 +22,7 @@ from vibrissa.neural.sorting.waveform_groups import groups_of_units
 from vibrissa.quantities import dataset
 
 DEFAULT = "spykingcircus2"
+LEAST_CLUSTER = 20  # spikes of a unit that `simple` finds, as of spykingcircus2; its own 5 splits units
 OF_ONE = "simple"  # of one channel, on which the others merge units: docs/howto-sorting.md
 COINCIDENT = 0.4e-3  # [s] spikes closer than this are the same spike
 SPIKES = (300.0, 6000.0)  # [Hz] band in which waveforms are taken
@@ -91,6 +92,7 @@ def _parameters(sorter: str, seed: int, workers: int, cache: Path) -> dict[str, 
         "job_kwargs": {"n_jobs": workers, "progress_bar": False},
         "cache_preprocessing": {"mode": "folder", "folder": cache},
         "cache_preprocessing_mode": "folder",
+        **({"clusterer_kwargs": {"min_cluster_size": LEAST_CLUSTER}} if sorter == OF_ONE else {}),
     }
     return {name: value for name, value in wishes.items() if name in known}
 

@@ -96,7 +96,7 @@ def read_plexon(
     return table if event is None else table.assign(_events(reader, path, channels, event).data_vars)
 
 
-def plexon_waveforms(path: str | Path, names: Sequence[str]) -> dict[str, Array]:
+def plexon_waveforms(path: str | Path, names: Sequence[str]) -> dict[str, Any]:
     """Mean waveforms of units of a .plx file, which holds the waveform of each spike, and their deviations.
 
     Parameters
