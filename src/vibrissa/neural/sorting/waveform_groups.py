@@ -14,7 +14,8 @@ COMPONENTS = 3  # of the waveforms, in which groups are sought
 LEAST_SPIKES = 40  # below which no groups are sought
 LEAST_SHARE = 0.1  # of the spikes that a group holds; smaller ones are overlapping spikes and drift
 MOST_SPIKES = 2000  # of a unit that are looked at
-DIP = 2.0  # isocut's threshold, as in SpikeInterface
+DIP = 3.0  # isocut's threshold; SpikeInterface's own, 2, also splits what sorters align a sample apart
+SHIFTS = (0, -2, -1, 1, 2)  # samples by which waveforms are moved onto their mean before groups are sought
 
 
 def waveform_groups(waveforms: NDArray[Any], seed: int = 0) -> int:
@@ -37,13 +38,21 @@ def waveform_groups(waveforms: NDArray[Any], seed: int = 0) -> int:
     """
     if len(waveforms) < LEAST_SPIKES:
         return 1
-    centred = np.asarray(waveforms, float) - np.mean(waveforms, axis=0)
+    aligned = _aligned(np.asarray(waveforms, float))
+    centred = aligned - aligned.mean(axis=0)
     axes = np.linalg.svd(centred, full_matrices=False)[2][:COMPONENTS]
     isosplit = part("sortingcomponents.clustering.isosplit_isocut").isosplit
     starts = min(200, len(waveforms) // 20)  # the search asks for ten spikes in each, and a reserve
     label = isosplit(np.ascontiguousarray(centred @ axes.T), n_init=starts, isocut_threshold=DIP, seed=seed)
     sizes = np.unique(np.asarray(label), return_counts=True)[1]
     return max(int((sizes >= LEAST_SHARE * len(waveforms)).sum()), 1)
+
+
+def _aligned(waveforms: NDArray[Any]) -> NDArray[Any]:
+    """Waveforms moved by the samples that bring each nearest to their mean."""
+    moved = np.array([np.roll(waveforms, shift, axis=1) for shift in SHIFTS])
+    best = (moved @ waveforms.mean(axis=0)).argmax(axis=0)
+    return np.asarray(moved[best, np.arange(len(waveforms))])
 
 
 def groups_of_units(
