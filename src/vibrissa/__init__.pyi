@@ -22,6 +22,7 @@ from .api.objects.tracks import to_movement
 from .api.plots import figure, plot_tracks, plot_unit
 
 # spikes
+from .api.quality import unit_quality
 from .api.spikes import envelope_coupling, read_spikes, simulate_units
 from .api.stimulus import envelope, replay
 
@@ -86,4 +87,5 @@ __all__ = [
     "to_movement",
     "to_pynapple",
     "track",
+    "unit_quality",
 ]

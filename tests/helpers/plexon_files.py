@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -35,7 +35,9 @@ PLX = np.dtype(
         ("event_counts", "<i4", 512),
     ]
 )
-PLX_DSP = np.dtype([("name", "S32"), ("sig", "S32"), ("channel", "<i4"), ("more", "V952")])
+PLX_DSP = np.dtype(
+    [("name", "S32"), ("sig", "S32"), ("channel", "<i4"), ("other", "<i4", 3), ("gain", "<i4"), ("more", "V936")]
+)
 PLX_EVENT = np.dtype([("name", "S32"), ("channel", "<i4"), ("more", "V260")])
 PLX_BLOCK = np.dtype(
     [
@@ -77,8 +79,16 @@ NEX_VARIABLE = np.dtype(
 )
 
 
-def write_plx(path: Path, units: Units, events: Events = {}, *, frequency: int = 40_000, points: int = 8) -> Path:  # noqa: B006
-    """Write blocks in the order of time, each spike with a waveform."""
+def write_plx(
+    path: Path,
+    units: Units,
+    events: Events = {},  # noqa: B006
+    *,
+    frequency: int = 40_000,
+    points: int = 8,
+    waves: Mapping[tuple[int, int], np.ndarray] = {},
+) -> Path:
+    """Write blocks in the order of time, each spike with a waveform: of a unit in `waves` its own, (spikes, points)."""
     header = np.zeros((), PLX)
     channels = sorted({channel for channel, _ in units})
     header["magic"], header["version"], header["frequency"], header["rate"] = b"PLEX", 106, frequency, frequency
@@ -90,21 +100,23 @@ def write_plx(path: Path, units: Units, events: Events = {}, *, frequency: int =
     )
     header["bits"], header["mv"], header["gain"] = (12, 12), (3000, 5000), 1000
     dsp, event = np.zeros(len(channels), PLX_DSP), np.zeros(len(events), PLX_EVENT)
-    dsp["name"], dsp["channel"] = [f"sig{channel:03d}" for channel in channels], channels
+    dsp["name"], dsp["channel"], dsp["gain"] = [f"sig{channel:03d}" for channel in channels], channels, 10
     event["name"], event["channel"] = list(events), 257 + np.arange(len(events))
     blocks = [(tick, 1, channel, unit) for (channel, unit), ticks in units.items() for tick in ticks]
     blocks += [(tick, 4, 257 + k, code) for k, one in enumerate(events.values()) for tick, code in one]
     for channel, unit in units:
         header["spikes"][channel, unit] = len(units[channel, unit])
-    body = b"".join(_plx_block(*block, points) for block in sorted(blocks))
+    left = {unit: iter(rows) for unit, rows in waves.items()}
+    body = b"".join(_plx_block(*block, points, left.get(block[2:])) for block in sorted(blocks))
     path.write_bytes(header.tobytes() + dsp.tobytes() + event.tobytes() + body)
     return path
 
 
-def _plx_block(tick: int, kind: int, channel: int, unit: int, points: int) -> bytes:
+def _plx_block(tick: int, kind: int, channel: int, unit: int, points: int, waves: Iterator | None = None) -> bytes:
     n, words = (1, points) if kind == 1 else (0, 0)
     header = np.array((kind, tick >> 32, tick & 0xFFFFFFFF, channel, unit, n, words), PLX_BLOCK)
-    return header.tobytes() + np.arange(n * words, dtype="<i2").tobytes()
+    wave = np.arange(n * words) if waves is None else next(waves)
+    return header.tobytes() + wave.astype("<i2").tobytes()
 
 
 def write_nex(

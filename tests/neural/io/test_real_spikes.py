@@ -13,6 +13,7 @@ from vibrissa.neural.io.formats.nwb_writer import Session, write_nwb
 from vibrissa.neural.io.tables.spike_csv import read_spikes, write_csv
 from vibrissa.neural.io.tables.spikes import of_unit, spike_table
 from vibrissa.neural.io.tables.trials import cut_into_trials, trials_at
+from vibrissa.neural.sorting.observed import within_trials
 from vibrissa.neural.sorting.quality import unit_quality
 
 DATA = Path(__file__).parents[3] / ".." / "shared" / "data" / "spikes"
@@ -65,7 +66,8 @@ def test_rate_follows_the_whisker_at_8_hz(thalamus):
 
 def test_rate_of_the_session_is_not_that_of_the_stimulus(thalamus):
     cut = cut_into_trials(thalamus[0], trials_at(0.5 + GAP * np.arange(TRIALS), 2.0))
-    session = unit_quality(thalamus[0], TRIALS * 3.0)  # the 3 s of each trial alone are on file
+    start = GAP * np.arange(TRIALS)
+    session = unit_quality(within_trials(thalamus[0], start, start + 3.0))  # the 3 s of each trial alone are on file
     assert cut.sizes["spike"] / (TRIALS * 2.0) == pytest.approx(25.29)
     assert session.unit_rate.item() == pytest.approx(3056 / 150)
 

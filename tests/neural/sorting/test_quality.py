@@ -5,7 +5,8 @@ import pytest
 from refusals import refusal
 
 from vibrissa.neural.io.tables.spikes import spike_table
-from vibrissa.neural.sorting.quality import contamination, unit_quality
+from vibrissa.neural.sorting.quality import Inclusion, remarks_on_quality, unit_quality
+from vibrissa.neural.sorting.refractory import contamination, dead_time, violating_pairs
 
 
 def one(time):
@@ -13,7 +14,9 @@ def one(time):
 
 
 def violations(intervals, period=1e-3):
-    return unit_quality(one(np.cumsum([0.0, *intervals])), 1e3, period=period).refractory_violations.item()
+    return unit_quality(
+        one(np.cumsum([0.0, *intervals])), 1e3, rules=Inclusion(refractory_period=period)
+    ).refractory_violations.item()
 
 
 def test_violations_by_hand():
@@ -25,9 +28,9 @@ def test_violations_by_hand():
 @pytest.mark.parametrize("begin", [0.0, 12.345, 86_400.0])
 def test_intervals_as_long_as_the_period_are_no_violations_on_any_clock(step, begin):
     ticks = np.cumsum(np.random.default_rng(5).integers(30, 40, 20_000))
-    at_the_limit = unit_quality(one(begin + ticks * step), 1e6, period=30 * step)
+    at_the_limit = unit_quality(one(begin + ticks * step), 1e6, rules=Inclusion(refractory_period=30 * step))
     assert (at_the_limit.refractory_violations.item(), at_the_limit.contamination.item()) == (0, 0)
-    a_tick_more = unit_quality(one(begin + ticks * step), 1e6, period=31 * step)
+    a_tick_more = unit_quality(one(begin + ticks * step), 1e6, rules=Inclusion(refractory_period=31 * step))
     assert a_tick_more.refractory_violations.item() == np.mean(np.diff(ticks) == 30)
 
 
@@ -35,7 +38,7 @@ def test_milliseconds_as_written_in_a_file_are_no_violations():
     time = np.array([float(f"{k / 1000:.3f}") for k in range(1, 2000)])
     assert time[10] - time[9] < 0.001  # 0.011 − 0.010, in binary numbers
     assert unit_quality(one(time), 1e3).refractory_violations.item() == 0
-    assert unit_quality(one(time), 1e3, period=0.0011).refractory_violations.item() == 1
+    assert unit_quality(one(time), 1e3, rules=Inclusion(refractory_period=0.0011)).refractory_violations.item() == 1
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.3])
@@ -58,7 +61,7 @@ def test_poisson_train_is_all_contamination():
 def test_pairs_need_not_be_neighbours():
     found = unit_quality(one([1.0, 1.0004, 1.0008, 5.0]), 10.0)
     assert found.refractory_violations.item() == pytest.approx(2 / 3)
-    assert found.contamination.item() == contamination(4, 3, 10.0)
+    assert found.contamination.item() == contamination(4, 3, 10.0, 1e-3)
 
 
 @pytest.mark.parametrize(("dead", "equal"), [(40, True), (30, False)], ids=["no interval of 1 ms", "intervals of 1 ms"])
@@ -71,7 +74,8 @@ def test_spikeinterface_gives_the_same_but_where_an_interval_is_as_long_as_the_p
     duration = (ticks[-1] + 1) / rate
     pairs = metrics._compute_nb_violations_numba(ticks, 30)
     theirs = metrics._compute_rp_contamination_one_unit(pairs, ticks.size, ticks[-1] + 1, 0, 30)
-    ours = unit_quality(one(ticks / rate), duration).contamination.item()
+    counted = violating_pairs(ticks / rate, dead_time(1e-3, 1 / rate))
+    ours = contamination(ticks.size, counted, duration, 1e-3)
     assert (ours == pytest.approx(theirs, rel=1e-9)) == equal
     assert ours <= theirs
 
@@ -96,9 +100,85 @@ def test_reasons_by_hand():
     ("spikes", "duration", "fields"),
     [
         (one([0.5]), 0.0, ("range", "duration", "0.0")),
+        (one([0.5, 1500.0]), 1.5, ("range", "duration", "1.5")),
         (one([0.5]).assign(spike_trial=("spike", [0])), 1.0, ("unknown", "spikes", "spikes in trials")),
     ],
 )
 def test_impossible_measures_are_refused(spikes, duration, fields):
     with refusal(*fields):
         unit_quality(spikes, duration)
+
+
+SPREAD = np.arange(0.05, 100, 0.1)  # of 10 Hz, no interval below 1 ms
+
+
+def classed(labels, times, **about):
+    index = np.repeat(np.arange(len(times)), [len(part) for part in times])
+    names = [f"u{k}" for k in range(len(times))]
+    return spike_table(np.concatenate(times), index, names, unit_label=np.array(labels), **about)
+
+
+def test_multi_units_and_unlabelled_ones_are_classes_of_their_own():
+    close = np.sort(np.append(SPREAD, SPREAD[:50] + 5e-4))
+    labels = ["good", "SU", "mua", "MU", "unsorted", "", "noise"]
+    found = unit_quality(classed(labels, [close, SPREAD, close, [1.0], SPREAD, close, SPREAD]), 100.0)
+    assert found.unit_class.values.tolist() == ["good", "good", "mua", "mua", "unlabelled", "unlabelled", "noise"]
+    assert found.kept.values.tolist() == [False, True, True, False, True, False, False]
+    broken = "4.77 % of intervals below 1 ms, more than 0 %"
+    slow = "rate 0.01 Hz is not above 1 Hz"
+    assert found.reason.values.tolist() == [broken, "", "", slow, "", broken, "labelled noise"]
+    assert (
+        remarks_on_quality(found)[0] == "kept: 1 of 2 good, 1 of 2 mua, 1 of 2 unlabelled, 0 of 1 noise (42.9 % of all)"
+    )
+    allowed = unit_quality(classed(labels[:1], [close]), 100.0, rules=Inclusion(most_violations=0.05))
+    assert allowed.kept.item()
+
+
+def test_what_is_not_measured_leaves_no_unit_out_unless_asked():
+    spikes = classed(["good"] * 3, [SPREAD] * 3, unit_snr=[8.0, 2.0, np.nan])
+    found = unit_quality(spikes, 100.0)
+    assert found.kept.values.all()
+    assert any("below 3.1, the least of the paper's: 1;" in line for line in remarks_on_quality(found))
+    assert any("SNR is not measured: 1;" in line for line in remarks_on_quality(found))
+    asked = unit_quality(spikes, 100.0, rules=Inclusion(least_snr=3.1))
+    assert asked.reason.values.tolist() == ["", "SNR 2 is below 3.1", ""]
+    strict = unit_quality(spikes, 100.0, rules=Inclusion(least_snr=3.1, need_measured=True))
+    assert strict.reason.values.tolist() == ["", "SNR 2 is below 3.1", "SNR is not measured"]
+
+
+def test_a_drifting_unit_is_left_out_when_asked():
+    fading = SPREAD[np.random.default_rng(0).uniform(size=SPREAD.size) < 1 - SPREAD / 100]
+    amplitude = np.concatenate([np.full(SPREAD.size, 50.0), 50 - 0.3 * fading])
+    lost = SPREAD[SPREAD < 40]
+    amplitude = np.append(amplitude, np.full(lost.size, 50.0))
+    spikes = classed(["good"] * 3, [SPREAD, fading, lost], amplitude=amplitude)
+    found = unit_quality(spikes, 100.0, rules=Inclusion(least_presence=0.9, most_change=0.5))
+    np.testing.assert_allclose(found.rate_change, [0, -2, -3.6], atol=0.25)
+    np.testing.assert_allclose(found.amplitude_change, [0, -0.75, 0], atol=0.05)
+    assert found.presence_ratio.values.tolist() == [1, 1, 0.4]
+    first, second, third = found.reason.values.tolist()
+    assert first == ""
+    assert second.startswith("rate changes by -") and "amplitude changes by -" in second
+    assert third.startswith("fires in 40 % of the recording, less than 90 %")
+
+
+def test_counts_in_bins_coarser_than_the_period_are_not_judged_by_it():
+    spikes = classed(["good"], [np.repeat(SPREAD, 2)]).assign_attrs(counted_bin=0.01)
+    found = unit_quality(spikes, 100.0)
+    assert np.isnan(found.refractory_violations.item()) and np.isnan(found.contamination.item())
+    assert found.kept.item()
+    assert any("too coarse" in line for line in remarks_on_quality(found))
+
+
+@pytest.mark.parametrize(
+    ("rule", "fields"),
+    [
+        ({"refractory_period": 0.0}, ("range", "refractory_period", "0.0")),
+        ({"refractory_period": 1.0}, ("range", "refractory_period", "1.0")),
+        ({"most_violations": 5.0}, ("range", "most_violations", "5.0")),
+        ({"least_snr": -1.0}, ("range", "least_snr", "-1.0")),
+    ],
+)
+def test_impossible_rules_are_refused(rule, fields):
+    with refusal(*fields):
+        Inclusion(**rule)

@@ -15,6 +15,7 @@ pytest.importorskip("hdbscan", reason="the extra sorting is not installed")
 from vibrissa.neural.io.recording import recorded_spikes
 from vibrissa.neural.sorting import sorters
 from vibrissa.neural.sorting.simulated import generate
+from vibrissa.neural.sorting.waveform_groups import waveform_groups
 
 RATE = 30000.0
 
@@ -122,6 +123,46 @@ def test_the_verb_sorts_and_neural_reads_what_it_wrote(simulated, vibrissa, tmp_
         assert count == 2
         assert found.unit_name.values.tolist() == data["unit_name"]
         assert 0 < found.spike_time.values.min() < found.spike_time.values.max() < 2
+
+
+# One channel, and clusters of several neurons
+
+
+@pytest.fixture(scope="module")
+def one_channel(tmp_path_factory):
+    path, how, truth = generate(tmp_path_factory.mktemp("one"), seed=1, duration=20, channels=1, units=2)
+    return open_traces(path, RawFormat(sampling_rate=RATE, channels=1, gain=how.gain)), truth  # no pitch
+
+
+def test_the_default_sorts_one_channel(one_channel):
+    traces, truth = one_channel
+    found = sorters.sort(traces)
+    assert found.attrs["sorter"] == "simple"
+    assert (sorters.accuracy(found, truth).sorting_accuracy.values > 0.9).all()
+    assert not found.merged.any()
+
+
+def test_a_cluster_of_two_neurons_is_flagged_and_theirs_are_not(one_channel):
+    traces, truth = one_channel
+    both = spike_table(truth.spike_time.values, np.zeros(truth.sizes["spike"], int), ["both"])
+    how = {"sorter": "none", "sorter_seed": 0}
+    merged = sorters._labelled(traces, sorters.numbered(both, RATE), how)
+    assert merged.merged.values.tolist() == [True]
+    assert merged.waveform_groups.values.tolist() == [2]
+    assert "waveforms of 2 groups, a merged cluster" in merged.reason.item()
+    single = sorters._labelled(traces, sorters.numbered(truth, RATE), how)
+    assert single.waveform_groups.values.tolist() == [1, 1]
+    assert not single.merged.any()
+
+
+def test_one_neuron_is_one_group_though_its_amplitude_varies():
+    rng, shape = np.random.default_rng(0), np.exp(-0.5 * ((np.arange(60) - 20) / 3) ** 2)
+    other = np.exp(-0.5 * ((np.arange(60) - 24) / 6) ** 2)
+    noise, varied = rng.normal(0, 0.1, (400, 60)), rng.gamma(20, 0.05, (400, 1))
+    assert waveform_groups(varied * shape + noise) == 1
+    assert waveform_groups(np.where(np.arange(400)[:, None] < 150, shape, other) + noise) == 2
+    assert waveform_groups(np.where(np.arange(400)[:, None] < 20, shape, other) + noise) == 1  # too few for a group
+    assert waveform_groups(noise[:30]) == 1
 
 
 # Recordings

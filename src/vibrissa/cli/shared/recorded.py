@@ -43,12 +43,14 @@ class TrialOptions:
     first_onset : float
         First onset on the session's clock [s].
     group : list of str, optional
-        Kind of sorted units that are taken: good (the default of a folder), mua, unsorted, …; of a file, by the quality
-        it states for its units (all by default); once for each.
+        Kind of sorted units that are taken: good (the default of a folder), mua, unsorted, …, or all; of a file, by the
+        quality it states for its units (all by default); once for each.
     unsorted : bool
         Take the unsorted spikes of each channel as a unit; they are left out by default.
     counted_bin : float, optional
         Width of the bins of counts by bin, trial and unit (.npy, .mat) [s].
+    kept : Path, optional
+        Table that `vibrissa quality --out` wrote: the units that it keeps are taken, and no others.
     """
 
     event: str | None = None
@@ -59,6 +61,7 @@ class TrialOptions:
     group: list[str] | None = None
     unsorted: Flag = False
     counted_bin: Duration | None = None
+    kept: Path | None = None
 
     def words(self) -> dict[str, Any]:
         """The options as a study file has them."""

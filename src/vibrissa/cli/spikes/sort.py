@@ -19,7 +19,16 @@ if TYPE_CHECKING:
 
     from vibrissa.neural.io.formats.traces import RawFormat
 
-TABLE = ("unit_name", "unit_rate", "unit_electrode", "snr_mean", "refractory_violations", "contamination", "kept")
+TABLE = (
+    "unit_name",
+    "unit_rate",
+    "unit_electrode",
+    "snr_mean",
+    "refractory_violations",
+    "contamination",
+    "merged",
+    "kept",
+)
 SCORES = (
     "true_snr",
     "true_spikes",
@@ -115,7 +124,7 @@ def sort(
     *,
     raw: RawOptions = RawOptions(),
     simulation: SimulationOptions = SimulationOptions(),
-    sorter: str = "spykingcircus2",
+    sorter: str | None = None,
     truth: Path | None = None,
     seed: int = 0,
     workers: int = 1,
@@ -130,7 +139,8 @@ def sort(
         A file of bare samples (.raw, .dat, .bin: all channels of a sample, then the next sample), or a folder of
         SpikeGLX, Open Ephys (binary) or SpikeInterface.
     sorter
-        A sorter that SpikeInterface has here: spykingcircus2, tridesclous2, simple, or another that is installed.
+        A sorter that SpikeInterface has here: spykingcircus2 (the default), simple (the default for one channel),
+        tridesclous2, or another that is installed.
     truth
         CSV with columns spike_time,unit of the true spikes, where they are known: accuracy of the units is added.
     seed
@@ -151,7 +161,7 @@ def sort(
         if recording is None:
             with stage("simulating a recording"):
                 recording, how, known = simulation.generated(folder, seed)
-        with stage(f"sorting by {sorter}"):
+        with stage("sorting" if sorter is None else f"sorting by {sorter}"):
             found = sorting.sort(open_traces(recording, how), sorter, seed=seed, workers=workers)
     if spikes_out is not None:
         write_csv(found, spikes_out)
@@ -188,6 +198,9 @@ def _remarks(found: xr.Dataset) -> list[str]:
         f"{many} on {attrs['channels']} channels, by {attrs['sorter']}; which of them are single is for you to judge"
     ]
     broken = [str(name) for name, ok in zip(found.unit_name.values, found.kept.values, strict=True) if not ok]
+    merged = [str(name) for name, one in zip(found.unit_name.values, found.merged.values, strict=True) if one]
+    if merged:
+        lines.append(f"units {', '.join(merged)} are merged clusters: several waveforms, or a contamination over 10 %")
     if broken:
         lines.append(f"units {', '.join(broken)} break the rules for single units (over 1 Hz, no interval below 1 ms)")
     return lines

@@ -11,11 +11,11 @@ from vibrissa.arrays import Window
 from vibrissa.errors import ConflictError, FormatError, MissingError, TooFewError
 from vibrissa.files import load
 from vibrissa.neural.io.formats.binned import DENSE, read_binned
-from vibrissa.neural.io.formats.phy import GOOD, QUALITY, UNJUDGED, is_phy, read_phy
+from vibrissa.neural.io.formats.phy import ALL, GOOD, QUALITY, UNJUDGED, is_phy, read_phy
 from vibrissa.neural.io.tables.spike_csv import read_spikes
 from vibrissa.neural.io.tables.spikes import of_units
 from vibrissa.neural.io.tables.trials import cut_into_trials, read_trials, trials_at
-from vibrissa.quantities import require
+from vibrissa.quantities import dataset, require
 
 Progress = Callable[[str, int, int], None]
 ONSETS = "must be given the onsets of its trials"
@@ -55,7 +55,7 @@ def recorded_spikes(
         Keep the trials with this value in this column of their table: one protocol among interleaved ones.
     groups : collection of str, optional
         Groups of units that are taken, of a folder, or of a table that states the quality of its units (``good`` is SU,
-        ``mua`` MU). By default those called good of a folder, and all of a table.
+        ``mua`` MU); ``all`` for whatever their labels. By default those called good of a folder, and all of a table.
     unsorted : bool
         Take the unsorted spikes of each channel as a unit, instead of leaving them out.
     counted_bin : float, optional
@@ -180,6 +180,34 @@ def session_spikes(
     return _of_groups(_table(path, kind, counted_bin), groups, path)
 
 
+def with_waveforms(spikes: xr.Dataset, path: str | Path) -> xr.Dataset:
+    """Units of a file with the mean of their waveforms, where it holds that of each spike.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        From :func:`session_spikes`.
+    path : path
+        The file.
+
+    Returns
+    -------
+    Dataset
+        With ``unit_waveform`` and ``unit_waveform_sd`` [V] of a ``.plx`` file; else the same.
+
+    Raises
+    ------
+    InputError
+        If the file is damaged.
+    """
+    if _kind(path) != ".plx":
+        return spikes
+    from vibrissa.neural.io.formats.plexon import plexon_waveforms
+
+    names = [str(name) for name in spikes.unit_name.values]
+    return spikes.assign(dataset(**plexon_waveforms(path, names)).data_vars)
+
+
 def _kind(path: str | Path) -> str:
     return "" if Path(path).is_dir() else Path(path).suffix.lower()
 
@@ -201,7 +229,7 @@ def _table(path: str | Path, kind: str, counted_bin: float | None) -> xr.Dataset
 
 def _of_groups(spikes: xr.Dataset, groups: Collection[str] | None, path: str | Path) -> xr.Dataset:
     """Units of these groups by their quality; all where none are named."""
-    if groups is None:
+    if groups is None or ALL in groups:
         return spikes
     if "unit_quality" not in spikes:
         remedy = "leave `group` out to take all units"

@@ -22,7 +22,7 @@ SOMATA = {"margin_um": 5.0, "minimum_z": 10.0, "maximum_z": 30.0, "minimum_dista
 SHANK = {"num_columns": 1, "xpitch": 20, "ypitch": 1e6 * PITCH, "contact_shapes": "circle"}
 FIRING = {"firing_rates": (5.0, 15.0), "refractory_period_ms": 4.0}  # where no spikes are given
 AFTER = 0.5  # [s] of noise after the last spike that is given
-LONGEST, MOST_UNITS, CHANNELS = 600.0, 60, (4, 64)
+LONGEST, MOST_UNITS, CHANNELS = 600.0, 60, (1, 64)
 
 
 def generate(

@@ -16,10 +16,14 @@ from vibrissa.neural.io.formats.foreign import one_line
 from vibrissa.neural.io.formats.traces import part
 from vibrissa.neural.io.tables.inputs import require_session_clock
 from vibrissa.neural.io.tables.spikes import table_of_trains
+from vibrissa.neural.sorting.compiled import keep_compiled
 from vibrissa.neural.sorting.quality import unit_quality
+from vibrissa.neural.sorting.waveform_groups import groups_of_units
 from vibrissa.quantities import dataset
 
 DEFAULT = "spykingcircus2"
+LEAST_CLUSTER = 20  # spikes of a unit that `simple` finds, as of spykingcircus2; its own 5 splits units
+OF_ONE = "simple"  # of one channel, on which the others merge units: docs/howto-sorting.md
 COINCIDENT = 0.4e-3  # [s] spikes closer than this are the same spike
 SPIKES = (300.0, 6000.0)  # [Hz] band in which waveforms are taken
 BEFORE, AFTER = 1e-3, 2e-3  # [s] of a waveform about its trough
@@ -31,15 +35,15 @@ def sorters() -> list[str]:
         return [str(name) for name in part("sorters").installed_sorters()]
 
 
-def sort(traces: Any, sorter: str = DEFAULT, *, seed: int = 0, workers: int = 1) -> xr.Dataset:
+def sort(traces: Any, sorter: str | None = None, *, seed: int = 0, workers: int = 1) -> xr.Dataset:
     """Sort the spikes of a recording.
 
     Parameters
     ----------
     traces : spikeinterface.BaseRecording
         From :func:`vibrissa.neural.io.formats.traces.open_traces`.
-    sorter : str
-        One of :func:`sorters`.
+    sorter : str, optional
+        One of :func:`sorters`; by default spykingcircus2, and simple for one channel.
     seed : int
         Of sorters that draw numbers.
     workers : int
@@ -50,7 +54,8 @@ def sort(traces: Any, sorter: str = DEFAULT, *, seed: int = 0, workers: int = 1)
     Dataset
         Table of :func:`vibrissa.neural.io.tables.spikes.spike_table` on the session's clock; ``unit_electrode`` (from
         0, in the order of the channels), ``snr_mean``, ``unit_waveform`` [V] of that electrode, 300 to 6,000 Hz, where
-        the gain is known, and the variables of :func:`vibrissa.neural.sorting.quality.unit_quality`.
+        the gain is known, ``waveform_groups`` (:mod:`vibrissa.neural.sorting.waveform_groups`), and the variables of
+        :func:`vibrissa.neural.sorting.quality.unit_quality`, among them ``merged``.
 
     Raises
     ------
@@ -58,9 +63,12 @@ def sort(traces: Any, sorter: str = DEFAULT, *, seed: int = 0, workers: int = 1)
         If the sorter is not installed, fails, or finds no unit.
     """
     here = sorters()
+    if sorter is None:
+        sorter = OF_ONE if traces.get_num_channels() == 1 else DEFAULT
     if sorter not in here:
         remedy = f"here are {', '.join(here)}" if here else install("sorting")
         raise PackageError(f"sorter {sorter}", "must be installed with what it needs", None, remedy)
+    keep_compiled()
     quiet = io.StringIO()
     with (
         TemporaryDirectory() as folder,
@@ -84,6 +92,7 @@ def _parameters(sorter: str, seed: int, workers: int, cache: Path) -> dict[str, 
         "job_kwargs": {"n_jobs": workers, "progress_bar": False},
         "cache_preprocessing": {"mode": "folder", "folder": cache},
         "cache_preprocessing_mode": "folder",
+        **({"clusterer_kwargs": {"min_cluster_size": LEAST_CLUSTER}} if sorter == OF_ONE else {}),
     }
     return {name: value for name, value in wishes.items() if name in known}
 
@@ -95,13 +104,13 @@ def _labelled(traces: Any, found: Any, attrs: dict[str, Any]) -> xr.Dataset:
     names = [str(unit) for unit in found.unit_ids]
     about = {"sampling_rate": rate, "duration": duration, "channels": int(traces.get_num_channels()), **attrs}
     table = table_of_trains(trains, names, about)
+    table = table.assign(_seen(traces, found, int(attrs["sorter_seed"])).data_vars)
     quality = unit_quality(table, duration).drop_vars("unit_name")
-    seen = _seen(traces, found, int(attrs["sorter_seed"]))
-    return table.merge(quality.assign(seen.data_vars), combine_attrs="override")
+    return table.merge(quality, combine_attrs="override")
 
 
 def _seen(traces: Any, found: Any, seed: int) -> xr.Dataset:
-    """Electrode at which each unit's mean waveform is largest, its peak-to-peak over the noise there, and its shape."""
+    """Electrode at which each unit is largest, its mean waveform there, over the noise, and groups of waveforms."""
     core, rate = part("core"), traces.get_sampling_frequency()
     band = part("preprocessing").bandpass_filter(traces, *SPIKES, dtype="float32")
     jobs = {"n_jobs": 1, "progress_bar": False}
@@ -114,7 +123,9 @@ def _seen(traces: Any, found: Any, seed: int) -> xr.Dataset:
     volts = {}
     if traces.has_scaleable_traces():
         volts = {"unit_waveform": 1e-6 * traces.get_channel_gains()[best][:, None] * shape}
-    return dataset(unit_electrode=best, snr_mean=np.ptp(shape, axis=1) / noise[best].astype(float), **volts)
+    groups = groups_of_units(band, spikes, best, (before, after), seed)
+    ratio = np.ptp(shape, axis=1) / noise[best].astype(float)
+    return dataset(unit_electrode=best, snr_mean=ratio, waveform_groups=groups, **volts)
 
 
 def accuracy(found: xr.Dataset, truth: xr.Dataset, *, coincident: float = COINCIDENT) -> xr.Dataset:

@@ -11,6 +11,7 @@ from vibrissa.arrays import Array, Window
 from vibrissa.errors import ConflictError, MissingError, RangeError, ShapeError
 from vibrissa.files import existing
 from vibrissa.neural.io.recording import recorded_spikes, session_spikes, trials_of_recording
+from vibrissa.neural.io.tables.kept_units import of_kept_units
 from vibrissa.neural.io.tables.stimuli import name_of
 from vibrissa.neural.io.tables.trials import trials_at
 from vibrissa.quantities.kinds import Progress
@@ -171,11 +172,13 @@ def read_spikes(
         event=given.event,
         trials=trials,
         only=given.only,
-        groups=given.group,
+        groups=given.groups,
         unsorted=given.unsorted,
         counted_bin=given.counted_bin,
         progress=progress,
     )
+    if given.kept is not None:
+        spikes = of_kept_units(spikes, folder / given.kept)
     count = counted if given.trials is None else given.trials
     if count is None and needs_count:
         raise ConflictError("trials", "must be given with a CSV", remedy="count silent presentations too")
@@ -219,11 +222,13 @@ def read_session(
     """
     how: dict[str, Any] = {
         "event": given.event,
-        "groups": given.group,
+        "groups": given.groups,
         "unsorted": given.unsorted,
         "counted_bin": given.counted_bin,
     }
     spikes = session_spikes(folder / given.spikes, **how)
+    if given.kept is not None:
+        spikes = of_kept_units(spikes, folder / given.kept)
     remarks = remarks_on(spikes)
     if "spike_trial" in spikes:
         if "n_trials" not in spikes.attrs:

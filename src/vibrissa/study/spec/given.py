@@ -31,6 +31,9 @@ class SpikesInput:
         or the name of a table of intervals in an NWB file.
     group : (str, ...), optional
         Groups of units that are taken; those called good of a folder, all of a file, by default.
+    kept : str, optional
+        Dataset of quality (``vibrissa quality --out``): the units that it keeps are taken, whatever their groups,
+        unless these are given too; relative to the study file.
     """
 
     spikes: str
@@ -43,6 +46,7 @@ class SpikesInput:
     group: tuple[str, ...] | None = None
     unsorted: bool = False
     counted_bin: float | None = None
+    kept: str | None = None
 
     def __post_init__(self) -> None:
         if self.trials is not None and self.trials < 1:
@@ -53,6 +57,11 @@ class SpikesInput:
             raise ConflictError("trials", "must be given with `period`")
         if self.period is not None and (self.event or self.trial_table or self.only):
             raise ConflictError("period", "must not go with `event`, `trial_table` or `only`")
+
+    @property
+    def groups(self) -> tuple[str, ...] | None:
+        """Groups that are read: whatever their labels, where a dataset of quality chooses among them."""
+        return self.group or (("all",) if self.kept else None)
 
 
 @dataclass(frozen=True, kw_only=True)

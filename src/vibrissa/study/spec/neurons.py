@@ -19,7 +19,7 @@ class Neurons(SpikesInput, StimulusInput):
 
     Attributes
     ----------
-    spikes, trials, period, first_onset, event, trial_table, only, group, unsorted, counted_bin
+    spikes, trials, period, first_onset, event, trial_table, only, group, unsorted, counted_bin, kept
         See :class:`vibrissa.study.spec.given.SpikesInput`.
     stimulus, whisker, signal_unit, envelope
         See :class:`vibrissa.study.spec.given.StimulusInput`.

@@ -46,8 +46,8 @@ def read_nwb(path: str | Path, *, names: str | None = None) -> xr.Dataset:
         See :func:`vibrissa.neural.io.tables.spikes.spike_table`. ``unit_id`` keeps the ids. ``unit_quality``,
         ``unit_whisker`` and ``snr_smallest`` where the file has the columns quality, whisker and snr;
         ``interval_start``, ``interval_stop`` and ``interval_unit`` where it says when each unit was observed;
-        ``unit_waveform`` where it has mean waveforms of one electrode, ``unit_electrode`` where each unit has one
-        electrode.
+        ``unit_waveform`` and ``unit_waveform_sd`` where it has mean waveforms and their deviations, of the electrode on
+        which a unit is largest; ``unit_electrode`` where each unit has one electrode.
 
     Raises
     ------
@@ -89,7 +89,8 @@ def units_of(file: Any, source: str, *, names: str | None = None) -> xr.Dataset:
     for one, time in zip(ids, times, strict=True):
         if not (np.abs(time) <= LONGEST).all():
             raise FormatError(f"{source}, unit {one}", "must have finite spike times in seconds", f"{np.max(time):.6g}")
-    attrs, named = {"source": Path(source).name}, _names(units, source, names)
+    attrs = {"source": Path(source).name, "snr_source": "column snr"}
+    named = _names(units, source, names)
     table = table_of_trains(times, named, attrs, unit_id=ids, **_about_units(units))
     if units.obs_intervals is None:
         return table
@@ -127,13 +128,26 @@ def _about_units(units: Any) -> dict[str, Any]:
             if name == "snr_smallest" and values.dtype.kind not in "fiu":
                 continue
             about[name] = values.astype(float) if name == "snr_smallest" else values.astype(str)
-    if "waveform_mean" in units.colnames and np.ndim(units["waveform_mean"][:]) == 2:
-        about["unit_waveform"] = np.asarray(units["waveform_mean"][:], float)
+    about |= _waveforms(units)
     if "electrodes" in units.colnames:
         each = _cells(units["electrodes"])
         if all(one.size == 1 for one in each):
             about["unit_electrode"] = np.array([one.item() for one in each], int)
     return about
+
+
+def _waveforms(units: Any) -> dict[str, Any]:
+    """Mean waveforms and their deviations; of several electrodes that on which the unit is largest."""
+    if "waveform_mean" not in units.colnames or np.ndim(units["waveform_mean"][:]) not in (2, 3):
+        return {}
+    mean = np.asarray(units["waveform_mean"][:], float)
+    found = {"unit_waveform": mean}
+    if "waveform_sd" in units.colnames and np.shape(units["waveform_sd"][:]) == mean.shape:
+        found["unit_waveform_sd"] = np.asarray(units["waveform_sd"][:], float)
+    if mean.ndim == 2:
+        return found
+    best = np.ptp(np.nan_to_num(mean), axis=1).argmax(axis=1)[:, None, None]
+    return {name: np.take_along_axis(one, best, 2)[..., 0] for name, one in found.items()}
 
 
 def read_nwb_trials(

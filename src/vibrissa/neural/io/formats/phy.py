@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
-from vibrissa.arrays import Integers
+from vibrissa.arrays import Array, Integers
 from vibrissa.errors import FormatError, MissingError, RangeError, ShapeError, TooFewError
+from vibrissa.neural.io.formats.unit_tables import stated_snr
 from vibrissa.neural.io.tables.spikes import spike_table
 from vibrissa.tables.reader import read_table
 from vibrissa.tables.table import LONGEST
@@ -22,6 +24,8 @@ GOOD = ("good",)
 QUALITY = {"good": "SU", "mua": "MU"}  # what phy's groups are here; of others nothing is known
 LABELS = (("cluster_group.tsv", "group"), ("cluster_info.tsv", "group"), ("cluster_KSLabel.tsv", "KSLabel"))
 UNJUDGED = "unsorted"  # phy's own word
+ALL = "all"  # in place of the groups: whatever their labels
+AMPLITUDES = "amplitudes.npy"
 NEEDED = ("spike_times.npy", "params.py")
 
 
@@ -51,14 +55,16 @@ def read_phy(path: str | Path, *, groups: Collection[str] = GOOD) -> xr.Dataset:
         which has the sampling rate, and ``cluster_group.tsv``: what its user called each cluster. Where no one has
         judged, the sorter's own labels are taken (``cluster_KSLabel.tsv``). ``params.py`` is read, not run.
     groups : collection of str
-        Clusters of these groups are units: ``good``, ``mua``, ``noise``, ``unsorted`` or any that the labels have.
+        Clusters of these groups are units: ``good``, ``mua``, ``noise``, ``unsorted``, any that the labels have, or
+        ``all``.
 
     Returns
     -------
     Dataset
         See :func:`vibrissa.neural.io.tables.spikes.spike_table`; ``unit_id`` is the cluster, ``unit_quality`` SU for
-        good, MU for mua, and is absent where there are others. The attribute ``remark`` names what is left out, and by
-        whose word.
+        good, MU for mua, and is absent where there are others; ``unit_label`` is the group of each, ``unit_snr`` that
+        of a table of the folder, and ``spike_amplitude`` what the sorter gave (``amplitudes.npy``). The attribute
+        ``remark`` names what is left out, and by whose word.
 
     Raises
     ------
@@ -72,7 +78,7 @@ def read_phy(path: str | Path, *, groups: Collection[str] = GOOD) -> xr.Dataset:
     rate = _rate(path / "params.py")
     time, cluster = _spikes(path)
     found, source = _labels(path, np.unique(cluster))
-    chosen = np.array([one for one, group in found.items() if group in groups], int)
+    chosen = np.array([one for one, group in found.items() if group in groups or ALL in groups], int)
     if not chosen.size:
         there = ", ".join(f"{group} ({list(found.values()).count(group)})" for group in sorted(set(found.values())))
         rule = f"must have clusters in the groups {', '.join(groups)}"
@@ -84,13 +90,19 @@ def read_phy(path: str | Path, *, groups: Collection[str] = GOOD) -> xr.Dataset:
     remark = f"{chosen.size} clusters are units, {', '.join(groups)} by {source}"
     if others:
         remark += f"; {others} clusters with {int((~kept).sum())} spikes are left out"
+    names = [str(one) for one in chosen]
+    snr, table = stated_snr(path, names)
+    amplitude = _amplitudes(path / AMPLITUDES, time.size)
     return spike_table(
         time[kept] / rate,
         np.searchsorted(chosen, cluster[kept]),
-        [str(one) for one in chosen],
-        attrs={"source": path.name, "sampling_rate": rate, "remark": remark},
+        names,
+        amplitude=None if amplitude is None else amplitude[kept],
+        attrs={"source": path.name, "sampling_rate": rate, "remark": remark, "snr_source": table},
         unit_id=chosen,
+        unit_label=np.array([found[one] for one in chosen.tolist()], str),
         **about,
+        **snr,
     )
 
 
@@ -122,15 +134,30 @@ def _spikes(path: Path) -> tuple[Integers, Integers]:
     return time, cluster
 
 
-def _whole(path: Path) -> Integers:
-    """Integers numbers of a file of NumPy."""
+def _amplitudes(path: Path, spikes: int) -> Array | None:
+    """Amplitude of each spike; None where the folder has none."""
+    if not path.is_file():
+        return None
+    values = _flat(path)
+    if values.dtype.kind not in "iuf" or values.shape != (spikes,):
+        raise ShapeError(str(path), f"must hold a number for each of {spikes} spikes", f"{values.dtype} {values.shape}")
+    return values.astype(float)
+
+
+def _flat(path: Path) -> NDArray[Any]:
+    """Values of a file of NumPy."""
     if not path.is_file():
         raise MissingError(str(path), "must be an existing file")
     try:
         values = np.load(path, allow_pickle=False)
     except (ValueError, EOFError, OSError) as error:
         raise FormatError(str(path), f"is truncated or damaged ({str(error)[:60]})") from error
-    values = np.atleast_1d(np.squeeze(np.asarray(values)))
+    return np.atleast_1d(np.squeeze(np.asarray(values)))
+
+
+def _whole(path: Path) -> Integers:
+    """Whole numbers of a file of NumPy."""
+    values = _flat(path)
     wrong = values.ndim != 1 or values.dtype.kind not in "iuf" or not np.all(np.isfinite(values))
     if wrong or np.any((values < 0) | (values > LONGEST * 1e6)) or np.any(values != np.floor(values)):
         rule = "must hold one whole number from 0 for each spike"

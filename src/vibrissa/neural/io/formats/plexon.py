@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from struct import Struct
 from typing import Any
@@ -94,6 +94,48 @@ def read_plexon(
     }
     table = table_of_trains([time for _, time in units], [name for name, _ in units], attrs)
     return table if event is None else table.assign(_events(reader, path, channels, event).data_vars)
+
+
+def plexon_waveforms(path: str | Path, names: Sequence[str]) -> dict[str, Any]:
+    """Mean waveforms of units of a .plx file, which holds the waveform of each spike, and their deviations.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    names : sequence of str
+        Units, as :func:`read_plexon` names them.
+
+    Returns
+    -------
+    dict
+        ``unit_waveform`` and ``unit_waveform_sd`` (unit, sample) [V], of the first electrode of several; NaN for units
+        with fewer than two spikes.
+
+    Raises
+    ------
+    InputError
+        As :func:`read_plexon`.
+    """
+    reader = _open(path)
+    with one_line(str(path), BROKEN, DAMAGED):
+        known = {_name(reader, k): k for k in range(reader.spike_channels_count())}
+        pairs = [_mean_and_deviation(reader, known[name]) for name in names]
+    samples = max((mean.size for mean, _ in pairs), default=0)
+    wide = np.full((2, len(pairs), samples), np.nan)
+    for k, (mean, deviation) in enumerate(pairs):
+        wide[0, k, : mean.size], wide[1, k, : mean.size] = mean, deviation
+    return {"unit_waveform": wide[0], "unit_waveform_sd": wide[1]}
+
+
+def _mean_and_deviation(reader: Any, k: int) -> tuple[Array, Array]:
+    """Of the waveforms of one unit [V]; empty with fewer than two spikes, or where the file does not state the gain."""
+    step = 1e-3 * float(reader.header["spike_channels"]["wf_gain"][k])  # neo gives mV
+    if len(reader.get_spike_timestamps(0, 0, k, None, EVER)) < 2 or not 0 < step < np.inf:
+        return np.zeros(0), np.zeros(0)
+    raw = reader.get_spike_raw_waveforms(0, 0, k, None, EVER)
+    volts = step * np.asarray(raw[:, 0], float)
+    return volts.mean(axis=0), volts.std(axis=0)
 
 
 def _open(path: str | Path) -> Any:

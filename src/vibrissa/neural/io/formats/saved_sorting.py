@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from vibrissa.arrays import Integers
+from vibrissa.arrays import Array, Integers
 from vibrissa.errors import FormatError, MissingError, RangeError, ShapeError
 from vibrissa.neural.io.formats.foreign import optional_module
 
 NUMPY = "numpysorting_info.json"  # in each folder of sorting.save(folder=…), since SpikeInterface 0.99
 NPZ = "sorting_cached.npz"  # in those of older versions
+PROPERTIES = ("quality", "snr")  # of units
 ZARR = (".zgroup", "zarr.json")  # of format 2 and 3
 
 
@@ -36,6 +37,8 @@ class SavedSorting:
         Stretches of recording, each with its own clock.
     quality : list of str, optional
         Label of each unit (``good``, ``mua``, ``noise``, …) where the units have the property ``quality``.
+    snr : (U,) array, optional
+        Signal to noise of each unit where the units have the property ``snr``.
     """
 
     sampling_rate: float
@@ -44,6 +47,7 @@ class SavedSorting:
     unit: Integers
     segments: int
     quality: list[str] | None = None
+    snr: Array | None = None
 
 
 def read_numpy_folder(path: Path) -> SavedSorting:
@@ -53,7 +57,8 @@ def read_numpy_folder(path: Path) -> SavedSorting:
     ----------
     path : Path
         Folder with ``numpysorting_info.json``, ``spikes.npy`` (fields ``sample_index``, ``unit_index``,
-        ``segment_index``) and, where the units were judged, ``properties/quality.npy``.
+        ``segment_index``) and, where the units have these properties, ``properties/quality.npy`` and
+        ``properties/snr.npy``.
 
     Returns
     -------
@@ -70,9 +75,7 @@ def read_numpy_folder(path: Path) -> SavedSorting:
     spikes, fields = _array(path / "spikes.npy"), ("sample_index", "unit_index")
     if not set(fields) <= set(spikes.dtype.names or ()):
         raise FormatError(str(path / "spikes.npy"), f"must have the fields {', '.join(fields)}", str(spikes.dtype))
-    judged = path / "properties" / "quality.npy"
-    quality = _array(judged) if judged.is_file() else None
-    return _checked(path, rate, names, [spikes[name] for name in fields], segments, quality)
+    return _checked(path, rate, names, [spikes[name] for name in fields], segments, _properties(path))
 
 
 _ABOUT = ("sampling_frequency", "unit_ids", "num_segments")
@@ -107,9 +110,7 @@ def read_npz(path: Path) -> SavedSorting:
     if len(names) and not np.array_equal(names[index], label):
         stranger = label[names[index] != label][0]
         raise FormatError(str(path), "must label each spike with one of its unit_ids", str(stranger))
-    judged = path.parent / "properties" / "quality.npy"
-    quality = _array(judged) if judged.is_file() else None
-    return _checked(path, rate[0], names.tolist(), [sample, index], segments[0], quality)
+    return _checked(path, rate[0], names.tolist(), [sample, index], segments[0], _properties(path.parent))
 
 
 _ARRAYS = ("unit_ids", "sampling_frequency", "num_segment", "spike_indexes_seg0", "spike_labels_seg0")
@@ -141,8 +142,8 @@ def read_zarr(path: Path) -> SavedSorting:
         raise MissingError(str(path), "must hold sorted units (unit_ids, spikes)", None, held)
     rate, segments = (_value(path, group.attrs, key) for key in ("sampling_frequency", "num_segments"))
     columns = [np.asarray(group[f"spikes/{name}"][:]) for name in ("sample_index", "unit_index")]
-    quality = group["properties/quality"][:] if "properties/quality" in group else None
-    return _checked(path, rate, np.asarray(group["unit_ids"][:]).tolist(), columns, segments, quality)
+    known = {name: group[f"properties/{name}"][:] for name in PROPERTIES if f"properties/{name}" in group}
+    return _checked(path, rate, np.asarray(group["unit_ids"][:]).tolist(), columns, segments, known)
 
 
 def read_json(path: Path) -> dict[str, Any]:
@@ -190,7 +191,15 @@ def _array(path: Path) -> Any:
         raise FormatError(str(path), f"is truncated or damaged ({str(error)[:60]})") from error
 
 
-def _checked(path: Path, rate: Any, names: list[Any], columns: list[Any], segments: Any, quality: Any) -> SavedSorting:
+def _properties(folder: Path) -> dict[str, Any]:
+    """Properties of the units that are read, where the folder has them."""
+    files = {name: folder / "properties" / f"{name}.npy" for name in PROPERTIES}
+    return {name: _array(path) for name, path in files.items() if path.is_file()}
+
+
+def _checked(
+    path: Path, rate: Any, names: list[Any], columns: list[Any], segments: Any, known: dict[str, Any]
+) -> SavedSorting:
     """Refuse what contradicts itself."""
     if not 0 < float(rate) < np.inf:
         raise RangeError(f"{path}, sampling_frequency", "must be a positive number (Hz)", rate)
@@ -202,10 +211,15 @@ def _checked(path: Path, rate: Any, names: list[Any], columns: list[Any], segmen
     if unit.size and not (unit.min() >= 0 and unit.max() < len(names) and sample.min() >= 0):
         found = f"units {unit.min()} to {unit.max()}, samples from {sample.min()}"
         raise RangeError(str(path), f"must count samples from 0, and units from 0 to {len(names) - 1}", found)
-    labels = None if quality is None else np.asarray(quality, str).tolist()
-    if labels is not None and len(labels) != len(names):
-        raise ShapeError(f"{path}, quality", "must have a label for each unit", f"{len(labels)} of {len(names)}")
+    for name, values in known.items():
+        if np.shape(values) != (len(names),):
+            raise ShapeError(f"{path}, {name}", "must have a value for each unit", f"{np.size(values)} of {len(names)}")
+    snr = known.get("snr")
+    if snr is not None and np.asarray(snr).dtype.kind not in "iuf":
+        raise FormatError(f"{path}, snr", "must hold numbers", str(np.asarray(snr).dtype))
     return SavedSorting(
         sampling_rate=float(rate), unit_ids=[str(name) for name in names], segments=int(segments),
-        sample=sample.astype(np.int64), unit=unit.astype(np.int64), quality=labels,
+        sample=sample.astype(np.int64), unit=unit.astype(np.int64),
+        quality=np.asarray(known["quality"], str).tolist() if "quality" in known else None,
+        snr=None if snr is None else np.asarray(snr, float),
     )  # fmt: skip

@@ -11,7 +11,7 @@ import xarray as xr
 
 from vibrissa.errors import FormatError, MissingError, ShapeError, TooFewError
 from vibrissa.neural.io.formats.foreign import one_line
-from vibrissa.neural.io.formats.phy import GOOD, QUALITY, is_phy, read_phy
+from vibrissa.neural.io.formats.phy import ALL, GOOD, QUALITY, is_phy, read_phy
 from vibrissa.neural.io.formats.saved_sorting import (
     NPZ,
     NUMPY,
@@ -55,7 +55,7 @@ def read_sorted_folder(path: str | Path, *, groups: Collection[str] = GOOD) -> x
         What ``sorting.save(folder=…)``, ``run_sorter(folder=…)`` or ``create_sorting_analyzer(folder=…)`` wrote. Of
         sorters: those whose output is a saved sorting, a folder of phy (Kilosort) or ``firings.npz`` (MountainSort 5).
     groups : collection of str
-        Where the units have the property ``quality``, those of these groups are taken; without it all are.
+        Where the units have the property ``quality``, those of these groups are taken, or ``all``; without it all are.
 
     Returns
     -------
@@ -79,8 +79,11 @@ def read_sorted_folder(path: str | Path, *, groups: Collection[str] = GOOD) -> x
     units, remark = _chosen(path, found, groups)
     trains = [found.sample[found.unit == unit] / found.sampling_rate for unit in units]
     labels = None if found.quality is None else [found.quality[unit] for unit in units]
-    attrs = {"source": path.name, "sampling_rate": found.sampling_rate, "remark": remark}
-    return table_of_trains(trains, [found.unit_ids[unit] for unit in units], attrs, **quality_of(labels))
+    attrs = {"source": path.name, "sampling_rate": found.sampling_rate, "remark": remark, "snr_source": "property snr"}
+    about = quality_of(labels) | ({} if labels is None else {"unit_label": np.array(labels, str)})
+    if found.snr is not None:
+        about["unit_snr"] = found.snr[units]
+    return table_of_trains(trains, [found.unit_ids[unit] for unit in units], attrs, **about)
 
 
 def _inner(path: Path) -> Path:
@@ -123,12 +126,12 @@ def _chosen(path: Path, found: SavedSorting, groups: Collection[str]) -> tuple[l
     count = len(found.unit_ids)
     if not count:
         raise TooFewError(str(path), "must hold at least one unit", 0)
-    if found.quality is None and tuple(groups) != GOOD:
+    if found.quality is None and tuple(groups) not in (GOOD, (ALL,)):
         remedy = "leave `group` out to take all of them"
         raise MissingError(str(path), f"must state which units are {', '.join(groups)}: it does not", None, remedy)
     if found.quality is None:
         return list(range(count)), f"all {count} units are taken: the folder does not state which are good"
-    kept = [unit for unit, label in enumerate(found.quality) if label in groups]
+    kept = [unit for unit, label in enumerate(found.quality) if label in groups or ALL in groups]
     if not kept:
         there = ", ".join(sorted(set(found.quality)))
         raise TooFewError(str(path), f"must have units in the groups {', '.join(groups)}", None, f"there are {there}")

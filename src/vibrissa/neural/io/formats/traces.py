@@ -57,7 +57,7 @@ class RawFormat:
         Volts per step [V]; without it, waveforms are not measured.
     pitch : float, optional
         Distance between neighbouring electrodes [m]: the channels are in their order along one shank. Also for
-        recordings without their probe.
+        recordings without their probe. Not needed for one channel.
     stream : str, optional
         Which of several streams of a SpikeGLX or Open Ephys folder.
     """
@@ -168,11 +168,12 @@ def _with_probe(path: Path, traces: Any, how: RawFormat) -> Any:
         if how.pitch is not None:
             raise ConflictError("RawFormat.pitch", f"must be left out: {path} states where its electrodes are")
         return traces
-    if how.pitch is None:
+    channels = traces.get_num_channels()
+    if how.pitch is None and channels > 1:
         remedy = "the file does not state it: give `pitch`, in metres"
         raise MissingError(str(path), "must be given where its electrodes are", None, remedy)
-    channels = traces.get_num_channels()
-    shank = import_module("probeinterface").generate_linear_probe(num_elec=channels, ypitch=1e6 * how.pitch)
+    pitch = how.pitch or PITCHES[0]  # of one electrode it has no meaning
+    shank = import_module("probeinterface").generate_linear_probe(num_elec=channels, ypitch=1e6 * pitch)
     shank.set_device_channel_indices(np.arange(channels))
     traces.set_probe(shank)
     return traces

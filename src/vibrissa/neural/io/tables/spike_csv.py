@@ -20,8 +20,9 @@ from vibrissa.tables.writer import write_table
 
 MOST_TRIALS = 1_000_000
 ABOUT_UNITS = {"whisker": "unit_whisker", "quality": "unit_quality"}  # columns with one value for each unit
+NUMBERS_OF_UNITS = {"snr": "unit_snr"}  # the same of numbers; an empty cell is not measured
 NEEDED = {"spike_time": "s", "unit": TEXT}  # columns of a table of spikes, and their SI units
-OPTIONAL = {"trial": PURE, **dict.fromkeys(ABOUT_UNITS, TEXT)}
+OPTIONAL = {"trial": PURE, **dict.fromkeys(ABOUT_UNITS, TEXT), **dict.fromkeys(NUMBERS_OF_UNITS, PURE)}
 
 
 def read_spikes(path: str | Path, *, all_trials: bool = False) -> xr.Dataset:
@@ -31,10 +32,10 @@ def read_spikes(path: str | Path, *, all_trials: bool = False) -> xr.Dataset:
     ----------
     path : path
         UTF-8 text below a header with the columns ``spike_time`` [s] (or ``spike_time_ms``), ``unit`` (any name) and,
-        if times count from the onset of a trial, ``trial`` (its number). ``whisker`` (the principal one) and
-        ``quality`` (SU, MU) may be there, with one value for each unit. A line without a time says that its unit was
-        recorded, and its trial presented, without a spike; a file with such lines lists all of its trials. Other
-        columns are left alone and named in ``columns_left_alone``.
+        if times count from the onset of a trial, ``trial`` (its number). ``whisker`` (the principal one),
+        ``quality`` (SU, MU) and ``snr`` (signal to noise) may be there, with one value for each unit. A line without a
+        time says that its unit was recorded, and its trial presented, without a spike; a file with such lines lists all
+        of its trials. Other columns are left alone and named in ``columns_left_alone``.
     all_trials : bool
         Whether the largest trial is the last one in a file without such lines too.
 
@@ -130,13 +131,16 @@ def _trials(table: Table, listed: bool) -> Integers:
 
 
 def _about_units(table: Table, unit: Integers) -> dict[str, Any]:
-    """Values of the columns of ``ABOUT_UNITS`` for each unit; refused where one unit has two."""
+    """Values of the columns that describe units, for each unit; refused where one unit has two."""
     about: dict[str, Any] = {}
-    for column in (name for name in ABOUT_UNITS if name in table):
+    for column, name in (ABOUT_UNITS | NUMBERS_OF_UNITS).items():
+        if column not in table:
+            continue
         cells = np.array(table.text(column), str)
         first = np.unique(unit, return_index=True)[1]
         table.refuse_first(cells != cells[first][unit], column, "must be the same on all lines of a unit")
-        about[ABOUT_UNITS[column]] = cells[first]
+        values = table.numbers(column, blanks=True, unknown=True) if column in NUMBERS_OF_UNITS else cells
+        about[name] = values[first]
     return about
 
 
@@ -181,6 +185,7 @@ def flat_columns(spikes: xr.Dataset) -> dict[str, list[Any]]:
     """
     require(spikes, "spike_time", "spike_unit", "unit_name")
     about = {column: _text(spikes, name) for column, name in ABOUT_UNITS.items() if name in spikes}
+    about |= {column: _numbers(spikes, name) for column, name in NUMBERS_OF_UNITS.items() if name in spikes}
     names = _text(spikes, "unit_name")
     if "" in names:
         raise TooFewError("names of units", "must not be empty")
@@ -194,6 +199,11 @@ def flat_columns(spikes: xr.Dataset) -> dict[str, list[Any]]:
                 cells.insert(len(names), cell)
     columns["unit"] = [names[k] for k in unit]
     return columns | {name: [cells[k] for k in unit] for name, cells in about.items()}
+
+
+def _numbers(spikes: xr.Dataset, name: str) -> list[str]:
+    """Cells of numbers of units; empty where they are not measured."""
+    return ["" if np.isnan(value) else repr(value) for value in spikes[name].values.astype(float).tolist()]
 
 
 def _text(spikes: xr.Dataset, name: str) -> list[str]:

@@ -19,6 +19,7 @@ def spike_table(
     names: list[str],
     *,
     trial: Integers | None = None,
+    amplitude: Array | None = None,
     attrs: Mapping[str, Any] | None = None,
     **about_units: Any,
 ) -> xr.Dataset:
@@ -34,6 +35,8 @@ def spike_table(
         Names of all units, silent ones included, each once.
     trial : (N,) array of int, optional
         Trial of each spike, from 0.
+    amplitude : (N,) array, optional
+        Amplitude of each spike, in the unit of its sorter.
     attrs : mapping, optional
         Further attributes.
     **about_units
@@ -59,13 +62,15 @@ def spike_table(
     same = np.all([np.diff(key[given]) == 0 for key in group], axis=0)
     step, sorted_step = np.diff(time[given]), np.diff(time[order])
     oddities = {"spikes_out_of_order": same & (step < 0), "spikes_repeated": same & (sorted_step == 0)}
-    trials: dict[str, Any] = {} if trial is None else {"spike_trial": group[0][order]}
+    about_spikes: dict[str, Any] = {} if trial is None else {"spike_trial": group[0][order]}
+    if amplitude is not None:
+        about_spikes["spike_amplitude"] = np.asarray(amplitude, float)[order]
     return dataset(
         {**(attrs or {}), **{name: int(one.sum()) for name, one in oddities.items()}},
         spike_time=time[order],
         spike_unit=unit[order],
         unit_name=np.array(names, str),
-        **trials,
+        **about_spikes,
         **about_units,
     )
 
