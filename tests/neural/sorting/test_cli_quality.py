@@ -87,7 +87,7 @@ def test_options_of_trials_limit_what_is_judged(tmp_path, vibrissa):
     assert found["time_observed"] == [30.0]
     assert found["unit_rate"] == [pytest.approx(200 / 30)]
     assert "units are judged in 2 trials" in err
-    code, text, err = vibrissa(
+    _code, text, err = vibrissa(
         "quality", tmp_path / "s.csv", "--period", "10s", "--trials", "2", "--window", "0", "5", "--json"
     )
     assert json.loads(text)["time_observed"] == [10.0], err
@@ -96,7 +96,7 @@ def test_options_of_trials_limit_what_is_judged(tmp_path, vibrissa):
 def test_spikes_in_trials_are_judged_there(tmp_path, vibrissa):
     table = spike_table(np.tile(SPREAD[SPREAD < 2], 3), np.zeros(60, int), ["a"], trial=np.repeat([0, 1, 2], 20))
     write_csv(table, tmp_path / "s.csv")
-    code, text, err = vibrissa("quality", tmp_path / "s.csv", "--trials", "6", "--window", "0", "2", "--json")
+    _code, text, err = vibrissa("quality", tmp_path / "s.csv", "--trials", "6", "--window", "0", "2", "--json")
     assert json.loads(text)["unit_rate"] == [5.0], err
     assert vibrissa("quality", tmp_path / "s.csv")[2].count("trials are taken to last from 0 to 1.95 s") == 1
 
@@ -126,7 +126,7 @@ def test_waveforms_of_an_nwb_file_give_the_signal_to_noise(tmp_path, vibrissa):
         file.add_unit(spike_times=SPREAD, waveform_mean=shape, waveform_sd=np.full((40, 2), sd), id=k)
     with pynwb.NWBHDF5IO(str(tmp_path / "w.nwb"), "w") as io:
         io.write(file)
-    code, text, err = vibrissa("quality", tmp_path / "w.nwb", "--json")
+    _code, text, err = vibrissa("quality", tmp_path / "w.nwb", "--json")
     found = json.loads(text)
     assert found["unit_snr"] == [10.0, 20.0], err
     assert found["snr_source"] == ["waveforms", "waveforms"]
@@ -138,7 +138,7 @@ def test_waveforms_of_a_plexon_file_give_the_signal_to_noise(tmp_path, vibrissa)
     shape = np.interp(np.arange(32), [0, 6, 10, 16, 31], [0, 0, -300, 150, 0])
     waves = np.round(shape + rng.normal(0, 30, (ticks.size, 32)))
     path = write_plx(tmp_path / "w.plx", {(1, 1): ticks, (1, 2): [100_000]}, points=32, waves={(1, 1): waves})
-    code, text, err = vibrissa("quality", path, "--json")
+    _code, text, err = vibrissa("quality", path, "--json")
     found = json.loads(text)
     assert found["unit_snr"] == [pytest.approx(450 / 30, rel=0.02), None], err
     assert found["snr_source"] == ["waveforms", ""]
@@ -152,7 +152,7 @@ def test_a_real_file_is_judged(vibrissa, tmp_path):
     pytest.importorskip("pynwb")
     if not REAL.is_file():
         pytest.skip("real data A8604-211122.nwb is not here")
-    code, text, err = vibrissa("quality", REAL, "--json", "--duration", "1087.5289s", "--picture", tmp_path / "q.png")
+    _code, text, _err = vibrissa("quality", REAL, "--json", "--duration", "1087.5289s", "--picture", tmp_path / "q.png")
     found = json.loads(text)
     np.testing.assert_allclose(found["unit_rate"], np.array([11020, 4690, 5644]) / 1087.5289)
     assert found["unit_class"] == ["unlabelled"] * 3

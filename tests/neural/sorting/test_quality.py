@@ -158,14 +158,16 @@ def test_a_drifting_unit_is_left_out_when_asked():
     assert found.presence_ratio.values.tolist() == [1, 1, 0.4]
     first, second, third = found.reason.values.tolist()
     assert first == ""
-    assert second.startswith("rate changes by -") and "amplitude changes by -" in second
+    assert second.startswith("rate changes by -")
+    assert "amplitude changes by -" in second
     assert third.startswith("fires in 40 % of the recording, less than 90 %")
 
 
 def test_counts_in_bins_coarser_than_the_period_are_not_judged_by_it():
     spikes = classed(["good"], [np.repeat(SPREAD, 2)]).assign_attrs(counted_bin=0.01)
     found = unit_quality(spikes, 100.0)
-    assert np.isnan(found.refractory_violations.item()) and np.isnan(found.contamination.item())
+    assert np.isnan(found.refractory_violations.item())
+    assert np.isnan(found.contamination.item())
     assert found.kept.item()
     assert any("too coarse" in line for line in remarks_on_quality(found))
 
