@@ -82,7 +82,7 @@ def test_options_of_trials_limit_what_is_judged(tmp_path, vibrissa):
     assert json.loads(text)["unit_rate"] == [5.0], err
     (tmp_path / "t.csv").write_text("start,stop,protocol\n0,10,x\n40,60,x\n80,90,y\n")
     told = ("--trial-table", tmp_path / "t.csv", "--only", "protocol", "x", "--json")
-    code, text, err = vibrissa("quality", tmp_path / "s.csv", *told)
+    _code, text, err = vibrissa("quality", tmp_path / "s.csv", *told)
     found = json.loads(text)
     assert found["time_observed"] == [30.0]
     assert found["unit_rate"] == [pytest.approx(200 / 30)]
