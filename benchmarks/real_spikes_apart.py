@@ -27,7 +27,8 @@ def by_shift(counts: np.ndarray, level: np.ndarray, width: float) -> tuple[float
     best = np.max([np.roll(at_shift, -lag) for lag in range(n_lags)], axis=0)  # over the lags after each shift
     guard = round(0.06 / width)
     others = best[guard + n_lags : -guard]
-    return float(best[0]), float(np.argmax(at_shift[:n_lags]) * width), (1 + np.sum(others >= best[0])) / (1 + others.size)
+    p_value = (1 + np.sum(others >= best[0])) / (1 + others.size)
+    return float(best[0]), float(np.argmax(at_shift[:n_lags]) * width), p_value
 
 
 def adjusted(p_values: Sequence[float]) -> np.ndarray:
