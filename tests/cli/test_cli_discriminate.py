@@ -172,3 +172,32 @@ def test_trials_needed_draws_and_refuses(vibrissa, stimulus):
     assert "must be wanted of threshold, slope or latency" in err
     assert vibrissa(*words, "--slope", 0.25, "--slope-within", 0.1)[2].endswith("write --slope 0.25/s/um\n")
     assert vibrissa(*words, "--threshold", 42, "--slope-within", 0.1)[2].endswith("write --threshold 42um\n")
+
+
+def test_trials_needed_in_decibels_are_those_in_any_other_unit(vibrissa, tmp_path):
+    time = np.arange(16000) / 2000
+    level = 20 + 6 * np.sin(2 * np.pi * 1.3 * time) + 4 * np.cos(2 * np.pi * 3.1 * time)
+    for name, scale in (("dB", 1.0), ("au", 0.01)):
+        rows = np.stack([time, scale * level], axis=1)
+        np.savetxt(
+            tmp_path / f"{name}.csv", rows, delimiter=",", header=f"time,envelope_{name}", comments="", fmt="%.9g"
+        )
+    decibels = ("trials-needed", "--stimulus", tmp_path / "dB.csv", "--baseline", 5, "--slope-within", 0.1)
+    code, out, err = vibrissa(*decibels, "--threshold", "20dB", "--slope", "5/s/dB", "--threshold-within", 0.5)
+    assert (code, err) == (0, "")
+    assert "[dB]" in out
+    assert "[1/(s dB)]" in out
+    other = ("trials-needed", "--stimulus", tmp_path / "au.csv", "--baseline", 5, "--slope-within", 0.1)
+    plans = [
+        json.loads(vibrissa(*words, "--json")[1])
+        for words in (
+            (*decibels, "--threshold", 20, "--slope", 5, "--threshold-within", 0.5),
+            (*other, "--threshold", "0.2au", "--slope", "500/s/au", "--threshold-within", "0.005au"),
+        )
+    ]
+    assert plans[0]["trials_needed"] == plans[1]["trials_needed"]
+    assert vibrissa(*decibels, "--threshold", "42um", "--slope", 5)[2].startswith(
+        "vibrissa: --threshold must be of the stimulus, which is in dB"
+    )
+    code, _, err = vibrissa(*decibels, "--threshold", 80, "--slope", 5)
+    assert code == 0

@@ -81,10 +81,16 @@ def test_show_lists_what_an_nwb_session_holds(vibrissa, tmp_path):
     with h5py.File(tmp_path / "a.nwb", "w") as file:
         file["session_description"] = "rat 7"
         file.create_group("acquisition/voltage")
+        file["acquisition/compass/yaw/data"] = [0.0, 1.0]
+        file["stimulus/templates/motion/data"] = [0.0, 1.0]
         file["units/id"] = [0, 1, 2]
     found = json.loads(vibrissa("show", tmp_path / "a.nwb", "--json")[1])
     assert (found["kind"], found["facts"]["units"]) == ("NWB session", 3)
-    assert (found["facts"]["session"], found["facts"]["acquisition"]) == ("rat 7", "voltage")
+    assert (found["facts"]["session"], found["facts"]["acquisition"]) == (
+        "rat 7",
+        "compass (yaw), voltage",
+    )
+    assert found["facts"]["stimulus/templates"] == "motion"
 
 
 def test_a_dataset_of_no_known_kind_is_still_described(vibrissa, tmp_path):

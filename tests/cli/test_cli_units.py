@@ -137,9 +137,9 @@ MISTAKES = {
     "sampling in kHz": (f"{SCAN} 0.1 --sampling-rate 5", "write --sampling-rate 5kHz\n"),
     "bins in ms": (f"{BITS} 1 10 --bin-width 10", "write --bin-width 10ms\n"),
     "window in metres": (f"{BITS} 1m 10s", "write --window 1s,"),
-    "threshold in µm": (
-        "trials-needed --stimulus s.csv --threshold 42 --slope 2.5e5 --baseline 5",
-        "write --threshold 42um\n",
+    "threshold that is a mass": (
+        "trials-needed --stimulus s.csv --threshold 42kg --slope 2.5e5 --baseline 5",
+        "write --threshold 42um, or the number in m\n",
     ),
     "mean period in mm": (f"{DRAWN} 20mm --mean-period 0.6", "write --mean-period 0.6mm\n"),
     "grating in mm": (f"{DRAWN} 20", "write --grating-length 20mm\n"),

@@ -6,9 +6,10 @@ from populations import ringing
 from refusals import refusal
 
 from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
-from vibrissa.neural.coupling.carrier import ALIKE, PhaseTest, phase_in_envelope, settled_by, share_remark
+from vibrissa.neural.coupling.carrier import ALIKE, REASONS, PhaseTest, phase_in_envelope, settled_by, share_remark
 from vibrissa.neural.coupling.presentation import Presentation
 from vibrissa.neural.io.tables.spikes import join_units
+from vibrissa.neural.io.tables.stimuli import labelled_stimulus
 from vibrissa.neural.simulated.virtual import PhaseUnit, ThresholdLinearUnit, simulate_spikes
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
@@ -62,16 +63,33 @@ def test_an_envelope_that_carries_no_phase_needs_no_second_test():
     assert phase_in_envelope(Presentation.of(tone)) < ALIKE
 
 
+def test_an_envelope_has_no_phase_whatever_zeros_its_carrier_holds():
+    time = np.arange(20000) / 2000
+    slow = 3 + np.sin(2 * np.pi * 1.7 * time) * np.cos(2 * np.pi * 0.31 * time)
+    level = labelled_stimulus(time, slow, "rad", envelope=True)
+    assert phase_in_envelope(Presentation.of(level, bin_width=0.01)) == 0.0
+
+
 def test_a_stimulus_sampled_too_coarsely_cannot_be_told(lopsided):
     coarse = lopsided.isel(time=slice(None, None, 10))  # 200 samples a second, four in a period
     assert PhaseTest.of(Presentation.of(coarse)) is None
 
 
 def test_a_second_stimulus_decides(units):
-    open_ = units.assign(envelope_verdict=("unit", np.repeat("cannot tell", 6)))
+    told = [REASONS.get(verdict, "") for verdict in units.envelope_verdict.values]
+    rest = [str(a).removeprefix(b).removeprefix("; ") for a, b in zip(units.reason.values, told, strict=True)]
+    reasons = ["; ".join(filter(None, [REASONS["cannot tell"], one])) for one in rest]
+    open_ = units.assign(
+        envelope_verdict=("unit", np.repeat("cannot tell", 6)),
+        identified=("unit", np.zeros(6, bool)),
+        reason=("unit", reasons),
+    )
     found = settled_by(open_, units.isel(unit=slice(None, None, -1)))
     passed = units.significant.values
     assert found.envelope_verdict.values[passed].tolist() == units.envelope_verdict.values[passed].tolist()
     assert set(found.envelope_verdict.values[~passed]) <= {"cannot tell"}
+    driven = passed & (units.envelope_verdict.values == "envelope")
+    assert found.identified.values[driven].tolist() == units.identified.values[driven].tolist()
+    assert found.reason.values[passed].tolist() == units.reason.values[passed].tolist()
     with refusal("missing", "second stimulus"):
         settled_by(units, units.isel(unit=[0]))

@@ -11,6 +11,7 @@ from vibrissa.neural.glm.bases import raised_cosines
 from vibrissa.neural.glm.kernel_columns import Columns, KernelAnalysis, unit_design
 from vibrissa.neural.glm.poisson_model import whisker_kernels
 from vibrissa.neural.io.tables.spikes import spike_table
+from vibrissa.neural.io.tables.stimuli import labelled_stimulus
 
 TRIALS, RATE = 30, 25.0
 HOW = KernelAnalysis(reach=0.03, shapes=4, past=0.05)
@@ -117,6 +118,16 @@ def test_few_spikes_are_not_told():
     assert np.isnan(found.whisker_kernel.values).all()
     with refusal("range", "number of trials"):
         whisker_kernels(spikes.isel(spike=slice(0, 3)), command, 5, HOW)
+
+
+def test_a_stimulus_of_one_channel_is_one_whisker():
+    command, _ = copies(0)
+    spikes = spike_table(np.linspace(1.2, 5, 40), np.zeros(40, int), ["u"], trial=np.arange(40) % TRIALS)
+    alone = labelled_stimulus(command.time.values, command.command.values[0])
+    found = whisker_kernels(spikes, alone, TRIALS, HOW)
+    named = whisker_kernels(spikes, command.isel(whisker=[0]), TRIALS, HOW)
+    assert found.whisker.values.tolist() == ["stimulus"]
+    assert found.kernel_condition.item() == named.kernel_condition.item()
 
 
 @pytest.mark.parametrize(

@@ -78,7 +78,7 @@ def test_units_kept_elsewhere_are_refused(phy, tmp_path):
 
 def test_options_of_trials_limit_what_is_judged(tmp_path, vibrissa):
     write_csv(spike_table(SPREAD[SPREAD < 50], np.zeros(500, int), ["a"]), tmp_path / "s.csv")
-    code, text, err = vibrissa("quality", tmp_path / "s.csv", "--json", "--duration", "100s")
+    _code, text, err = vibrissa("quality", tmp_path / "s.csv", "--json", "--duration", "100s")
     assert json.loads(text)["unit_rate"] == [5.0], err
     (tmp_path / "t.csv").write_text("start,stop,protocol\n0,10,x\n40,60,x\n80,90,y\n")
     told = ("--trial-table", tmp_path / "t.csv", "--only", "protocol", "x", "--json")

@@ -306,7 +306,7 @@ def test_envelopes_have_neither_phase_nor_speed(folder, vibrissa):
     assert "has a phase" in refused(vibrissa, "demodulation", *words, "--bin-width", "1ms")
     assert "has a speed" in refused(vibrissa, "drives", *words)
     needed = ("--threshold", "45um", "--slope", "2.5e5", "--baseline", "5Hz", "--threshold-within", "9um")
-    assert "in metres" in refused(vibrissa, "trials-needed", "--stimulus", folder / "level.csv", *needed)
+    assert "which is in dB" in refused(vibrissa, "trials-needed", "--stimulus", folder / "level.csv", *needed)
 
 
 def test_channels_of_a_table_are_the_whiskers_of_a_map(folder, vibrissa):

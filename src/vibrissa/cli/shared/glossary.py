@@ -271,7 +271,9 @@ GLOSSARY: dict[str, Option] = {
     ),
     "--angle-ratio": _O("number", "Another base angle over the first, once for each", "1.08", arguments=("angles",)),
     "--sets": _O("count", "Sets of gratings, each with its own population", "16", arguments=("n_sets",)),
-    "--threshold": _O("length", "Envelope above which a unit is expected to fire more", "42um", most=1e-2),
+    "--threshold": _O(
+        "length", "Envelope above which a unit is expected to fire more, in the stimulus' unit", "42um", most=1e-2
+    ),
     "--slope": _O("slope", "Rise of the rate above the threshold", "0.25/s/um", 100),
     "--baseline": _O("rate", "Rate below the threshold", "5Hz"),
     "--latency": _O("duration", "Delay from envelope to rate", "12ms", most=1),
@@ -280,6 +282,9 @@ GLOSSARY: dict[str, Option] = {
     "--latency-within": _O("duration", "Half of the 95 % interval wanted of the latency", "2ms", most=1),
     "--gain-sd": _O("number", "Standard deviation of a gain that multiplies a trial's rate", "0.3"),
     "--fano-factor": _O("number", "Variance over mean of the counts of a bin from trial to trial", "1.5"),
+    "--settled-by": _O(
+        "file", "Table of the units under another stimulus, which settles envelope or phase", "other.nc"
+    ),
     "--fitted-units": _O("file", "Units with their fits, as neural writes them", "units.nc"),
     # raw traces
     "--recording": _O("file", "Raw recording", "recording.dat"),

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from cyclopts import Parameter
 
@@ -13,7 +13,7 @@ from vibrissa.cli.shared.output import OutputOptions, show
 from vibrissa.cli.shared.progress import progress_bars
 from vibrissa.cli.shared.refusals import in_options
 from vibrissa.cli.shared.units import Duration, Rate
-from vibrissa.errors import ConflictError
+from vibrissa.errors import ConflictError, ShapeError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from vibrissa.study.neurons.inputs import Recording
 
 
+T = TypeVar("T")
 Window = tuple[Duration, Duration]
 Band = tuple[Rate, Rate]
 
@@ -34,10 +35,12 @@ class TrialOptions:
     ----------
     event : str, optional
         Event channel of a .plx or .nex file that marks the onsets of the stimulus.
-    trial_table : Path, optional
+    trial_table : list of Path, optional
         Instead, a CSV with columns start,stop [s] and more; of an NWB file also the NAME of a table of intervals in it.
-    only : (str, str), optional
-        COLUMN VALUE of the table of trials: the protocol wanted, where several are interleaved.
+        With several stimuli one for all, or once for each.
+    only : list of (str, str), optional
+        COLUMN VALUE of the table of trials: the protocol wanted, where several are interleaved. With several stimuli
+        one for all, or once for each.
     period : float, optional
         From one onset of the stimulus to the next [s], of spikes on the session's clock; with --trials.
     first_onset : float
@@ -54,8 +57,8 @@ class TrialOptions:
     """
 
     event: str | None = None
-    trial_table: Path | None = None
-    only: tuple[str, str] | None = None
+    trial_table: list[Path] | None = None
+    only: list[tuple[str, str]] | None = None
     period: Duration | None = None
     first_onset: Duration = 0.0
     group: list[str] | None = None
@@ -65,8 +68,32 @@ class TrialOptions:
 
     def words(self) -> dict[str, Any]:
         """The options as a study file has them."""
-        given = {name: str(value) if isinstance(value, Path) else value for name, value in vars(self).items()}
-        return {**given, "group": tuple(self.group) if self.group else None}
+        (alone,) = self.each(1)
+        table, only = (one[0] if one else None for one in (alone.trial_table, alone.only))
+        own = {"trial_table": None if table is None else str(table), "only": only}
+        return {**vars(self), **own, "group": tuple(self.group) if self.group else None}
+
+    def each(self, count: int) -> list[TrialOptions]:
+        """The options for each of several stimuli.
+
+        Parameters
+        ----------
+        count : int
+            Number of stimuli.
+
+        Returns
+        -------
+        list of TrialOptions
+            Each with one table of trials and one protocol at most.
+
+        Raises
+        ------
+        InputError
+            If a table or a protocol is given several times, but not once for each stimulus.
+        """
+        tables = _for_each("--trial-table", self.trial_table, count)
+        protocols = _for_each("--only", self.only, count)
+        return [replace(self, trial_table=a, only=b) for a, b in zip(tables, protocols, strict=True)]
 
     def read(
         self,
@@ -110,6 +137,16 @@ class TrialOptions:
             asked: dict[str, Any] = {"bin_width": bin_width, "needs_count": needs_count}
             table, count, remarks = read_spikes(given, window, **asked, progress=progress)
         return table, count, [in_options(line) for line in remarks]
+
+
+def _for_each(option: str, given: list[T] | None, count: int) -> list[list[T] | None]:
+    """What was given for each stimulus: nothing, one for all, or one for each."""
+    if given is None or len(given) == 1:
+        return [given] * count
+    if len(given) != count:
+        rule = "must be given once" if count == 1 else f"must be given once, or once for each of {count} stimuli"
+        raise ShapeError(option, rule, f"{len(given)} times")
+    return [[one] for one in given]
 
 
 ALL_TRIALS = TrialOptions()

@@ -112,9 +112,9 @@ def drives(
     signal = SignalOptions(signal_unit=signal_unit)
     parts: list[tuple[xr.Dataset, xr.Dataset, int]] = []
     remarks: list[str] = []
-    for one, shown, count in zip(spikes, stimulus, counts, strict=True):
+    for one, shown, count, own in zip(spikes, stimulus, counts, cut.each(len(spikes)), strict=True):
         words = StimulusOptions(stimulus=shown, whisker=whisker, signal=signal).words()
-        found = RecordingOptions(spikes=one, trials=count, cut=cut).read_with(words, bin_width, band, each=True)
+        found = RecordingOptions(spikes=one, trials=count, cut=own).read_with(words, bin_width, band, each=True)
         parts += each_trial(found.spikes, found.stimulus, found.n_trials)
         remarks += [f"{one.name}: {line}" for line in found.remarks]
     heard, stimuli, presented = (list(column) for column in zip(*parts, strict=True))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, print_json, show, tell
@@ -29,6 +30,7 @@ def neural(
     part: PartOptions = WHOLE,
     delay: list[Duration] | None = None,
     spontaneous: tuple[Duration, Duration] | None = None,
+    settled_by: Path | None = None,
     seed: int = 0,
     output: OutputOptions = PRINTED,
 ) -> None:
@@ -50,9 +52,14 @@ def neural(
         Delay at which another whisker had the same stimulus [s]; once for each.
     spontaneous
         START STOP of a window without stimulus [s], for the spontaneous rate.
+    settled_by
+        Table that `neural --out` wrote of the same units under another stimulus: it decides where this one cannot tell
+        envelope from phase.
     seed
         Seed of the resampled trials and shuffles.
     """
+    from vibrissa.files import load
+    from vibrissa.neural.coupling.carrier import settled_by as settled
     from vibrissa.study.neurons.neurons import analyse_neurons
     from vibrissa.study.spec.neurons import Neurons
 
@@ -72,11 +79,13 @@ def neural(
     with progress_bars() as progress:
         found = analyse_neurons(asked, progress=progress)
     tell(*map(in_options, found.remarks))
-    output.save(found.units)
+    units = found.units if settled_by is None else settled(found.units, load(settled_by))
+    output.save(units)
     if output.json:
-        _print_units(found.units)
+        _print_units(units)
     else:
-        show(found.units, [*TABLE, "identified", "reason"])
+        doubtful = set(units.envelope_verdict.values.tolist()) - {"", "envelope"} or settled_by is not None
+        show(units, [*TABLE, *(["envelope_verdict"] if doubtful else []), "identified", "reason"])
 
 
 def _print_units(data: xr.Dataset) -> None:

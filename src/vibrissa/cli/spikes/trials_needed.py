@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from itertools import product
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from vibrissa.cli.shared.levels import LevelOption, RiseOption
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import stage
 from vibrissa.cli.shared.recorded import WHOLE, PartOptions, StimulusOptions
 from vibrissa.cli.shared.refusals import in_options
-from vibrissa.cli.shared.units import Duration, Length, Rate, Slope
+from vibrissa.cli.shared.units import Duration, Rate
 from vibrissa.errors import ConflictError, MissingError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 TABLE = ("threshold", "slope", "baseline", "fano_factor", "spikes_per_trial", "trials_needed", "reason")
 
@@ -19,12 +24,12 @@ TABLE = ("threshold", "slope", "baseline", "fano_factor", "spikes_per_trial", "t
 def trials_needed(
     *,
     shown: StimulusOptions,
-    threshold: list[Length] | None = None,
-    slope: list[Slope] | None = None,
+    threshold: list[LevelOption] | None = None,
+    slope: list[RiseOption] | None = None,
     baseline: list[Rate] | None = None,
     fitted_units: Path | None = None,
     latency: Duration = 0.012,
-    threshold_within: Length | None = None,
+    threshold_within: LevelOption | None = None,
     slope_within: float | None = None,
     latency_within: Duration | None = None,
     gain_sd: float = 0.0,
@@ -41,9 +46,10 @@ def trials_needed(
     Parameters
     ----------
     threshold
-        Envelope above which the unit is expected to fire more [m]; once for each.
+        Envelope above which the unit is expected to fire more, in the unit of the stimulus: 42um, 16dB, 0.1au; once for
+        each.
     slope
-        Rise of the rate above it [1/(s m)]: 0.25 AP/s per µm is 2.5e5; once for each.
+        Rise of the rate above it, per unit of the stimulus: 0.25/s/um, 25/s/dB; once for each.
     baseline
         Rate below the threshold [Hz]; once for each.
     fitted_units
@@ -52,7 +58,7 @@ def trials_needed(
     latency
         Delay from envelope to rate [s].
     threshold_within
-        Half of the 95 % interval wanted of the threshold [m].
+        Half of the 95 % interval wanted of the threshold, in the unit of the stimulus.
     slope_within
         Half of the 95 % interval wanted of the slope, as a share of the slope.
     latency_within
@@ -69,32 +75,45 @@ def trials_needed(
     from vibrissa.files import load
     from vibrissa.neural.coding.planner import Wanted, expected_of, plan_trials
     from vibrissa.neural.coupling.presentation import Presentation
-    from vibrissa.neural.io.tables.stimuli import require_metres
+    from vibrissa.neural.io.tables.stimuli import in_unit_of, presented, require_metres
     from vibrissa.neural.simulated.virtual import ThresholdLinearUnit
     from vibrissa.study.neurons.stimuli import read_stimulus
     from vibrissa.study.spec.given import StimulusInput
 
-    wanted = Wanted(threshold=threshold_within, slope=slope_within, latency=latency_within)
     if fitted_units is not None:
         _refuse_both(threshold, slope, baseline)
-        expected, gains, fanos = expected_of(load(fitted_units))
-    elif threshold and slope and baseline:
-        expected = [
-            ThresholdLinearUnit(threshold=a, slope=s, baseline=b, latency=latency)
-            for a, s, b in product(threshold, slope, baseline)
-        ]
-        gains, fanos = np.full(len(expected), gain_sd), np.full(len(expected), fano_factor)
-    else:
+    elif not (threshold and slope and baseline):
         raise MissingError("units", "must be given by --threshold, --slope and --baseline, or by --fitted-units")
     stimulus, remarks = read_stimulus(StimulusInput(**shown.words()), band=part.band)
     tell(*map(in_options, remarks))
-    require_metres(stimulus, "the threshold")
+    unit = presented(stimulus).unit
+    within = None if threshold_within is None else threshold_within.of(unit, "--threshold-within")
+    wanted = Wanted(threshold=within, slope=slope_within, latency=latency_within)
+    if fitted_units is not None:
+        expected, gains, fanos = expected_of(_in_unit(load(fitted_units), unit))
+    else:
+        thresholds = [one.of(unit, "--threshold") for one in threshold or ()]
+        slopes = [one.of(unit, "--slope") for one in slope or ()]
+        expected = [
+            ThresholdLinearUnit(threshold=a, slope=s, baseline=b, latency=latency)
+            for a, s, b in product(thresholds, slopes, baseline or ())
+        ]
+        gains, fanos = np.full(len(expected), gain_sd), np.full(len(expected), fano_factor)
+    if drawing.picture is not None:
+        require_metres(stimulus, "the threshold in the picture")
     drive = Presentation.of(stimulus, bin_width=bin_width, **vars(part)).drive()
     with stage("trials of each unit"):
-        data = plan_trials(drive, expected, wanted, gain_sd=gains, fano_factor=fanos)
+        data = plan_trials(drive, expected, wanted, gain_sd=gains, fano_factor=fanos, unit=unit)
     own = {"gain_sd": float(data.trial_gain_sd[0]), "fano_factor": float(data.fano_factor[0])}
     drawing.draw("others.planner", drive, expected[0], wanted, **own)
-    output.show(data, columns=TABLE)
+    output.show(in_unit_of(data, stimulus), columns=TABLE)
+
+
+def _in_unit(units: xr.Dataset, unit: str) -> xr.Dataset:
+    """A table of units without its labels, in the stimulus' unit; one in another unit is refused."""
+    if (own := str(units.attrs.get("stimulus_unit", "m"))) != unit:
+        raise ConflictError("--fitted-units", f"must have thresholds in {unit}, as the stimulus is", own)
+    return units.map(lambda one: one, keep_attrs=False)
 
 
 def _refuse_both(*given: object) -> None:

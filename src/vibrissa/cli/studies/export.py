@@ -187,8 +187,8 @@ def _extra(
         remarks = [*remarks, *more]
         if own is not None:
             found["trials"] = own
-    elif cut.trial_table is not None:
-        found["trials"] = read_trials(cut.trial_table)
+    elif (table := cut.words()["trial_table"]) is not None:
+        found["trials"] = read_trials(table)
     if shown is not None and found["stimulus"].attrs.get("clock") == SESSION and "trials" in found:
         found["stimulus"], more = cut_stimulus(found["stimulus"], found["trials"], shown.stimulus)
         remarks = [*remarks, *more]

@@ -132,7 +132,7 @@ def expected_of(units: xr.Dataset) -> tuple[list[ThresholdLinearUnit], Array, Ar
     return found, some.trial_gain_sd.values, some.fano_factor.values
 
 
-def no_answer(drive: BinnedDrive, unit: ThresholdLinearUnit, found: Array | None = None) -> str:
+def no_answer(drive: BinnedDrive, unit: ThresholdLinearUnit, found: Array | None = None, scale: str = "m") -> str:
     """Reason why no number of trials is enough; empty where one is.
 
     The rules are those by which :func:`vibrissa.neural.coupling.analysis.analyse_units` calls a unit identified.
@@ -144,6 +144,8 @@ def no_answer(drive: BinnedDrive, unit: ThresholdLinearUnit, found: Array | None
         As in :func:`information`.
     found : (4, 4) array, optional
         The :func:`covariance`, where it is known already.
+    scale : str
+        Unit of the stimulus.
 
     Returns
     -------
@@ -155,7 +157,7 @@ def no_answer(drive: BinnedDrive, unit: ThresholdLinearUnit, found: Array | None
         return "slope 0: the envelope does not drive the unit"
     if not least < unit.threshold < most:
         side = "below" if unit.threshold <= least else "above"
-        return f"threshold {side} the envelope's range, {least:.3g} to {most:.3g} m for 90 % of the time"
+        return f"threshold {side} the envelope's range, {least:.3g} to {most:.3g} {scale} for 90 % of the time"
     if not drive.latencies[0] <= unit.latency < drive.latencies[1]:
         return f"latency not within the {drive.latencies[1]:g} s searched"
     if not np.isfinite(covariance(drive, unit) if found is None else found).all():
@@ -171,6 +173,7 @@ def plan_trials(
     gain_sd: float | Sequence[float] | Array = 0.0,
     fano_factor: float | Sequence[float] | Array = 1.0,
     at: Sequence[int] = (10, 20, 40, 80, 160),
+    unit: str = "m",
 ) -> xr.Dataset:
     """Trials that each unit needs, from the information of one trial.
 
@@ -192,6 +195,8 @@ def plan_trials(
         :func:`vibrissa.neural.coupling.analysis.analyse_units` finds.
     at : sequence of int
         Numbers of trials at which the expected intervals are reported as well.
+    unit : str
+        Of the stimulus, for the reasons.
 
     Returns
     -------
@@ -213,8 +218,8 @@ def plan_trials(
     require_not_negative("gain_sd", float(gains.min()))
     require_positive("fano_factor", float(fanos.min()))
     spread = zip(units, gains.tolist(), fanos.tolist(), strict=True)
-    rows = [_row(drive, unit, wanted, (gain, fano), np.asarray(at, float)) for unit, gain, fano in spread]
-    asked: dict[str, Any] = {name: np.array([getattr(unit, name) for unit in units]) for name in Hinge._fields}
+    rows = [_row(drive, one, wanted, (gain, fano), np.asarray(at, float), unit) for one, gain, fano in spread]
+    asked: dict[str, Any] = {name: np.array([getattr(one, name) for one in units]) for name in Hinge._fields}
     attrs = {f"{name}_wanted": value for name, value in vars(wanted).items() if value is not None}
     asked |= {"trial_gain_sd": gains, "fano_factor": fanos}
     return dataset({"gain_sd": gains.max(), **attrs}, planned_trials=np.array(at), **asked, **stacked(rows))
@@ -231,13 +236,13 @@ def _of_each(value: float | Sequence[float] | Array, count: int) -> Array:
 
 
 def _row(
-    drive: BinnedDrive, unit: ThresholdLinearUnit, wanted: Wanted, variable: tuple[float, float], at: Array
+    drive: BinnedDrive, unit: ThresholdLinearUnit, wanted: Wanted, variable: tuple[float, float], at: Array, scale: str
 ) -> dict[str, Any]:
     """Trials that one unit needs, of this gain and Fano factor."""
     gain_sd, fano_factor = variable
     found = covariance(drive, unit, gain_sd=gain_sd, fano_factor=fano_factor)
     width = np.diff(drive.edges)[drive.valid]
-    reason = no_answer(drive, unit, found)
+    reason = no_answer(drive, unit, found, scale)
     rate = predicted(drive, Hinge(*(getattr(unit, name) for name in Hinge._fields)))
     spikes = float(rate @ width)
     half = np.full(3, np.nan) if reason else Z * np.sqrt(np.diag(found)[:3])

@@ -10,7 +10,7 @@ import xarray as xr
 
 from vibrissa.arrays import Array, Mask, Window
 from vibrissa.errors import RangeError, require_fraction
-from vibrissa.neural.coupling.carrier import ALIKE, REASONS, CarrierVerdict, PhaseTest, phase_in_envelope
+from vibrissa.neural.coupling.carrier import ALIKE, ELSEWHERE, REASONS, CarrierVerdict, PhaseTest, phase_in_envelope
 from vibrissa.neural.coupling.envelope_coupling import Coupling, Null, envelope_coupling
 from vibrissa.neural.coupling.lack_of_fit import CLASSES, describe, response_curve
 from vibrissa.neural.coupling.nulls import Circular, Paper2014, Record
@@ -266,7 +266,7 @@ def _elsewhere(coupling: Coupling, unit: int, significant: bool, how: EnvelopeAn
     if first <= peak <= last or not beyond or how.null != "circular":
         return ""
     at, tested = 1e3 * peak * how.bin_width, f"{1e3 * first * how.bin_width:g} to {1e3 * last * how.bin_width:g} ms"
-    return f"the correlation is largest at {at:g} ms, outside the lags tested ({tested})"
+    return f"{ELSEWHERE} {at:g} ms, outside the lags tested ({tested})"
 
 
 def _forward(grid: HingeGrid, trial_counts: Array, how: EnvelopeAnalysis, rng: np.random.Generator) -> Row:

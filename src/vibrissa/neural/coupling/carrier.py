@@ -25,6 +25,7 @@ CYCLE = 6  # fine bins in a period of the carrier, at least
 STEP = 0.001  # [s] between the latencies tried
 KNOTS = (0.0, 0.25, 0.5, 0.75)  # shares of the time at which the rate may bend with the envelope
 
+ELSEWHERE = "the correlation is largest at"  # begins a remark that leaves a unit identified
 VERDICTS = ("envelope", "phase", "both", "cannot tell")
 REASONS = {
     "phase": "the rate follows the carrier's phase, which the envelope of this motion carries, not the envelope",
@@ -62,8 +63,10 @@ def phase_in_envelope(shown: Presentation) -> float:
     Returns
     -------
     float
-        0 to 1, over latencies of up to 30 ms.
+        0 to 1, over latencies of up to 30 ms; 0 of a stimulus that is an envelope, which has no phase.
     """
+    if not np.isfinite(shown.frequency):
+        return 0.0
     drive, phase = shown.drive(), _phase(shown)
     latencies = np.arange(drive.latencies[0], drive.latencies[1] + 1e-9, 2 * STEP)
     envelope = _centred(drive.seen(drive.envelope, 0.0))
@@ -194,7 +197,7 @@ def settled_by(first: xr.Dataset, second: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     Dataset
-        The first, with ``envelope_verdict`` settled.
+        The first, with ``envelope_verdict`` settled, and ``reason`` and ``identified`` of the units that it settles.
 
     Raises
     ------
@@ -207,10 +210,18 @@ def settled_by(first: xr.Dataset, second: xr.Dataset) -> xr.Dataset:
         raise MissingError("second stimulus", "must have every unit of the first", ", ".join(absent))
     of = [names.index(name) for name in first.unit_name.values.tolist()]
     other = second.envelope_verdict.values[of]
-    open_ = first.envelope_verdict.values == "cannot tell"
-    return first.assign(
-        envelope_verdict=("unit", np.where(open_ & (other != ""), other, first.envelope_verdict.values))
-    )
+    settled = (first.envelope_verdict.values == "cannot tell") & (other != "") & (other != "cannot tell")
+    verdict = np.where(settled, other, first.envelope_verdict.values)
+    found = first.copy()
+    found["envelope_verdict"] = first.envelope_verdict.copy(data=verdict)
+    if not {"reason", "identified"} <= set(first):
+        return found
+    rest = [str(one).removeprefix(REASONS["cannot tell"]).removeprefix("; ") for one in first.reason.values]
+    reasons = ["; ".join(filter(None, [REASONS.get(v, ""), r])) for v, r in zip(verdict, rest, strict=True)]
+    fitted = settled & (verdict != "phase") & [not one or one.startswith(ELSEWHERE) for one in rest]
+    found["reason"] = first.reason.copy(data=np.where(settled, reasons, first.reason.values))
+    found["identified"] = first.identified.copy(data=fitted | first.identified.values.astype(bool))
+    return found
 
 
 def _phase(shown: Presentation) -> Array:

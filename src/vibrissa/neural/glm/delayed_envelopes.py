@@ -35,7 +35,7 @@ class Copies:
     drives: tuple[BinnedDrive, ...]
 
     @classmethod
-    def of(cls, command: xr.Dataset, how: BinnedAnalysis | None = None) -> Copies:
+    def of(cls, command: xr.Dataset, how: BinnedAnalysis | None = None, *, fewest: int = 2) -> Copies:
         """Envelopes of all whiskers' motions, in the same bins.
 
         Parameters
@@ -44,6 +44,8 @@ class Copies:
             ``command`` (whisker, time) [m], ``time``, ``whisker``; or any stimulus with the dimension whisker.
         how : BinnedAnalysis, optional
             Bins, window and band.
+        fewest : int
+            Whiskers that there must be.
 
         Returns
         -------
@@ -53,13 +55,13 @@ class Copies:
         Raises
         ------
         InputError
-            If there is one whisker alone, or one that does not move; as :meth:`Presentation.of`.
+            If there are fewer whiskers, or one that does not move; as :meth:`Presentation.of`.
         """
         how = how or BinnedAnalysis()
         channels = channels_of(command)
         names, time = tuple(channels), command.time.values
-        if len(names) < 2:
-            raise RangeError("whiskers", "must be at least 2", len(names))
+        if len(names) < fewest:
+            raise RangeError("whiskers", f"must be at least {fewest}", len(names))
         still = np.array([np.ptp(presented(one).values) == 0 for one in channels.values()])
         if still.any():
             raise RangeError(f"whisker {names[int(np.argmax(still))]}", "must move", "a constant", "leave it out")

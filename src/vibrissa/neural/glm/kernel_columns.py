@@ -107,7 +107,7 @@ class Columns:
         Columns
             In the bins that count.
         """
-        copies = Copies.of(command, how)
+        copies = Copies.of(command, how, fewest=1)
         edges, lags = copies.edges, how.lags()[0]
         binned = np.array([_binned(drive.time, drive.envelope, edges) for drive in copies.drives])
         spread = float(binned[:, copies.valid].std())

@@ -17,7 +17,7 @@ from vibrissa.neural.glm.kernel_columns import STRETCH, Columns, KernelAnalysis,
 from vibrissa.neural.glm.poisson import PoissonFit, TrialDesign, poisson_regression
 from vibrissa.neural.glm.shift_null import GUARD, shift_p_values
 from vibrissa.neural.io.tables.inputs import refuse_misplaced
-from vibrissa.neural.io.tables.stimuli import in_unit_of
+from vibrissa.neural.io.tables.stimuli import in_unit_of, with_channels
 from vibrissa.quantities import dataset, stacked
 from vibrissa.quantities.quantity import SUFFIXES, estimate
 from vibrissa.stats import adjusted_p_values
@@ -73,7 +73,8 @@ def whisker_kernels(
     spikes : Dataset
         Table of :func:`vibrissa.neural.io.tables.spikes.spike_table`, times from the stimulus' onset.
     command : Dataset
-        ``command`` (whisker, time) [m], as :func:`vibrissa.stimulus.array.replay_command` gives it.
+        ``command`` (whisker, time) [m], as :func:`vibrissa.stimulus.array.replay_command` gives it; or a stimulus of
+        one channel, which is then called ``stimulus``.
     n_trials : int
         Trials presented, silent ones included.
     how : KernelAnalysis, optional
@@ -96,7 +97,7 @@ def whisker_kernels(
     """
     how = how or KernelAnalysis()
     refuse_misplaced(spikes, command, n_trials, window=how.window, fewest=FEWEST_TRIALS)
-    columns = Columns.of(command, how)
+    columns = Columns.of(with_channels(command), how)
     counts = UnitCounts.of(spikes, n_trials, columns.edges, how.bin_width)
     rows = [_row(columns, own.astype(float), how) for own in counts]
     attrs = {"n_trials": n_trials, "bin_width": how.bin_width, "skip": how.skip, "level": how.level}

@@ -72,7 +72,7 @@ def analyse_neurons(neurons: Neurons, folder: Path = Path(), progress: Progress 
     if progress is not None:
         progress("units", 0, 0)
     units = analyse_units(spikes, stimulus, n_trials, how)
-    remarks += [*_early(units), *filter(None, [share_remark(units)])]
+    remarks += [*_early(units), *filter(None, [share_remark(units)]), *_presented_once(units, n_trials)]
     if neurons.event is None:  # else the trials' ends are not known
         remarks += short
     return Analysed(units, spikes, stimulus, n_trials, how, remarks)
@@ -128,6 +128,14 @@ def _silent(spikes: xr.Dataset, n_trials: int) -> list[str]:
     if 0 not in spikes.spike_trial.values and n_trials > 1:
         lines.append("trial 0 holds no spike of any unit; trials count from 0")
     return lines
+
+
+def _presented_once(units: xr.Dataset, n_trials: int) -> list[str]:
+    """Say why a recording of one presentation gives no interval."""
+    if n_trials > 1 or not units.significant.any():
+        return []
+    why = "intervals come from trials drawn anew, and how a unit varies from one to the next is not known"
+    return [f"one presentation: no interval of threshold, slope or latency; {why}"]
 
 
 def _coarse(stimulus: xr.Dataset) -> list[str]:

@@ -204,12 +204,18 @@ def _of_nwb(path: Path) -> Contents:
 
     with h5py.File(path, "r") as file:
         facts: Facts = {"session": _text(file, "session_description"), "start": _text(file, "session_start_time")}
-        for name in ("acquisition", "stimulus/presentation", "processing", "intervals"):
-            if some := ", ".join(file.get(name, {})):
+        for name in ("acquisition", "stimulus/presentation", "stimulus/templates", "processing", "intervals"):
+            if some := ", ".join(_with_series(key, one) for key, one in file.get(name, {}).items()):
                 facts[name] = some
         if "units" in file:
             facts["units"] = len(file["units/id"])
     return Contents("NWB session", facts)
+
+
+def _with_series(name: str, group: Any) -> str:
+    """Name of a part of an NWB file, and of the series in it, as a stimulus is chosen by these."""
+    inner = [key for key, one in group.items() if "data" in getattr(one, "keys", tuple)()]
+    return f"{name} ({', '.join(inner)})" if inner else name
 
 
 def _text(file: Any, name: str) -> str:

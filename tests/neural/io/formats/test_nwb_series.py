@@ -110,3 +110,16 @@ def test_a_unit_that_is_none_is_asked_for(tmp_path):
     np.testing.assert_allclose(presented(found).values, 5e-5 * WAVE, rtol=1e-12)
     with refusal("missing", "whisker"):
         read_stimulus(StimulusInput(stimulus=path, signal_unit="um", whisker="other"))
+
+
+def test_series_within_a_position_or_a_compass_are_found(tmp_path):
+    file = with_trials(with_units(session()))
+    waves = [np.roll(WAVE, 300 * k) for k in range(6)]
+    turned = on_session(waves, unit="radian")
+    compass = pynwb.behavior.CompassDirection(name="CompassDirection")
+    compass.create_spatial_series(name="yaw", data=turned.data, unit="radian", rate=RATE, reference_frame="room")
+    file.add_acquisition(compass)
+    path = str(write(file, tmp_path / "s.nwb"))
+    found = read_recording(SpikesInput(spikes=path), StimulusInput(stimulus=path, whisker="yaw"))
+    assert presented(found.stimulus).unit == "rad"
+    np.testing.assert_allclose(presented(found.stimulus).values, waves, rtol=1e-12)

@@ -79,19 +79,16 @@ def _series(file: Any) -> dict[str, tuple[Any, str]]:
     found: dict[str, tuple[Any, str]] = {}
     for place, clock in places:
         for one in _flat(place.values()):
-            if (
-                isinstance(one, pynwb_module().TimeSeries)
-                and np.asarray(one.data[:1]).dtype.kind in "fiu"
-                and one.name not in found
-            ):
+            if np.asarray(one.data[:1]).dtype.kind in "fiu" and one.name not in found:
                 found[one.name] = one, clock
     return found
 
 
 def _flat(things: Any) -> list[Any]:
-    """Series, and those in containers such as BehavioralTimeSeries."""
-    inner = [list(one.time_series.values()) if hasattr(one, "time_series") else [one] for one in things]
-    return [one for part in inner for one in part]
+    """Series, and those in containers such as BehavioralTimeSeries, Position or CompassDirection."""
+    kind = pynwb_module().TimeSeries
+    inner = [[one] if isinstance(one, kind) else one.children for one in things]
+    return [one for part in inner for one in part if isinstance(one, kind)]
 
 
 def _chosen(file: Any, found: dict[str, tuple[Any, str]], channel: str | None, path: str) -> tuple[str, int | None]:

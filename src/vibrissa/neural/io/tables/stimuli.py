@@ -196,6 +196,24 @@ def channels_of(stimulus: xr.Dataset) -> dict[str, xr.Dataset]:
     return {str(one): stimulus[[name]].sel(whisker=one, drop=True) for one in stimulus.whisker.values}
 
 
+def with_channels(stimulus: xr.Dataset) -> xr.Dataset:
+    """A stimulus of one channel as one of several; of several, or a command, as it is.
+
+    Parameters
+    ----------
+    stimulus : Dataset
+        As in :func:`channels_of`.
+
+    Returns
+    -------
+    Dataset
+        With the dimension ``whisker``; one channel is called ``stimulus``.
+    """
+    if "whisker" in stimulus.dims:
+        return stimulus
+    return stimulus.expand_dims(whisker=np.array(["stimulus"]))
+
+
 def one_channel(stimulus: xr.Dataset, name: str | None, source: str) -> xr.Dataset:
     """One channel of a stimulus.
 
