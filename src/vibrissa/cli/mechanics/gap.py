@@ -12,6 +12,7 @@ from vibrissa.cli.mechanics.rod_movie import MovieFile, refuse_movie, write_film
 from vibrissa.cli.mechanics.rod_options import NO_ROD, Model, RodOptions
 from vibrissa.cli.shared.options import NO_WHISKER, PostureOptions, WhiskerOptions
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, tell
+from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import progress_bars, stage
 from vibrissa.cli.shared.units import Length, OverLength, Speed, over_length
 from vibrissa.errors import ConflictError
@@ -59,6 +60,7 @@ def gap(
     rod: RodOptions = NO_ROD,
     movie: MovieFile = None,
     of: WhiskerOptions = NO_WHISKER,
+    drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
     """A gap crossed: when the contact jumps, and how far the linear response is from the exact one (Eq. 11).
@@ -78,7 +80,7 @@ def gap(
     """
     refuse_movie(movie, model)
     if model == "rod":
-        return _rod(at, gap_width, gap_depth, n_modes, moving, rod, movie, of, output)
+        return _rod(at, gap_width, gap_depth, n_modes, moving, rod, movie, of, drawing, output)
     rod.refuse_without_rod()
     moving.refuse_without_rod()
     from vibrissa.mechanics.scan.free_end import free_end_lines, unknown_free_end
@@ -91,6 +93,7 @@ def gap(
     tell(data.attrs["verdict"])
     tell(*(unknown_free_end(posture.contact, width) if cone is None else free_end_lines(data)))
     tell("printed is the jump of each mode; how far a mode moves: --model rod")
+    drawing.draw("others.contents", data)
     output.show(data, names_without(data, "s"))
 
 
@@ -103,6 +106,7 @@ def _rod(
     rod: RodOptions,
     movie: Path | None,
     of: WhiskerOptions,
+    drawing: PictureOptions,
     output: OutputOptions,
 ) -> None:
     """The gap under the whole whisker."""
@@ -126,4 +130,5 @@ def _rod(
         )
     tell(data.attrs["verdict"])
     write_film(movie, lambda: gap_prediction(cone, at.posture(cone), **crossing).film(GAP_RATE))
+    drawing.draw("others.contents", data)
     output.show(data, names_without(data, "time"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal
 
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, print_json, show, tell
+from vibrissa.cli.shared.pictures import NO_PAGES, PagesOptions
 from vibrissa.cli.shared.progress import progress_bars
 from vibrissa.cli.shared.recorded import WHOLE, PartOptions, RecordingOptions, StimulusOptions
 from vibrissa.cli.shared.refusals import in_options
@@ -30,6 +31,7 @@ def neural(
     delay: list[Duration] | None = None,
     spontaneous: tuple[Duration, Duration] | None = None,
     seed: int = 0,
+    drawing: PagesOptions = NO_PAGES,
     output: OutputOptions = PRINTED,
 ) -> None:
     """Whether the envelope of a stimulus drives each unit: from which threshold, how steeply, how late.
@@ -71,8 +73,10 @@ def neural(
     )
     with progress_bars() as progress:
         found = analyse_neurons(asked, progress=progress)
-    tell(*map(in_options, found.remarks))
+    remarks = [in_options(line) for line in found.remarks]
+    tell(*remarks)
     output.save(found.units)
+    drawing.draw_units(found, remarks)
     if output.json:
         _print_units(found.units)
     else:
