@@ -38,10 +38,10 @@ def compute(command: xr.Dataset) -> xr.Dataset:
     some = np.unique(order[np.linspace(0, len(order) - 1, COPIES).round().astype(int)])
     some = some[np.argsort(delay[some], kind="stable")]
     frequency, power = power_spectrum(command.command.values[0], float(command.attrs["sampling_rate"]))
-    kept = (frequency > 0) & (frequency < 4 * float(command.attrs["high"]))
+    kept = (frequency > 0) & (frequency < 4 * float(command.attrs["filter_high"]))
     drawn = command[["command"]].isel(whisker=some, time=np.flatnonzero(time < time[0] + SHOWN))
     spectrum = dataset(frequency=frequency[kept], node_power=power[kept])
-    attrs = {"delays": delay, "copy_correlations": command.copy_correlation.values, "delays_drawn": delay[some]}
+    attrs = {"copy_delays": delay, "copy_correlations": command.copy_correlation.values, "delays_drawn": delay[some]}
     return drawn.merge(spectrum, combine_attrs="drop").assign_attrs(
         {**command.attrs, **attrs, "caption": _caption(command)}
     )
@@ -50,13 +50,14 @@ def compute(command: xr.Dataset) -> xr.Dataset:
 def _caption(command: xr.Dataset) -> str:
     attrs = command.attrs
     first = min(SHOWN, attrs["duration"])
+    band = f"{attrs['filter_low']:g} to {attrs['filter_high']:g} Hz"
     return (
         f"A loop of {attrs['duration']:g} s for {command.sizes['whisker']} whiskers, each with its own delay. A: the "
-        f"first {first:g} s of four of them. B: power spectrum of the loop; grey, the band of the stimulator, "
-        f"{attrs['low']:g} to {attrs['high']:g} Hz. C: delay of each copy against its largest correlation with "
-        f"another, at most {float(command.largest_correlation):.2f}; above 0.9, dashed, two whiskers are not "
-        f"distinguished. Largest travel {1e6 * float(command.peak_travel):.3g} µm, speed "
-        f"{1e3 * float(command.peak_speed):.3g} mm/s, acceleration {float(command.peak_acceleration):.3g} m/s²."
+        f"first {first:g} s of four of them. B: power spectrum of the loop; grey, the band of the stimulator, {band}. "
+        "C: delay of each copy against its largest correlation with another, at most "
+        f"{float(command.largest_correlation):.2f}; above 0.9, dashed, two whiskers are not distinguished. Largest "
+        f"travel {1e6 * float(command.peak_travel):.3g} µm, speed {1e3 * float(command.peak_speed):.3g} mm/s, "
+        f"acceleration {float(command.peak_acceleration):.3g} m/s²."
     )
 
 
@@ -91,7 +92,7 @@ def draw(data: xr.Dataset) -> Figure:
 
 
 def _draw_spectrum(axis: Axes, data: xr.Dataset) -> None:
-    axis.axvspan(data.attrs["low"], data.attrs["high"], color=TRUTH, alpha=0.5, lw=0)
+    axis.axvspan(data.attrs["filter_low"], data.attrs["filter_high"], color=TRUTH, alpha=0.5, lw=0)
     axis.plot(data.frequency, 1e12 * data.node_power, color=FOUND, lw=0.6, rasterized=True)
     top = 2e12 * float(data.node_power.max())
     axis.set(
@@ -101,6 +102,6 @@ def _draw_spectrum(axis: Axes, data: xr.Dataset) -> None:
 
 
 def _draw_delays(axis: Axes, data: xr.Dataset) -> None:
-    axis.plot(data.attrs["delays"], data.attrs["copy_correlations"], "o", ms=3.5, color=FOUND)
+    axis.plot(data.attrs["copy_delays"], data.attrs["copy_correlations"], "o", ms=3.5, color=FOUND)
     axis.axhline(0.9, color=OTHER, ls="--", lw=0.9)
     axis.set(xlabel="delay [s]", ylabel="largest |r| with another", ylim=(0, 1.02), title="C  Delays of the copies")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -38,7 +38,8 @@ def compute(data: xr.Dataset) -> xr.Dataset:
         f"{count} units, stimuli with carriers of {carriers} Hz: {found}. A: bits by which a drive foresees a spike "
         "that it was not fitted to better than a steady rate does. B: how far it is behind the unit's best drive, "
         "which lies at 0; a drive is excluded where its interval lies above 0. Bars: intervals over pieces of the "
-        "stimuli." + (f" The first {MOST} units are drawn." if count > MOST else "")
+        "stimuli. A unit without points has too few spikes."
+        + (f" The first {MOST} units are drawn." if count > MOST else "")
     )
     return data.isel(unit=slice(0, MOST)).assign_attrs(caption=caption)
 
@@ -76,7 +77,7 @@ def _draw(axis: Axes, data: xr.Dataset, name: str) -> None:
     for k, (drive, colour) in enumerate(zip(data.drive.values, COLOURS, strict=True)):
         value, low, high = (data[f"{name}{end}"].sel(drive=drive).values for end in ("", "_low", "_high"))
         reach = np.maximum(np.nan_to_num(bars(value, low, high)), 0)
-        look = {"fmt": "o", "ms": 4, "lw": 0.9, "color": colour, "label": str(drive)}
+        look: dict[str, Any] = {"fmt": "o", "ms": 4, "lw": 0.9, "color": colour, "label": str(drive)}
         axis.errorbar(value, place + 0.16 * (k - 1.5), xerr=reach, **look)
     axis.set_yticks(place, [str(one) for one in data.unit_name.values], parse_math=False)
     axis.set(ylim=(len(place) - 0.5, -0.5))

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibrissa.arrays import Mask
 from vibrissa.figures.canvas import FOUND, TRUTH, add_caption, bars, house_style, new_figure, say_absent
 
 if TYPE_CHECKING:
@@ -34,12 +35,17 @@ def compute(data: xr.Dataset) -> xr.Dataset:
     some = data.isel(unit=order[np.isfinite(bits[order])])
     left = data.sizes["unit"] - some.sizes["unit"]
     start, stop = data.attrs["window"]
+    doubtful = int((some.reason.values != "").sum())
+    notes = [
+        f"; {left} cannot be estimated" if left else "",
+        f"; hollow, {doubtful} with too few spikes or trials (see reason)" if doubtful else "",
+    ]
     caption = (
         f"{data.sizes['unit']} units, {data.attrs['n_trials']} trials, {start:g} to {stop:g} s in bins of "
         f"{1e3 * data.attrs['bin_width']:g} ms; {int(some.informative.sum())} inform on the stimulus beyond their error"
-        f"{f', {left} cannot be estimated' if left else ''}. A: bits of one spike, corrected for the number of trials, "
-        "with 95 % intervals; grey, as counted, which is too large. B: bits for each second if spikes are independent, "
-        "against the mean rate; grey lines, 0.5, 1 and 2 bits for each spike. C: bits of the count in a bin."
+        f"{''.join(notes)}. A: bits of one spike, corrected for the number of trials, with 95 % intervals; grey, as "
+        "counted, which is too large. B: bits for each second if spikes are independent, against the mean rate; grey "
+        "lines, 0.5, 1 and 2 bits for each spike. C: bits of the count in a bin."
     )
     return some.assign_attrs(caption=caption)
 
@@ -77,10 +83,18 @@ def _draw_sorted(axis: Axes, data: xr.Dataset, name: str, *, names: bool) -> Non
     value, low, high = (data[f"{name}{end}"].values for end in ("", "_low", "_high"))
     axis.axvline(0, color=TRUTH, lw=0.8)
     axis.plot(data[f"{name}_plain"], place, "|", color="0.5", ms=7)
-    axis.errorbar(value, place, xerr=np.maximum(bars(value, low, high), 0), fmt="o", ms=4, lw=0.9, color=FOUND)
+    for mask, face in _faces(data):
+        reach = np.maximum(bars(value[mask], low[mask], high[mask]), 0)
+        axis.errorbar(value[mask], place[mask], xerr=reach, fmt="o", ms=4, lw=0.9, color=FOUND, mfc=face)
     written = [str(one) for one in data.unit_name.values] if names and len(place) <= MOST else []
     axis.set_yticks(place[: len(written)], written, fontsize=7, parse_math=False)
     axis.set(ylim=(len(place) - 0.5, -0.5), xlabel="bits")
+
+
+def _faces(data: xr.Dataset) -> list[tuple[Mask, str]]:
+    """Units without and with a reason against them, and what fills their points."""
+    sure = data.reason.values == ""
+    return [(sure, FOUND), (~sure, "none")]
 
 
 def _draw_rates(axis: Axes, data: xr.Dataset) -> None:
@@ -88,6 +102,8 @@ def _draw_rates(axis: Axes, data: xr.Dataset) -> None:
     value, low, high = (data[f"information_rate{end}"].values for end in ("", "_low", "_high"))
     for bits in (0.5, 1, 2):
         axis.axline((0, 0), slope=bits, color=TRUTH, lw=0.8)
-    axis.errorbar(rate, value, np.maximum(bars(value, low, high), 0), fmt="o", ms=4, lw=0.9, color=FOUND)
+    for mask, face in _faces(data):
+        reach = np.maximum(bars(value[mask], low[mask], high[mask]), 0)
+        axis.errorbar(rate[mask], value[mask], reach, fmt="o", ms=4, lw=0.9, color=FOUND, mfc=face)
     axis.set(xlabel="mean rate [Hz]", ylabel="bits/s", xlim=(0, 1.1 * rate.max()))
     axis.set_ylim(min(0.0, float(np.nanmin(low, initial=0))), 1.1 * float(np.nanmax(high, initial=1e-3)))

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST = 12  # units that are drawn
-COLUMNS = 4  # pairs of panels beside each other
+COLUMNS = 3  # pairs of panels beside each other
 KEPT, BROKEN = "0.2", "#D55E00"
 
 
@@ -51,8 +51,7 @@ def _caption(found: xr.Dataset) -> str:
     return (
         f"{count} units by {found.attrs['sorter']} in {found.attrs['duration']:.4g} s; orange, those that break the "
         "rules for single units (over 1 Hz, no interval below 1 ms). Left, mean waveform on the unit's own electrode, "
-        "300 to 6,000 Hz; right, rate of the unit after each of its spikes; dotted, its mean rate; grey, the "
-        f"refractory millisecond.{shown}"
+        "300 to 6,000 Hz; right, rate of the unit after each of its spikes; dotted, its mean rate." + shown
     )
 
 
@@ -73,7 +72,7 @@ def draw(data: xr.Dataset) -> Figure:
     count = data.sizes["unit"]
     columns = min(COLUMNS, count)
     rows = -(-count // columns)
-    figure, axes = new_figure(2.7 * columns + 0.8, 1.75 * rows + 1.4, rows, 2 * columns)
+    figure, axes = new_figure(3.2 * columns + 0.6, 1.75 * rows + 1.2, rows, 2 * columns)
     for k in range(rows * columns):
         shape, lags = axes[k // columns, 2 * (k % columns) : 2 * (k % columns) + 2]
         if k >= count:
@@ -98,8 +97,7 @@ def _draw_shape(axis: Axes, unit: xr.Dataset, *, last: bool) -> None:
 
 def _draw_lags(axis: Axes, unit: xr.Dataset, *, last: bool) -> None:
     lag = 1e3 * unit.after_spike.values
-    axis.axvspan(0, 1, color=TRUTH, alpha=0.6, lw=0)
     edges = [*lag, 2 * lag[-1] - lag[-2]]
     axis.stairs(unit.autocorrelogram, edges, color=KEPT if bool(unit.kept) else BROKEN, fill=True, alpha=0.7)
     axis.axhline(float(unit.unit_rate), color="k", ls=":", lw=0.9)
-    axis.set(ylabel="[Hz]", xlabel="after a spike [ms]" if last else "", xlim=(0, edges[-1]), ylim=(0, None))
+    axis.set(ylabel="[Hz]", xlabel="lag [ms]" if last else "", xlim=(0, edges[-1]), ylim=(0, None))
