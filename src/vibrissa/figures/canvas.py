@@ -113,6 +113,24 @@ def shown_in(unit: str) -> tuple[float, str]:
     return {"m": (1e6, "µm"), "rad": (180 / np.pi, "°")}.get(unit, (1.0, unit))
 
 
+def counted(number: int, thing: str) -> str:
+    """Number and noun of a caption.
+
+    Parameters
+    ----------
+    number : int
+        How many.
+    thing : str
+        One of them.
+
+    Returns
+    -------
+    str
+        ``1 unit``, ``2 units``.
+    """
+    return f"{number} {thing}{'' if number == 1 else 's'}"
+
+
 def whole_numbers(axis: Axis) -> None:
     """Tick an axis at whole numbers alone.
 
@@ -123,7 +141,7 @@ def whole_numbers(axis: Axis) -> None:
     """
     from matplotlib.ticker import MaxNLocator
 
-    axis.set_major_locator(MaxNLocator(nbins="auto", integer=True))
+    axis.set_major_locator(MaxNLocator(nbins="auto", integer=True, min_n_ticks=1))
 
 
 def say_absent(axis: Axes, words: str) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.figures.canvas import TRUTH, add_caption, bars, house_style, new_figure, say_absent
+from vibrissa.figures.canvas import TRUTH, add_caption, bars, counted, house_style, new_figure, say_absent
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,10 +35,10 @@ def compute(data: xr.Dataset) -> xr.Dataset:
     carriers = ", ".join(f"{one:.0f}" for one in data.carrier_frequency.values)
     found = ", ".join(f"{n} {name}" for name, n in named.items())
     caption = (
-        f"{count} units, stimuli with carriers of {carriers} Hz: {found}. A: bits by which a drive foresees a spike "
-        "that it was not fitted to better than a steady rate does. B: how far it is behind the unit's best drive, "
-        "which lies at 0; a drive is excluded where its interval lies above 0. Bars: intervals over pieces of the "
-        "stimuli. A unit without points has too few spikes."
+        f"{counted(count, 'unit')}, stimuli with carriers of {carriers} Hz: {found}. A: bits by which a drive foresees "
+        "a spike that it was not fitted to better than a steady rate does. B: how far it is behind the unit's best "
+        "drive, which lies at 0; a drive is excluded where its interval lies above 0. Bars: intervals over pieces of "
+        "the stimuli. A unit without points has too few spikes."
         + (f" The first {MOST} units are drawn." if count > MOST else "")
     )
     return data.isel(unit=slice(0, MOST)).assign_attrs(caption=caption)

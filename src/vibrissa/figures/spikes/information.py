@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibrissa.arrays import Mask
-from vibrissa.figures.canvas import FOUND, TRUTH, add_caption, bars, house_style, new_figure, say_absent
+from vibrissa.figures.canvas import FOUND, TRUTH, add_caption, bars, counted, house_style, new_figure, say_absent
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,7 +41,7 @@ def compute(data: xr.Dataset) -> xr.Dataset:
         f"; hollow, {doubtful} with too few spikes or trials (see reason)" if doubtful else "",
     ]
     caption = (
-        f"{data.sizes['unit']} units, {data.attrs['n_trials']} trials, {start:g} to {stop:g} s in bins of "
+        f"{counted(data.sizes['unit'], 'unit')}, {data.attrs['n_trials']} trials, {start:g} to {stop:g} s in bins of "
         f"{1e3 * data.attrs['bin_width']:g} ms; {int(some.informative.sum())} inform on the stimulus beyond their error"
         f"{''.join(notes)}. A: bits of one spike, corrected for the number of trials, with 95 % intervals; grey, as "
         "counted, which is too large. B: bits for each second if spikes are independent, against the mean rate; grey "

@@ -48,7 +48,8 @@ def compute(data: xr.Dataset) -> xr.Dataset:
 
 
 def _caption(one: xr.Dataset) -> str:
-    reason = f" {str(one.reason.values).capitalize()}." if str(one.reason.values) else ""
+    why = str(one.reason.values)
+    reason = f" {why[0].upper()}{why[1:]}." if why else ""
     explained = ""
     if np.isfinite(float(one.deviance_explained)):
         explained = (

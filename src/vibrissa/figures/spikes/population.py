@@ -12,6 +12,7 @@ from vibrissa.figures.canvas import (
     TRUTH,
     add_caption,
     bars,
+    counted,
     house_style,
     new_figure,
     say_absent,
@@ -57,19 +58,20 @@ def _known(units: xr.Dataset) -> Mask:
 
 def _title(units: xr.Dataset) -> str:
     passed, count = int(units.significant.sum()), units.sizes["unit"]
-    return f"{count} unit{'s' if count != 1 else ''}, {passed} of which pass{'es' if passed == 1 else ''} the test"
+    return f"{counted(count, 'unit')}, {passed} of which pass{'es' if passed == 1 else ''} the test"
 
 
 def _caption(units: xr.Dataset) -> str:
     attrs = units.attrs
     adjusted = "adjusted over units" if attrs["null"] == "circular" else "not adjusted"
+    fitted = counted(int(np.isfinite(units.threshold.values).sum()), "unit")
     return (
-        f"{attrs['n_trials']} presentations; a unit passes where p is at most {attrs['level']:g}, {adjusted}. Blue, "
-        "units that pass and whose threshold the trials determine; pink, the others that pass; grey, units that do "
-        f"not. A: largest correlation of rate and envelope. B: thresholds, in their order, with 95 % "
-        f"intervals; {int(np.isfinite(units.threshold.values).sum())} units are fitted, {int(_known(units).sum())} of "
-        "them known. C: slope against threshold. D: latencies. E: share of the variance of the rate over bins that "
-        "the fit explains, against the most that any function of the stimulus could. F: what came of the units."
+        f"{counted(attrs['n_trials'], 'presentation')}; a unit passes where p is at most {attrs['level']:g}, "
+        f"{adjusted}. Blue, units that pass and whose threshold the trials determine; pink, the others that pass; "
+        "grey, units that do not. A: largest correlation of rate and envelope. B: thresholds, in their order, with 95 "
+        f"% intervals, of {fitted} that could be fitted. C: slope against threshold. D: latencies. E: share of the "
+        "variance of the rate over bins that the fit explains, against the most that any function of the stimulus "
+        "could. F: what came of the units."
     )
 
 

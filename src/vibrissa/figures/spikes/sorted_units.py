@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.figures.canvas import TRUTH, add_caption, house_style, new_figure, say_absent
+from vibrissa.figures.canvas import TRUTH, add_caption, counted, house_style, new_figure, say_absent
 from vibrissa.neural.coupling.unit_view import autocorrelogram
 from vibrissa.quantities import dataset
 
@@ -48,10 +48,11 @@ def compute(found: xr.Dataset) -> xr.Dataset:
 def _caption(found: xr.Dataset) -> str:
     count = found.sizes["unit"]
     shown = f" The {MOST} of most spikes are drawn." if count > MOST else ""
+    source = f"{counted(count, 'unit')} by {found.attrs['sorter']} in {found.attrs['duration']:.4g} s"
     return (
-        f"{count} units by {found.attrs['sorter']} in {found.attrs['duration']:.4g} s; orange, those that break the "
-        "rules for single units (over 1 Hz, no interval below 1 ms). Left, mean waveform on the unit's own electrode, "
-        "300 to 6,000 Hz; right, rate of the unit after each of its spikes; dotted, its mean rate." + shown
+        f"{source}; orange, those that break the rules for single units (over 1 Hz, no interval below 1 ms). Left, "
+        "mean waveform on the unit's own electrode, 300 to 6,000 Hz; right, rate of the unit after each of its spikes; "
+        f"dotted, its mean rate.{shown}"
     )
 
 

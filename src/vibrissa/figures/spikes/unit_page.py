@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.figures.canvas import add_caption, house_style, new_figure, p_words, shown_in
+from vibrissa.figures.canvas import add_caption, counted, house_style, new_figure, p_words, shown_in
 from vibrissa.figures.spikes import unit_panels as panels
 
 if TYPE_CHECKING:
@@ -55,16 +55,17 @@ def _title(view: xr.Dataset) -> str:
 def _caption(view: xr.Dataset) -> str:
     attrs = view.attrs
     factor, unit = shown_in(str(view.bin_envelope.attrs["units"]))
-    reason = f" {str(view.reason.values).capitalize()}." if str(view.reason.values) else ""
+    why = str(view.reason.values)
+    reason = f" {why[0].upper()}{why[1:]}." if why else ""
     tested = f"{1e3 * attrs['lag_low'] * attrs['bin_width']:g} to {1e3 * attrs['lag_high'] * attrs['bin_width']:g} ms"
     chance = "all circular shifts" if attrs["null"] == "circular" else "the paper's shuffles"
+    bins = f"{counted(attrs['trials_observed'], 'presentation')}, bins of {1e3 * attrs['bin_width']:g} ms"
     return (
-        f"{attrs['trials_observed']} presentations, bins of {1e3 * attrs['bin_width']:g} ms; grey or black, measured; "
-        f"blue, the envelope; orange, the fit.{_fit_words(view, factor, unit)} D: mean rate in "
-        f"{view.sizes['envelope_class']} equally full classes of the envelope at the latency, ± standard error over "
-        f"trials; below, what the fit leaves. E: positive lags, the rate is late; black, the lags tested ({tested}), "
-        f"p = {p_words(float(view.p_value))}, adjusted over units {p_words(float(view.adjusted_p_value))}; band, 95 % "
-        f"of what {chance} give at one lag; dashed, what their largest over the lags tested exceeds in "
+        f"{bins}; grey or black, measured; blue, the envelope; orange, the fit.{_fit_words(view, factor, unit)} D: "
+        f"mean rate in {view.sizes['envelope_class']} equally full classes of the envelope at the latency, ± standard "
+        "error over trials; below, what the fit leaves. E: positive lags, the rate is late; black, the lags tested "
+        f"({tested}), p = {p_words(float(view.p_value))}, adjusted over units {p_words(float(view.adjusted_p_value))}; "
+        f"band, 95 % of what {chance} give at one lag; dashed, what their largest over the lags tested exceeds in "
         f"{100 * attrs['level']:g} %. F: rate of the unit after each of its spikes; dotted, its mean rate.{reason}"
     )
 

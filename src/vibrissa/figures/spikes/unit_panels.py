@@ -31,7 +31,7 @@ def times(axes: Sequence[Axes], data: xr.Dataset) -> None:
     width = data.attrs["bin_width"]
     edges, centres = [*data.bin.values, data.bin.values[-1] + width], data.bin.values + width / 2
     many, trials = data.sizes["spike"] > MANY, int(data.attrs["n_trials"])
-    size: dict[str, Any] = {"ms": max(1.0, min(8.0, 90 / trials)), "mew": 0.3 if many else 0.6}
+    size: dict[str, Any] = {"ms": max(1.0, min(8.0, 90 / trials)), "mew": 0.5 if many else 0.6}
     raster.plot(data.spike_time, data.spike_trial, "|", color=MEASURED, rasterized=many, **size)
     raster.set(ylabel="trial", ylim=(trials - 0.5, -0.5), title="A  Spikes", xlim=(edges[0], edges[-1]))
     whole_numbers(raster.yaxis)

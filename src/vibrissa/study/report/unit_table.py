@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from vibrissa.arrays import Array
 from vibrissa.figures.canvas import p_words, shown_in
 
 if TYPE_CHECKING:
@@ -49,51 +50,46 @@ def unit_table(units: xr.Dataset, places: Sequence[int], links: Mapping[int, str
         ``heads``, texts, and ``rows`` of :class:`Cell`.
     """
     factor, unit = shown_in(str(units.threshold.attrs["units"]))
-    heads = {
-        "unit": "unit",
-        **({"quality": "quality"} if "unit_quality" in units else {}),
-        "rate": "rate [Hz]",
-        "p": "p" if units.attrs["null"] == "circular" else "p, not adjusted",
-        "driven": "driven by",
-        "r": "correlation",
-        "threshold": f"threshold [{unit}]",
-        "slope": f"slope [AP/s/{unit}]",
-        "latency": "latency [ms]",
-        "explained": "R²",
-        "ceiling": "R² possible",
-        "reason": "what is not known, and why",
-    }
-    rows = [_cells(units.isel(unit=k), factor, (links or {}).get(k, "")) for k in places]
-    return {"heads": list(heads.values()), "rows": [[row[name] for name in heads] for row in rows]}
-
-
-def _cells(unit: xr.Dataset, factor: float, link: str) -> dict[str, Cell]:
-    p = "adjusted_p_value" if unit.attrs["null"] == "circular" else "p_value"
-    quality = {"quality": Cell(str(unit.unit_quality.values))} if "unit_quality" in unit else {}
-    return {
-        "unit": Cell(str(unit.unit_name.values), None, link),
-        **quality,
-        "rate": _number(float(unit.unit_rate)),
-        "p": _number(float(unit[p]), p_words),
-        "driven": Cell(
-            str(unit.envelope_verdict.values) or ("envelope" if bool(unit.significant) else "nothing found")
+    some, circular = units.isel(unit=list(places)), units.attrs["null"] == "circular"
+    names = zip(places, some.unit_name.values, strict=True)
+    columns = {
+        "unit": [Cell(str(name), None, (links or {}).get(place, "")) for place, name in names],
+        **({"quality": _words(some.unit_quality.values)} if "unit_quality" in some else {}),
+        "rate [Hz]": _numbers(some.unit_rate.values),
+        "p" if circular else "p, not adjusted": _numbers(
+            some["adjusted_p_value" if circular else "p_value"].values, p_words
         ),
-        "r": _number(float(unit.envelope_correlation)),
-        "threshold": _with_interval(unit, "threshold", factor),
-        "slope": _with_interval(unit, "slope", 1 / factor),
-        "latency": _with_interval(unit, "latency", 1e3),
-        "explained": _number(float(unit.tuning_r_squared)),
-        "ceiling": _number(float(unit.tuning_r_squared_ceiling)),
-        "reason": Cell(str(unit.reason.values)),
+        "driven by": _words(_drives(some)),
+        "correlation": _numbers(some.envelope_correlation.values),
+        f"threshold [{unit}]": _with_intervals(some, "threshold", factor),
+        f"slope [AP/s/{unit}]": _with_intervals(some, "slope", 1 / factor),
+        "latency [ms]": _with_intervals(some, "latency", 1e3),
+        "R²": _numbers(some.tuning_r_squared.values),
+        "R² possible": _numbers(some.tuning_r_squared_ceiling.values),
+        "what is not known, and why": _words(some.reason.values),
     }
+    return {"heads": list(columns), "rows": list(zip(*columns.values(), strict=True))}
 
 
-def _number(value: float, words: Any = "{:.3g}".format) -> Cell:
-    return Cell(words(value), f"{value:.9g}") if np.isfinite(value) else Cell("", "")
+def _drives(units: xr.Dataset) -> list[str]:
+    """What drives each unit, in a word or two."""
+    found = zip(units.envelope_verdict.values, units.significant.values, strict=True)
+    return [str(verdict) or ("envelope" if passed else "nothing found") for verdict, passed in found]
 
 
-def _with_interval(unit: xr.Dataset, name: str, factor: float) -> Cell:
+def _words(values: Iterable[object]) -> list[Cell]:
+    return [Cell(str(value)) for value in values]
+
+
+def _numbers(values: Array, words: Callable[[float], str] = "{:.3g}".format) -> list[Cell]:
+    return [Cell(words(one), f"{one:.9g}") if np.isfinite(one) else Cell("", "") for one in values.tolist()]
+
+
+def _with_intervals(units: xr.Dataset, name: str, factor: float) -> list[Cell]:
     """A fitted parameter with its interval, where the trials give one."""
-    value, low, high = (factor * float(unit[name + end]) for end in ("", "_low", "_high"))
-    cell = _number(value)
-    return cell._replace(text=f"{cell.text} ({low:.3g} to {high:.3g})") if np.isfinite(low) else cell
+    low, high = (factor * units[f"{name}_{end}"].values for end in ("low", "high"))
+    cells = zip(_numbers(factor * units[name].values), low.tolist(), high.tolist(), strict=True)
+    return [
+        cell._replace(text=f"{cell.text} ({first:.3g} to {last:.3g})") if np.isfinite(first) else cell
+        for cell, first, last in cells
+    ]
