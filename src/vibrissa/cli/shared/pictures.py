@@ -45,7 +45,7 @@ class PictureOptions:
         Parameters
         ----------
         figure : str
-            Module of :mod:`vibrissa.figures`: ``others.surround``.
+            Module of :mod:`vibrissa.figures`: ``spikes.surround``.
         inputs, settings
             Of its ``compute``.
         """

@@ -50,7 +50,7 @@ def demodulation(
     with stage("units"):
         data = demodulation(found.spikes, found.stimulus, found.n_trials, how)
     tell(*found.remarks)
-    drawing.draw("others.demodulation", {"demodulation": data})
+    drawing.draw("spikes.demodulation", {"demodulation": data})
     ends = [f"demodulation_index{end}" for end in ("", "_low", "_high")]
     more = ["envelope_modulation", "phase_modulation", "vector_strength", "demodulated", "reason", "phase_likeness"]
     output.show(data, columns=["unit_name", *ends, *more])

@@ -49,7 +49,7 @@ def surround(
     with stage("weights of the whiskers"):
         data = surround_map(_alone(found.spikes, unit), found.stimulus, found.n_trials, how)
     tell(*found.remarks)
-    drawing.draw("others.surround", {"surround": data})
+    drawing.draw("spikes.surround", {"surround": data})
     names = ["surround_weight", "surround_weight_low", "surround_weight_high", "surround_verdict"]
     show_map(data, names, ["strongest_whisker", "threshold", "latency", "reason", "condition_number"], output)
 
