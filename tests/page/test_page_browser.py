@@ -1,8 +1,6 @@
 """The page in a real browser: what is set is drawn and heard, by hand and by keyboard, in either width and light."""
 
 import json
-import os
-import shutil
 import threading
 import time
 import urllib.parse
@@ -11,43 +9,21 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import numpy as np
 import pytest
+from real_browser import real_browser
 
 from vibrissa.page.signals import live_arrays
 from vibrissa.page.state import read_state
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "msedge")
-MAC = "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome"
 VIEWS = ("whole", "close", "excursion", "modes", "moment-view", "spectrogram", "resonance", "firing")
 SHORT = {"a.length": "0.01", "b.length": "0.01"}
 PATIENCE = 60  # [s] of a loaded machine
 
 
-def missing(reason):
-    """Skip with a word; fail where a browser must be."""
-    if os.environ.get("VIBRISSA_REQUIRE_BROWSER"):
-        pytest.fail(reason)
-    pytest.skip(reason)
-
-
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory):
-    found = [shutil.which(name) for name in (os.environ.get("VIBRISSA_BROWSER", ""), *BROWSERS) if name]
-    found = [path for path in [*found, MAC] if path and os.path.exists(path)]
-    if not found:
-        missing(f"no browser: the page is not tested in one; install one of {', '.join(BROWSERS)}")
-    try:
-        from playwright.sync_api import Error, sync_playwright
-    except ImportError:
-        missing("playwright is not installed")
-    try:
-        with sync_playwright() as driver:
-            flags = ["--no-sandbox", "--autoplay-policy=no-user-gesture-required", "--mute-audio"]
-            home = {**os.environ, "HOME": str(tmp_path_factory.mktemp("home"))}  # the browser settles in any home
-            browser = driver.chromium.launch(executable_path=found[0], args=flags, env=home)
-            yield browser
-            browser.close()
-    except Error as error:
-        missing(f"playwright's driver does not start (Debian: apt-get install libatomic1): {str(error)[:200]}")
+    flags = ("--autoplay-policy=no-user-gesture-required", "--mute-audio")
+    with real_browser(tmp_path_factory.mktemp("home"), *flags) as browser:
+        yield browser
 
 
 class Hands:

@@ -17,6 +17,7 @@ from vibrissa.arrays import Array, Integers
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure, SubFigure
     from matplotlib.gridspec import SubplotSpec
 
@@ -92,8 +93,69 @@ def add_caption(figure: F, data: xr.Dataset, size: float = 8.0) -> F:
         The same.
     """
     width = int(_LETTERS * figure.get_figure(root=True).get_figwidth() * 8.0 / size)
-    figure.supxlabel(fill(data.attrs["caption"], width), x=0.01, ha="left", fontsize=size)
+    figure.supxlabel(fill(data.attrs["caption"], width), x=0.01, ha="left", fontsize=size, parse_math=False)
     return figure
+
+
+def shown_in(unit: str) -> tuple[float, str]:
+    """Factor on values of a stimulus, and the unit that they are then drawn in.
+
+    Parameters
+    ----------
+    unit : str
+        As the data have it: ``m``, ``rad``, ``dB``.
+
+    Returns
+    -------
+    factor, unit : float, str
+        Metres are drawn in micrometres, radians in degrees.
+    """
+    return {"m": (1e6, "µm"), "rad": (180 / np.pi, "°")}.get(unit, (1.0, unit))
+
+
+def counted(number: int, thing: str) -> str:
+    """Number and noun of a caption.
+
+    Parameters
+    ----------
+    number : int
+        How many.
+    thing : str
+        One of them.
+
+    Returns
+    -------
+    str
+        ``1 unit``, ``2 units``.
+    """
+    return f"{number} {thing}{'' if number == 1 else 's'}"
+
+
+def whole_numbers(axis: Axis) -> None:
+    """Tick an axis at whole numbers alone.
+
+    Parameters
+    ----------
+    axis : Axis
+        Of counts.
+    """
+    from matplotlib.ticker import MaxNLocator
+
+    axis.set_major_locator(MaxNLocator(nbins="auto", integer=True, min_n_ticks=1))
+
+
+def say_absent(axis: Axes, words: str) -> None:
+    """Say in a panel, under its title, why nothing is drawn; its frame is left out.
+
+    Parameters
+    ----------
+    axis : Axes
+        The panel.
+    words : str
+        Why.
+    """
+    axis.axis("off")
+    axis.text(0.0, 0.9, fill(words, 42), transform=axis.transAxes, va="top", color="0.4", parse_math=False)
 
 
 def merged(axes: NDArray[Any]) -> SubplotSpec:

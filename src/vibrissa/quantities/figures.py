@@ -92,6 +92,7 @@ FIGURES: dict[str, Quantity] = {
     "gain_vibration_se": Quantity(("form", "reading", "speed"), "1", "standard error over textures, over L"),
     # what the figures of cortex draw (8, 9)
     "unit_driven": Quantity(("unit",), "1", "whether the envelope drives the unit"),
+    "unit_outcome": Quantity(("unit",), "1", "what came of a unit: threshold known, driven otherwise, not driven"),
     "unit_fitted": Quantity(("unit",), "1", "whether the unit is driven and its hinge identified"),
     "fitted_threshold": Quantity(("unit",), "m", "threshold of the envelope, fitted"),
     "fitted_slope": Quantity(("unit",), "1/(s m)", "slope of the rate above the threshold, fitted"),
@@ -113,6 +114,9 @@ FIGURES: dict[str, Quantity] = {
     ),
     "correlogram_lag": Quantity(("correlogram_lag",), "s", "lag of the rate behind the envelope"),
     "correlogram": Quantity(("correlogram_lag",), "1", "correlation of rate and envelope"),
+    "predicted_rate": Quantity(("bin",), "Hz", "rate of the fit, mean over the bin; NaN in bins that do not count"),
+    "after_spike": Quantity(("after_spike",), "s", "lag after a spike of the unit, start of the bin"),
+    "autocorrelogram": Quantity(("after_spike",), "Hz", "rate of the unit at a lag after one of its spikes"),
     "expected_rate": Quantity(("bin",), "Hz", "rate that a simulated unit was given, mean over the bin"),
     "level_envelope": Quantity(("level",), "m", "mean envelope of a class of bins"),
     "level_rate": Quantity(("level",), "Hz", "mean rate in a class of bins"),

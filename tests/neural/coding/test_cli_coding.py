@@ -1,6 +1,7 @@
 """The verbs surround, glm, demodulation, drives, information: tables, JSON, files, pictures, bad input."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -61,11 +62,19 @@ def test_surround_tells_draws_and_writes_the_map(vibrissa, folder, tmp_path):
     assert len(table.splitlines()) > 10  # a line for each whisker
 
 
-def test_glm_tells_the_whisker_that_matters(vibrissa, folder):
+def drawn(path):
+    """Caption of a picture that is a page; its picture is there."""
+    page = path.read_text()
+    assert page.count("<svg") == 1
+    return re.search("</svg>\\s*<p>(.*?)</p>", page, re.DOTALL)[1]
+
+
+def test_glm_tells_the_whisker_that_matters(vibrissa, folder, tmp_path):
     words = ("glm", *of_spikes(folder, "one.csv"), "--command", folder / "command.nc", "--past", "0.05")
-    code, out, err = vibrissa(*words)
+    code, out, err = vibrissa(*words, "--picture", tmp_path / "glm.html")
     assert (code, err) == (0, "")
     assert "whisker_matters" in out
+    assert drawn(tmp_path / "glm.html").startswith(f"Unit hinge, {TRIALS} presentations")
     assert "left out" not in out  # nothing to tell of a unit that is not
     told = json.loads(vibrissa(*words, "--json")[1])
     assert told["whisker_matters"][0][0] is True
@@ -85,9 +94,10 @@ def test_demodulation_tells_envelope_from_phase(vibrissa, folder, tmp_path):
     np.testing.assert_allclose(again["demodulation_index"], told["demodulation_index"], atol=1e-3)
 
 
-def test_drives_of_one_carrier_cannot_tell_envelope_from_speed(vibrissa, folder):
+def test_drives_of_one_carrier_cannot_tell_envelope_from_speed(vibrissa, folder, tmp_path):
     words = ("drives", *of_spikes(folder), "--stimulus", folder / "stimulus.csv")
-    told = json.loads(vibrissa(*words, "--json")[1])
+    told = json.loads(vibrissa(*words, "--json", "--picture", tmp_path / "drives.html")[1])
+    assert drawn(tmp_path / "drives.html").startswith("2 units, stimuli")
     assert told["best_drive"][0] == "cannot tell"
     assert "cannot tell envelope from speed" in told["reason"][0]
     code, out, _ = vibrissa("drives", *of_spikes(folder, "one.csv"), "--stimulus", folder / "stimulus.csv")
@@ -95,11 +105,12 @@ def test_drives_of_one_carrier_cannot_tell_envelope_from_speed(vibrissa, folder)
     assert "smoothed" in out
 
 
-def test_information_tells_bits(vibrissa, folder):
+def test_information_tells_bits(vibrissa, folder, tmp_path):
     words = ("information", *of_spikes(folder), "--window", "1", "6")
-    code, out, err = vibrissa(*words)
+    code, out, err = vibrissa(*words, "--picture", tmp_path / "bits.html")
     assert (code, err) == (0, "")
     assert "[bit/s]" in out
+    assert drawn(tmp_path / "bits.html").startswith(f"2 units, {TRIALS} trials, 1 to 6 s")
     told = json.loads(vibrissa(*words, "--json")[1])
     assert told["spike_information_plain"][0] > told["spike_information"][0] > 0
 

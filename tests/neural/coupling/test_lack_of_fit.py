@@ -8,7 +8,7 @@ from test_stimulus_blocks import presented
 from vibrissa.neural.coupling.lack_of_fit import describe, response_curve, structure_p_value
 from vibrissa.neural.coupling.repeatability import r_squared_ceiling
 from vibrissa.neural.coupling.threshold_linear import HingeGrid
-from vibrissa.neural.coupling.tuning import forward_fit
+from vibrissa.neural.coupling.tuning import forward_fit, predicted
 
 
 def test_p_values_of_residuals_without_structure_are_even():
@@ -48,7 +48,7 @@ def hinge(a, threshold=42.3e-6):
 def test_a_hinge_is_a_hinge(seed):
     found, (drive, rates, fit) = described(lambda a: 5 + 2.5e5 * hinge(a), seed)
     assert found.model == "threshold-linear"
-    curve = response_curve(drive, rates, fit)
+    curve = response_curve(drive, rates, fit.latency, predicted(drive, fit))
     assert (np.diff(curve["response_envelope"]) > 0).all()
     z = (curve["response_rate"] - curve["response_rate_fitted"]) / curve["response_rate_se"]
     assert np.abs(z).max() < 4

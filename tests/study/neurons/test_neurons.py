@@ -110,6 +110,19 @@ def test_onsets_at_even_times_cut_a_session_into_the_same_trials(vibrissa, folde
     assert found["single"] == pytest.approx(threshold_of_the_single_unit(results), rel=1e-6)
 
 
+def test_verb_draws_pages_and_says_which_units_have_none(vibrissa, folder, tmp_path):
+    words = ("neural", "--spikes", folder / "spikes.csv", "--stimulus", folder / "stimulus.csv", "--trials", TRIALS)
+    code, out, err = vibrissa(*words, "--picture", tmp_path / "units.html", "--most-pages", 1)
+    assert code == 0
+    assert "single" in out
+    assert "vibrissa: 1 of 3 units have a page" in err
+    assert "--unit-page chooses units by name, --most-pages draws more" in err
+    assert (tmp_path / "units.html").read_text().count("<section") == 1
+    code, out, err = vibrissa(*words, "--picture", tmp_path / "units.html", "--unit-page", "none")
+    assert code == 2
+    assert "--unit-page must name one of the units: " in err
+
+
 def test_one_whisker_of_a_command_is_the_stimulus(folder, results):
     moved = neuron_results(asked(stimulus="command.nc", whisker="C2"), folder)
     np.testing.assert_allclose(moved["units"].threshold, results["units"].threshold, rtol=1e-6)

@@ -12,6 +12,7 @@ from vibrissa.cli.mechanics.rod_movie import MovieFile, refuse_movie, write_film
 from vibrissa.cli.mechanics.rod_options import NO_ROD, RodOptions, ScanModel
 from vibrissa.cli.shared.options import NO_WHISKER, PostureOptions, WhiskerOptions
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, tell
+from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import progress_bars, stage
 from vibrissa.cli.shared.units import Length, OverLength, Speed, over_length
 from vibrissa.errors import ConflictError
@@ -62,6 +63,7 @@ def gap(
     rod: RodOptions = NO_ROD,
     movie: MovieFile = None,
     of: WhiskerOptions = NO_WHISKER,
+    drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
     """A gap crossed: when the contact jumps, and how far the linear response is from the exact one (Eq. 11).
@@ -81,10 +83,10 @@ def gap(
     """
     refuse_movie(movie, model)
     if model == "rod":
-        return _rod(at, gap_width, gap_depth, n_modes, moving, rod, movie, of, output)
+        return _rod(at, gap_width, gap_depth, n_modes, moving, rod, movie, of, drawing, output)
     rod.refuse_without_rod()
     if model != "modes":
-        return _free_end(at, gap_width, gap_depth, n_modes, moving, of, output)
+        return _free_end(at, gap_width, gap_depth, n_modes, moving, of, drawing, output)
     moving.refuse_with_modes()
     from vibrissa.mechanics.scan.free_end import free_end_lines, unknown_free_end
     from vibrissa.mechanics.scan.gap_report import crossing
@@ -96,6 +98,7 @@ def gap(
     tell(data.attrs["verdict"])
     tell(*(unknown_free_end(posture.contact, width) if cone is None else free_end_lines(data)))
     tell("printed is the jump of each mode; how far a mode moves: --model free-end or rod")
+    drawing.draw("others.contents", data)
     output.show(data, names_without(data, "s"))
 
 
@@ -106,6 +109,7 @@ def _free_end(
     n_modes: int,
     moving: MovingOptions,
     of: WhiskerOptions,
+    drawing: PictureOptions,
     output: OutputOptions,
 ) -> None:
     """The gap past a whisker with a free end, by the fast model."""
@@ -115,6 +119,7 @@ def _free_end(
     with stage("gap"):
         data = free_end_gap(cone, at.posture(cone), **_drawn(gap_width, gap_depth, n_modes, moving, cone))
     tell(data.attrs["verdict"])
+    drawing.draw("others.contents", data)
     output.show(data, names_without(data, "time"))
 
 
@@ -140,6 +145,7 @@ def _rod(
     rod: RodOptions,
     movie: Path | None,
     of: WhiskerOptions,
+    drawing: PictureOptions,
     output: OutputOptions,
 ) -> None:
     """The gap under the whole whisker."""
@@ -157,4 +163,5 @@ def _rod(
         data = rod_gap(crossing, progress=lambda done, of_all: progress("the whole whisker", done, of_all))
     tell(data.attrs["verdict"])
     write_film(movie, lambda: crossing.film(GAP_RATE))
+    drawing.draw("others.contents", data)
     output.show(data, names_without(data, "time"))

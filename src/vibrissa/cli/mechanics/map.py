@@ -12,6 +12,7 @@ from vibrissa.cli.mechanics.rod_options import NO_ROD, RodOptions
 from vibrissa.cli.shared.axes import AngleAxis, Axis, NumberAxis, OverLengthAxis, SpeedAxis, axis_of, values_of
 from vibrissa.cli.shared.options import NO_WHISKER, Scheduler, WhiskerOptions, Workers
 from vibrissa.cli.shared.output import Json, OutputOptions, names_without, tell
+from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import progress_bars
 from vibrissa.cli.shared.units import Length, OverLength, over_length
 from vibrissa.errors import ConflictError
@@ -105,6 +106,7 @@ def map_(
     scheduler: Scheduler = "threads",
     workers: Workers = None,
     of: WhiskerOptions = NO_WHISKER,
+    drawing: PictureOptions = NO_PICTURE,
     out: OfMap = None,
     json: Json = False,
 ) -> None:
@@ -180,6 +182,7 @@ def map_(
         tell("the map itself is not printed: --out map.nc writes it, --json prints it")
     if large is not None:
         save_zarr(data, large)
+    drawing.draw("others.contents", data)
     output.show(data, columns=names_without(data))
 
 

@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from vibrissa.cli.shared.options import NO_WHISKER, WhiskerOptions
 from vibrissa.cli.shared.output import PRINTED, OutputOptions
+from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import stage
 from vibrissa.cli.shared.units import Angle, OverLength, over_length
 from vibrissa.errors import ConflictError, MissingError
@@ -103,6 +104,7 @@ def modes(
     about: Literal["straight", "profile"] = "straight",
     pressed: ProfileOptions = NO_PROFILE,
     of: WhiskerOptions = NO_WHISKER,
+    drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
     """Resonant modes of a whisker: pinned at a contact, or with a free tip; straight, or about its curved profile.
@@ -144,4 +146,5 @@ def modes(
             if cone
             else eigenmodes(where, n_modes, boundary=boundary)
         )
+    drawing.draw("others.contents", data)
     output.show(data, [*names, "resonant_frequency"] if cone else names)

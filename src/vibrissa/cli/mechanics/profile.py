@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from vibrissa.cli.shared.options import NO_WHISKER, PostureOptions, WhiskerOptions
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, tell
+from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import stage
 from vibrissa.cli.shared.units import OverLength, over_length
 
@@ -13,6 +14,7 @@ def profile(
     at: PostureOptions,
     contact_distance: OverLength | None = None,
     of: WhiskerOptions = NO_WHISKER,
+    drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
     """Stationary profile of a whisker held at its base, its contact on the flat or on an edge (Eq. 1).
@@ -33,4 +35,5 @@ def profile(
         data = held_profile(at.posture(cone), contact_distance=edge, whisker=cone)
     if not float(data.fold_determinant) < 0:
         tell("beyond the fold: no quasi-static response to an edge exists here")
+    drawing.draw("others.contents", data)
     output.show(data, names_without(data))

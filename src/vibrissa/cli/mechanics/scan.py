@@ -15,6 +15,7 @@ from vibrissa.cli.mechanics.rod_options import NO_ROD, RodOptions, ScanModel
 from vibrissa.cli.mechanics.scan_spikes import NO_SPIKES, SpikeOptions
 from vibrissa.cli.shared.options import NO_WHISKER, Flag, OfModes, PostureOptions, WhiskerOptions
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, tell
+from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import progress_bars
 from vibrissa.cli.shared.units import Length, Rate, Speed, in_si
 from vibrissa.errors import ConflictError, RangeError, ShapeError
@@ -155,6 +156,7 @@ def scan(
     movie: MovieFile = None,
     spiking: SpikeOptions = NO_SPIKES,
     of: WhiskerOptions = NO_WHISKER,
+    drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
     """A texture drawn past a whisker: its vibration, what the follicle feels, and how far the assumptions hold.
@@ -198,6 +200,7 @@ def scan(
         write_film(movie, lambda: whole.film(film_rate(whole.duration, drawn.sampling_rate)))
     if units is not None:
         data = spiking.added(data, prediction, units)
+    drawing.draw("others.scan", data)
     output.show(data, names_without(data, "time", "trough", "spike"))
 
 

@@ -13,6 +13,7 @@ from vibrissa.cli.mechanics.rod_options import NO_ROD, Model, RodOptions
 from vibrissa.cli.mechanics.scan import ScanOptions, undersampled
 from vibrissa.cli.shared.options import NO_WHISKER, Flag, WhiskerOptions
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, show, tell
+from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import progress_bars
 from vibrissa.cli.shared.units import Length
 from vibrissa.errors import ConflictError, RangeError
@@ -78,6 +79,7 @@ def whisking(
     swinging: SwingOptions = NO_SWING,
     movie: MovieFile = None,
     of: WhiskerOptions = NO_WHISKER,
+    drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
     """Gaps drawn past a whisker that whisks slowly: resonance, gain and the contact's pace change with the posture.
@@ -99,7 +101,7 @@ def whisking(
     """
     refuse_movie(movie, model)
     if model == "rod":
-        return _rod(texture, path, drawn, friction, reverse, rod, swinging, movie, of, output)
+        return _rod(texture, path, drawn, friction, reverse, rod, swinging, movie, of, drawing, output)
     rod.refuse_without_rod()
     swinging.refuse_without_rod()
     if drawn.speed == 0:
@@ -124,6 +126,7 @@ def whisking(
         data = slow_signals(prediction, t)
     highest = prediction.omega(t).max(axis=-1) / (2 * np.pi)
     tell(*remarks(prediction, t), *undersampled(highest, drawn.sampling_rate), _steepest(way))
+    drawing.draw("others.contents", data)
     output.save(data)
     if output == PRINTED:
         tell("what happens along the path (resonance, coupling, ringing) is not printed: --out slow.nc writes it")
@@ -141,6 +144,7 @@ def _rod(
     swinging: SwingOptions,
     movie: Path | None,
     of: WhiskerOptions,
+    drawing: PictureOptions,
     output: OutputOptions,
 ) -> None:
     """The base of the whole whisker moved over the surface."""
@@ -161,6 +165,7 @@ def _rod(
     tell(data.attrs["verdict"], *notes, *event_lines(data))
     rate = film_rate(float(way.time[-1] - way.time[0]), drawn.sampling_rate)
     write_film(movie, lambda: swing_film(prediction, rate))
+    drawing.draw("others.contents", data)
     output.show(data, names_without(data, "time", "contact_event"))
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from vibrissa.cli.shared.options import NO_WHISKER, OfModes, WhiskerOptions
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
+from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import stage
 from vibrissa.cli.shared.units import Angle, OverLength, over_length
 from vibrissa.errors import ConflictError, TooFewError, UnknownError
@@ -26,6 +27,7 @@ def decompose(
     modes: OfModes = "straight",
     base_angle: Angle | None = None,
     friction: float = 0.4,
+    drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
     """Modal amplitudes, envelopes, resonances and damping of one tracked whisker.
@@ -75,6 +77,7 @@ def decompose(
     if "resonance_white" in results:
         tell("the forcing is taken for white (Eq. 5); a study that knows its texture does better")
     fitted = [f"{name}{end}" for name in ("resonant_frequency", "damping") for end in ("", "_low", "_high")]
+    drawing.draw("others.contents", data)
     output.show(data, [name for name in ("kappa", "variance_explained", *fitted) if name in data])
 
 

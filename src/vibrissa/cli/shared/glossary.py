@@ -334,6 +334,8 @@ GLOSSARY: dict[str, Option] = {
     "--overwrite": _O("flag", "Replace files that exist", arguments=("overwrite", "force")),
     "--plot": _O("flag", "Draw the file too"),
     "--picture": _O("file", "Picture of the results to draw", "picture.png"),
+    "--unit-page": _O("text", "Unit that has a page in the picture; once for each", "u7"),
+    "--most-pages": _O("count", "Largest number of units that have a page in the picture", "100", arguments=("most",)),
     "--json": _O("flag", "One JSON object instead of a table"),
 }
 SHARES = {  # how the same are written over L

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from cyclopts import Parameter
 
-from vibrissa.errors import FormatError, MissingError
+from vibrissa.cli.shared.output import tell
+from vibrissa.cli.shared.progress import progress_bars
+from vibrissa.cli.shared.refusals import in_options
+from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError
 
-CLOCK = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}  # is left out
+if TYPE_CHECKING:
+    from vibrissa.study.neurons.neurons import Analysed
 
-
-class Figure(Protocol):
-    """What a figure's ``draw`` gives."""
-
-    def savefig(self, path: Path, /, *, metadata: dict[str, None]) -> None:
-        """Write it to a path, with the metadata given."""
+KINDS = (".png", ".pdf", ".svg", ".html")
+MOST_PAGES = 100
 
 
 @Parameter(name="*")
@@ -29,7 +30,7 @@ class PictureOptions:
     Attributes
     ----------
     picture : Path, optional
-        Draw the results (PNG, PDF or SVG).
+        Draw the results (.png, .pdf, .svg, or .html with the caption as text).
     """
 
     picture: Path | None = None
@@ -44,7 +45,7 @@ class PictureOptions:
         Parameters
         ----------
         figure : str
-            Module of :mod:`vibrissa.figures`: ``others.surround``.
+            Module of :mod:`vibrissa.figures`: ``spikes.surround``.
         inputs, settings
             Of its ``compute``.
         """
@@ -56,7 +57,64 @@ class PictureOptions:
 NO_PICTURE = PictureOptions()
 
 
-def refuse_picture(path: Path, option: str = "--picture") -> None:
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class PagesOptions:
+    """Pages of units; a picture that cannot be written is refused at once, before any work.
+
+    Attributes
+    ----------
+    picture : Path, optional
+        Draw the population, a table that can be sorted, and a page for each unit: .html, .pdf (without the table), or a
+        folder. A .png or .svg holds the population, or the unit of --unit-page.
+    unit_page : list of str, optional
+        Unit that has a page in the picture, instead of those that pass the test and correlate most; once for each.
+    most_pages : int
+        Largest number of units that have a page in the picture.
+    """
+
+    picture: Path | None = None
+    unit_page: list[str] | None = None
+    most_pages: int = MOST_PAGES
+
+    def __post_init__(self) -> None:
+        if self.picture is not None:
+            refuse_picture(self.picture, folder=True)
+        elif self.unit_page:
+            raise ConflictError("--unit-page", "must go with --picture", self.unit_page[0])
+        if self.most_pages < 0:
+            raise RangeError("--most-pages", "must be zero or positive", self.most_pages)
+
+    def draw_units(self, found: Analysed, remarks: Sequence[str]) -> None:
+        """Draw population and units, if a picture is asked for, and say what is not drawn.
+
+        Parameters
+        ----------
+        found : Analysed
+            From :func:`vibrissa.study.neurons.neurons.analyse_neurons`.
+        remarks : sequence of str
+            What a reader should know of them.
+        """
+        if self.picture is None:
+            return
+        from vibrissa.study.report.unit_pages import write_unit_pages
+
+        with progress_bars() as progress:
+            left_out = write_unit_pages(
+                found,
+                self.picture,
+                named=self.unit_page or (),
+                most=self.most_pages,
+                remarks=remarks,
+                progress=progress,
+            )
+        tell(*filter(None, [in_options(left_out)]))
+
+
+NO_PAGES = PagesOptions()
+
+
+def refuse_picture(path: Path, option: str = "--picture", *, folder: bool = False) -> None:
     """Refuse, before any work, a picture of a kind that is not drawn or cannot be written.
 
     Parameters
@@ -65,20 +123,25 @@ def refuse_picture(path: Path, option: str = "--picture") -> None:
         The picture.
     option : str
         That names it, for the message.
+    folder : bool
+        Whether it may be a folder of pages.
 
     Raises
     ------
     InputError
         If its name or its folder will not do.
     """
-    if path.suffix not in CLOCK:
-        raise FormatError(option, f"must end in {', '.join(CLOCK)}", str(path))
+    if not (path.suffix in KINDS or (folder and not path.suffix)):
+        kinds = ", ".join(KINDS) + (", or be a folder" if folder else "")
+        raise FormatError(option, f"must end in {kinds}", str(path))
     if not path.absolute().parent.is_dir():
         raise MissingError(option, "must lie in an existing folder", str(path), "make it, or choose another")
+    if path.exists() and path.is_dir() == bool(path.suffix):
+        raise MissingError(option, "must name what can be written", str(path), "choose another name")
 
 
-def write_picture(figure: Figure, path: Path) -> None:
-    """Write a figure, whole or not at all, without the time of day in it.
+def write_picture(figure: Any, path: Path) -> None:
+    """Write a figure of matplotlib, whole or not at all.
 
     Parameters
     ----------
@@ -87,7 +150,6 @@ def write_picture(figure: Figure, path: Path) -> None:
     path : Path
         Picture of a kind that :func:`refuse_picture` lets pass.
     """
-    from vibrissa.files import written_whole
+    from vibrissa.study.report.pages import write_picture as write
 
-    with written_whole(path) as temporary:
-        figure.savefig(temporary, metadata=CLOCK[path.suffix])
+    write(figure, path)

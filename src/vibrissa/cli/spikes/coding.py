@@ -50,7 +50,7 @@ def demodulation(
     with stage("units"):
         data = demodulation(found.spikes, found.stimulus, found.n_trials, how)
     tell(*found.remarks)
-    drawing.draw("others.demodulation", {"demodulation": data})
+    drawing.draw("spikes.demodulation", {"demodulation": data})
     ends = [f"demodulation_index{end}" for end in ("", "_low", "_high")]
     more = ["envelope_modulation", "phase_modulation", "vector_strength", "demodulated", "reason", "phase_likeness"]
     output.show(data, columns=["unit_name", *ends, *more])
@@ -70,6 +70,7 @@ def drives(
     band: Band | None = None,
     level: float = 0.05,
     latest: Duration = 0.03,
+    drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
     """Drive of each unit: which feature of the motion it follows, from several stimuli of different carriers.
@@ -121,12 +122,18 @@ def drives(
     with stage("units"):
         data = compare_drives(heard, stimuli, presented, how)
     tell(*remarks)
+    drawing.draw("spikes.drives", data)
     names = ["drive_gain", "drive_loss", "drive_loss_low", "drive_loss_high"]
     show_map(data, names, ["best_drive", "reason", "carrier_frequency"], output)
 
 
 def information(
-    *, recorded: RecordingOptions, window: Window, bin_width: Duration = 0.01, output: OutputOptions = PRINTED
+    *,
+    recorded: RecordingOptions,
+    window: Window,
+    bin_width: Duration = 0.01,
+    drawing: PictureOptions = NO_PICTURE,
+    output: OutputOptions = PRINTED,
 ) -> None:
     """Information of each unit's spikes about the stimulus, in bits: of a spike, of a second, of the count in a bin.
 
@@ -145,6 +152,7 @@ def information(
     tell(*remarks)
     if line := _silent_end(table, window):
         tell(line)
+    drawing.draw("spikes.information", data)
     ends = [f"spike_information{end}" for end in ("", "_low", "_high", "_plain")]
     names = ["unit_name", "unit_rate", *ends, "information_rate", "count_information", "reason"]
     output.show(data, columns=names)

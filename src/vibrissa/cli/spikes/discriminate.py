@@ -83,7 +83,7 @@ def discriminate(
         data = discrimination.discriminate(counts, names, how, progress=progress)
     data = data if curve is None else data.merge(curve, combine_attrs="override")
     tell(*remarks, *_remarks(data, table.sizes["unit"] - len(read)))
-    drawing.draw("others.discrimination", {"discrimination": data})
+    drawing.draw("spikes.discrimination", {"discrimination": data})
     output.show(data, columns=[*TABLE, "code_verdict"])
 
 

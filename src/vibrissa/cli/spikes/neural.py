@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, print_json, show, tell
+from vibrissa.cli.shared.pictures import NO_PAGES, PagesOptions
 from vibrissa.cli.shared.progress import progress_bars
 from vibrissa.cli.shared.recorded import WHOLE, PartOptions, RecordingOptions, StimulusOptions
 from vibrissa.cli.shared.refusals import in_options
@@ -32,6 +33,7 @@ def neural(
     spontaneous: tuple[Duration, Duration] | None = None,
     settled_by: Path | None = None,
     seed: int = 0,
+    drawing: PagesOptions = NO_PAGES,
     output: OutputOptions = PRINTED,
 ) -> None:
     """Whether the envelope of a stimulus drives each unit: from which threshold, how steeply, how late.
@@ -78,9 +80,11 @@ def neural(
     )
     with progress_bars() as progress:
         found = analyse_neurons(asked, progress=progress)
-    tell(*map(in_options, found.remarks))
+    remarks = [in_options(line) for line in found.remarks]
+    tell(*remarks)
     units = found.units if settled_by is None else settled(found.units, load(settled_by))
     output.save(units)
+    drawing.draw_units(found._replace(units=units), remarks)
     if output.json:
         _print_units(units)
     else:

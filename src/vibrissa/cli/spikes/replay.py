@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from vibrissa.cli.shared.output import Json, names_without, show, tell
+from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import stage
 from vibrissa.cli.shared.refusals import in_options
 from vibrissa.cli.shared.units import Acceleration, Duration, Length, Rate, Speed, in_si
@@ -45,6 +46,7 @@ def replay(
     full_scale: Length | None = None,
     measured: Path | None = None,
     measured_whisker: str = "alpha",
+    drawing: PictureOptions = NO_PICTURE,
     json: Json = False,
 ) -> None:
     """Replay a whisker's motion on 24 whiskers: textures joined, filtered to the stimulator's band, shifted in time.
@@ -130,6 +132,7 @@ def replay(
     if measured is not None:
         data = xr.merge([data, compare_file(data, measured, measured_whisker)], combine_attrs="drop_conflicts")
     write_command(data, out, sound=sound)
+    drawing.draw("spikes.command", data)
     tell(f"the command is in {out}, what it holds in {out}.json")
     tell(*(in_options(data.attrs[note]) for note in ("correlation_note", "resonance_note") if data.attrs[note]))
     show(data, names_without(data, "time", "coherence_frequency"), json)

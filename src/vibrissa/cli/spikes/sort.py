@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from cyclopts import Parameter
 
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
+from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import stage
 from vibrissa.cli.shared.units import Duration, Length, Rate, Voltage
 from vibrissa.errors import ConflictError, MissingError
@@ -129,6 +130,7 @@ def sort(
     seed: int = 0,
     workers: int = 1,
     spikes_out: Path | None = None,
+    drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
     """Sort the spikes of a raw recording into units. Without one, a simulated recording, held against its truth.
@@ -170,6 +172,7 @@ def sort(
     if known is not None:
         found = found.merge(sorting.accuracy(found, known), combine_attrs="override")
         names += [name for name in SCORES if name in found]
+    drawing.draw("spikes.sorted_units", found)
     output.show(found, names)
 
 

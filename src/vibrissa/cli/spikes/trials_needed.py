@@ -105,7 +105,7 @@ def trials_needed(
     with stage("trials of each unit"):
         data = plan_trials(drive, expected, wanted, gain_sd=gains, fano_factor=fanos, unit=unit)
     own = {"gain_sd": float(data.trial_gain_sd[0]), "fano_factor": float(data.fano_factor[0])}
-    drawing.draw("others.planner", drive, expected[0], wanted, **own)
+    drawing.draw("spikes.planner", drive, expected[0], wanted, **own)
     output.show(in_unit_of(data, stimulus), columns=TABLE)
 
 

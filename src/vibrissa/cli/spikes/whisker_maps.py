@@ -49,7 +49,7 @@ def surround(
     with stage("weights of the whiskers"):
         data = surround_map(_alone(found.spikes, unit), found.stimulus, found.n_trials, how)
     tell(*found.remarks)
-    drawing.draw("others.surround", {"surround": data})
+    drawing.draw("spikes.surround", {"surround": data})
     names = ["surround_weight", "surround_weight_low", "surround_weight_high", "surround_verdict"]
     show_map(data, names, ["strongest_whisker", "threshold", "latency", "reason", "condition_number"], output)
 
@@ -67,6 +67,7 @@ def glm(
     choose_penalty: bool = False,
     level: float = 0.05,
     unit: str | None = None,
+    drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
     """Poisson model of each unit: every whisker at every latency, and the unit's own past.
@@ -89,7 +90,7 @@ def glm(
     level
         Largest p-value, adjusted over whiskers, at which a whisker is said to matter.
     unit
-        Print this unit alone.
+        Print and draw this unit alone.
     """
     from vibrissa.neural.glm.kernel_columns import KernelAnalysis
     from vibrissa.neural.glm.poisson_model import whisker_kernels
@@ -106,6 +107,7 @@ def glm(
     with stage("models of the units"):
         data = whisker_kernels(_alone(found.spikes, unit), found.stimulus, found.n_trials, how)
     tell(*found.remarks)
+    drawing.draw("spikes.kernels", data)
     names = ["whisker_effect", "whisker_effect_low", "whisker_effect_high", "whisker_p_value", "whisker_matters"]
     show_map(data, names, ["kernel_rate", "deviance_explained", "penalty", "reason", "kernel_condition"], output)
 

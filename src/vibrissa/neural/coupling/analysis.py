@@ -139,12 +139,7 @@ def analyse_units(
     refuse_misplaced(spikes, stimulus, n_trials, window=how.window, spontaneous=how.spontaneous)
     shown = how.presentation(stimulus)
     counts = UnitCounts.of(spikes, n_trials, shown.edges, how.bin_width, partial=True)
-    record = Record(
-        rates=counts.rates(),
-        envelope=shown.binned(),
-        rate_valid=shown.rate_valid,
-        envelope_valid=shown.envelope_valid,
-    )
+    record = binned_record(counts, shown)
     coupling = envelope_coupling(record, how.chance(), lags=how.lags, reach=how.reach)
     adjusted = adjusted_p_values(coupling.tail_p_value)
     significant = (adjusted if how.null == "circular" else coupling.p_value) <= how.level
@@ -179,6 +174,25 @@ def _judged(row: Row, of: CarrierVerdict) -> Row:
     if of.verdict not in REASONS:
         return row
     return row | {"identified": False, "reason": "; ".join(filter(None, [REASONS[of.verdict], row["reason"]]))}
+
+
+def binned_record(counts: UnitCounts, shown: Presentation) -> Record:
+    """Rates of units beside the envelope, with the bins that count.
+
+    Parameters
+    ----------
+    counts : UnitCounts
+        In the bins of the presentation.
+    shown : Presentation
+        The stimulus.
+
+    Returns
+    -------
+    Record
+        What is tested.
+    """
+    valid = {"rate_valid": shown.rate_valid, "envelope_valid": shown.envelope_valid}
+    return Record(rates=counts.rates(), envelope=shown.binned(), **valid)
 
 
 def _verdicts(counts: UnitCounts, shown: Presentation, likeness: float, significant: Mask) -> list[CarrierVerdict]:
@@ -275,7 +289,8 @@ def _forward(grid: HingeGrid, trial_counts: Array, how: EnvelopeAnalysis, rng: n
     fit = forward_fit(grid, trial_counts.sum(0), n * width)
     rate = trial_counts.mean(0) / width
     row: Row = {**fit._asdict(), "tuning_r_squared": r_squared(rate, predicted(grid.drive, fit))}
-    row |= {"sub_threshold_rate": _below(grid, rate, fit), **response_curve(grid.drive, trial_counts / width, fit)}
+    curve = response_curve(grid.drive, trial_counts / width, fit.latency, predicted(grid.drive, fit))
+    row |= {"sub_threshold_rate": _below(grid, rate, fit), **curve}
     row["fano_factor"], row["trial_gain_sd"] = variability(trial_counts)
     if n == 1:
         return {**row, "reason": "one trial: no interval by resampling trials, so the error of the fit is unknown"}

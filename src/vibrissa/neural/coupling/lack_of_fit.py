@@ -203,8 +203,8 @@ def _fitted(model: str, at: float, columns: Array, rate: Array, weights: Array) 
     return float(weights @ residual**2), model, at, share
 
 
-def response_curve(drive: BinnedDrive, rates: Array, fit: Hinge) -> dict[str, Array]:
-    """Mean rate in classes of the envelope at the unit's latency, beside the hinge's.
+def response_curve(drive: BinnedDrive, rates: Array, latency: float, fitted: Array) -> dict[str, Array]:
+    """Mean rate in classes of the envelope at a latency, beside that of a fit.
 
     Parameters
     ----------
@@ -212,8 +212,10 @@ def response_curve(drive: BinnedDrive, rates: Array, fit: Hinge) -> dict[str, Ar
         The stimulus.
     rates : (N, K') array
         Rate of each trial [Hz].
-    fit : Hinge
-        The threshold-linear fit.
+    latency : float
+        Delay from envelope to rate [s].
+    fitted : (K',) array
+        Rate of the fit [Hz]; NaN where there is none.
 
     Returns
     -------
@@ -221,7 +223,7 @@ def response_curve(drive: BinnedDrive, rates: Array, fit: Hinge) -> dict[str, Ar
         ``response_envelope`` [m], ``response_rate`` with its standard error over trials ``response_rate_se`` and
         ``response_rate_fitted`` [Hz], in the order of the envelope.
     """
-    envelope = drive.seen(drive.envelope, fit.latency)
+    envelope = drive.seen(drive.envelope, latency)
     order = np.array_split(np.argsort(envelope, kind="stable"), CLASSES)
     member = np.zeros((CLASSES, envelope.size))
     for one, places in zip(member, order, strict=True):
@@ -232,5 +234,5 @@ def response_curve(drive: BinnedDrive, rates: Array, fit: Hinge) -> dict[str, Ar
         "response_envelope": member @ envelope,
         "response_rate": means.mean(0),
         "response_rate_se": error,
-        "response_rate_fitted": member @ predicted(drive, fit),
+        "response_rate_fitted": np.array([fitted[places].mean() for places in order]),
     }

@@ -15,6 +15,7 @@ from vibrissa.quantities import dataset
 from vibrissa.quantities.kinds import Results
 from vibrissa.stats import jackknife_interval, wilson_interval
 from vibrissa.study.paper.paper_neurons import is_simulated
+from vibrissa.study.report.unit_table import unit_table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,7 +62,7 @@ def neurons_of(results: Results) -> list[dict[str, Any]]:
             "absent": _absent(units),
             "qualities": _qualities(units),
             "truth": _truth(units) if is_simulated(units) else [],
-            "units": [_unit(units.isel(unit=k)) for k in np.flatnonzero(_passed(units))],
+            "units": unit_table(units, np.flatnonzero(_passed(units)).tolist()),
             "others": Counter(str(why) for why in units.reason.values[~_passed(units)]).most_common(),
         }
         for units in tables_of(results).values()
@@ -112,7 +113,7 @@ def _absent(units: xr.Dataset) -> list[str]:
         lines.append("No window without stimulus: rates below the threshold are not held against spontaneous ones.")
     if "stimulus_unit" in units.attrs:
         unit = units.attrs["stimulus_unit"]
-        lines.append(f"Thresholds and slopes are in {unit}, not in µm: they are in the dataset, not in these tables.")
+        lines.append(f"Thresholds and slopes are in {unit}, not in µm: they have no means here.")
     elif not _passed(units).any():
         lines.append("No unit is driven: no threshold, slope and latency.")
     elif unknown := int((_passed(units) & ~_fitted(units)).sum()):
@@ -153,20 +154,6 @@ def _with_ends(name: str, value: float, low: float, high: float) -> str:
     """A fitted parameter and its interval, in the units shown."""
     form = FORMS[name]
     return f"{value:{form}}" + (f" ({low:{form}} to {high:{form}})" if np.isfinite(low) else "")
-
-
-def _unit(unit: xr.Dataset) -> list[str]:
-    """One driven unit: name, quality, p, threshold, slope, latency, R², what the trials do not determine."""
-    quality = str(unit.unit_quality.values) if "unit_quality" in unit else ""
-    cells = [str(unit.unit_name.values), quality, f"{float(unit.adjusted_p_value):.2g}"]
-    for name, scale in FITTED.items():
-        if "stimulus_unit" in unit.attrs and name != "latency":
-            cells.append("")
-            continue
-        value, *ends = (scale * float(unit[name + end]) for end in ("", "_low", "_high"))
-        cells.append(_with_ends(name, value, *ends) if np.isfinite(value) else "")
-    explained = float(unit.tuning_r_squared)
-    return [*cells, f"{explained:.2f}" if np.isfinite(explained) else "", str(unit.reason.values)]
 
 
 def mean_of_fitted(units: xr.Dataset, name: str) -> tuple[int, float, float, float, float]:

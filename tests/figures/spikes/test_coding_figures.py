@@ -3,7 +3,7 @@
 import numpy as np
 from refusals import refusal
 
-from vibrissa.figures.others import demodulation, surround
+from vibrissa.figures.spikes import demodulation, surround
 from vibrissa.quantities import dataset
 
 NAMES = np.array(["alpha", "C1", "C2", "D1"])

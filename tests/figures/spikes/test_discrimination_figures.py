@@ -5,8 +5,8 @@ import io
 import numpy as np
 import pytest
 
-from vibrissa.figures.others import discrimination as discrimination_figure
-from vibrissa.figures.others import planner as planner_figure
+from vibrissa.figures.spikes import discrimination as discrimination_figure
+from vibrissa.figures.spikes import planner as planner_figure
 from vibrissa.neural.coding.discrimination import Discrimination, accuracy_by_units, discriminate
 from vibrissa.neural.coding.planner import Wanted, plan_trials
 from vibrissa.neural.coupling.threshold_linear import BinnedDrive

@@ -1,0 +1,165 @@
+"""Pictures as files: one figure as PNG, SVG, PDF or HTML; several as pages of HTML or PDF, or of a folder."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from vibrissa import __version__
+from vibrissa.files import written_whole
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+CLOCK: dict[str, Any] = {"png": {"Software": None}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}  # left out
+FINE = 200  # dots per inch of what is drawn as pixels within vectors
+_NUMBERED = re.compile(r' id="[A-Za-z][\w.]*_\d{1,4}"')  # names of matplotlib's groups, the same in every figure
+INDEX = "index.html"
+
+
+class Page(NamedTuple):
+    """A figure in HTML.
+
+    Attributes
+    ----------
+    name : str
+        By which links lead to it; empty of a figure alone.
+    heading, caption : str
+        Its words, not in the picture.
+    svg : str
+        The picture.
+    """
+
+    name: str
+    heading: str
+    caption: str
+    svg: str
+
+
+def write_picture(figure: Figure, path: Path) -> None:
+    """Write a figure, whole or not at all, without the time of day in it.
+
+    Parameters
+    ----------
+    figure : Figure
+        Drawn; written as HTML it loses title and caption, which become text of the page.
+    path : Path
+        Ends in .png, .svg, .pdf or .html.
+    """
+    if path.suffix == ".html":
+        page = page_of(figure, "")
+        return _write(path, title=page.heading or path.stem, shown=[page])
+    with written_whole(path) as temporary:
+        figure.savefig(temporary, metadata=CLOCK[path.suffix[1:]])
+
+
+def page_of(figure: Figure, name: str) -> Page:
+    """Figure as SVG, its title and caption apart.
+
+    Parameters
+    ----------
+    figure : Figure
+        Drawn; title and caption are taken out of it.
+    name : str
+        Of the page.
+
+    Returns
+    -------
+    Page
+        Whose texts are not escaped yet, but for those in the SVG.
+    """
+    heading, caption = figure.get_suptitle(), " ".join(figure.get_supxlabel().split())
+    figure.suptitle("")
+    figure.supxlabel("")
+    return Page(name, heading, caption, svg_of(figure))
+
+
+def svg_of(figure: Figure) -> str:
+    """SVG of a figure for use within a page: its letters are text, and equal figures give equal bytes.
+
+    Parameters
+    ----------
+    figure : Figure
+        Drawn.
+
+    Returns
+    -------
+    str
+        From ``<svg`` on, without names that another figure of the page has as well.
+    """
+    from matplotlib import rc_context
+
+    buffer = io.StringIO()
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "vibrissa"}):
+        figure.savefig(buffer, format="svg", dpi=FINE, metadata={"Date": None, "Creator": None})
+    text = buffer.getvalue()
+    return _NUMBERED.sub("", text[text.index("<svg") :])
+
+
+def write_pdf(path: Path, figures: Iterable[Figure]) -> None:
+    """Write figures as pages of one PDF.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    figures : iterable of Figure
+        Each is drawn when it is its turn.
+    """
+    from matplotlib.backends.backend_pdf import PdfPages
+
+    with written_whole(path) as temporary, PdfPages(temporary, metadata=CLOCK["pdf"]) as pdf:
+        for figure in figures:
+            pdf.savefig(figure, dpi=FINE)
+
+
+def write_html(path: Path, table: dict[str, Any], first: Page, pages: Iterable[Page], remarks: Sequence[str]) -> None:
+    """Write one page of HTML: what is to be said, the first figure, the table, and the others below.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    table : dict
+        From :func:`vibrissa.study.report.unit_table.unit_table`, its links to the names of the pages.
+    first, pages
+        The figures.
+    remarks : sequence of str
+        Lines at the top.
+    """
+    _write(path, title=first.heading, first=first, table=table, shown=pages, remarks=remarks, below=True)
+
+
+def write_folder(
+    folder: Path, table: dict[str, Any], first: Page, pages: Iterable[Page], remarks: Sequence[str]
+) -> None:
+    """Write the same as a folder: ``index.html``, and a file for each page; pages of an earlier run are removed.
+
+    Parameters
+    ----------
+    folder : Path
+        Is made, if it is not there.
+    table : dict
+        Its links to the files of the pages.
+    first, pages, remarks
+        As in :func:`write_html`.
+    """
+    folder.mkdir(exist_ok=True)
+    for old in folder.glob("unit-*.html"):
+        old.unlink()
+    for page in pages:
+        _write(folder / f"{page.name}.html", title=page.heading, shown=[page], back=INDEX)
+    _write(folder / INDEX, title=first.heading, first=first, table=table, remarks=remarks)
+
+
+def _write(path: Path, **words: Any) -> None:
+    """One file of HTML, written as it is drawn."""
+    from jinja2 import Environment, PackageLoader, select_autoescape
+
+    environment = Environment(loader=PackageLoader("vibrissa.study"), autoescape=select_autoescape())
+    with written_whole(path) as temporary:
+        stream = environment.get_template("pages.html").stream(version=__version__, **words)
+        stream.dump(str(temporary), encoding="utf-8")
