@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
 
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
@@ -15,11 +17,13 @@ from vibrissa.errors import UnknownError
 if TYPE_CHECKING:
     import xarray as xr
 
+Command = Annotated[Path, Parameter(name=("--command", "--stimulus"))]
+
 
 def surround(
     *,
     recorded: RecordingOptions,
-    command: Path,
+    command: Command,
     signal: SignalOptions = MOTION,
     bin_width: Duration = 0.01,
     part: PartOptions = WHOLE,
@@ -34,7 +38,7 @@ def surround(
     ----------
     command
         What `vibrissa replay` wrote: the motion of all whiskers. Or a CSV with a column for each (time,C1_um,C2_um), or
-        an NWB file.
+        an NWB file. A stimulus of one presentation is taken as well.
     bin_width
         Width of the bins [s].
     level
@@ -57,7 +61,7 @@ def surround(
 def glm(
     *,
     recorded: RecordingOptions,
-    command: Path,
+    command: Command,
     signal: SignalOptions = MOTION,
     bin_width: Duration = 0.005,
     part: PartOptions = WHOLE,
@@ -75,7 +79,7 @@ def glm(
     ----------
     command
         What `vibrissa replay` wrote: the motion of all whiskers. Or a CSV with a column for each (time,C1_um,C2_um), or
-        an NWB file.
+        an NWB file. A stimulus of one presentation is taken as well.
     bin_width
         Width of the bins [s].
     reach
