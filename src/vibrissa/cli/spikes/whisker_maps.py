@@ -55,7 +55,9 @@ def surround(
     tell(*found.remarks)
     drawing.draw("others.surround", {"surround": data})
     names = ["surround_weight", "surround_weight_low", "surround_weight_high", "surround_verdict"]
-    show_map(data, names, ["strongest_whisker", "threshold", "latency", "reason", "condition_number"], output)
+    show_map(
+        data, names, ["strongest_whisker", "threshold", "latency", "n_blocks", "reason", "condition_number"], output
+    )
 
 
 def glm(
@@ -111,7 +113,12 @@ def glm(
         data = whisker_kernels(_alone(found.spikes, unit), found.stimulus, found.n_trials, how)
     tell(*found.remarks)
     names = ["whisker_effect", "whisker_effect_low", "whisker_effect_high", "whisker_p_value", "whisker_matters"]
-    show_map(data, names, ["kernel_rate", "deviance_explained", "penalty", "reason", "kernel_condition"], output)
+    show_map(
+        data,
+        names,
+        ["kernel_rate", "deviance_explained", "kernel_gain", "n_blocks", "penalty", "reason", "kernel_condition"],
+        output,
+    )
 
 
 def _alone(spikes: xr.Dataset, name: str | None) -> xr.Dataset:

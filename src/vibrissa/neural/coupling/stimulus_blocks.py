@@ -86,7 +86,7 @@ def independent_blocks(*series: Array, width: float, fewest_trials: int) -> Inte
     if n < FEWEST * length:
         rule = f"must be at least {FEWEST} where trials are fewer than {fewest_trials}"
         found = f"{n // length} of {length * width:.3g} s, twice as long as it stays like itself"
-        remedy = f"present it for {FEWEST * length * width:.3g} s after the skip, or {fewest_trials} times"
+        remedy = f"present it for {FEWEST * length * width:.4g} s after the skip, or {fewest_trials} times"
         raise TooFewError("blocks of the stimulus", rule, found, remedy)
     return even_starts(n, length)
 
