@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from populations import ringing
 from refusals import refusal
+from scipy.special import kl_div
 from test_locust import receptor
 
 from vibrissa.neural.coupling.stimulus_blocks import even_starts
@@ -16,7 +17,7 @@ from vibrissa.neural.glm.poisson import poisson_regression
 from vibrissa.neural.glm.poisson_model import whisker_kernels
 from vibrissa.neural.glm.surround import surround_map
 from vibrissa.neural.io.tables.spikes import spike_table
-from vibrissa.neural.io.tables.stimuli import labelled_stimulus
+from vibrissa.neural.io.tables.stimuli import labelled_stimulus, with_channels
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
 
@@ -104,23 +105,53 @@ def test_blocks_foresee_blocks_and_give_bits_for_each_spike():
     assert np.isfinite(none.kernel_gain).all()
 
 
-def test_covariance_by_blocks_is_the_clustered_one_of_statsmodels_for_a_locust():
-    sm = pytest.importorskip("statsmodels.api")
-    one, how = receptor(1), KernelAnalysis(penalty=0.0)
+def heard(k, how):
+    """Columns of the sound of a locust's receptor, and its counts."""
+    one = receptor(k)
     sound = labelled_stimulus(one.amplitude.time, one.amplitude.envelope, "a.u.", envelope=True)
-    columns = Columns.of(sound.expand_dims(whisker=np.array(["sound"])), how)
-    counts = one.counts.reshape(1, -1, 5).sum(2).astype(float)
-    design = unit_design(columns, counts, how)
-    design = replace(design, starts=even_starts(len(columns.shared), 20))
-    used = counts[:, columns.valid]
+    counts = one.counts.reshape(1, -1, round(how.bin_width / 0.001)).sum(2).astype(float)
+    return sound, Columns.of(with_channels(sound), how), counts
+
+
+def by_statsmodels(rows, counts):
+    sm = pytest.importorskip("statsmodels.api")
+    offset = np.full(len(rows), np.log(HOW.bin_width))
+    return sm.GLM(counts, rows, family=sm.families.Poisson(), offset=offset)
+
+
+@pytest.mark.parametrize("k", [1, 2])
+def test_covariance_by_blocks_is_the_clustered_one_of_statsmodels_for_a_locust(k):
+    how = KernelAnalysis(penalty=0.0)
+    _, columns, counts = heard(k, how)
+    design = replace(unit_design(columns, counts, how), starts=even_starts(len(columns.shared), 20))
+    used, n = counts[:, columns.valid], design.n_draws
     fit = poisson_regression(design, used, how.bin_width)
     rows = np.hstack([design.shared, design.own[0]])
-    block = np.repeat(np.arange(design.n_draws), np.diff(np.append(design.starts, len(rows))))
-    model = sm.GLM(used[0], rows, family=sm.families.Poisson(), offset=np.full(len(rows), np.log(how.bin_width)))
-    theirs = model.fit(tol=1e-13, cov_type="cluster", cov_kwds={"groups": block, "use_correction": False})
-    n = design.n_draws
+    block = np.repeat(np.arange(n), np.diff(np.append(design.starts, len(rows))))
+    asked = {"cov_type": "cluster", "cov_kwds": {"groups": block, "use_correction": False}}
+    theirs = by_statsmodels(rows, used[0]).fit(tol=1e-13, **asked)
     np.testing.assert_allclose(fit.coefficients, theirs.params, rtol=1e-6, atol=1e-8)
     np.testing.assert_allclose(fit.draw_covariance * (n - 1) / n, theirs.cov_params(), rtol=1e-5, atol=1e-8)
+
+
+@pytest.mark.parametrize("k", [1, 2])
+def test_unseen_blocks_of_a_locust_are_foreseen_as_by_statsmodels(k):
+    how = KernelAnalysis(penalty=0.0, past=0.0)
+    sound, columns, counts = heard(k, how)
+    one = whisker_kernels(receptor(k).spikes, sound, 1, how).isel(unit=0)
+    used, n = counts[0, columns.valid], int(one.n_blocks)
+    fold = np.repeat(np.arange(n) % 5, np.diff(np.append(np.arange(n) * used.size // n, used.size)))
+    left, steady = 0.0, 0.0
+    for j in range(5):
+        seen, rest = fold != j, fold == j
+        params = by_statsmodels(columns.shared[seen], used[seen]).fit(tol=1e-13).params
+        left += kl_div(used[rest], how.bin_width * np.exp(columns.shared[rest] @ params)).sum()
+        steady += kl_div(used[rest], used[seen].mean()).sum()
+    assert one.deviance_explained.item() == pytest.approx(1 - left / steady, abs=1e-6)
+    assert one.kernel_gain.item() == pytest.approx((steady - left) / used.sum() / np.log(2), abs=1e-6)
+    assert one.whisker_matters.item()
+    rolled = sound.assign(stimulus_envelope=sound.stimulus_envelope.roll(time=sound.sizes["time"] // 2))
+    assert not whisker_kernels(receptor(k).spikes, rolled, 1, how).whisker_matters.item()
 
 
 @cache

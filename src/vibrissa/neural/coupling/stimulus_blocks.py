@@ -60,7 +60,7 @@ def block_starts(*series: Array) -> Integers:
     return even_starts(n, min(_length(*series), max(n // FEWEST, 1)))
 
 
-def independent_blocks(*series: Array, width: float, fewest_trials: int) -> Integers:
+def independent_blocks(*series: Array, width: float, fewest_trials: int, least: float = 0.0) -> Integers:
     """First bin of each block, twice as long as the longest memory of the series; too few of them are refused.
 
     Parameters
@@ -71,6 +71,8 @@ def independent_blocks(*series: Array, width: float, fewest_trials: int) -> Inte
         Width of a bin [s].
     fewest_trials : int
         Trials from which the analysis draws these instead.
+    least : float
+        Shortest block [s], such as the reach of a kernel.
 
     Returns
     -------
@@ -82,10 +84,10 @@ def independent_blocks(*series: Array, width: float, fewest_trials: int) -> Inte
     InputError
         If there are fewer than twelve.
     """
-    n, length = series[0].size, _length(*series)
+    n, length = series[0].size, max(_length(*series), round(least / width))
     if n < FEWEST * length:
         rule = f"must be at least {FEWEST} where trials are fewer than {fewest_trials}"
-        found = f"{n // length} of {length * width:.3g} s, twice as long as it stays like itself"
+        found = f"{n // length} of {length * width:.3g} s, twice as long as stimulus or rate stay like themselves"
         remedy = f"present it for {FEWEST * length * width:.4g} s after the skip, or {fewest_trials} times"
         raise TooFewError("blocks of the stimulus", rule, found, remedy)
     return even_starts(n, length)

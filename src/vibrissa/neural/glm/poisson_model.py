@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -9,7 +10,7 @@ import numpy as np
 import xarray as xr
 from scipy.special import chdtrc, kl_div, stdtrit
 
-from vibrissa.arrays import Array
+from vibrissa.arrays import Array, Integers
 from vibrissa.errors import ConvergenceError, TooFewError
 from vibrissa.neural.coupling.response import UnitCounts
 from vibrissa.neural.coupling.stimulus_blocks import guard_bins, independent_blocks
@@ -118,7 +119,7 @@ def whisker_kernels(
     refuse_misplaced(spikes, command, n_trials, window=how.window)
     columns = Columns.of(with_channels(command), how)
     if n_trials < FEWEST_TRIALS:
-        independent_blocks(*columns.drives, width=how.bin_width, fewest_trials=FEWEST_TRIALS)
+        _blocks(list(columns.drives), how)
     counts = UnitCounts.of(spikes, n_trials, columns.edges, how.bin_width)
     rows = [_row(columns, own.astype(float), how) for own in counts]
     attrs = {"n_trials": n_trials, "bin_width": how.bin_width, "skip": how.skip, "level": how.level}
@@ -162,8 +163,13 @@ def _with_draws(design: TrialDesign, columns: Columns, counts: Array, how: Kerne
     """The design, with blocks of the stimulus as draws where trials are few."""
     if len(counts) >= FEWEST_TRIALS:
         return design
-    series = *columns.drives, counts.sum(0)
-    return replace(design, starts=independent_blocks(*series, width=how.bin_width, fewest_trials=FEWEST_TRIALS))
+    return replace(design, starts=_blocks([*columns.drives, counts.sum(0)], how))
+
+
+def _blocks(series: Sequence[Array], how: KernelAnalysis) -> Integers:
+    """First bin of each block of the stimulus, no shorter than a kernel reaches back."""
+    asked: dict[str, Any] = {"width": how.bin_width, "fewest_trials": FEWEST_TRIALS}
+    return independent_blocks(*series, **asked, least=max(how.reach, how.past))
 
 
 def _not_measured(n_whiskers: int, n_lags: int, n_past: int) -> dict[str, Any]:
