@@ -108,6 +108,7 @@ def test_information_tells_bits(vibrissa, folder):
     ("words", "said"),
     [
         (("surround", "--command", "command.nc", "--unit", "x"), "--unit must be one of hinge, phase"),
+        (("glm", "--stimulus", "command.nc", "--unit", "x"), "--unit must be one of hinge, phase"),
         (("surround", "--command", "stimulus.csv"), "must have a channel for each whisker"),
         (("surround", "--command", "command.nc", "--picture", "a.gif"), "--picture must end in"),
         (("glm", "--command", "command.nc", "--reach", "0.001"), "reach must be"),

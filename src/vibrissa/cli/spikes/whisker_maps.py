@@ -38,7 +38,7 @@ def surround(
     ----------
     command
         What `vibrissa replay` wrote: the motion of all whiskers. Or a CSV with a column for each (time,C1_um,C2_um), or
-        an NWB file. A stimulus of one presentation is taken as well.
+        an NWB file. `--stimulus` is the same option.
     bin_width
         Width of the bins [s].
     level
@@ -81,7 +81,7 @@ def glm(
     ----------
     command
         What `vibrissa replay` wrote: the motion of all whiskers. Or a CSV with a column for each (time,C1_um,C2_um), or
-        an NWB file. A stimulus of one presentation is taken as well.
+        an NWB file. `--stimulus` is the same option.
     bin_width
         Width of the bins [s].
     reach
