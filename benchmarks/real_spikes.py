@@ -64,11 +64,11 @@ def locust(_: Path) -> None:
         tables.locust(Path(), k)
     for k in (1, 2):
         receptor(k)
+        heard_by_model(k)
     chosen_drive()
     for line in (
         "information --spikes locust1.csv --trials 1 --window 1s 10s",
         "demodulation --spikes locust1.csv --stimulus locust1-tone.csv --trials 1",
-        "glm --spikes locust1.csv --command locust1-sound.csv --trials 1",
     ):
         report(line, f"refused: {vibrissa(line)}", "one presentation")
 
@@ -99,6 +99,25 @@ def receptor(k: int) -> None:
     typed = [float(f"{theta:.3f}"), float(f"{slope:.0f}"), float(f"{1e3 * tau:.1f}") / 1e3, float(f"{base:.1f}")]
     need = apart.trials_for(time, sound, edges, typed, (0.002, 0.02 * typed[1]))
     report(line, f"{plan['trials_needed'][0]:.0f} trials", f"{need:.1f}")
+
+
+def heard_by_model(k: int) -> None:
+    """Poisson model of one receptor, over blocks of the one presentation."""
+    line = f"glm --spikes locust{k}.csv --stimulus locust{k}-sound.csv --trials 1"
+    found = vibrissa(line)
+    time, sound = column(f"locust{k}-sound.csv")
+    edges = np.arange(0, 10.0005, 0.005)
+    level = apart.bin_means(time, sound, edges)[200:]
+    counts = np.histogram(times(f"locust{k}.csv"), edges)[0][None, 200:]
+    shares = apart.explained(counts, level, 9, 20, block=50)
+    one = {name: float(np.ravel(found[name])[0]) for name in ("whisker_matters", "n_blocks", "kernel_gain")}
+    report(
+        line,
+        f"the stimulus {'matters' if one['whisker_matters'] else 'is not shown to matter'}; deviance explained "
+        f"{np.ravel(found['deviance_explained'])[0]:.3f} in unseen blocks of {one['n_blocks']:.0f}, "
+        f"{one['kernel_gain']:.2f} bit per spike",
+        f"deviance explained {shares[1]:.3f} in every other 0.25 s; by the stimulus alone {shares[0]:.3f}",
+    )
 
 
 def chosen_drive() -> None:

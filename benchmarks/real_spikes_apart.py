@@ -90,10 +90,13 @@ def read_by_centroid(counts: np.ndarray, names: np.ndarray, width: float) -> tup
     return share(names), float(np.quantile([share(rng.permutation(names)) for _ in range(200)], 0.95))
 
 
-def explained(counts: np.ndarray, signal: np.ndarray, lags: int, past: int) -> tuple[float, float]:
+def explained(
+    counts: np.ndarray, signal: np.ndarray, lags: int, past: int, block: int | None = None
+) -> tuple[float, float]:
     """Share of the deviance of every other trial that a Poisson model by statsmodels explains: signal, and with past.
 
-    Counts (trial, bin), the signal (bin); as many bins of either before, the past in sums of 1, 1, 2, 4, … bins.
+    Counts (trial, bin), the signal (bin); as many bins of either before, the past in sums of 1, 1, 2, 4, … bins. With
+    ``block``, every other block of so many bins takes the place of every other trial.
     """
     heard = np.array([np.roll(signal, lag) for lag in range(lags)]).T
     ends = [0, 1, 2, 4, 8, 16]
@@ -101,14 +104,16 @@ def explained(counts: np.ndarray, signal: np.ndarray, lags: int, past: int) -> t
     total = np.cumsum(np.pad(counts, ((0, 0), (past + 1, 0))), 1)
     k = np.arange(counts.shape[1]) + past
     fired = np.array([total[:, k - a] - total[:, k - b] for a, b in pairwise(ends)])
-    valid, odd = k - past >= past, np.arange(len(counts)) % 2 == 1
+    valid = k - past >= past
+    place = np.arange(len(counts))[:, None] if block is None else (k - past)[None] // block
+    odd = np.broadcast_to(place % 2 == 1, counts.shape)[:, valid]
     shares = []
     for with_past in (False, True):
         columns = np.broadcast_to(heard, (len(counts), *heard.shape))
         columns = np.concatenate([columns, fired.transpose(1, 2, 0)], 2) if with_past else columns
-        columns = columns[:, valid]
-        design = [sm.add_constant(columns[side].reshape(-1, columns.shape[2])) for side in (odd, ~odd)]
-        seen = [counts[side][:, valid].ravel() for side in (odd, ~odd)]
+        columns, own = columns[:, valid], counts[:, valid]
+        design = [sm.add_constant(columns[side]) for side in (odd, ~odd)]
+        seen = [own[side] for side in (odd, ~odd)]
         rate = sm.GLM(seen[0], design[0], family=sm.families.Poisson()).fit().predict(design[1])
         family = sm.families.Poisson()
         shares.append(1 - family.deviance(seen[1], rate) / family.deviance(seen[1], np.full(rate.size, seen[0].mean())))

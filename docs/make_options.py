@@ -39,7 +39,8 @@ def options():
     for verb in sorted(name for name in app if not name.startswith("-")):
         for argument in app[verb].assemble_argument_collection():
             if not argument.children:
-                found[argument.name][verb] = kind(argument.field_info.annotation)
+                for name in {argument.name, *(set(argument.names) & set(GLOSSARY))}:
+                    found[name][verb] = kind(argument.field_info.annotation)
     return found
 
 

@@ -53,13 +53,17 @@ CODING: dict[str, Quantity] = {
     "past_lag": Quantity(("past_lag",), "s", "time since a spike of the unit itself"),
     **ranged("whisker_kernel", ("unit", "whisker", "kernel_lag"), "1/m", "rise of ln(rate) with the envelope, per bin"),
     **ranged("whisker_effect", ("unit", "whisker"), "1/m", "rise of ln(rate) with a lasting envelope"),
-    "whisker_trial_p_value": Quantity(("unit", "whisker"), "1", "p-value of a kernel with trials as draws (Wald)"),
+    "whisker_trial_p_value": Quantity(
+        ("unit", "whisker"), "1", "p-value of a kernel, trials or blocks as draws (Wald)"
+    ),
     "whisker_shift_p_value": Quantity(("unit", "whisker"), "1", "p-value against circular shifts of the whisker"),
     "whisker_p_value": Quantity(("unit", "whisker"), "1", "p-value of a whisker's kernel, adjusted over whiskers"),
     "whisker_matters": Quantity(("unit", "whisker"), "1", "whether a whisker's kernel differs from 0"),
     **ranged("past_kernel", ("unit", "past_lag"), "1", "factor on the rate after a spike of the unit itself"),
     "kernel_condition": Quantity((), "1", "condition number of the whiskers' columns, scaled"),
-    "deviance_explained": Quantity(("unit",), "1", "share of the deviance explained in trials not seen"),
+    "deviance_explained": Quantity(("unit",), "1", "share of the deviance explained in draws not seen"),
+    "kernel_gain": Quantity(("unit",), "bit", "likelihood of unseen spikes over a steady rate's, per spike"),
+    "n_blocks": Quantity(("unit",), "1", "blocks of the stimulus that are the draws; 0 where trials are"),
     "penalty": Quantity(("unit",), "1", "penalty on the squared coefficients of the whiskers"),
     "kernel_rate": Quantity(("unit",), "Hz", "mean rate over the bins that count"),
     # information

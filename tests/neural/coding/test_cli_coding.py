@@ -119,6 +119,7 @@ def test_information_tells_bits(vibrissa, folder, tmp_path):
     ("words", "said"),
     [
         (("surround", "--command", "command.nc", "--unit", "x"), "--unit must be one of hinge, phase"),
+        (("glm", "--stimulus", "command.nc", "--unit", "x"), "--unit must be one of hinge, phase"),
         (("surround", "--command", "stimulus.csv"), "must have a channel for each whisker"),
         (("surround", "--command", "command.nc", "--picture", "a.gif"), "--picture must end in"),
         (("glm", "--command", "command.nc", "--reach", "0.001"), "reach must be"),

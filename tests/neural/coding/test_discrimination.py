@@ -5,6 +5,7 @@ import pytest
 from refusals import refusal
 from scipy.stats import poisson, skellam
 
+from vibrissa.neural.coding.decoder import CODES
 from vibrissa.neural.coding.discrimination import (
     CANNOT,
     TELLS,
@@ -106,6 +107,17 @@ def test_at_chance_it_cannot_tell_and_says_so_as_often_as_promised():
     assert told <= 7  # 5 % of 60, and two and a half standard deviations
     np.testing.assert_allclose(np.mean(shares), 1 / 3, atol=0.02)
     assert 0.4 < np.mean(p_values) < 0.62  # even, or a little cautious: ties count against
+
+
+@pytest.mark.parametrize("each", [(7, 7, 7, 7, 7, 7), (6, 7, 8, 9, 10, 7)])
+@pytest.mark.parametrize("code", CODES)
+def test_silent_trials_are_read_at_chance_where_folds_differ_in_size(each, code):
+    label = np.repeat(np.arange(6), each)
+    counts = np.where(label[:, None, None] == 5, np.random.default_rng(0).poisson(0.4, (label.size, 1, 30)), 0.0)
+    how = Discrimination(codes=(code,), n_partitions=3, n_permutations=19)
+    found = discriminate(counts, [f"texture {k}" for k in label], how)
+    right = np.diag(found.confusion.values[0])
+    assert right[:5].mean() == pytest.approx(0.2)  # of five textures without a spike
 
 
 def test_tables_agree_with_the_scores():

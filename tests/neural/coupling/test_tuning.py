@@ -65,6 +65,15 @@ def test_hinge_of_a_ramp_by_hand():
     assert half == pytest.approx(0.01**2 / 2 / 0.02, rel=1e-3)
 
 
+@pytest.mark.parametrize("step", [0.01, 0.005, 0.001])
+def test_the_last_bin_of_a_coarsely_sampled_stimulus_is_as_high_as_its_last_sample(step):
+    time = step * np.arange(round(1 / step))
+    drive = BinnedDrive(
+        time=time, envelope=np.full(time.size, 2.0), edges=0.01 * np.arange(101), valid=np.ones(100, bool)
+    )
+    np.testing.assert_allclose(drive.seen(drive.envelope, 0.0), 2.0, rtol=1e-9)
+
+
 def test_table_holds_the_hinges(grid):
     np.testing.assert_allclose(
         grid.hinges[7, 4], grid.drive.hinged(grid.thresholds[7], float(grid.latencies[4])), rtol=1e-12

@@ -1,5 +1,7 @@
 """Poisson regression: closed forms, statsmodels, a general optimiser, and trials as the draws."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from refusals import refusal
@@ -51,7 +53,20 @@ def test_covariance_by_trials_is_the_clustered_one_of_statsmodels():
         cov_kwds={"groups": np.repeat(np.arange(n), k), "use_correction": False},
     )
     fit = poisson_regression(design, counts, WIDTH)
-    np.testing.assert_allclose(fit.trial_covariance * (n - 1) / n, theirs.cov_params(), rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(fit.draw_covariance * (n - 1) / n, theirs.cov_params(), rtol=1e-6, atol=1e-9)
+
+
+def test_covariance_by_blocks_of_few_trials_is_the_clustered_one_of_statsmodels():
+    sm = pytest.importorskip("statsmodels.api")
+    design, counts, _ = drawn(6, n=3, k=400)
+    design = replace(design, starts=np.array([0, 30, 75, 110, 160, 200, 260, 290, 340]))
+    blocks = np.tile(np.repeat(np.arange(9), np.diff([*design.starts, 400])), 3)
+    model = sm.GLM(
+        counts.ravel(), flat(design), family=sm.families.Poisson(), offset=np.full(counts.size, np.log(WIDTH))
+    )
+    theirs = model.fit(tol=1e-13, cov_type="cluster", cov_kwds={"groups": blocks, "use_correction": False})
+    fit = poisson_regression(design, counts, WIDTH)
+    np.testing.assert_allclose(fit.draw_covariance * 8 / 9, theirs.cov_params(), rtol=1e-6, atol=1e-9)
 
 
 def test_one_column_on_or_off_gives_the_ratio_of_rates():
@@ -103,7 +118,7 @@ def test_intervals_by_trials_hold_the_truth_where_whole_trials_are_good_or_bad()
         counts = rng.poisson(gain * WIDTH * np.exp(design.log_rate(b))).astype(float)
         fit = poisson_regression(design, counts, WIDTH)
         error = np.abs(fit.coefficients[0] - b[0])
-        held.append(error < 1.96 * np.sqrt(fit.trial_covariance[0, 0]))
+        held.append(error < 1.96 * np.sqrt(fit.draw_covariance[0, 0]))
         poisson.append(error < 1.96 * np.sqrt(fit.covariance[0, 0]))
     assert 0.88 <= np.mean(held) <= 0.99
     assert np.mean(poisson) < 0.75  # counts alone do not know that trials differ

@@ -171,7 +171,6 @@ def test_the_stimulator_s_even_delays_make_a_good_design():
     [
         (lambda c: (c.isel(whisker=[0]), TRIALS), ("range", "whiskers")),
         (lambda c: (c.assign(command=c.command.where(c.whisker != "D1", 0.0)), TRIALS), ("range", "whisker D1")),
-        (lambda c: (c, 5), ("range", "number of trials")),
         (lambda c: (c.isel(time=slice(0, 4000)), TRIALS), ("range", "spike_time")),
     ],
 )

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
 
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
@@ -15,11 +17,13 @@ from vibrissa.errors import UnknownError
 if TYPE_CHECKING:
     import xarray as xr
 
+Command = Annotated[Path, Parameter(name=("--command", "--stimulus"))]
+
 
 def surround(
     *,
     recorded: RecordingOptions,
-    command: Path,
+    command: Command,
     signal: SignalOptions = MOTION,
     bin_width: Duration = 0.01,
     part: PartOptions = WHOLE,
@@ -34,7 +38,7 @@ def surround(
     ----------
     command
         What `vibrissa replay` wrote: the motion of all whiskers. Or a CSV with a column for each (time,C1_um,C2_um), or
-        an NWB file.
+        an NWB file. `--stimulus` is the same option.
     bin_width
         Width of the bins [s].
     level
@@ -51,13 +55,15 @@ def surround(
     tell(*found.remarks)
     drawing.draw("spikes.surround", {"surround": data})
     names = ["surround_weight", "surround_weight_low", "surround_weight_high", "surround_verdict"]
-    show_map(data, names, ["strongest_whisker", "threshold", "latency", "reason", "condition_number"], output)
+    show_map(
+        data, names, ["strongest_whisker", "threshold", "latency", "n_blocks", "reason", "condition_number"], output
+    )
 
 
 def glm(
     *,
     recorded: RecordingOptions,
-    command: Path,
+    command: Command,
     signal: SignalOptions = MOTION,
     bin_width: Duration = 0.005,
     part: PartOptions = WHOLE,
@@ -76,7 +82,7 @@ def glm(
     ----------
     command
         What `vibrissa replay` wrote: the motion of all whiskers. Or a CSV with a column for each (time,C1_um,C2_um), or
-        an NWB file.
+        an NWB file. `--stimulus` is the same option.
     bin_width
         Width of the bins [s].
     reach
@@ -109,7 +115,12 @@ def glm(
     tell(*found.remarks)
     drawing.draw("spikes.kernels", data)
     names = ["whisker_effect", "whisker_effect_low", "whisker_effect_high", "whisker_p_value", "whisker_matters"]
-    show_map(data, names, ["kernel_rate", "deviance_explained", "penalty", "reason", "kernel_condition"], output)
+    show_map(
+        data,
+        names,
+        ["kernel_rate", "deviance_explained", "kernel_gain", "n_blocks", "penalty", "reason", "kernel_condition"],
+        output,
+    )
 
 
 def _alone(spikes: xr.Dataset, name: str | None) -> xr.Dataset:

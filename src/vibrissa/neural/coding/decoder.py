@@ -51,6 +51,10 @@ def _total(seen: Array, weights: Array) -> Array:
 def mean_counts(seen: Array, weights: Array) -> Array:
     """Expected counts of each texture in a trial.
 
+    All textures are shrunk alike, as if each were taught by the harmonic mean of their trials: else the texture of the
+    trial left out, taught by one trial less, would be drawn to the mean the most, and silent trials be read below
+    chance.
+
     Parameters
     ----------
     seen, weights
@@ -61,8 +65,9 @@ def mean_counts(seen: Array, weights: Array) -> Array:
     (K, U, B) array
         Above 0.
     """
-    n = np.repeat(weights.sum(1)[:, None], seen.shape[1], axis=1)
-    return shrunk_rates(_total(seen, weights) / n[..., None], n)
+    n = weights.sum(1)
+    alike = np.full((n.size, seen.shape[1]), 1 / np.mean(1 / n))
+    return shrunk_rates(_total(seen, weights) / n[:, None, None], alike)
 
 
 def poisson_scores(seen: Array, weights: Array, unseen: Array, exposure: float = 1.0) -> Array:

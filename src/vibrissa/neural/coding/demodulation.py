@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibrissa.arrays import Array
-from vibrissa.errors import RangeError
-from vibrissa.neural.coding.phase_parts import Estimate, Explained, TrialParts, by_chance
+from vibrissa.arrays import Array, Integers
+from vibrissa.errors import RangeError, TooFewError
+from vibrissa.neural.coding.phase_parts import DrawnParts, Estimate, Explained, by_chance
 from vibrissa.neural.coupling.presentation import BinnedAnalysis, Presentation
 from vibrissa.neural.coupling.response import UnitCounts
+from vibrissa.neural.coupling.stimulus_blocks import guard_bins, independent_blocks
 from vibrissa.neural.io.tables.inputs import refuse_misplaced
 from vibrissa.neural.io.tables.stimuli import require_motion
 from vibrissa.quantities import dataset, stacked
@@ -20,11 +21,11 @@ from vibrissa.quantities.quantity import SUFFIXES, estimate
 from vibrissa.signals.coherence import band_coherence
 from vibrissa.signals.envelope import analytic_envelope
 
-FEWEST_SPIKES, FEWEST_TRIALS = 100, 8
+FEWEST_SPIKES, FEWEST_TRIALS = 100, 8  # with fewer trials, blocks of the stimulus are the draws
 LATENCIES = np.arange(0.0, 0.0305, 0.001)  # [s]
 CYCLE = 6.0  # bins in a period of the carrier, at least: fewer would flatten what locks to it
 ALIKE = 0.6  # correlation of what envelope and phase can explain: above it, slow motion spoils both of them
-LEVEL, GUARD = 0.01, 0.06  # largest p at which a unit is said to follow; [s] shifts left out, as of the envelope's test
+LEVEL = 0.01  # largest p at which a unit is said to follow
 SEGMENT = 0.5  # [s] of the coherences
 
 
@@ -50,7 +51,8 @@ def demodulation(
 
     In bins finer than the carrier's period, the rate is a bent line of the envelope plus a wave locked to the phase,
     or to twice the phase. The variances of both, V_E and V_C, are taken between different trials, so that noise adds
-    nothing to them. The index is (V_E − V_C)/(V_E + V_C): 1 for a unit that follows the envelope alone, −1 for one
+    nothing to them; of fewer than 8 trials, between different blocks of the stimulus. The index is
+    (V_E − V_C)/(V_E + V_C): 1 for a unit that follows the envelope alone, −1 for one
     that follows the phase alone.
 
     Parameters
@@ -68,17 +70,19 @@ def demodulation(
         interval; ``vector_strength_plain`` (of all spikes), ``locking_phase`` [rad], ``locking_latency`` [s];
         ``envelope_coherence`` below half the carrier's frequency and ``carrier_coherence`` from 0.75 to 1.25 of it,
         of the mean rate; ``envelope_p_value`` and ``phase_p_value`` against all circular shifts; ``demodulated``
-        (envelope, phase, both, cannot tell) and ``reason`` (unit). ``carrier_frequency`` [Hz] and ``phase_likeness``,
+        (envelope, phase, both, cannot tell), ``n_blocks`` (0: trials are the draws) and ``reason`` (unit).
+        ``carrier_frequency`` [Hz] and ``phase_likeness``,
         how alike envelope and phase are in this stimulus.
 
     Raises
     ------
     InputError
-        If bins are too wide for the carrier, trials too few, or spikes and stimulus do not fit together.
+        If bins are too wide for the carrier, trials are few and the stimulus is short, or spikes and stimulus do not
+        fit together.
     """
     how = how or DemodulationAnalysis()
     require_motion(stimulus, "phase")
-    refuse_misplaced(spikes, stimulus, n_trials, window=how.window, fewest=FEWEST_TRIALS)
+    refuse_misplaced(spikes, stimulus, n_trials, window=how.window)
     shown = how.presentation(stimulus)
     if CYCLE * shown.frequency * how.bin_width > 1:
         rule = f"must be at most {1 / (CYCLE * shown.frequency):.2g} s for a carrier of {shown.frequency:.0f} Hz"
@@ -87,6 +91,8 @@ def demodulation(
     centre = shown.edges[:-1][valid] + how.bin_width / 2
     phase = np.unwrap(analytic_envelope(shown.carrier)[1])
     tried = [Explained.of(shown, phase, centre, float(latency)) for latency in LATENCIES]
+    if n_trials < FEWEST_TRIALS:
+        independent_blocks(tried[0].envelope[0], width=how.bin_width, fewest_trials=FEWEST_TRIALS)
     likeness = max(one.likeness() for one in tried[:: len(tried) // 3])
     counts = UnitCounts.of(spikes, n_trials, shown.edges, how.bin_width)
     rows = [_row(own[:, valid].astype(float), tried, likeness, shown, how) for own in counts]
@@ -109,7 +115,7 @@ NOT_MEASURED = {f"{name}{end}": np.nan for name in MEASURES for end in SUFFIXES}
 def _row(
     counts: Array, tried: list[Explained], likeness: float, shown: Presentation, how: DemodulationAnalysis
 ) -> dict[str, Any]:
-    row: dict[str, Any] = {**NOT_MEASURED, "demodulated": "cannot tell"}
+    row: dict[str, Any] = {**NOT_MEASURED, "demodulated": "cannot tell", "n_blocks": 0}
     if counts.sum() < FEWEST_SPIKES:
         return {**row, "reason": f"too few spikes: {counts.sum():.0f} in the bins that count, below {FEWEST_SPIKES}"}
     rate = counts.mean(0)
@@ -119,19 +125,32 @@ def _row(
     if likeness > ALIKE:
         row["reason"] = f"envelope and phase go together in this stimulus (r = {likeness:.2f}); give the carrier's band"
         return row
-    parts = TrialParts.of(best, counts)
+    try:
+        starts = _blocks(best, counts, how)
+    except TooFewError as error:
+        return {**row, "reason": f"cannot tell: {error}"}
+    parts = DrawnParts.of_trials(best, counts) if starts is None else DrawnParts.of_blocks(best, rate, starts)
+    row["n_blocks"] = 0 if starts is None else starts.size
     found = {name: parts.interval(measure) for name, measure in parts.measures().items()}
     found["demodulation_index"] = Estimate(*np.clip(found["demodulation_index"], -1, 1).tolist())
     for name, one in found.items():
         row |= estimate(name, *one)
     row |= {"locking_phase": float(-np.angle(parts.locked.sum())), "locking_latency": best.latency}
-    p_values = _p_values(tried[0], rate, how.bin_width)
+    p_values = _p_values(tried[0], rate, guard_bins(how.bin_width, rate.size, starts), how.bin_width)
     row["demodulated"], row["reason"] = _verdict(found, p_values)
     return row | p_values
 
 
-def _p_values(unshifted: Explained, rate: Array, width: float) -> dict[str, float]:
-    reach, guard = round(LATENCIES[-1] / width), round(GUARD / width)
+def _blocks(best: Explained, counts: Array, how: DemodulationAnalysis) -> Integers | None:
+    """First bin of each block of the stimulus, where trials are few; None where they are the draws."""
+    if len(counts) >= FEWEST_TRIALS:
+        return None
+    series = best.envelope[0], best.residual(counts.mean(0))
+    return independent_blocks(*series, width=how.bin_width, fewest_trials=FEWEST_TRIALS)
+
+
+def _p_values(unshifted: Explained, rate: Array, guard: int, width: float) -> dict[str, float]:
+    reach = round(LATENCIES[-1] / width)
     columns = {"envelope": unshifted.envelope, "phase": unshifted.phase}
     return {f"{name}_p_value": by_chance(one, rate, reach, guard) for name, one in columns.items()}
 

@@ -169,7 +169,10 @@ def unit_information(
     """
     require(spikes, "spike_time", "spike_trial", "spike_unit", "unit_name")
     if n_trials < 2:
-        raise RangeError("number of trials", "must be at least 2", n_trials, "information is estimated from repeats")
+        remedy = (
+            "information is estimated from repeats; `drives` and `glm` give bits for each spike of one presentation"
+        )
+        raise RangeError("number of trials", "must be at least 2", n_trials, remedy)
     if window[1] - window[0] > MOST_BINS * bin_width > 0:
         raise RangeError("window", f"must hold at most {MOST_BINS:,} bins", window, "times are in seconds")
     counts = psth(spikes, bin_edges(*window, bin_width), n_trials=n_trials).spike_count.values

@@ -1,4 +1,4 @@
-"""Parts of a rate that follow the envelope and the carrier's phase: columns, and each trial's own estimates."""
+"""Parts of a rate that follow the envelope and the carrier's phase: columns, and estimates of each trial or block."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from vibrissa.arrays import Array, Complex
+from vibrissa.arrays import Array, Complex, Integers
 from vibrissa.neural.coupling.presentation import Presentation
 from vibrissa.stats import jackknife_half_width
 
@@ -18,7 +18,7 @@ KNOTS = (0.25, 0.5, 0.75)  # shares of the time at which the rate may bend with 
 
 
 class Estimate(NamedTuple):
-    """A number and its 95 % interval, from leaving out one trial at a time."""
+    """A number and its 95 % interval, from leaving out one draw at a time: a trial, or a block of the stimulus."""
 
     value: float
     low: float
@@ -89,6 +89,22 @@ class Explained:
         columns = np.vstack([self.envelope, self.phase])
         return np.asarray(np.linalg.solve(columns @ columns.T, columns), float)
 
+    def residual(self, rate: Array) -> Array:
+        """What the columns do not explain of a rate.
+
+        Parameters
+        ----------
+        rate : (K,) array
+            Mean rate in the bins that count.
+
+        Returns
+        -------
+        (K,) array
+            Mean 0.
+        """
+        columns = np.vstack([self.envelope, self.phase])
+        return np.asarray(rate - rate.mean() - (self.solver @ rate) @ columns)
+
     def variance_explained(self, rate: Array) -> float:
         """Variance of a rate that all columns explain.
 
@@ -144,15 +160,15 @@ def _centred(columns: Array) -> Array:
 
 
 def of_pairs(z: Array | Complex) -> float:
-    """Mean over pairs of different trials of their scalar product: the squared mean without the noise's share.
+    """Mean over pairs of different draws of their scalar product: the squared mean without the noise's share.
 
-    The principle of the pairwise phase consistency of [Vinck2010]_, between trials, so that a unit's own past does not
-    count.
+    The principle of the pairwise phase consistency of [Vinck2010]_, between trials or long blocks, so that a unit's own
+    past does not count.
 
     Parameters
     ----------
     z : (N, M) array
-        One vector for each trial.
+        One vector for each draw.
 
     Returns
     -------
@@ -164,8 +180,8 @@ def of_pairs(z: Array | Complex) -> float:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrialParts:
-    """Estimates from each trial of the parts that follow the envelope and the phase.
+class DrawnParts:
+    """Estimates from each draw of the parts that follow the envelope and the phase.
 
     Attributes
     ----------
@@ -185,7 +201,7 @@ class TrialParts:
     level: Array
 
     @classmethod
-    def of(cls, best: Explained, counts: Array) -> TrialParts:
+    def of_trials(cls, best: Explained, counts: Array) -> DrawnParts:
         """Estimates from each trial; they are linear in its counts.
 
         Parameters
@@ -197,34 +213,61 @@ class TrialParts:
 
         Returns
         -------
-        TrialParts
+        DrawnParts
             One row for each trial.
         """
-        found = counts @ best.solver.T
-        n_envelope, size = len(best.envelope), counts.shape[1]
+        return cls._from(best, counts @ best.solver.T, counts.mean(1, keepdims=True))
+
+    @classmethod
+    def of_blocks(cls, best: Explained, rate: Array, starts: Integers) -> DrawnParts:
+        """Estimates from each block of the stimulus: that of all blocks, moved as far as this one pulls it.
+
+        Parameters
+        ----------
+        best : Explained
+            Columns at the unit's latency.
+        rate : (K,) array
+            Counts in the bins that count, mean over trials.
+        starts : (M,) array of int
+            First bin of each block, from 0.
+
+        Returns
+        -------
+        DrawnParts
+            One row for each block; their mean is the estimate from all of them.
+        """
+        rest = best.residual(rate)
+        pulls = starts.size * np.add.reduceat(best.solver * rest, starts, axis=1).T
+        level = rate.mean() + starts.size * np.add.reduceat(rest, starts)[:, None] / rate.size
+        return cls._from(best, best.solver @ rate + pulls, level)
+
+    @classmethod
+    def _from(cls, best: Explained, found: Array, level: Array) -> DrawnParts:
+        """From the coefficients (N, E + C) and mean rate (N, 1) of each draw."""
+        n_envelope, size = len(best.envelope), best.envelope.shape[1]
         envelope, phase = found[:, :n_envelope], found[:, n_envelope:]
         return cls(
             envelope=envelope @ np.linalg.cholesky(best.envelope @ best.envelope.T / size),
             phase=phase @ np.linalg.cholesky(best.phase @ best.phase.T / size),
             locked=(phase @ (best.phase @ best.carrier.conj() / size))[:, None],
-            level=counts.mean(1, keepdims=True),
+            level=level,
         )
 
-    def without(self, trial: int) -> TrialParts:
-        """Leave out a trial.
+    def without(self, draw: int) -> DrawnParts:
+        """Leave out a draw.
 
         Parameters
         ----------
-        trial : int
+        draw : int
             Its place.
 
         Returns
         -------
-        TrialParts
-            Of the other trials.
+        DrawnParts
+            Of the others.
         """
-        rest = np.arange(len(self.level)) != trial
-        return TrialParts(
+        rest = np.arange(len(self.level)) != draw
+        return DrawnParts(
             envelope=self.envelope[rest], phase=self.phase[rest], locked=self.locked[rest], level=self.level[rest]
         )
 
@@ -243,14 +286,14 @@ class TrialParts:
         Parameters
         ----------
         measure : callable
-            Number of a :class:`TrialParts`.
+            Number of a :class:`DrawnParts`.
 
         Returns
         -------
         Estimate
             Value, and the ends of its 95 % interval.
         """
-        whole, rest = measure(self), np.array([measure(self.without(trial)) for trial in range(len(self.level))])
+        whole, rest = measure(self), np.array([measure(self.without(draw)) for draw in range(len(self.level))])
         half = float(jackknife_half_width(rest, rest.mean()))
         return Estimate(whole, whole - half, whole + half)
 
@@ -266,4 +309,4 @@ def _root(squared: float) -> float:
     return float(np.sign(squared) * np.sqrt(abs(squared)))
 
 
-Measure = Callable[[TrialParts], float]
+Measure = Callable[[DrawnParts], float]

@@ -1,4 +1,4 @@
-"""Blocks of the stimulus as draws beside the trials: how long they are, and errors over both together."""
+"""Blocks of the stimulus as draws, beside trials or in place of few: their length, and errors over both together."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ import numpy as np
 from scipy.special import stdtrit
 
 from vibrissa.arrays import Array, Integers
+from vibrissa.errors import TooFewError
 from vibrissa.neural.coupling.threshold_linear import BinnedDrive, Hinge
 
 SHORTEST = 5  # bins of a block, at least
 FEWEST = 12  # blocks, at least: fewer say little of their own scatter
+GUARD = 0.06  # [s] shifts left out on both sides of none, at least: there a drive is like itself
 NEAR = 1e-3  # step of the derivatives, over the envelope's spread and 10 ms
 TIMESCALE = 0.01  # [s]
 _QUIET = 5  # lags in a row at which an autocorrelation must stay within chance
@@ -55,9 +57,83 @@ def block_starts(*series: Array) -> Integers:
         Ascending, from 0; the blocks are equally long to within a bin.
     """
     n = series[0].size
-    length = min(max(2 * max(memory(one) for one in series), SHORTEST), max(n // FEWEST, 1))
-    count = n // length
+    return even_starts(n, min(_length(*series), max(n // FEWEST, 1)))
+
+
+def independent_blocks(*series: Array, width: float, fewest_trials: int, least: float = 0.0) -> Integers:
+    """First bin of each block, twice as long as the longest memory of the series; too few of them are refused.
+
+    Parameters
+    ----------
+    *series : (K,) arrays
+        As in :func:`block_starts`.
+    width : float
+        Width of a bin [s].
+    fewest_trials : int
+        Trials from which the analysis draws these instead.
+    least : float
+        Shortest block [s], such as the reach of a kernel.
+
+    Returns
+    -------
+    (M,) array of int
+        Ascending, from 0.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than twelve.
+    """
+    n, length = series[0].size, max(_length(*series), round(least / width))
+    if n < FEWEST * length:
+        rule = f"must be at least {FEWEST} where trials are fewer than {fewest_trials}"
+        found = f"{n // length} of {length * width:.3g} s, twice as long as stimulus or rate stay like themselves"
+        remedy = f"present it for {FEWEST * length * width:.4g} s after the skip, or {fewest_trials} times"
+        raise TooFewError("blocks of the stimulus", rule, found, remedy)
+    return even_starts(n, length)
+
+
+def even_starts(n: int, length: int) -> Integers:
+    """First bin of each of the blocks, equally long to within a bin.
+
+    Parameters
+    ----------
+    n : int
+        Bins, all blocks together.
+    length : int
+        Of a block, at least [bins]; one block where there are fewer bins.
+
+    Returns
+    -------
+    (M,) array of int
+        Ascending, from 0.
+    """
+    count = max(n // length, 1)
     return np.arange(count) * n // count
+
+
+def guard_bins(width: float, n_bins: int, starts: Integers | None) -> int:
+    """Shifts left out on both sides of none [bins]: as long as the stimulus stays like itself.
+
+    Parameters
+    ----------
+    width : float
+        Width of a bin [s].
+    n_bins : int
+        Bins that count.
+    starts : (M,) array of int or None
+        First bin of each block, twice as long as the stimulus stays like itself; None where trials are the draws.
+
+    Returns
+    -------
+    int
+        At least 60 ms.
+    """
+    return max(round(GUARD / width), 0 if starts is None else n_bins // (2 * starts.size))
+
+
+def _length(*series: Array) -> int:
+    return max(2 * max(memory(one) for one in series), SHORTEST)
 
 
 def sensitivities(drive: BinnedDrive, fit: Hinge) -> Array:

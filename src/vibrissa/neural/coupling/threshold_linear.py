@@ -29,6 +29,28 @@ class Hinge(NamedTuple):
     baseline: float
 
 
+def between_edges(time: Array, values: Array, edges: Array) -> Array:
+    """Mean between neighbouring edges of a signal that is straight between its samples.
+
+    Parameters
+    ----------
+    time, values : (T,) arrays
+        Times [s] on an even grid, and the signal; its last value holds for one more step.
+    edges : (..., K + 1) array
+        Ascending [s].
+
+    Returns
+    -------
+    (..., K) array
+        In the unit of the values.
+    """
+    step = time[1] - time[0]
+    # integrate once by trapezoids, then read the integral at the edges
+    pieces = np.append((values[1:] + values[:-1]) / 2, values[-1]) * step
+    area = np.append(0.0, np.cumsum(pieces))
+    return np.asarray(np.diff(np.interp(edges, np.append(time, time[-1] + step), area)) / np.diff(edges))
+
+
 @dataclass(frozen=True, kw_only=True)
 class BinnedDrive:
     """The envelope seen through bins: what a hinge of any threshold and latency gives in each bin.
@@ -89,12 +111,8 @@ class BinnedDrive:
         (..., K') array
             In the unit of the values, for the K' bins that count.
         """
-        step = self.time[1] - self.time[0]
-        # straight between samples: integrate once by trapezoids, then read the integral at the ends of every bin
-        area = np.concatenate([[0.0], np.cumsum(values[1:] + values[:-1]) * step / 2])
         first, last = self._ends()
-        at = self.edges[first : last + 2] - np.asarray(latency)[..., None]
-        means = np.diff(np.interp(at, self.time, area)) / np.diff(self.edges[first : last + 2])
+        means = between_edges(self.time, values, self.edges[first : last + 2] - np.asarray(latency)[..., None])
         inside = self.valid[first : last + 1]
         return means if inside.all() else means[..., inside]
 

@@ -10,6 +10,7 @@ import xarray as xr
 from vibrissa.arrays import Array, Mask
 from vibrissa.errors import TooFewError, require_not_negative, require_positive
 from vibrissa.neural.coupling.presentation import BinnedAnalysis
+from vibrissa.neural.coupling.threshold_linear import between_edges
 from vibrissa.neural.glm.bases import lagged, raised_cosines
 from vibrissa.neural.glm.delayed_envelopes import Copies
 from vibrissa.neural.glm.poisson import TrialDesign
@@ -91,6 +92,11 @@ class Columns:
     valid: Mask
     edges: Array
 
+    @property
+    def drives(self) -> Array:
+        """One column of each whisker in the bins that count, (W, K'): how long the stimulus stays like itself."""
+        return self.shared[:, 1 :: self.shapes.shape[1]].T
+
     @classmethod
     def of(cls, command: xr.Dataset, how: KernelAnalysis) -> Columns:
         """Columns of a stimulus: the envelopes of all whiskers, weighted by the shapes.
@@ -109,7 +115,7 @@ class Columns:
         """
         copies = Copies.of(command, how, fewest=1)
         edges, lags = copies.edges, how.lags()[0]
-        binned = np.array([_binned(drive.time, drive.envelope, edges) for drive in copies.drives])
+        binned = np.array([between_edges(drive.time, drive.envelope, edges) for drive in copies.drives])
         spread = float(binned[:, copies.valid].std())
         shapes = raised_cosines(lags, how.shapes)
         seen = lagged((binned - binned.mean(1, keepdims=True)) / spread, shapes)
@@ -119,13 +125,6 @@ class Columns:
         columns = columns - columns.mean(0)
         shared = np.column_stack([np.ones(len(columns)), columns])
         return cls(whiskers=copies.whiskers, shared=shared, shapes=shapes, spread=spread, valid=valid, edges=edges)
-
-
-def _binned(time: Array, envelope: Array, edges: Array) -> Array:
-    """Mean over each bin of an envelope that is straight between its samples."""
-    step = time[1] - time[0]
-    area = np.concatenate([[0.0], np.cumsum(envelope[1:] + envelope[:-1]) * step / 2])
-    return np.diff(np.interp(edges, time, area)) / np.diff(edges)
 
 
 def unit_design(columns: Columns, counts: Array, how: KernelAnalysis) -> TrialDesign:

@@ -1,4 +1,4 @@
-"""Poisson regression on trials that share their stimulus: Newton's method, a penalty, and trials as the draws."""
+"""Poisson regression on trials that share their stimulus: Newton's method, a penalty, trials or blocks as the draws."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from vibrissa.errors import ConvergenceError, RangeError, ShapeError, TooFewErro
 
 _ITERATIONS = 100
 _LOSSLESS = 1e-12  # decrease of the objective, over its size, below which a Newton step changes nothing
+Places = tuple[Mask | slice, Mask | slice]  # trials and bins
 _STEEPEST = 15.0  # spread of ln(rate) that nothing penalises: e⁻¹⁵ of the mean rate is a coefficient running away
 
 
@@ -28,10 +29,13 @@ class TrialDesign:
         Columns equal in all trials, such as the constant and the stimulus; K bins.
     own : (N, K, Q) array
         Columns that differ from trial to trial, such as the unit's own spikes; Q may be 0.
+    starts : (M,) array of int, optional
+        First bin of each block of the stimulus, from 0, where blocks are the draws; by default trials are.
     """
 
     shared: Array
     own: Array
+    starts: Integers | None = None
 
     def __post_init__(self) -> None:
         if self.shared.ndim != 2 or self.own.ndim != 3 or self.own.shape[1] != len(self.shared):
@@ -62,20 +66,42 @@ class TrialDesign:
         """Number of columns."""
         return self.shared.shape[1] + self.own.shape[2]
 
-    def trials(self, kept: Integers | Mask) -> TrialDesign:
-        """Keep some of the trials.
+    @property
+    def n_draws(self) -> int:
+        """Number of draws: trials, or blocks of the stimulus."""
+        return len(self.own) if self.starts is None else self.starts.size
+
+    def places(self, kept: Mask) -> Places:
+        """Trials and bins of some of the draws.
 
         Parameters
         ----------
-        kept : array of int or bool
-            Places of the trials, or whether each is kept.
+        kept : (draws,) array of bool
+            Whether each is kept.
+
+        Returns
+        -------
+        Places
+            Index into counts (N, K).
+        """
+        if self.starts is None:
+            return kept, slice(None)
+        return slice(None), np.repeat(kept, np.diff(np.append(self.starts, len(self.shared))))
+
+    def part(self, places: Places) -> TrialDesign:
+        """Keep some of the trials and bins.
+
+        Parameters
+        ----------
+        places : Places
+            From :meth:`places`.
 
         Returns
         -------
         TrialDesign
-            Of these trials.
+            Of these, trials being its draws.
         """
-        return TrialDesign(shared=self.shared, own=self.own[kept])
+        return TrialDesign(shared=self.shared[places[1]], own=self.own[places])
 
     def log_rate(self, coefficients: Array) -> Array:
         """Columns times coefficients, (N, K).
@@ -95,7 +121,7 @@ class TrialDesign:
         return common + self.own @ coefficients[p:]
 
     def scores(self, excess: Array) -> Array:
-        """Each trial's columnsᵀ · excess (N, K); (N, P + Q).
+        """Each draw's columnsᵀ · excess (N, K); (draws, P + Q).
 
         Parameters
         ----------
@@ -104,10 +130,13 @@ class TrialDesign:
 
         Returns
         -------
-        (N, P + Q) array
-            Slope of the log-likelihood, by trial.
+        (draws, P + Q) array
+            Slope of the log-likelihood, by trial, or by block over all trials.
         """
-        return np.hstack([excess @ self.shared, np.einsum("nk,nkq->nq", excess, self.own)])
+        if self.starts is None:
+            return np.hstack([excess @ self.shared, np.einsum("nk,nkq->nq", excess, self.own)])
+        of_bins = np.hstack([excess.sum(0)[:, None] * self.shared, np.einsum("nk,nkq->kq", excess, self.own)])
+        return np.asarray(np.add.reduceat(of_bins, self.starts))
 
     def information(self, weights: Array) -> Array:
         """Columnsᵀ · weights · columns over all trials, weights (N, K).
@@ -144,15 +173,16 @@ class PoissonFit:
         In the order shared, own.
     covariance : (P + Q, P + Q) array
         Inverse of information plus penalty: of Poisson counts.
-    trial_covariance : (P + Q, P + Q) array
-        With trials as the draws, so that good and bad trials and slow states count; NaN for one trial.
+    draw_covariance : (P + Q, P + Q) array
+        With trials as the draws, so that good and bad trials and slow states count; or with blocks of the stimulus.
+        NaN for one draw.
     deviance : float
         Twice the log-likelihood lost against the counts themselves.
     """
 
     coefficients: Array
     covariance: Array
-    trial_covariance: Array
+    draw_covariance: Array
     deviance: float
 
 
@@ -180,7 +210,7 @@ def poisson_regression(
     Returns
     -------
     PoissonFit
-        ``trial_covariance`` is H⁻¹(J + Λ)H⁻¹ with H information plus penalty Λ and J from the scores of trials: of the
+        ``draw_covariance`` is H⁻¹(J + Λ)H⁻¹ with H information plus penalty Λ and J from the scores of draws: of the
         estimate itself without a penalty, and with one that of the coefficients given their shrinkage.
 
     Raises
@@ -266,7 +296,7 @@ def _refuse_runaway(design: TrialDesign, lam: Array, b: Array, gain: float, iter
 
 def _fit_at(design: TrialDesign, counts: Array, width: float, lam: Array, b: Array) -> PoissonFit:
     """Fit with these coefficients, its covariances and its deviance."""
-    n, expected = len(counts), width * np.exp(design.log_rate(b))
+    n, expected = design.n_draws, width * np.exp(design.log_rate(b))
     inverse = cho_solve(_factored(design.information(expected) + np.diag(lam)), np.eye(design.size))
     scores = design.scores(counts - expected)
     spread = scores - scores.mean(0)
@@ -274,6 +304,6 @@ def _fit_at(design: TrialDesign, counts: Array, width: float, lam: Array, b: Arr
     return PoissonFit(
         coefficients=b,
         covariance=inverse,
-        trial_covariance=inverse @ middle @ inverse,
+        draw_covariance=inverse @ middle @ inverse,
         deviance=2 * float(kl_div(counts, expected).sum()),
     )

@@ -1,31 +1,34 @@
-"""Poisson model of a unit: 24 whiskers × latency × its own past, fitted trial by trial and tried on trials not seen."""
+"""Poisson model of a unit: 24 whiskers × latency × its own past, fitted and tried on trials or blocks not seen."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from scipy.special import chdtrc, kl_div, stdtrit
 
-from vibrissa.arrays import Array
-from vibrissa.errors import ConvergenceError
+from vibrissa.arrays import Array, Integers
+from vibrissa.errors import ConvergenceError, TooFewError
 from vibrissa.neural.coupling.response import UnitCounts
+from vibrissa.neural.coupling.stimulus_blocks import guard_bins, independent_blocks
 from vibrissa.neural.glm.bases import raised_cosines
 from vibrissa.neural.glm.delayed_envelopes import condition_number
 from vibrissa.neural.glm.kernel_columns import STRETCH, Columns, KernelAnalysis, unit_design
 from vibrissa.neural.glm.poisson import PoissonFit, TrialDesign, poisson_regression
-from vibrissa.neural.glm.shift_null import GUARD, shift_p_values
+from vibrissa.neural.glm.shift_null import shift_p_values
 from vibrissa.neural.io.tables.inputs import refuse_misplaced
 from vibrissa.neural.io.tables.stimuli import in_unit_of, with_channels
 from vibrissa.quantities import dataset, stacked
 from vibrissa.quantities.quantity import SUFFIXES, estimate
 from vibrissa.stats import adjusted_p_values
 
-FEWEST_TRIALS = 10
+FEWEST_TRIALS = 10  # with fewer, blocks of the stimulus are the draws
 FEWEST_SPIKES = 3.0  # for each coefficient: with fewer the kernels are penalty rather than data
 FOLDS = 5
-PENALTIES = (1.0, 10.0, 100.0, 1000.0)  # tried on trials not seen; columns have a variance of 1
+PENALTIES = (1.0, 10.0, 100.0, 1000.0)  # tried on draws not seen; columns have a variance of 1
 PAST_PENALTY = 0.1  # of the unit's own past: refractoriness would want minus infinity
 
 
@@ -35,27 +38,41 @@ def _penalty(design: TrialDesign, strength: float) -> Array:
     return np.concatenate([[0.0], np.full(design.shared.shape[1] - 1, strength), np.full(q, PAST_PENALTY)])
 
 
-def _unseen(design: TrialDesign, counts: Array, width: float, strength: float) -> float:
-    """Share of the deviance of a steady rate that the fit to the other trials takes away, in trials it has not seen."""
-    fold = np.arange(len(counts)) % FOLDS
+class Foreseen(NamedTuple):
+    """How well the fits to the other draws foresee each: trials, or blocks of the stimulus.
+
+    Attributes
+    ----------
+    share : float
+        Share of the deviance of a steady rate that is taken away.
+    gain : float
+        Likelihood over that of a steady rate, for each spike [bit].
+    """
+
+    share: float
+    gain: float
+
+
+def _unseen(design: TrialDesign, counts: Array, width: float, strength: float) -> Foreseen:
+    fold = np.arange(design.n_draws) % FOLDS
     left, steady, start, lam = 0.0, 0.0, None, _penalty(design, strength)
     for k in range(FOLDS):
-        seen = fold != k
-        start = poisson_regression(design.trials(seen), counts[seen], width, penalty=lam, start=start).coefficients
-        own = counts[~seen]
-        expected = width * np.exp(design.trials(~seen).log_rate(start))
+        seen, rest = design.places(fold != k), design.places(fold == k)
+        start = poisson_regression(design.part(seen), counts[seen], width, penalty=lam, start=start).coefficients
+        own = counts[rest]
+        expected = width * np.exp(design.part(rest).log_rate(start))
         left += kl_div(own, expected).sum()  # half the deviance
         steady += kl_div(own, counts[seen].mean()).sum()
-    return 1 - left / steady
+    return Foreseen(1 - left / steady, (steady - left) / (np.log(2) * counts.sum()))
 
 
-def _fitted(design: TrialDesign, counts: Array, how: KernelAnalysis) -> tuple[PoissonFit, float, float]:
-    """Fit to all trials with the penalty that predicts unseen trials best; that penalty; what it explains of them."""
+def _fitted(design: TrialDesign, counts: Array, how: KernelAnalysis) -> tuple[PoissonFit, float, Foreseen]:
+    """Fit to all draws with the penalty that predicts unseen ones best; that penalty; how well these are foreseen."""
     strengths = PENALTIES if how.penalty is None else (how.penalty,)
-    shares = [_unseen(design, counts, how.bin_width, strength) for strength in strengths]
-    best = int(np.argmax(shares))
+    foreseen = [_unseen(design, counts, how.bin_width, strength) for strength in strengths]
+    best = int(np.argmax([one.share for one in foreseen]))
     fit = poisson_regression(design, counts, how.bin_width, penalty=_penalty(design, strengths[best]))
-    return fit, strengths[best], shares[best]
+    return fit, strengths[best], foreseen[best]
 
 
 def whisker_kernels(
@@ -65,7 +82,9 @@ def whisker_kernels(
 
     The logarithm of the rate is a constant plus what the envelopes of all whiskers were at every latency up to the
     reach, plus what the unit itself fired before. Kernels are sums of raised cosines ([Pillow2008]_). Trials are the
-    draws for all intervals, and good and bad trials count in them. With a penalty, intervals hold on average over a
+    draws for all intervals, and good and bad trials count in them. Of fewer than 10 trials, one long presentation
+    above all, blocks of the stimulus are the draws, twice as long as stimulus and rate stay like themselves; they do
+    not show how the unit varies from one presentation to the next. With a penalty, intervals hold on average over a
     kernel, less at its sharpest turns.
 
     Parameters
@@ -85,19 +104,22 @@ def whisker_kernels(
     Dataset
         ``whisker_kernel`` (unit, whisker, kernel_lag) [1/m]: rise of ln(rate) for each metre and bin of latency;
         ``whisker_effect`` (unit, whisker) [1/m]: its sum, both with 95 % intervals; ``whisker_p_value``, adjusted over
-        whiskers, of the larger of ``whisker_trial_p_value`` (Wald's test, trials as draws) and
+        whiskers, of the larger of ``whisker_trial_p_value`` (Wald's test, trials or blocks as draws) and
         ``whisker_shift_p_value`` (against circular shifts of the whisker's stimulus); ``whisker_matters``;
-        ``past_kernel`` (unit, past_lag): factor on the rate after a spike; ``deviance_explained`` in trials not seen,
-        ``penalty``, ``kernel_rate`` [Hz]; ``reason``. ``kernel_condition`` is the condition number of the columns.
+        ``past_kernel`` (unit, past_lag): factor on the rate after a spike; ``deviance_explained`` and ``kernel_gain``
+        [bit], for each spike beyond a steady rate, in draws not seen; ``penalty``, ``kernel_rate`` [Hz], ``n_blocks``
+        (0: trials are the draws), ``reason``. ``kernel_condition`` is the condition number of the columns.
 
     Raises
     ------
     InputError
-        If spikes and stimulus do not fit together, or there are too few trials.
+        If spikes and stimulus do not fit together, or trials are few and the stimulus is short.
     """
     how = how or KernelAnalysis()
-    refuse_misplaced(spikes, command, n_trials, window=how.window, fewest=FEWEST_TRIALS)
+    refuse_misplaced(spikes, command, n_trials, window=how.window)
     columns = Columns.of(with_channels(command), how)
+    if n_trials < FEWEST_TRIALS:
+        _blocks(list(columns.drives), how)
     counts = UnitCounts.of(spikes, n_trials, columns.edges, how.bin_width)
     rows = [_row(columns, own.astype(float), how) for own in counts]
     attrs = {"n_trials": n_trials, "bin_width": how.bin_width, "skip": how.skip, "level": how.level}
@@ -121,17 +143,33 @@ def _row(columns: Columns, counts: Array, how: KernelAnalysis) -> dict[str, Any]
     if used.sum() < needed:
         text = f"too few spikes: {used.sum():.0f}, below {needed:.0f} for {columns.shared.shape[1]} coefficients"
         return {**_not_measured(n_whiskers, lags.size, past.size), "reason": text}
-    design = unit_design(columns, counts, how)
     try:
-        fit, strength, explained = _fitted(design, used, how)
-    except ConvergenceError as error:
+        design = _with_draws(unit_design(columns, counts, how), columns, used, how)
+        fit, strength, foreseen = _fitted(design, used, how)
+    except (ConvergenceError, TooFewError) as error:
         return {**_not_measured(n_whiskers, lags.size, past.size), "reason": f"cannot tell: {error}"}
-    quantile = float(stdtrit(len(counts) - 1, 0.975))
+    quantile = float(stdtrit(design.n_draws - 1, 0.975))
     shifted = _shift_p_values(columns, design, used, fit, how)
     row = _kernels(columns, fit, shifted, how, quantile) | _past(columns, fit, how, quantile)
-    row |= {"deviance_explained": explained, "penalty": strength, "kernel_rate": float(used.mean() / how.bin_width)}
-    row["reason"] = "" if explained > 0 else "cannot tell: unseen trials are foreseen no better than by a steady rate"
-    return row
+    row |= {"deviance_explained": foreseen.share, "kernel_gain": foreseen.gain, "penalty": strength}
+    row |= {"kernel_rate": float(used.mean() / how.bin_width)}
+    row["n_blocks"] = 0 if design.starts is None else design.n_draws
+    draws = "trials" if design.starts is None else "blocks"
+    worse = f"cannot tell: unseen {draws} are foreseen no better than by a steady rate"
+    return {**row, "reason": "" if foreseen.share > 0 else worse}
+
+
+def _with_draws(design: TrialDesign, columns: Columns, counts: Array, how: KernelAnalysis) -> TrialDesign:
+    """The design, with blocks of the stimulus as draws where trials are few."""
+    if len(counts) >= FEWEST_TRIALS:
+        return design
+    return replace(design, starts=_blocks([*columns.drives, counts.sum(0)], how))
+
+
+def _blocks(series: Sequence[Array], how: KernelAnalysis) -> Integers:
+    """First bin of each block of the stimulus, no shorter than a kernel reaches back."""
+    asked: dict[str, Any] = {"width": how.bin_width, "fewest_trials": FEWEST_TRIALS}
+    return independent_blocks(*series, **asked, least=max(how.reach, how.past))
 
 
 def _not_measured(n_whiskers: int, n_lags: int, n_past: int) -> dict[str, Any]:
@@ -139,7 +177,8 @@ def _not_measured(n_whiskers: int, n_lags: int, n_past: int) -> dict[str, Any]:
     row: dict[str, Any] = {name + end: np.full(size, np.nan) for name, size in sizes.items() for end in SUFFIXES}
     p_values = ("whisker_p_value", "whisker_trial_p_value", "whisker_shift_p_value")
     row |= {name: np.full(n_whiskers, np.nan) for name in p_values} | {"whisker_matters": np.zeros(n_whiskers, bool)}
-    return row | dict.fromkeys(("deviance_explained", "penalty", "kernel_rate"), np.nan)
+    unknown = ("deviance_explained", "kernel_gain", "penalty", "kernel_rate")
+    return row | dict.fromkeys(unknown, np.nan) | {"n_blocks": 0}
 
 
 def _shift_p_values(
@@ -154,16 +193,16 @@ def _shift_p_values(
     # what is expected without each whisker, and the logarithm of the rate to first order about that
     weights = expected * np.exp(-share)
     response = (counts.sum(0) - weights) / weights + share.sum(0) - share
-    return shift_p_values(own, response, weights, round(GUARD / how.bin_width))
+    return shift_p_values(own, response, weights, guard_bins(how.bin_width, counts.shape[1], design.starts))
 
 
 def _kernels(columns: Columns, fit: PoissonFit, shifted: Array, how: KernelAnalysis, quantile: float) -> dict[str, Any]:
-    """Kernels of the whiskers [1/m], their sums, and the test of each: the larger p-value of trials and shifts."""
+    """Kernels of the whiskers [1/m], their sums, and the test of each: the larger p-value of draws and shifts."""
     count, n_whiskers = columns.shapes.shape[1], len(columns.whiskers)
     own, size = slice(1, 1 + n_whiskers * count), (n_whiskers, count)
     b = fit.coefficients[own].reshape(size)
     # of the covariance, the blocks of each whisker with itself
-    covariance = np.einsum("kckd->kcd", fit.trial_covariance[own, own].reshape(size * 2))
+    covariance = np.einsum("kckd->kcd", fit.draw_covariance[own, own].reshape(size * 2))
     row: dict[str, Any] = {}
     for name, shapes in (("whisker_kernel", columns.shapes), ("whisker_effect", columns.shapes.sum(0))):
         error = np.sqrt(np.einsum("...c,kcd,...d->k...", shapes, covariance, shapes))
@@ -181,7 +220,7 @@ def _past(columns: Columns, fit: PoissonFit, how: KernelAnalysis, quantile: floa
     if not lags.size:
         return estimate("past_kernel", *np.empty((3, 0)))
     shapes, first = raised_cosines(lags, how.past_shapes, stretch=STRETCH), columns.shared.shape[1]
-    covariance = fit.trial_covariance[first:, first:]
+    covariance = fit.draw_covariance[first:, first:]
     value = shapes @ fit.coefficients[first:]
     error = np.sqrt(np.einsum("jc,cd,jd->j", shapes, covariance, shapes))
     return {name: np.exp(one) for name, one in _ends("past_kernel", value, quantile * error).items()}

@@ -9,7 +9,6 @@ from vibrissa.neural.coupling.envelope_coupling import tail_p_value
 
 LEFT = 0.7  # of the columns' size beyond the others', over that unshifted: with less, they run as another copy does
 FEWEST = 100  # shifts that count as chance
-GUARD = 0.06  # [s] shifts left out on both sides of none: there a drive is like itself
 
 
 def shift_p_values(columns: Array, response: Array, weights: Array, guard: int, nuisance: Array | None = None) -> Array:

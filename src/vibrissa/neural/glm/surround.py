@@ -10,12 +10,13 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.special import stdtr, stdtrit
 
-from vibrissa.arrays import Array, Mask
-from vibrissa.errors import require_fraction
+from vibrissa.arrays import Array, Integers, Mask
+from vibrissa.errors import TooFewError, require_fraction
 from vibrissa.neural.coupling.presentation import BinnedAnalysis
 from vibrissa.neural.coupling.response import UnitCounts
+from vibrissa.neural.coupling.stimulus_blocks import guard_bins, independent_blocks
 from vibrissa.neural.glm.delayed_envelopes import ALIKE, INFLATED, Copies, condition_number, inflation
-from vibrissa.neural.glm.shift_null import GUARD, shift_p_values
+from vibrissa.neural.glm.shift_null import shift_p_values
 from vibrissa.neural.glm.whisker_weights import Map, SurroundGrid, whisker_weights
 from vibrissa.neural.io.tables.inputs import refuse_misplaced
 from vibrissa.neural.io.tables.stimuli import in_unit_of
@@ -23,7 +24,7 @@ from vibrissa.quantities import dataset, stacked
 from vibrissa.quantities.quantity import estimate
 from vibrissa.stats import adjusted_p_values
 
-FEWEST_SPIKES, FEWEST_TRIALS = 100, 8
+FEWEST_SPIKES, FEWEST_TRIALS = 100, 8  # with fewer trials, blocks of the stimulus are the draws
 NEGLIGIBLE = 0.2  # of the largest weight: a whisker whose interval stays within this does nothing that matters
 
 
@@ -51,6 +52,9 @@ def surround_map(
 ) -> xr.Dataset:
     """Weight of every whisker in the rate of every unit, from one stimulus that runs on all whiskers with delays.
 
+    Trials are the draws for intervals; of fewer than 8 trials, blocks of the stimulus, as in
+    :func:`vibrissa.neural.glm.poisson_model.whisker_kernels`.
+
     Parameters
     ----------
     spikes, command, n_trials
@@ -64,18 +68,21 @@ def surround_map(
         ``surround_weight`` [1/(s m)] with its 95 % interval, ``surround_p_value`` (adjusted over the whiskers of a
         unit; the larger of that of the weight's error and ``surround_shift_p_value``, against circular shifts) and
         ``surround_verdict`` (unit, whisker): drives, suppresses, no (its interval stays within a fifth of the largest
-        weight), cannot tell. ``strongest_whisker``, ``threshold``, ``latency``, ``reason`` (unit).
+        weight), cannot tell. ``strongest_whisker``, ``threshold``, ``latency``, ``n_blocks`` (0: trials are the
+        draws), ``reason`` (unit).
         Of the design: ``condition_number``, ``weight_inflation``, ``copy_likeness``, ``likest_whisker`` (whisker).
 
     Raises
     ------
     InputError
-        If spikes and stimulus do not fit together, or there are too few trials.
+        If spikes and stimulus do not fit together, or trials are few and the stimulus is short.
     """
     how = how or SurroundAnalysis()
-    refuse_misplaced(spikes, command, n_trials, window=how.window, fewest=FEWEST_TRIALS)
+    refuse_misplaced(spikes, command, n_trials, window=how.window)
     copies = Copies.of(command, how)
     grid = SurroundGrid(copies)
+    if n_trials < FEWEST_TRIALS:
+        independent_blocks(*grid.hinges[0, 0], width=how.bin_width, fewest_trials=FEWEST_TRIALS)
     design = _design(grid)
     counts = UnitCounts.of(spikes, n_trials, copies.edges, how.bin_width)
     rows = [_row(grid, own[:, copies.valid].astype(float), design, how) for own in counts]
@@ -107,10 +114,15 @@ def _row(grid: SurroundGrid, counts: Array, design: dict[str, Any], how: Surroun
         "surround_shift_p_value": nothing,
         "surround_verdict": np.full(len(names), "cannot tell", "<U11"),
     }
-    row |= {"strongest_whisker": "", "threshold": np.nan, "latency": np.nan}
+    row |= {"strongest_whisker": "", "threshold": np.nan, "latency": np.nan, "n_blocks": 0}
     if counts.sum() < FEWEST_SPIKES:
         return {**row, "reason": f"too few spikes: {counts.sum():.0f} in the bins that count, below {FEWEST_SPIKES}"}
-    found = whisker_weights(grid, counts, how.bin_width)
+    try:
+        starts = _blocks(grid, counts, how)
+    except TooFewError as error:
+        return {**row, "reason": f"cannot tell: {error}"}
+    row["n_blocks"] = 0 if starts is None else starts.size
+    found = whisker_weights(grid, counts, how.bin_width, starts)
     blind = (design["copy_likeness"] > ALIKE) | (inflation(found.columns) > INFLATED)
     half = stdtrit(found.free, 0.975) * found.error
     weight, low, high = (
@@ -118,7 +130,7 @@ def _row(grid: SurroundGrid, counts: Array, design: dict[str, Any], how: Surroun
     )
     with np.errstate(invalid="ignore", divide="ignore"):
         by_error = 2 * stdtr(found.free, -np.abs(weight) / found.error)
-    shifted = np.where(blind, np.nan, _shifted(found, counts.mean(0) / how.bin_width, how))
+    shifted = np.where(blind, np.nan, _shifted(found, counts.mean(0) / how.bin_width, starts, how))
     p = adjusted_p_values(np.maximum(by_error, shifted))
     verdict = _verdicts(weight, low, high, p, how.level)
     driven = verdict == "drives"
@@ -131,9 +143,17 @@ def _row(grid: SurroundGrid, counts: Array, design: dict[str, Any], how: Surroun
     return {**row, "strongest_whisker": strongest, "threshold": found.threshold, "latency": found.latency}
 
 
-def _shifted(found: Map, rate: Array, how: SurroundAnalysis) -> Array:
+def _blocks(grid: SurroundGrid, counts: Array, how: SurroundAnalysis) -> Integers | None:
+    """First bin of each block of the stimulus, where trials are few; None where they are the draws."""
+    if len(counts) >= FEWEST_TRIALS:
+        return None
+    series = *grid.hinges[0, 0], counts.sum(0)
+    return independent_blocks(*series, width=how.bin_width, fewest_trials=FEWEST_TRIALS)
+
+
+def _shifted(found: Map, rate: Array, starts: Integers | None, how: SurroundAnalysis) -> Array:
     """p-value of each whisker against shifts of its column, θ and τ as found."""
-    guard = round(GUARD / how.bin_width)
+    guard = guard_bins(how.bin_width, rate.size, starts)
     return shift_p_values(found.columns[:, None], rate, found.weights, guard, found.slopes)
 
 

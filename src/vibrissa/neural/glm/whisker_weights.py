@@ -6,10 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.arrays import Array
+from vibrissa.arrays import Array, Integers
+from vibrissa.neural.coupling.stimulus_blocks import even_starts
 from vibrissa.neural.glm.delayed_envelopes import LATEST, Copies
 
-BLOCK = 0.2  # [s] pieces of the stimulus: longer than envelopes, and most of what else drives units, are alike
+BLOCK = 0.2  # [s] pieces beside trials: longer than envelopes, and most of what else drives units, are alike
 _STEPS = 8  # of Gauss and Newton from the best node; two mostly do
 
 
@@ -92,22 +93,25 @@ def _solve(columns: Array, weights: Array) -> Array:
     return (np.linalg.pinv(gram, hermitian=True, rcond=1e-10) @ (weighted / scale[:, None])) / scale[:, None]
 
 
-def whisker_weights(grid: SurroundGrid, counts: Array, width: float) -> Map:
+def whisker_weights(grid: SurroundGrid, counts: Array, width: float, starts: Integers | None = None) -> Map:
     """Weight of each whisker in the rate of one unit.
 
     The rate of bin k is b + Σ_w g_w · mean over the bin of max(A_w(t − τ) − θ, 0), with one threshold and one latency
     for all whiskers. Least squares weighted by the inverse of the fitted rate, the variance of counts; weights may be
     negative. The error is that of the mean over trials or, where it is larger, that from pieces of the stimulus: a unit
-    that answers something else, in every trial alike, pulls at the weights by chance. θ's and τ's error is included.
+    that answers something else, in every trial alike, pulls at the weights by chance. Where blocks of the stimulus are
+    given, the error is that from these alone. θ's and τ's error is included.
 
     Parameters
     ----------
     grid : SurroundGrid
         The stimulus.
     counts : (N, K') array
-        Counts of each trial in the bins that count; at least 2 trials.
+        Counts of each trial in the bins that count; at least 2 trials, or blocks.
     width : float
         Width of a bin [s].
+    starts : (M,) array of int, optional
+        First bin of each block of the stimulus, where trials are too few to be the draws.
 
     Returns
     -------
@@ -121,18 +125,23 @@ def whisker_weights(grid: SurroundGrid, counts: Array, width: float) -> Map:
     weights = 1 / np.maximum(fitted, 0.1 * rate.mean())
     threshold, latency, b, columns, slopes = _refined(grid, threshold, latency, rate, weights)
     whole = _solve(np.vstack([columns, slopes]), weights)
-    of_trials = rates @ whole.T  # every trial's own estimate: the estimate is linear in the counts
-    noise = of_trials.std(0, ddof=1) / np.sqrt(len(rates))
-    n_blocks = max(int(rate.size * width / BLOCK), 2)
-    error = np.maximum(noise, _misfit_error(whole, rate - b @ columns, n_blocks))
-    free = min(len(rates), n_blocks) - 1
+    error, free = _error(whole, rates, rate - b @ columns, width, starts)
     return Map(b[1:], error[1 : len(columns)], threshold, latency, columns[1:], free, weights, slopes)
 
 
-def _misfit_error(whole: Array, residual: Array, n_blocks: int) -> Array:
+def _error(whole: Array, rates: Array, residual: Array, width: float, starts: Integers | None) -> tuple[Array, int]:
+    """Error of the coefficients, and its degrees of freedom: of trials and pieces, or of the blocks given."""
+    if starts is not None:
+        return _misfit_error(whole, residual, starts), starts.size - 1
+    of_trials = rates @ whole.T  # every trial's own estimate: the estimate is linear in the counts
+    noise = of_trials.std(0, ddof=1) / np.sqrt(len(rates))
+    pieces = even_starts(residual.size, max(min(round(BLOCK / width), residual.size // 2), 1))
+    return np.maximum(noise, _misfit_error(whole, residual, pieces)), min(len(rates), pieces.size) - 1
+
+
+def _misfit_error(whole: Array, residual: Array, starts: Integers) -> Array:
     """Error of the coefficients from pieces of the stimulus: what else the unit answers to does not differ by trial."""
-    block = np.arange(residual.size) * n_blocks // residual.size
-    pulls = np.array([np.bincount(block, row * residual, n_blocks) for row in whole])
+    pulls = np.add.reduceat(whole * residual, starts, axis=1)
     free = residual.size - len(whole)
     return np.sqrt((pulls**2).sum(1) * residual.size / max(free, 1))
 

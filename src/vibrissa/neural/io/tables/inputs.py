@@ -37,7 +37,6 @@ def refuse_misplaced(
     *,
     window: Window | None = None,
     spontaneous: Window | None = None,
-    fewest: int = 1,
 ) -> None:
     """Refuse spikes of trials that were not presented, and spikes outside the stimulus where no window is given.
 
@@ -47,8 +46,6 @@ def refuse_misplaced(
         As in :func:`vibrissa.neural.coupling.analysis.analyse_units`.
     window, spontaneous
         As in :class:`vibrissa.neural.coupling.analysis.EnvelopeAnalysis`.
-    fewest : int
-        Trials that the analysis needs.
 
     Raises
     ------
@@ -58,9 +55,8 @@ def refuse_misplaced(
     if "spike_time" in spikes and "spike_trial" not in spikes:
         raise MissingError("spikes", "must be in trials", "times on the session's clock", "give their trials")
     require(spikes, "spike_time", "spike_trial", "spike_unit", "unit_name")
-    if n_trials < fewest:
-        remedy = "intervals come from trials" if fewest > 1 else ""
-        raise RangeError("number of trials", f"must be at least {fewest}", n_trials, remedy)
+    if n_trials < 1:
+        raise RangeError("number of trials", "must be at least 1", n_trials)
     time, trial = spikes.spike_time.values, spikes.spike_trial.values
     if time.size == 0:
         raise RangeError("spikes", "must be at least one", 0)
