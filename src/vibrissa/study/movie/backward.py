@@ -195,7 +195,7 @@ def with_ends(profile: xr.Dataset, movie: MovieFile) -> xr.Dataset:
 
 
 def still_of(path: Path) -> xr.Dataset:
-    """First frame of a movie: ``image`` (row, column) [grey levels].
+    """First frame of a movie: ``image`` (image_row, image_column) [grey levels].
 
     Parameters
     ----------
@@ -209,7 +209,7 @@ def still_of(path: Path) -> xr.Dataset:
     """
     image = next(iter(read_blocks(path, 1)))[0]
     rows, columns = image.shape
-    return dataset(row=np.arange(rows), column=np.arange(columns), image=image)
+    return dataset(image_row=np.arange(rows), image_column=np.arange(columns), image=image)
 
 
 def followed(profile: xr.Dataset) -> xr.Dataset:
