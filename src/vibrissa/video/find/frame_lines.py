@@ -13,6 +13,7 @@ from vibrissa.video.find.body_mask import cell_levels, mark_body
 from vibrissa.video.find.curvature_maps import Maps, derivative_taps, second_derivatives
 from vibrissa.video.find.line_joining import join_lines
 from vibrissa.video.find.line_placing import FULL_WIDTH, place_line, resampled
+from vibrissa.video.find.line_placing import SHARPEST as SHARPEST_LINE
 from vibrissa.video.find.line_seeds import SAMPLED, find_seeds, null_responses
 from vibrissa.video.find.line_tracing import TraceRule, trace_lines
 
@@ -247,7 +248,10 @@ def find_beside(grey: Single, shape: LineShape, room: FrameRoom) -> int:
         if measured < MEASURED * shape.least:
             continue
         low, high = _ends(good, int(4 * shape.width))
-        if high - low + 1 < shape.least or (found[low : high + 1, 4] < SURE * shape.width).mean() < MEASURED:
+        if (
+            high - low + 1 < shape.least
+            or (found[low : high + 1, 4] < SURE * max(shape.width, SHARPEST_LINE)).mean() < MEASURED
+        ):
             continue
         for q in range(low, high + 1):
             room.found[used + q - low] = room.found[used + q]

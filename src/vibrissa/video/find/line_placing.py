@@ -12,9 +12,10 @@ WINDOW = 1.5  # of the pixels across the line, over its width, to either side
 FULL_WIDTH = 2.3548  # full width at half maximum of a Gaussian over its standard deviation
 FURTHEST = 0.75  # distance from the course, over the width, beyond which another line is read
 TILTED = 1.0  # background's change across one width over the depth of the line, above which it is an edge
-DEPTH_NOISE = 2.0  # depth of a line over its standard deviation, below which a point is not measured
+DEPTH_NOISE = 1.0, 1.5  # depth of a line over its standard deviation, below which a point is left out of either fit
 SHALLOW = 0.5  # depth of a line over that about it, below which it has ended
 OUTLYING = 4.0  # distance from a smooth course over the standard deviation, from which on another line is read
+SHARPEST = 1.5  # width of the sharpest line, as pixels show it [px]
 NARROWEST, WIDEST = 0.5, 3.0  # of a line, over the width of all
 
 
@@ -110,6 +111,7 @@ def _fit_all(
     sigma: Array,
     typical: float,
     n: int,
+    least: float,
     room: Array,
     cells: Array,
     fits: Array,
@@ -127,8 +129,10 @@ def _fit_all(
         fit_profile(grey, x, y, way[k, 0], way[k, 1], sigma[k], WINDOW * full, n, room, cells, fits[k])
         depth = fits[k, 0]
         noise = np.sqrt(fits[k, 5] * fits[k, 6] / fits[k, 7])
-        near = abs(fits[k, 1]) < FURTHEST * FULL_WIDTH * typical and abs(fits[k, 3]) * full < TILTED * depth
-        good[k] = depth > DEPTH_NOISE * noise and near
+        near = (
+            abs(fits[k, 1]) < FURTHEST * max(FULL_WIDTH * typical, SHARPEST) and abs(fits[k, 3]) * full < TILTED * depth
+        )
+        good[k] = depth > least * noise and near
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -181,8 +185,8 @@ def place_line(
         smoothed(value, good, near, 2, smooth, leverage)
         course[:, axis] = smooth
     _directions(course, way)
-    _fit_all(grey, course, way, sigma, typical, 5, room, cells, fits, good)
-    if 2 * good.sum() < n or n < 5:
+    _fit_all(grey, course, way, sigma, typical, 5, DEPTH_NOISE[0], room, cells, fits, good)
+    if 3 * good.sum() < n or n < 5:
         return 0
     shift[:] = fits[:, 1]
     smoothed(shift, good, 2 * near, 2, smooth, leverage)
@@ -194,7 +198,7 @@ def place_line(
     for k in range(n):
         sigma[k] = smooth[k] if smooth[k] == smooth[k] else typical
     _directions(course, way)
-    _fit_all(grey, course, way, sigma, typical, 4, room, cells, fits, good)
+    _fit_all(grey, course, way, sigma, typical, 4, DEPTH_NOISE[1], room, cells, fits, good)
     return _write(course, way, fits, sigma, near, work, good, out)
 
 
