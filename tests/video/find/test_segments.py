@@ -167,8 +167,16 @@ def test_hand_drawn_whiskers_are_found(still, region):
     left, right, top, bottom = region
     inside = (column >= left) & (column <= right) & (row >= top) & (row <= bottom)
     found = find_segments(image[None])
-    off, _ = cKDTree(np.stack([found.column, found.row], axis=1)).query(np.stack([column, row], axis=1)[inside])
+    # ten places between two points of a line
+    lines = [points[:, :2] for _, points in parts(found)]
+    ends = [np.linspace(0, len(line) - 1, 10 * len(line)) for line in lines]
+    between = [
+        np.stack([np.interp(at, np.arange(len(one)), one[:, k]) for k in (0, 1)], axis=1)
+        for at, one in zip(ends, lines, strict=True)
+    ]
+    off, _ = cKDTree(np.concatenate(between)).query(np.stack([column, row], axis=1)[inside])
     assert np.mean(off <= 2) >= 0.75
+    assert np.median(off[off <= 2]) <= 0.35
 
 
 def test_whisks_long_segments_are_found_too():

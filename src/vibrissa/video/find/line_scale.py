@@ -56,7 +56,8 @@ def measured_shape(images: Sequence[Single], least: float | None, zero: float) -
 
 def _widths(images: Sequence[Single], shape: LineShape) -> Single:
     """Widths at all points of lines that were measured [px]."""
-    room = frame_room(*images[0].shape, shape)
+    height, width = images[0].shape
+    room = frame_room(height, width, shape)
     widths = []
     for image in images:
         lines = find_lines(image, shape, room)

@@ -69,7 +69,7 @@ def find_seeds(
     size: int,
     row: NDArray[np.float32],
     strength: Array,
-    place: Array,
+    place: NDArray[np.int64],
 ) -> int:
     """Strongest point of a line in each cell of the image, the strongest of all first.
 

@@ -126,16 +126,17 @@ def _best_arc(
     """Response of the best arc, and its place in the fan."""
     c, s = np.cos(angle), np.sin(angle)
     best, response, at = -np.inf, -1.0, 0
-    scores = np.empty(2 * ARCS + 1)
+    last, low, high = -1.0, -1.0, -1.0
     for k in range(-ARCS, ARCS + 1):
         mean = arc_response(maps, body, x, y, c, s, (bend + k * rule.bend) * rule.step, rule.step, rule.ahead, most)
         score = mean * (1 - BEND_COST * abs(k)) if mean > 0 else mean
-        scores[k + ARCS] = score
         if score > best:
-            best, response, at = score, mean, k
+            best, response, at, low = score, mean, k, last
+        elif k == at + 1:
+            high = score
+        last = score
     shift = 0.0
     if -ARCS < at < ARCS:
-        low, high = scores[at + ARCS - 1], scores[at + ARCS + 1]
         curve = low - 2 * best + high
         shift = 0.5 * (low - high) / curve if curve < 0 else 0.0
     return response, at + shift
@@ -241,7 +242,7 @@ def trace_lines(
     maps: Maps,
     body: NDArray[np.uint8],
     taken: NDArray[np.uint8],
-    place: Array,
+    place: NDArray[np.int64],
     seeds: int,
     rule: TraceRule,
     path: Array,

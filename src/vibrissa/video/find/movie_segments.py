@@ -161,9 +161,9 @@ def segment_blocks(
     with ThreadPoolExecutor(search.threads) as pool:
         for block in blocks():
             if first == start:
-                shape = block[0][plan.part].shape
+                height, width = block[0][plan.part].shape
                 for _ in range(search.threads):
-                    rooms.put(frame_room(*shape, plan.shape))
+                    rooms.put(frame_room(height, width, plan.shape))
             found = list(pool.map(lambda frame: _found(frame, plan, rooms), block))
             attrs = {"height": block.shape[1], "width": block.shape[2], "source": source}
             yield _labelled(found, first, plan, attrs)
@@ -189,7 +189,8 @@ def joined(parts: Iterable[xr.Dataset]) -> xr.Dataset:
     before = np.cumsum([0] + [part.sizes["point"] for part in parts[:-1]])
     arrays["segment_start"] = [one + count for one, count in zip(arrays["segment_start"], before, strict=True)]
     attrs = parts[0].attrs | {"frames": sum(part.attrs["frames"] for part in parts)}
-    return dataset(attrs, **{name: np.concatenate(some) for name, some in arrays.items()})
+    columns: dict[str, Any] = {name: np.concatenate(some) for name, some in arrays.items()}
+    return dataset(attrs, **columns)
 
 
 def _source(movie: str | Path | Frames, start: int, stop: int | None) -> Callable[[], Iterator[Frames]]:
