@@ -1,6 +1,7 @@
 """Second derivatives of an image smoothed by a Gaussian: what a line of about that width stands out in.
 
-All maps are of the image in which lines are darker than their sides: the second derivative across a line is positive.
+Lines are detected by the larger principal curvature of the smoothed image, as in [Steger1998]_. All maps are of the
+image in which lines are darker than their sides: the second derivative across a line is positive.
 """
 
 from __future__ import annotations
