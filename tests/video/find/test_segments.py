@@ -14,6 +14,7 @@ from vibrissa.quantities import require
 from vibrissa.quantities.segments import SEGMENTS
 from vibrissa.video.find.movie_segments import LineSearch, find_segments, joined, segment_blocks
 from vibrissa.video.foreign.whisk_files import read_whiskers
+from vibrissa.video.io.colour import write_colour
 from vibrissa.video.io.movie import read_blocks
 
 ANGLES, SEEDS = 15, 50
@@ -145,6 +146,16 @@ def test_blocks_threads_and_regions_give_the_same_lines():
     for (_, one), (_, other) in zip(parts(part), parts(whole), strict=True):
         # points of both are a pixel apart, from different first ones
         assert np.median(cKDTree(other[:, :2]).query(one[:, :2])[0]) < 0.55
+
+
+def test_a_movie_in_colour_is_read_as_grey_and_says_so(tmp_path):
+    rng = np.random.default_rng(9)
+    grey = np.stack([draw([DrawnLine(0.7, 0.4)], rng=rng) for _ in range(3)])
+    # light of one colour: red, green and blue are shares of the grey level
+    write_colour(tmp_path / "colour.mkv", (grey[..., None] * np.array([1.0, 0.9, 0.5])).astype(np.uint8))
+    found = find_segments(tmp_path / "colour.mkv")
+    assert "colour" in found.attrs["remarks"]
+    assert found.sizes["segment"] == 3
 
 
 def test_whiskers_of_rendered_scenes_are_covered():

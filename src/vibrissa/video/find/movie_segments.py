@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -21,7 +22,8 @@ from vibrissa.video.find.body_mask import cell_levels, mark_body
 from vibrissa.video.find.frame_lines import FrameRoom, LineShape, find_beside, frame_room, line_shape
 from vibrissa.video.find.line_placing import FULL_WIDTH
 from vibrissa.video.find.line_scale import measured_shape
-from vibrissa.video.io.movie import read_blocks
+from vibrissa.video.io.about import IN_COLOUR
+from vibrissa.video.io.movie import open_movie, read_blocks
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -114,7 +116,7 @@ def find_segments(
         ``segments``: ``segment_frame``, ``segment_start`` (segment), ``column``, ``row``, ``line_width``,
         ``line_contrast``, ``position_sd`` (point) as in :mod:`vibrissa.quantities.segments`. Where a line is hidden, as
         at a crossing, its points are on its course and their ``position_sd`` is NaN. Attributes: ``frames``, ``width``,
-        ``height``, ``source``, ``typical_width`` and ``least_length`` [px].
+        ``height``, ``source``, ``typical_width`` and ``least_length`` [px]; of a file ``remarks`` (JSON, sentences).
 
     Raises
     ------
@@ -155,7 +157,7 @@ def segment_blocks(
     search = search or LineSearch()
     blocks = _source(movie, start, stop)
     plan = _plan(blocks, search)
-    source = str(movie) if isinstance(movie, str | Path) else "array"
+    about = _about(movie)
     rooms: SimpleQueue[FrameRoom] = SimpleQueue()
     first = start
     with ThreadPoolExecutor(search.threads) as pool:
@@ -165,7 +167,7 @@ def segment_blocks(
                 for _ in range(search.threads):
                     rooms.put(frame_room(height, width, plan.shape))
             found = list(pool.map(lambda frame: _found(frame, plan, rooms), block))
-            attrs = {"height": block.shape[1], "width": block.shape[2], "source": source}
+            attrs = {"height": block.shape[1], "width": block.shape[2], **about}
             yield _labelled(found, first, plan, attrs)
             first += len(block)
 
@@ -224,6 +226,14 @@ def _plan(blocks: Callable[[], Iterator[Frames]], search: LineSearch) -> _Plan:
     # where scenery is subtracted no level is that of no light
     shape = measured_shape(images, search.least_length, zero if scenery is None else -math.inf)
     return _Plan(part, sign, scenery, shape._replace(zero=zero))
+
+
+def _about(movie: str | Path | Frames) -> dict[str, str]:
+    """Source of the frames, and what its reader should know."""
+    if isinstance(movie, np.ndarray):
+        return {"source": "array"}
+    remarks = [IN_COLOUR] if open_movie(movie).colour else []
+    return {"source": str(movie), "remarks": json.dumps(remarks)}
 
 
 def _part(region: tuple[int, int, int, int] | None, shape: tuple[int, ...]) -> tuple[slice, slice]:
