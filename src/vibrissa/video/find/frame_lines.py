@@ -29,6 +29,7 @@ GAP, SHARED, JOINED = 8.0, 12.0, 24.0  # lengths hidden, along another line, bet
 TOUCHING = 3.0  # gap between two parts that touch, over the width
 CELL = 2.0  # side of the cells of seeds and of the body, over the width
 MEASURED, SURE = 0.5, 0.3  # share of the points of a line that must be measured, with that SD over the width at most
+GHOST = 0.5  # contrast in the frame over that in the difference from the scenery, below which a line is none
 END = 0.6  # the same, near its ends
 
 
@@ -194,6 +195,45 @@ def _ends(good: Mask, reach: int) -> tuple[int, int]:
 
 
 @njit(cache=True, nogil=True)
+def _contrast(image: Single, points: Array, reach: float) -> float:
+    """Sum over the points of a line of the grey levels on either side less that in the middle."""
+    height, width = image.shape
+    total = 0.0
+    for k in range(1, len(points) - 1):
+        du, dv = points[k + 1, 0] - points[k - 1, 0], points[k + 1, 1] - points[k - 1, 1]
+        length = max(np.hypot(du, dv), 1e-9)
+        u, v = -dv * reach / length, du * reach / length
+        for side in range(-1, 2):
+            i = min(max(int(points[k, 1] + side * v + 0.5), 0), height - 1)
+            j = min(max(int(points[k, 0] + side * u + 0.5), 0), width - 1)
+            total += image[i, j] * (-2.0 if side == 0 else 1.0)
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _place(frame: Single, grey: Single, points: Array, used: int, shape: LineShape, room: FrameRoom) -> int:
+    """Place a line, and write its points to ``room.found`` from ``used`` on; how many, 0 if it is none."""
+    n = resampled(points, room.course)
+    if used + n > len(room.found):
+        return 0
+    good, found = room.good[:n], room.found[used : used + n]
+    measured = place_line(grey, room.course[:n], shape.sigma, room.fit, room.cells, room.work[:n], good, found)
+    if measured < MEASURED * shape.least:
+        return 0
+    low, high = _ends(good, int(4 * shape.width))
+    kept = high - low + 1
+    surest = SURE * max(shape.width, SHARPEST_LINE)
+    if kept < shape.least or (found[low : high + 1, 4] < surest).mean() < MEASURED:
+        return 0
+    there = _contrast(frame, found[low : high + 1], 1.5 * shape.width)
+    if there < GHOST * _contrast(grey, found[low : high + 1], 1.5 * shape.width):
+        return 0
+    for q in range(kept):
+        found[q] = found[low + q]
+    return kept
+
+
+@njit(cache=True, nogil=True)
 def find_lines(grey: Single, shape: LineShape, room: FrameRoom) -> int:
     """Find all lines of a frame.
 
@@ -214,12 +254,27 @@ def find_lines(grey: Single, shape: LineShape, room: FrameRoom) -> int:
     """
     cell_levels(grey, shape.cell, room.levels)
     mark_body(grey, room.levels, shape.zero, shape.cell, room.dark, room.body)
-    return find_beside(grey, shape, room)
+    return find_moving(grey, grey, shape, room)
 
 
 @njit(cache=True, nogil=True)
-def find_beside(grey: Single, shape: LineShape, room: FrameRoom) -> int:
-    """Find all lines of a frame whose body is marked already in ``room.body``; as :func:`find_lines`."""
+def find_moving(frame: Single, grey: Single, shape: LineShape, room: FrameRoom) -> int:
+    """Find the lines of a frame less its scenery that are lines of the frame itself, and not where scenery was.
+
+    Parameters
+    ----------
+    frame : (height, width) array
+        The frame, whose body is marked in ``room.body``.
+    grey : (height, width) array
+        The frame less the scenery; the frame itself where none is subtracted.
+    shape, room
+        As in :func:`find_lines`.
+
+    Returns
+    -------
+    int
+        Lines.
+    """
     second_derivatives(grey, room.taps, room.rows, room.maps)
     rule = _rule(shape, room)
     room.begin[0] = 0
@@ -240,22 +295,9 @@ def find_beside(grey: Single, shape: LineShape, room: FrameRoom) -> int:
     )
     count, used = 0, 0
     for k in range(lines):
-        n = resampled(room.joined[room.start[k] : room.start[k + 1]], room.course)
-        if used + n > len(room.found):
-            break
-        good, found = room.good[:n], room.found[used : used + n]
-        measured = place_line(grey, room.course[:n], shape.sigma, room.fit, room.cells, room.work[:n], good, found)
-        if measured < MEASURED * shape.least:
-            continue
-        low, high = _ends(good, int(4 * shape.width))
-        if (
-            high - low + 1 < shape.least
-            or (found[low : high + 1, 4] < SURE * max(shape.width, SHARPEST_LINE)).mean() < MEASURED
-        ):
-            continue
-        for q in range(low, high + 1):
-            room.found[used + q - low] = room.found[used + q]
-        used += high - low + 1
-        count += 1
-        room.begin[count] = used
+        kept = _place(frame, grey, room.joined[room.start[k] : room.start[k + 1]], used, shape, room)
+        if kept:
+            used += kept
+            count += 1
+            room.begin[count] = used
     return count

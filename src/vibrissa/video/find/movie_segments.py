@@ -19,7 +19,7 @@ from vibrissa.errors import RangeError, ShapeError, TooFewError, UnknownError, r
 from vibrissa.quantities import dataset
 from vibrissa.quantities.kinds import Progress
 from vibrissa.video.find.body_mask import cell_levels, mark_body
-from vibrissa.video.find.frame_lines import FrameRoom, LineShape, find_beside, frame_room, line_shape
+from vibrissa.video.find.frame_lines import FrameRoom, LineShape, find_moving, frame_room, line_shape
 from vibrissa.video.find.line_placing import FULL_WIDTH
 from vibrissa.video.find.line_scale import measured_shape
 from vibrissa.video.io.about import IN_COLOUR
@@ -276,7 +276,7 @@ def _found(frame: Frames, plan: _Plan, rooms: SimpleQueue[FrameRoom]) -> tuple[S
         grey = np.float32(plan.sign) * frame[plan.part].astype(np.float32)
         cell_levels(grey, plan.shape.cell, room.levels)
         mark_body(grey, room.levels, plan.shape.zero, plan.shape.cell, room.dark, room.body)
-        lines = find_beside(grey if plan.scenery is None else grey - plan.scenery, plan.shape, room)
+        lines = find_moving(grey, grey if plan.scenery is None else grey - plan.scenery, plan.shape, room)
         begin = room.begin[: lines + 1].copy()
         points = room.found[: begin[-1]].astype(np.float32)
     finally:
