@@ -23,7 +23,7 @@ from vibrissa.video.find.frame_lines import FrameRoom, LineShape, find_moving, f
 from vibrissa.video.find.line_placing import FULL_WIDTH
 from vibrissa.video.find.line_scale import measured_shape
 from vibrissa.video.io.about import IN_COLOUR
-from vibrissa.video.io.movie import open_movie, read_blocks
+from vibrissa.video.io.movie import frames_within, open_movie, read_blocks
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,7 +108,7 @@ def find_segments(
     start, stop : int
         First frame that is searched, from 0, and the first after it that is not; all by default.
     progress : callable, optional
-        Called with a name of the work, the frames done, and their number (0 if it is not known).
+        Called with a name of the work, the frames done, and their number.
 
     Returns
     -------
@@ -123,7 +123,10 @@ def find_segments(
     InputError
         If the movie cannot be read or the settings do not fit it.
     """
-    total = (len(movie) if stop is None else stop) - start if isinstance(movie, np.ndarray) else (stop or 0)
+    if isinstance(movie, np.ndarray):
+        total = (len(movie) if stop is None else stop) - start
+    else:
+        total = frames_within(open_movie(movie), start, stop)
     parts = []
     done = 0
     for part in segment_blocks(movie, search, start=start, stop=stop):
