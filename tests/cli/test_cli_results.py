@@ -96,7 +96,7 @@ def test_a_profile_tells_its_posture(vibrissa, profile):
 
 def test_a_profile_that_cannot_serve_is_refused(vibrissa, profile):
     other = profile.parent / "other.nc"
-    save(dataset(row=np.arange(40)), other)
+    save(dataset(image_row=np.arange(40)), other)
     code, _, err = vibrissa("posture", other, *CONE)
     assert (code, err) == (
         2,
@@ -115,7 +115,10 @@ def test_a_profile_that_cannot_serve_is_refused(vibrissa, profile):
 
 def test_figures_are_drawn_of_a_folder_and_what_is_missing_is_said(vibrissa, profile, tmp_path):
     folder = profile.parent
-    save(dataset(row=np.arange(40), column=np.arange(60), image=np.full((40, 60), 180, np.uint8)), folder / "still.nc")
+    save(
+        dataset(image_row=np.arange(40), image_column=np.arange(60), image=np.full((40, 60), 180, np.uint8)),
+        folder / "still.nc",
+    )
     for number, rule in (
         ("6", "no [laboratory] and no sweeps"),
         ("9", "no table of units"),

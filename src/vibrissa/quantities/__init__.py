@@ -23,6 +23,7 @@ from vibrissa.quantities.mechanics import MECHANICS
 from vibrissa.quantities.neural import NEURAL
 from vibrissa.quantities.plans import PLANS
 from vibrissa.quantities.quantity import Quantity as Quantity
+from vibrissa.quantities.segments import SEGMENTS
 from vibrissa.quantities.sorting import SORTING
 from vibrissa.quantities.sweeps import SWEEPS
 from vibrissa.quantities.tracks import TRACKS
@@ -30,7 +31,7 @@ from vibrissa.quantities.tracks import TRACKS
 if TYPE_CHECKING:
     import xarray as xr
 
-QUANTITIES = TRACKS | MECHANICS | SWEEPS | NEURAL | CODING | FIGURES | DISCRIMINATION | SORTING | PLANS
+QUANTITIES = TRACKS | SEGMENTS | MECHANICS | SWEEPS | NEURAL | CODING | FIGURES | DISCRIMINATION | SORTING | PLANS
 
 
 def _dims(name: str, values: np.ndarray, lead: tuple[str, ...]) -> tuple[str, ...]:

@@ -43,9 +43,9 @@ TRACKS: dict[str, Quantity] = {
     "skin_y_sd": Quantity((), "m", "standard deviation of the skin's y"),
     "skin_arc_length_sd": Quantity((), "m", "standard deviation of the skin's arc length"),
     # pictures
-    "row": Quantity(("row",), "1", "row of the image, down"),
-    "column": Quantity(("column",), "1", "column of the image"),
-    "image": Quantity(("row", "column"), "1", "grey level"),
+    "image_row": Quantity(("image_row",), "1", "row of the image, down"),
+    "image_column": Quantity(("image_column",), "1", "column of the image"),
+    "image": Quantity(("image_row", "image_column"), "1", "grey level"),
     # geometry and stationary profile, drawn (1)
     "cone": Quantity(("cone",), "1", "name of a whisker whose diameters are shown"),
     "cone_distance": Quantity(("cone", "cone_point"), "m", "distance from the base along the shaft"),

@@ -128,7 +128,7 @@ def test_a_bad_movie_leaves_no_file(tmp_path, name, frames, rule):
 
 def test_the_sheet_holds_frames_and_measured_lines(movie, profile):
     data = preview.compute(movie, profile, [0, 4])
-    assert data.image.dims == ("time", "row", "column")
+    assert data.image.dims == ("time", "image_row", "image_column")
     np.testing.assert_array_equal(data.image[:, 30, 30], [0, 40])
     np.testing.assert_allclose(data.time, [0, 4 / 500])
     np.testing.assert_allclose(data.line_row[0, 0, 1:], 20)

@@ -119,7 +119,7 @@ def filmed():
     )
     image = frames[0][0]
     return {
-        "still": dataset(row=np.arange(image.shape[0]), column=np.arange(image.shape[1]), image=image),
+        "still": dataset(image_row=np.arange(image.shape[0]), image_column=np.arange(image.shape[1]), image=image),
         "profile": profile,
         "modal": dataset({"whisker_length": 0.04}, contact=0.29),
         "apparatus": apparatus(prediction, film, scene),

@@ -150,7 +150,7 @@ def test_what_was_put_in_is_told_apart_from_what_came_out(rows):
 
 def test_a_recording_tells_its_rate_pixel_field_and_frames():
     profile = xr.Dataset(coords={"time": np.arange(3500) / 1000.0}, attrs={"pixel_size": 9e-5})
-    still = xr.Dataset(coords={"column": np.arange(480), "row": np.arange(300)})
+    still = xr.Dataset(coords={"image_column": np.arange(480), "image_row": np.arange(300)})
     names = ("frame_rate", "pixel", "field", "frames", "exposure")
     found = only({"sweeps": simulated(virtual=False), "profile": profile, "still": still}, *names)
     told = {name: found[name].here.value for name in names[:-1]}

@@ -164,6 +164,16 @@ def test_grey_in_rgb_is_exact_and_colour_is_refused(tmp_path):
         list(read_blocks(encode(tmp_path / "colour.mkv", rgb, "ffv1", "bgr0")))
 
 
+def test_a_movie_in_colour_is_read_as_its_luma_and_says_so(tmp_path):
+    rng = np.random.default_rng(7)
+    rgb = rng.integers(0, 256, (3, 32, 48, 3), dtype=np.uint8)
+    movie = encode(tmp_path / "rgb.mkv", rgb, "ffv1", "bgr0")
+    assert open_movie(movie).colour
+    np.testing.assert_allclose(next(read_blocks(movie)), rgb @ [0.299, 0.587, 0.114], atol=0.51)
+    assert open_movie(encode(tmp_path / "yuv.mp4", np.full_like(rgb, (200, 90, 20)), "mpeg4", "yuv420p")).colour
+    assert not open_movie(encode(tmp_path / "grey.mp4", frames(8), "mpeg4", "yuv420p")).colour
+
+
 def test_lossy_codec_is_told(tmp_path):
     movie = open_movie(encode(tmp_path / "lossy.avi", frames(8), "mpeg4", "yuv420p"))
     assert movie.lossy

@@ -242,7 +242,7 @@ def compute(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int] | None = 
     Returns
     -------
     Dataset
-        ``image`` (time, row, column), ``line_column`` and ``line_row`` (time, whisker, node) [pixels].
+        ``image`` (time, image_row, image_column), ``line_column`` and ``line_row`` (time, whisker, node) [pixels].
     """
     chosen = evenly(0, profile.sizes["time"] - 1, 6) if frames is None else list(frames)
     images = np.stack([image for _, image in chosen_frames(blocks, chosen)])
@@ -252,7 +252,7 @@ def compute(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int] | None = 
     attrs["pixel_size"] = profile.attrs["pixel_size"]
     when = {"time": profile.time.values[chosen]}
     row, column = map(np.arange, images.shape[1:])
-    stills = dataset(attrs, lead=("time",), **when, row=row, column=column, image=images)
+    stills = dataset(attrs, lead=("time",), **when, image_row=row, image_column=column, image=images)
     named = when | {"whisker": profile.whisker.values}
     lines = dataset(lead=("time", "whisker"), **named, line_column=columns, line_row=rows)
     return stills.merge(lines, combine_attrs="override")
@@ -274,7 +274,7 @@ def draw(data: xr.Dataset) -> Figure:
     """
     count, across = data.sizes["time"], min(3, data.sizes["time"])
     down = -(-count // across)
-    shape = data.sizes["row"] / data.sizes["column"]
+    shape = data.sizes["image_row"] / data.sizes["image_column"]
     figure, axes = new_figure(3.4 * across, (3.4 * shape + 0.35) * down + 0.4, down, across)
     names, frames = json.loads(data.attrs["names"]), json.loads(data.attrs["frames"])
     span = {"vmin": float(data.image.values.min()), "vmax": float(data.image.values.max())}
@@ -307,7 +307,7 @@ def _inset(panel: Any, data: xr.Dataset, whisker: int, span: dict[str, float]) -
     columns, rows = data.line_column.values, data.line_row.values
     nodes = np.flatnonzero(np.isfinite(columns[whisker]))
     c, r = columns[whisker, nodes[len(nodes) // 2]], rows[whisker, nodes[len(nodes) // 2]]
-    size = data.sizes["column"], data.sizes["row"]
+    size = data.sizes["image_column"], data.sizes["image_row"]
     corners = [(0.02, 0.02), (0.63, 0.02), (0.02, 0.60), (0.63, 0.60)]  # of a box of 0.35 × 0.38
     middles = [((x + 0.175) * size[0], (1 - y - 0.19) * size[1]) for x, y in corners]
     ok = np.isfinite(columns)
@@ -325,10 +325,10 @@ def _inset(panel: Any, data: xr.Dataset, whisker: int, span: dict[str, float]) -
 
 def _scale_bar(panel: Any, data: xr.Dataset) -> None:
     """A bar of a round length near a quarter of the width, at the bottom."""
-    width = data.sizes["column"] * data.attrs["pixel_size"]
+    width = data.sizes["image_column"] * data.attrs["pixel_size"]
     length = round_length(width / 4)
     pixels = length / data.attrs["pixel_size"]
-    left, row = 0.5 * (data.sizes["column"] - pixels), 0.96 * data.sizes["row"]
+    left, row = 0.5 * (data.sizes["image_column"] - pixels), 0.96 * data.sizes["image_row"]
     for ink, thick in (("black", 4.5), ("white", 2.5)):
         panel.plot([left, left + pixels], [row, row], color=ink, lw=thick, solid_capstyle="butt")
     panel.text(left + pixels / 2, row - 6, f"{1e3 * length:g} mm", color="white", ha="center", va="bottom", bbox=BOX)

@@ -63,7 +63,7 @@ def compute(
         Name → ``distance``, ``diameter`` (point), as :func:`vibrissa.whisker.read_diameters` gives them. By default β,
         C1 and C2 of the atlas, whose mean cones are known by both ends alone.
     still : Dataset, optional
-        ``image`` (row, column) of the movie; then the profile has a ``pixel_size``.
+        ``image`` (image_row, image_column) of the movie; then the profile has a ``pixel_size``.
     contact_true : float
         ε, where it is known.
 
@@ -79,7 +79,9 @@ def compute(
     place = course.place.conj() if course.mirrored else course.place
     curve = found.fitted_x.values + 1j * found.fitted_y.values
     frame = _Frame(curve)
-    picture: dict[str, Any] = {name: still[name].values for name in ("row", "column", "image") if still is not None}
+    picture: dict[str, Any] = {
+        name: still[name].values for name in ("image_row", "image_column", "image") if still is not None
+    }
     extrapolated = _extrapolated(frame, place, course.arc, whisker.length)
     middle, angle = _angles(frame.from_image(place), course.arc)
     s = found.s.values

@@ -48,7 +48,7 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     Returns
     -------
     Dataset
-        B: ``image`` (row, column); ``line_column``, ``line_row`` (whisker, node) [pixels]. C: ``motion_x``,
+        B: ``image`` (image_row, image_column); ``line_column``, ``line_row`` (whisker, node) [pixels]. C: ``motion_x``,
         ``motion_y`` (instant, field_node) of successive frames about ``mean_x``, ``mean_y`` [m]; ``along_share`` as
         tracked, ``along_share_unstretched`` as it follows from the motion across the shaft, and ``along_share_true``
         (field_node), where arc length starts at a skin point. D: ``node_motion`` (time, trace) [m], the measured
@@ -62,8 +62,8 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     attrs: dict[str, Any] = {"names": json.dumps(whisker_names(profile))}
     columns: dict[str, Any] = {
         "whisker": profile.whisker.values,
-        "row": still.row.values,
-        "column": still.column.values,
+        "image_row": still.image_row.values,
+        "image_column": still.image_column.values,
         "image": still.image.values,
         "line_column": profile.x.values[:, 0] / pixel,
         "line_row": profile.y.values[:, 0] / pixel,

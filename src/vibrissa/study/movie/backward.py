@@ -19,7 +19,7 @@ from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.study.spec.settings import MovieFile
 from vibrissa.video.checks.gop_artifact import GopArtifactWatch
 from vibrissa.video.checks.trial_led import led_frame, with_led
-from vibrissa.video.io.about import Movie
+from vibrissa.video.io.about import IN_COLOUR, Movie
 from vibrissa.video.io.container import key_frames
 from vibrissa.video.io.movie import frames_within, open_movie, read_blocks
 from vibrissa.video.profile.ends import ends
@@ -148,6 +148,8 @@ class _Watched:
         rate, remarks = self._about.frame_rate, []
         if np.isfinite(rate) and not np.isclose(rate, self._frame_rate):
             remarks.append(f"the camera's header has {rate:g} frames/s, not {self._frame_rate:g}")
+        if self._about.colour:
+            remarks.append(IN_COLOUR)
         if self._about.lossy:
             remarks.append(f"{self._about.codec} may have altered the grey levels; record without loss")
         pumping = self._pumping.remark() if self._pumping else None
@@ -195,7 +197,7 @@ def with_ends(profile: xr.Dataset, movie: MovieFile) -> xr.Dataset:
 
 
 def still_of(path: Path) -> xr.Dataset:
-    """First frame of a movie: ``image`` (row, column) [grey levels].
+    """First frame of a movie: ``image`` (image_row, image_column) [grey levels].
 
     Parameters
     ----------
@@ -209,7 +211,7 @@ def still_of(path: Path) -> xr.Dataset:
     """
     image = next(iter(read_blocks(path, 1)))[0]
     rows, columns = image.shape
-    return dataset(row=np.arange(rows), column=np.arange(columns), image=image)
+    return dataset(image_row=np.arange(rows), image_column=np.arange(columns), image=image)
 
 
 def followed(profile: xr.Dataset) -> xr.Dataset:

@@ -194,7 +194,7 @@ def _pixel_of_profile(results: Results) -> float:
 
 
 def _field_of_still(results: Results) -> float:
-    return float(results["still"].sizes["column"]) if "still" in results else np.nan
+    return float(results["still"].sizes["image_column"]) if "still" in results else np.nan
 
 
 def _frames_of_profile(results: Results) -> float:

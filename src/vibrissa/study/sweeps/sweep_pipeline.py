@@ -238,7 +238,7 @@ def _virtual(laboratory: Laboratory, number: int) -> tuple[Datasets, SweepFacts,
     """Results of one sweep, what is known of it, and its profile in the time of the texture."""
     filmed = filmed_sweep(laboratory, plan(laboratory)[0][number])
     rows, columns = filmed.image.shape
-    still = dataset(row=np.arange(rows), column=np.arange(columns), image=filmed.image)
+    still = dataset(image_row=np.arange(rows), image_column=np.arange(columns), image=filmed.image)
     results = {"profile": filmed.profile.expand_dims("whisker"), "still": still}
     results["apparatus"] = apparatus(filmed.motion.prediction, filmed.film, filmed.scene)
     return results, filmed.known, filmed.profile

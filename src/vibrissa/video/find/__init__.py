@@ -1,1 +1,1 @@
-"""Whiskers found in one image: ridges, and the lines that they form."""
+"""Whiskers found without seeds: all lines of every frame, and the whiskers of one image."""

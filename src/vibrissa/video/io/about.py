@@ -12,6 +12,8 @@ import numpy as np
 from vibrissa.errors import FormatError
 from vibrissa.video.io.grey import Frames
 
+IN_COLOUR = "the movie is in colour: its luma is read as grey levels"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Movie:
@@ -31,6 +33,8 @@ class Movie:
         Whether the codec may have altered the grey levels (one that can do both counts as lossy).
     expanded : bool
         Whether limited-range luma (16 to 235 at 8 bits) is expanded to the full range on reading.
+    colour : bool
+        Whether the movie is in colour; its luma is read.
     frame_rate : float
         Frames per second of the acquisition [Hz], which a high-speed camera's own header knows; else NaN.
     playback_rate : float
@@ -49,6 +53,7 @@ class Movie:
     frame_count: int
     lossy: bool = False
     expanded: bool = False
+    colour: bool = False
     frame_rate: float = float("nan")
     playback_rate: float = float("nan")
     frame_count_is_estimate: bool = False

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from vibrissa.arrays import Integers
 from vibrissa.errors import FormatError, InputError, ShapeError, TooFewError
 from vibrissa.video.io.about import Movie, Opened, empty_block
-from vibrissa.video.io.grey import Frames, grey_levels, kind_of
+from vibrissa.video.io.grey import Frames, grey_levels, has_colour, kind_of
 
 LOSSLESS = frozenset({"ffv1", "rawvideo", "huffyuv", "ffvhuff", "utvideo", "png", "bmp", "tiff"})
 SUFFIXES = frozenset({".avi", ".mkv", ".mp4"})
@@ -73,7 +73,7 @@ def opened(path: Path) -> Iterator[Opened]:
 def _blocks(movie: Movie, decoded: Iterable[av.VideoFrame], frames: int) -> Iterator[Frames]:
     block, filled = empty_block(movie, frames), 0
     for frame in decoded:
-        block[filled] = grey_levels(frame, movie.path, movie.bits, movie.expanded)
+        block[filled] = grey_levels(frame, movie.path, movie.bits, movie.expanded, movie.colour)
         filled += 1
         if filled == frames:
             yield block
@@ -279,6 +279,7 @@ def _described(path: Path, container: av.container.InputContainer, frame: av.Vid
         codec=stream.codec_context.name,
         lossy=stream.codec_context.name not in LOSSLESS,
         expanded=expanded,
+        colour=has_colour(frame),
         playback_rate=float(stream.average_rate) if stream.average_rate else nan,
         frame_count=_announced(container) or 1,
         frame_count_is_estimate=stream.frames == 0,

@@ -80,7 +80,9 @@ def _opened(image: Path) -> AbstractContextManager[Opened]:
 def _block(images: list[Path], movie: Movie) -> Frames:
     block = empty_block(movie, len(images))
     for slot, image in zip(block, images, strict=True):
-        with _opened(image) as (_, blocks):
+        with _opened(image) as (this, blocks):
+            if this.colour and not movie.colour:
+                raise FormatError(str(image), "must be grey, as the first image is", "colours")
             (frame, *more) = (frame for one in blocks(1) for frame in one)
         if more:
             raise TooFewError(str(image), "must hold one frame", f"{len(more) + 1}")
