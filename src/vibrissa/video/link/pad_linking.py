@@ -1,0 +1,142 @@
+"""One pad: its swing, its phase, its whiskers, and which line is whose, each estimated from the others in turn."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibrissa.arrays import Array, Integers
+from vibrissa.video.link.common_swing import OWN, common_swing, lever, pairs_of
+from vibrissa.video.link.exclusion import Solution
+from vibrissa.video.link.pads import HIDDEN, SHORTEST, Lines, Pad
+from vibrissa.video.link.tracklets import expected, phase_of_tracklets, smoothed_phase, tracklets
+from vibrissa.video.link.whisker_discovery import (
+    LEAST,
+    SAME,
+    SUPPORT,
+    TOGETHER,
+    groups,
+    models_of,
+    tracklet_table,
+)
+from vibrissa.video.link.whisker_models import Model, prior_spread, refit
+
+ROUNDS = 4  # in which phase, whiskers and lines are estimated in turn
+UNOWNED = 0.3  # mean probability to be a whisker's below which a tracklet is nobody's
+STILL = 0.3  # gain on the phase below which a line does not swing with the pad
+SWINGING = 3.0  # standard deviation of the phase from which on that is seen [°]
+
+
+def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) -> Solution:
+    """Whiskers of a pad over all frames.
+
+    Parameters
+    ----------
+    frames : int
+        Frames of the movie.
+    frame : (S,) array
+        Frame of each segment.
+    lines : Lines
+        All lines.
+    number : int
+        Of the pad.
+    pad : Pad
+        The pad.
+
+    Returns
+    -------
+    Solution
+        Its whiskers, and the probability of each candidate line.
+    """
+    half = (pad.outer - pad.inner) / 2
+    usable = (lines.pad == number) & ((lines.reach[:, 1] - lines.reach[:, 0]) * half >= SHORTEST)
+    usable &= lines.reach[:, 0] < 2.0
+    who, gain = np.flatnonzero(usable), lever(pad.inner, pad.centre, pad.outer, HIDDEN)
+    across = np.where(usable, lines.place[:, 1], 0.0)
+    pairs = pairs_of(frames, frame, who, lines.place, lines.covariance, lines.strength, gain)
+    swing = common_swing(frames, frame, pairs, across)
+    off = (pairs.swing - expected(frame, pairs, swing, across)) / pairs.sd
+    name = tracklets(frame, pairs, 0.5 * (pairs.unlike + off**2), usable)
+    phase, _ = phase_of_tracklets(frames, frame, name, across, swing, LEAST)
+    solution = Solution(frames, frame, lines, who, phase[frame])
+    place, strength = tracklet_table(name, lines, solution.phase, gain)
+    start = groups(frame, name, place, strength, prior_spread(gain), LEAST)
+    models = models_of(start, name, place, strength, gain, SUPPORT * frames)
+    for again in range(ROUNDS):
+        solution.place(models)
+        solution.settle()
+        solution.phase = _phase(solution, frames, swing)[frame]
+        models = _refitted(solution, gain)
+        if again < ROUNDS - 1:
+            models = _thinned(solution, models, frames)
+            models += _born(solution, name, gain, frames)
+    kept = _thinned(solution, models, frames)
+    solution.place([kept[i] for i in np.argsort([one.place[1] for one in kept])])
+    solution.settle()
+    return solution
+
+
+def _phase(solution: Solution, frames: int, swing: Array) -> Array:
+    """Phase of the pad from the lines that are probably known."""
+    top, weight = np.zeros(frames), np.zeros(frames)
+    for one in solution.labels:
+        clear = one.chance > 0.3
+        seen, model = one.seen[clear], one.model
+        gain = model.gain[1]
+        precision = gain**2 / (solution.lines.covariance[seen, 1, 1] + model.spread[1, 1])
+        # a line that is far off counts little
+        w = one.chance[clear] * precision / (1 + (one.x[clear, 1] / (3 * OWN)) ** 2)
+        np.add.at(weight, solution.frame[seen], w)
+        np.add.at(top, solution.frame[seen], w * (solution.lines.place[seen, 1] - model.place[1]) / gain)
+    found = smoothed_phase(top / np.maximum(weight, 1e-9), weight, swing[:, 0])
+    return np.asarray(found - found.mean())
+
+
+def _refitted(solution: Solution, gain: Array) -> list[Model]:
+    """Models from the lines that are probably theirs."""
+    return [
+        refit(one.model, solution.lines, one.seen, one.chance, solution.phase, solution.frame, gain)
+        for one in solution.labels
+    ]
+
+
+def _thinned(solution: Solution, models: list[Model], frames: int) -> list[Model]:
+    """Models without those that are seen too rarely, do not swing, or are another one."""
+    labels = solution.labels
+    seen = np.zeros((len(labels), frames), np.bool_)
+    for i, one in enumerate(labels):
+        seen[i, solution.frame[one.seen[one.chance > 0.5]]] = True
+    support = seen.sum(axis=1)
+    swinging = np.std(solution.phase) > SWINGING
+    kept: list[int] = []
+    for i in np.argsort(-support, kind="stable"):
+        model = models[i]
+        if support[i] < SUPPORT * frames or (swinging and model.gain[1] < STILL):
+            continue
+        if not any(_same(model, models[j], seen[i] & seen[j], support[i]) for j in kept):
+            kept.append(int(i))
+    return [models[i] for i in kept]
+
+
+def _same(one: Model, other: Model, both: Array, support: int) -> bool:
+    """Whether two models are one whisker: at one place, and hardly ever seen at once."""
+    if both.sum() > TOGETHER * support:
+        return False
+    off = one.place - other.place
+    far = off @ np.linalg.solve((one.spread + other.spread) / 2, off)
+    return bool(far + (one.strength - other.strength) ** 2 / (one.strength_sd * other.strength_sd) < SAME / 2)
+
+
+def _born(solution: Solution, name: Integers, gain: Array, frames: int) -> list[Model]:
+    """Models of whiskers that nobody has found yet: tracklets that are nobody's."""
+    owned = np.zeros(solution.frame.size)
+    for one in solution.labels:
+        owned[one.seen] += one.chance
+    sizes = np.maximum(np.bincount(name[name >= 0], minlength=1), 1)
+    share = np.bincount(name[name >= 0], owned[name >= 0], minlength=1) / sizes
+    free = np.where((name >= 0) & (share[np.maximum(name, 0)] < UNOWNED), name, -1)
+    if not (free >= 0).any():
+        return []
+    place, strength = tracklet_table(name, solution.lines, solution.phase, gain)
+    found = groups(solution.frame, free, place, strength, prior_spread(gain), LEAST)
+    return models_of(found, free, place, strength, gain, SUPPORT * frames)
+
