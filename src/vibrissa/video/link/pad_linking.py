@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.video.link.common_swing import OWN, common_swing, lever, pairs_of
 from vibrissa.video.link.exclusion import Solution
 from vibrissa.video.link.pads import HIDDEN, SHORTEST, Lines, Pad
+from vibrissa.video.link.swap_moves import unswap
 from vibrissa.video.link.tracklets import expected, phase_of_tracklets, smoothed_phase, tracklets
 from vibrissa.video.link.whisker_discovery import (
     LEAST,
@@ -22,6 +24,8 @@ from vibrissa.video.link.whisker_models import Model, prior_spread, refit
 
 ROUNDS = 4  # in which phase, whiskers and lines are estimated in turn
 UNOWNED = 0.3  # mean probability to be a whisker's below which a tracklet is nobody's
+SLOW = 12.0  # frames over which motions common to the pad are averaged
+STEADY = 1.5  # whiskers that such a motion must be seen in, about
 STILL = 0.3  # gain on the phase below which a line does not swing with the pad
 SWINGING = 3.0  # standard deviation of the phase from which on that is seen [°]
 
@@ -65,6 +69,8 @@ def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) 
         solution.place(models)
         solution.settle()
         solution.phase = _phase(solution, frames, swing)[frame]
+        solution.lines = _steadied(solution, lines, gain, frames)
+        unswap(solution, gain)
         models = _refitted(solution, gain)
         if again < ROUNDS - 1:
             models = _thinned(solution, models, frames)
@@ -89,6 +95,25 @@ def _phase(solution: Solution, frames: int, swing: Array) -> Array:
         np.add.at(top, solution.frame[seen], w * (solution.lines.place[seen, 1] - model.place[1]) / gain)
     found = smoothed_phase(top / np.maximum(weight, 1e-9), weight, swing[:, 0])
     return np.asarray(found - found.mean())
+
+
+def _steadied(solution: Solution, lines: Lines, gain: Array, frames: int) -> Lines:
+    """Lines without slow motions that the whole pad has in common beside its swing, such as the head's."""
+    left, right = np.zeros((frames, 2, 2)), np.zeros((frames, 2, 3))
+    scale = max(np.ptp([0.0, *(one.model.place[1] for one in solution.labels)]) / 2, 1.0)
+    for one in solution.labels:
+        clear = one.chance > 0.5
+        seen = one.seen[clear]
+        off = lines.place[seen] - one.model.place - solution.phase[seen, None] * one.model.gain
+        off /= np.maximum(1.0, np.abs(off) / (4 * np.sqrt(np.diag(one.model.spread)) + 1))
+        terms = np.stack([np.ones(seen.size), np.full(seen.size, one.model.place[1] / scale)], axis=1)
+        np.add.at(left, solution.frame[seen], terms[:, :, None] * terms[:, None])
+        np.add.at(right, solution.frame[seen], terms[:, :, None] * off[:, None])
+    left, right = (gaussian_filter1d(x, SLOW, axis=0, mode="nearest") for x in (left, right))
+    drift = np.linalg.solve(left + STEADY * np.eye(2), right)
+    at = np.stack([np.ones(lines.pad.size), np.clip(lines.place[:, 1] / scale, -2, 2)], axis=1)
+    common = np.einsum("si,sij->sj", at, drift[solution.frame])
+    return lines._replace(place=lines.place - common)
 
 
 def _refitted(solution: Solution, gain: Array) -> list[Model]:
