@@ -33,31 +33,54 @@ def swap_between(solution: Solution, best: Integers, pair: tuple[int, int], leve
     error = np.median(lines.covariance[np.concatenate([one, other])], axis=0)
     strengths = np.stack([lines.strength[one], lines.strength[other]], axis=1)
     keep = min(max(model.keep for model in models), 0.92)
-    return swap_of(frame, *places, strengths, prior_spread(lever), error, keep)
+    marked = _marked(solution, frame, np.stack([one, other]), pair)
+    return swap_of(frame, *places, strengths, prior_spread(lever), error, keep, marked)
 
 
-def unswap(solution: Solution, lever: Array) -> list[tuple[int, int]]:
-    """Exchange probabilities of two whiskers in the frames in which they are likelier swapped; give those pairs."""
+def _marked(solution: Solution, frame: Integers, segments: Array, pair: tuple[int, int]) -> Array:
+    """What marks say of the names of two whiskers in frames in which they have these segments (2, n)."""
+    out = np.zeros(frame.size)
+    for segment, whisker in solution.marks.items():
+        if whisker in pair:
+            at = np.flatnonzero(frame == solution.frame[segment])
+            for side in range(2):
+                if at.size and segments[side, at[0]] == segment:
+                    out[at[0]] = 1.0 if pair[side] == whisker else -1.0
+    return out
+
+
+def unswap(solution: Solution, lever: Array) -> Array:
+    """Exchange probabilities of two whiskers in the frames in which they are likelier swapped.
+
+    Parameters
+    ----------
+    solution : Solution
+        Its labels are changed.
+    lever : (3,) array
+        Expected gain of the pad's whiskers.
+
+    Returns
+    -------
+    (whisker, frame) array
+        Probability that the name is another one's, even so.
+    """
+    doubt = np.zeros((len(solution.labels), solution.frames))
     if len(solution.labels) < 2:
-        return []
-    best = best_lines(solution)
+        return doubt
+    best, every = best_lines(solution), np.arange(solution.frames)
     place = np.array([one.model.place for one in solution.labels])
-    done = []
-    for pair in confusable(place, prior_spread(lever)):
-        found = swap_between(solution, best, pair, lever)
-        if found is None or not swapped(found.chance).any():
+    for a, b in confusable(place, prior_spread(lever)):
+        found = swap_between(solution, best, (a, b), lever)
+        if found is None:
             continue
-        # from the first frame of a swap to the last one before the next change
-        when = np.zeros(solution.frames, np.bool_)
-        known = np.interp(np.arange(solution.frames), found.frames, swapped(found.chance))
-        when[:] = known > 0.5
-        _exchange(solution, pair, when)
-        best[pair[0]], best[pair[1]] = (
-            np.where(when, best[pair[1]], best[pair[0]]),
-            np.where(when, best[pair[0]], best[pair[1]]),
-        )
-        done.append(pair)
-    return done
+        if swapped(found.chance).any():
+            when = np.interp(every, found.frames, swapped(found.chance)) > 0.5
+            _exchange(solution, (a, b), when)
+            best[a], best[b] = np.where(when, best[b], best[a]), np.where(when, best[a], best[b])
+        # nothing is known between the last frame before a meeting and the first one after it but that it is one of them
+        left = np.interp(every, found.frames, np.minimum(found.chance, 1 - found.chance))
+        doubt[[a, b]] = 1 - (1 - doubt[[a, b]]) * (1 - left)
+    return doubt
 
 
 def _exchange(solution: Solution, pair: tuple[int, int], when: Array) -> None:

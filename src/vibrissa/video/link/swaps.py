@@ -16,6 +16,7 @@ PLAIN = 10.0  # log odds against a swap above which there is none
 PRIOR = 1.0  # log odds against a swap that nothing speaks for or against
 ROUNDS = 6
 STARTS = 4  # blocks whose difference is tried first
+MARKED = 60.0  # log odds that a mark gives
 FEW = 6  # frames of both whiskers below which nothing is tried
 APART = 0.3  # standard deviation of the logarithm of the strength
 
@@ -73,7 +74,14 @@ def _chain(block: Array, cut: Array) -> tuple[Array, Array]:
 
 
 def swap_of(
-    frame: Integers, one: Array, other: Array, strengths: Array, spread: Array, error: Array, keep: float
+    frame: Integers,
+    one: Array,
+    other: Array,
+    strengths: Array,
+    spread: Array,
+    error: Array,
+    keep: float,
+    marked: Array | None = None,
 ) -> Swap | None:
     """Where two whiskers are swapped.
 
@@ -89,6 +97,8 @@ def swap_of(
         Covariances of a deviation and of its reading.
     keep : float
         Correlation of the deviation from frame to frame.
+    marked : (n,) array, optional
+        1 in frames in which a mark says that the names are right, −1 where it says that they are swapped, else 0.
 
     Returns
     -------
@@ -112,30 +122,31 @@ def swap_of(
     cov[:, :3, :3] = 2 * (spread / np.maximum(size / lasting, 1)[:, None, None] + error / size[:, None, None])
     cov[:, 3, 3] = 2 * APART**2 / np.maximum(size / lasting, 1) + 0.02
     inverse = np.linalg.inv(cov)
+    known = MARKED * (np.zeros(size.size) if marked is None else np.sign(np.bincount(number, marked)))
     best: tuple[float, Array, Array] | None = None
     for start in np.argsort(-size)[:STARTS]:
-        total, sign, chance = _signs(mean, inverse, against[cuts], mean[start])
+        total, sign, chance = _signs(mean, inverse, against[cuts], mean[start], known)
         if best is None or total > best[0]:
             best = total, sign, chance
     assert best is not None
-    chance = best[2] if (size * best[1]).sum() >= 0 else 1 - best[2]
+    chance = best[2] if known.any() or (size * best[1]).sum() >= 0 else 1 - best[2]
     return Swap(frame, chance[number])
 
 
-def _signs(mean: Array, inverse: Array, cut: Array, apart: Array) -> tuple[float, Array, Array]:
+def _signs(mean: Array, inverse: Array, cut: Array, apart: Array, known: Array) -> tuple[float, Array, Array]:
     """Score, signs and chances of blocks from a first difference of the whiskers."""
     sign = np.ones(len(mean))
     chance = np.zeros(len(mean))
     left = inverse.sum(axis=0)
     for _ in range(ROUNDS):
-        odds = 2 * np.einsum("bi,bij,j->b", mean, inverse, apart)
+        odds = 2 * np.einsum("bi,bij,j->b", mean, inverse, apart) + known
         before = sign
         sign, chance = _chain(odds, cut)
         apart = np.linalg.solve(left, np.einsum("b,bij,bj->i", sign, inverse, mean))
         if (sign == before).all():
             break
     fit = float(apart @ left @ apart) / 2
-    return fit - float(cut[np.diff(sign) != 0].sum()), sign, chance
+    return fit + float((known * sign).sum() / 2 - cut[np.diff(sign) != 0].sum()), sign, chance
 
 
 def confusable(place: Array, spread: Array) -> list[tuple[int, int]]:
