@@ -248,3 +248,28 @@ def score(segments: xr.Dataset, truth: Truth, whisker: np.ndarray) -> Score:
         switches += np.count_nonzero(np.diff(run))
     total = max(np.count_nonzero(named > -2), 1)
     return Score(right / truth.visible.sum(), wrong / total, 1000 * switches / truth.visible.shape[1], count)
+
+
+def nearest_angle(segments: xr.Dataset, count: int) -> np.ndarray:
+    """The lower bound: the longest lines of the first frame, each followed to the nearest direction in the next."""
+    frame, start = segments.segment_frame.values, segments.segment_start.values
+    stop = np.append(start[1:], segments.sizes["point"])
+    x, y = segments.column.values, segments.row.values
+    line = (x[stop - 1] - x[start]) + 1j * (y[stop - 1] - y[start])
+    inward = np.abs(x[stop - 1] + 1j * y[stop - 1] - complex(180, 240)) < np.abs(x[start] + 1j * y[start] - 180 - 240j)
+    way = np.where(inward, -line, line)
+    out = np.full(frame.size, -1)
+    first = np.flatnonzero(frame == 0)
+    known = way[first[np.argsort(-np.abs(line[first]))][:count]]
+    for t in range(segments.attrs["frames"]):
+        here = np.flatnonzero((frame == t) & (np.abs(line) > 30))
+        if not here.size:
+            continue
+        off = np.abs(np.angle(way[here][None] / known[:, None]))
+        for _ in range(min(len(known), here.size)):
+            k, i = np.unravel_index(np.argmin(off), off.shape)
+            if off[k, i] > 0.5:
+                break
+            out[here[i]], known[k] = k, way[here[i]]
+            off[k], off[:, i] = np.inf, np.inf
+    return out

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from vibrissa.arrays import Array, Mask
-from vibrissa.video.link.pieces import Pieces
+from vibrissa.video.link.pieces import Pieces, novelty
 
 CELL = 4.0  # side of the cells in which ends are counted [px]
 BLUR = 2.0  # standard deviation by which the counts are smoothed [cells]
@@ -57,7 +57,7 @@ def turned(pieces: Pieces) -> tuple[Mask, Array]:
     depth_first, depth_last = _ends(pieces, pieces.contrast)
     taper = TAPER * (np.log(first / last) + np.log(depth_first / depth_last))
     # a long line has its ends far apart: it says more of where bases and tips are
-    length = np.hypot(x[1] - x[0], y[1] - y[0])
+    length = np.hypot(x[1] - x[0], y[1] - y[0]) * novelty(pieces)
     at = ((x - origin[0]) // CELL).astype(int), ((y - origin[1]) // CELL).astype(int)
     floor = 0.02 * pieces.frames / CELL**2
     odds = np.clip(taper, -2, 2)

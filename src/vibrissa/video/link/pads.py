@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter1d
 from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.errors import TooFewError
 from vibrissa.video.link.base_ends import turned
-from vibrissa.video.link.pieces import Pieces
+from vibrissa.video.link.pieces import Pieces, novelty
 
 GAP = 25  # degrees without lines on both sides by which two pads are known as two
 BARE = 0.04  # share of the densest direction below which there are no lines
@@ -160,7 +160,7 @@ def find_pads(pieces: Pieces) -> tuple[list[Pad], Integers, Mask]:
     base, tip, length = _chords(pieces, back)
     if not np.any(length >= SHORTEST):
         raise TooFewError("segments", f"must hold a line of at least {SHORTEST:g} px", f"{length.max():g} px")
-    weight = np.where(length >= SHORTEST, length, 0.0)
+    weight = np.where(length >= SHORTEST, length * novelty(pieces), 0.0)
     every = _pivot(base[weight > 0], tip[weight > 0], weight[weight > 0])
     off, outward = _passing(base, tip, every)
     clear = (weight > 0) & (off < NEAR) & outward

@@ -13,6 +13,9 @@ from vibrissa.quantities import require
 if TYPE_CHECKING:
     import xarray as xr
 
+CELL = np.array([0.1, 6.0, 40.0])  # turn [rad], distance across and along [px] within which a line is where it was
+STILL = 0.03  # share of the frames
+
 
 class Pieces(NamedTuple):
     """Segments of a movie; points of segment i are ``start[i]`` to ``stop[i]``, the latter not included.
@@ -46,6 +49,30 @@ class Pieces(NamedTuple):
         """Sum of values of points (P, ...) over each segment, (S, ...)."""
         out: Array = np.add.reduceat(values, self.start, axis=0)
         return out
+
+
+def novelty(pieces: Pieces) -> Array:
+    """Weight of each segment (S,), small for lines that are in one place for long: edges of things, not whiskers.
+
+    Parameters
+    ----------
+    pieces : Pieces
+        Segments.
+
+    Returns
+    -------
+    (S,) array
+        From 0 to 1; alike for all where nothing moves.
+    """
+    x = np.stack([pieces.column[pieces.start], pieces.column[pieces.stop - 1]])
+    y = np.stack([pieces.row[pieces.start], pieces.row[pieces.stop - 1]])
+    angle = np.arctan2(y[1] - y[0], x[1] - x[0]) % np.pi
+    normal, way = np.stack([-np.sin(angle), np.cos(angle)]), np.stack([np.cos(angle), np.sin(angle)])
+    middle = np.stack([x.mean(axis=0), y.mean(axis=0)])
+    off, along = (normal * middle).sum(axis=0), (way * middle).sum(axis=0)
+    cells = np.stack([angle // CELL[0], off // CELL[1], along // CELL[2]], axis=1)
+    _, where, count = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
+    return np.asarray(1 / (1 + count[where.ravel()] / (STILL * pieces.frames)))
 
 
 def pieces_of(segments: xr.Dataset) -> Pieces:
