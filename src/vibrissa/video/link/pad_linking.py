@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from vibrissa.arrays import Array, Integers
+from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.video.link.common_swing import OWN, common_swing, lever, pairs_of
 from vibrissa.video.link.exclusion import Solution
 from vibrissa.video.link.pads import HIDDEN, SHORTEST, Lines, Pad
@@ -26,6 +26,7 @@ ROUNDS = 4  # in which phase, whiskers and lines are estimated in turn
 UNOWNED = 0.3  # mean probability to be a whisker's below which a tracklet is nobody's
 SLOW = 12.0  # frames over which motions common to the pad are averaged
 STEADY = 1.5  # whiskers that such a motion must be seen in, about
+IN_TURN = 15  # frames in which two whiskers would be seen at once by chance, from which on that says something
 STILL = 0.3  # gain on the phase below which a line does not swing with the pad
 SWINGING = 3.0  # standard deviation of the phase from which on that is seen [°]
 
@@ -137,18 +138,21 @@ def _thinned(solution: Solution, models: list[Model], frames: int) -> list[Model
         model = models[i]
         if support[i] < SUPPORT * frames or (swinging and model.gain[1] < STILL):
             continue
-        if not any(_same(model, models[j], seen[i] & seen[j], support[i]) for j in kept):
+        if not any(_same(model, models[j], seen[i], seen[j]) for j in kept):
             kept.append(int(i))
     return [models[i] for i in kept]
 
 
-def _same(one: Model, other: Model, both: Array, support: int) -> bool:
-    """Whether two models are one whisker: at one place, and hardly ever seen at once."""
-    if both.sum() > TOGETHER * support:
+def _same(one: Model, other: Model, here: Mask, there: Mask) -> bool:
+    """Whether two models are one whisker: near one another, and seen at once less often than two whiskers would be."""
+    both, least = np.count_nonzero(here & there), min(here.sum(), there.sum())
+    if both > TOGETHER * least:
         return False
     off = one.place - other.place
     far = off @ np.linalg.solve((one.spread + other.spread) / 2, off)
-    return bool(far + (one.strength - other.strength) ** 2 / (one.strength_sd * other.strength_sd) < SAME / 2)
+    far += (one.strength - other.strength) ** 2 / (one.strength_sd * other.strength_sd)
+    in_turn = here.sum() * there.sum() / here.size > IN_TURN
+    return bool(far < (2 * SAME if in_turn else SAME / 2))
 
 
 def _born(solution: Solution, name: Integers, gain: Array, frames: int) -> list[Model]:

@@ -30,7 +30,7 @@ def swap_between(solution: Solution, best: Integers, pair: tuple[int, int], leve
     lines, models = solution.lines, [solution.labels[n].model for n in pair]
     gain = (models[0].gain + models[1].gain) / 2
     places = [lines.place[s] - solution.phase[s, None] * gain for s in (one, other)]
-    error = np.median(lines.covariance[np.concatenate([one, other])], axis=0)
+    error = lines.covariance[np.concatenate([one, other])].mean(axis=0)
     strengths = np.stack([lines.strength[one], lines.strength[other]], axis=1)
     keep = min(max(model.keep for model in models), 0.92)
     marked = _marked(solution, frame, np.stack([one, other]), pair)
