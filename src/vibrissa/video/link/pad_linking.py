@@ -10,7 +10,14 @@ from vibrissa.video.link.common_swing import OWN, common_swing, lever, pairs_of
 from vibrissa.video.link.exclusion import Solution
 from vibrissa.video.link.pads import HIDDEN, SHORTEST, Lines, Pad
 from vibrissa.video.link.swap_moves import unswap
-from vibrissa.video.link.tracklets import expected, phase_of_tracklets, smoothed_phase, tracklets
+from vibrissa.video.link.tracklets import (
+    expected,
+    gain_at,
+    growth_of,
+    phase_of_tracklets,
+    smoothed_phase,
+    tracklets,
+)
 from vibrissa.video.link.whisker_discovery import (
     LEAST,
     SAME,
@@ -24,7 +31,7 @@ from vibrissa.video.link.whisker_models import Model, prior_spread, refit
 
 ROUNDS = 4  # in which phase, whiskers and lines are estimated in turn
 UNOWNED = 0.3  # mean probability to be a whisker's below which a tracklet is nobody's
-SLOW = 12.0  # frames over which motions common to the pad are averaged
+SLOW = 4.0  # frames over which motions common to the pad are averaged
 STEADY = 1.5  # whiskers that such a motion must be seen in, about
 IN_TURN = 15  # frames in which two whiskers would be seen at once by chance, from which on that says something
 STILL = 0.3  # gain on the phase below which a line does not swing with the pad
@@ -61,21 +68,22 @@ def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) 
     swing = common_swing(frames, frame, pairs, across)
     off = (pairs.swing - expected(frame, pairs, swing, across)) / pairs.sd
     name = tracklets(frame, pairs, 0.5 * (pairs.unlike + off**2), usable)
-    phase, _ = phase_of_tracklets(frames, frame, name, across, swing, LEAST)
+    growth = growth_of(swing)
+    phase, _ = phase_of_tracklets(frames, frame, name, across, swing, growth, LEAST)
     solution = Solution(frames, frame, lines, who, phase[frame])
-    place, strength = tracklet_table(name, lines, solution.phase, gain)
+    place, strength = tracklet_table(name, lines, solution.phase, gain, growth)
     start = groups(frame, name, place, strength, prior_spread(gain), LEAST)
-    models = models_of(start, name, place, strength, gain, SUPPORT * frames)
+    models = models_of(start, name, place, strength, gain, growth, SUPPORT * frames)
     for again in range(ROUNDS):
         solution.place(models)
         solution.settle()
         solution.phase = _phase(solution, frames, swing)[frame]
         solution.lines = _steadied(solution, lines, gain, frames)
         unswap(solution, gain)
-        models = _refitted(solution, gain)
+        models = _refitted(solution, gain, growth)
         if again < ROUNDS - 1:
             models = _thinned(solution, models, frames)
-            models += _born(solution, name, gain, frames)
+            models += _born(solution, name, gain, growth, frames)
     kept = _thinned(solution, models, frames)
     solution.place([kept[i] for i in np.argsort([one.place[1] for one in kept])])
     solution.settle()
@@ -117,10 +125,18 @@ def _steadied(solution: Solution, lines: Lines, gain: Array, frames: int) -> Lin
     return lines._replace(place=lines.place - common)
 
 
-def _refitted(solution: Solution, gain: Array) -> list[Model]:
+def _refitted(solution: Solution, gain: Array, growth: float) -> list[Model]:
     """Models from the lines that are probably theirs."""
     return [
-        refit(one.model, solution.lines, one.seen, one.chance, solution.phase, solution.frame, gain)
+        refit(
+            one.model,
+            solution.lines,
+            one.seen,
+            one.chance,
+            solution.phase,
+            solution.frame,
+            gain * gain_at(one.model.place[1:2], growth),
+        )
         for one in solution.labels
     ]
 
@@ -155,7 +171,7 @@ def _same(one: Model, other: Model, here: Mask, there: Mask) -> bool:
     return bool(far < (2 * SAME if in_turn else SAME / 2))
 
 
-def _born(solution: Solution, name: Integers, gain: Array, frames: int) -> list[Model]:
+def _born(solution: Solution, name: Integers, gain: Array, growth: float, frames: int) -> list[Model]:
     """Models of whiskers that nobody has found yet: tracklets that are nobody's."""
     owned = np.zeros(solution.frame.size)
     for one in solution.labels:
@@ -165,7 +181,7 @@ def _born(solution: Solution, name: Integers, gain: Array, frames: int) -> list[
     free = np.where((name >= 0) & (share[np.maximum(name, 0)] < UNOWNED), name, -1)
     if not (free >= 0).any():
         return []
-    place, strength = tracklet_table(name, solution.lines, solution.phase, gain)
+    place, strength = tracklet_table(name, solution.lines, solution.phase, gain, growth)
     found = groups(solution.frame, free, place, strength, prior_spread(gain), LEAST)
-    return models_of(found, free, place, strength, gain, SUPPORT * frames)
+    return models_of(found, free, place, strength, gain, growth, SUPPORT * frames)
 

@@ -13,6 +13,8 @@ from vibrissa.video.link.common_swing import REACH, Pairs
 WORST = 9.0  # cost of a plain link at most
 MARGIN = 2.5  # by which every other link of either line costs more
 SWING_ERROR = 0.7  # standard deviation of the pad's swing in a frame [°]
+LITTLE = 100.0  # sum of squared swings below which nothing is known of its growth [°²]
+GAINS = 0.3, 2.0  # least and largest gain that is expected of a whisker
 OWN = 1.5  # standard deviation of a whisker about the pad's phase [°]
 
 
@@ -96,9 +98,9 @@ def tracklets(frame: Integers, pairs: Pairs, cost: Array, usable: Mask) -> Integ
 
 
 def phase_of_tracklets(
-    frames: int, frame: Integers, name: Integers, across: Array, swing: Array, least: int
+    frames: int, frame: Integers, name: Integers, across: Array, swing: Array, growth: float, least: int
 ) -> tuple[Array, Array]:
-    """Phase A of the pad in each frame and place of each tracklet m, so that its lines are at m + A.
+    """Phase A of the pad in each frame and place of each tracklet m, so that its lines are at m + A (1 + β m).
 
     Parameters
     ----------
@@ -108,6 +110,8 @@ def phase_of_tracklets(
         Frame and tracklet of each segment, its place at the middle radius [°].
     swing : (frames − 1, 2) array
         Swing of the pad from each frame to the next.
+    growth : float
+        Growth β of the gain along the pad [1/°], see :func:`growth_of`.
     least : int
         Frames of the tracklets that count.
 
@@ -125,14 +129,28 @@ def phase_of_tracklets(
     rows = np.concatenate([np.arange(n)] * 2 + [n + steps] * 2 + [[n + frames - 1]])
     cols = np.concatenate([frame[use], column, steps, steps + 1, [0]])
     w, v = 1 / OWN, 1 / SWING_ERROR
-    data = np.concatenate([np.full(2 * n, w), np.full(frames - 1, -v), np.full(frames - 1, v), [1e-3]])
+    middles = np.bincount(column - frames, across[use], minlength=kept.size) / np.maximum(
+        np.bincount(column - frames, minlength=kept.size), 1
+    )
+    gain = gain_at(middles, growth)[column - frames]
+    data = np.concatenate([gain * w, np.full(n, w), np.full(frames - 1, -v), np.full(frames - 1, v), [1e-3]])
     middle = across[use].mean() if n else 0.0
     right = np.concatenate([(across[use] - middle) * w, swing[:, 0] * v, [0.0]])
     left = coo_array((data, (rows, cols)), shape=(n + frames, frames + kept.size)).tocsr()
     found = np.atleast_1d(spsolve((left.T @ left).tocsc(), left.T @ right))
     phase = found[:frames]
-    place[kept] = found[frames:] + phase.mean() + middle
+    place[kept] = found[frames:] + phase.mean() * gain_at(middles, growth) + middle
     return phase - phase.mean(), place
+
+
+def growth_of(swing: Array) -> float:
+    """Growth of the gain along a pad [1/°]: how b goes with a in the swing (a, b), (frames − 1, 2)."""
+    return float((swing[:, 0] @ swing[:, 1]) / (swing[:, 0] @ swing[:, 0] + LITTLE))
+
+
+def gain_at(place: Array, growth: float) -> Array:
+    """Gain of whiskers at places (n,) [°] on the phase of the pad."""
+    return np.asarray(np.clip(1 + growth * place, *GAINS))
 
 
 def smoothed_phase(measured: Array, weight: Array, swing: Array) -> Array:

@@ -6,6 +6,7 @@ import numpy as np
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.video.link.pads import Lines
+from vibrissa.video.link.tracklets import gain_at
 from vibrissa.video.link.whisker_models import KEEP, STRENGTH, Model, prior_spread
 
 LEAST = 8  # frames of a tracklet from which on a whisker may be found
@@ -15,10 +16,13 @@ TOGETHER = 0.05  # share of the frames of a whisker in which another one, if it 
 SLACK = 2  # frames in which two tracklets of one whisker may overlap
 
 
-def tracklet_table(name: Integers, lines: Lines, phase: Array, lever: Array) -> tuple[Array, Array]:
+def tracklet_table(
+    name: Integers, lines: Lines, phase: Array, lever: Array, growth: float
+) -> tuple[Array, Array]:
     """Median place at phase 0 (n, 3) and strength (n,) of each tracklet; ``phase`` is that of each segment."""
     count = int(name.max(initial=-1)) + 1
-    rest = lines.place - phase[:, None] * lever
+    middle = lines.place[:, 1] - phase * gain_at(lines.place[:, 1] - phase, growth)
+    rest = lines.place - (phase * gain_at(middle, growth))[:, None] * lever
     order = np.argsort(name, kind="stable")
     parts = np.split(order, np.searchsorted(name[order], np.arange(count)))[1:]
     place = np.array([np.median(rest[one], axis=0) for one in parts]).reshape(-1, 3)
@@ -74,7 +78,13 @@ def groups(
 
 
 def models_of(
-    members: list[list[int]], name: Integers, place: Array, strength: Array, lever: Array, least: float
+    members: list[list[int]],
+    name: Integers,
+    place: Array,
+    strength: Array,
+    lever: Array,
+    growth: float,
+    least: float,
 ) -> list[Model]:
     """First models of groups that are seen in enough frames."""
     sizes = np.bincount(name[name >= 0], minlength=len(place))
@@ -85,5 +95,6 @@ def models_of(
         weight = sizes[group].astype(float)
         middle = np.average(place[group], axis=0, weights=weight)
         strong = float(np.average(strength[group], weights=weight))
-        models.append(Model(middle, lever, prior_spread(lever), KEEP, 0.2, strong, 1.5 * STRENGTH))
+        gain = lever * gain_at(middle[1:2], growth)
+        models.append(Model(middle, gain, prior_spread(lever), KEEP, 0.2, strong, 1.5 * STRENGTH))
     return models

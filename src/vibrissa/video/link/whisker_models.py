@@ -12,9 +12,10 @@ from vibrissa.video.link.pads import Lines
 
 SPREAD = np.diag([0.8, 0.3, 0.8]) ** 2  # of a whisker's deviation at the three radii [°], but for its own swing
 OWN = 1.5  # standard deviation of its own swing [°]
-FEW = 15.0  # frames of evidence that this prior counts for
+FEW = 40.0  # frames of evidence that this prior counts for
+WIDEST = 5.0  # variance of a whisker's deviation over that of the prior, at most
 KEEP = 0.85  # correlation of the deviation from frame to frame before it is estimated
-EQUAL = 0.15  # standard deviation of the gain of whiskers on the pad's phase
+EQUAL = 0.2  # standard deviation of the gain of whiskers on the pad's phase
 NOTHING = -8.0  # logarithm of the density of lines that are no whiskers' [°⁻³ per frame]
 STRENGTH = 0.35  # standard deviation of the logarithm of a line's strength, at least
 GATE = 22.0  # log density below that of the mean at which a line is no candidate
@@ -114,6 +115,8 @@ def refit(model: Model, lines: Lines, seen: Integers, chance: Array, phase: Arra
     values, vectors = np.linalg.eigh(total)
     total = (vectors * np.maximum(values, 0)) @ vectors.T
     spread = (total + FEW * prior_spread(lever)) / (w.sum() + FEW)
+    # a whisker that strays as far as its neighbours are is no longer known
+    spread *= min(1.0, WIDEST * np.trace(prior_spread(lever)) / np.trace(spread))
     near = np.diff(frame[seen]) == 1
     u, v = x[:-1, 1][near], x[1:, 1][near]
     keep = float(np.clip((u @ v + 0.85 * FEW) / (np.sqrt((u @ u) * (v @ v)) + FEW), 0.5, 0.97))
