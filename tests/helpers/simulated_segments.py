@@ -110,7 +110,7 @@ def _pieces(line: np.ndarray, others: np.ndarray, pad: Pad, rng: np.random.Gener
     cuts = []
     if rng.random() < pad.broken:
         cuts.append(int(rng.integers(5, line.size - 5)))
-    crossing = np.flatnonzero((np.abs(line[5:-5:2, None] - others[None, ::3]).min(axis=1) < 1.6)) if others.size else []
+    crossing = np.flatnonzero(np.abs(line[5:-5:2, None] - others[None, ::3]).min(axis=1) < 1.6) if others.size else []
     if len(crossing) and rng.random() < 0.3:
         cuts.append(5 + 2 * int(crossing[0]))
     out, last = [], 0
@@ -151,7 +151,7 @@ def _hidden(pad: Pad, rng: np.random.Generator, points: np.ndarray) -> np.ndarra
 def simulate(pads: list[Pad], seed: int) -> tuple[xr.Dataset, Truth]:
     """Segments of one or more pads, and who they are; whiskers are numbered over all pads."""
     rng = np.random.default_rng(seed)
-    courses, angles, strength, width = [], [], [], []
+    courses, angles, strength = [], [], []
     for pad in pads:
         points, angle, _ = _courses(pad, rng)
         points[_hidden(pad, rng, points)] = np.nan

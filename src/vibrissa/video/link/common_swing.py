@@ -111,11 +111,13 @@ def _pairs(
                     rest = delta - best * gain
                     unlike = rest @ w @ rest + min(((strength[j] - strength[i]) / STRENGTH) ** 2, 6.0)
                     if unlike < UNLIKE:
-                        out.append((i, j, best, np.sqrt(1 / steep + g * OWN**2), unlike))
+                        out.append((i, j, float(best), float(np.sqrt(1 / steep + g * OWN**2)), float(unlike)))
     return out
 
 
-def pairs_of(frames: int, frame: Integers, who: Integers, place: Array, cov: Array, strength: Array, gain: Array) -> Pairs:
+def pairs_of(
+    frames: int, frame: Integers, who: Integers, place: Array, cov: Array, strength: Array, gain: Array
+) -> Pairs:
     """Pairs of lines of a pad that may be one whisker.
 
     Parameters
@@ -218,5 +220,7 @@ def common_swing(frames: int, frame: Integers, pairs: Pairs, across: Array) -> A
     if frames < 2:
         return np.zeros((0, 2))
     order = np.argsort(pairs.first, kind="stable")
-    table = _agreements(frames, frame, *(x[order] for x in pairs), across)
+    first, second = pairs.first[order], pairs.second[order]
+    swing, sd, unlike = pairs.swing[order], pairs.sd[order], pairs.unlike[order]
+    table = _agreements(frames, frame, first, second, swing, sd, unlike, across)
     return np.asarray(_viterbi(table))

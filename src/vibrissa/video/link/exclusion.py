@@ -14,6 +14,7 @@ import numpy as np
 from vibrissa.arrays import Array, Integers
 from vibrissa.video.link.chain_kernel import chances, edges, stationary
 from vibrissa.video.link.pads import Lines
+from vibrissa.video.link.swaps import Swap
 from vibrissa.video.link.whisker_models import Model, candidates, deviations, worth
 
 SWEEPS = 6  # rounds of messages at most
@@ -71,6 +72,8 @@ class Solution:
         Sum of the messages of all whiskers.
     marks : dict
         Whisker that a segment was marked as.
+    decided : dict
+        Where two whiskers may be swapped, by their numbers and lines.
     """
 
     frames: int
@@ -81,11 +84,13 @@ class Solution:
     labels: list[ChainLabel] = field(default_factory=list)
     wanted: Array = field(default_factory=lambda: np.zeros(0))
     marks: dict[int, int] = field(default_factory=dict)
+    decided: dict[tuple[int, int, int], Swap | None] = field(default_factory=dict)
 
     def place(self, models: Sequence[Model]) -> None:
         """Set the whiskers."""
         self.labels = [self._label(number, model) for number, model in enumerate(models)]
         self.wanted = np.zeros(self.frame.size)
+        self.decided = {}
 
     def _label(self, number: int, model: Model) -> ChainLabel:
         seen, x, again = candidates(model, self.lines, self.who, self.phase)

@@ -14,10 +14,10 @@ from vibrissa.video.link.swap_moves import best_lines, unswap
 
 REASONS = ("", "no line there", "which line it is cannot be decided", "one line with another whisker")
 ABSENT, UNSURE, SHARED = 1, 2, 3
-SURE = 0.8  # probability from which on a line is called a whisker's
+SURE = 0.9  # probability from which on a line is called a whisker's
 AGREES = 3.0  # standard deviations within which a further piece lies on a whisker
 OVERLAP = 0.25  # share of a further piece that may lie beside the main one
-ONE_LINE = 0.6  # distance of two whiskers that are seen as one line, in readings at the three radii [°]
+ONE_LINE = 2.2  # distance of two whiskers that are seen as one line, at the middle and the outer radius [°]
 
 
 class Names(NamedTuple):
@@ -92,7 +92,7 @@ def calibrated(raw: Array) -> Array:
     return np.asarray(1 / (1 + np.exp(-(OFFSET + SLOPE * logit))))
 
 
-OFFSET, SLOPE = 0.0, 1.0  # of the logarithm of the odds, see tests/video/link
+OFFSET, SLOPE = 2.6, 0.63  # of the logarithm of the odds: docs/linking.md
 
 
 def _expected(solution: Solution, n: int, lines: Lines, main: Integers) -> Array:
@@ -111,7 +111,10 @@ def _expected(solution: Solution, n: int, lines: Lines, main: Integers) -> Array
     trust = model.spread.diagonal() / (model.spread.diagonal() + np.diagonal(lines.covariance[main[here]], 0, 1, 2))
     for m in range(3):
         out[:, m] = np.interp(np.arange(main.size), here, trust[:, m] * x[:, m])
-    gap = np.abs(np.arange(main.size)[:, None] - here[np.clip(np.searchsorted(here, np.arange(main.size)), 0, here.size - 1)][:, None])
+    gap = np.abs(
+        np.arange(main.size)[:, None]
+        - here[np.clip(np.searchsorted(here, np.arange(main.size)), 0, here.size - 1)][:, None]
+    )
     return np.where(gap <= 5, out + model.place + phase[:, None] * model.gain, np.nan)
 
 
@@ -126,7 +129,7 @@ def _join(solution: Solution, main: Integers, whisker: Integers, sure: Array) ->
     off = np.array([lines.place[free] - place[frame] for place in where])
     spread = lines.covariance[free] + np.diag([0.5, 0.5, 1.0]) ** 2
     far = np.einsum("nsi,sij,nsj->ns", off, np.linalg.inv(spread), off)
-    near, best = np.where(np.isfinite(far), far, np.inf), None
+    near = np.where(np.isfinite(far), far, np.inf)
     best = near.argmin(axis=0)
     order = np.sort(near, axis=0)
     clear = order[0] < AGREES**2
@@ -146,9 +149,8 @@ def _share(solution: Solution, main: Integers, also: Integers, reason: Integers)
     lines = solution.lines
     for n in range(len(main)):
         place = _expected(solution, n, lines, main[n])
-        for other in range(len(main)):
-            both = np.flatnonzero((main[n] < 0) & (main[other] >= 0) & np.isfinite(place[:, 0])) if other != n else []
-            for t in both:
-                off = np.abs(lines.place[main[other, t], 1:] - place[t, 1:])
-                if off.max() < 2 * ONE_LINE + 1:
-                    also[main[other, t]], reason[n, t] = n, SHARED
+        for other in np.delete(np.arange(len(main)), n):
+            t = np.flatnonzero((main[n] < 0) & (main[other] >= 0) & np.isfinite(place[:, 0]))
+            off = np.abs(lines.place[main[other, t], 1:] - place[t, 1:]).max(axis=1)
+            here = t[off < ONE_LINE]
+            also[main[other, here]], reason[n, here] = n, SHARED

@@ -115,12 +115,13 @@ def _steadied(solution: Solution, lines: Lines, gain: Array, frames: int) -> Lin
         seen = one.seen[clear]
         off = lines.place[seen] - one.model.place - solution.phase[seen, None] * one.model.gain
         off /= np.maximum(1.0, np.abs(off) / (4 * np.sqrt(np.diag(one.model.spread)) + 1))
-        terms = np.stack([np.ones(seen.size), np.full(seen.size, one.model.place[1] / scale)], axis=1)
+        terms = np.tile((one.model.place[1] / scale) ** np.arange(2), (seen.size, 1))
         np.add.at(left, solution.frame[seen], terms[:, :, None] * terms[:, None])
         np.add.at(right, solution.frame[seen], terms[:, :, None] * off[:, None])
     left, right = (gaussian_filter1d(x, SLOW, axis=0, mode="nearest") for x in (left, right))
     drift = np.linalg.solve(left + STEADY * np.eye(2), right)
-    at = np.stack([np.ones(lines.pad.size), np.clip(lines.place[:, 1] / scale, -2, 2)], axis=1)
+    where = lines.place[:, 1] - solution.phase
+    at = np.clip(where / scale, -1.5, 1.5)[:, None] ** np.arange(2)
     common = np.einsum("si,sij->sj", at, drift[solution.frame])
     return lines._replace(place=lines.place - common)
 
@@ -184,4 +185,3 @@ def _born(solution: Solution, name: Integers, gain: Array, growth: float, frames
     place, strength = tracklet_table(name, solution.lines, solution.phase, gain, growth)
     found = groups(solution.frame, free, place, strength, prior_spread(gain), LEAST)
     return models_of(found, free, place, strength, gain, growth, SUPPORT * frames)
-

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibrissa.arrays import Array, Integers
+from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.video.link.exclusion import Solution
 from vibrissa.video.link.swaps import Swap, confusable, swap_of, swapped
 from vibrissa.video.link.whisker_models import prior_spread
@@ -34,7 +34,7 @@ def swap_between(solution: Solution, best: Integers, pair: tuple[int, int], leve
     strengths = np.stack([lines.strength[one], lines.strength[other]], axis=1)
     keep = min(max(model.keep for model in models), 0.92)
     marked = _marked(solution, frame, np.stack([one, other]), pair)
-    return swap_of(frame, *places, strengths, prior_spread(lever), error, keep, marked)
+    return swap_of(frame, places[0], places[1], strengths, prior_spread(lever), error, keep, marked)
 
 
 def _marked(solution: Solution, frame: Integers, segments: Array, pair: tuple[int, int]) -> Array:
@@ -70,7 +70,11 @@ def unswap(solution: Solution, lever: Array) -> Array:
     best, every = best_lines(solution), np.arange(solution.frames)
     place = np.array([one.model.place for one in solution.labels])
     for a, b in confusable(place, prior_spread(lever)):
-        found = swap_between(solution, best, (a, b), lever)
+        # what has not changed since the last time is not done again
+        key = (a, b, hash((best[a].tobytes(), best[b].tobytes(), len(solution.marks))))
+        if key not in solution.decided:
+            solution.decided[key] = swap_between(solution, best, (a, b), lever)
+        found = solution.decided[key]
         if found is None:
             continue
         if swapped(found.chance).any():
@@ -83,7 +87,7 @@ def unswap(solution: Solution, lever: Array) -> Array:
     return doubt
 
 
-def _exchange(solution: Solution, pair: tuple[int, int], when: Array) -> None:
+def _exchange(solution: Solution, pair: tuple[int, int], when: Mask) -> None:
     """Exchange the probabilities of two whiskers in some frames."""
     one, other = (solution.labels[n] for n in pair)
     chance = np.zeros((2, solution.frame.size))

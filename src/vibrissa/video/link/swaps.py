@@ -116,12 +116,7 @@ def swap_of(
     size = np.bincount(number)
     apart = np.concatenate([one - other, (strengths[:, :1] - strengths[:, 1:])], axis=1)
     mean = np.stack([np.bincount(number, column) / size for column in apart.T], axis=1)
-    # readings of a block are not independent: the deviation lasts
-    lasting = (1 + keep) / (1 - keep)
-    cov = np.zeros((size.size, 4, 4))
-    cov[:, :3, :3] = 2 * (spread / np.maximum(size / lasting, 1)[:, None, None] + error / size[:, None, None])
-    cov[:, 3, 3] = 2 * APART**2 / np.maximum(size / lasting, 1) + 0.02
-    inverse = np.linalg.inv(cov)
+    inverse = _weights(size, spread, error, keep)
     known = MARKED * (np.zeros(size.size) if marked is None else np.sign(np.bincount(number, marked)))
     best: tuple[float, Array, Array] | None = None
     for start in np.argsort(-size)[:STARTS]:
@@ -131,6 +126,16 @@ def swap_of(
     assert best is not None
     chance = best[2] if known.any() or (size * best[1]).sum() >= 0 else 1 - best[2]
     return Swap(frame, chance[number])
+
+
+def _weights(size: Integers, spread: Array, error: Array, keep: float) -> Array:
+    """Inverse covariances (b, 4, 4) of the mean difference of two whiskers over blocks of so many frames."""
+    # readings of a block are not independent: the deviation lasts
+    independent = np.maximum(size * (1 - keep) / (1 + keep), 1)
+    cov = np.zeros((size.size, 4, 4))
+    cov[:, :3, :3] = 2 * (spread / independent[:, None, None] + error / size[:, None, None])
+    cov[:, 3, 3] = 2 * APART**2 / independent + 0.02
+    return np.asarray(np.linalg.inv(cov), np.float64)
 
 
 def _signs(mean: Array, inverse: Array, cut: Array, apart: Array, known: Array) -> tuple[float, Array, Array]:

@@ -88,12 +88,10 @@ def tracklets(frame: Integers, pairs: Pairs, cost: Array, usable: Mask) -> Integ
         plain = (c < WORST) & (c <= out[i]) & (c <= into[j]) & (out2[i] > c + MARGIN) & (into2[j] > c + MARGIN)
         following[i[plain]], before[j[plain]] = j[plain], i[plain]
     name = np.full(count, -1)
-    number = 0
-    for s in np.flatnonzero(usable & (before < 0)):
+    for number, s in enumerate(np.flatnonzero(usable & (before < 0))):
         while s >= 0:
             name[s] = number
             s = following[s]
-        number += 1
     return name
 
 

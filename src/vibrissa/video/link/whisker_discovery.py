@@ -16,9 +16,7 @@ TOGETHER = 0.05  # share of the frames of a whisker in which another one, if it 
 SLACK = 2  # frames in which two tracklets of one whisker may overlap
 
 
-def tracklet_table(
-    name: Integers, lines: Lines, phase: Array, lever: Array, growth: float
-) -> tuple[Array, Array]:
+def tracklet_table(name: Integers, lines: Lines, phase: Array, lever: Array, growth: float) -> tuple[Array, Array]:
     """Median place at phase 0 (n, 3) and strength (n,) of each tracklet; ``phase`` is that of each segment."""
     count = int(name.max(initial=-1)) + 1
     middle = lines.place[:, 1] - phase * gain_at(lines.place[:, 1] - phase, growth)

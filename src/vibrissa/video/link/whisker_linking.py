@@ -113,7 +113,7 @@ class Linking:
             place = f"({pieces.column[best]:.1f}, {pieces.row[best]:.1f})"
             remedy = f"the nearest line of the frame passes at {place}"
             rule = f"must lie within {MARK_REACH:g} px of a line"
-            raise RangeError("mark", rule, (mark.frame, mark.column, mark.row), remedy)
+            raise RangeError("mark", rule, (mark.frame, float(mark.column), float(mark.row)), remedy)
         return int(np.searchsorted(pieces.start, best, side="right") - 1)
 
     def identity(self) -> xr.Dataset:

@@ -1,4 +1,4 @@
-"""What is known of each whisker: where it is in the pad, how it swings with it, how it strays, how strong its line is."""
+"""What is known of each whisker: its place in the pad, its swing, how it strays, its strength."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ KEEP = 0.85  # correlation of the deviation from frame to frame before it is est
 EQUAL = 0.2  # standard deviation of the gain of whiskers on the pad's phase
 NOTHING = -8.0  # logarithm of the density of lines that are no whiskers' [°⁻³ per frame]
 STRENGTH = 0.35  # standard deviation of the logarithm of a line's strength, at least
-GATE = 22.0  # log density below that of the mean at which a line is no candidate
+GATE = 9.0  # log density below that of the mean at which a line is no candidate
 
 
 class Model(NamedTuple):
@@ -72,11 +72,13 @@ def candidates(model: Model, lines: Lines, who: Integers, phase: Array) -> tuple
     x = deviations(model, lines.place[who], phase[who])
     again = stationary(x, lines.covariance[who], model.spread)
     best = stationary(np.zeros_like(x), lines.covariance[who], model.spread)
-    kept = again > best - GATE / 2
+    kept = again > best - GATE
     return who[kept], x[kept], again[kept]
 
 
-def refit(model: Model, lines: Lines, seen: Integers, chance: Array, phase: Array, frame: Integers, lever: Array) -> Model:
+def refit(
+    model: Model, lines: Lines, seen: Integers, chance: Array, phase: Array, frame: Integers, lever: Array
+) -> Model:
     """Model from its lines.
 
     Parameters
