@@ -2,10 +2,10 @@
 
 Run with: python benchmarks/whisker_linking.py [--seeds 7]
 
-Eight kinds of pads of 400 frames: 4, 12 and 24 whiskers, a hard one (a fifth of the lines missing, a third broken, eight false
-lines per frame), two sides of a face, one that points up, one whose head moves, one that a paw hides. For each:
-pads whose whiskers were counted right, share of the visible frames followed, share of the claimed frames under a wrong
-name, changes of name per 1,000 frames, and time; then how often lines of each probability are right.
+Eight kinds of pads of 400 frames: 4, 12 and 24 whiskers, a hard one (a fifth of the lines missing, a third broken,
+eight false lines per frame), two sides of a face, one that points up, one whose head moves, one that a paw hides. For
+each: pads whose whiskers were counted right, share of the visible frames followed, share of the claimed frames under
+a wrong name, changes of name per 1,000 frames, and time; then how often lines of each probability are right.
 """
 
 from __future__ import annotations
