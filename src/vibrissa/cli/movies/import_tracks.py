@@ -19,7 +19,7 @@ def import_tracks(
     frame_rate: Rate | None = None,
     pixel_size: Length | None = None,
     measurements: Path | None = None,
-    identity: Literal["measured", "number", "longest"] | None = None,
+    identity: Literal["measured", "number", "longest", "link"] | None = None,
     only_identity: list[int] | None = None,
     skin: list[str] | None = None,
     base: Side | None = None,
@@ -44,7 +44,8 @@ def import_tracks(
     measurements
         WHISK's .measurements; by default the one beside the file.
     identity
-        Which whisker a segment is: as WHISK measured it, its number in the frame, or the longest line.
+        Which whisker a segment is: as WHISK measured it, its number in the frame, the longest line, or linked here over
+        all frames (link).
     only_identity
         Identity of a whisker that is wanted; once for each, all by default.
     skin

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Literal, cast
 
 from vibrissa.errors import ConflictError, FormatError, MissingError
 from vibrissa.files import existing
 from vibrissa.video.foreign.keypoints import LIKELIHOOD, Software, profile_from_keypoints, read_keypoints
 from vibrissa.video.foreign.knutsen import read_knutsen
+from vibrissa.video.foreign.segment_tables import profile_from_linking, read_segments
 from vibrissa.video.foreign.whisk_files import WHISKERS, Segment, read_measurements, read_whiskers
 from vibrissa.video.foreign.whisk_profile import Identity, KnownSegment, Side, known_of, profile_from_whisk
 from vibrissa.video.foreign.whiskiwrap import read_whiskiwrap
+from vibrissa.video.link.whisker_linking import link_segments
 from vibrissa.video.tracking import Calibration
 
 if TYPE_CHECKING:
@@ -85,7 +87,7 @@ def read_tracks(
     calibration: Calibration | None = None,
     *,
     measurements: str | Path | None = None,
-    identity: Identity | None = None,
+    identity: Identity | Literal["link"] | None = None,
     whiskers: Sequence[int] | None = None,
     skin: Sequence[tuple[float, float]] | None = None,
     base: Side | None = None,
@@ -105,7 +107,9 @@ def read_tracks(
         WHISK's ``.measurements``; default: that of the same name beside the file, if it is there.
     identity, whiskers, skin, base
         Of WHISK and WhiskiWrap, see :func:`vibrissa.video.foreign.whisk_profile.profile_from_whisk`; ``identity`` is
-        "measured" if not given.
+        "measured" if not given. With "link", lines are linked to whiskers by
+        :func:`vibrissa.video.link.whisker_linking.link_segments`, which finds the base ends too: then measurements,
+        whiskers and base must not be given.
     keypoints : sequence of sequences of str, optional
         Of the others, see :func:`vibrissa.video.foreign.keypoints.profile_from_keypoints`.
     least_likelihood : float, optional
@@ -135,6 +139,15 @@ def read_tracks(
     if kind == "WhiskiWrap" and measurements is not None:
         raise ConflictError("measurements", f"must not be given: {path} is a file of {kind}, which holds them")
     noted = {"source": Path(path).name, "format": kind}
+    if identity == "link":
+        for name in ("measurements", "whiskers", "base"):
+            if curves[name] is not None:
+                raise ConflictError(name, "must not be given where lines are linked", remedy="leave it out")
+        calibration = _needed(path, calibration)
+        linking = link_segments(read_segments(path, kind))
+        return profile_from_linking(
+            linking, calibration, source=str(path), node_spacing=node_spacing, skin=skin, attrs=dict(noted)
+        )
     if kind in ("WHISK", "WhiskiWrap"):
         found: Curves = read_whiskiwrap(path) if kind == "WhiskiWrap" else _whisk(Path(path), measurements)
         return profile_from_whisk(

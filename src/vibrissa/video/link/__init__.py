@@ -1,0 +1,1 @@
+"""Lines of all frames of a movie linked to whiskers, without marks."""

@@ -1,0 +1,156 @@
+"""From probabilities to names: which segments are a whisker's in each frame, how sure that is, and why it is lost."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from vibrissa.arrays import Array, Integers
+from vibrissa.video.link.exclusion import Solution
+from vibrissa.video.link.pads import Lines
+from vibrissa.video.link.swap_moves import best_lines, unswap
+
+REASONS = ("", "no line there", "which line it is cannot be decided", "one line with another whisker")
+ABSENT, UNSURE, SHARED = 1, 2, 3
+SURE = 0.9  # probability from which on a line is called a whisker's
+AGREES = 3.0  # standard deviations within which a further piece lies on a whisker
+OVERLAP = 0.25  # share of a further piece that may lie beside the main one
+ONE_LINE = 2.2  # distance of two whiskers that are seen as one line, at the middle and the outer radius [°]
+
+
+class Names(NamedTuple):
+    """Whiskers of one pad.
+
+    Attributes
+    ----------
+    whisker, also : (S,) arrays of int
+        Whisker of each segment, and that of another one that runs along the same line; −1 for none.
+    sure : (S,) array
+        Probability that the segment is that whisker's.
+    main : (whisker, frame) array of int
+        Likeliest segment, −1 for none.
+    chance : (whisker, frame) array
+        Probability that what is said of the whisker in the frame is right; NaN where it is lost.
+    reason : (whisker, frame) array of int
+        Place in ``REASONS``; 0 where the whisker is followed.
+    """
+
+    whisker: Integers
+    also: Integers
+    sure: Array
+    main: Integers
+    chance: Array
+    reason: Integers
+
+
+def names_of(solution: Solution, lever: Array) -> Names:
+    """Names from the probabilities of a pad.
+
+    Parameters
+    ----------
+    solution : Solution
+        Settled; it is not changed.
+    lever : (3,) array
+        Expected gain of the pad's whiskers.
+
+    Returns
+    -------
+    Names
+        Of all segments; those of other pads are nobody's.
+    """
+    view = replace(solution, labels=[replace(one) for one in solution.labels])
+    doubt = unswap(view, lever)
+    count, frames = doubt.shape
+    whisker, also = np.full((2, solution.frame.size), -1)
+    sure, chance = np.zeros(solution.frame.size), np.full((count, frames), np.nan)
+    main, reason = best_lines(view), np.full((count, frames), ABSENT, np.int64)
+    table = np.zeros((count, solution.frame.size))
+    for n, one in enumerate(view.labels):
+        table[n, one.seen] = one.chance
+    # no line for two: the likelier one keeps it
+    for n in np.argsort([one.chance.sum() for one in view.labels]):
+        here = np.flatnonzero(main[n] >= 0)
+        taken = table[:, main[n, here]].argmax(axis=0) != n
+        main[n, here[taken]] = -1
+    for n in range(count):
+        here = np.flatnonzero(main[n] >= 0)
+        seen = main[n, here]
+        whisker[seen] = n
+        sure[seen] = calibrated(table[n, seen] * (1 - doubt[n, here]))
+        chance[n, here] = sure[seen]
+        reason[n, here] = np.where(sure[seen] >= SURE, 0, UNSURE)
+    _join(view, main, whisker, sure)
+    _share(view, main, also, reason)
+    return Names(whisker, also, sure, main, chance, reason)
+
+
+def calibrated(raw: Array) -> Array:
+    """Share of right names among those of this probability, as found in simulated pads."""
+    logit = np.log(np.clip(raw, 1e-6, 1 - 1e-6) / (1 - np.clip(raw, 1e-6, 1 - 1e-6)))
+    return np.asarray(1 / (1 + np.exp(-(OFFSET + SLOPE * logit))))
+
+
+OFFSET, SLOPE = 2.6, 0.63  # of the logarithm of the odds: docs/linking.md
+
+
+def _expected(solution: Solution, n: int, lines: Lines, main: Integers) -> Array:
+    """Place of a whisker in each frame (T, 3) from its lines, as far as they show it; NaN where it is long lost."""
+    model = solution.labels[n].model
+    here = np.flatnonzero(main >= 0)
+    out = np.full((main.size, 3), np.nan)
+    if here.size < 2:
+        return out
+    phase = np.full(main.size, np.nan)
+    phase[solution.frame] = solution.phase
+    known = np.flatnonzero(np.isfinite(phase))
+    phase = np.interp(np.arange(main.size), known, phase[known])
+    x = lines.place[main[here]] - model.place - phase[here, None] * model.gain
+    # a piece that shows only a part of the whisker says less of the rest
+    trust = model.spread.diagonal() / (model.spread.diagonal() + np.diagonal(lines.covariance[main[here]], 0, 1, 2))
+    for m in range(3):
+        out[:, m] = np.interp(np.arange(main.size), here, trust[:, m] * x[:, m])
+    gap = np.abs(
+        np.arange(main.size)[:, None]
+        - here[np.clip(np.searchsorted(here, np.arange(main.size)), 0, here.size - 1)][:, None]
+    )
+    return np.where(gap <= 5, out + model.place + phase[:, None] * model.gain, np.nan)
+
+
+def _join(solution: Solution, main: Integers, whisker: Integers, sure: Array) -> None:
+    """Further pieces of whiskers that are broken where others cross them."""
+    lines = solution.lines
+    free = solution.who[whisker[solution.who] < 0]
+    where = [_expected(solution, n, lines, main[n]) for n in range(len(main))]
+    if not where or not free.size:
+        return
+    frame = solution.frame[free]
+    off = np.array([lines.place[free] - place[frame] for place in where])
+    spread = lines.covariance[free] + np.diag([0.5, 0.5, 1.0]) ** 2
+    far = np.einsum("nsi,sij,nsj->ns", off, np.linalg.inv(spread), off)
+    near = np.where(np.isfinite(far), far, np.inf)
+    best = near.argmin(axis=0)
+    order = np.sort(near, axis=0)
+    clear = order[0] < AGREES**2
+    if len(main) > 1:
+        clear &= order[1] > order[0] + 4
+    for s, n in zip(free[clear], best[clear], strict=True):
+        own = main[n, solution.frame[s]]
+        if own >= 0:
+            (a, b), (c, d) = lines.reach[own], lines.reach[s]
+            if min(b, d) - max(a, c) > OVERLAP * (d - c):
+                continue
+            whisker[s], sure[s] = n, sure[own]
+
+
+def _share(solution: Solution, main: Integers, also: Integers, reason: Integers) -> None:
+    """Lines along which another whisker runs that has none in the frame."""
+    lines = solution.lines
+    for n in range(len(main)):
+        place = _expected(solution, n, lines, main[n])
+        for other in np.delete(np.arange(len(main)), n):
+            t = np.flatnonzero((main[n] < 0) & (main[other] >= 0) & np.isfinite(place[:, 0]))
+            off = np.abs(lines.place[main[other, t], 1:] - place[t, 1:]).max(axis=1)
+            here = t[off < ONE_LINE]
+            also[main[other, here]], reason[n, here] = n, SHARED

@@ -1,0 +1,187 @@
+"""One pad: its swing, its phase, its whiskers, and which line is whose, each estimated from the others in turn."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from vibrissa.arrays import Array, Integers, Mask
+from vibrissa.video.link.common_swing import OWN, common_swing, lever, pairs_of
+from vibrissa.video.link.exclusion import Solution
+from vibrissa.video.link.pads import HIDDEN, SHORTEST, Lines, Pad
+from vibrissa.video.link.swap_moves import unswap
+from vibrissa.video.link.tracklets import (
+    expected,
+    gain_at,
+    growth_of,
+    phase_of_tracklets,
+    smoothed_phase,
+    tracklets,
+)
+from vibrissa.video.link.whisker_discovery import (
+    LEAST,
+    SAME,
+    SUPPORT,
+    TOGETHER,
+    groups,
+    models_of,
+    tracklet_table,
+)
+from vibrissa.video.link.whisker_models import Model, prior_spread, refit
+
+ROUNDS = 4  # in which phase, whiskers and lines are estimated in turn
+UNOWNED = 0.3  # mean probability to be a whisker's below which a tracklet is nobody's
+SLOW = 4.0  # frames over which motions common to the pad are averaged
+STEADY = 1.5  # whiskers that such a motion must be seen in, about
+IN_TURN = 15  # frames in which two whiskers would be seen at once by chance, from which on that says something
+STILL = 0.3  # gain on the phase below which a line does not swing with the pad
+SWINGING = 3.0  # standard deviation of the phase from which on that is seen [°]
+
+
+def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) -> Solution:
+    """Whiskers of a pad over all frames.
+
+    Parameters
+    ----------
+    frames : int
+        Frames of the movie.
+    frame : (S,) array
+        Frame of each segment.
+    lines : Lines
+        All lines.
+    number : int
+        Of the pad.
+    pad : Pad
+        The pad.
+
+    Returns
+    -------
+    Solution
+        Its whiskers, and the probability of each candidate line.
+    """
+    half = (pad.outer - pad.inner) / 2
+    usable = (lines.pad == number) & ((lines.reach[:, 1] - lines.reach[:, 0]) * half >= SHORTEST)
+    usable &= lines.reach[:, 0] < 2.0
+    who, gain = np.flatnonzero(usable), lever(pad.inner, pad.centre, pad.outer, HIDDEN)
+    across = np.where(usable, lines.place[:, 1], 0.0)
+    pairs = pairs_of(frames, frame, who, lines.place, lines.covariance, lines.strength, gain)
+    swing = common_swing(frames, frame, pairs, across)
+    off = (pairs.swing - expected(frame, pairs, swing, across)) / pairs.sd
+    name = tracklets(frame, pairs, 0.5 * (pairs.unlike + off**2), usable)
+    growth = growth_of(swing)
+    phase, _ = phase_of_tracklets(frames, frame, name, across, swing, growth, LEAST)
+    solution = Solution(frames, frame, lines, who, phase[frame])
+    place, strength = tracklet_table(name, lines, solution.phase, gain, growth)
+    start = groups(frame, name, place, strength, prior_spread(gain), LEAST)
+    models = models_of(start, name, place, strength, gain, growth, SUPPORT * frames)
+    for again in range(ROUNDS):
+        solution.place(models)
+        solution.settle()
+        solution.phase = _phase(solution, frames, swing)[frame]
+        solution.lines = _steadied(solution, lines, gain, frames)
+        unswap(solution, gain)
+        models = _refitted(solution, gain, growth)
+        if again < ROUNDS - 1:
+            models = _thinned(solution, models, frames)
+            models += _born(solution, name, gain, growth, frames)
+    kept = _thinned(solution, models, frames)
+    solution.place([kept[i] for i in np.argsort([one.place[1] for one in kept])])
+    solution.settle()
+    return solution
+
+
+def _phase(solution: Solution, frames: int, swing: Array) -> Array:
+    """Phase of the pad from the lines that are probably known."""
+    top, weight = np.zeros(frames), np.zeros(frames)
+    for one in solution.labels:
+        clear = one.chance > 0.3
+        seen, model = one.seen[clear], one.model
+        gain = model.gain[1]
+        precision = gain**2 / (solution.lines.covariance[seen, 1, 1] + model.spread[1, 1])
+        # a line that is far off counts little
+        w = one.chance[clear] * precision / (1 + (one.x[clear, 1] / (3 * OWN)) ** 2)
+        np.add.at(weight, solution.frame[seen], w)
+        np.add.at(top, solution.frame[seen], w * (solution.lines.place[seen, 1] - model.place[1]) / gain)
+    found = smoothed_phase(top / np.maximum(weight, 1e-9), weight, swing[:, 0])
+    return np.asarray(found - found.mean())
+
+
+def _steadied(solution: Solution, lines: Lines, gain: Array, frames: int) -> Lines:
+    """Lines without slow motions that the whole pad has in common beside its swing, such as the head's."""
+    left, right = np.zeros((frames, 2, 2)), np.zeros((frames, 2, 3))
+    scale = max(np.ptp([0.0, *(one.model.place[1] for one in solution.labels)]) / 2, 1.0)
+    for one in solution.labels:
+        clear = one.chance > 0.5
+        seen = one.seen[clear]
+        off = lines.place[seen] - one.model.place - solution.phase[seen, None] * one.model.gain
+        off /= np.maximum(1.0, np.abs(off) / (4 * np.sqrt(np.diag(one.model.spread)) + 1))
+        terms = np.tile((one.model.place[1] / scale) ** np.arange(2), (seen.size, 1))
+        np.add.at(left, solution.frame[seen], terms[:, :, None] * terms[:, None])
+        np.add.at(right, solution.frame[seen], terms[:, :, None] * off[:, None])
+    left, right = (gaussian_filter1d(x, SLOW, axis=0, mode="nearest") for x in (left, right))
+    drift = np.linalg.solve(left + STEADY * np.eye(2), right)
+    where = lines.place[:, 1] - solution.phase
+    at = np.clip(where / scale, -1.5, 1.5)[:, None] ** np.arange(2)
+    common = np.einsum("si,sij->sj", at, drift[solution.frame])
+    return lines._replace(place=lines.place - common)
+
+
+def _refitted(solution: Solution, gain: Array, growth: float) -> list[Model]:
+    """Models from the lines that are probably theirs."""
+    return [
+        refit(
+            one.model,
+            solution.lines,
+            one.seen,
+            one.chance,
+            solution.phase,
+            solution.frame,
+            gain * gain_at(one.model.place[1:2], growth),
+        )
+        for one in solution.labels
+    ]
+
+
+def _thinned(solution: Solution, models: list[Model], frames: int) -> list[Model]:
+    """Models without those that are seen too rarely, do not swing, or are another one."""
+    labels = solution.labels
+    seen = np.zeros((len(labels), frames), np.bool_)
+    for i, one in enumerate(labels):
+        seen[i, solution.frame[one.seen[one.chance > 0.5]]] = True
+    support = seen.sum(axis=1)
+    swinging = np.std(solution.phase) > SWINGING
+    kept: list[int] = []
+    for i in np.argsort(-support, kind="stable"):
+        model = models[i]
+        if support[i] < SUPPORT * frames or (swinging and model.gain[1] < STILL):
+            continue
+        if not any(_same(model, models[j], seen[i], seen[j]) for j in kept):
+            kept.append(int(i))
+    return [models[i] for i in kept]
+
+
+def _same(one: Model, other: Model, here: Mask, there: Mask) -> bool:
+    """Whether two models are one whisker: near one another, and seen at once less often than two whiskers would be."""
+    both, least = np.count_nonzero(here & there), min(here.sum(), there.sum())
+    if both > TOGETHER * least:
+        return False
+    off = one.place - other.place
+    far = off @ np.linalg.solve((one.spread + other.spread) / 2, off)
+    far += (one.strength - other.strength) ** 2 / (one.strength_sd * other.strength_sd)
+    in_turn = here.sum() * there.sum() / here.size > IN_TURN
+    return bool(far < (2 * SAME if in_turn else SAME / 2))
+
+
+def _born(solution: Solution, name: Integers, gain: Array, growth: float, frames: int) -> list[Model]:
+    """Models of whiskers that nobody has found yet: tracklets that are nobody's."""
+    owned = np.zeros(solution.frame.size)
+    for one in solution.labels:
+        owned[one.seen] += one.chance
+    sizes = np.maximum(np.bincount(name[name >= 0], minlength=1), 1)
+    share = np.bincount(name[name >= 0], owned[name >= 0], minlength=1) / sizes
+    free = np.where((name >= 0) & (share[np.maximum(name, 0)] < UNOWNED), name, -1)
+    if not (free >= 0).any():
+        return []
+    place, strength = tracklet_table(name, solution.lines, solution.phase, gain, growth)
+    found = groups(solution.frame, free, place, strength, prior_spread(gain), LEAST)
+    return models_of(found, free, place, strength, gain, growth, SUPPORT * frames)

@@ -1,0 +1,167 @@
+"""Two whiskers that may have changed names: where they could have, and whether the rest of the movie says so.
+
+Whiskers that meet can be confused from then on. The frames between two such meetings are a block. In every block
+the difference of the two lines, in place and strength, is the same vector, or its opposite where they are swapped.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibrissa.arrays import Array, Integers, Mask
+
+PLAIN = 10.0  # log odds against a swap above which there is none
+PRIOR = 1.0  # log odds against a swap that nothing speaks for or against
+ROUNDS = 6
+STARTS = 4  # blocks whose difference is tried first
+MARKED = 60.0  # log odds that a mark gives
+FEW = 6  # frames of both whiskers below which nothing is tried
+APART = 0.3  # standard deviation of the logarithm of the strength
+
+
+class Swap(NamedTuple):
+    """Names of two whiskers over time.
+
+    Attributes
+    ----------
+    frames : (n,) array of int
+        Frames in which both are seen.
+    chance : (n,) array
+        Probability that they are swapped there.
+    """
+
+    frames: Integers
+    chance: Array
+
+
+def _steps(frame: Integers, one: Array, other: Array, spread: Array, error: Array, keep: float) -> Array:
+    """Log odds against a swap between each frame and the next, from deviations (n, 3) of both whiskers."""
+    gap = np.diff(frame)
+    k = keep**gap
+    cov = spread * (1 - k**2)[:, None, None] + error * (1 + k**2)[:, None, None]
+    inverse = np.linalg.inv(cov)
+
+    def far(a: Array, b: Array) -> Array:
+        off = b[1:] - k[:, None] * a[:-1]
+        return np.asarray(9 * np.log(1 + np.einsum("ni,nij,nj->n", off, inverse, off) / 6))
+
+    return np.asarray(0.5 * (far(one, other) + far(other, one) - far(one, one) - far(other, other)))
+
+
+def _chain(block: Array, cut: Array) -> tuple[Array, Array]:
+    """Signs of blocks by Viterbi, and the probability that each is swapped, from log odds for 'as named'."""
+    n = block.size
+    best, came = np.zeros((n, 2)), np.zeros((n, 2), int)
+    ahead, back = np.zeros((n, 2)), np.zeros((n, 2))
+    state = np.stack([block / 2, -block / 2], axis=1)
+    best[0] = ahead[0] = state[0]
+    for b in range(1, n):
+        step = np.array([[0.0, -cut[b - 1]], [-cut[b - 1], 0.0]])
+        came[b] = np.argmax(best[b - 1][:, None] + step, axis=0)
+        best[b] = np.max(best[b - 1][:, None] + step, axis=0) + state[b]
+        ahead[b] = np.logaddexp.reduce(ahead[b - 1][:, None] + step, axis=0) + state[b]
+    for b in range(n - 2, -1, -1):
+        step = np.array([[0.0, -cut[b]], [-cut[b], 0.0]])
+        back[b] = np.logaddexp.reduce(step + (back[b + 1] + state[b + 1])[None], axis=1)
+    sign = np.zeros(n, int)
+    sign[-1] = np.argmax(best[-1])
+    for b in range(n - 1, 0, -1):
+        sign[b - 1] = came[b, sign[b]]
+    odds = (ahead + back)[:, 1] - (ahead + back)[:, 0]
+    return 1 - 2.0 * sign, 1 / (1 + np.exp(-np.clip(odds, -40, 40)))
+
+
+def swap_of(
+    frame: Integers,
+    one: Array,
+    other: Array,
+    strengths: Array,
+    spread: Array,
+    error: Array,
+    keep: float,
+    marked: Array | None = None,
+) -> Swap | None:
+    """Where two whiskers are swapped.
+
+    Parameters
+    ----------
+    frame : (n,) array of int
+        Frames in which both are seen.
+    one, other : (n, 3) arrays
+        Places of either at phase 0 [°].
+    strengths : (n, 2) array
+        Of their lines.
+    spread, error : (3, 3) arrays
+        Covariances of a deviation and of its reading.
+    keep : float
+        Correlation of the deviation from frame to frame.
+    marked : (n,) array, optional
+        1 in frames in which a mark says that the names are right, −1 where it says that they are swapped, else 0.
+
+    Returns
+    -------
+    Swap or None
+        None where there is nothing to decide: too few frames, or no meeting.
+    """
+    if frame.size < FEW:
+        return None
+    middle = (np.median(one, axis=0) + np.median(other, axis=0)) / 2
+    against = PRIOR + _steps(frame, one - middle, other - middle, spread, error, keep)
+    cuts = np.flatnonzero(against < PLAIN)
+    if not cuts.size:
+        return None
+    number = np.searchsorted(cuts, np.arange(frame.size), side="left")
+    size = np.bincount(number)
+    apart = np.concatenate([one - other, (strengths[:, :1] - strengths[:, 1:])], axis=1)
+    mean = np.stack([np.bincount(number, column) / size for column in apart.T], axis=1)
+    inverse = _weights(size, spread, error, keep)
+    known = MARKED * (np.zeros(size.size) if marked is None else np.sign(np.bincount(number, marked)))
+    best: tuple[float, Array, Array] | None = None
+    for start in np.argsort(-size)[:STARTS]:
+        total, sign, chance = _signs(mean, inverse, against[cuts], mean[start], known)
+        if best is None or total > best[0]:
+            best = total, sign, chance
+    assert best is not None
+    chance = best[2] if known.any() or (size * best[1]).sum() >= 0 else 1 - best[2]
+    return Swap(frame, chance[number])
+
+
+def _weights(size: Integers, spread: Array, error: Array, keep: float) -> Array:
+    """Inverse covariances (b, 4, 4) of the mean difference of two whiskers over blocks of so many frames."""
+    # readings of a block are not independent: the deviation lasts
+    independent = np.maximum(size * (1 - keep) / (1 + keep), 1)
+    cov = np.zeros((size.size, 4, 4))
+    cov[:, :3, :3] = 2 * (spread / independent[:, None, None] + error / size[:, None, None])
+    cov[:, 3, 3] = 2 * APART**2 / independent + 0.02
+    return np.asarray(np.linalg.inv(cov), np.float64)
+
+
+def _signs(mean: Array, inverse: Array, cut: Array, apart: Array, known: Array) -> tuple[float, Array, Array]:
+    """Score, signs and chances of blocks from a first difference of the whiskers."""
+    sign = np.ones(len(mean))
+    chance = np.zeros(len(mean))
+    left = inverse.sum(axis=0)
+    for _ in range(ROUNDS):
+        odds = 2 * np.einsum("bi,bij,j->b", mean, inverse, apart) + known
+        before = sign
+        sign, chance = _chain(odds, cut)
+        apart = np.linalg.solve(left, np.einsum("b,bij,bj->i", sign, inverse, mean))
+        if (sign == before).all():
+            break
+    fit = float(apart @ left @ apart) / 2
+    return fit + float((known * sign).sum() / 2 - cut[np.diff(sign) != 0].sum()), sign, chance
+
+
+def confusable(place: Array, spread: Array) -> list[tuple[int, int]]:
+    """Pairs of whiskers at places (n, 3) that are near enough to meet."""
+    inverse = np.linalg.inv(spread)
+    off = place[:, None] - place[None]
+    far = np.einsum("abi,ij,abj->ab", off, inverse, off)
+    return [(int(a), int(b)) for a, b in np.argwhere(np.triu(far < 60, 1))]
+
+
+def swapped(chance: Array) -> Mask:
+    """Frames in which the other names are likelier."""
+    return np.asarray(chance > 0.5)

@@ -1,0 +1,177 @@
+"""Stretches of frames in which it is plain which line is which, and the phase of the pad that they share."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import solveh_banded
+from scipy.sparse import coo_array
+from scipy.sparse.linalg import spsolve
+
+from vibrissa.arrays import Array, Integers, Mask
+from vibrissa.video.link.common_swing import REACH, Pairs
+
+WORST = 9.0  # cost of a plain link at most
+MARGIN = 2.5  # by which every other link of either line costs more
+SWING_ERROR = 0.7  # standard deviation of the pad's swing in a frame [°]
+LITTLE = 100.0  # sum of squared swings below which nothing is known of its growth [°²]
+GAINS = 0.3, 2.0  # least and largest gain that is expected of a whisker
+OWN = 1.5  # standard deviation of a whisker about the pad's phase [°]
+
+
+def expected(frame: Integers, pairs: Pairs, swing: Array, across: Array) -> Array:
+    """Swing of the pad between the frames of each pair [°].
+
+    Parameters
+    ----------
+    frame : (S,) array
+        Frame of each segment.
+    pairs : Pairs
+        Lines.
+    swing : (frames − 1, 2) array
+        Of :func:`vibrissa.video.link.common_swing.common_swing`.
+    across : (S,) array
+        Place of each line at the middle radius [°].
+
+    Returns
+    -------
+    (N,) array
+        Of each pair.
+    """
+    here, gap = frame[pairs.first], frame[pairs.second] - frame[pairs.first]
+    at = across[pairs.first].copy()
+    for g in range(REACH):
+        step = np.minimum(here + g, len(swing) - 1)
+        at += np.where(g < gap, swing[step, 0] + swing[step, 1] * at, 0.0)
+    return np.asarray(at - across[pairs.first])
+
+
+def _least_two(key: Integers, cost: Array, count: int) -> tuple[Array, Array]:
+    """Least and second least cost of each key."""
+    order = np.lexsort((cost, key))
+    k, c = key[order], cost[order]
+    first = np.flatnonzero(np.diff(k, prepend=-1))
+    least, second = np.full((2, count), np.inf)
+    least[k[first]] = c[first]
+    more = first + 1
+    more = more[(more < k.size)]
+    more = more[k[more] == k[more - 1]]
+    second[k[more]] = c[more]
+    return least, second
+
+
+def tracklets(frame: Integers, pairs: Pairs, cost: Array, usable: Mask) -> Integers:
+    """Number of the tracklet of each segment (S,), −1 where it has none: chains of links without a near alternative.
+
+    Parameters
+    ----------
+    frame : (S,) array
+        Frame of each segment.
+    pairs : Pairs
+        Lines that may be one whisker.
+    cost : (N,) array
+        Of each pair.
+    usable : (S,) array of bool
+        Segments that can be whiskers.
+
+    Returns
+    -------
+    (S,) array of int
+        The longest tracklets are not sorted in any way.
+    """
+    count = frame.size
+    following, before = np.full((2, count), -1)
+    gap = frame[pairs.second] - frame[pairs.first]
+    for g in range(1, REACH + 1):
+        free = (gap == g) & (following[pairs.first] < 0) & (before[pairs.second] < 0)
+        i, j, c = pairs.first[free], pairs.second[free], cost[free]
+        (out, out2), (into, into2) = _least_two(i, c, count), _least_two(j, c, count)
+        plain = (c < WORST) & (c <= out[i]) & (c <= into[j]) & (out2[i] > c + MARGIN) & (into2[j] > c + MARGIN)
+        following[i[plain]], before[j[plain]] = j[plain], i[plain]
+    name = np.full(count, -1)
+    for number, s in enumerate(np.flatnonzero(usable & (before < 0))):
+        while s >= 0:
+            name[s] = number
+            s = following[s]
+    return name
+
+
+def phase_of_tracklets(
+    frames: int, frame: Integers, name: Integers, across: Array, swing: Array, growth: float, least: int
+) -> tuple[Array, Array]:
+    """Phase A of the pad in each frame and place of each tracklet m, so that its lines are at m + A (1 + β m).
+
+    Parameters
+    ----------
+    frames : int
+        Frames of the movie.
+    frame, name, across : (S,) arrays
+        Frame and tracklet of each segment, its place at the middle radius [°].
+    swing : (frames − 1, 2) array
+        Swing of the pad from each frame to the next.
+    growth : float
+        Growth β of the gain along the pad [1/°], see :func:`growth_of`.
+    least : int
+        Frames of the tracklets that count.
+
+    Returns
+    -------
+    (frames,) array, (tracklets,) array
+        Phase, mean 0 [°]; places [°], NaN of tracklets that do not count.
+    """
+    sizes = np.bincount(name[name >= 0], minlength=1)
+    use = np.flatnonzero((name >= 0) & (sizes[np.maximum(name, 0)] >= least))
+    place = np.full(sizes.size, np.nan)
+    kept = np.unique(name[use])
+    column = frames + np.searchsorted(kept, name[use])
+    n, steps = use.size, np.arange(frames - 1)
+    rows = np.concatenate([np.arange(n)] * 2 + [n + steps] * 2 + [[n + frames - 1]])
+    cols = np.concatenate([frame[use], column, steps, steps + 1, [0]])
+    w, v = 1 / OWN, 1 / SWING_ERROR
+    middles = np.bincount(column - frames, across[use], minlength=kept.size) / np.maximum(
+        np.bincount(column - frames, minlength=kept.size), 1
+    )
+    gain = gain_at(middles, growth)[column - frames]
+    data = np.concatenate([gain * w, np.full(n, w), np.full(frames - 1, -v), np.full(frames - 1, v), [1e-3]])
+    middle = across[use].mean() if n else 0.0
+    right = np.concatenate([(across[use] - middle) * w, swing[:, 0] * v, [0.0]])
+    left = coo_array((data, (rows, cols)), shape=(n + frames, frames + kept.size)).tocsr()
+    found = np.atleast_1d(spsolve((left.T @ left).tocsc(), left.T @ right))
+    phase = found[:frames]
+    place[kept] = found[frames:] + phase.mean() * gain_at(middles, growth) + middle
+    return phase - phase.mean(), place
+
+
+def growth_of(swing: Array) -> float:
+    """Growth of the gain along a pad [1/°]: how b goes with a in the swing (a, b), (frames − 1, 2)."""
+    return float((swing[:, 0] @ swing[:, 1]) / (swing[:, 0] @ swing[:, 0] + LITTLE))
+
+
+def gain_at(place: Array, growth: float) -> Array:
+    """Gain of whiskers at places (n,) [°] on the phase of the pad."""
+    return np.asarray(np.clip(1 + growth * place, *GAINS))
+
+
+def smoothed_phase(measured: Array, weight: Array, swing: Array) -> Array:
+    """Phase from measurements in each frame and the swing from frame to frame.
+
+    Parameters
+    ----------
+    measured, weight : (T,) arrays
+        Phase [°] and its inverse variance; 0 where there is none.
+    swing : (T − 1,) array
+        Expected change to the next frame [°].
+
+    Returns
+    -------
+    (T,) array
+        Phase [°].
+    """
+    v = 1 / SWING_ERROR**2
+    diagonal = weight + 1e-6
+    diagonal[1:] += v
+    diagonal[:-1] += v
+    right = weight * measured
+    right[1:] += v * swing
+    right[:-1] -= v * swing
+    bands = np.stack([np.concatenate([[0.0], np.full(measured.size - 1, -v)]), diagonal])
+    return np.asarray(solveh_banded(bands, right))

@@ -1,0 +1,98 @@
+"""How many whiskers a pad has, and where: from tracklets that lie at one place of the pad, one after the other."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibrissa.arrays import Array, Integers
+from vibrissa.video.link.pads import Lines
+from vibrissa.video.link.tracklets import gain_at
+from vibrissa.video.link.whisker_models import KEEP, STRENGTH, Model, prior_spread
+
+LEAST = 8  # frames of a tracklet from which on a whisker may be found
+SAME = 14.0  # squared distance of two tracklets of one whisker at most
+SUPPORT = 0.05  # share of the frames in which a whisker is seen at least
+TOGETHER = 0.05  # share of the frames of a whisker in which another one, if it is the same, is seen too
+SLACK = 2  # frames in which two tracklets of one whisker may overlap
+
+
+def tracklet_table(name: Integers, lines: Lines, phase: Array, lever: Array, growth: float) -> tuple[Array, Array]:
+    """Median place at phase 0 (n, 3) and strength (n,) of each tracklet; ``phase`` is that of each segment."""
+    count = int(name.max(initial=-1)) + 1
+    middle = lines.place[:, 1] - phase * gain_at(lines.place[:, 1] - phase, growth)
+    rest = lines.place - (phase * gain_at(middle, growth))[:, None] * lever
+    order = np.argsort(name, kind="stable")
+    parts = np.split(order, np.searchsorted(name[order], np.arange(count)))[1:]
+    place = np.array([np.median(rest[one], axis=0) for one in parts]).reshape(-1, 3)
+    return place, np.array([np.median(lines.strength[one]) for one in parts])
+
+
+def groups(
+    frame: Integers, name: Integers, place: Array, strength: Array, spread: Array, least: int
+) -> list[list[int]]:
+    """Tracklets of one whisker each: the longest first, each joins the nearest group that it does not overlap.
+
+    Parameters
+    ----------
+    frame, name : (S,) arrays
+        Frame and tracklet of each segment; −1 where it has none.
+    place, strength : (n, 3) and (n,) arrays
+        Of the tracklets.
+    spread : (3, 3) array
+        Covariance of a whisker's deviation.
+    least : int
+        Frames of a tracklet that counts.
+
+    Returns
+    -------
+    list of list of int
+        Tracklets of each group.
+    """
+    count = len(place)
+    sizes = np.bincount(name[name >= 0], minlength=count)
+    inverse = np.linalg.inv(spread)
+    found: list[list[int]] = []
+    covered: list[Array] = []
+    order = np.argsort(name, kind="stable")
+    parts = np.split(frame[order], np.searchsorted(name[order], np.arange(count)))[1:]
+    for n in np.argsort(-sizes, kind="stable"):
+        if sizes[n] < max(least, 1):
+            break
+        best, nearest = -1, SAME
+        for g, members in enumerate(found):
+            weight = sizes[members].astype(float)
+            off = place[n] - np.average(place[members], axis=0, weights=weight)
+            apart = np.average(strength[members], weights=weight) - strength[n]
+            far = off @ inverse @ off + (apart / STRENGTH) ** 2
+            if far < nearest and covered[g][parts[n]].sum() <= SLACK:
+                best, nearest = g, far
+        if best < 0:
+            best = len(found)
+            found.append([])
+            covered.append(np.zeros(frame.max() + 1))
+        found[best].append(int(n))
+        covered[best][parts[n]] = 1
+    return found
+
+
+def models_of(
+    members: list[list[int]],
+    name: Integers,
+    place: Array,
+    strength: Array,
+    lever: Array,
+    growth: float,
+    least: float,
+) -> list[Model]:
+    """First models of groups that are seen in enough frames."""
+    sizes = np.bincount(name[name >= 0], minlength=len(place))
+    models = []
+    for group in members:
+        if sizes[group].sum() < least:
+            continue
+        weight = sizes[group].astype(float)
+        middle = np.average(place[group], axis=0, weights=weight)
+        strong = float(np.average(strength[group], weights=weight))
+        gain = lever * gain_at(middle[1:2], growth)
+        models.append(Model(middle, gain, prior_spread(lever), KEEP, 0.2, strong, 1.5 * STRENGTH))
+    return models

@@ -1,0 +1,186 @@
+"""All lines of a movie linked to whiskers that keep their names: the way in, and one more mark at any time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from vibrissa.arrays import Array, Integers
+from vibrissa.errors import RangeError
+from vibrissa.quantities import dataset
+from vibrissa.video.link.common_swing import lever
+from vibrissa.video.link.exclusion import Solution
+from vibrissa.video.link.identities import REASONS, Names, names_of
+from vibrissa.video.link.pad_linking import link_pad
+from vibrissa.video.link.pads import HIDDEN, Lines, Pad, find_pads, lines_of
+from vibrissa.video.link.pieces import Pieces, pieces_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MARK_REACH = 6.0  # distance of a mark from the line that it names at most [px]
+
+
+class WhiskerMark(NamedTuple):
+    """A point on a whisker: frame, column, row [px, of the movie as the user sees it], and the whisker's number."""
+
+    frame: int
+    column: float
+    row: float
+    whisker: int
+
+
+@dataclass
+class Linking:
+    """A movie whose lines are linked; :meth:`mark` corrects it, :meth:`identity` gives the result.
+
+    Attributes
+    ----------
+    pieces : Pieces
+        Segments of the movie.
+    pads : list of Pad
+        Pads, one for each side of the face.
+    lines : Lines
+        Segments in the coordinates of their pads.
+    solutions : list of Solution
+        Whiskers of each pad; they are numbered through over the pads.
+    """
+
+    pieces: Pieces
+    pads: list[Pad]
+    lines: Lines
+    solutions: list[Solution]
+
+    @property
+    def whiskers(self) -> int:
+        """Number of whiskers found."""
+        return sum(len(one.labels) for one in self.solutions)
+
+    def names(self) -> list[Names]:
+        """Names in each pad, as its whiskers are numbered there."""
+        return [names_of(one, self.lever(n)) for n, one in enumerate(self.solutions)]
+
+    def lever(self, pad: int) -> Array:
+        """How far whiskers of a pad move at the three radii."""
+        one = self.pads[pad]
+        return lever(one.inner, one.centre, one.outer, HIDDEN)
+
+    def mark(self, mark: WhiskerMark) -> int:
+        """Fix the line at a mark as a whisker's.
+
+        Parameters
+        ----------
+        mark : WhiskerMark
+            A point on the line, and the whisker.
+
+        Returns
+        -------
+        int
+            The segment.
+
+        Raises
+        ------
+        InputError
+            If no line passes near the mark; the error says where the nearest one does.
+        """
+        segment = self._nearest(mark)
+        first = 0
+        for n, one in enumerate(self.solutions):
+            if first <= mark.whisker < first + len(one.labels):
+                if self.lines.pad[segment] != n or segment not in one.who:
+                    rule = f"must be on a line of the pad of whisker {mark.whisker}"
+                    raise RangeError("mark", rule, tuple(mark))
+                one.mark(segment, mark.whisker - first)
+                return segment
+            first += len(one.labels)
+        raise RangeError("mark", f"must name one of the {self.whiskers} whiskers, from 0", mark.whisker)
+
+    def _nearest(self, mark: WhiskerMark) -> int:
+        """Segment that a mark lies on."""
+        pieces = self.pieces
+        if not 0 <= mark.frame < pieces.frames:
+            raise RangeError("mark", f"must be in the movie of {pieces.frames} frames", mark.frame)
+        here = np.flatnonzero(pieces.frame == mark.frame)
+        if not here.size:
+            raise RangeError("mark", "must be in a frame with lines", mark.frame)
+        low, high = pieces.start[here[0]], pieces.stop[here[-1]]
+        off = np.hypot(pieces.column[low:high] - mark.column, pieces.row[low:high] - mark.row)
+        best = low + int(np.argmin(off))
+        if off.min() > MARK_REACH:
+            place = f"({pieces.column[best]:.1f}, {pieces.row[best]:.1f})"
+            remedy = f"the nearest line of the frame passes at {place}"
+            rule = f"must lie within {MARK_REACH:g} px of a line"
+            raise RangeError("mark", rule, (mark.frame, float(mark.column), float(mark.row)), remedy)
+        return int(np.searchsorted(pieces.start, best, side="right") - 1)
+
+    def identity(self) -> xr.Dataset:
+        """Who each segment is, and what is known of each whisker in each frame.
+
+        Returns
+        -------
+        Dataset
+            ``identity``: ``segment_whisker``, ``segment_other``, ``segment_probability`` (segment),
+            ``whisker_segment``, ``whisker_probability``, ``lost_reason`` (whisker, time) and
+            ``identity_probability`` (whisker). Attribute ``reasons``: what the numbers of ``lost_reason`` mean.
+        """
+        whisker, other = np.full((2, self.pieces.frame.size), -1)
+        sure = np.zeros(whisker.size)
+        main: list[Integers] = [np.zeros((0, self.pieces.frames), np.int64)]
+        chance, reason, first = [np.zeros((0, self.pieces.frames))], [main[0]], 0
+        for one in self.names():
+            whisker = np.where(one.whisker >= 0, one.whisker + first, whisker)
+            other = np.where(one.also >= 0, one.also + first, other)
+            sure = np.where(one.whisker >= 0, one.sure, sure)
+            main.append(one.main)
+            chance.append(one.chance)
+            reason.append(one.reason)
+            first += len(one.main)
+        chances = np.concatenate(chance)
+        known = np.isfinite(chances)
+        mean = np.where(known, chances, 0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
+        return dataset(
+            {"frames": self.pieces.frames, "reasons": "; ".join(f"{i} {r}" for i, r in enumerate(REASONS) if r)},
+            segment_whisker=whisker,
+            segment_other=other,
+            segment_probability=sure,
+            whisker_segment=np.concatenate(main),
+            whisker_probability=chances,
+            lost_reason=np.concatenate(reason),
+            identity_probability=mean,
+        )
+
+
+def link_segments(segments: xr.Dataset, marks: Sequence[WhiskerMark] = ()) -> Linking:
+    """Link the lines of all frames of a movie to whiskers.
+
+    The base end of each line, the pads, their swing from frame to frame, and the number of whiskers are found from
+    the lines. Whiskers of a pad are numbered by their angle.
+
+    Parameters
+    ----------
+    segments : Dataset
+        ``segments``, see :mod:`vibrissa.quantities.segments`.
+    marks : sequence of WhiskerMark
+        Lines whose whisker is known.
+
+    Returns
+    -------
+    Linking
+        Whiskers found, and which segment is whose.
+
+    Raises
+    ------
+    InputError
+        If there are no lines, or a mark is on none.
+    """
+    pieces = pieces_of(segments)
+    pads, pad, back = find_pads(pieces)
+    lines = lines_of(pieces, pads, pad, back)
+    solutions = [link_pad(pieces.frames, pieces.frame, lines, n, one) for n, one in enumerate(pads)]
+    linking = Linking(pieces, pads, lines, solutions)
+    for mark in marks:
+        linking.mark(mark)
+    return linking

@@ -1,0 +1,129 @@
+"""What is known of each whisker: its place in the pad, its swing, how it strays, its strength."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibrissa.arrays import Array, Integers
+from vibrissa.video.link.chain_kernel import stationary
+from vibrissa.video.link.pads import Lines
+
+SPREAD = np.diag([0.8, 0.3, 0.8]) ** 2  # of a whisker's deviation at the three radii [°], but for its own swing
+OWN = 1.5  # standard deviation of its own swing [°]
+FEW = 40.0  # frames of evidence that this prior counts for
+WIDEST = 5.0  # variance of a whisker's deviation over that of the prior, at most
+KEEP = 0.85  # correlation of the deviation from frame to frame before it is estimated
+EQUAL = 0.2  # standard deviation of the gain of whiskers on the pad's phase
+NOTHING = -8.0  # logarithm of the density of lines that are no whiskers' [°⁻³ per frame]
+STRENGTH = 0.35  # standard deviation of the logarithm of a line's strength, at least
+GATE = 9.0  # log density below that of the mean at which a line is no candidate
+
+
+class Model(NamedTuple):
+    """One whisker.
+
+    Attributes
+    ----------
+    place : (3,) array
+        Where it is across the pad when the phase is 0, at the three radii [°].
+    gain : (3,) array
+        How far it goes when the pad swings by 1°.
+    spread : (3, 3) array
+        Covariance of its deviation.
+    keep : float
+        Correlation of the deviation from frame to frame.
+    missed : float
+        Chance that it has no line in a frame.
+    strength, strength_sd : float
+        Of its line.
+    """
+
+    place: Array
+    gain: Array
+    spread: Array
+    keep: float
+    missed: float
+    strength: float
+    strength_sd: float
+
+
+def prior_spread(gain: Array) -> Array:
+    """Covariance of a deviation of which nothing is known but the lever of the pad."""
+    return np.asarray(SPREAD + OWN**2 * np.outer(gain, gain))
+
+
+def deviations(model: Model, place: Array, phase: Array) -> Array:
+    """Deviations (n, 3) of lines at a place (n, 3) when the pad has a phase (n,) [°]."""
+    return np.asarray(place - model.place - phase[:, None] * model.gain)
+
+
+def worth(model: Model, strength: Array) -> Array:
+    """Logarithm of what a line of this strength is worth as this whisker's, (n,)."""
+    off = (strength - model.strength) / model.strength_sd
+    # the strength of lines that are no whiskers' is anywhere within a range of e²
+    density = np.log(2 / (model.strength_sd * np.sqrt(2 * np.pi))) - 2.5 * np.log(1 + off**2 / 4)
+    return np.asarray(density - NOTHING + np.log(1 - model.missed))
+
+
+def candidates(model: Model, lines: Lines, who: Integers, phase: Array) -> tuple[Integers, Array, Array]:
+    """Segments that can be the whisker, their deviations and log densities; ``phase`` is that of each segment."""
+    x = deviations(model, lines.place[who], phase[who])
+    again = stationary(x, lines.covariance[who], model.spread)
+    best = stationary(np.zeros_like(x), lines.covariance[who], model.spread)
+    kept = again > best - GATE
+    return who[kept], x[kept], again[kept]
+
+
+def refit(
+    model: Model, lines: Lines, seen: Integers, chance: Array, phase: Array, frame: Integers, lever: Array
+) -> Model:
+    """Model from its lines.
+
+    Parameters
+    ----------
+    model : Model
+        As it was.
+    lines : Lines
+        All lines.
+    seen, chance : (n,) arrays
+        Candidates and their probabilities.
+    phase, frame : (S,) arrays
+        Phase of the pad and frame of each segment.
+    lever : (3,) array
+        Expected gain.
+
+    Returns
+    -------
+    Model
+        With the prior of the pad for what few frames do not show.
+    """
+    clear = chance > 0.5
+    seen, w = seen[clear], chance[clear]
+    if w.sum() < 3:
+        return model
+    z, a = lines.place[seen], phase[seen]
+    precision = 1 / (np.diagonal(lines.covariance[seen], axis1=1, axis2=2) + np.diag(model.spread))
+    place, gain = np.zeros(3), np.zeros(3)
+    for m in range(3):
+        p = w * precision[:, m] / max(1.0, (1 + model.keep) / (1 - model.keep) / 4)
+        left = np.array([[p.sum(), (p * a).sum()], [(p * a).sum(), (p * a * a).sum() + 1 / (EQUAL * lever[m]) ** 2]])
+        right = np.array([(p * z[:, m]).sum(), (p * a * z[:, m]).sum() + lever[m] / (EQUAL * lever[m]) ** 2])
+        place[m], gain[m] = np.linalg.solve(left, right)
+    x = z - place - a[:, None] * gain
+    # deviation without the error of the reading; never below a part of the prior
+    total = np.einsum("i,ij,ik->jk", w, x, x) - 0.7 * np.einsum("i,ijk->jk", w, lines.covariance[seen])
+    values, vectors = np.linalg.eigh(total)
+    total = (vectors * np.maximum(values, 0)) @ vectors.T
+    spread = (total + FEW * prior_spread(lever)) / (w.sum() + FEW)
+    # a whisker that strays as far as its neighbours are is no longer known
+    spread *= min(1.0, WIDEST * np.trace(prior_spread(lever)) / np.trace(spread))
+    near = np.diff(frame[seen]) == 1
+    u, v = x[:-1, 1][near], x[1:, 1][near]
+    keep = float(np.clip((u @ v + 0.85 * FEW) / (np.sqrt((u @ u) * (v @ v)) + FEW), 0.5, 0.97))
+    strength = float(np.median(lines.strength[seen]))
+    sd = max(1.5 * float(np.median(np.abs(lines.strength[seen] - strength))), STRENGTH)
+    span = max(frame[seen].max() - frame[seen].min() + 1, 1)
+    missed = float(np.clip(1 - (w.sum() + 8) / (span + 10), 0.02, 0.5))
+    return Model(place, gain, spread, keep, missed, strength, sd)
