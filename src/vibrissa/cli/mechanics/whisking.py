@@ -103,7 +103,9 @@ def whisking(
     rod.refuse_without_rod()
     swinging.refuse_without_rod()
     if drawn.speed == 0:
-        raise RangeError("--speed", "must be positive (m/s)", drawn.speed, "or use --model rod with a path that has a column travel")
+        raise RangeError(
+            "--speed", "must be positive (m/s)", drawn.speed, "or use --model rod with a path that has a column travel"
+        )
     import numpy as np
 
     from vibrissa.mechanics.whisking.active_whisking import predict_slow, remarks, slow_signals
