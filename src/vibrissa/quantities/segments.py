@@ -20,10 +20,7 @@ SEGMENTS: dict[str, Quantity] = {
     "position_sd": Quantity(
         ("point",), "1", "standard deviation of the position across the line, in one frame [pixel]"
     ),
-    # whose each segment is, and the truth of a filmed scene
-    "segment_whisker": Quantity(("segment",), "1", "number of the whisker that the segment is part of, −1 of none"),
-    "segment_confidence": Quantity(("segment",), "1", "probability that the segment is of that whisker"),
-    "whisker_angle": Quantity(("time",), "rad", "direction of the shaft at its base from tailwards, forward positive"),
-    "touching": Quantity(("time",), "1", "whether the whisker touches the pole"),
-    "node_visible": Quantity(("time", "node"), "1", "whether the camera shows this part of the shaft"),
+    # segments linked to whiskers
+    "segment_whisker": Quantity(("segment",), "1", "whisker of the segment, −1 for none"),
+    "segment_probability": Quantity(("segment",), "1", "probability that the segment is that whisker's"),
 }

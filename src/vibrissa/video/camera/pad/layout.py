@@ -19,8 +19,8 @@ _ELEVATION = np.deg2rad([45.0, 22.0, 0.0, -20.0, -40.0])  # of rows A to E out o
 _FLAT = (0.4, 0.75, 1.0, 0.9, 0.6)  # share of the intrinsic curvature that lies in that plane, by row
 _COLUMNS_APART, _LAST_COLUMN = 2.1e-3, 4e-3  # along the snout; behind the nose, of column 4 [m]
 _BOW = 0.6e-3  # by which the columns of the outer rows lie farther forward [m]
-_REST, _PER_COLUMN, _PER_ROW = (np.deg2rad(one) for one in (66.0, 15.0, -2.5))  # direction from tailwards
-_SPREAD = np.deg2rad(2.5)  # of the individuals' directions
+_REST, _PER_COLUMN, _PER_ROW = (np.deg2rad(one) for one in (66.0, 14.0, -5.0))  # direction from tailwards
+_SPREAD = np.deg2rad(3.0)  # of the individuals' directions
 
 
 class Whiskers(NamedTuple):
