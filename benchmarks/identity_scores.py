@@ -5,7 +5,8 @@ Used by ``benchmarks/whisking_truth.py``, which says how to run it. Both sides a
 
 A found point is at a whisker if it lies within 2 px across its line. What has one name in one frame is a whisker's if
 70 % of its points are at it, so where whiskers lie on one another either name is right, and a line that goes over from
-one whisker to another is neither's. Names are given to whiskers so that as many frames as possible are right.
+one whisker to another is neither's. Names are given to whiskers so that as many frames as possible are right. A name
+that is mostly at no whisker is that of a hair: it is counted, and left out of what is wrong.
 """
 
 from typing import NamedTuple
@@ -35,11 +36,13 @@ class Lines(NamedTuple):
 class Match(NamedTuple):
     """Found lines against true ones.
 
-    ``at`` (S, W) points of each found segment at each whisker; ``offset`` (S,) lists of distances across the line to
-    the whisker that most of the segment is at; ``covered`` (P,) whether a found point lies at each true point.
+    ``at`` (S, W) points of each found segment at each whisker, ``anywhere`` (S,) at any; ``offset`` (S,) lists of
+    distances across the line to the whisker that most of the segment is at; ``covered`` (P,) whether a found point lies
+    at each true point.
     """
 
     at: np.ndarray
+    anywhere: np.ndarray
     offset: list[np.ndarray]
     covered: np.ndarray
 
@@ -60,7 +63,7 @@ def lines_of(segments: xr.Dataset, identity: xr.Dataset | None = None) -> Lines:
 def matched(found: Lines, truth: Lines, whiskers: int) -> Match:
     """Compare the lines of every frame."""
     at = np.zeros((len(found.frame), whiskers), int)
-    offset = [np.empty(0)] * len(found.frame)
+    anywhere, offset = np.zeros(len(found.frame), int), [np.empty(0)] * len(found.frame)
     covered = np.zeros(len(truth.points), bool)
     for frame in np.unique(truth.frame):
         mine, true = np.flatnonzero(found.frame == frame), np.flatnonzero(truth.frame == frame)
@@ -76,11 +79,12 @@ def matched(found: Lines, truth: Lines, whiskers: int) -> Match:
             who = truth.whisker[segment]
             off[who] = np.minimum(off[who], across(points, line))
         at[mine] = np.add.reduceat(off <= NEAR, starts, axis=1).T
+        anywhere[mine] = np.add.reduceat((off <= NEAR).any(axis=0), starts)
         owner = at[mine].argmax(axis=1)
         for k, segment in enumerate(mine):
             one = off[owner[k], starts[k] : starts[k] + found.ends[segment + 1] - found.ends[segment]]
             offset[segment] = one[one <= NEAR]
-    return Match(at, offset, covered)
+    return Match(at, anywhere, offset, covered)
 
 
 def across(points: np.ndarray, line: np.ndarray) -> np.ndarray:
@@ -108,6 +112,13 @@ def named_table(found: Lines, match: Match, frames: int) -> tuple[np.ndarray, np
     return (at >= SHARE * size[..., None]) & (size > 0)[..., None], size > 0
 
 
+def hairs(found: Lines, match: Match, names: int) -> np.ndarray:
+    """Whether each name is that of a hair: less than half of its points are at whiskers."""
+    some = found.whisker >= 0
+    at, size = (np.bincount(found.whisker[some], v[some], names) for v in (match.anywhere, np.diff(found.ends)))
+    return np.asarray(at < size / 2)
+
+
 def whisker_of(right: np.ndarray) -> np.ndarray:
     """Whisker of each name, −1 of none: as many frames as possible are right."""
     count = right.sum(axis=1)
@@ -130,9 +141,10 @@ def switches(right: np.ndarray) -> int:
     return found
 
 
-def calibration(found: Lines, match: Match, owner: np.ndarray) -> dict[str, float]:
+def calibration(found: Lines, match: Match, owner: np.ndarray, hair: np.ndarray) -> dict[str, float]:
     """Of the named segments with a probability in each bin: number, sum of the probabilities, number that is right."""
     some = np.flatnonzero((found.whisker >= 0) & np.isfinite(found.probability))
+    some = some[~hair[found.whisker[some]]]
     mine = owner[found.whisker[some]]
     right = (match.at[some, mine] >= SHARE * np.diff(found.ends)[some]) & (mine >= 0)
     place = np.searchsorted(BINS, found.probability[some], side="right") - 1
@@ -160,9 +172,10 @@ def score(found: Lines, truth: xr.Dataset, least: float) -> dict[str, float]:
     -------
     dict
         ``recall`` share of the visible length with a found point within 2 px; ``astray`` share of the found points at
-        no whisker; ``error``, ``error_95`` median and 95 % of the distances across the line [px]; ``names``;
-        ``followed`` mean over whiskers of the share of the frames in which it is seen that it has its own name, and
-        ``worst``, the least one; ``switches`` per 1,000 frames; ``wrong`` whisker-frames per 1,000 named; calibration.
+        no whisker; ``error``, ``error_95`` median and 95 % of the distances across the line [px]; ``names`` that are
+        given, and how many of them are ``hairs``; ``followed`` mean over whiskers of the share of the frames in which
+        it is seen that it has its own name, and ``worst``, the least one; ``switches`` per 1,000 frames; ``wrong``
+        whisker-frames per 1,000 named; calibration.
     """
     true, frames = lines_of(truth), int(truth.attrs["frames"])
     whiskers = int(true.whisker.max()) + 1
@@ -170,6 +183,8 @@ def score(found: Lines, truth: xr.Dataset, least: float) -> dict[str, float]:
     match = matched(found, true, whiskers)
     offset = np.concatenate(match.offset) if match.offset else np.empty(0)
     right, given = named_table(found, match, frames)
+    hair = hairs(found, match, len(given))
+    right[hair] = False
     owner = whisker_of(right)
     own = np.zeros((whiskers, frames), bool)
     for name, whisker in enumerate(owner):
@@ -187,9 +202,10 @@ def score(found: Lines, truth: xr.Dataset, least: float) -> dict[str, float]:
         "error": float(np.median(offset)) if offset.size else np.nan,
         "error_95": float(np.quantile(offset, 0.95)) if offset.size else np.nan,
         "names": int(given.any(axis=1).sum()),
+        "hairs": int((hair & given.any(axis=1)).sum()),
         "followed": float(share.mean()),
         "worst": float(share.min()),
         "switches": 1000 * switches(right) / frames,
-        "wrong": 1000 * (1 - own.sum() / given.sum()) if given.any() else np.nan,
-        **calibration(found, match, owner),
+        "wrong": 1000 * (1 - own.sum() / given[~hair].sum()) if given[~hair].any() else np.nan,
+        **calibration(found, match, owner, hair),
     }

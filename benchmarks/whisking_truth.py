@@ -2,11 +2,12 @@
 
 .venv/bin/python benchmarks/whisking_truth.py FOLDER [--seeds 50] [--frames 300] [--kinds paw,pole] [--whisk WHISK]
 
-Kinds of movies are in ``whisking_movies.py``: one row of four whiskers, a pad of twelve, both pads of a head that is fixed or moves, a
-paw before the pad, a pole at which two whiskers bend, lit whiskers before a dark floor; 640 × 480 pixels, 500 frames a
-second. A seed draws whiskers, whisking, light, blur, noise and exposure. Scores are those of ``identity_scores.py``;
-lines must be found where they are as deep as a pixel's noise. FOLDER/<kind>.csv holds a row for each seed and tracker;
-rows that are there are not made again, so a run that was stopped goes on. At the end the tables are printed.
+Kinds of movies are in ``whisking_movies.py``: one row of four whiskers, a pad of twelve, both pads of a head that is
+fixed or moves, a paw before the pad, a pole at which two whiskers bend, lit whiskers before a dark floor; 640 × 480
+pixels, 500 frames a second. A seed draws whiskers, whisking, light, blur, noise and exposure. Scores are those of
+``identity_scores.py``; lines must be found where they are as deep as a pixel's noise. FOLDER/<kind>.csv holds a row for
+each seed and tracker; rows that are there are not made again, so a run that was stopped goes on. At the end the tables
+are printed.
 
 WHISK is a folder with WHISK's ``trace``, ``measure``, ``classify``, ``reclassify`` (PyPI: whisk-janelia 1.2.5) and
 ``default.parameters``; its ``trace`` loads FFmpeg 6, which a wheel of PyAV 12 brings (LD_LIBRARY_PATH). It is given
@@ -31,7 +32,7 @@ from whisking_trackers import Tracker, vibrissa_tracker, whisk_tracker
 from vibrissa.video.camera.pad.filming import film
 from vibrissa.video.camera.pad.truth import scene_truth
 
-FIGURES = {"recall": 3, "astray": 3, "error": 3, "error_95": 3, "names": 1, "followed": 3, "worst": 3}
+FIGURES = {"recall": 3, "astray": 3, "error": 3, "error_95": 3, "names": 1, "hairs": 1, "followed": 3, "worst": 3}
 FIGURES |= {"switches": 1, "wrong": 1, "seconds": 1}
 
 

@@ -69,6 +69,16 @@ def swapped(frame=CROSSING):
     return name
 
 
+def test_a_name_for_a_hair_is_counted_and_nothing_is_wrong(bench):
+    """The lowest line is no whisker of the truth."""
+    truth = segments(keep=np.arange(WHISKERS)[:, None] + np.zeros(FRAMES, int) < WHISKERS - 1)
+    probability = np.full((WHISKERS, FRAMES), 0.8)
+    found = bench.score(bench.lines_of(segments(probability=probability)), truth, 3.0)
+    assert (found["names"], found["hairs"], found["wrong"]) == (WHISKERS, 1, 0)
+    assert found["astray"] == pytest.approx(1 / WHISKERS)
+    assert found["claims_80"] == found["right_80"] == (WHISKERS - 1) * FRAMES
+
+
 def test_two_whiskers_that_swap_at_their_crossing_are_right_in_the_longer_part(bench):
     """At the crossing itself either name is right: 70 of 100 frames after it, and the one of the crossing."""
     found = score(bench, segments(name=swapped()))
