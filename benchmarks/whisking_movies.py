@@ -32,7 +32,11 @@ def one_pad(seed: int, rng: Rng, pixel: float = PIXEL) -> WhiskingScene:
     whisks = Whisks(amplitude=np.deg2rad(rng.uniform(10, 30)), set_point=np.deg2rad(rng.uniform(-8, 8)))
     light = Light(vignette=rng.uniform(0, 0.25), drift=0.01, seed=seed)
     nose = (rng.uniform(20, 50) * pixel, rng.uniform(270, 310) * pixel)
-    return WhiskingScene(camera=camera, head=Head(nose=nose), sides=("left",), whisks=whisks, light=light, seed=seed)
+    hair = rng.uniform(0.3, 0.95)
+    head, sides = Head(nose=nose), ("left",)
+    return WhiskingScene(
+        camera=camera, head=head, sides=sides, whisks=whisks, light=light, hair_opacity=hair, seed=seed
+    )
 
 
 def one_row(seed: int, rng: Rng) -> WhiskingScene:

@@ -46,7 +46,7 @@ def missing(folder: Path, kind: str, seeds: int, trackers: dict[str, Tracker]) -
 def stored(folder: Path, kind: str) -> list[dict[str, str]]:
     """Rows that are there."""
     path = folder / f"{kind}.csv"
-    return list(csv.DictReader(path.open())) if path.is_file() else []
+    return list(csv.DictReader(path.read_text().splitlines())) if path.is_file() else []
 
 
 def run(folder: Path, kind: str, seed: int, frames: int, trackers: dict[str, Tracker]) -> None:

@@ -157,9 +157,9 @@ def paw_silhouette(scene: WhiskingScene) -> Silhouette:
     Silhouette
         Zero in the middle of the palm.
     """
-    first, last = (-16e-3, -8e-3), (10e-3, 8e-3)
+    first, last = (-22e-3, -8e-3), (10e-3, 8e-3)
     x, y = _grid(first, last, scene.camera.pixel_size / FINER)
-    inside = _near_line(x, y, (-12e-3, 0.0), (0.0, 0.0), 2.6e-3)
+    inside = _near_line(x, y, (-18e-3, 0.0), (0.0, 0.0), 2.6e-3)
     for angle in np.deg2rad([-42.0, -14.0, 14.0, 42.0]):
         tip = (6.5e-3 * np.cos(angle), 6.5e-3 * np.sin(angle))
         inside = inside | _near_line(x, y, (0.0, 0.0), tip, 0.7e-3)
