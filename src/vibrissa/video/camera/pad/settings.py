@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -40,12 +41,12 @@ class Whisks:
     """
 
     frequency: float = 8.0
-    amplitude: float = np.deg2rad(18.0)
+    amplitude: float = math.radians(18.0)
     set_point: float = 0.0
     lag: float = 0.25
     variability: float = 0.2
     individual: float = 0.1
-    own: float = np.deg2rad(1.0)
+    own: float = math.radians(1.0)
 
     def __post_init__(self) -> None:
         check(self, POSITIVE, frequency="Hz")
