@@ -122,12 +122,12 @@ def _blocks(scene: RenderedScene, seed: int, block: int) -> Iterator[Frames]:
         images = np.empty((count, camera.height, camera.width), np.uint8)
         for index, image in enumerate(images, start):
             words = noise_words(seed, scene.first_frame + index, image.size)
-            _read_out(scene.frame(index).ravel(), words, levels, camera.shot, camera.background, image.ravel())
+            read_out(scene.frame(index).ravel(), words, levels, camera.shot, camera.background, image.ravel())
         yield images
 
 
 @njit(cache=True, nogil=True)
-def _read_out(
+def read_out(
     light: Array,
     words: NDArray[np.uint64],
     levels: NDArray[np.float32],

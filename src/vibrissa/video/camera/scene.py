@@ -77,12 +77,12 @@ class RenderedScene:
         led = self.scenery.led
         share = 0.0 if led is None else lit_share(self.camera, led, self.first_frame + index)
         image = np.empty_like(seen)
-        _lit(self.field, self.change[:, index], seen, share, self.glow, image)
+        lit(self.field, self.change[:, index], seen, share, self.glow, image)
         return image
 
 
 @njit(cache=True, nogil=True)
-def _lit(field: Array, change: Array, seen: Array, share: float, glow: Array, image: Array) -> None:
+def lit(field: Array, change: Array, seen: Array, share: float, glow: Array, image: Array) -> None:
     """Steady light times its drift, 1 + g₀ + g₁X + g₂Y, times what the whiskers let pass; and the LED's light."""
     height, width = image.shape
     x, y = 2 / max(width - 1, 1), 2 / max(height - 1, 1)
