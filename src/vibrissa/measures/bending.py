@@ -11,7 +11,9 @@ from vibrissa.arrays import Array, Mask
 BIN = np.radians(2.0)  # of angles: the free curvature changes little over it
 LEAST_IN_BIN = 5  # frames of which a median is taken
 BENT = 5.0  # robust standard deviations of the free whisker's curvature, above which it is bent
-ROUNDS = 10  # of finding free frames; they settle in two or three
+TRIED = 40  # frames through whose pairs lines are tried
+COMPARED = 1000  # frames with which they are compared
+ROUNDS = 3  # of fitting the line to the frames near it
 MAD = 1.4826  # standard deviation of a normal variable over its median absolute deviation
 
 
@@ -62,9 +64,11 @@ def bending(angle: Array, curvature: Array, free: Mask) -> Bending:
 
 
 def bent_frames(angle: Array, curvature: Array) -> Mask:
-    """Frames in which the whisker is bent, where it is free most of the time at most of its angles.
+    """Frames in which the whisker is bent, where it is free in more than half of the frames.
 
-    Frames beyond five robust standard deviations of the free frames' Δκ are bent; the free whisker is what is left.
+    The curvature of the free whisker is taken for a straight line in its angle, so that frames at angles at which it
+    always touches are judged too. It is the line whose median distance to the frames is least, which up to half of the
+    frames cannot move. Frames beyond five robust standard deviations from it are bent.
 
     Parameters
     ----------
@@ -76,18 +80,39 @@ def bent_frames(angle: Array, curvature: Array) -> Mask:
     (T,) array of bool
         True where it is bent.
     """
-    known = np.isfinite(angle) & np.isfinite(curvature)
-    bent = np.zeros(angle.size, bool)
+    known = np.flatnonzero(np.isfinite(angle) & np.isfinite(curvature))
+    if known.size < 2 * LEAST_IN_BIN:
+        return np.zeros(angle.size, bool)
+    slope, level = _free_line(angle[known], curvature[known])
     for _ in range(ROUNDS):
-        change = bending(angle, curvature, known & ~bent).change
-        kept = np.abs(change[known & ~bent])
-        if not np.isfinite(kept).any():
-            break
-        found = np.abs(np.nan_to_num(change)) > BENT * MAD * np.nanmedian(kept)
-        if (found == bent).all():
-            break
-        bent = found
-    return bent
+        off = np.abs(curvature[known] - level - slope * angle[known])
+        near = off <= BENT / 2 * MAD * np.median(off)
+        slope, level = _line(angle[known][near], curvature[known][near])
+    off = np.abs(curvature - level - slope * angle)
+    return np.asarray(off > BENT * MAD * np.nanmedian(off))
+
+
+def _free_line(angle: Array, curvature: Array) -> tuple[float, float]:
+    """Slope and level of the line through two frames that has the least median distance to all (least median)."""
+    some, among = (slice(None, None, -(-angle.size // count)) for count in (TRIED, COMPARED))
+    i, j = np.triu_indices(angle[some].size, 1)
+    apart = np.abs(angle[some][j] - angle[some][i]) > np.ptp(angle) / 10
+    i, j = i[apart], j[apart]
+    if not i.size:
+        return 0.0, float(np.median(curvature))
+    slope = (curvature[some][j] - curvature[some][i]) / (angle[some][j] - angle[some][i])
+    level = curvature[some][i] - slope * angle[some][i]
+    off = np.abs(curvature[among] - level[:, None] - slope[:, None] * angle[among])
+    best = int(np.median(off, axis=1).argmin())
+    return float(slope[best]), float(level[best])
+
+
+def _line(angle: Array, curvature: Array) -> tuple[float, float]:
+    """Slope and level of the regression; of angles that are all the same the slope is 0."""
+    centred = angle - angle.mean()
+    square = float(centred @ centred)
+    slope = float(centred @ curvature) / square if square > 0 else 0.0
+    return slope, float(curvature.mean() - slope * angle.mean())
 
 
 def _medians(angle: Array, curvature: Array) -> tuple[Array, Array]:
