@@ -132,7 +132,7 @@ def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Datas
         lead=("whisker",),
         whisker=whole.whisker.values if "whisker" in whole.coords else np.arange(len(rows)),
         time=time,
-        whisker_name=np.array(names),
+        whisker_label=np.array(names),
         mean_base_x=bases[:, 0],
         mean_base_y=bases[:, 1],
         **{name: values for name, values in columns.items() if near is not None or name not in NEEDS_TOUCH},

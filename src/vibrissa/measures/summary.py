@@ -26,13 +26,13 @@ def per_whisker(data: xr.Dataset) -> xr.Dataset:
     Dataset
         On (whisker); NaN where nothing was measured.
     """
-    names = data.whisker_name.values
+    names = data.whisker_label.values
     touches: dict[str, Any] = {}
     if "touch_whisker" in data:
         touches["touches"] = np.array([int((data.touch_whisker.values == name).sum()) for name in names])
     return dataset(
         whisker=data.whisker.values,
-        whisker_name=names,
+        whisker_label=names,
         frames_measured=np.isfinite(data.whisker_angle.values).sum(axis=1),
         median_angle=_median(data.whisker_angle.values),
         median_amplitude=_median(data.whisking_amplitude.values),

@@ -56,7 +56,7 @@ def frame_columns(data: xr.Dataset) -> dict[str, Any]:
     whiskers, frames = data.sizes["whisker"], data.sizes["time"]
     series = [str(name) for name in data.data_vars if data[name].dims == ("whisker", "time")]
     return {
-        "whisker": np.repeat(data.whisker_name.values, frames),
+        "whisker": np.repeat(data.whisker_label.values, frames),
         "frame": np.tile(np.arange(frames), whiskers),
         "time_s": np.tile(data.time.values, whiskers),
         **dict(_column(data, name) for name in series),

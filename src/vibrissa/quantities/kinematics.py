@@ -5,7 +5,7 @@ from __future__ import annotations
 from vibrissa.quantities.quantity import Quantity
 
 KINEMATICS: dict[str, Quantity] = {
-    "whisker_name": Quantity(("whisker",), "1", "name of the whisker, by its place on the face"),
+    "whisker_label": Quantity(("whisker",), "1", "name of the whisker, by its place on the face"),
     "mean_base_x": Quantity(("whisker",), "m", "mean place of the whisker's base, x"),
     "mean_base_y": Quantity(("whisker",), "m", "mean place of the whisker's base, y"),
     "whisker_angle": Quantity(

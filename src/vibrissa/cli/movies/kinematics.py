@@ -32,7 +32,7 @@ class ObjectOptions:
     pole : str, optional
         COLUMN,ROW of the centre of a pole [pixels].
     pole_radius : float
-        Its radius [m].
+        Radius of the pole [m].
     wall : list of str, optional
         COLUMN,ROW of a point of a wall [pixels]; twice.
     touch_distance : float, optional

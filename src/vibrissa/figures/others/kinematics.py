@@ -76,7 +76,7 @@ def draw(data: xr.Dataset) -> Figure:
         axes[2, k].plot(one.time, one.curvature_change / 1e3, color=ANGLE, lw=0.8)
         for axis in axes[:, k]:
             _touches(axis, one)
-        axes[0, k].set_title(f"whisker {one.whisker_name.item()}")
+        axes[0, k].set_title(f"whisker {one.whisker_label.item()}")
         axes[2, k].set_xlabel("time [s]")
     for axis, label in zip(axes[:, 0], ("angle [°]", "phase [rad]", "Δκ [1/mm]"), strict=True):
         axis.set_ylabel(label)
@@ -94,7 +94,7 @@ def _touches(axis: Axes, one: xr.Dataset) -> None:
     """Shade the touches of the whisker."""
     if "touch_whisker" not in one:
         return
-    mine = one.isel(touch=np.flatnonzero(one.touch_whisker.values == one.whisker_name.item()))
+    mine = one.isel(touch=np.flatnonzero(one.touch_whisker.values == one.whisker_label.item()))
     look: dict[str, Any] = {"color": TOUCH, "alpha": 0.3, "lw": 0, "zorder": 0}
     for onset, length in zip(mine.touch_onset.values, mine.touch_duration.values, strict=True):
         axis.axvspan(onset, onset + length, **look)

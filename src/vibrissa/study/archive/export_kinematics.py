@@ -34,7 +34,7 @@ def add_kinematics(file: Any, module: Any, data: xr.Dataset, time: Array) -> Non
     """
     container = pynwb_module().behavior.BehavioralTimeSeries(name=CONTAINER)
     module.add(container)
-    names = ", ".join(map(str, data.whisker_name.values))
+    names = ", ".join(map(str, data.whisker_label.values))
     remarks = " ".join(f"{one}." for one in json.loads(data.attrs.get("remarks", "[]")))
     add_series(_Series(container), data, time, comments=f"Columns: whiskers {names}. {remarks}".strip())
     add_table(module, "whiskers_measured", "whiskers whose kinematics were measured", data, "whisker")
