@@ -49,6 +49,8 @@ def test_standard_deviations_are_those_of_repeated_noise():
     # of 3000 draws a standard deviation is known to 1.3 %
     assert found.direction.std() == pytest.approx(found.direction_sd.mean(), rel=0.05)
     assert found.curvature.std() == pytest.approx(found.curvature_sd.mean(), rel=0.05)
+    # across the shaft, less the three parameters
+    assert found.misfit.mean() == pytest.approx(1e-5 * np.cos(0.45) * np.sqrt(18 / 21), rel=0.05)
     assert found.direction.mean() == pytest.approx(0.4, abs=5 * found.direction_sd[0] / np.sqrt(3000))
 
 

@@ -23,12 +23,15 @@ class BaseArc(NamedTuple):
         Change of that angle with arc length [1/m].
     direction_sd, curvature_sd : (T,) arrays
         Standard deviations; NaN where the nodes have none.
+    misfit : (T,) array
+        Root mean square distance of the nodes to the arc [m]: large where the line was followed along something else.
     """
 
     direction: Array
     curvature: Array
     direction_sd: Array
     curvature_sd: Array
+    misfit: Array
 
 
 def fit_base_arc(arc: Array, x: Array, y: Array, x_sd: Array | None, y_sd: Array | None) -> BaseArc:
@@ -78,7 +81,8 @@ def _fitted(arc: Array, x: Array, y: Array, seen: Mask, x_sd: Array | None, y_sd
     to_fit = np.linalg.solve(normal, np.swapaxes(design * squares[..., None], 1, 2))
     p = np.zeros((len(x), 3))
     for _ in range(STEPS):
-        p += np.einsum("tin,tn->ti", to_fit, np.where(seen, v - _arc(u, *p.T[:, :, None]), 0.0))
+        off = v - _arc(u, *p.T[:, :, None])
+        p += np.einsum("tin,tn->ti", to_fit, np.where(seen, off, 0.0))
     a_first = u[every, first]
     turn = np.arcsin(np.clip(p[:, 1] + p[:, 2] * a_first, -1, 1))
     hidden = (arc[first] - arc[0]) / h  # of the part, before the first node seen
@@ -90,6 +94,7 @@ def _fitted(arc: Array, x: Array, y: Array, seen: Mask, x_sd: Array | None, y_sd
         curvature=p[:, 2] / h,
         direction_sd=np.sqrt(np.einsum("ti,tij,tj->t", slope, covariance, slope)),
         curvature_sd=np.sqrt(covariance[:, 2, 2]) / h,
+        misfit=h * np.sqrt(np.where(seen, off**2, 0.0).sum(axis=1) / seen.sum(axis=1)),
     )
 
 

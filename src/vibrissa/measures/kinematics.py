@@ -34,6 +34,7 @@ IN_TIME = (
     "whisking_frequency",
     "whisker_curvature",
     "whisker_curvature_sd",
+    "base_misfit",
     "rest_curvature",
     "rest_held",
     "curvature_change",
@@ -200,7 +201,18 @@ def _of_whisker(
         bridged=settings.bridged,
     )
     image = (base.direction + np.pi) % (2 * np.pi) - np.pi
-    series = (angle, base.direction_sd, image, *cycle, curvature, base.curvature_sd, *bent, distance, touching)
+    series = (
+        angle,
+        base.direction_sd,
+        image,
+        *cycle,
+        curvature,
+        base.curvature_sd,
+        base.misfit,
+        *bent,
+        distance,
+        touching,
+    )
     return {
         **dict(zip(IN_TIME, series, strict=True)),
         "object_x": place[0],

@@ -21,6 +21,7 @@ KINEMATICS: dict[str, Quantity] = {
         ("time",), "1/m", "curvature of the shaft at its base, positive where it bends to the nose"
     ),
     "whisker_curvature_sd": Quantity(("time",), "1/m", "standard deviation of the whisker's curvature"),
+    "base_misfit": Quantity(("time",), "m", "rms distance of the nodes to the arc from which angle and curvature are"),
     "rest_curvature": Quantity(("time",), "1/m", "curvature of the free whisker at the same angle"),
     "rest_held": Quantity(("time",), "1", "whether the angle lies beyond those of the free whisker, whose end is held"),
     "curvature_change": Quantity(("time",), "1/m", "change Δκ of the curvature against the free whisker"),
