@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import signal
 
 from vibrissa.errors import InputError
 from vibrissa.measures.whisk_cycle import stretches, whisk_cycle
@@ -39,6 +40,14 @@ def test_the_cycle_is_the_one_that_was_made(rate):
     assert worst(found.frequency[inner], (rate + 0.3 * TIME)[inner]) < 0.1
     rebuilt = found.set_point + found.amplitude * np.cos(found.phase)
     assert np.nanmedian(np.abs(rebuilt - angle)) < np.radians(0.15)
+
+
+def test_the_phase_is_that_of_scipy_alone():
+    angle, *_ = made()
+    b, a = signal.butter(2, [4.0, 30.0], "bandpass", fs=RATE)
+    theirs = np.angle(signal.hilbert(signal.filtfilt(b, a, angle)))
+    inner = slice(500, -500)  # a second from the ends, which both treat in their own ways
+    assert np.abs(wrapped(whisk_cycle(TIME, angle).phase - theirs))[inner].max() < 0.02
 
 
 def test_the_error_falls_with_the_square_of_how_slowly_the_parameters_change():
