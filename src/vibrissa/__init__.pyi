@@ -7,6 +7,7 @@ from .api.geometry import atlas, curvature, fit_cone
 
 # backward: movie, tracks, resonances
 from .api.inverse import decompose, fit_posture, fit_resonances
+from .api.kinematics import kinematics
 
 # forward: modes, profile, vibration
 from .api.mechanics import gap, modes, profile
@@ -65,6 +66,7 @@ __all__ = [
     "fit_posture",
     "fit_resonances",
     "gap",
+    "kinematics",
     "load",
     "modes",
     "open_results",

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from refusals import refusal
 
 from vibrissa.api.objects.dataframes import to_dataframe
-from vibrissa.api.objects.tracks import as_tracks, to_movement
+from vibrissa.api.objects.tracks import _plural, as_tracks, to_movement
 from vibrissa.quantities import dataset
 from vibrissa.video.foreign.keypoints import Keypoints, profile_from_keypoints
 from vibrissa.video.tracking import Calibration
@@ -65,6 +65,23 @@ def test_a_profile_goes_to_movement_and_back(whiskers, frames, nodes, start, uni
     for name in profile.variables:
         np.testing.assert_allclose(again[name], profile[name], rtol=1e-14)
         assert again[name].dims == profile[name].dims
+
+
+def test_base_and_tip_are_the_ends_of_what_was_seen():
+    profile = profile_of(2, 6, 5)
+    profile.x.values[1, 2, :2] = profile.y.values[1, 2, :2] = np.nan
+    profile.x.values[0, 3, 4] = profile.y.values[0, 3, 4] = np.nan
+    data = _plural(to_movement(profile, ends=True, unit="m"))
+    assert data.keypoints.values.tolist() == ["base", *(f"node_{k}" for k in range(5)), "tip"]
+    place = data.position.transpose("individuals", "time", "keypoints", "space").values
+    np.testing.assert_array_equal(place[1, 2, 0, 0], profile.x.values[1, 2, 2])
+    np.testing.assert_array_equal(place[0, 2, 0, 1], profile.y.values[0, 2, 0])
+    np.testing.assert_array_equal(place[0, 3, -1, 1], profile.y.values[0, 3, 3])
+    np.testing.assert_array_equal(place[0, 2, -1, 0], profile.x.values[0, 2, 4])
+    again = as_tracks(data)
+    for name in profile.variables:
+        np.testing.assert_allclose(again[name], profile[name], rtol=1e-14)
+    assert again.attrs == profile.attrs
 
 
 @pytest.mark.filterwarnings("ignore")  # of movement's own imports

@@ -7,9 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from simulated_whiskers import circle_profile
 
 from vibrissa.errors import install
 from vibrissa.files import save
+from vibrissa.measures.face import Face
+from vibrissa.measures.kinematics import KinematicsSettings, kinematics_of
+from vibrissa.measures.touched_object import Pole
 from vibrissa.quantities import dataset
 from vibrissa.study.archive.export_series import Clock, sampling
 
@@ -136,6 +140,35 @@ def test_tracks_and_modes_come_back_to_the_last_bit(folder, tmp_path, vibrissa):
     np.testing.assert_array_equal(again["whisker_1_x"].values, profile.x.values[1])
     np.testing.assert_array_equal(again["envelope"].values, modal.envelope.values.T)
     np.testing.assert_allclose(again["envelope"].t, TIME, rtol=0, atol=1e-9)
+
+
+def test_kinematics_are_behavioral_series_and_touches_intervals(folder, tmp_path, vibrissa):
+    time = np.arange(1000) / RATE
+    direction = 0.1 - 0.3 * np.cos(2 * np.pi * 5 * time)
+    profile = circle_profile(direction, 0.0)
+    pole = Pole(centre=(6e-3 * np.cos(0.2), 6e-3 * np.sin(0.2)))
+    face = Face(caudal=(0.0, 0.0), rostral=(0.0, 1.0))
+    found = kinematics_of(profile, KinematicsSettings(face=face, touched=pole, touch_distance=1e-4))
+    save(profile, folder / "profile.nc")
+    save(found, folder / "kinematics.nc")
+    code, _, err = vibrissa("export", folder, "--out", tmp_path / "a.nwb", *WHO)
+    assert code == 0, err
+
+    def look(file):
+        series = file.processing["behavior"]["whisker_kinematics"].time_series
+        for name in ("whisker_angle", "whisking_phase", "set_point", "curvature_change", "touching"):
+            np.testing.assert_array_equal(series[name].data[:], found[name].values.T)
+        assert series["whisker_angle"].unit == "radians"
+        assert "Columns: whiskers 1." in series["whisker_angle"].comments
+        touches = file.intervals["whisker_touches"].to_dataframe()
+        np.testing.assert_allclose(touches.start_time, found.touch_onset)
+        np.testing.assert_allclose(touches.stop_time, found.touch_offset)
+        np.testing.assert_array_equal(touches.touch_angle, found.touch_angle)
+        assert touches.touch_whisker.tolist() == ["1"] * found.sizes["touch"]
+
+    assert found.sizes["touch"] == 20  # the straight whisker sweeps over the place to and fro
+    read(tmp_path / "a.nwb", look)
+    assert faults(tmp_path / "a.nwb") == []
 
 
 def test_virtual_data_say_so(folder, tmp_path, vibrissa):

@@ -22,6 +22,7 @@ from vibrissa.video.tracking import Calibration
 
 HERE = "movement dataset"
 SD = ("x_sd", "y_sd")
+ENDS = {-1: "base", -2: "tip"}  # keypoints that are no nodes, by the number that stands for one
 SINGULAR = (0, 17)  # first version of movement whose dimensions are keypoint and individual
 MOVEMENT = ("fps", "time_unit", "source_software", "ds_type", "source_file", "log")  # attributes that movement writes
 
@@ -93,7 +94,7 @@ def as_tracks(
     return thing
 
 
-def to_movement(profile: xr.Dataset, *, unit: Literal["px", "m"] = "px") -> xr.Dataset:
+def to_movement(profile: xr.Dataset, *, unit: Literal["px", "m"] = "px", ends: bool = False) -> xr.Dataset:
     """Poses dataset of movement from a profile: individuals are whiskers, keypoints nodes along the shaft.
 
     Parameters
@@ -103,6 +104,9 @@ def to_movement(profile: xr.Dataset, *, unit: Literal["px", "m"] = "px") -> xr.D
     unit : {"px", "m"}
         Of the positions: pixels of the image, rows downwards, as movement's own readers have them, or metres; stated in
         the attribute ``space_unit`` of ``position``.
+    ends : bool
+        Whether the keypoints ``base`` and ``tip`` go before and after the nodes: in every frame the first and the last
+        node that were seen, which need not be the ends of the hair.
 
     Returns
     -------
@@ -132,10 +136,12 @@ def to_movement(profile: xr.Dataset, *, unit: Literal["px", "m"] = "px") -> xr.D
         raise UnknownError("unit", "must be px or m", repr(unit))
     whole = profile if "whisker" in profile.x.dims else profile.expand_dims("whisker")
     scale = _pixel(profile) if unit == "px" else 1.0
+    if ends:
+        whole = _with_ends(whole)
     order = ("time", "node", "whisker")
     x, y = (whole[name].transpose(*order).values / scale for name in ("x", "y"))
     keypoints, time = ("time", "keypoints", "individuals"), profile.time.values
-    more = {name: (keypoints, whole[name].transpose(*order).values / scale) for name in SD if name in profile}
+    more = {name: (keypoints, whole[name].transpose(*order).values / scale) for name in SD if name in whole}
     own = {"fps": even_rate(time, "profile"), "time_unit": "seconds", "source_software": "vibrissa", "ds_type": "poses"}
     arc = whole.arc_length.broadcast_like(whole.x.isel(time=0)).transpose("node", "whisker").values
     names = [f"whisker_{w}" for w in whole.whisker.values]
@@ -148,15 +154,28 @@ def to_movement(profile: xr.Dataset, *, unit: Literal["px", "m"] = "px") -> xr.D
         {
             "time": time,
             "space": ["x", "y"],
-            "keypoints": [f"node_{k}" for k in profile.node.values],
+            "keypoints": [ENDS.get(int(k), f"node_{k}") for k in whole.node.values],
             "individuals": names,
-            "node": ("keypoints", profile.node.values),
+            "node": ("keypoints", whole.node.values),
             "whisker": ("individuals", whole.whisker.values),
             "arc_length": (keypoints[1:], arc, {"units": "m"}),
         },
         {**profile.attrs, **own},
     )
     return poses.rename(_present_names())
+
+
+def _with_ends(profile: xr.Dataset) -> xr.Dataset:
+    """The profile with the first and the last node seen in each frame as nodes of their own, of no arc length."""
+    seen = (profile.x.notnull() & profile.y.notnull()).transpose("whisker", "time", "node").values
+    count, whole = seen.shape[-1], profile.assign(arc_length=profile.arc_length.broadcast_like(profile.x.isel(time=0)))
+    chosen = {"base": seen.argmax(axis=-1), "tip": count - 1 - seen[..., ::-1].argmax(axis=-1)}
+    parts = {}
+    for number, name in ENDS.items():
+        at = xr.DataArray(chosen[name], dims=("whisker", "time"))
+        part = whole[[one for one in whole.data_vars if {"time", "node"} <= set(whole[one].dims)]].isel(node=at)
+        parts[name] = part.drop_vars("node").expand_dims(node=[number])
+    return xr.concat([parts["base"], whole, parts["tip"]], "node", data_vars="minimal", join="outer")
 
 
 def _present_names() -> dict[str, str]:
@@ -219,6 +238,7 @@ def _plural(data: xr.Dataset) -> xr.Dataset:
 
 def _own(data: xr.Dataset, pixel_size: float | None) -> xr.Dataset:
     """The profile of which :func:`to_movement` made the dataset."""
+    data = data.isel(keypoints=data.node.values >= 0)
     scale, order = _metres(data, pixel_size), ("individuals", "time", "keypoints")
     places = {axis: data.position.sel(space=axis) for axis in ("x", "y")} | {n: data[n] for n in SD if n in data}
     attrs = {str(name): value for name, value in data.attrs.items() if name not in (*MOVEMENT, "vibrissa_version")}

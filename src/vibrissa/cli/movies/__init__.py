@@ -1,10 +1,11 @@
-"""Verbs of movies: points picked, whiskers tracked, their modes and posture, tracks of other programs."""
+"""Verbs of movies: points picked, whiskers tracked and measured, modes and posture, tracks of other programs."""
 
 from vibrissa.cli.movies.decompose import decompose
 from vibrissa.cli.movies.import_tracks import import_tracks
+from vibrissa.cli.movies.kinematics import kinematics
 from vibrissa.cli.movies.pick import pick
 from vibrissa.cli.movies.posture import posture
 from vibrissa.cli.movies.track import track
 
 GROUP = "Movies"
-VERBS = (pick, track, import_tracks, decompose, posture)
+VERBS = (pick, track, import_tracks, kinematics, decompose, posture)

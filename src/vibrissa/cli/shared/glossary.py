@@ -194,6 +194,20 @@ GLOSSARY: dict[str, Option] = {
     "--excursion": _O("length", "Mean excursion of the contact by a texture, along the scan", "-100um", most=0.1),
     "--excursion-sd": _O("length", "Standard deviation of that mean", "100um", most=0.1),
     "--length-sd": _O("length", "Standard deviation of the whisker's length", "0.5mm", most=0.1),
+    "--face": _O("point", "COLUMN,ROW of a caudal, then of a rostral point of the line of the face; twice", "12,200"),
+    "--nose": _O("choice", "Side of the image to which the nose points", "top"),
+    "--dorsal": _O("choice", "Side of the image to which the back points, in a view from the side", "top"),
+    "--base-part": _O(
+        "length", "START STOP of the arc length on which direction and curvature are measured", "0mm 2mm"
+    ),
+    "--whisking-band": _O("rate", "LOW HIGH of the band of whisking", "4Hz 30Hz"),
+    "--bridged": _O("count", "Longest gap of frames without the whisker that is bridged for the filter", "10"),
+    "--pole": _O("point", "COLUMN,ROW of the centre of a pole", "310,120"),
+    "--pole-radius": _O("length", "Radius of the pole", "0.25mm", most=0.1),
+    "--wall": _O("point", "COLUMN,ROW of a point of a wall; twice", "310,0"),
+    "--touch-distance": _O("length", "Distance of the line to the object up to which it touches", "0.1mm", most=0.1),
+    "--find-touches": _O("flag", "Find touches from the bending of the whisker"),
+    "--least-frames": _O("count", "Frames below which a touch is left out", "2"),
     # stimuli
     "--inputs": _O("file", "Motion that is replayed, a file for each texture", "scan.nc"),
     "--duration": _O("duration", "Length of a recording or of a command", "10s"),

@@ -142,20 +142,24 @@ def tell(*lines: str) -> None:
         print(f"vibrissa: {line}", file=sys.stderr)
 
 
-def refuse_out(out: Path) -> None:
+def refuse_out(out: Path, *, table: bool = False) -> None:
     """Refuse, before any work, a file of results that is not named as a dataset or cannot be written.
 
     Parameters
     ----------
     out : Path
         The file.
+    table : bool
+        Whether it may be a table (.csv) instead.
 
     Raises
     ------
     InputError
         If its name or its folder will not do.
     """
-    if out.suffix != ".nc":
+    if table and out.suffix not in (".nc", ".csv"):
+        raise FormatError("--out", "must end in .nc, a NetCDF dataset, or .csv, a table", str(out))
+    if not table and out.suffix != ".nc":
         raise FormatError("--out", "must end in .nc, a NetCDF dataset", str(out))
     if not out.absolute().parent.is_dir():
         raise MissingError("--out", "must lie in an existing folder", str(out), "make it, or choose another")

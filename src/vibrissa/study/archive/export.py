@@ -18,6 +18,7 @@ from vibrissa.neural.io.formats.nwb import pynwb_module
 from vibrissa.neural.io.formats.nwb_session import Session, nwb_bytes, session_file
 from vibrissa.quantities.kinds import Datasets, Results
 from vibrissa.study.archive.export_folder import BASE, ONE_MOVIE, read_results
+from vibrissa.study.archive.export_kinematics import add_kinematics
 from vibrissa.study.archive.export_series import Clock, add_intervals, add_table
 from vibrissa.study.archive.export_session import OfAnimals, SessionDetails
 from vibrissa.study.archive.export_sweeps import PlacedSweeps, add_sweeps
@@ -37,7 +38,8 @@ if TYPE_CHECKING:
 Build = Callable[[Session, Datasets], tuple[Any, dict[str, Any]]]
 
 OF_SWEEPS = ("sweeps", "comparison", "profile")
-OF_TIME = ("profile", "true_profile", "modal", "prediction")
+FIRST = ("profile", "modal", "prediction", "kinematics")  # whose first time is the movie's
+OF_TIME = ("profile", "true_profile", "modal", "prediction", "kinematics")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -208,7 +210,7 @@ def _built(
         if "profile" in parts:
             holds["left_out"] = _add_shown(module, parts["profile"], laid)
     else:
-        recordings += _add_movie(module, parts, clock)
+        recordings += _add_movie(file, module, parts, clock)
     recordings += _add_signals(module, parts, clock)
     if len(recordings) > 1 or any((own[0] != time[0]) for _, own, time in recordings):
         _add_recordings(file, recordings)
@@ -234,9 +236,9 @@ def _add_shown(module: Any, profile: xr.Dataset, laid: PlacedSweeps) -> dict[str
     return {}
 
 
-def _add_movie(module: Any, parts: Results, clock: Clock) -> list[tuple[str, Array, Array]]:
+def _add_movie(file: Any, module: Any, parts: Results, clock: Clock) -> list[tuple[str, Array, Array]]:
     """What one movie gave, on one stretch of the clock."""
-    own = next((parts[name].time.values for name in ("profile", "modal", "prediction") if name in parts), None)
+    own = next((parts[name].time.values for name in FIRST if name in parts), None)
     if own is None:
         return []
     time = clock.lay(own)
@@ -250,6 +252,8 @@ def _add_movie(module: Any, parts: Results, clock: Clock) -> list[tuple[str, Arr
         add_posture(module, parts["posture"])
     if "prediction" in parts:
         add_prediction(module, parts["prediction"], laid["prediction"])
+    if "kinematics" in parts:
+        add_kinematics(file, module, parts["kinematics"], laid["kinematics"])
     return [("movie", own, time)]
 
 

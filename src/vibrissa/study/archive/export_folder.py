@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 ONE_MOVIE = (
     "profile", "true_profile", "modal", "posture", "prediction", "resonance", "resonance_true", "resonance_white",
+    "kinematics",
 )  # fmt: skip
 NAMED = (*ONE_MOVIE, "sweeps", "comparison", "response", "spikes", "motion")
 BASE = re.compile(r"base_signal_(\d+)")

@@ -1,0 +1,100 @@
+"""Kinematics in time: angle with set point and amplitude, phase, bending and touches of up to four whiskers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibrissa.figures.canvas import add_caption, house_style, new_figure, spread
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SHOWN = 4  # whiskers
+ANGLE, CYCLE, TOUCH = "#0072B2", "#D55E00", "#009E73"  # safe for the colour-blind
+
+
+def compute(kinematics: xr.Dataset) -> xr.Dataset:
+    """The whiskers that are shown, with a caption.
+
+    Parameters
+    ----------
+    kinematics : Dataset
+        From :func:`vibrissa.measures.kinematics.kinematics_of`.
+
+    Returns
+    -------
+    Dataset
+        Up to four whiskers, from the first to the last of those that were measured; with the attribute ``caption``.
+    """
+    measured = np.flatnonzero(np.isfinite(kinematics.whisker_angle.values).any(axis=1))
+    shown = spread(measured, SHOWN) if measured.size else np.arange(min(SHOWN, kinematics.sizes["whisker"]))
+    low, high = kinematics.attrs["whisking_band"]
+    touches = (
+        f"Green: touches, the whisker within {1e3 * kinematics.attrs['touch_distance']:.2g} mm of the object, or bent."
+        if "touching" in kinematics
+        else "No touches were sought."
+    )
+    caption = (
+        f"{shown.size} of {kinematics.sizes['whisker']} whiskers. Top: angle at the base to "
+        f"{_line(kinematics.attrs['face_from'])} (0° caudal, 180° rostral; blue), set point (line) and amplitude "
+        f"(band) of whisking. Middle: phase, 0 at the most protracted (band {low:g}–{high:g} Hz). Bottom: change Δκ of "
+        f"the curvature at the base against the free whisker. {touches} Gaps: not seen."
+    )
+    return kinematics.isel(whisker=shown).assign_attrs(caption=caption)
+
+
+def _line(origin: str) -> str:
+    return "the line of the face through two points given" if origin == "two points" else origin
+
+
+@house_style
+def draw(data: xr.Dataset) -> Figure:
+    """Draw a column of three panels for each whisker.
+
+    Parameters
+    ----------
+    data : Dataset
+        From :func:`compute`.
+
+    Returns
+    -------
+    Figure
+        Of matplotlib.
+    """
+    count = data.sizes["whisker"]
+    figure, axes = new_figure(max(8.0, 4.2 * count), 6.6, 3, count, sharex=True, sharey="row")
+    for k in range(count):
+        one = data.isel(whisker=k)
+        _angle(axes[0, k], one)
+        axes[1, k].plot(one.time, one.whisking_phase, ".", color=CYCLE, ms=2)
+        axes[1, k].set(ylim=(-3.4, 3.4), yticks=[-np.pi, 0, np.pi], yticklabels=["−π", "0", "π"])
+        axes[2, k].axhline(0, color="0.8", lw=0.8, zorder=0)
+        axes[2, k].plot(one.time, one.curvature_change / 1e3, color=ANGLE, lw=0.8)
+        for axis in axes[:, k]:
+            _touches(axis, one)
+        axes[0, k].set_title(f"whisker {one.whisker_label.item()}")
+        axes[2, k].set_xlabel("time [s]")
+    for axis, label in zip(axes[:, 0], ("angle [°]", "phase [rad]", "Δκ [1/mm]"), strict=True):
+        axis.set_ylabel(label)
+    return add_caption(figure, data)
+
+
+def _angle(axis: Axes, one: xr.Dataset) -> None:
+    middle, half = np.degrees(one.set_point), np.degrees(one.whisking_amplitude)
+    axis.fill_between(one.time, middle - half, middle + half, color=CYCLE, alpha=0.25, lw=0)
+    axis.plot(one.time, middle, color=CYCLE, lw=1.2)
+    axis.plot(one.time, np.degrees(one.whisker_angle), color=ANGLE, lw=0.8)
+
+
+def _touches(axis: Axes, one: xr.Dataset) -> None:
+    """Shade the touches of the whisker."""
+    if "touch_whisker" not in one:
+        return
+    mine = one.isel(touch=np.flatnonzero(one.touch_whisker.values == one.whisker_label.item()))
+    look: dict[str, Any] = {"color": TOUCH, "alpha": 0.3, "lw": 0, "zorder": 0}
+    for onset, length in zip(mine.touch_onset.values, mine.touch_duration.values, strict=True):
+        axis.axvspan(onset, onset + length, **look)

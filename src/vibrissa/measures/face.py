@@ -1,0 +1,165 @@
+"""The line of the face: angles to it, and the names of whiskers by their places along it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from vibrissa.arrays import Array
+from vibrissa.errors import RangeError, UnknownError
+
+Side = Literal["left", "right", "top", "bottom"]
+Point = tuple[float, float]
+SIDES: dict[str, Point] = {"left": (-1.0, 0.0), "right": (1.0, 0.0), "top": (0.0, -1.0), "bottom": (0.0, 1.0)}
+LEAST_BASES = 3  # through two any line passes
+
+
+@dataclass(frozen=True, kw_only=True)
+class Face:
+    """The line of the face, in the plane of the movie.
+
+    Attributes
+    ----------
+    caudal, rostral : (float, float)
+        A point of it further back, and one further to the nose [m].
+    origin : str
+        Where it is from, in words.
+    """
+
+    caudal: Point
+    rostral: Point
+    origin: str = "two points"
+
+    def __post_init__(self) -> None:
+        if not np.hypot(*np.subtract(self.rostral, self.caudal)) > 0:
+            raise RangeError("face", "must be two points, caudal and rostral, apart from each other", self.rostral)
+
+    @property
+    def direction(self) -> Array:
+        """Unit vector along the line to the nose, (2,)."""
+        along = np.subtract(self.rostral, self.caudal)
+        return np.asarray(along / np.hypot(*along))
+
+    def turn(self, direction: Array) -> int:
+        """Sense in which a whisker protracts: 1 from the x towards the y axis, −1 the other way.
+
+        Parameters
+        ----------
+        direction : (T,) array
+            Directions of the shaft [rad], NaN where not measured: they say on which side of the face it grows.
+
+        Returns
+        -------
+        int
+            1 or −1.
+        """
+        f = self.direction
+        # the whisker's side: mean of the component across the face, f turned by +90°
+        side = np.nanmean(np.sin(direction) * f[0] - np.cos(direction) * f[1]) if np.isfinite(direction).any() else 1.0
+        return -1 if side > 0 else 1
+
+    def angle(self, direction: Array, turn: int) -> Array:
+        """Angle to the face: 0 along it to the back, π/2 across it, π along it to the nose.
+
+        Parameters
+        ----------
+        direction : array
+            Of the shaft, from the x towards the y axis [rad].
+        turn : int
+            From :meth:`turn`.
+
+        Returns
+        -------
+        array
+            In [−π/2, 3π/2) [rad].
+        """
+        back = np.arctan2(-self.direction[1], -self.direction[0])
+        return np.asarray((turn * (direction - back) + np.pi / 2) % (2 * np.pi) - np.pi / 2)
+
+
+def face_through(bases: Array, nose: Side, *, downwards: bool = True) -> Face:
+    """The line fitted to the bases of three whiskers or more; of fewer, an axis of the image.
+
+    Parameters
+    ----------
+    bases : (W, 2) array
+        Mean base of each whisker, x and y [m]; NaN where it was never seen.
+    nose : {"left", "right", "top", "bottom"}
+        Side of the image to which the nose points.
+    downwards : bool
+        Whether y grows downwards, as in images.
+
+    Returns
+    -------
+    Face
+        Its origin says which of the two.
+
+    Raises
+    ------
+    InputError
+        If the side is unknown, or the line through the bases runs across it.
+    """
+    if nose not in SIDES:
+        raise UnknownError("nose", f"must be one of {', '.join(SIDES)}", repr(nose))
+    towards = np.array(SIDES[nose]) * (1 if downwards else (1, -1))
+    known = bases[np.isfinite(bases).all(axis=1)]
+    centre = known.mean(axis=0) if len(known) else np.zeros(2)
+    along, origin = towards, f"the image's axis to the {nose}"
+    if len(known) >= LEAST_BASES:
+        axis = np.linalg.svd(known - centre)[2][0]
+        along, origin = axis * np.sign(axis @ towards), f"a line fitted to the bases of {len(known)} whiskers"
+        if abs(axis @ towards) < np.cos(np.radians(80)):
+            raise RangeError(
+                "nose", "must be the side to which the line through the bases leads", nose, "or give two points of face"
+            )
+    ends = [(float(one[0]), float(one[1])) for one in (centre, centre + along)]
+    return Face(caudal=ends[0], rostral=ends[1], origin=origin)
+
+
+def whisker_names(bases: Array, face: Face, dorsal: Side | None = None, *, downwards: bool = True) -> list[str]:
+    """Names of whiskers by the places of their bases: 1, 2, 3 … from caudal to rostral, or row and column.
+
+    Rows need ``dorsal`` (a view from the side) and bases that fall into rows: a row has two whiskers or more, and the
+    gap between rows is more than twice the width of any row. The letters and numbers count what is seen, the most
+    dorsal row as A and the most caudal whisker of a row as 1: where a row or a caudal whisker is out of view, they are
+    not those of the anatomy.
+
+    Parameters
+    ----------
+    bases : (W, 2) array
+        Mean base of each whisker, x and y [m].
+    face : Face
+        The line of the face.
+    dorsal : {"left", "right", "top", "bottom"}, optional
+        Side of the image to which the back points.
+    downwards : bool
+        Whether y grows downwards.
+
+    Returns
+    -------
+    list of str
+        A name for each whisker.
+    """
+    along = bases @ face.direction
+    rows = None if dorsal is None else _rows(bases @ (np.array(SIDES[dorsal]) * (1 if downwards else (1, -1))))
+    groups = [np.arange(len(bases))] if rows is None else rows
+    names = [""] * len(bases)
+    for letter, row in enumerate(groups):
+        for number, w in enumerate(row[np.argsort(along[row], kind="stable")], 1):
+            names[w] = f"{chr(ord('A') + letter)}{number}" if rows is not None else str(number)
+    return names
+
+
+def _rows(height: Array) -> list[np.ndarray] | None:
+    """Whiskers of each row, the most dorsal first; None where the heights do not fall into rows."""
+    order = np.argsort(-height, kind="stable")
+    gaps = -np.diff(height[order])
+    for cuts in range(min(len(order) // 2, 6) - 1, 0, -1):  # the most rows that hold
+        where = np.sort(np.argsort(-gaps)[:cuts])
+        rows = np.split(order, where + 1)
+        widest = max(np.ptp(height[row]) for row in rows)
+        if min(map(len, rows)) > 1 and gaps[where].min() > 2 * widest:
+            return rows
+    return None

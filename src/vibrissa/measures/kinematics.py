@@ -1,0 +1,291 @@
+"""Kinematics of the whiskers of a profile: what is measured of each in every frame, and its touches."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibrissa.arrays import Array, Mask
+from vibrissa.errors import MissingError, TooFewError, require_not_negative, require_positive
+from vibrissa.measures.base_arc import LEAST_NODES, fit_base_arc
+from vibrissa.measures.bending import bending, bent_frames
+from vibrissa.measures.face import Face, Side, face_through, whisker_names
+from vibrissa.measures.touched_object import Pole, Touchable, held_place
+from vibrissa.measures.touches import COLUMNS, touch_events
+from vibrissa.measures.whisk_cycle import BAND, frame_rate_of, whisk_cycle
+from vibrissa.quantities import dataset, require, stacked
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SHARE = 0.25  # of the arc length, from the base, by default taken for the base
+PIXELS = 2.0  # distance to an object by default taken for touch
+IN_TIME = (
+    "whisker_angle",
+    "whisker_angle_sd",
+    "image_angle",
+    "whisking_phase",
+    "whisking_amplitude",
+    "set_point",
+    "whisking_frequency",
+    "whisker_curvature",
+    "whisker_curvature_sd",
+    "base_misfit",
+    "rest_curvature",
+    "rest_held",
+    "curvature_change",
+    "object_distance",
+    "touching",
+)
+
+NEEDS_TOUCH = ("object_distance", "touching", "object_x", "object_y")
+
+
+@dataclass(frozen=True, kw_only=True)
+class KinematicsSettings:
+    """How whiskers are measured.
+
+    Attributes
+    ----------
+    face : Face, optional
+        Line of the face; without it, it is fitted to the bases.
+    nose : {"left", "right", "top", "bottom"}, optional
+        Side of the image to which the nose points; must be given without ``face``.
+    dorsal : {"left", "right", "top", "bottom"}, optional
+        Side of the image to which the back points, in a view from the side: names by row and column.
+    base_part : (float, float), optional
+        Arc lengths between which direction and curvature are measured [m]; a quarter of the longest by default.
+    whisking_band : (float, float)
+        Corners of the band of the whisking cycle [Hz].
+    bridged : int
+        Longest gap of unseen frames that is bridged for the filter, and does not end a touch.
+    touched : Pole or Wall, optional
+        What is touched.
+    touch_distance : float, optional
+        Distance of the centreline to its surface up to which it touches [m]; two pixels by default.
+    find_touches : bool
+        Whether touches are found from the bending of the whisker, where no object is given.
+    least_frames : int
+        Frames below which a touch is left out.
+    """
+
+    face: Face | None = None
+    nose: Side | None = None
+    dorsal: Side | None = None
+    base_part: tuple[float, float] | None = None
+    whisking_band: tuple[float, float] = BAND
+    bridged: int = 0
+    touched: Touchable | None = None
+    touch_distance: float | None = None
+    find_touches: bool = False
+    least_frames: int = 1
+
+    def __post_init__(self) -> None:
+        require_positive("touch_distance", self.touch_distance, "m")
+        if self.face is None and self.nose is None:
+            raise MissingError("nose", "must be given where the face is not", remedy="give the side it points to")
+        require_not_negative("bridged", self.bridged)
+        require_positive("least_frames", self.least_frames)
+
+
+def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Dataset:
+    """Angle, whisking cycle, curvature and touches of every whisker of a profile.
+
+    Parameters
+    ----------
+    profile : Dataset
+        ``x``, ``y`` ([whisker,] time, node) and ``arc_length`` [m]; ``y_sd``, ``x_sd`` where it has them.
+    settings : KinematicsSettings
+        How.
+
+    Returns
+    -------
+    Dataset
+        On (whisker, time), and (touch) where touches were sought; see ``quantities/kinematics.py``. NaN where the
+        whisker was not seen. The attribute ``remarks`` is a list (JSON).
+
+    Raises
+    ------
+    InputError
+        If the profile has too few nodes in the part measured, is uneven in time, or settings do not fit it.
+    """
+    require(profile, "time", "x", "y", "arc_length")
+    whole = profile if "whisker" in profile.x.dims else profile.expand_dims("whisker")
+    whiskers = [_nodes(whole.isel(whisker=w)) for w in range(whole.sizes["whisker"])]
+    down = profile.attrs.get("frame", "image") == "image"
+    bases = np.array([_mean_base(one) for one in whiskers])
+    face = settings.face or face_through(bases, settings.nose or "left", downwards=down)
+    names = whisker_names(bases, face, settings.dorsal, downwards=down)
+    time, near = np.asarray(whole.time.values, float), _touch_distance(profile, settings)
+    part = settings.base_part or (0.0, SHARE * max(float(np.nanmax(one["arc_length"])) for one in whiskers))
+    rows = [_of_whisker(time, one, face, part, settings, near) for one in whiskers]
+    columns = stacked([{name: row[name] for name in row if name != "events"} for row in rows])
+    events = [
+        {"touch_whisker": name, **event} for name, row in zip(names, rows, strict=True) for event in row["events"]
+    ]
+    touches = _table(events) if near is not None else {}
+    return dataset(
+        _attributes(profile, settings, face, part, near, columns),
+        lead=("whisker",),
+        whisker=whole.whisker.values if "whisker" in whole.coords else np.arange(len(rows)),
+        time=time,
+        whisker_label=np.array(names),
+        mean_base_x=bases[:, 0],
+        mean_base_y=bases[:, 1],
+        **{name: values for name, values in columns.items() if near is not None or name not in NEEDS_TOUCH},
+        **touches,
+    )
+
+
+def _nodes(one: xr.Dataset) -> dict[str, Array]:
+    order = ("time", "node")
+    found = {name: one[name].transpose(*order).values for name in ("x", "y", "x_sd", "y_sd") if name in one}
+    return {**found, "arc_length": one.arc_length.values}
+
+
+def _mean_base(nodes: Mapping[str, Array]) -> tuple[float, float]:
+    """Mean of the first node that was seen in at least half of the frames in which any was."""
+    seen = np.isfinite(nodes["x"]) & np.isfinite(nodes["y"])
+    frames = seen.any(axis=1).sum()
+    if not frames:
+        return np.nan, np.nan
+    k = int(np.argmax(seen.sum(axis=0) >= frames / 2))
+    k = k if seen[:, k].any() else int(seen.any(axis=0).argmax())
+    return float(nodes["x"][seen[:, k], k].mean()), float(nodes["y"][seen[:, k], k].mean())
+
+
+def _touch_distance(profile: xr.Dataset, settings: KinematicsSettings) -> float | None:
+    """Distance that is taken for touch; None where no touches are sought."""
+    if settings.touched is None and not settings.find_touches:
+        return None
+    if settings.touch_distance is not None:
+        return settings.touch_distance
+    if "pixel_size" not in profile.attrs:
+        raise MissingError("touch_distance", "must be given: the profile does not state its pixel size")
+    return PIXELS * float(profile.attrs["pixel_size"])
+
+
+def _of_whisker(
+    time: Array,
+    nodes: Mapping[str, Array],
+    face: Face,
+    part: tuple[float, float],
+    settings: KinematicsSettings,
+    near: float | None,
+) -> dict[str, Any]:
+    """All that is measured of one whisker, by the names of the table, and its ``events``."""
+    arc = nodes["arc_length"]
+    inside = (arc >= part[0]) & (arc <= part[1])
+    if inside.sum() < LEAST_NODES:
+        rule = f"must hold {LEAST_NODES} nodes of each whisker or more"
+        raise TooFewError("base_part", rule, int(inside.sum()), f"choose a longer one than {part} m")
+    x, y = nodes["x"], nodes["y"]
+    sds = [nodes[name][:, inside] if name in nodes else None for name in ("x_sd", "y_sd")]
+    base = fit_base_arc(arc[inside], x[:, inside], y[:, inside], sds[0], sds[1])
+    turn = face.turn(base.direction)
+    angle, curvature = face.angle(base.direction, turn), turn * base.curvature
+    cycle = whisk_cycle(time, angle, band=settings.whisking_band, bridged=settings.bridged)
+    touching, distance, place = _contact(x, y, angle, curvature, settings, near)
+    bent = bending(angle, curvature, touching != 1)
+    events = touch_events(
+        time,
+        touching,
+        angle=angle,
+        phase=cycle.phase,
+        change=bent.change,
+        least_frames=settings.least_frames,
+        bridged=settings.bridged,
+    )
+    image = (base.direction + np.pi) % (2 * np.pi) - np.pi
+    series = (
+        angle,
+        base.direction_sd,
+        image,
+        *cycle,
+        curvature,
+        base.curvature_sd,
+        base.misfit,
+        *bent,
+        distance,
+        touching,
+    )
+    return {
+        **dict(zip(IN_TIME, series, strict=True)),
+        "object_x": place[0],
+        "object_y": place[1],
+        "events": events,
+    }
+
+
+def _contact(
+    x: Array, y: Array, angle: Array, curvature: Array, settings: KinematicsSettings, near: float | None
+) -> tuple[Array, Array, tuple[float, float]]:
+    """Whether it touches and the distance to what is touched, both (T,), and where it is held, if that was found."""
+    nowhere, unknown = (np.nan, np.nan), np.full(len(x), np.nan)
+    if near is None:
+        return unknown, unknown, nowhere
+    if settings.touched is not None:
+        return *_by_distance(settings.touched.distance(x, y), near), nowhere
+    bent = bent_frames(angle, curvature)
+    place = held_place(x, y, bent, near)
+    if place is not None:
+        return *_by_distance(Pole(centre=place).distance(x, y), near), place
+    return np.where(np.isfinite(curvature), bent * 1.0, np.nan), unknown, nowhere
+
+
+def _by_distance(distance: Array, near: float) -> tuple[Array, Array]:
+    touches: Mask = distance <= near
+    return np.where(np.isfinite(distance), touches * 1.0, np.nan), distance
+
+
+def _table(events: list[dict[str, Any]]) -> dict[str, Array]:
+    """Columns of the touches of all whiskers, by onset; empty where there are none."""
+    ordered = sorted(events, key=lambda event: event["touch_onset"])
+    if ordered:
+        return stacked(ordered)
+    return {"touch_whisker": np.array([], str)} | {name: np.array([], float) for name in COLUMNS}
+
+
+def _attributes(
+    profile: xr.Dataset,
+    settings: KinematicsSettings,
+    face: Face,
+    part: tuple[float, float],
+    near: float | None,
+    columns: Mapping[str, Array],
+) -> dict[str, Any]:
+    """What was taken for the face, the base and a touch, and remarks on what the user should know."""
+    held, known = np.nansum(columns["rest_held"]), np.isfinite(columns["rest_held"]).sum()
+    remarks = [f"angles are to {face.origin}"] if settings.face is None else []
+    if near is None:
+        remarks.append("no touches are sought: the curvature at rest is the median over all frames")
+    elif held:
+        remarks.append(
+            f"in {int(held)} of {int(known)} frames the angle lies beyond those of the free whisker: there Δκ is "
+            "against its curvature at the end of them (rest_held)"
+        )
+    if settings.find_touches and settings.touched is None:
+        found = int(np.isfinite(columns["object_x"]).sum())
+        remarks.append(
+            f"of {columns['object_x'].size} whiskers, {found} are held at one place while bent: their touches are by "
+            "the distance to it, those of the others by Δκ alone"
+        )
+    kept = {
+        name: profile.attrs[name] for name in ("frame", "pixel_size", "frame_rate", "source") if name in profile.attrs
+    }
+    return {
+        **kept,
+        "frame_rate": frame_rate_of(np.asarray(profile.time.values, float)),
+        "face_caudal": list(face.caudal),
+        "face_rostral": list(face.rostral),
+        "face_from": face.origin,
+        "base_part": list(part),
+        "whisking_band": list(settings.whisking_band),
+        "bridged_frames": settings.bridged,
+        "touch_distance": np.nan if near is None else near,
+        "remarks": json.dumps(remarks, ensure_ascii=False),
+    }

@@ -1,0 +1,115 @@
+"""The verb kinematics: files read back, one line for bad input, the same numbers as in Python."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from simulated_whiskers import PIXEL, RATE, circle_profile
+
+import vibrissa as vb
+from vibrissa.figures.others import kinematics as figure
+from vibrissa.files import load, save
+
+TIME = np.arange(1000) / RATE
+ANGLE = np.radians(100 + 20 * np.cos(2 * np.pi * 8 * TIME))
+FACE = ("--face", "0,0", "--face", "0,100")  # the nose points down
+POLE = ("--pole", "60,18", "--pole-radius", "0.3mm")
+
+
+@pytest.fixture
+def tracks(tmp_path):
+    """One whisker to the right of the face, seen but for frames 500 to 502."""
+    profile = circle_profile(ANGLE - np.pi / 2, 30.0, sd=1e-5)
+    for name in ("x", "y", "y_sd"):
+        profile[name].values[0, 500:503] = np.nan
+    path = tmp_path / "profile.nc"
+    save(profile, path)
+    return path
+
+
+def columns(path):
+    with path.open() as file:
+        rows = list(csv.DictReader(file))
+    return rows, {name: np.array([float(row[name]) for row in rows]) for name in rows[0] if name[-7:] != "whisker"}
+
+
+def test_a_table_of_frames_and_one_of_touches(vibrissa, tracks, tmp_path):
+    out = tmp_path / "k.csv"
+    code, printed, err = vibrissa("kinematics", tracks, *FACE, *POLE, "--bridged", "5", "--out", out, "--json")
+    assert code == 0, err
+    rows, table = columns(out)
+    assert len(rows) == TIME.size
+    seen = np.isfinite(table["whisker_angle_deg"])
+    assert np.flatnonzero(~seen).tolist() == [500, 501, 502]
+    np.testing.assert_allclose(table["whisker_angle_deg"][seen], np.degrees(ANGLE)[seen], atol=1e-5)
+    np.testing.assert_allclose(table["whisker_curvature_per_mm"][seen], 0.03, atol=1e-6)
+    assert np.nanmedian(table["whisking_frequency_Hz"]) == pytest.approx(8, abs=0.05)
+    assert np.nanmedian(table["set_point_deg"]) == pytest.approx(100, abs=0.1)
+    assert np.nanmedian(table["whisking_amplitude_deg"]) == pytest.approx(20, abs=0.1)
+    events, touches = columns(tmp_path / "k-touches.csv")
+    summary = json.loads(printed)
+    assert summary["touches"] == [len(events)]
+    assert summary["frames_measured"] == [997]
+    assert {row["touch_whisker"] for row in events} == {"1"}
+    assert (touches["touch_offset_s"] >= touches["touch_onset_s"]).all()
+
+
+def test_the_dataset_is_that_of_python(vibrissa, tracks, tmp_path):
+    out = tmp_path / "k.nc"
+    code, _, err = vibrissa("kinematics", tracks, *FACE, *POLE, "--base-part", "0mm", "3mm", "--out", out)
+    assert code == 0, err
+    pole = {"pole": (60 * PIXEL, 18 * PIXEL), "pole_radius": 3e-4}
+    here = vb.kinematics(load(tracks), face=((0, 0), (0, 100 * PIXEL)), base_part=(0, 3e-3), **pole)
+    there = load(out)
+    assert set(there.variables) == set(here.variables)
+    for name in here.variables:
+        np.testing.assert_array_equal(there[name], here[name])
+    wall = vb.kinematics(load(tracks), nose="bottom", wall=((6e-3, 0), (6e-3, 1)))
+    assert wall.touching.values[0, 0] == 1
+    assert "whisker_angle_sd" in wall
+
+
+def test_no_touches_are_sought_unasked(vibrissa, tracks, tmp_path):
+    out = tmp_path / "k.csv"
+    code, _, err = vibrissa("kinematics", tracks, "--nose", "bottom", "--out", out)
+    assert code == 0, err
+    assert "no touches are sought" in err
+    assert "the image's axis to the bottom" in err
+    assert "touching" not in columns(out)[1]
+    assert not (tmp_path / "k-touches.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ((), "--nose must be given where the face is not"),
+        (("--nose", "top", "--out", "k.txt"), "--out must end in .nc, a NetCDF dataset, or .csv, a table"),
+        (("--face", "0,0"), "--face must be given twice"),
+        (("--face", "0,0", "--face", "0,0"), "--face must be two points"),
+        (("--nose", "top", "--base-part", "0mm", "0.1mm"), "--base-part must hold 3 nodes"),
+        (("--nose", "top", "--whisking-band", "4Hz", "300Hz"), "--whisking-band must be two frequencies"),
+        (("--nose", "top", *POLE, "--wall", "0,1", "--wall", "1,1"), "--wall must be left out"),
+        (("--nose", "top", "--bridged", "-1"), "--bridged must"),
+        (("--nose", "top", "--find-touches", "--least-frames", "0"), "--least-frames must be positive"),
+    ],
+)
+def test_bad_input_is_one_line(vibrissa, tracks, options, message):
+    code, out, err = vibrissa("kinematics", tracks, *options)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+
+
+def test_the_picture_has_a_column_for_each_whisker_and_its_touches_shaded(vibrissa, tracks, tmp_path):
+    code, _, err = vibrissa("kinematics", tracks, *FACE, *POLE, "--picture", tmp_path / "k.png")
+    assert code == 0, err
+    assert (tmp_path / "k.png").read_bytes().startswith(b"\x89PNG")
+    data = vb.kinematics(load(tracks), nose="bottom", pole=(60 * PIXEL, 18 * PIXEL), pole_radius=3e-4)
+    shown = figure.compute(data)
+    assert "1 of 1 whiskers" in shown.attrs["caption"]
+    drawn = figure.draw(shown)
+    top = drawn.axes[0]
+    shades = [one for one in top.patches if one.get_alpha() == 0.3]
+    assert len(shades) == data.sizes["touch"] > 0
+    assert shades[0].get_x() == pytest.approx(data.touch_onset[0].item())

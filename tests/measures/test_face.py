@@ -1,0 +1,69 @@
+"""Angles to the face grow with protraction on either side of any face; names follow the places of the bases."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vibrissa.errors import InputError
+from vibrissa.measures.face import Face, face_through, whisker_names
+
+ANGLES = st.floats(-np.pi, np.pi)
+
+
+@settings(deadline=None)
+@given(heading=ANGLES, angle=st.floats(0.2, 2.9), side=st.sampled_from([-1, 1]))
+def test_angles_are_those_set_up_whatever_way_the_animal_looks(heading, angle, side):
+    face = Face(caudal=(0.0, 0.0), rostral=(float(np.cos(heading)), float(np.sin(heading))))
+    direction = np.array([heading + np.pi + side * angle])
+    turn = face.turn(direction)
+    assert turn == side
+    assert face.angle(direction, turn)[0] == pytest.approx(angle, abs=1e-9)
+
+
+def test_whiskers_on_both_sides_of_a_midline_protract_to_the_nose():
+    face = Face(caudal=(0.0, 1.0), rostral=(0.0, 0.0))  # the nose at the top of the image
+    right, left = np.array([-0.5]), np.array([np.pi + 0.5])  # both point up, that is forwards
+    for direction in (right, left):
+        assert face.angle(direction, face.turn(direction))[0] == pytest.approx(np.pi / 2 + 0.5)
+
+
+def test_the_line_is_fitted_to_three_bases_or_more():
+    along = np.linspace(0, 3e-3, 4)
+    bases = np.column_stack([along * np.cos(2.0), along * np.sin(2.0)])
+    face = face_through(bases, "bottom")
+    np.testing.assert_allclose(face.direction, [np.cos(2.0), np.sin(2.0)], atol=1e-12)
+    assert "4 whiskers" in face.origin
+    np.testing.assert_allclose(face_through(bases, "top").direction, [-np.cos(2.0), -np.sin(2.0)], atol=1e-12)
+    np.testing.assert_allclose(face_through(bases[:2], "top").direction, [0, -1])
+    np.testing.assert_allclose(face_through(bases[:2], "top", downwards=False).direction, [0, 1])
+    with pytest.raises(InputError, match="nose must be the side"):
+        face_through(np.column_stack([along, 0 * along]), "top")
+
+
+def test_two_points_that_are_one_are_refused():
+    with pytest.raises(InputError, match="face must be two points"):
+        Face(caudal=(1.0, 1.0), rostral=(1.0, 1.0))
+
+
+def test_names_count_from_caudal_to_rostral():
+    face = Face(caudal=(0.0, 0.0), rostral=(0.0, -1.0))
+    bases = np.array([[0.0, -2e-3], [1e-4, 0.0], [0.0, -1e-3]])
+    assert whisker_names(bases, face) == ["3", "1", "2"]
+
+
+def test_rows_and_columns_of_a_view_from_the_side():
+    face = Face(caudal=(0.0, 0.0), rostral=(1.0, 0.0))
+    rng = np.random.default_rng(2)
+    row, column = np.divmod(np.arange(12), 4)
+    bases = np.column_stack([column * 1.5e-3 + row * 2e-4, row * 2e-3]) + 1e-4 * rng.uniform(-1, 1, (12, 2))
+    expected = [f"{'ABC'[r]}{c + 1}" for r, c in zip(row, column, strict=True)]
+    mixed = rng.permutation(12)
+    assert whisker_names(bases[mixed], face, "top") == [expected[k] for k in mixed]
+    assert whisker_names(bases[mixed], face) != [expected[k] for k in mixed]
+
+
+def test_bases_that_form_no_rows_are_named_along_the_face():
+    face = Face(caudal=(0.0, 0.0), rostral=(1.0, 0.0))
+    bases = np.column_stack([np.arange(5) * 1e-3, np.arange(5) * 1e-3])
+    assert whisker_names(bases, face, "top") == ["1", "2", "3", "4", "5"]
