@@ -19,6 +19,7 @@ from vibrissa.errors import MissingError, ShapeError, UnknownError
 from vibrissa.quantities.coding import CODING
 from vibrissa.quantities.discrimination import DISCRIMINATION
 from vibrissa.quantities.figures import FIGURES
+from vibrissa.quantities.identity import IDENTITY
 from vibrissa.quantities.kinematics import KINEMATICS
 from vibrissa.quantities.mechanics import MECHANICS
 from vibrissa.quantities.neural import NEURAL
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 QUANTITIES = TRACKS | SEGMENTS | MECHANICS | SWEEPS | NEURAL | CODING | FIGURES | DISCRIMINATION | SORTING | PLANS
-QUANTITIES |= KINEMATICS
+QUANTITIES |= KINEMATICS | IDENTITY
 
 
 def _dims(name: str, values: np.ndarray, lead: tuple[str, ...]) -> tuple[str, ...]:

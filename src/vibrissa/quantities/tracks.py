@@ -27,8 +27,6 @@ TRACKS: dict[str, Quantity] = {
     "frames_followed": Quantity(("whisker",), "1", "frames in which the whisker was followed"),
     "median_length": Quantity(("whisker",), "m", "arc length followed, median over frames"),
     # the truth of a filmed whisking scene
-    "whisker_angle": Quantity(("time",), "rad", "direction of the shaft at its base from tailwards, forward positive"),
-    "touching": Quantity(("time",), "1", "whether the whisker touches the pole"),
     "node_visible": Quantity(("time", "node"), "1", "whether the camera shows this part of the shaft"),
     # the ends that the camera does not show, extrapolated
     "contact_x": Quantity((), "m", "position of the contact, x"),

@@ -33,8 +33,9 @@ def each_line(path: str | Path) -> Iterator[tuple[int, str]]:
     """
     with _opened(path, errors="strict") as file:
         for number, line in enumerate(iter(lambda: file.readline(LONGEST), ""), 1):
-            if len(line) == LONGEST or "\0" in line:
-                raise FormatError(str(path), "must be text", f"line {number}: {line[:20]!r}", "save it as CSV, UTF-8")
+            if len(line) == LONGEST:
+                longest = f"must have lines of fewer than {LONGEST} characters"
+                raise FormatError(f"{path}, line {number}", longest, repr(line[:20]), "save it as CSV, UTF-8")
             if (text := line.lstrip()) and text[0] != "#":
                 yield number, line
 

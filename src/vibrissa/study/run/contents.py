@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibrissa.errors import FormatError, InputError, MissingError
+from vibrissa.files import existing
 from vibrissa.tables.text import first_line
 
 if TYPE_CHECKING:
@@ -81,6 +82,7 @@ def contents(path: str | Path) -> Contents:
         raise MissingError(str(path), "must be an existing file or folder")
     if path.is_dir():
         return _of_folder(path)
+    existing(path)  # no pipe or device
     readers: dict[str, Callable[[Path], Contents]] = {
         ".nc": _of_dataset,
         ".csv": _of_table,
@@ -202,7 +204,9 @@ def _of_command(path: Path) -> Contents:
 def _of_nwb(path: Path) -> Contents:
     import h5py
 
-    with h5py.File(path, "r") as file:
+    from vibrissa.neural.io.formats.foreign import one_line
+
+    with one_line(str(path), "must be a whole NWB file"), h5py.File(path, "r") as file:
         facts: Facts = {"session": _text(file, "session_description"), "start": _text(file, "session_start_time")}
         for name in ("acquisition", "stimulus/presentation", "stimulus/templates", "processing", "intervals"):
             if some := ", ".join(_with_series(key, one) for key, one in file.get(name, {}).items()):
