@@ -97,7 +97,7 @@ def gap(
         data = crossing(posture, width, n_modes=n_modes, whisker=cone, depth=gap_depth)
     tell(data.attrs["verdict"])
     tell(*(unknown_free_end(posture.contact, width) if cone is None else free_end_lines(data)))
-    tell("printed is the jump of each mode; how far a mode moves: --model rod or free-end")
+    tell("printed are jumps; how far a mode moves: --model rod or free-end")
     drawing.draw("others.contents", data)
     output.show(data, names_without(data, "s"))
 
