@@ -28,6 +28,8 @@ LATER = {
     "video/io/photron.py",
     "video/kernel/estimators.py",
     "video/kernel/band.py",
+    "video/link/chain_kernel.py",
+    "video/link/common_swing.py",
 }
 
 COMMANDS = """
