@@ -1,6 +1,7 @@
 """What `show` says of each kind of file, and `info` of the machine."""
 
 import json
+import os
 import sys
 from importlib.metadata import version
 from pathlib import Path
@@ -136,3 +137,13 @@ def test_info_has_the_versions_of_the_package_and_its_parts(vibrissa):
     assert "all" not in found["extras"]
     out = vibrissa("info")[1]
     assert all(word in out for word in (__version__, "caches", "threads cores", "report"))
+
+
+def test_show_refuses_what_is_no_nwb_file_and_what_is_no_file(vibrissa, tmp_path):
+    (tmp_path / "junk.nwb").write_bytes(b"hello" * 1000)
+    os.mkfifo(tmp_path / "pipe.nwb")
+    for name, rule in (("junk.nwb", "must be a whole NWB file"), ("pipe.nwb", "must be an existing file")):
+        code, out, err = vibrissa("show", tmp_path / name)
+        assert (code, out) == (2, "")
+        assert err.startswith(f"vibrissa: {tmp_path / name} {rule}")
+        assert len(err.splitlines()) == 1

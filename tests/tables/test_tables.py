@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from refusals import refusal
 
 from vibrissa.errors import InputError
+from vibrissa.tables import text
 from vibrissa.tables.reader import ANY, read_table
 from vibrissa.tables.units import FACTORS, POWERS, PURE, TEXT, spellings, to_si, unit_of, units_of
 from vibrissa.tables.writer import write_table
@@ -171,3 +172,10 @@ def test_any_bytes_are_read_or_refused_in_one_line(tmp_path, content):
         assert "\n" not in str(error)  # noqa: PT017
     else:
         assert all(len(table.text(name)) == len(table) for name in table.header)
+
+
+def test_a_line_without_an_end_is_refused_before_it_is_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(text, "LONGEST", 50)
+    (tmp_path / "table.csv").write_text("width\n" + "1" * 60 + "\n")
+    with pytest.raises(InputError, match="line 2 must have lines of fewer than 50 characters"):
+        read_table(tmp_path / "table.csv", {"width": "m"})

@@ -92,7 +92,7 @@ def unit_quality(
     is_path = isinstance(spikes, str | PathLike)
     table = with_waveforms(session_spikes(spikes, groups=("all",)), spikes) if is_path else as_spikes(spikes)
     known = None if trials is None else as_trials(trials, window=window)
-    seen, told = observed_units(table, known, window=window, duration=duration)
+    seen, remarks = observed_units(table, known, window=window, duration=duration)
     quality = judge(seen, rules=rules)
-    remark(*told, *remarks_on_quality(quality))
+    remark(*remarks, *remarks_on_quality(quality))
     return quality

@@ -200,11 +200,10 @@ def _of_whisker(
         least_frames=settings.least_frames,
         bridged=settings.bridged,
     )
-    image = (base.direction + np.pi) % (2 * np.pi) - np.pi
     series = (
         angle,
         base.direction_sd,
-        image,
+        (base.direction + np.pi) % (2 * np.pi) - np.pi,
         *cycle,
         curvature,
         base.curvature_sd,
