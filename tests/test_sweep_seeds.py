@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from refusals import refusal
 
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.sweep.engine import Engine
 from vibrissa.sweep.gratings import Gratings
 from vibrissa.sweep.grid import Grid, Measure

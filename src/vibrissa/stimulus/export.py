@@ -15,7 +15,8 @@ import xarray as xr
 
 from vibrissa.arrays import Array
 from vibrissa.errors import FormatError, MissingError, RangeError, TooFewError, UnknownError, require_positive
-from vibrissa.files import load, save, written_whole
+from vibrissa.files import written_whole
+from vibrissa.netcdf import load, save
 from vibrissa.quantities import dataset, require
 from vibrissa.stimulus.waveform import even_rate
 from vibrissa.tables.reader import read_table

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.neural.simulated.virtual import ThresholdLinearUnit, simulate_spikes
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope

@@ -1,6 +1,6 @@
 import pytest
 
-from vibrissa.files import save
+from vibrissa.netcdf import save
 from vibrissa.quantities import dataset
 from vibrissa.study.report.drawing import Drawing, StoredResults, drawn
 from vibrissa.study.stages.figure_table import FIGURES

@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 from refusals import refusal
 
-from vibrissa.files import save
+from vibrissa.netcdf import save
 from vibrissa.quantities import dataset
 from vibrissa.study.report.gallery import figure_of
 from vibrissa.study.stages.figure_table import ABSENT

@@ -101,7 +101,7 @@ def tracked_whisker(path: Path, which: int) -> xr.Dataset:
     InputError
         If the file holds no profiles, or not this whisker.
     """
-    from vibrissa.files import load
+    from vibrissa.netcdf import load
 
     tracks = load(path)
     if "x" not in tracks:

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.quantities.kinds import Progress
 from vibrissa.study.report.gallery import made
 from vibrissa.study.stages.figure_table import FIGURES

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vibrissa.errors import ConvergenceError, InputError, UnknownError
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.quantities.kinds import Results, Series
 from vibrissa.study.stages.figure_table import best_entry, ends_of, entries, missing, served, under_plain_names
 from vibrissa.study.stages.stage import FigureEntry
