@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.arrays import Array
+from vibrissa.binary import read_npy
 from vibrissa.errors import FormatError, MissingError, RangeError, TooFewError, UnknownError, require_positive
 from vibrissa.files import written_whole
 from vibrissa.netcdf import load, save
@@ -252,4 +253,4 @@ def _read_csv(path: Path, facts: dict[str, Any]) -> Array:
 
 
 _WRITERS = {".nc": lambda data, path, _: save(data, path), ".wav": _write_wav, ".npy": _write_npy, ".csv": _write_csv}
-_READERS = {".wav": _read_wav, ".npy": lambda path, _: np.asarray(np.load(path), float), ".csv": _read_csv}
+_READERS = {".wav": _read_wav, ".npy": lambda path, _: np.asarray(read_npy(path), float), ".csv": _read_csv}
