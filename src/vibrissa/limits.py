@@ -8,6 +8,8 @@ from pathlib import Path
 
 from vibrissa.errors import FormatError, RangeError
 
+MOST_SAMPLES = 2_000_000  # of one record: 12 modes, or 24 whiskers, of them are half a gigabyte
+MOST_BINS = 1_000_000  # of one trial: a window in milliseconds, taken for seconds, would fill the memory
 SHARE = 0.5  # of the machine's memory that one computation may take: intermediate arrays need as much again
 VARIABLE = "VIBRISSA_MEMORY"  # environment: another limit [GB]
 _UNKNOWN = 4e9  # bytes, of a system that does not say how much it has
@@ -74,6 +76,51 @@ def require_memory(quantity: str, value: object, size: float, remedy: str = "") 
         rule = f"must fit into {most / 1e9:.3g} GB of memory, half of what this machine has"
         remedy = remedy or f"take less; {VARIABLE}=32 (GB) states another size of the machine"
         raise RangeError(quantity, rule, f"{value}, which need {size / 1e9:.3g} GB", remedy)
+
+
+def require_samples(thing: str, duration: float, rate: float, most: int = MOST_SAMPLES) -> None:
+    """Refuse a record of too many samples.
+
+    Parameters
+    ----------
+    thing : str
+        What would have them.
+    duration : float
+        [s].
+    rate : float
+        Samples per second [Hz].
+    most : int
+        Samples at most.
+
+    Raises
+    ------
+    InputError
+        With their number.
+    """
+    if not duration * rate <= most:
+        count = f"{duration * rate:.3g}"
+        raise RangeError(thing, f"must have at most {most:,} samples", count, "lower `sampling_rate`")
+
+
+def require_bins(duration: float, bin_width: float, most: int = MOST_BINS) -> None:
+    """Refuse a window of too many bins.
+
+    Parameters
+    ----------
+    duration : float
+        Of the window [s].
+    bin_width : float
+        [s].
+    most : int
+        Bins at most.
+
+    Raises
+    ------
+    InputError
+        With their number.
+    """
+    if duration > most * bin_width > 0:
+        raise RangeError("window", f"must hold at most {most:,} bins", f"{duration:g} s", "times are in seconds")
 
 
 def cap_memory() -> None:
