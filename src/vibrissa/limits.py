@@ -102,7 +102,7 @@ def require_samples(thing: str, duration: float, rate: float, most: int = MOST_S
         raise RangeError(thing, f"must have at most {most:,} samples", count, "lower `sampling_rate`")
 
 
-def require_bins(duration: float, bin_width: float, most: int = MOST_BINS) -> None:
+def require_bins(duration: float, bin_width: float, most: int = MOST_BINS, quantity: str = "window") -> None:
     """Refuse a window of too many bins.
 
     Parameters
@@ -113,6 +113,8 @@ def require_bins(duration: float, bin_width: float, most: int = MOST_BINS) -> No
         [s].
     most : int
         Bins at most.
+    quantity : str
+        What has this duration.
 
     Raises
     ------
@@ -120,7 +122,8 @@ def require_bins(duration: float, bin_width: float, most: int = MOST_BINS) -> No
         With their number.
     """
     if duration > most * bin_width > 0:
-        raise RangeError("window", f"must hold at most {most:,} bins", f"{duration:g} s", "times are in seconds")
+        rule, found = f"must hold at most {most:,} bins of {bin_width:g} s", f"{duration:g} s"
+        raise RangeError(quantity, rule, found, "times are in seconds; or take a wider `bin_width`")
 
 
 def cap_memory() -> None:

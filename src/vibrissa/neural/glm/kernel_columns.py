@@ -55,8 +55,8 @@ class KernelAnalysis(BinnedAnalysis):
         super().__post_init__()
         require_positive("reach", self.reach, "s")
         require_not_negative("past", self.past, "s")
-        for longest in (self.reach, self.past):
-            require_bins(longest, self.bin_width, MOST_LAGS)
+        for quantity in ("reach", "past"):
+            require_bins(getattr(self, quantity), self.bin_width, MOST_LAGS, quantity)
         if self.reach < self.shapes * self.bin_width:
             raise TooFewError("reach", f"must be {self.shapes} bins at least, one for each shape", self.reach)
         if self.past and self.past < self.past_shapes * self.bin_width:
