@@ -55,8 +55,10 @@ def p_of_shifts(explained: Array, left: Array, guard: int, latest: int = 0) -> f
         Sum of squares explained beyond the others at every shift, from none.
     left : (K,) array
         Size of the columns beyond the others at every shift.
-    guard, latest : int
-        Shifts left out on both sides of none, as long as a drive is like itself, and as latencies are searched [bins].
+    guard : int
+        Shifts left out on both sides of no shift: as long as a drive is like itself [bins].
+    latest : int
+        Further shifts left out there: as long as latencies are searched [bins].
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Chance of a whisker's weight: its stimulus shifted beside the others', threshold and latency chosen at every shift."""
+"""Chance of a whisker's weight: its stimulus shifted beside the others', threshold and latency chosen anew."""
 
 from __future__ import annotations
 
