@@ -21,8 +21,10 @@ from vibrissa.neural.simulated.virtual import ThresholdLinearUnit, simulate_spik
 from vibrissa.neural.simulated.wandering import unrelated_feature
 from vibrissa.stats import adjusted_p_values, wilson_interval
 
-ROOMS = ("helpers", "neural/glm", "neural/io", "neural/coupling")
-sys.path.extend(str(Path(__file__).parents[1] / "tests" / room) for room in ROOMS)
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "helpers"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "neural" / "glm"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "neural" / "io"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "neural" / "coupling"))
 from test_one_presentation import UNITS, rolled, summed
 from test_surround import TRIALS, TRUTH, Sum, copies  # the stimuli and units of the tests
 
