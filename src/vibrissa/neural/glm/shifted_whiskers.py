@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibrissa.arrays import Array
+from vibrissa.arrays import Array, Complex
 from vibrissa.neural.glm.delayed_envelopes import LATEST
 from vibrissa.neural.glm.shift_null import p_of_shifts
 from vibrissa.neural.glm.whisker_weights import SurroundGrid
@@ -76,7 +76,7 @@ class ShiftedWhiskers:
         return together - others
 
 
-def _left(columns: Array, inverse: Array, transforms: Array) -> Array:
+def _left(columns: Array, inverse: Array, transforms: Complex) -> Array:
     """Size of each whisker's column beyond those of the others, at every shift of it; (W, K)."""
     found = np.empty_like(columns)
     for k, own in enumerate(transforms):
@@ -86,7 +86,7 @@ def _left(columns: Array, inverse: Array, transforms: Array) -> Array:
     return np.maximum(found, np.maximum(SMALLEST * (columns**2).sum(1, keepdims=True), TINY))
 
 
-def _at_threshold(rate: Array, columns: Array, inverse: Array, transforms: Array, left: Array) -> tuple[Array, Array]:
+def _at_threshold(rate: Array, columns: Array, inverse: Array, transforms: Complex, left: Array) -> tuple[Array, Array]:
     """What each shifted whisker adds, (J, W, K), to what the others explain, (J, W), at every latency."""
     product = columns @ rate
     b = np.einsum("jwv,jv->jw", inverse, product)
