@@ -46,7 +46,8 @@ def compute(quality: xr.Dataset) -> xr.Dataset:
     caption = (
         f"Units, filled where kept: {', '.join(shares)}. A: share of foreign spikes, 95 % intervals (refractory "
         f"period {period}); dashed: the least rate. B: {beside}. C: share of the recording's bins in "
-        f"which a unit fires, and change of its rate from start to end, over its mean. Observed for {attrs['duration']:.4g} s."
+        f"which a unit fires, and change of its rate from start to end, over its mean. Observed for "
+        f"{attrs['duration']:.4g} s."
     )
     return quality.assign_attrs(caption=caption)
 
