@@ -132,7 +132,7 @@ def test_a_scheduler_lost_before_the_client_knows_is_told_as_such(when):
     class Client:
         status = "running"
 
-        def nthreads(self):
+        def nthreads(self, **_):
             return {"worker": 1}
 
     setattr(Client, when, lost)
