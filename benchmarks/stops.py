@@ -5,7 +5,7 @@
 The run is killed (SIGKILL) or stopped (SIGINT, SIGINT twice, SIGTERM, SIGHUP, in turn; four by four sent to the run
 alone, and to the whole group of processes, as a terminal does), and the same command is given again, until it ends
 well. After each, no process of it may be left within ten seconds; a stop must end within 20 s in one line, with its
-exit code, and must leave no temporary file. Five of them share a folder; in the end each of its files is compared with
+exit code, and must leave no temporary file. Ten of them share a folder; in the end each of its files is compared with
 that of an undisturbed run.
 """
 
@@ -37,7 +37,7 @@ seed = 3
 [comparison]
 gratings = 19
 """
-FIVE = 5  # of a folder
+TEN = 10  # of a folder
 SOON, IN_TIME = 10.0, 20.0  # [s]
 BEGUN = b" start\n"  # the line after which a stop is heard by the run, not by Python's own start
 STOPS = {"SIGINT": 130, "SIGINT, SIGINT": 130, "SIGTERM": 143, "SIGHUP": 129}  # exit codes
@@ -153,8 +153,16 @@ def of_session(session: int) -> list[int]:
     return found
 
 
+def hear_all() -> None:
+    """Let the runs hear every signal, also where this process was started to ignore some (``nohup``, ``&``)."""
+    for number in (signal.SIGINT, signal.SIGHUP):
+        if signal.getsignal(number) is signal.SIG_IGN:
+            signal.signal(number, signal.SIG_DFL)
+
+
 def main(kills: int, stops: int, seed: int) -> None:
     """Disturb folder after folder, and print what came of it."""
+    hear_all()
     rng = np.random.default_rng(seed)
     kinds = [("kill", False)] * kills + [(list(STOPS)[k % 4], bool(k // 4 % 2)) for k in range(stops)]
     kinds = [kinds[k] for k in rng.permutation(len(kinds))]
@@ -167,10 +175,10 @@ def main(kills: int, stops: int, seed: int) -> None:
         span, known, faults = time.monotonic() - begin, results(undisturbed.out), 0
         print(f"Python {platform.python_version()}, undisturbed: {span:.0f} s, {len(known)} files", flush=True)
         while kinds:
-            now, kinds = kinds[:FIVE], kinds[FIVE:]
+            now, kinds = kinds[:TEN], kinds[TEN:]
             one = Disturbed(work / "study.toml", work / f"disturbed-{len(kinds)}")
             for kind, group in now:
-                moment = float(rng.uniform(0, span / 2))
+                moment = float(rng.uniform(0, span / 4))
                 done = one.kill(moment) if kind == "kill" else one.stop(kind, group, moment)
                 kinds += [] if done else [(kind, group)]
             one.end(known)
