@@ -20,10 +20,13 @@ if TYPE_CHECKING:
     from vibrissa.texture.relief import HeightProfile
     from vibrissa.texture.surface import Gaps
 
-START, PATIENCE = 60.0, 20.0  # [s] in which the process must be there, and must have read a file
+START = 60.0  # [s] in which the process, and the readers that it needs, must be there
+PATIENCE, PACE = 20.0, 1e6  # [s], and [bytes/s] of what a file has in truth, in which it must be read
+TABLES = (".csv", ".txt", ".tsv", ".dat")  # which need no instrument's reader
 MEMORY = 2 << 30  # bytes of data that it may have
 LARGE = 512 << 20  # bytes; a process that has used more ends, so that its memory is free again
 LARGEST_SURFACE = 64 << 20  # bytes of an answer: two million heights and their places take 32 MB
+TOO_MUCH = "the file is damaged, or too much for the page: give it to vibrissa scan"
 UNREADABLE = (OSError, ValueError, LookupError, TypeError, ArithmeticError, AttributeError, RuntimeError)
 
 
@@ -95,9 +98,12 @@ class DroppedReader:
         try:
             line.recv_bytes()  # it waits for a file
             line.send((path, dict(how)))
-            if not line.poll(PATIENCE):
-                remedy = "the file is damaged, or too much for the page: give it to vibrissa scan"
-                raise RangeError(str(path), f"must be readable within {PATIENCE:g} s", remedy=remedy)
+            there = line.poll(START)
+            if there:
+                line.recv_bytes()  # it has what it reads files of this name with
+            limit = PATIENCE + path.stat().st_size / PACE
+            if not there or not line.poll(limit):
+                raise RangeError(str(path), f"must be readable within {limit:.0f} s", remedy=TOO_MUCH)
             return _unpacked(line.recv_bytes(LARGEST_SURFACE))
         except (EOFError, OSError) as error:
             raise _too_much(path) from error
@@ -111,8 +117,7 @@ def _unpacked(content: bytes) -> tuple[bool, Any]:
 
 
 def _too_much(path: Path) -> InputError:
-    remedy = "the file is damaged, or too much for the page: give it to vibrissa scan"
-    return RangeError(str(path), f"must be readable with {MEMORY >> 30} GB of memory", remedy=remedy)
+    return RangeError(str(path), f"must be readable with {MEMORY >> 30} GB of memory", remedy=TOO_MUCH)
 
 
 def _serve(line: Connection, memory: int) -> None:
@@ -126,11 +131,20 @@ def _serve(line: Connection, memory: int) -> None:
         while True:
             line.send_bytes(b"ready")
             path, how = line.recv()
+            if path.suffix.lower() not in TABLES:
+                _load_instruments()
+            line.send_bytes(b"reading")
             found = _read(path, how)
             last = _most_memory() > LARGE
             line.send((last, found))
             if last:
                 return
+
+
+def _load_instruments() -> None:
+    """Load the readers of instruments, for a second or two, if they are installed."""
+    with suppress(ImportError):
+        importlib.import_module("SurfaceTopography.IO")
 
 
 def _read(path: Path, how: Mapping[str, Any]) -> tuple[Gaps | HeightProfile, list[str]] | InputError:
