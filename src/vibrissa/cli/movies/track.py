@@ -95,7 +95,7 @@ def track(
     out
         Dataset to write (NetCDF); MOVIE's name with .nc in the current folder by default.
     """
-    from vibrissa.files import save
+    from vibrissa.netcdf import save
     from vibrissa.study.movie.backward import track_file
     from vibrissa.study.spec.settings import MovieFile
 
