@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Literal
 
 from vibrissa.cli.shared.options import Flag, Scheduler, Workers
 from vibrissa.cli.shared.output import Json, say, show, tell
-from vibrissa.cli.shared.progress import progress_bars, stoppable
+from vibrissa.cli.shared.progress import progress_bars
+from vibrissa.cli.shared.stoppable import stoppable
 from vibrissa.cli.shared.tables import hanging, wrapped
 from vibrissa.errors import ConflictError
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import secrets
+import sys
 import threading
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from io import BytesIO
+from time import monotonic
 from typing import Any
 
 import numpy as np
@@ -16,6 +19,8 @@ from numpy.typing import NDArray
 from vibrissa.errors import FormatError
 
 LARGEST = 1 << 20  # bytes of what is saved: some hundred points are a hundredth of it
+MOST_DIGITS = 12  # of a length
+PATIENCE = 20.0  # [s] in which a request must have come
 POLICY = (
     "default-src 'none'; img-src 'self' data:; connect-src 'self'; style-src 'nonce-{0}'; script-src 'nonce-{0}'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -71,10 +76,16 @@ class _Server(ThreadingHTTPServer):
     ) -> None:
         super().__init__(("127.0.0.1", 0), _Handler)
         self.prefix, self.save, self.saved = f"/{token}/", save, False
+        self.hosts = {f"{name}:{self.server_address[1]}" for name in ("127.0.0.1", "localhost")}
         self.lock = threading.Lock()
         self.nonce = secrets.token_urlsafe(16)
         page = render_page({**proposal, "width": image.shape[1], "height": image.shape[0]}, self.nonce)
         self.pages = {"": ("text/html; charset=utf-8", page.encode()), "frame.png": ("image/png", png(image))}
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing of connections that the other side broke off."""
+        if not isinstance(sys.exception(), OSError):
+            super().handle_error(request, client_address)
 
     def end(self) -> None:
         """Stop serving, from a thread of its own: the one that serves must not wait for itself."""
@@ -83,6 +94,7 @@ class _Server(ThreadingHTTPServer):
 
 class _Handler(BaseHTTPRequestHandler):
     server: _Server
+    timeout = PATIENCE  # of each wait for the other side
 
     def do_GET(self) -> None:
         """Give the page or its picture, to who knows the address."""
@@ -97,13 +109,25 @@ class _Handler(BaseHTTPRequestHandler):
         place, length = self._place(), self.headers.get("Content-Length", "")
         if place not in ("save", "quit"):
             self._answer(404, "text/plain", b"not here")
-        elif not length.isdecimal() or int(length) > LARGEST:
-            self._tell(400, {"error": f"what is saved must have a length, at most {LARGEST} bytes"})
+        elif "Origin" not in self.headers:
+            self._tell(403, {"error": "only the page itself may save or give up"})
+        elif "Transfer-Encoding" in self.headers or not _is_length(length) or int(length) > LARGEST:
+            self._tell(400, {"error": f"what is saved must have one length, at most {LARGEST} bytes"})
+        elif (body := self._body(int(length))) is None:
+            self._tell(408, {"error": f"what is saved must come whole, within {PATIENCE:g} s"})
         elif place == "quit":
             self._tell(200, {"saved": False})
             self.server.end()
         else:
-            self._save(self.rfile.read(int(length)))
+            self._save(body)
+
+    def _body(self, length: int) -> bytes | None:
+        """Body of so many bytes; None where it breaks off, or is too slow."""
+        end, body = monotonic() + PATIENCE, b""
+        with suppress(TimeoutError):
+            while len(body) < length and monotonic() < end and (part := self.rfile.read1(length - len(body))):
+                body += part
+        return body if len(body) == length else None
 
     def _save(self, body: bytes) -> None:
         with self.server.lock:
@@ -112,20 +136,23 @@ class _Handler(BaseHTTPRequestHandler):
                 if not isinstance(picked, dict):
                     raise FormatError("what is saved", "must be an object")
                 self.server.save(picked)
-            except json.JSONDecodeError as error:
+            except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
                 return self._tell(400, {"error": f"what is saved must be JSON: {error}"})
             except (ValueError, TypeError) as error:
                 return self._tell(422, {"error": str(error)})
+            except Exception as error:
+                return self._tell(500, {"error": f"it could not be saved ({type(error).__name__}: {error})"})
             self.server.saved = True
         self._tell(200, {"saved": True})
         self.server.end()
 
     def _place(self) -> str | None:
-        """Path below the secret part; None for a stranger or a foreign host name."""
-        host = self.headers.get("Host", "").rpartition(":")[0]
-        if host not in ("127.0.0.1", "localhost") or not self.path.startswith(self.server.prefix):
+        """Path below the secret part; None for a stranger, a foreign host name, or the page of another."""
+        origin = self.headers.get("Origin")
+        foreign = origin is not None and origin.removeprefix("http://") not in self.server.hosts
+        if foreign or self.headers.get("Host") not in self.server.hosts:
             return None
-        return self.path.removeprefix(self.server.prefix)
+        return self.path.removeprefix(self.server.prefix) if self.path.startswith(self.server.prefix) else None
 
     def _tell(self, code: int, content: Mapping[str, Any]) -> None:
         self._answer(code, "application/json", json.dumps(content).encode())
@@ -143,6 +170,10 @@ class _Handler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: Any) -> None:
         """Say nothing of single requests."""
+
+
+def _is_length(text: str) -> bool:
+    return text.isascii() and text.isdecimal() and len(text) <= MOST_DIGITS
 
 
 def render_page(proposal: Mapping[str, Any], nonce: str) -> str:
