@@ -24,9 +24,11 @@ from vibrissa.arrays import Integers
 from vibrissa.errors import FormatError, InputError, ShapeError, TooFewError
 from vibrissa.video.io.about import Movie, Opened, empty_block
 from vibrissa.video.io.grey import Frames, grey_levels, has_colour, kind_of
+from vibrissa.video.io.slice_checksums import SliceChecksums
 
 LOSSLESS = frozenset({"ffv1", "rawvideo", "huffyuv", "ffvhuff", "utvideo", "png", "bmp", "tiff"})
 SUFFIXES = frozenset({".avi", ".mkv", ".mp4"})
+CHECKED = frozenset({"png", "apng"})  # checksums that FFmpeg itself checks; those of FFV1 are checked here
 
 # titles may be in any encoding: since version 19 PyAV reads them all, before it was asked to
 _ASKED = hasattr(av.container.InputContainer, "metadata_errors")
@@ -62,22 +64,28 @@ def opened(path: Path) -> Iterator[Opened]:
         format changes, or the movie is cut off or damaged.
     """
     with _container(path) as container:
-        decoded = _frames(container, path)
+        checksums = _checksums(container)
+        decoded = _frames(container, path, checksums)
         first = next(decoded, None)
         if first is None:
             raise TooFewError(str(path), "must have at least one frame")
-        movie = _described(path, container, first)
+        movie = _described(path, container, first, checksums)
         yield Opened(movie, partial(_blocks, movie, chain([first], decoded)))
 
 
 def _blocks(movie: Movie, decoded: Iterable[av.VideoFrame], frames: int) -> Iterator[Frames]:
     block, filled = empty_block(movie, frames), 0
-    for frame in decoded:
-        block[filled] = grey_levels(frame, movie.path, movie.bits, movie.expanded, movie.colour)
-        filled += 1
-        if filled == frames:
-            yield block
-            block, filled = np.empty_like(block), 0
+    try:
+        for frame in decoded:
+            block[filled] = grey_levels(frame, movie.path, movie.bits, movie.expanded, movie.colour)
+            filled += 1
+            if filled == frames:
+                yield block
+                block, filled = np.empty_like(block), 0
+    except InputError:
+        if filled:  # the frames before a damaged one are good
+            yield block[:filled]
+        raise
     if filled:
         yield block[:filled]
 
@@ -200,15 +208,34 @@ def _container(path: Path) -> av.container.InputContainer:
     )
 
 
-def _frames(container: av.container.InputContainer, path: Path) -> Iterator[av.VideoFrame]:
-    """Decode all frames of one size; an error where the file holds fewer than it announces."""
+def _checksums(container: av.container.InputContainer) -> SliceChecksums | None:
+    context = container.streams.video[0].codec_context
+    return SliceChecksums(bytes(context.extradata or b"")) if context.name == "ffv1" else None
+
+
+def _packets(container: av.container.InputContainer, checksums: SliceChecksums | None) -> Iterator[av.Packet]:
+    """Packets whose checksums hold, up to the first that does not, and one that empties the decoder."""
+    stream = container.streams.video[0]
+    for packet in container.demux(stream):
+        if packet.size and checksums is not None and not checksums.hold(bytes(packet)):
+            empty = av.Packet(0)
+            empty.stream = stream
+            yield empty
+            return
+        yield packet
+
+
+def _frames(
+    container: av.container.InputContainer, path: Path, checksums: SliceChecksums | None
+) -> Iterator[av.VideoFrame]:
+    """Decode all frames of one size; an error where one is damaged or the file holds fewer than it announces."""
     stream = container.streams.video[0]
     stream.thread_type = "AUTO"
     stream.codec_context.options = {"err_detect": "crccheck+explode"}  # no frame is patched up from its neighbours
     announced, count = _announced(container), 0
     frame: av.VideoFrame | None = None
     try:
-        for frame in container.decode(stream):
+        for frame in (frame for packet in _packets(container, checksums) for frame in packet.decode()):
             if count == 0:
                 first = frame
             _alike(frame, first, path, count)
@@ -218,6 +245,8 @@ def _frames(container: av.container.InputContainer, path: Path) -> Iterator[av.V
             yield frame
     except (av.FFmpegError, OSError, MemoryError) as error:
         raise _cut_off(path, count, announced) from error
+    if checksums is not None and checksums.failed:
+        raise _damaged(path, count, announced)
     if frame is not None and (count < stream.frames or _ends_early(container, frame)):
         raise _cut_off(path, count, announced)
 
@@ -235,6 +264,12 @@ def _alike(frame: av.VideoFrame, first: av.VideoFrame, path: Path, number: int) 
 def _cut_off(path: Path, count: int, announced: int) -> InputError:
     found = f"{count} readable frames of {announced or 'an unknown number'}"
     return FormatError(str(path), "is cut off or damaged", found, "copy it again, or cut it after those frames")
+
+
+def _damaged(path: Path, count: int, announced: int) -> InputError:
+    found = f"{count} whole frames of {announced or 'an unknown number'} before it"
+    remedy = "copy it again, or read the frames before it alone"
+    return FormatError(str(path), f"is damaged: the checksum of frame {count} does not hold", found, remedy)
 
 
 def _duration(container: av.container.InputContainer) -> float:
@@ -268,7 +303,9 @@ def _ends_early(container: av.container.InputContainer, last: av.VideoFrame) -> 
     return bool(_duration(container) - last.time > 1.5 / float(stream.average_rate) + 2e-3)
 
 
-def _described(path: Path, container: av.container.InputContainer, frame: av.VideoFrame) -> Movie:
+def _described(
+    path: Path, container: av.container.InputContainer, frame: av.VideoFrame, checksums: SliceChecksums | None
+) -> Movie:
     stream = container.streams.video[0]
     bits, expanded = kind_of(frame, path)
     return Movie(
@@ -278,6 +315,7 @@ def _described(path: Path, container: av.container.InputContainer, frame: av.Vid
         bits=bits,
         codec=stream.codec_context.name,
         lossy=stream.codec_context.name not in LOSSLESS,
+        checksums=stream.codec_context.name in CHECKED or (checksums is not None and checksums.present),
         expanded=expanded,
         colour=has_colour(frame),
         playback_rate=float(stream.average_rate) if stream.average_rate else nan,
