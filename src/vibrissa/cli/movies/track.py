@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from vibrissa.cli.movies.points import Point, Side, frame_of, line_of, pixels_of, points_of
-from vibrissa.cli.shared.output import Json, refuse_out, show, tell
+from vibrissa.cli.shared.output import Json, MaybeOut, refuse_out, show, tell
 from vibrissa.cli.shared.pictures import write_picture
 from vibrissa.cli.shared.progress import progress_bars, stage
 from vibrissa.cli.shared.units import Length, Rate
@@ -42,7 +42,7 @@ def track(
     start: str | None = None,
     stop: str | None = None,
     preview: Path | None = None,
-    out: Path | None = None,
+    out: MaybeOut = None,
     json: Json = False,
 ) -> None:
     """Track whiskers in a movie: centrelines at nodes of fixed arc length.
