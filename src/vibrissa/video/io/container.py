@@ -14,43 +14,36 @@ from functools import partial
 from itertools import chain
 from math import nan
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import av
 import numpy as np
-from numpy.typing import NDArray
 
 from vibrissa.arrays import Integers
 from vibrissa.errors import FormatError, InputError, ShapeError, TooFewError
 from vibrissa.video.io.about import Movie, Opened, empty_block
+from vibrissa.video.io.frame_times import FrameTimes, frame_times
 from vibrissa.video.io.grey import Frames, grey_levels, has_colour, kind_of
 from vibrissa.video.io.slice_checksums import SliceChecksums
 
 LOSSLESS = frozenset({"ffv1", "rawvideo", "huffyuv", "ffvhuff", "utvideo", "png", "bmp", "tiff"})
-SUFFIXES = frozenset({".avi", ".mkv", ".mp4"})
 CHECKED = frozenset({"png", "apng"})  # checksums that FFmpeg itself checks; those of FFV1 are checked here
 
 # titles may be in any encoding: since version 19 PyAV reads them all, before it was asked to
 _ASKED = hasattr(av.container.InputContainer, "metadata_errors")
 _ANY_ENCODING: dict[str, Any] = {"metadata_errors": "surrogateescape"} if _ASKED else {}
 
-# name of the codec as the user says it: FFmpeg's name, its options, the containers that hold it
-ENCODERS: dict[str, tuple[str, dict[str, str], frozenset[str]]] = {
-    "ffv1": ("ffv1", {}, frozenset({".avi", ".mkv"})),
-    "ffvhuff": ("ffvhuff", {}, frozenset({".avi"})),
-    "h264": ("libx264", {"crf": "18"}, SUFFIXES),
-    "h264-lossless": ("libx264", {"qp": "0"}, SUFFIXES),
-}
-
 
 @contextmanager
-def opened(path: Path) -> Iterator[Opened]:
+def opened(path: Path, holes: bool = False) -> Iterator[Opened]:
     """Open a movie, described by its header and first frame; its blocks can be read once.
 
     Parameters
     ----------
     path : Path
         The file.
+    holes : bool
+        Whether frames that the container counts may be missing, as long as the last is there.
 
     Yields
     ------
@@ -65,7 +58,7 @@ def opened(path: Path) -> Iterator[Opened]:
     """
     with _container(path) as container:
         checksums = _checksums(container)
-        decoded = _frames(container, path, checksums)
+        decoded = _frames(container, path, checksums, holes)
         first = next(decoded, None)
         if first is None:
             raise TooFewError(str(path), "must have at least one frame")
@@ -110,87 +103,46 @@ def key_frames(path: Path) -> Integers:
     InputError
         If it is no movie, or cannot be read to its end.
     """
-    with _container(path) as container:
-        stream = container.streams.video[0]
-        try:
-            flags = [(packet.pts, packet.is_keyframe) for packet in container.demux(stream) if packet.size]
-        except av.FFmpegError as error:
-            raise _cut_off(path, 0, _announced(container)) from error
-    if all(time is not None for time, _ in flags):
-        flags.sort()  # packets come in the order of decoding
-    return np.flatnonzero([key for _, key in flags])
+    return np.flatnonzero([key for _, key in _stamps(path)[0]])
 
 
-def write(path: Path, blocks: Iterator[Frames], codec: str, playback_rate: float) -> None:
-    """Encode grey frames by one of ``ENCODERS``; equal frames give equal files.
+def time_stamps(path: Path) -> FrameTimes | None:
+    """Places of the frames on an even time axis, as the container times them; nothing is decoded.
 
     Parameters
     ----------
     path : Path
-        File to write.
-    blocks : iterator of (T, height, width) arrays
-        Frames of one size and type.
-    codec : str
-        One of ``ENCODERS``.
-    playback_rate : float
-        Rate at which players show it [Hz].
+        The file.
+
+    Returns
+    -------
+    FrameTimes or None
+        None where frames have no time stamps.
 
     Raises
     ------
     InputError
-        If the codec cannot hold the bits of the frames.
+        If it is no movie, or cannot be read to its end.
     """
-    name, options, _ = ENCODERS[codec]
-    first = next(blocks)
-    if first.dtype == np.uint16 and name == "libx264":
-        raise FormatError("frames", "must be of 8 bits for H.264", first.dtype, "write 'ffv1' or TIFF")
-    layout = "gray" if first.dtype == np.uint8 else "gray16le"
-    frames = (frame for block in chain([first], blocks) for frame in block)
-    encode(path, frames, name, options, layout, layout, playback_rate)
+    stamps, tick = _stamps(path)
+    if not stamps or any(time is None for time, _ in stamps):
+        return None
+    return frame_times(np.array([float(time * tick) for time, _ in stamps]), float(tick))
 
 
-def encode(
-    path: Path,
-    frames: Iterable[NDArray[Any]],
-    name: str,
-    options: dict[str, str],
-    given: str,
-    stored: str,
-    playback_rate: float,
-) -> int:
-    """Encode frames with one codec of FFmpeg, without a random identifier.
-
-    Parameters
-    ----------
-    path : Path
-        File to write; its suffix is the container.
-    frames : iterable of (height, width, …) arrays
-        Frames of one size and type.
-    name, options : str, dict
-        FFmpeg's name of the codec, and its options.
-    given, stored : str
-        FFmpeg's pixel format of the frames, and of the movie.
-    playback_rate : float
-        Rate at which players show it [Hz].
-
-    Returns
-    -------
-    int
-        Number of frames.
-    """
-    count = 0
-    with av.open(str(path), "w", container_options={"fflags": "+bitexact"}) as file:
-        rate = Fraction(playback_rate).limit_denominator(100_000)
-        stream = cast(av.VideoStream, file.add_stream(name, rate=rate, options=options))
-        for count, frame in enumerate(frames, 1):
-            if count == 1:
-                stream.height, stream.width, stream.pix_fmt = *frame.shape[:2], stored
-                if name == "libx264" and stored == "gray":
-                    stream.codec_context.color_range = av.video.reformatter.ColorRange.JPEG
-            image = av.VideoFrame.from_ndarray(np.ascontiguousarray(frame), format=given)
-            file.mux(stream.encode(image))
-        file.mux(stream.encode())
-    return count
+def _stamps(path: Path) -> tuple[list[tuple[Any, bool]], Fraction]:
+    """Time in ticks and whether it is a key frame, of every frame in its order, and the tick [s]."""
+    with _container(path) as container:
+        stream = container.streams.video[0]
+        packets = (packet for packet in container.demux(stream) if packet.size and not packet.is_discard)
+        try:
+            stamps = [(packet.pts, packet.is_keyframe) for packet in packets]
+        except av.FFmpegError as error:
+            raise _cut_off(path, 0, _announced(container)) from error
+        tick = Fraction(stream.time_base or 0)
+    if all(time is not None for time, _ in stamps):
+        stamps.sort()  # packets come in the order of decoding
+    return stamps, tick
 
 
 def _container(path: Path) -> av.container.InputContainer:
@@ -213,7 +165,7 @@ def _checksums(container: av.container.InputContainer) -> SliceChecksums | None:
     return SliceChecksums(bytes(context.extradata or b"")) if context.name == "ffv1" else None
 
 
-def _packets(container: av.container.InputContainer, checksums: SliceChecksums | None) -> Iterator[av.Packet]:
+def _packets(container: av.container.InputContainer, checksums: SliceChecksums | None) -> Iterator[Any]:
     """Packets whose checksums hold, up to the first that does not, and one that empties the decoder."""
     stream = container.streams.video[0]
     for packet in container.demux(stream):
@@ -226,7 +178,7 @@ def _packets(container: av.container.InputContainer, checksums: SliceChecksums |
 
 
 def _frames(
-    container: av.container.InputContainer, path: Path, checksums: SliceChecksums | None
+    container: av.container.InputContainer, path: Path, checksums: SliceChecksums | None, holes: bool
 ) -> Iterator[av.VideoFrame]:
     """Decode all frames of one size; an error where one is damaged or the file holds fewer than it announces."""
     stream = container.streams.video[0]
@@ -247,7 +199,8 @@ def _frames(
         raise _cut_off(path, count, announced) from error
     if checksums is not None and checksums.failed:
         raise _damaged(path, count, announced)
-    if frame is not None and (count < stream.frames or _ends_early(container, frame)):
+    counted = stream.frames and not holes
+    if frame is not None and (count < stream.frames if counted else _ends_early(container, frame)):
         raise _cut_off(path, count, announced)
 
 
@@ -297,7 +250,7 @@ def _announced(container: av.container.InputContainer) -> int:
 
 def _ends_early(container: av.container.InputContainer, last: av.VideoFrame) -> bool:
     stream = container.streams.video[0]
-    if stream.frames or last.time is None or not stream.average_rate:
+    if last.time is None or not stream.average_rate:
         return False
     # half a frame more than the last frame's own duration: time stamps are rounded to 1 ms in MKV
     return bool(_duration(container) - last.time > 1.5 / float(stream.average_rate) + 2e-3)
