@@ -124,14 +124,14 @@ def time_stamps(path: Path) -> FrameTimes | None:
     InputError
         If it is no movie, or cannot be read to its end.
     """
-    stamps, tick = _stamps(path)
+    stamps, tick, rate = _stamps(path)
     if not stamps or any(time is None for time, _ in stamps):
         return None
-    return frame_times(np.array([float(time * tick) for time, _ in stamps]), float(tick))
+    return frame_times(np.array([float(time * tick) for time, _ in stamps]), float(tick), rate)
 
 
-def _stamps(path: Path) -> tuple[list[tuple[Any, bool]], Fraction]:
-    """Time in ticks and whether it is a key frame, of every frame in its order, and the tick [s]."""
+def _stamps(path: Path) -> tuple[list[tuple[Any, bool]], Fraction, float]:
+    """Time in ticks and whether it is a key frame, of every frame in its order; tick [s] and rate [Hz]."""
     with _container(path) as container:
         stream = container.streams.video[0]
         packets = (packet for packet in container.demux(stream) if packet.size and not packet.is_discard)
@@ -139,10 +139,10 @@ def _stamps(path: Path) -> tuple[list[tuple[Any, bool]], Fraction]:
             stamps = [(packet.pts, packet.is_keyframe) for packet in packets]
         except av.FFmpegError as error:
             raise _cut_off(path, 0, _announced(container)) from error
-        tick = Fraction(stream.time_base or 0)
+        tick, rate = Fraction(stream.time_base or 0), float(stream.base_rate or nan)
     if all(time is not None for time, _ in stamps):
         stamps.sort()  # packets come in the order of decoding
-    return stamps, tick
+    return stamps, tick, rate
 
 
 def _container(path: Path) -> av.container.InputContainer:

@@ -84,7 +84,7 @@ class FrameTimes:
             raise RangeError(name, "must have more frames than holes between them", found, "are its time stamps right?")
 
 
-def frame_times(time: Array, tick: float) -> FrameTimes:
+def frame_times(time: Array, tick: float, rate: float) -> FrameTimes:
     """Places of frames by their time stamps.
 
     Parameters
@@ -93,31 +93,42 @@ def frame_times(time: Array, tick: float) -> FrameTimes:
         Time stamps [s], ascending.
     tick : float
         Unit to which they are rounded [s].
+    rate : float
+        Frame rate that the file states [Hz]; NaN if none. Stamps are exact if its interval is a number of ticks.
 
     Returns
     -------
     FrameTimes
         Of an even time axis whose interval is the one most common here.
     """
-    if len(time) < 3:
-        return FrameTimes(np.arange(len(time)), 0, 0.0)
-    interval = _interval(time, tick)
-    if not interval > 0:
-        return FrameTimes(np.arange(len(time)), len(time) - 1, 1.0)
-    steps, rounding = np.diff(time) / interval, tick / interval
-    whole = np.where(steps > 1.5 + rounding, np.rint(steps), 1).astype(np.int64)
-    off = np.abs(steps - whole)
-    irregular = off > _OFF + rounding
+    steps = np.diff(time)
+    exact = rate * tick <= 1 + 1e-6 and abs(1 / (rate * tick) - round(1 / (rate * tick))) < 1e-6
+    rounding = 0.0 if exact else tick
+    interval = float(np.median(steps)) if exact and len(steps) else _interval(time, tick)
+    if len(time) < 3 or not interval > 0:
+        return FrameTimes(np.arange(len(time)), max(len(time) - 1, 0) if len(time) > 2 else 0, float(len(time) > 2))
+    for _ in range(3):  # the mean interval that goes with the places, and the places that go with it
+        whole = _whole(steps / interval, rounding / interval)
+        interval = float(steps.sum()) / int(whole.sum())
+    off = np.abs(steps / interval - whole)
+    irregular = off > _OFF + rounding / interval
     jitter = float(off.max()) if irregular.any() else 0.0
     return FrameTimes(np.concatenate([[0], np.cumsum(whole)]), int(np.count_nonzero(irregular)), jitter)
 
 
+def _whole(steps: Array, rounding: float) -> Integers:
+    """Whole intervals of each step; more than one where rounding cannot account for it."""
+    return np.where(steps > 1.5 + rounding, np.rint(steps), 1).astype(np.int64)
+
+
 def _interval(time: Array, tick: float) -> float:
     """Interval between frames [s], from those that are alike; several at once where rounding hides one."""
-    lag = 1 if np.median(np.diff(time)) >= _TICKS * tick else min(_LAG, len(time) - 1)
+    if len(time) < 3:
+        return 0.0
+    lag = 1 if np.median(np.diff(time)) >= _TICKS * tick else min(_LAG, 1 + len(time) // 8)
     spans = time[lag:] - time[:-lag]
     middle = np.median(spans)
-    alike = np.abs(spans - middle) <= max(0.5 * middle / lag, 2 * tick)
+    alike = np.abs(spans - middle) <= max(0.5 * middle / lag, tick)
     return float(spans[alike].mean()) / lag
 
 
