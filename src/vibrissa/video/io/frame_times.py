@@ -56,7 +56,9 @@ class FrameTimes:
         if holes.any():
             count = int(np.count_nonzero(holes))
             found = f"{count} hole{'s' * (count > 1)}, the largest of {holes.max()} frames, {holes.sum()} in all"
-            then = "missing frames are NaN" if kept else "frames after one are timed too early; `drop_frames='nan'`"
+            then = (
+                "missing frames are NaN" if kept else "later frames are timed too early; `drop_frames='nan'` mends it"
+            )
             lines.append(f"the time stamps have {found}: {then}")
         if self.irregular:
             off = f"{self.irregular} intervals are off by up to {self.jitter:.2g} of a frame"
