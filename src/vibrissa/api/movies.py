@@ -45,6 +45,7 @@ def track(
     whisker_length: float | None = None,
     start: int = 0,
     stop: int | None = None,
+    drop_frames: Literal["nan"] | None = None,
 ) -> xr.Dataset:
     """Centrelines of the whiskers of a movie, at nodes of fixed arc length.
 
@@ -80,6 +81,9 @@ def track(
     start, stop : int
         First frame that is tracked, from 0, and the first after it that is not; all by default. Points are of frame
         ``start``.
+    drop_frames : {"nan"}, optional
+        Frames that the movie's time stamps show to be missing become missing frames (NaN); by default they are reported
+        alone.
 
     Returns
     -------
@@ -115,9 +119,10 @@ def track(
         "seeds": () if seeds is None else tuple(seeds),
     }
     if seeds is None:
-        how |= _found(movie, start, polarity=polarity, base=base, region=region)
+        how |= _found(movie, start, drop_frames, polarity=polarity, base=base, region=region)
     if isinstance(movie, str | Path):
-        ends = {"substrate": substrate, "whisker_length": whisker_length, "start": start, "stop": stop}
+        ends: dict[str, Any] = {"substrate": substrate, "whisker_length": whisker_length, "start": start, "stop": stop}
+        ends["drop_frames"] = drop_frames
         return _track_file(path=str(movie), pixel_size=pixel_size, frame_rate=frame_rate, **ends, **how)
     if frame_rate is None:
         raise MissingError("frame_rate", "must be given with frames in memory", remedy="the camera's rate in Hz")
@@ -126,13 +131,15 @@ def track(
     return _track_frames(np.asarray(movie), (start, stop), frame_rate, pixel_size, how)
 
 
-def _found(movie: str | Path | NDArray[Any], start: int, **how: Any) -> dict[str, Any]:
+def _found(
+    movie: str | Path | NDArray[Any], start: int, drop_frames: Literal["nan"] | None, **how: Any
+) -> dict[str, Any]:
     """Seeds and base of the whiskers in one frame."""
     from vibrissa.video.find.finding import find_seeds
     from vibrissa.video.io.movie import read_blocks
 
     if isinstance(movie, str | Path):
-        image = next(iter(read_blocks(movie, 1, start)))[0]
+        image = next(iter(read_blocks(movie, 1, start, drop_frames=drop_frames)))[0]
     else:
         image = _part(np.asarray(movie), start, None)[0]
     base, found = find_seeds(image, **how)

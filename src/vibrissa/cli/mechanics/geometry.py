@@ -7,7 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from vibrissa.cli.shared.options import Flag
+from vibrissa.cli.shared.options import Flag, Friction
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, tell
 from vibrissa.cli.shared.units import Angle, Length
 from vibrissa.errors import ConflictError, MissingError
@@ -20,7 +20,7 @@ def whisker(
     tracked: Path | None = None,
     resonance_file: Path | None = None,
     cone_angle: Annotated[Angle | None, Parameter(name="--whisker.cone-angle")] = None,
-    friction: float = 0.4,
+    friction: Friction = 0.4,
     output: OutputOptions = PRINTED,
 ) -> None:
     """Geometry of a whisker from measured diameters, or its length, timescale and stiffness from its own tracks.

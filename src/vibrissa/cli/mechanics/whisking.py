@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from vibrissa.cli.mechanics.rod_movie import MovieFile, film_rate, refuse_movie, write_film
 from vibrissa.cli.mechanics.rod_options import NO_ROD, Model, RodOptions
 from vibrissa.cli.mechanics.scan import ScanOptions, undersampled
-from vibrissa.cli.shared.options import NO_WHISKER, Flag, WhiskerOptions
+from vibrissa.cli.shared.options import NO_WHISKER, Flag, Friction, WhiskerOptions
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, show, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import progress_bars
@@ -72,7 +72,7 @@ def whisking(
     path: Path,
     *,
     drawn: ScanOptions,
-    friction: float = 0.4,
+    friction: Friction = 0.4,
     reverse: Flag = False,
     model: Model = "modes",
     rod: RodOptions = NO_ROD,

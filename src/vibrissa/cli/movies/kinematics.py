@@ -12,7 +12,7 @@ from cyclopts import Parameter
 
 from vibrissa.cli.movies.points import Point, Side, line_of, points_of
 from vibrissa.cli.shared.options import Flag
-from vibrissa.cli.shared.output import Json, refuse_out, show, tell
+from vibrissa.cli.shared.output import Json, MaybeOut, refuse_out, show, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.refusals import in_options
 from vibrissa.cli.shared.units import Length, Rate
@@ -89,7 +89,7 @@ def kinematics(
     whisking_band: tuple[Rate, Rate] = (4.0, 30.0),
     bridged: int = 0,
     touched: ObjectOptions = NO_OBJECT,
-    out: Path | None = None,
+    out: MaybeOut = None,
     drawing: PictureOptions = NO_PICTURE,
     json: Json = False,
 ) -> None:

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from vibrissa.cli.movies.points import Point, Side, frame_of, line_of, pixels_of, points_of
-from vibrissa.cli.shared.output import Json, refuse_out, show, tell
+from vibrissa.cli.shared.output import Json, MaybeOut, refuse_out, show, tell
 from vibrissa.cli.shared.pictures import write_picture
 from vibrissa.cli.shared.progress import progress_bars, stage
+from vibrissa.cli.shared.refusals import in_options
 from vibrissa.cli.shared.units import Length, Rate
 from vibrissa.errors import FormatError
 from vibrissa.video.kernel.estimator_table import Estimator, described
@@ -41,8 +42,9 @@ def track(
     lamp: str | None = None,
     start: str | None = None,
     stop: str | None = None,
+    drop_frames: Literal["nan"] | None = None,
     preview: Path | None = None,
-    out: Path | None = None,
+    out: MaybeOut = None,
     json: Json = False,
 ) -> None:
     """Track whiskers in a movie: centrelines at nodes of fixed arc length.
@@ -90,6 +92,9 @@ def track(
         the movie's first frame.
     stop
         First frame after it that is not tracked, or its time.
+    drop_frames
+        Frames that the time stamps of the movie show to be missing become missing frames (NaN), so that time is right;
+        by default they are reported alone.
     preview
         Picture of the tracking: .mp4 or .mkv for a movie with the nodes over it, .png for a sheet of six frames.
     out
@@ -104,7 +109,7 @@ def track(
     seeds, area = points_of(seed_point, "--seed-point"), pixels_of(region, "--region")
     first, end = _part(movie, start, stop, frame_rate)
     if not seeds:
-        seeds, base = _found(movie, polarity, base, area, first)
+        seeds, base = _found(movie, polarity, base, area, first, drop_frames)
     settings = MovieFile(
         path=str(movie),
         frame_rate=frame_rate,
@@ -124,6 +129,7 @@ def track(
         lamp="find" if lamp == "find" else pixels_of(lamp, "--lamp"),
         start=first,
         stop=end,
+        drop_frames=drop_frames,
     )
     with progress_bars() as progress:
         profile = track_file(settings, Path(), progress)
@@ -168,7 +174,7 @@ def remarks_on(profile: xr.Dataset) -> None:
         if 2 * lost.total() > profile.sizes["time"]:
             [(most, _)] = lost.most_common(1)
             tell(f"whisker {whisker} was lost in {lost.total()} of {profile.sizes['time']} frames, mostly: {most}")
-    tell(*noted["remarks"])
+    tell(*map(in_options, noted["remarks"]))
     tell(*(f"whisker {k} is rejected: {reason}" for k, reason in enumerate(noted["rejected"]) if reason))
     if "led_frame" in profile.attrs:
         tell(f"the lamp lights in frame {profile.attrs['led_frame']}")
@@ -190,12 +196,13 @@ def _found(
     base: Side | None,
     region: tuple[int, int, int, int] | None,
     frame: int,
+    drop_frames: Literal["nan"] | None,
 ) -> tuple[tuple[Point, ...], Side]:
     """A seed on each whisker of a frame, and the side of the bases."""
     from vibrissa.video.find.finding import find_seeds
     from vibrissa.video.io.movie import read_blocks
 
-    image = next(iter(read_blocks(movie, 1, frame)))[0]
+    image = next(iter(read_blocks(movie, 1, frame, drop_frames=drop_frames)))[0]
     side, found = find_seeds(image, polarity=polarity, base=base, region=region)
     seeds = tuple(one.seed for one in found)
     places = "; ".join(f"{column:g},{row:g}" for column, row in seeds)
@@ -207,7 +214,8 @@ def _preview(movie: Path, profile: xr.Dataset, path: Path) -> None:
     from vibrissa.figures.others import preview
     from vibrissa.video.io.movie import read_blocks
 
-    blocks = read_blocks(movie, start=int(profile.attrs.get("first_frame", 0)))
+    first, drop = int(profile.attrs.get("first_frame", 0)), profile.attrs.get("drop_frames")
+    blocks = read_blocks(movie, start=first, drop_frames=drop)
     if path.suffix == ".png":
         write_picture(preview.draw(preview.compute(blocks, profile)), path)
     else:

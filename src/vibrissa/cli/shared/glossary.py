@@ -134,6 +134,9 @@ GLOSSARY: dict[str, Option] = {
         "point", "COLUMN,ROW of one end of an object of known size; twice", "10,10", arguments=("scale",)
     ),
     "--scale-length": _O("length", "Distance between the two points of --scale-point", "10mm", most=1),
+    "--drop-frames": _O(
+        "choice", "What becomes of frames that a movie's time stamps miss: nan makes them missing frames", "nan"
+    ),
     "--seed-point": _O(
         "point", "COLUMN,ROW of a point of a whisker; once for each", "60,32", arguments=("seeds", "seed")
     ),

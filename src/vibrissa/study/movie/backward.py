@@ -21,8 +21,10 @@ from vibrissa.video.checks.gop_artifact import GopArtifactWatch
 from vibrissa.video.checks.trial_led import led_frame, with_led
 from vibrissa.video.io.about import IN_COLOUR, Movie
 from vibrissa.video.io.container import key_frames
-from vibrissa.video.io.movie import frames_within, open_movie, read_blocks
+from vibrissa.video.io.frame_times import FrameTimes
+from vibrissa.video.io.movie import frame_times_of, frames_within, open_movie, read_blocks, sure_frame_times
 from vibrissa.video.profile.ends import ends
+from vibrissa.video.profile.missing_frames import without_frames
 from vibrissa.video.tracking import Calibration, numbered_from, track
 
 if TYPE_CHECKING:
@@ -81,8 +83,9 @@ def track_file(movie: MovieFile, folder: Path, progress: Progress) -> xr.Dataset
     Dataset
         ``profile``, with the whiskers' ``names`` (JSON) in its attributes where they have some, and ``remarks`` (JSON)
         on the movie where there are any; with skin and contact where the substrate is given, and ``led_frame``
-        where a lamp is. Of a part of the movie also ``first_frame`` and ``last_frame``; time counts from the movie's
-        first frame.
+        where a lamp is. With missing frames as of
+        :func:`vibrissa.video.profile.missing_frames.without_frames`. Of a part of the movie also ``first_frame`` and
+        ``last_frame``; time counts from the movie's first frame.
 
     Raises
     ------
@@ -91,16 +94,18 @@ def track_file(movie: MovieFile, folder: Path, progress: Progress) -> xr.Dataset
     """
     path = folder / movie.path
     about = open_movie(path)
+    times = frame_times_of(path) if movie.drop_frames is None else sure_frame_times(path)
     part = movie.start != 0 or movie.stop is not None
     if part and movie.whisking is not None:
         raise ConflictError("start, stop", "must be left out with marks of whisking", (movie.start, movie.stop))
     count = frames_within(about, movie.start, movie.stop) if part else about.frame_count
 
     def blocks(stage: str) -> Iterator[Frames]:
-        return counted(read_blocks(path, start=movie.start, stop=movie.stop), stage, count, progress)
+        read = read_blocks(path, start=movie.start, stop=movie.stop, drop_frames=movie.drop_frames)
+        return counted(read, stage, count, progress)
 
     calibration = Calibration(frame_rate=_frame_rate(movie, about), pixel_size=movie.pixel_size)
-    watched = _Watched(about, calibration.frame_rate)
+    watched = _Watched(about, calibration.frame_rate, times, movie.drop_frames is not None)
     background = movie.background if movie.background in ("space", "mean") else folder / movie.background
     profile = track(
         lambda: watched.see(blocks("tracking")),
@@ -109,6 +114,8 @@ def track_file(movie: MovieFile, folder: Path, progress: Progress) -> xr.Dataset
         **{name: getattr(movie, name) for name in TRACKED},
     )
     profile = numbered_from(profile, movie.start) if part else profile
+    if movie.drop_frames is not None and times is not None:
+        profile = without_frames(profile, times.missing)
     if movie.names:
         profile.attrs["names"] = json.dumps(movie.names)
     if remarks := watched.remarks():
@@ -130,14 +137,16 @@ def _frame_rate(movie: MovieFile, about: Movie) -> float:
 class _Watched:
     """What a movie shows while it passes that its reader should know."""
 
-    def __init__(self, about: Movie, frame_rate: float) -> None:
-        self._about, self._frame_rate = about, frame_rate
+    def __init__(self, about: Movie, frame_rate: float, times: FrameTimes | None, kept: bool) -> None:
+        self._about, self._frame_rate, self._times, self._kept = about, frame_rate, times, kept
         self._pumping: GopArtifactWatch | None = None
 
     def see(self, blocks: Iterable[Frames]) -> Iterator[Frames]:
         """Pass blocks of frames on; those of a lossy codec are watched."""
         if self._about.lossy:
-            self._pumping = GopArtifactWatch(self._frame_rate, key_frames(self._about.path))
+            keys = key_frames(self._about.path)
+            keys = self._times.slots[keys] if self._times is not None and self._kept else keys
+            self._pumping = GopArtifactWatch(self._frame_rate, keys)
         for block in blocks:
             if self._pumping is not None:
                 self._pumping.see(block)
@@ -150,8 +159,15 @@ class _Watched:
             remarks.append(f"the camera's header has {rate:g} frames/s, not {self._frame_rate:g}")
         if self._about.colour:
             remarks.append(IN_COLOUR)
+        codec = self._about.codec
+        unchecked = "" if self._about.checksums else "has no checksums: damaged bytes may pass unseen"
         if self._about.lossy:
-            remarks.append(f"{self._about.codec} may have altered the grey levels; record without loss")
+            remarks.append(" and ".join(filter(None, [f"{codec} may have altered the grey levels", unchecked])))
+            remarks[-1] += "; record without loss, FFV1 best"
+        elif unchecked:
+            remarks.append(f"{codec} {unchecked}")
+        if self._times is not None:
+            remarks += self._times.remarks(self._kept)
         pumping = self._pumping.remark() if self._pumping else None
         return [*remarks, *filter(None, [pumping])]
 

@@ -79,6 +79,9 @@ class MovieFile:
     start, stop : int
         First frame that is tracked, from 0, and the first after it that is not; all by default. Points are of frame
         ``start``; times count from the movie's first frame.
+    drop_frames : {"nan"}, optional
+        Frames that the movie's time stamps show to be missing become missing frames of the profile; by default they are
+        reported, and frames are taken as evenly spaced.
     """
 
     path: str
@@ -101,6 +104,7 @@ class MovieFile:
     lamp: tuple[int, int, int, int] | Literal["find"] | None = None
     start: int = 0
     stop: int | None = None
+    drop_frames: Literal["nan"] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
