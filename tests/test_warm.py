@@ -24,7 +24,7 @@ LATER = {
     "video/identity/whisker_fan.py",
     "video/identity/identity_linking.py",
     "video/identity/common_motion.py",
-    "video/foreign/traces.py",
+    "video/linked/traces.py",
     "video/io/photron.py",
     "video/kernel/estimators.py",
     "video/kernel/band.py",
