@@ -129,9 +129,9 @@ def find_segments(
         ``segments``: ``segment_frame``, ``segment_start`` (segment), ``column``, ``row``, ``line_width``,
         ``line_contrast``, ``position_sd`` (point) as in :mod:`vibrissa.quantities.segments`. Where a line is hidden, as
         at a crossing, its points are on its course and their ``position_sd`` is NaN. Attributes: ``frames``, ``width``,
-        ``height``, ``source``, ``typical_width`` and ``least_length`` [px]; ``remarks`` (JSON, sentences), as of a movie
-        in colour, or of frames with more lines than the 2,000 that there is room for; of a part of a movie also
-        ``first_frame``.
+        ``height``, ``source``, ``typical_width`` and ``least_length`` [px]; ``remarks`` (JSON, sentences), as of a
+        movie in colour, or of frames with more than 2,000 lines, of which the rest is left out; of a part of a movie
+        also ``first_frame``.
 
     Raises
     ------
@@ -220,7 +220,8 @@ def joined(parts: Iterable[xr.Dataset]) -> xr.Dataset:
     before = np.cumsum([0] + [part.sizes["point"] for part in parts[:-1]])
     arrays["segment_start"] = [one + count for one, count in zip(arrays["segment_start"], before, strict=True)]
     attrs = parts[0].attrs | {"frames": sum(part.attrs["frames"] for part in parts)}
-    attrs["remarks"] = json.dumps(list(dict.fromkeys(one for part in parts for one in json.loads(part.attrs["remarks"]))))
+    remarks = dict.fromkeys(one for part in parts for one in json.loads(part.attrs["remarks"]))
+    attrs["remarks"] = json.dumps(list(remarks))
     columns: dict[str, Any] = {name: np.concatenate(some) for name, some in arrays.items()}
     return dataset(attrs, **columns)
 

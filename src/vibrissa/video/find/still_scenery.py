@@ -1,4 +1,4 @@
-"""What stays where it is while whiskers sweep: the mean or the median of a movie, or of one part of it after another."""
+"""What stays where it is while whiskers sweep: mean or median of one part of a movie after another."""
 
 from __future__ import annotations
 

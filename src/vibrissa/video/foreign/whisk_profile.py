@@ -13,7 +13,6 @@ from vibrissa.arrays import Array
 from vibrissa.errors import FormatError, MissingError, RangeError, TooFewError, UnknownError
 from vibrissa.files import written_whole
 from vibrissa.quantities import require
-from vibrissa.video.linked.traces import Trace, profile_of
 from vibrissa.video.foreign.whisk_files import (
     FURTHEST,
     Segment,
@@ -23,6 +22,7 @@ from vibrissa.video.foreign.whisk_files import (
     packed_measurements,
     packed_whiskers,
 )
+from vibrissa.video.linked.traces import Trace, profile_of
 from vibrissa.video.tracking import Calibration
 
 if TYPE_CHECKING:

@@ -98,7 +98,7 @@ def track_linked(
         progress("link whiskers", 0, 0)
     linking = link_segments(counted_from_start(segments))
     named = apply_marks(linking, segments, marks) if marks else {}
-    asked = {"method": "link", "background": name, "polarity": polarity}
+    asked = {"background": name, "polarity": polarity}
     asked |= {} if region is None else {"region": json.dumps(region)}
     asked |= {"marks": json.dumps(marks)} if marks else {}
     profile = profile_from_linking(

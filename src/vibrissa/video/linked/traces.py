@@ -50,7 +50,7 @@ class Trace(NamedTuple):
 
 
 class Losses(NamedTuple):
-    """Why whiskers are lost: for each (whisker, frame) the place of the reason among ``reasons``, of which 0 is none."""
+    """Why whiskers are lost: for each (whisker, frame) the place of the reason among ``reasons``, the first of none."""
 
     code: NDArray[np.int8]
     reasons: tuple[str, ...]
@@ -130,7 +130,8 @@ def profile_of(
         read[:, trace.whisker, trace.frame] = _at_arc(x, y, sd, arc, places, TOUCH)[:kinds]
     arc = np.where(np.arange(places.size) < nodes[:, None], places, np.nan)
     start = "median base of the traces" if skin is None else "skin"
-    return labelled_traces(*read[:2], arc, calibration, {"arc_length_from": start, **attrs}, read[2:], losses)
+    sds = read[2] if kinds == 3 else None
+    return labelled_traces(*read[:2], arc, calibration, {"arc_length_from": start, **attrs}, sds, losses)
 
 
 def _measured(source: str, trace: Trace, origin: Values) -> tuple[Values, Values, Values, Values]:
@@ -156,7 +157,7 @@ def labelled_traces(
     arc: Values,
     calibration: Calibration,
     attrs: Mapping[str, Any],
-    sd: Sequence[Values] | Values = (),
+    sd: Values | None = None,
     losses: Losses | None = None,
 ) -> xr.Dataset:
     """Profile of x, y (whisker, time, node) and arc length (whisker, node) [px], with the frames lost.
@@ -171,8 +172,8 @@ def labelled_traces(
         Frame rate and pixel size.
     attrs : mapping
         Further attributes.
-    sd : sequence of (whisker, time, node) arrays
-        Standard deviation across the line [px], or none. Written over.
+    sd : (whisker, time, node) array, optional
+        Standard deviation across the line [px]. Written over.
     losses : Losses, optional
         As of :func:`profile_of`.
 
@@ -185,7 +186,7 @@ def labelled_traces(
     known = losses or Losses(gone.astype(np.int8), ("", "not in the file"))
     code = np.where(gone & (known.code == 0), len(known.reasons), np.where(gone, known.code, 0)).astype(np.int8)
     lost = lost_frames(code, (*known.reasons, NOWHERE))
-    sds = {"x_sd": one.copy() for one in sd} | {"y_sd": one for one in sd}
+    sds = {} if sd is None else {"x_sd": sd.copy(), "y_sd": sd}
     return labelled({**attrs, "lost": json.dumps(lost)}, calibration, x=x, y=y, arc_length=arc, **sds)
 
 
