@@ -82,7 +82,7 @@ def track(
     region : (first column, first row, last column, last row), optional
         Part of the image that is searched [pixels].
     background : str
-        ``"space"`` (estimated in every frame), ``"mean"`` (of the movie), where whiskers are linked ``"median"`` too, or
+        ``"space"`` (estimated in every frame), ``"mean"`` (of the movie), ``"median"`` (where whiskers are linked), or
         an image or movie without whiskers.
     estimator, search, node_spacing
         As of :func:`vibrissa.video.tracking.track`.

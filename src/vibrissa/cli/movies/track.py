@@ -147,8 +147,7 @@ def track(
         start=first,
         stop=end,
     )
-    with progress_bars() as progress:
-        progress("look at the movie", 0, 0)
+    with stage("look at the movie"):
         plan = plan_tracking(settings, Path())
     tell(*plan.remarks)
     with progress_bars() as progress:

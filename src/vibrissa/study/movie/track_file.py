@@ -105,9 +105,9 @@ def track_planned(plan: TrackPlan, folder: Path, progress: Progress, segments: P
     -------
     Dataset
         ``profile``, with the attribute ``tracking``, the whiskers' ``names`` (JSON) where they have some, and
-        ``remarks`` (JSON) on the movie where there are any; with skin and contact where the substrate is given, and ``led_frame``
-        where a lamp is. Of a part of the movie also ``first_frame`` and ``last_frame``; time counts from the movie's
-        first frame.
+        ``remarks`` (JSON) on the movie where there are any; with skin and contact where the substrate is given, and
+        ``led_frame`` where a lamp is. Of a part of the movie also ``first_frame`` and ``last_frame``; time counts from
+        the movie's first frame.
 
     Raises
     ------

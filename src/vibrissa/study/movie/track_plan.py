@@ -25,7 +25,7 @@ class TrackPlan(NamedTuple):
     own_seeds : bool
         Whether the seeds were found here.
     remarks : tuple of str
-        What the user should know before: first the way and why.
+        What the user should know before: first the way, and why, unless seeds say it.
     """
 
     movie: MovieFile
@@ -92,7 +92,7 @@ def plan_of(movie: MovieFile, blocks: Callable[[], Iterable[Frames]]) -> TrackPl
             remarks.append(f"base {movie.base!r} is not used: bases are found where lines are linked")
         return TrackPlan(dataclasses.replace(movie, tracking="link"), False, tuple(remarks))
     if not way.seeds:
-        return TrackPlan(dataclasses.replace(movie, tracking="follow"), False, tuple(remarks))
+        return TrackPlan(dataclasses.replace(movie, tracking="follow"), False, ())
     places, count = "; ".join(f"{column:g},{row:g}" for column, row in way.seeds), len(way.seeds)
     remarks.append(f"{count} whisker{'s' * (count != 1)} found from the {way.base}, seeds {places}")
     if way.first > movie.start:

@@ -277,9 +277,8 @@ def _part(region: tuple[int, int, int, int] | None, shape: tuple[int, ...]) -> t
     if not (0 <= left < right < width and 0 <= top < bottom < height):
         raise RangeError("region", f"must lie within the image of {width} × {height} pixels", region)
     if min(right - left, bottom - top) < SMALLEST - 1:
-        raise RangeError(
-            "region" if region else "movie", f"must be at least {SMALLEST} pixels each way", (width, height)
-        )
+        size = (right - left + 1, bottom - top + 1)
+        raise RangeError("region" if region else "movie", f"must be at least {SMALLEST} pixels each way", size)
     return slice(top, bottom + 1), slice(left, right + 1)
 
 
