@@ -185,7 +185,8 @@ def segment_blocks(
     about = _about(movie) | ({} if (start, stop) == (0, None) else {"first_frame": start})
     rooms: SimpleQueue[FrameRoom] = SimpleQueue()
     for _ in range(search.threads):
-        rooms.put(frame_room(*(one.stop - one.start for one in plan.part), plan.shape))
+        height, width = (one.stop - one.start for one in plan.part)
+        rooms.put(frame_room(height, width, plan.shape))
     done = 0
     with ThreadPoolExecutor(search.threads) as pool:
         for block in blocks():

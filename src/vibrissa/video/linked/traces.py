@@ -131,7 +131,7 @@ def profile_of(
     arc = np.where(np.arange(places.size) < nodes[:, None], places, np.nan)
     start = "median base of the traces" if skin is None else "skin"
     sds = read[2] if kinds == 3 else None
-    return labelled_traces(*read[:2], arc, calibration, {"arc_length_from": start, **attrs}, sds, losses)
+    return labelled_traces(read[0], read[1], arc, calibration, {"arc_length_from": start, **attrs}, sds, losses)
 
 
 def _measured(source: str, trace: Trace, origin: Values) -> tuple[Values, Values, Values, Values]:
