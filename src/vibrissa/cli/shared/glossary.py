@@ -138,7 +138,12 @@ GLOSSARY: dict[str, Option] = {
         "point", "COLUMN,ROW of a point of a whisker; once for each", "60,32", arguments=("seeds", "seed")
     ),
     "--tracking": _O("choice", "Whiskers followed from the first frame on, or lines of all frames linked", "link"),
-    "--mark": _O("text", "FRAME,COLUMN,ROW,NAME of a point of a whisker in any frame; names it", "0,120,87,C2"),
+    "--mark": _O(
+        "text",
+        "FRAME,COLUMN,ROW,NAME of a point of a whisker in any frame; names it",
+        "0,120,87,C2",
+        arguments=("marks", "mark"),
+    ),
     "--mark-file": _O("file", "Table of marks: frame, column, row, whisker", "marks.csv"),
     "--segments": _O("file", "Lines of all frames and which whisker each is linked to", "lines.nc"),
     "--skin": _O("point", "COLUMN,ROW of the point where a whisker leaves the skin; once for each", "50.5,57"),
