@@ -7,6 +7,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
 
 from vibrissa.arrays import Mask
 from vibrissa.errors import ShapeError, TooFewError, UnknownError
@@ -19,7 +20,7 @@ JOIN, STRAIGHT = 45.0, 12.0  # largest gap [px] and bend at either end [°] betw
 TOUCHING, LEAVING = 8.0, 18  # gap without a direction; points from which the direction of an end is taken
 SHORTEST, FUR = 40.0, 0.3  # length of a whisker at least [px], and of the longest one
 COILED = 0.7  # chord over length below which a line is a curl of fur
-SMOOTH = 21  # points over which contrast is averaged
+SMOOTH = 6.0  # standard deviation of the points over which depth is averaged
 ALONE = 15.0  # distance to other lines from which on a seed is sure [px]
 STEEPEST = 63.0  # angle against the columns up to which a line can be read column by column [°]
 
@@ -253,7 +254,7 @@ def _carried_on(line: Rows) -> Rows:
 
 def _seed(line: Rows, others: Sequence[Rows], region: tuple[int, int, int, int] | None) -> tuple[float, float]:
     """Clearest point of a line that is away from its ends and from other lines, as far as there is one."""
-    clearness = np.convolve(line[:, 2], np.ones(SMOOTH) / SMOOTH, mode="same")
+    clearness = gaussian_filter1d(line[:, 2], SMOOTH, mode="constant")  # ends have half
     for other in others:
         apart = np.hypot(*(line[:, None, :2] - _carried_on(other)[None]).transpose(2, 0, 1)).min(axis=1)
         clearness *= np.clip(apart / ALONE, 0.05, 1)

@@ -237,7 +237,6 @@ def _place(frame: Single, grey: Single, points: Array, used: int, shape: LineSha
     return kept
 
 
-@njit(cache=True, nogil=True)
 def find_lines(grey: Single, shape: LineShape, room: FrameRoom) -> int:
     """Find all lines of a frame.
 
@@ -259,7 +258,7 @@ def find_lines(grey: Single, shape: LineShape, room: FrameRoom) -> int:
     """
     cell_levels(grey, shape.cell, room.levels)
     mark_body(grey, room.levels, shape.zero, shape.cell, room.dark, room.body)
-    return find_moving(grey, grey, shape, room)
+    return int(find_moving(grey, grey, shape, room))
 
 
 @njit(cache=True, nogil=True)
