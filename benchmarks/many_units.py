@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from vibrissa.files import save
+from vibrissa.netcdf import save
 from vibrissa.neural.io.tables.spikes import spike_table
 from vibrissa.quantities import dataset
 from vibrissa.study.neurons.neurons import analyse_neurons

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vibrissa import track
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.video.camera.camera import Camera
 from vibrissa.video.camera.pad.filming import film
 from vibrissa.video.camera.pad.settings import Head, WhiskingScene

@@ -6,7 +6,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.video.camera.camera import Camera
 from vibrissa.video.camera.rendering import render
 from vibrissa.video.camera.scenery import Led, Scenery

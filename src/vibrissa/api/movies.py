@@ -13,7 +13,7 @@ from vibrissa.api.arguments import names_arguments
 from vibrissa.api.progress import notebook_bar
 from vibrissa.api.remarks import remark
 from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError
-from vibrissa.files import load
+from vibrissa.netcdf import load
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -14,7 +14,7 @@ import pytest
 from matplotlib.image import imread
 from refusals import refusal
 
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.study.pick.pick import as_toml, pick, pixel_size, write_study
 from vibrissa.study.pick.pick_page import png, render_page
 from vibrissa.study.run.study import run_study

@@ -49,8 +49,8 @@ def whisker(
         return output.show(fit_dataset(diameters, physical_length))
     if tracked is None or resonance_file is None:
         raise MissingError("whisker", "must be given", remedy="DIAMETERS, or --tracked and --resonance-file")
-    from vibrissa.files import load
     from vibrissa.mechanics.inverse.length_and_stiffness import fit_whisker
+    from vibrissa.netcdf import load
     from vibrissa.quantities import one_whisker
 
     known = None if cone_angle is None else (cone_angle, 0.0)

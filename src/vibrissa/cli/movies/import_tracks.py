@@ -59,7 +59,7 @@ def import_tracks(
     node_spacing
         Arc length between nodes [m].
     """
-    from vibrissa.files import load, save
+    from vibrissa.netcdf import load, save
     from vibrissa.study.movie.backward import followed
     from vibrissa.video.foreign.tracks import read_tracks
     from vibrissa.video.foreign.whisk_profile import write_whiskers

@@ -116,11 +116,11 @@ def kinematics(
     out
         Every frame: a dataset (.nc), or a table (.csv) and beside it NAME-touches.csv.
     """
-    from vibrissa.files import load, save
     from vibrissa.measures.face import Face
     from vibrissa.measures.kinematics import KinematicsSettings, kinematics_of
     from vibrissa.measures.summary import per_whisker
     from vibrissa.measures.tidy_tables import write_kinematics
+    from vibrissa.netcdf import load, save
 
     if out is not None:
         refuse_out(out, table=True)

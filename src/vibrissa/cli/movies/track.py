@@ -115,7 +115,7 @@ def track(
     out
         Dataset to write (NetCDF); MOVIE's name with .nc in the current folder by default.
     """
-    from vibrissa.files import save
+    from vibrissa.netcdf import save
     from vibrissa.study.movie.track_file import track_planned
     from vibrissa.study.movie.track_plan import plan_tracking
     from vibrissa.study.spec.settings import MovieFile

@@ -56,7 +56,7 @@ class OutputOptions:
         data : Dataset
             The results.
         """
-        from vibrissa.files import save
+        from vibrissa.netcdf import save
 
         if self.out is not None:
             save(data, self.out)

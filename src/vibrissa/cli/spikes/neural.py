@@ -60,7 +60,7 @@ def neural(
     seed
         Seed of the resampled trials and shuffles.
     """
-    from vibrissa.files import load
+    from vibrissa.netcdf import load
     from vibrissa.neural.coupling.carrier import settled_by as settled
     from vibrissa.study.neurons.neurons import analyse_neurons
     from vibrissa.study.spec.neurons import Neurons

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from vibrissa.arrays import Array, Integers, Mask, Window
 from vibrissa.errors import RangeError, TooFewError
+from vibrissa.limits import require_bins
 from vibrissa.quantities import dataset, require
 
 
@@ -255,8 +256,9 @@ def bin_edges(start: float, stop: float, bin_width: float) -> Array:
     Raises
     ------
     InputError
-        If the bins do not fill the window: a bin cut short would show too low a rate.
+        If they are more than a million, or do not fill the window: a bin cut short would show too low a rate.
     """
+    require_bins(stop - start, bin_width)
     n_bins = round((stop - start) / bin_width) if 0 < bin_width < np.inf and np.isfinite(stop - start) else 0
     if n_bins < 1 or abs(start + n_bins * bin_width - stop) > 1e-6 * bin_width:
         raise RangeError("bin width", f"must divide the window {start:g} to {stop:g} s", bin_width)

@@ -12,7 +12,7 @@ import numpy as np
 
 from vibrissa.arrays import Frames
 from vibrissa.errors import ConflictError, MissingError
-from vibrissa.files import save
+from vibrissa.netcdf import save
 from vibrissa.quantities.kinds import Progress
 from vibrissa.study.movie.track_plan import TrackPlan, plan_tracking
 from vibrissa.study.spec.settings import MovieFile

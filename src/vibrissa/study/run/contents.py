@@ -113,7 +113,7 @@ def kind_of(data: xr.Dataset) -> str:
 
 
 def _of_dataset(path: Path) -> Contents:
-    from vibrissa.files import load
+    from vibrissa.netcdf import load
 
     data = load(path)
     sizes = {str(name): int(size) for name, size in data.sizes.items()}

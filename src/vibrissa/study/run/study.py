@@ -7,7 +7,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vibrissa.files import held, save
+from vibrissa.files import held
+from vibrissa.netcdf import save
 from vibrissa.quantities.kinds import Datasets, Progress
 from vibrissa.study.forward.surface import surface_lines
 from vibrissa.study.movie.backward import followed

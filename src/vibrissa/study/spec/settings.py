@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError
+from vibrissa.limits import require_memory
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.statics.profile import Posture, check_tip
 from vibrissa.neural.simulated.virtual import NEURON_MODELS, NeuronModel, ThresholdLinearUnit
@@ -144,6 +145,8 @@ class Film:
     def __post_init__(self) -> None:
         if not 0 <= self.shadow < 0.1:
             raise RangeError("Film.shadow", "must lie between 0 and 0.1", self.shadow, "give it in m")
+        instants = float(self.n_frames * self.subframes)
+        require_memory("Film", f"{self.n_frames} frames of {self.subframes}", 8 * 4 * self.camera.width * instants)
 
 
 @dataclass(frozen=True, kw_only=True)
