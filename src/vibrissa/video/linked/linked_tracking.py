@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.errors import TooFewError
+from vibrissa.quantities import dataset
 from vibrissa.quantities.kinds import Progress
 from vibrissa.video.find.movie_segments import Background, LineSearch, find_segments
 from vibrissa.video.follow.background import reference
@@ -111,7 +112,7 @@ def track_linked(
     )
     if named:
         profile.attrs["names"] = json.dumps(_names(profile, named))
-    return LinkedTracks(profile, _identified(segments, linking))
+    return LinkedTracks(profile, _identified(segments, linking, calibration.frame_rate))
 
 
 def counted_from_start(segments: xr.Dataset) -> xr.Dataset:
@@ -153,8 +154,10 @@ def _names(profile: xr.Dataset, named: dict[str, int]) -> list[str]:
     return [numbers.get(who, f"whisker {k}") for k, who in enumerate(json.loads(profile.attrs["identities"]))]
 
 
-def _identified(segments: xr.Dataset, linking: Linking) -> xr.Dataset:
-    """Segments and whose they are."""
+def _identified(segments: xr.Dataset, linking: Linking, frame_rate: float) -> xr.Dataset:
+    """Segments and whose they are; time counts from the movie's first frame."""
     identity = linking.identity()
-    whole = segments.merge(identity, combine_attrs="override")
+    time = (int(segments.attrs.get("first_frame", 0)) + np.arange(linking.pieces.frames)) / frame_rate
+    places = dataset(whisker=np.arange(linking.whiskers), time=time)
+    whole = segments.merge(identity, combine_attrs="override").merge(places, combine_attrs="override")
     return whole.assign_attrs(segments.attrs, reasons=identity.attrs["reasons"])
