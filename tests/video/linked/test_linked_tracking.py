@@ -203,3 +203,17 @@ def test_lit_whiskers_are_tracked_as_dark_ones_are():
     profile = track_linked(lit, calibration=CALIBRATION, polarity="bright").profile
     assert profile.sizes["whisker"] == 2
     assert np.isfinite(profile.x.values).any(axis=2).mean() > 0.9
+
+
+def test_a_sheet_of_many_whiskers_names_those_that_are_seen_at_their_tips(movie, tracked):
+    from vibrissa.figures.others import preview
+
+    profile = tracked.profile.isel(whisker=[0, 1, 2, 3, 0, 1, 2]).assign_coords(whisker=np.arange(7))
+    profile["x"][5, 0], profile["y_sd"][5, 0] = np.nan, np.nan
+    figure = preview.draw(preview.compute([movie], profile, [0, 100]))
+    first, second = figure.axes[:2]
+    assert "6 of 7 whiskers" in first.get_title(loc="left")
+    names = [text.get_text() for text in first.texts]
+    assert {"0", "6"} <= set(names)
+    assert "5" not in names
+    assert "5" in [text.get_text() for text in second.texts]
