@@ -30,6 +30,7 @@ COLOURS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#D55E00")  # 
 WIDE = 640  # pixels a frame is magnified to, at least, by a whole factor
 TEXT = 12  # height of the text [px]
 INSET = 40  # side of the part that is magnified [px]
+FEW = len(COLOURS)  # whiskers up to which each has its colour; more are named at their lines
 BOX = {"facecolor": "black", "alpha": 0.6, "pad": 1, "edgecolor": "none"}  # behind text on a picture
 
 
@@ -260,7 +261,9 @@ def compute(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int] | None = 
 
 @house_style
 def draw(data: xr.Dataset) -> Figure:
-    """Sheet of frames with their centrelines; a part of each magnified, with the nodes; a scale bar in the first.
+    """Sheet of frames with their centrelines, and a scale bar in the first.
+
+    A part of each frame is magnified, with the nodes; more than six whiskers are named at their tips instead.
 
     Parameters
     ----------
@@ -272,21 +275,43 @@ def draw(data: xr.Dataset) -> Figure:
     Figure
         Of matplotlib.
     """
-    count, across = data.sizes["time"], min(3, data.sizes["time"])
+    few = data.sizes["whisker"] <= FEW
+    most, wide = (3, 3.4) if few else (2, 5.1)
+    count, across = data.sizes["time"], min(most, data.sizes["time"])
     down = -(-count // across)
     shape = data.sizes["image_row"] / data.sizes["image_column"]
-    figure, axes = new_figure(3.4 * across, (3.4 * shape + 0.35) * down + 0.4, down, across)
+    figure, axes = new_figure(wide * across, (wide * shape + 0.35) * down + 0.4, down, across)
     names, frames = json.loads(data.attrs["names"]), json.loads(data.attrs["frames"])
     span = {"vmin": float(data.image.values.min()), "vmax": float(data.image.values.max())}
     for k, panel in enumerate(axes.flat):
         panel.set_axis_off()
         if k < count:
-            _panel(panel, data.isel(time=k), names, span)
-            panel.set_title(f"frame {frames[k]}, {float(data.time[k]):.4f} s")
+            title = f"frame {frames[k]}, {float(data.time[k]):.4f} s"
+            if few:
+                _panel(panel, data.isel(time=k), names, span)
+            else:
+                shown = _named_panel(panel, data.isel(time=k), names, span)
+                title += f": {shown} of {len(names)} whiskers"
+            panel.set_title(title)
     _scale_bar(axes.flat[0], data)
-    handles = axes.flat[0].lines[: len(names)]
-    figure.legend(handles, names, loc="outside lower center", ncols=min(6, len(names)))
+    if few:
+        handles = axes.flat[0].lines[: len(names)]
+        figure.legend(handles, names, loc="outside lower center", ncols=min(6, len(names)))
     return figure
+
+
+def _named_panel(panel: Any, data: xr.Dataset, names: list[str], span: dict[str, float]) -> int:
+    """A frame whose whiskers are named at their tips; how many are seen."""
+    columns, rows = data.line_column.values, data.line_row.values
+    panel.imshow(data.image.values, **span)
+    seen = np.flatnonzero(np.isfinite(columns).any(axis=1))
+    for w in seen:
+        ink = COLOURS[w % len(COLOURS)]
+        panel.plot(columns[w], rows[w], color=ink, lw=0.8)
+        tip = np.flatnonzero(np.isfinite(columns[w]))[-1]
+        look = {"color": ink, "fontsize": 6, "ha": "center", "va": "center", "bbox": BOX | {"pad": 0.5}}
+        panel.text(columns[w, tip], rows[w, tip], names[w].removeprefix("whisker "), clip_on=True, **look)
+    return int(seen.size)
 
 
 def _panel(panel: Any, data: xr.Dataset, names: list[str], span: dict[str, float]) -> None:

@@ -165,8 +165,8 @@ def checked(picked: Mapping[str, Any], image: Image) -> dict[str, Any]:
         raise MissingError("study", "must have a [movie]")
     _check_points(movie, image)
     calibration = Calibration(frame_rate=settings["frame_rate"], pixel_size=movie.pixel_size)
-    same = {name: getattr(movie, name) for name in ("seeds", "skin", "base", "polarity")}
-    track([image[None]], calibration=calibration, **same)
+    same = {name: getattr(movie, name) for name in ("seeds", "skin", "polarity")}
+    track([image[None]], calibration=calibration, base=movie.base or "left", **same)
     return {key: settings[key] for key in KEYS if key in settings}
 
 
