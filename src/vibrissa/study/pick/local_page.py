@@ -1,0 +1,110 @@
+"""A page served on this machine alone: for who knows its address, and for its own requests only."""
+
+from __future__ import annotations
+
+import json
+import secrets
+import threading
+from collections.abc import Mapping
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
+
+from vibrissa.errors import FormatError, RangeError
+
+LARGEST = 1 << 20  # bytes of what a page sends: some hundred points are a hundredth of it
+
+
+class LocalServer(ThreadingHTTPServer):
+    """Loopback server of one page, on a free port, below a secret part of the address."""
+
+    def __init__(self, handler: type[LocalHandler], policy: str) -> None:
+        super().__init__(("127.0.0.1", 0), handler)
+        self.token = secrets.token_urlsafe(16)
+        self.policy = policy
+        self.hosts = {f"{name}:{self.server_address[1]}" for name in ("127.0.0.1", "localhost")}
+
+    @property
+    def address(self) -> str:
+        """Address of the page; only who knows it can open it."""
+        return f"http://127.0.0.1:{self.server_address[1]}/{self.token}/"
+
+    def end(self) -> None:
+        """Stop serving, from another thread: the one that serves must not wait for itself."""
+        threading.Thread(target=self.shutdown, daemon=True).start()
+
+
+class LocalHandler(BaseHTTPRequestHandler):
+    """Answers with headers that keep the page to itself."""
+
+    server: LocalServer
+
+    def place(self) -> str | None:
+        """Path below the secret part; None for a stranger, a foreign host name or a foreign page."""
+        origin, prefix = self.headers.get("Origin"), f"/{self.server.token}/"
+        if self.headers.get("Host", "") not in self.server.hosts or not self.path.startswith(prefix):
+            return None
+        if origin is not None and origin.removeprefix("http://") not in self.server.hosts:
+            return None
+        return self.path.removeprefix(prefix)
+
+    def content(self) -> dict[str, Any]:
+        """What was posted, a JSON object.
+
+        Returns
+        -------
+        dict
+            Its values.
+
+        Raises
+        ------
+        InputError
+            If it is too long, or no such object.
+        """
+        length = self.headers.get("Content-Length", "")
+        if not length.isdecimal() or int(length) > LARGEST:
+            self.close_connection = True  # what follows is not read
+            raise RangeError("what is sent", f"must have a length, at most {LARGEST} bytes", length or None)
+        try:
+            values = json.loads(self.rfile.read(int(length)))
+        except (ValueError, RecursionError) as error:
+            raise FormatError("what is sent", "must be JSON", remedy=str(error)) from error
+        if not isinstance(values, dict):
+            raise FormatError("what is sent", "must be an object")
+        return values
+
+    def answer_json(self, code: int, content: Mapping[str, Any]) -> None:
+        """Answer with a JSON object.
+
+        Parameters
+        ----------
+        code : int
+            HTTP status.
+        content : mapping
+            Plain values.
+        """
+        self.answer(code, "application/json", json.dumps(content).encode())
+
+    def answer(self, code: int, kind: str, content: bytes) -> None:
+        """Answer a request.
+
+        Parameters
+        ----------
+        code : int
+            HTTP status.
+        kind : str
+            Media type.
+        content : bytes
+            The answer.
+        """
+        self.send_response(code)
+        self.send_header("Content-Type", kind)
+        self.send_header("Content-Length", str(len(content)))
+        self.send_header("Content-Security-Policy", self.server.policy)
+        self.send_header("Referrer-Policy", "no-referrer")
+        self.send_header("X-Content-Type-Options", "nosniff")
+        self.send_header("Cache-Control", "no-store")
+        self.end_headers()
+        self.wfile.write(content)
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Say nothing of single requests."""
