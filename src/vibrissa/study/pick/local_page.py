@@ -38,6 +38,35 @@ class LocalHandler(BaseHTTPRequestHandler):
 
     server: LocalServer
 
+    def get(self, place: str) -> None:
+        """Answer a request for what is at a place below the secret part of the address."""
+        raise NotImplementedError
+
+    def post(self, place: str) -> None:
+        """Answer a request that sends something to a place below the secret part of the address."""
+        raise NotImplementedError
+
+    def do_GET(self) -> None:
+        """Answer who knows the address."""
+        place = self.place()
+        if place is None:
+            self.not_here()
+        else:
+            self.get(place)
+
+    def do_POST(self) -> None:
+        """Answer who knows the address."""
+        place = self.place()
+        if place is None:
+            self.close_connection = True  # what follows is not read
+            self.not_here()
+        else:
+            self.post(place)
+
+    def not_here(self) -> None:
+        """Answer that there is nothing."""
+        self.answer(404, "text/plain", b"not here")
+
     def place(self) -> str | None:
         """Path below the secret part; None for a stranger, a foreign host name or a foreign page."""
         origin, prefix = self.headers.get("Origin"), f"/{self.server.token}/"

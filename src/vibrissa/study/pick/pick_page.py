@@ -76,19 +76,17 @@ class _Server(LocalServer):
 class _Handler(LocalHandler):
     server: _Server
 
-    def do_GET(self) -> None:
-        """Give the page or its picture, to who knows the address."""
-        place = self.place()
-        if place is None or place not in self.server.pages:
-            self.answer(404, "text/plain", b"not here")
-        else:
+    def get(self, place: str) -> None:
+        """Give the page or its picture."""
+        if place in self.server.pages:
             self.answer(200, *self.server.pages[place])
+        else:
+            self.not_here()
 
-    def do_POST(self) -> None:
+    def post(self, place: str) -> None:
         """Save what was picked, or give up; an error is answered with its one line."""
-        place = self.place()
         if place not in ("save", "quit"):
-            self.answer(404, "text/plain", b"not here")
+            self.not_here()
             return
         try:
             picked = self.content()
