@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -114,7 +113,6 @@ class CorrectionSession:
 
     def _with_points(self, values: Mapping[str, Any]) -> Edit:
         """An edit whose points are given by segments."""
-        points = {}
         plain = dict(values)
         count = self.correction.lying.frame.size
         for name in ("at", "to"):
@@ -122,6 +120,5 @@ class CorrectionSession:
                 segment = values[name]
                 if isinstance(segment, bool) or not isinstance(segment, int) or not 0 <= segment < count:
                     raise FormatError(name, f"must be a line, 0 to {count - 1}", repr(segment)[:60])
-                points[name] = self.correction.point_on(segment)
-                plain[name] = list(points[name])
-        return replace(edit_of(plain, "edit"), **points)
+                plain[name] = list(self.correction.point_on(segment))
+        return edit_of(plain, "edit")

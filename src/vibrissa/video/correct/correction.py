@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.arrays import Integers
+from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.errors import InputError, MissingError
-from vibrissa.quantities import dataset
 from vibrissa.video.correct.decisions import (
     GONE,
     Decisions,
@@ -23,10 +22,8 @@ from vibrissa.video.correct.edits import Edit, LinePoint
 from vibrissa.video.correct.line_tracklets import line_tracklets
 from vibrissa.video.correct.moves import Board, moved
 from vibrissa.video.correct.relinking import Chains, chains_of, linked_names, relinked, sampled
+from vibrissa.video.link.identities import Names, names_of
 from vibrissa.video.link.whisker_linking import Linking, WhiskerMark
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 class Named(NamedTuple):
@@ -49,9 +46,9 @@ class Named(NamedTuple):
     whiskers: int
     whisker: Integers
     other: Integers
-    sure: np.ndarray
+    sure: Array
     piece: Integers
-    gone: np.ndarray
+    gone: Mask
 
 
 class _Moment(NamedTuple):
@@ -252,27 +249,15 @@ class Correction:
                 break
         return point
 
-    def identity(self) -> xr.Dataset:
-        """Who each segment is, as of :meth:`vibrissa.video.link.whisker_linking.Linking.identity`.
-
-        Returns
-        -------
-        Dataset
-            ``segment_whisker``, ``segment_other``, ``segment_probability`` (segment) and ``identity_probability``
-            (whisker), the mean over its lines.
-        """
+    def linked(self) -> list[Names]:
+        """Names by the linker in each pad, after all edits, as its whiskers are numbered there."""
         self.settle()
-        named = self.named
-        mine = named.whisker >= 0
-        count = np.bincount(named.whisker[mine], minlength=named.whiskers)
-        total = np.bincount(named.whisker[mine], named.sure[mine], minlength=named.whiskers)
-        return dataset(
-            {"frames": self.linking.pieces.frames},
-            segment_whisker=named.whisker,
-            segment_other=named.other,
-            segment_probability=named.sure,
-            identity_probability=total / np.maximum(count, 1),
-        )
+        return [names_of(one, self.linking.lever(pad)) for pad, one in enumerate(self.chains.solutions)]
+
+    @property
+    def chains(self) -> Chains:
+        """Chains of the linker, after all edits that it has heard of."""
+        return self._moments[self._done].chains
 
     def _names(self, chains: Chains, linked: Linked, decisions: Decisions) -> Named:
         """Names by the linker, with the decisions over them."""

@@ -88,7 +88,7 @@ def edit_of(values: object, thing: str) -> Edit:
     for name in values:
         if name not in allowed:
             rule = f"must not be given for {kind}"
-            raise UnknownError(f"{thing}, {name}"[:60], rule, remedy=f"it has {', '.join(allowed)}")
+            raise UnknownError(f"{thing}, {str(name)[:40]}", rule, remedy=f"it has {', '.join(allowed)}")
     read: dict[str, Any] = {"do": kind}
     for name in NEEDS[kind]:
         if name not in values:

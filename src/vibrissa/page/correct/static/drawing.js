@@ -67,9 +67,12 @@ export class View {
       pen.strokeStyle = "#000"; pen.lineWidth = 9 * ratio; pen.stroke();
       pen.strokeStyle = anchored ? "#ffe14d" : "#fff"; pen.lineWidth = 6.5 * ratio; pen.stroke();
     }
+    if (!chosen && !anchored && k !== -2) { // seen on light and on dark
+      pen.strokeStyle = "#000"; pen.globalAlpha = 0.45; pen.lineWidth = (k >= 0 ? 3.6 : 3) * ratio; pen.stroke();
+    }
     pen.strokeStyle = colour(k);
-    pen.lineWidth = (k >= 0 ? 2 : 1.3) * ratio;
-    pen.globalAlpha = k === -2 ? 0.35 : k >= 0 ? 0.95 : 0.75;
+    pen.lineWidth = (k >= 0 ? 2 : 1.5) * ratio;
+    pen.globalAlpha = k === -2 ? 0.35 : k >= 0 ? 0.95 : 0.9;
     pen.setLineDash(k === -2 ? [3 * ratio, 4 * ratio] : this.tracks.other[s] >= 0 ? [7 * ratio, 4 * ratio] : []);
     pen.stroke();
     pen.setLineDash([]);

@@ -9,12 +9,22 @@ const BRIDGED = 4; // frames over which a piece is drawn on
 export class Overview {
   constructor(canvas, tracks) {
     Object.assign(this, { canvas, tracks, pen: canvas.getContext("2d", { alpha: false }), base: document.createElement("canvas"), span: [0, tracks.frames - 1] });
-    let low = Infinity, high = -Infinity;
-    const all = Array.from(tracks.angle).sort((a, b) => a - b);
-    low = all[Math.floor(0.002 * all.length)];
-    high = all[Math.floor(0.998 * all.length)];
-    const room = 0.03 * (high - low) || 1;
+    this.every = false;
+    this.fitRange();
+  }
+
+  fitRange() { // angles of the whiskers and some room, or of all lines
+    const { tracks } = this, named = Array.from(tracks.angle).filter((_, s) => tracks.whisker[s] >= 0);
+    const all = Float32Array.from(this.every || !named.length ? tracks.angle : named).sort();
+    const low = all[Math.floor(0.002 * all.length)], high = all[Math.floor(0.998 * all.length)];
+    const room = (this.every ? 0.03 : 0.15) * (high - low) || 1;
     this.range = [low - room, high + room];
+  }
+
+  toggleRange() {
+    this.every = !this.every;
+    this.fitRange();
+    this.redraw();
   }
 
   resize() {

@@ -2,7 +2,7 @@
 
 const COLOURS = ["#56c8ff", "#ffb000", "#3ddc84", "#ff7ac8", "#f2e641", "#ff6b3d", "#a98bff", "#17e0cf", "#ffa98f", "#b6f25c"];
 const DOUBTFUL = 0.95; // lines less sure are places to look at
-export const GREY = "#9aa0a8";
+export const GREY = "#c4c9d0";
 export const colour = whisker => whisker >= 0 ? COLOURS[whisker % COLOURS.length] : GREY;
 
 export class Tracks {
