@@ -58,7 +58,9 @@ def served_pad(pad, out: Path):
     with CorrectionServer(session) as server:
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
         thread.start()
-        yield SimpleNamespace(root=server.address, session=session, opened=opened, edits=edits, said=said, out=out)
+        yield SimpleNamespace(
+            root=server.address, session=session, opened=opened, edits=edits, said=said, out=out, alive=thread.is_alive
+        )
         server.shutdown()
         thread.join(5)
     frames.close()

@@ -12,7 +12,6 @@ import pytest
 from corrected_pad import make_pad, served_pad
 from refusals import refusal
 
-from vibrissa.cli import main
 from vibrissa.files import load, save
 from vibrissa.video.correct.edit_file import read_edits
 from vibrissa.video.correct.opening import open_tracks
@@ -181,14 +180,19 @@ def test_correcting_again_starts_from_the_edits(page, pad, tmp_path):
         np.testing.assert_array_equal(arrays["piece"], linked["piece"])
 
 
-def test_the_verb_makes_edits_again_without_a_page(page, pad, tmp_path, capsys):
+def test_the_verb_makes_edits_again_without_a_page(page, pad, tmp_path, vibrissa):
     _, arrays = unpacked(get(page, "lines"))
     post(page, "edit", {"do": "delete", "at": line_of(arrays, 3, 60), "whole": True})
     out = tmp_path / "verb.nc"
-    words = ["correct", pad.profile, pad.movie, "--segments", pad.segments, "--no-page", "--out", out]
-    assert main([str(one) for one in words]) in (0, None)
+    words = ("correct", pad.profile, pad.movie, "--segments", pad.segments, "--no-page")
+    code, _, err = vibrissa(*words, "--out", out)
+    assert code == 0, err
     assert load(out).sizes["whisker"] == 5
-    assert "1 edit of" in capsys.readouterr().err
+    assert "1 edit of" in err
+    code, _, err = vibrissa(*words, "--out", pad.profile)
+    assert code == 2
+    assert len(err.strip().splitlines()) == 1
+    assert "--out must not be the profile" in err
 
 
 def test_files_that_do_not_belong_together_are_refused(pad, tmp_path):

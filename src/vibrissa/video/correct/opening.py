@@ -25,6 +25,8 @@ from vibrissa.video.tracking import Calibration
 if TYPE_CHECKING:
     import xarray as xr
 
+BEYOND = 1.2  # lines may be carried on a little beyond the edge of the image
+
 
 class OpenedTracks(NamedTuple):
     """What is corrected.
@@ -191,7 +193,7 @@ def _fitted(lines: xr.Dataset, frames: int, estimate: bool, size: tuple[int, int
     last = int(lines.segment_frame.values.max(initial=-1)) + 1
     reach = tuple(int(np.ceil(lines[name].values.max(initial=0))) for name in ("column", "row"))
     most = frames + (2 + frames // 100 if estimate else 0)  # a container may not know its number of frames
-    if last > most or reach[0] > size[0] or reach[1] > size[1]:
+    if last > most or reach[0] > BEYOND * size[0] or reach[1] > BEYOND * size[1]:
         rule = f"must be of this movie, {frames} frames of {size[0]} × {size[1]} pixels"
         found = f"lines up to frame {last - 1}, column {reach[0]}, row {reach[1]}"
         raise ConflictError("segments", rule, found, "give those of this movie")

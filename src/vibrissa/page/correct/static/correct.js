@@ -50,9 +50,9 @@ function go(to, since = performance.now()) {
 }
 
 function select(segment) { // a line, and with it its piece
-  selected = segment;
   piece = segment; // a line by which the piece is known, also where it has none
   if (segment !== null && tracks.frame[segment] !== frame) go(tracks.frame[segment]);
+  selected = segment;
   draw();
   tell();
 }
@@ -338,7 +338,7 @@ async function start() {
   list();
   go(0);
   globalThis.correct = {
-    tracks, times, drawn: () => drawn, frame: () => frame, selected: () => selected, piece: () => piece, anchor: () => anchor,
+    tracks, view, times, drawn: () => drawn, frame: () => frame, selected: () => selected, piece: () => piece, anchor: () => anchor,
     busy: () => waiting > 0 || painting || !frames.has(frame) || frames.shown !== frame, select, go, Y: angle => overview.Y(angle), X: f => overview.X(f),
   };
 }

@@ -125,8 +125,10 @@ export class Overview {
     pen.textAlign = "left"; pen.textBaseline = "middle"; pen.lineWidth = 3 * ratio; pen.strokeStyle = "#1b1d21";
     for (const s of firsts.sort((m, n) => tracks.ends(tracks.piece[n])[1] - tracks.frame[n] - tracks.ends(tracks.piece[m])[1] + tracks.frame[m])) {
       const x = Math.max(this.X(tracks.frame[s]), this.box.x) + 3 * ratio, y = this.Y(tracks.angle[s]);
-      if (taken.some(([u, v]) => Math.abs(u - x) < 18 * ratio && Math.abs(v - y) < 11 * ratio)) continue;
-      taken.push([x, y]);
+      if (this.X(tracks.ends(tracks.piece[s])[1]) - x < 24 * ratio) continue;
+      const k = tracks.whisker[s], crowded = ([u, v, other]) => Math.abs(u - x) < (other === k ? 150 : 22) * ratio && Math.abs(v - y) < (other === k ? 60 : 12) * ratio;
+      if (taken.some(crowded)) continue;
+      taken.push([x, y, k]);
       pen.strokeText(String(tracks.whisker[s]), x, y);
       pen.fillStyle = colour(tracks.whisker[s]);
       pen.fillText(String(tracks.whisker[s]), x, y);
