@@ -101,7 +101,7 @@ class CorrectionSession:
 
     def _settle(self, _: Mapping[str, Any]) -> str:
         changed = self.correction.settle()
-        return f"Linked again: {changed} lines have another name." if changed else ""
+        return f"linked again: {changed} lines have another name" if changed else ""
 
     def _step(self, step: Callable[[], Edit]) -> str:
         edit = step()

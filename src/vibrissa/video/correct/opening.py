@@ -190,6 +190,7 @@ def _lines(
 
 def _fitted(lines: xr.Dataset, frames: int, estimate: bool, size: tuple[int, int]) -> xr.Dataset:
     """Lines whose frames are the movie's, once they can be of this movie."""
+    require(lines, "segment_frame", "segment_start", "column", "row")
     last = int(lines.segment_frame.values.max(initial=-1)) + 1
     reach = tuple(int(np.ceil(lines[name].values.max(initial=0))) for name in ("column", "row"))
     most = frames + (2 + frames // 100 if estimate else 0)  # a container may not know its number of frames

@@ -107,7 +107,7 @@ function move(place, body = {}) { // an edit holds at once; then the lines about
       timed("move", since);
       if (place === "edit" && waiting === 1) {
         const before = $("message").textContent, settled = unpacked(await (await post("settle", {})).arrayBuffer());
-        took({ ...settled, said: [before, settled.said].filter(Boolean).join(" ") });
+        took({ ...settled, said: [before, settled.said].filter(Boolean).join("; ") });
         timed("linked", since);
       }
     } catch (error) { failed(error); }
@@ -338,7 +338,7 @@ async function start() {
   list();
   go(0);
   globalThis.correct = {
-    tracks, view, times, drawn: () => drawn, frame: () => frame, selected: () => selected, piece: () => piece, anchor: () => anchor,
+    tracks, view, overview, times, drawn: () => drawn, frame: () => frame, selected: () => selected, piece: () => piece, anchor: () => anchor,
     busy: () => waiting > 0 || painting || !frames.has(frame) || frames.shown !== frame, select, go, Y: angle => overview.Y(angle), X: f => overview.X(f),
   };
 }
