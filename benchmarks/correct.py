@@ -2,9 +2,9 @@
 
 A simulated pad of 12 whiskers in 1,000 frames of 640 × 480 pixels, drawn as a movie. In a browser: steps to the next
 frame and jumps of 50, from the key to after the frame that was drawn; edits of lines at random (name, mark, split,
-delete, swap, undo, redo) from the key to the picture in which they hold, and to the one in which the lines about them
-are linked again. `python benchmarks/correct.py answers` takes no browser: time and processor time of the server's
-answers alone. About two minutes, most of them for the movie.
+delete, swap) from the key to the picture in which they hold, and to the one in which the lines about them are linked
+again; and the processor time of server and browser together, which other load inflates less. About two minutes, most of
+them for the movie. `python benchmarks/correct.py answers` takes no browser: the server's answers alone.
 """
 
 import json
@@ -22,14 +22,14 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "helpers"))
 
 from corrected_pad import make_pad, served_pad
 
-FRAMES, WHISKERS, MOVES = 1000, 12, 40
+FRAMES, WHISKERS, MOVES = 1000, 12, 30
 
 
 def random_edit(rng: np.random.Generator, served) -> dict:
     """A request of an edit that makes sense, of a line with a name."""
     named = served.session.correction.named
     line = int(rng.choice(np.flatnonzero(named.whisker >= 0)))
-    k, other = (int(x) for x in rng.choice(named.whiskers, 2, replace=False))
+    k, other = (int(x) for x in rng.choice(np.unique(named.whisker[named.whisker >= 0]), 2, replace=False))
     kinds = [
         {"do": "name", "at": line, "whisker": k},
         {"do": "mark", "at": line, "whisker": k},
@@ -40,10 +40,19 @@ def random_edit(rng: np.random.Generator, served) -> dict:
     return kinds[rng.integers(len(kinds))]
 
 
-def row(name: str, milliseconds: list[float]) -> None:
-    """Print median, 95th percentile and number."""
+def row(name: str, milliseconds: list[float], processor: float = np.nan) -> None:
+    """Print median, 95th percentile, processor time of each and number."""
     some = np.array(milliseconds)
-    print(f"{name:<34}{np.median(some):>8.0f}{np.quantile(some, 0.95):>8.0f}{some.size:>8}")
+    each = 1e3 * processor / some.size
+    print(f"{name:<34}{np.median(some):>8.0f}{np.quantile(some, 0.95):>8.0f}{each:>10.0f}{some.size:>8}", flush=True)
+
+
+def processor_time() -> float:
+    """Processor time of the server, which runs in this process, and of the browser [s]."""
+    import psutil
+
+    own = psutil.Process()
+    return sum(sum(one.cpu_times()[:2]) for one in (own, *own.children(recursive=True)))
 
 
 def answers(served) -> None:
@@ -86,24 +95,27 @@ def in_browser(served) -> None:
         until(page, "Boolean(globalThis.correct) && !correct.busy()")
         for name, key, count in (("next frame", "ArrowRight", 100), ("jump of 50 frames", "PageDown", 15)):
             page.evaluate("correct.times.scrub.length = 0")
+            begin = processor_time()
             for _ in range(count):
                 page.keyboard.press(key)
                 until(page, "!correct.busy()")
-            row(name, page.evaluate("correct.times.scrub"))
+            row(name, page.evaluate("correct.times.scrub"), processor_time() - begin)
+        spent = 0.0
         for _ in range(MOVES):
-            by_keyboard(page, random_edit(rng, served))
+            spent += by_keyboard(page, random_edit(rng, served))
         row("edit", page.evaluate("correct.times.move"))
-        row("linked again", page.evaluate("correct.times.linked"))
+        row("edit and linked again", page.evaluate("correct.times.linked"), spent)
         browser.close()
 
 
-def by_keyboard(page, edit: dict) -> None:
-    """Make an edit by the keys that a user presses once the line is selected."""
+def by_keyboard(page, edit: dict) -> float:
+    """Make an edit by the keys that a user presses once the line is selected; gives the processor time [s]."""
     line = edit.get("at")
     if line is None:
         line = page.evaluate(f"correct.tracks.whisker.indexOf({edit['whiskers'][0]})")
     page.evaluate(f"correct.select({line})")
     until(page, "!correct.busy()")
+    begin = processor_time()
     page.keyboard.press({"name": "n", "mark": "m", "split": "s", "delete": "d", "swap": "x"}[edit["do"]])
     number = edit.get("whisker", edit.get("whiskers", [None, None])[-1] if "whiskers" in edit else None)
     if number is not None:
@@ -111,6 +123,7 @@ def by_keyboard(page, edit: dict) -> None:
         page.keyboard.press("Enter")
         page.keyboard.press("Escape")
     until(page, "!correct.busy()")
+    return processor_time() - begin
 
 
 def until(page, condition: str) -> None:
@@ -124,7 +137,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         pad = make_pad(Path(folder), FRAMES, WHISKERS)
         with served_pad(pad, Path(folder) / "out.nc") as served:
-            print(f"{'[ms]':<34}{'median':>8}{'p95':>8}{'moves':>8}")
+            print(f"{'[ms]':<34}{'median':>8}{'p95':>8}{'processor':>10}{'moves':>8}")
             if sys.argv[1:] == ["answers"]:
                 answers(served)
             else:

@@ -8,11 +8,11 @@ from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
-DOCS = Path(__file__).parent
-sys.path.insert(0, str(DOCS.parent / "tests" / "helpers"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "helpers"))
 
 from corrected_pad import make_pad, served_pad
 
+DOCS = Path(__file__).parent
 KEYS = ("PageDown", "PageDown", "ArrowDown", "ArrowDown", "ArrowDown", "s")
 
 
