@@ -256,3 +256,16 @@ def test_a_new_edit_forgets_what_was_taken_back(correction):
     assert correction.undone == 0
     with refusal("missing", "redo"):
         correction.redo()
+
+
+def test_what_was_taken_back_does_not_change_later_edits(correction, linking):
+    for kind in ("mark", "swap", "delete"):
+        correction.apply(EDITS[kind](correction))
+        correction.settle()
+    for _ in range(3):
+        correction.undo()
+    other = edit_on(correction, "name", middle(correction, 3), whisker=0)
+    correction.apply(other)
+    fresh = Correction(linking)
+    fresh.apply(other)
+    assert state(correction) == state(fresh)

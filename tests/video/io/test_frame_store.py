@@ -50,3 +50,19 @@ def test_a_movie_that_is_damaged_later_shows_what_is_whole(tmp_path, frames):
 def test_no_movie_is_refused(tmp_path):
     with refusal("missing"):
         FrameStore(tmp_path / "movie.mkv")
+
+
+def test_a_full_disk_is_one_line(tmp_path, frames, monkeypatch):
+    class Full:
+        def seek(self, *_):
+            raise OSError(28, "No space left on device")
+
+        def close(self):
+            pass
+
+    write_movie(tmp_path / "movie.mkv", [frames])
+    monkeypatch.setattr("tempfile.TemporaryFile", Full)
+    store = FrameStore(tmp_path / "movie.mkv")
+    with refusal("machine"):
+        store.frame(0)
+    store.close()

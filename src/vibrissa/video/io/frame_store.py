@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.errors import InputError, RangeError
+from vibrissa.errors import InputError, MachineError, RangeError
 from vibrissa.video.io.movie import open_movie, read_blocks
 
 BLOCK = 16  # frames that are decoded at once: the first ones are there soon
@@ -89,6 +89,8 @@ class FrameStore:
                     break
         except InputError as error:
             self._error = error
+        except OSError as error:
+            self._error = MachineError(tempfile.gettempdir(), f"could not take the frames ({error.strerror or error})")
         finally:
             blocks.close()  # type: ignore[attr-defined]
             with self._ready:
