@@ -28,14 +28,14 @@ export class Overview {
   }
 
   resize() {
-    const ratio = devicePixelRatio || 1, { canvas, base } = this;
+    const ratio = this.ratio = devicePixelRatio || 1, { canvas, base } = this;
     base.width = canvas.width = Math.round(canvas.clientWidth * ratio);
     base.height = canvas.height = Math.round(canvas.clientHeight * ratio);
     this.redraw();
   }
 
   get box() {
-    const ratio = devicePixelRatio || 1;
+    const ratio = this.ratio;
     return { ratio, x: LEFT * ratio, y: TOP * ratio, w: this.canvas.width - (LEFT + RIGHT) * ratio, h: this.canvas.height - (TOP + BOTTOM) * ratio };
   }
 
@@ -93,7 +93,7 @@ export class Overview {
     this.axes(pen);
     pen.save();
     pen.beginPath(); pen.rect(x, y, w, h); pen.clip();
-    pen.lineJoin = pen.lineCap = "round";
+    pen.lineJoin = "bevel";
     const paths = new Map(), labels = [];
     for (let p = 0; p < tracks.pieces; p++) {
       const [first, last] = tracks.ends(p);
@@ -103,16 +103,16 @@ export class Overview {
       paths.get(k).push(p);
     }
     for (const k of [...paths.keys()].sort((m, n) => m - n)) {
-      pen.beginPath();
-      for (const p of paths.get(k)) {
-        const lines = tracks.main(p);
-        this.polyline(pen, lines);
-        if (k >= 0) labels.push(lines[0]);
-      }
       pen.strokeStyle = colour(k);
       pen.globalAlpha = k === -2 ? 0.25 : k < 0 ? 0.6 : 1;
       pen.lineWidth = (k >= 0 ? 1.7 : 1.1) * ratio;
-      pen.stroke();
+      for (const p of paths.get(k)) { // one by one: a path of all of them takes longer
+        const lines = tracks.main(p);
+        pen.beginPath();
+        this.polyline(pen, lines);
+        pen.stroke();
+        if (k >= 0) labels.push(lines[0]);
+      }
       pen.globalAlpha = 1;
     }
     this.labels(pen, labels, ratio);
