@@ -43,8 +43,8 @@ def random_edit(rng: np.random.Generator, served) -> dict:
 def row(name: str, milliseconds: list[float], processor: float = np.nan) -> None:
     """Print median, 95th percentile, processor time of each and number."""
     some = np.array(milliseconds)
-    each = 1e3 * processor / some.size
-    print(f"{name:<34}{np.median(some):>8.0f}{np.quantile(some, 0.95):>8.0f}{each:>10.0f}{some.size:>8}", flush=True)
+    each = "" if np.isnan(processor) else f"{1e3 * processor / some.size:.0f}"
+    print(f"{name:<34}{np.median(some):>8.0f}{np.quantile(some, 0.95):>8.0f}{each:>10}{some.size:>8}", flush=True)
 
 
 def processor_time() -> float:
