@@ -40,7 +40,7 @@ GUARD = {
     "Cache-Control": "no-store",
 }
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
-SCRIPTS = ("page.js", "controls.js", "plots.js", "views.js", "whisker.js", "sound.js")
+SCRIPTS = ("page.js", "controls.js", "messages.js", "plots.js", "views.js", "whisker.js", "sound.js")
 STATIC = {"": "index.html"} | {name: name for name in ("page.css", *SCRIPTS, "icon.svg")}  # by the end of the address
 
 

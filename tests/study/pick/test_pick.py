@@ -200,7 +200,7 @@ def test_the_page_saves_what_is_picked_and_ends(movie, tmp_path):
         assert code == 422
         assert answer["error"].startswith("frame_rate must be given")
         assert post(address, "save", b"{")[0] == 400
-        assert post(address, "save", [1])[0] == 422
+        assert post(address, "save", [1])[0] == 400
         assert not study.exists()
         scale = {"pixel_size": None, "scale": [[10, 20], [40, 60]], "scale_length": 5e-3}
         assert post(address, "save", GOOD | scale) == (200, {"saved": True})
