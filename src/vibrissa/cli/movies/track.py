@@ -126,9 +126,7 @@ def track(
     from vibrissa.study.spec.settings import MovieFile
 
     out = out or Path(movie.name).with_suffix(".nc")
-    _refuse_before(frame_rate, pixel_size, out, preview)
-    if segments is not None:
-        refuse_out(segments)
+    _refuse_before(frame_rate, pixel_size, out, preview, segments)
     first, end = _part(movie, start, stop, frame_rate)
     settings = MovieFile(
         path=str(movie),
@@ -159,8 +157,7 @@ def track(
     with progress_bars() as progress:
         profile = track_planned(plan, Path(), progress, segments)
     if preview is not None:
-        with stage("preview"):
-            _preview(movie, profile, preview)
+        _preview(movie, profile, preview)
     save(profile, out)
     tell(f"the profiles are in {out}", *([] if segments is None else [f"the lines of all frames are in {segments}"]))
     remarks_on(profile)
@@ -205,12 +202,15 @@ def remarks_on(profile: xr.Dataset) -> None:
         tell(f"the lamp lights in frame {profile.attrs['led_frame']}")
 
 
-def _refuse_before(frame_rate: float | None, pixel_size: float, out: Path, preview: Path | None) -> None:
+def _refuse_before(
+    frame_rate: float | None, pixel_size: float, out: Path, preview: Path | None, segments: Path | None
+) -> None:
     """Refuse, before any work, what would only fail after it."""
     from vibrissa.video.tracking import Calibration
 
     Calibration(frame_rate=1.0 if frame_rate is None else frame_rate, pixel_size=pixel_size)
-    refuse_out(out)
+    for file in filter(None, (out, segments)):
+        refuse_out(file)
     if preview is not None and preview.suffix not in (".mp4", ".mkv", ".png"):
         raise FormatError("--preview", "must end in .mp4, .mkv or .png", str(preview))
 
@@ -221,8 +221,9 @@ def _preview(movie: Path, profile: xr.Dataset, path: Path) -> None:
 
     first, drop = int(profile.attrs.get("first_frame", 0)), profile.attrs.get("drop_frames")
     blocks = read_blocks(movie, start=first, drop_frames=drop)
-    if path.suffix == ".png":
-        write_picture(preview.draw(preview.compute(blocks, profile)), path)
-    else:
-        preview.write_preview(path, blocks, profile)
+    with stage("preview"):
+        if path.suffix == ".png":
+            write_picture(preview.draw(preview.compute(blocks, profile)), path)
+        else:
+            preview.write_preview(path, blocks, profile)
     tell(f"the preview is {path}")
