@@ -14,10 +14,10 @@ from vibrissa.page.correct.server import CorrectionServer
 from vibrissa.page.correct.session import CorrectionSession
 from vibrissa.video.correct.edit_file import edit_path
 from vibrissa.video.correct.opening import open_tracks
-from vibrissa.video.foreign.segment_tables import profile_from_linking
 from vibrissa.video.io.frame_store import FrameStore
 from vibrissa.video.io.movie import write_movie
 from vibrissa.video.link.whisker_linking import link_segments
+from vibrissa.video.linked.linked_profile import profile_from_linking
 from vibrissa.video.tracking import Calibration
 
 

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vibrissa.errors import InputError
-from vibrissa.study.movie.backward import track_file
+from vibrissa.study.movie.track_file import track_file
 from vibrissa.study.spec.settings import MovieFile
 from vibrissa.video.io.frame_times import filled, frame_times
 from vibrissa.video.io.movie import frame_times_of, open_movie, read_blocks, write_movie

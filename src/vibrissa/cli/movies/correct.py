@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-from vibrissa.cli.shared.output import refuse_out, tell
+from vibrissa.cli.shared.output import MaybeOut, refuse_out, tell
 from vibrissa.cli.shared.progress import progress_bars
 from vibrissa.errors import ConflictError
 
@@ -19,7 +19,7 @@ def correct(
     polarity: Literal["dark", "bright"] = "dark",
     page: bool = True,
     browser: bool = True,
-    out: Path | None = None,
+    out: MaybeOut = None,
 ) -> None:
     """Correct by hand which line is which whisker, on a local page: join, split, swap, name, delete, mark.
 
