@@ -185,10 +185,10 @@ def test_any_query_is_an_answer(recorded, values):
 def picking():
     """Give host and secret of a page of `pick` that saves nothing."""
     saved = []
-    with pick_page._Server("secret", np.zeros((9, 9), np.uint8), {"movie": "m", "study": "s"}, saved.append) as server:
+    with pick_page._Server(np.zeros((9, 9), np.uint8), {"movie": "m", "study": "s"}, saved.append) as server:
         server.end = lambda: None
         threading.Thread(target=server.serve_forever, daemon=True).start()
-        yield f"127.0.0.1:{server.server_address[1]}", "secret/"
+        yield f"127.0.0.1:{server.server_address[1]}", f"{server.token}/"
         server.shutdown()
 
 

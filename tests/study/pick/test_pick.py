@@ -17,7 +17,7 @@ from matplotlib.image import imread
 from refusals import refusal
 
 from vibrissa.netcdf import load
-from vibrissa.study.pick import pick_page
+from vibrissa.study.pick import local_page
 from vibrissa.study.pick.pick import as_toml, pick, pixel_size, write_study
 from vibrissa.study.pick.pick_page import png, render_page
 from vibrissa.study.run.study import run_study
@@ -273,7 +273,7 @@ def test_a_page_of_another_origin_saves_nothing(movie, tmp_path):
     ids=["both", "chunked", "long", "endless", "negative", "slow"],
 )
 def test_a_body_is_limited_whatever_its_headers_say(movie, tmp_path, monkeypatch, headers, body, code):
-    monkeypatch.setattr(pick_page, "PATIENCE", 1.0)
+    monkeypatch.setattr(local_page, "PATIENCE", 1.0)
     with served(movie, tmp_path / "s.toml") as (address, _):
         host, place = address.split("/")[2], address.split("/", 3)[3]
         with socket.create_connection(tuple(host.split(":")), timeout=30) as line:
