@@ -13,6 +13,7 @@ SOURCES = Path(vibrissa.__file__).parent
 # Loops of what few do: lines that are linked, whiskers that swing through one another, tracks of other programs,
 # packed movies, and estimators that must be asked for
 LATER = {
+    "video/find/curvature_maps.py",  # one of its loops is a part of those that call it
     "video/identity/whisker_fan.py",
     "video/identity/identity_linking.py",
     "video/identity/common_motion.py",
