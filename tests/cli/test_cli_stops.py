@@ -18,6 +18,11 @@ HANGS = {  # what a stop finds at work; each would hold the end of Python for 10
     "an interruption that is lost": "lost()",
     "cleaning": "clean()",
 }
+HEARD = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
+"""  # whatever runs the tests may ignore them, as nohup does
 RUN = """
 import sys, time
 from concurrent.futures import ThreadPoolExecutor
@@ -51,11 +56,14 @@ with stoppable.stoppable(Path("out")):
 def test_nothing_that_hangs_holds_a_stop(hang, number, code):
     if not hasattr(signal, number):
         pytest.skip("this system has no such signal")
-    words = [sys.executable, "-c", RUN.format(hang=HANGS[hang])]
+    words = [sys.executable, "-c", HEARD + RUN.format(hang=HANGS[hang])]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
         assert run.stdout.readline() == "at work\n"
         run.send_signal(getattr(signal, number))
-        _, err = run.communicate(timeout=30)
+        try:
+            _, err = run.communicate(timeout=30)
+        finally:
+            run.kill()
     assert run.returncode == code
     assert err == "vibrissa: stopped; what is done is kept in out, and the same command goes on from there\n"
 
