@@ -18,6 +18,7 @@ from vibrissa.video.io.grey import Frames
 
 SUFFIXES = frozenset({".tif", ".tiff"})
 CHECKED = frozenset({8, 32946})  # deflate, whose checksum zlib checks
+CHANNELS = 4  # at most: a stack of more that calls them channels is one of times whose axis was never named
 AXES = {"T": "times", "Z": "planes", "C": "channels", "S": "samples", "P": "positions", "R": "tiles"}
 IMAGE = frozenset("YX")
 LOSSY = frozenset({6, 7, 33003, 33005, 34712, 34892, 50001, 50002})  # JPEG, JPEG 2000, WebP, JPEG XL, by TIFF's numbers
@@ -120,7 +121,7 @@ def _refuse_stack(file: Any, path: Path) -> None:
     ]
     found = " × ".join(f"{size} {AXES.get(name, f'of axis {name}')}" for name, size in axes)
     remedy = "save one stack of times alone: in ImageJ, Image > Hyperstacks > Reduce Dimensionality"
-    if len(axes) > 1 or any(name in "CSPR" for name, _ in axes):
+    if len(axes) > 1 or any(name in "SPR" or (name == "C" and size <= CHANNELS) for name, size in axes):
         raise ShapeError(str(path), "must have frames along one axis, of times", found, remedy)
     if file.is_ome and len(file.series) > 1:
         raise ShapeError(str(path), "must have one series of images", f"{len(file.series)} of OME", remedy)
