@@ -42,6 +42,7 @@ def read_npy(path: str | Path) -> NDArray[Any]:
         why = " ".join(str(error).split())[:80]
         raise FormatError(str(path), f"must be a whole array of NumPy, without Python objects ({why})") from error
     if not isinstance(array, np.ndarray):
+        array.close()
         raise FormatError(str(path), "must be one array of NumPy", "an archive of several")
     return array
 

@@ -25,7 +25,7 @@ def conforming(data: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     Dataset
-        The same; a variable whose dimensions stand in another order is transposed.
+        The same; a variable whose dimensions come in another order is transposed.
 
     Raises
     ------

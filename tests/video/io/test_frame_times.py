@@ -46,7 +46,7 @@ def stamped(path: Path, frames: np.ndarray, ticks: list[int], tick: Fraction, co
 
 @given(
     st.lists(st.integers(1, 9), min_size=8, max_size=60),
-    st.sampled_from([25.0, 29.97, 120.0]),
+    st.sampled_from([25.0, 29.97, 120.0, 240.0]),
     st.sampled_from([1e-6, 1e-3]),
 )
 def test_holes_among_even_frames_are_found_exactly(steps, rate, tick):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json as json_text
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -127,7 +127,6 @@ def track(
 
     out = out or Path(movie.name).with_suffix(".nc")
     _refuse_before(frame_rate, pixel_size, out, preview, segments)
-    first, end = _part(movie, start, stop, frame_rate)
     settings = MovieFile(
         path=str(movie),
         frame_rate=frame_rate,
@@ -147,9 +146,8 @@ def track(
         substrate=line_of(substrate, "--substrate"),
         whisker_length=whisker_length,
         lamp="find" if lamp == "find" else pixels_of(lamp, "--lamp"),
-        start=first,
-        stop=end,
         drop_frames=drop_frames,
+        **_part(movie, start, stop, frame_rate),
     )
     with stage("look at the movie"):
         plan = plan_tracking(settings, Path())
@@ -164,12 +162,12 @@ def track(
     show(_table(profile), json=json)
 
 
-def _part(movie: Path, start: str | None, stop: str | None, frame_rate: float | None) -> tuple[int, int | None]:
-    """First frame that is tracked, and the first after it that is not."""
+def _part(movie: Path, start: str | None, stop: str | None, frame_rate: float | None) -> dict[str, Any]:
+    """First frame that is tracked, and the first after it that is not, by their names in a study."""
     from vibrissa.video.io.movie import open_movie
 
     rate = open_movie(movie).frame_rate if frame_rate is None else frame_rate
-    return frame_of(start, "--start", rate) or 0, frame_of(stop, "--stop", rate)
+    return {"start": frame_of(start, "--start", rate) or 0, "stop": frame_of(stop, "--stop", rate)}
 
 
 def _table(profile: xr.Dataset) -> xr.Dataset:

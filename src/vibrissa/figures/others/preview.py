@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
-from functools import cache
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from vibrissa.arrays import Array
 from vibrissa.errors import MissingError, RangeError
 from vibrissa.figures.canvas import house_style, new_figure, round_length, whisker_names
+from vibrissa.figures.others.text_strip import text_strip
 from vibrissa.quantities import dataset
 from vibrissa.quantities import measured as measured_nodes
 from vibrissa.video.io.colour import write_colour
@@ -28,7 +28,6 @@ Picture = NDArray[np.uint8]
 
 COLOURS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#D55E00")  # distinct for all eyes
 WIDE = 640  # pixels a frame is magnified to, at least, by a whole factor
-TEXT = 12  # height of the text [px]
 INSET = 40  # side of the part that is magnified [px]
 FEW = len(COLOURS)  # whiskers up to which each has its colour; more are named at their lines
 BOX = {"facecolor": "black", "alpha": 0.6, "pad": 1, "edgecolor": "none"}  # behind text on a picture
@@ -199,37 +198,11 @@ def _dots(picture: Picture, columns: Array, rows: Array, size: int, ink: Any) ->
 
 def _captions(index: int, title: str, names: list[str], lost: list[Any], width: int) -> list[Picture]:
     """A strip of text for the frame, and one for each whisker, so that the size stays."""
-    strips = [_strip(title, width, (255, 255, 255))]
+    strips = [text_strip(title, width, (255, 255, 255))]
     for w, name in enumerate(names):
         reason = next((why for first, last, why in lost[w] if first <= index <= last), None)
-        strips.append(_strip(f"{name}: lost, {reason}" if reason else f"{name}: followed", width, tuple(rgb(w))))
+        strips.append(text_strip(f"{name}: lost, {reason}" if reason else f"{name}: followed", width, tuple(rgb(w))))
     return strips
-
-
-def _strip(text: str, width: int, ink: tuple[int, ...]) -> Picture:
-    strip = np.zeros((TEXT + 6, width, 3), np.uint8)
-    at = 6
-    for letter in text:
-        mask = _glyph(letter)
-        if at + mask.shape[1] > width:
-            break
-        strip[:, at : at + mask.shape[1]] = (mask[..., None] * np.array(ink, float)).astype(np.uint8)
-        at += mask.shape[1]
-    return strip
-
-
-@cache
-def _glyph(letter: str) -> Array:
-    """A letter of a fixed-width face, 0 to 1, in a box of the strip's height."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    height, width = TEXT + 6, round(0.62 * TEXT)
-    figure = Figure(figsize=(width / 100, height / 100), dpi=100)
-    figure.text(0, 0.3, letter, family="DejaVu Sans Mono", fontsize=TEXT * 0.72)
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()  # type: ignore[no-untyped-call]
-    return 1 - np.asarray(canvas.buffer_rgba())[:height, :width, 0] / 255  # type: ignore[no-untyped-call]
 
 
 def compute(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int] | None = None) -> xr.Dataset:

@@ -208,9 +208,8 @@ def psth(spikes: xr.Dataset, edges: ArrayLike, *, n_trials: int | None = None) -
     Returns
     -------
     Dataset
-        ``bin`` and ``bin_stop`` [s]; ``spike_count`` (trial, bin); ``firing_rate`` and ``firing_rate_se`` [Hz] (bin),
-        NaN where too few trials were observed (none; fewer than two); ``trials_observed``. A leading dimension unit
-        where the table has units. Trials in which ``unit_observed`` is false count for that unit as not presented.
+        ``bin``, ``bin_stop`` [s]; ``spike_count`` (trial, bin); ``firing_rate``, ``firing_rate_se`` [Hz] (bin), NaN
+        below one and two trials; ``trials_observed``, which ``unit_observed`` decides. Units lead, if any.
 
     Raises
     ------
@@ -227,7 +226,7 @@ def psth(spikes: xr.Dataset, edges: ArrayLike, *, n_trials: int | None = None) -
     names = {"unit_name": spikes.unit_name.values} if counts.ndim == 3 else {}
     return dataset(
         {"n_trials": trials},
-        lead=("unit",) if counts.ndim == 3 else (),
+        lead=("unit",) * len(names),
         bin=edges[:-1],
         bin_stop=edges[1:],
         spike_count=counts,

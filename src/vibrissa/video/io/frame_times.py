@@ -13,7 +13,7 @@ from vibrissa.video.io.grey import Frames
 
 _OFF = 0.1  # [frames] by which an interval may differ from whole frames, besides the rounding of its ends
 _UNSURE = 0.25  # [frames] of jitter, beyond which it is not known which frames are missing
-_TICKS, _LAG = 8, 64  # of intervals shorter than so many ticks, so many are measured at once
+_TICKS, _LAG = 4, 64  # of intervals shorter than so many ticks, so many are measured at once
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ def _interval(time: Array, tick: float) -> float:
     spans = time[lag:] - time[:-lag]
     middle = np.median(spans)
     alike = np.abs(spans - middle) <= max(0.5 * middle / lag, tick)
-    return float(spans[alike].mean()) / lag
+    return float(spans[alike].mean()) / lag if alike.any() else 0.0
 
 
 def filled(blocks: Iterable[Frames], slots: Integers, name: str) -> Iterator[Frames]:
