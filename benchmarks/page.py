@@ -32,7 +32,7 @@ from vibrissa.page.upload_cache import UploadCache
 MOVES = 10
 DOWN = ("height", "base_angle", "duty", "a.duty")  # the other way the whisker does not reach, or runs into its fold
 RESTS = np.linspace(0.2, 0.6, MOVES)  # [s] before moves that may meet what the server does when the hands rest
-SURFACES = {"grating": "", "rough": "a.kind=rough&b.kind=rough", "file": "a.kind=file"}
+SURFACES = {"grating": "hold=height", "rough": "a.kind=rough&b.kind=rough", "file": "a.kind=file"}
 MORE = {"wave": "a.kind=wave&b.kind=wave", "350 mm": "a.length=0.35", "100 µm rms": "a.kind=rough&a.rms=1e-4"}
 POSTURE = ("height", "base_angle", "friction", "speed")
 SLIDERS = "[...document.querySelectorAll('input[type=range][id^=c-]')].filter(e => e.checkVisibility())"

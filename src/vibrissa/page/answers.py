@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 Arrays = Mapping[str, NDArray[np.float32]]
 Answer = tuple[dict[str, Any], Arrays]  # what JSON can say, and arrays
 
-SKETCHED, MOST = ("modes", "envelopes", "moment", "firing"), 4096  # drawn only, on fewer than 2,000 columns
+SKETCHED, MOST = ("modes", "envelopes", "moment", "drive", "firing"), 4096  # drawn only, on fewer than 2,000 columns
 LONGEST_ASK = 1 << 16  # bytes of one question: a state is a thirtieth of it
 
 
@@ -113,8 +113,9 @@ def _on(hurried: Callable[[], bool]) -> None:
 def _live(session: PageSession, state: State, hurried: Callable[[], bool]) -> Answer:
     prediction = session.predict(state)
     arrays = live_arrays(prediction, state.unit, session.shaft_tables(state))
-    drawn = {name: values for name, values in arrays.items() if name not in ("curvature", "drive")}
-    return facts(prediction) | _levels(arrays), drawn | {name: sketched(arrays[name], MOST) for name in SKETCHED}
+    drawn = {name: values for name, values in arrays.items() if name != "curvature"}
+    said = {**facts(prediction), **_levels(arrays), "threshold": state.unit.threshold}
+    return said, drawn | {name: sketched(arrays[name], MOST) for name in SKETCHED}
 
 
 def _levels(arrays: Arrays) -> dict[str, Any]:

@@ -16,7 +16,9 @@ from vibrissa.page.answers import ANSWERS, answer, unforeseen
 from vibrissa.page.bodies import RefusedBodyError, body_of
 from vibrissa.page.controls import as_table
 from vibrissa.page.export import KINDS, exported
+from vibrissa.page.glossary import SYMBOLS
 from vibrissa.page.picture import palette
+from vibrissa.page.presets import as_list
 from vibrissa.page.session import PageSession
 from vibrissa.page.state import read_state
 from vibrissa.page.upload_cache import LARGEST, UploadCache
@@ -40,7 +42,7 @@ GUARD = {
     "Cache-Control": "no-store",
 }
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
-SCRIPTS = ("page.js", "controls.js", "messages.js", "plots.js", "views.js", "whisker.js", "sound.js")
+SCRIPTS = ("page.js", "controls.js", "messages.js", "plots.js", "views.js", "whisker.js", "sound.js", "lesson.js", "keep.js")
 STATIC = {"": "index.html"} | {name: name for name in ("page.css", *SCRIPTS, "icon.svg")}  # by the end of the address
 
 
@@ -122,7 +124,7 @@ class Page:
     async def _controls(self, request: Request) -> Response:
         if self._stranger(request, needs_origin=False):
             return _line(404, "not here")
-        return _json({"controls": as_table(), "palette": palette()})
+        return _json({"controls": as_table(), "palette": palette(), "presets": as_list(), "symbols": SYMBOLS})
 
     async def _drop(self, request: Request) -> Response:
         if self._stranger(request, needs_origin=True):

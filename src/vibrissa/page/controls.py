@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from vibrissa.page.glossary import about
 from vibrissa.whisker import DENSITY, YOUNGS_MODULUS, atlas
 
 TEXTURES = {
@@ -119,4 +120,4 @@ CONTROLS: dict[str, Control] = {**_whisker(), **_rest(), **_texture("a", 1), **_
 
 def as_table() -> dict[str, dict[str, Any]]:
     """The controls as plain values, for the page."""
-    return {name: asdict(control) for name, control in CONTROLS.items()}
+    return {name: {**asdict(control), "about": about(name)} for name, control in CONTROLS.items()}

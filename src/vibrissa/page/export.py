@@ -19,6 +19,7 @@ from vibrissa.netcdf import encoded
 from vibrissa.page.picture import picture
 from vibrissa.page.session import MODES
 from vibrissa.page.shaft_table import NODE
+from vibrissa.page.snippets import command, script
 from vibrissa.page.signals import TRIALS, live_arrays, node_motion
 from vibrissa.study.movie.virtual import lay_out
 from vibrissa.study.pick.pick import as_toml
@@ -178,4 +179,6 @@ KINDS: dict[str, tuple[str, Maker]] = {  # media type of each file, and what mak
     "texture.csv": ("text/csv", _texture),
     "picture.png": ("image/png", partial(_picture, "png")),
     "picture.svg": ("image/svg+xml", partial(_picture, "svg")),
+    "command.txt": ("text/plain", command),
+    "script.py": ("text/plain", script),
 }

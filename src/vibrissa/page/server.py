@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from vibrissa.errors import ConflictError, PackageError, install
 from vibrissa.page.application import Page
+from vibrissa.page.presets import CLEAN
 from vibrissa.page.state import read_state
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ def serve(
     with listening(port) as listener:
         own = listener.getsockname()[1]
         page = Page(own)
-        page.warm_up(given)
+        page.warm_up(given or CLEAN)
         address = f"http://127.0.0.1:{own}/{page.token}/" + (f"#{urlencode(given)}" if given else "")
         tell(f"explore on the page {address} (Ctrl-C ends it)")
         server = uvicorn.Server(settings(page.application()))

@@ -31,7 +31,7 @@ RATE = 10_000.0  # [Hz] eight samples and more in a period of the third mode of 
 TRIALS = 12  # of the raster
 POSITIONS = 800  # moments at which the shaft is placed, at most
 WINDOW, MOST_COLUMNS = 512, 160  # samples of one spectrum, 51 ms; spectra over the record
-HIGHEST = 1000.0  # [Hz] of the spectrogram
+ABOVE = 1.25  # highest frequency of the spectrogram over that of the last mode
 CONTACTS = np.linspace(0.02, 0.95, 94)
 DRAWN = 20_000  # points of a relief that are drawn
 
@@ -74,7 +74,7 @@ def live_arrays(prediction: Predicted, unit: ThresholdLinearUnit, known: ShaftTa
         "displacement": moved,
         "drive": drive,
         **_firing(unit, t, drive),
-        **_spectrogram(moved),
+        **_spectrogram(moved, ABOVE * float(prediction.omega[-1]) / (2 * np.pi)),
         "resonance": _resonances_by_contact(prediction.whisker.timescale),
         **_shaft(prediction, t, q, known),
         "surface": _corners(prediction),
@@ -134,13 +134,13 @@ def _firing(unit: ThresholdLinearUnit, t: Array, drive: Array) -> dict[str, Arra
     return {"firing": rate, "spikes": np.stack([times, trials])}
 
 
-def _spectrogram(signal: Array) -> dict[str, Array]:
-    """Spectra of windows centred from the first sample to the last, the signal mirrored at its ends."""
+def _spectrogram(signal: Array, highest: float) -> dict[str, Array]:
+    """Spectra up to a frequency [Hz], of windows centred from the first sample to the last, the signal mirrored."""
     half = min(WINDOW // 2, len(signal) - 1)
     hop = max(1, len(signal) // MOST_COLUMNS)
     mirrored = np.pad(signal, half, mode="reflect")
     frequency, time, power = spectrogram(mirrored, RATE, window="hann", nperseg=2 * half, noverlap=2 * half - hop)
-    kept = frequency <= HIGHEST
+    kept = frequency <= highest
     decibels = 10 * np.log10(np.maximum(power[kept] * 1e12, 1e-9))
     axes = np.array([[0, frequency[kept][-1]], time[[0, -1]] - half / RATE])
     return {"spectrogram": decibels, "spectrogram_axes": axes}

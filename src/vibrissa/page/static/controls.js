@@ -12,7 +12,7 @@ export function stateFrom(address) {
 
 export function addressOf(state, table) {
   const changed = [...state].filter(([name, value]) => !(name in table) || String(value) !== String(table[name].default));
-  return changed.length ? `#${new URLSearchParams(changed)}` : "#";
+  return `#${changed.length ? new URLSearchParams(changed) : `hold=${table.hold.default}`}`; // an empty one is the first preset
 }
 
 const tag = (name, set = {}, ...inside) => {
@@ -70,7 +70,16 @@ function fileControl(name, one, dropped) {
   const again = () => last && dropped(letter, last, settled(open)).then(notes => note.replaceChildren(...notes.map(n => tag("span", { textContent: n }))));
   field.addEventListener("change", () => { last = field.files[0]; again(); });
   open.addEventListener("change", again);
-  return { parts: [tag("label", { htmlFor: id, textContent: "CSV or profilometer file (or drop it on the page)" }), field, open, note], show: () => {}, take: file => { last = file; return again(); } };
+  const control = { shown: undefined, waiting: false };
+  const reveal = line => { // what the file leaves open is settled beside it
+    control.waiting = true;
+    control.row.hidden = false;
+    control.row.closest("details").open = true;
+    const key = /unit/.test(line) ? (/\bz|height/.test(line) ? "z_unit" : "x_unit") : /map|line/.test(line) ? "line" : null;
+    control.row.scrollIntoView({ block: "nearest" });
+    if (key) open.querySelector(`[name=${key}]`).focus({ preventScroll: true });
+  };
+  return Object.assign(control, { reveal, parts: [tag("label", { htmlFor: id, textContent: "CSV or profilometer file (or drop it on the page)" }), field, open, note], show: () => {}, take: file => { last = file; return again(); } });
 }
 
 const settled = open => Object.fromEntries([...open.querySelectorAll("[name]")].map(e => [e.name, e.type === "checkbox" ? (e.checked ? "1" : "") : e.value.trim()]).filter(([, v]) => v));
@@ -81,6 +90,7 @@ export function build(form, table, { changed, dropped }) {
     const group = groups[one.group] ??= form.appendChild(tag("details", { open: OPEN.includes(one.group) }, tag("summary", { textContent: one.group })));
     const kind = Object.keys(one.choices).length ? choiceControl : typeof one.default === "string" ? fileControl : numberControl;
     made[name] = kind(name, one, kind === fileControl ? dropped : changed);
+    made[name].parts[0].title = one.about;
     made[name].row = group.appendChild(tag("div", { className: "control" }, ...made[name].parts));
   }
   form.addEventListener("submit", event => event.preventDefault());
@@ -91,7 +101,7 @@ export function show(made, table, state) {
   const value = name => state.get(name) ?? table[name].default;
   for (const [name, control] of Object.entries(made)) {
     if (control.shown !== value(name)) control.show(control.shown = value(name));
-    const hidden = !Object.entries(table[name].only).every(([other, values]) => values.includes(String(value(other))));
+    const hidden = !control.waiting && !Object.entries(table[name].only).every(([other, values]) => values.includes(String(value(other))));
     if (control.row.hidden !== hidden) control.row.hidden = hidden;
   }
 }

@@ -1,5 +1,7 @@
 // The page: state, questions to the server one at a time, and what comes back.
 import { addressOf, build, LONGEST_ADDRESS, show, stateFrom } from "./controls.js";
+import { keeping, setQuery } from "./keep.js";
+import { glossary, presets, verdict } from "./lesson.js";
 import { unpacked } from "./messages.js";
 import { forgetInks } from "./plots.js";
 import * as sound from "./sound.js";
@@ -9,9 +11,8 @@ import { describeMotion, drawMotion } from "./whisker.js";
 const $ = id => document.getElementById(id);
 const TIMED = ["excursion", "modes", "moment-view", "spectrogram", "firing"], RIGHT = { "moment-view": 52, spectrogram: 64 };
 const REST = 150; // [ms] without a move until the hands are said to rest
-const EXPORTS = ["picture.png", "picture.svg", "data.nc", "signals.csv", "sound.wav", "texture.csv", "study.zip"];
 
-let table, made, state, data = null, other = null, playing = null;
+let table, made, state, first, data = null, other = null, playing = null;
 let time = 0, last = null, paused = matchMedia("(prefers-reduced-motion: reduce)").matches;
 let cursors = [], socket = null, flying = null, waiting = null, count = 0, idle = 0, addressing = 0;
 let shownCount = 0, lasting = "", touched = 0;
@@ -34,9 +35,17 @@ function send() {
 function connect() {
   socket = new WebSocket(new URL("live", location.href.replace(/^http/, "ws").split("#")[0]));
   socket.binaryType = "arraybuffer";
-  socket.onopen = () => { flying = null; ask("live"); };
+  socket.onopen = () => { lost(false); flying = null; ask("live"); };
   socket.onmessage = event => received(typeof event.data === "string" ? JSON.parse(event.data) : unpacked(event.data));
-  socket.onclose = () => { say("the page has lost its program: start vibrissa explore again"); flying = null; setTimeout(connect, 2000); };
+  socket.onclose = () => { lost(true); flying = null; setTimeout(connect, 2000); };
+}
+
+function lost(is) { // greyed out, with the command that starts it again
+  const was = document.body.classList.contains("lost");
+  document.body.classList.toggle("lost", is);
+  $("controls").inert = $("presets").inert = is;
+  if (is) say(`The page's program has ended. Start it again in a terminal: vibrissa explore '${addressOf(state, table).slice(1)}'`);
+  else if (was) say("");
 }
 
 function received(answer) {
@@ -47,7 +56,7 @@ function received(answer) {
     data = answer;
     redraw(() => framed(() => wholes.push(performance.now() - asked.since)));
     framed(() => { latencies.push(performance.now() - asked.since); shownCount += 1; });
-  } else if (answer.want === "notes" && !answer.error) $("notes").replaceChildren(...answer.notes.map(text => Object.assign(document.createElement("li"), { textContent: text })));
+  } else if (answer.want === "notes" && !answer.error) verdict(answer.notes);
   else if (answer.want === "contrast" && !answer.error) { other = answer; $("play-b").disabled = false; contrast(other); replay(); }
   if (answer.want === "live" || !answer.want) say(answer.error || lasting);
   else if (answer.want === "contrast") say(answer.error || "", "index");
@@ -78,6 +87,12 @@ function changed(name, value) {
   settle();
 }
 
+function chosen(preset) {
+  lasting = "";
+  state = new Map(Object.entries(preset));
+  settle();
+}
+
 function settle() {
   show(made, table, state);
   clearTimeout(idle);
@@ -91,7 +106,7 @@ function tellAddress() {
   addressing = 0;
   const address = addressOf(state, table);
   if (address.length <= LONGEST_ADDRESS) history.replaceState(null, "", address);
-  for (const link of $("exports").children) link.href = `export/a/${link.textContent}?${address.slice(1)}`;
+  setQuery(address.slice(1));
 }
 
 async function dropped(letter, file, settled) {
@@ -99,8 +114,9 @@ async function dropped(letter, file, settled) {
   const query = new URLSearchParams({ name: file.name, ...settled });
   try {
     const reply = await fetch(`texture?${query}`, { method: "POST", body: file });
-    if (!reply.ok) { say(await reply.text()); return []; }
+    if (!reply.ok) { const line = await reply.text(); say(line); made[`${letter}.file`].reveal(line); return []; }
     const { key, notes } = await reply.json();
+    made[`${letter}.file`].waiting = false;
     state.set(`${letter}.kind`, "file");
     changed(`${letter}.file`, key);
     return [file.name, ...notes];
@@ -197,13 +213,13 @@ function bind() {
   document.addEventListener("dragover", event => { event.preventDefault(); document.body.classList.add("over"); });
   document.addEventListener("dragleave", () => document.body.classList.remove("over"));
   document.addEventListener("drop", event => { event.preventDefault(); document.body.classList.remove("over"); const file = event.dataTransfer.files[0]; if (file) made["a.file"].take(file); });
-  $("exports").append(...EXPORTS.map(name => Object.assign(document.createElement("a"), { textContent: name, href: "#" })));
+  keeping();
   globalThis.addEventListener("hashchange", event => read(new URL(event.newURL).hash)); // location may tell of a later replaceState
 }
 
 function read(hash) {
   lasting = "";
-  try { state = stateFrom(hash); } catch (error) { state = new Map(); lasting = error.message; }
+  try { state = stateFrom(hash); if (!state.size) state = new Map(Object.entries(first)); } catch (error) { state = new Map(); lasting = error.message; }
   say(lasting);
   settle();
 }
@@ -213,7 +229,10 @@ async function start() {
   const answer = await (await fetch("controls.json")).json();
   table = answer.controls;
   setPalette(answer.palette.flat());
+  first = answer.presets[0].state;
   state = new Map();
+  presets(answer.presets, chosen);
+  glossary(answer.symbols);
   made = build($("controls"), table, { changed, dropped });
   bind();
   read(location.hash);

@@ -84,6 +84,8 @@ function spectrogram(data, end) {
   const { ctx } = place, half = columns > 1 ? (last - first) / (columns - 1) / 2 : end / 2;
   const left = map.X(Math.max(0, first - half)), right = map.X(Math.min(end, last + half));
   ctx.drawImage(sheet, left, box.top, right - left, box.height);
+  ctx.fillStyle = inks().ink;
+  for (const hertz of data.frequency) { ctx.fillRect(box.left + box.width - 3, map.Y(hertz) - 1, 8, 2); } // the resonances
   scaleBar(ctx, box, high);
   let strongest = 0;
   for (let k = 0; k < data.spectrogram.length; k++) if (data.spectrogram[k] > data.spectrogram[strongest]) strongest = k;
@@ -124,19 +126,47 @@ function resonance(data) {
   say("resonance", `Contact at ${rounded(data.contact)} of the length: resonances ${data.frequency.map(f => rounded(f)).join(", ")} hertz`);
 }
 
+// Envelope with its threshold, the rate that follows, the spikes drawn from it; pale where the envelope is above.
 function firing(data, end) {
-  const place = opened($("firing")), ink = inks(), top = Math.max(1, 1.1 * extremes(data.firing)[1]), box = boxOf(place);
-  const low = { ...box, top: box.top + box.height * 0.4, height: box.height * 0.6 };
-  const map = axes(place, low, [0, end], [0, top], { x: "time [s]", y: "rate [Hz]" });
-  trace(place, map, data.firing, step(data, data.firing), ink.one, { width: 1.6 });
-  const spikes = data.spikes.length / 2, { ctx } = place, pitch = box.height * 0.38 / 12;
-  ctx.strokeStyle = ink.ink; ctx.lineWidth = 1.2; ctx.beginPath();
-  for (let k = 0; k < spikes; k++) {
-    const x = map.X(data.spikes[k]), y = box.top + pitch * data.spikes[spikes + k];
-    ctx.moveTo(x, y); ctx.lineTo(x, y + 0.8 * pitch);
+  const place = opened($("firing")), ink = inks(), box = boxOf(place), part = box.height / 3, um = 1e6 * data.threshold;
+  const panel = k => ({ ...box, top: box.top + k * part, height: part - 12 });
+  const peaks = [1e6 * extremes(data.drive)[1], extremes(data.firing)[1]];
+  const high = panel(0), low = panel(2), top = 1.1 * Math.max(um, peaks[0], 1e-3), fast = 1.1 * Math.max(1, peaks[1]);
+  above(place, data, high, low, end);
+  const envelope = axes(place, high, [0, end], [0, top], { y: "env. [µm]" });
+  trace(place, envelope, data.drive, step(data, data.drive), ink.two, { scale: 1e6, width: 1.6 });
+  dashed(place, [high.left, high.left + high.width], envelope.Y(um), "threshold");
+  trace(place, axes(place, panel(1), [0, end], [0, fast], { y: "rate [Hz]" }), data.firing, step(data, data.firing), ink.one, { width: 1.6 });
+  raster(place, axes(place, { ...low, height: part }, [0, end], [0, 12], { x: "time [s]", y: "trial", ySteps: [0, 6, 12] }), data);
+  say("firing", `Envelope up to ${rounded(peaks[0])} micrometres, threshold ${rounded(um)}; firing rate from ${rounded(extremes(data.firing)[0])} to ${rounded(peaks[1])} hertz, ${rounded(data.spikes.length / 24)} spikes a trial`);
+}
+
+function above({ ctx }, { drive, threshold, ...data }, high, low, end) {
+  const pixel = high.width / end * step(data, drive);
+  ctx.fillStyle = inks().line;
+  for (let i = 0; i < drive.length; i++) {
+    const from = i;
+    while (i < drive.length && drive[i] > threshold) i++;
+    if (i > from) ctx.fillRect(high.left + from * pixel, high.top, (i - from) * pixel, low.top + low.height + 12 - high.top);
+  }
+}
+
+function dashed({ ctx }, [from, to], y, name) {
+  const ink = inks();
+  ctx.strokeStyle = ctx.fillStyle = ink.ink; ctx.lineWidth = 1.2; ctx.setLineDash([5, 4]);
+  ctx.beginPath(); ctx.moveTo(from, y); ctx.lineTo(to, y); ctx.stroke();
+  ctx.setLineDash([]); ctx.textAlign = "right"; ctx.textBaseline = "bottom";
+  ctx.fillText(name, to, y - 1);
+}
+
+function raster({ ctx }, map, { spikes }) {
+  const n = spikes.length / 2, pitch = map.Y(0) - map.Y(1);
+  ctx.strokeStyle = inks().ink; ctx.lineWidth = 1.2; ctx.beginPath();
+  for (let k = 0; k < n; k++) {
+    const x = map.X(spikes[k]), y = map.Y(spikes[n + k]);
+    ctx.moveTo(x, y); ctx.lineTo(x, y - 0.8 * pitch);
   }
   ctx.stroke();
-  say("firing", `Firing rate from ${rounded(extremes(data.firing)[0])} to ${rounded(extremes(data.firing)[1])} hertz, ${rounded(spikes / 12)} spikes a trial`);
 }
 
 export function contrast(data) {

@@ -45,7 +45,7 @@ export function freeEndDepth(data, time, { x, y }, contact) {
 
 const between = (values, at) => { const i = Math.min(values.length - 2, Math.floor(at)); return values[i] + (at - i) * (values[i + 1] - values[i]); };
 
-function drawShaft(ctx, { x, y }, contact, X, Y, touching, width) {
+function drawShaft(ctx, { x, y }, contact, X, Y, touching, width, taper = 1) { // taper: how much wider at the base, in pixels
   const ink = inks(), split = [X(between(x, contact)), Y(between(y, contact))];
   const run = (points, paint, dash, line) => {
     ctx.strokeStyle = paint; ctx.lineWidth = line; ctx.setLineDash(dash);
@@ -55,7 +55,8 @@ function drawShaft(ctx, { x, y }, contact, X, Y, touching, width) {
   };
   const all = Array.from(x, (v, i) => [X(v), Y(y[i])]), first = Math.floor(contact) + 1;
   run([...all.slice(0, first), split], touching ? ink.bad : ink.two, [5, 3], touching ? width + 1 : width);
-  run([split, ...all.slice(first)], ink.one, [], width + 1);
+  const held = [split, ...all.slice(first)];
+  for (let i = 1; i < held.length; i++) run(held.slice(i - 1, i + 1), ink.one, [], width + taper * i / held.length);
 }
 
 function drawGround(ctx, data, time, X, Y, bottom, from, to) { // between two places from the base [m]
@@ -79,9 +80,21 @@ function whole(data, time, pose, rest, magnify, contact, touching) {
   drawGround(ctx, data, time, X, Y, height, (15 - width) / scale, 21 / scale);
   if (data.gaps) barcode(ctx, data, time, X, Y(-data.height) + 6, scale, width);
   const large = { x: pose.x.map((v, i) => rest.x[i] + magnify * (v - rest.x[i])), y: pose.y.map((v, i) => rest.y[i] + magnify * (v - rest.y[i])) };
-  drawShaft(ctx, large, contact, X, Y, touching, 1.5);
+  drawShaft(ctx, large, contact, X, Y, touching, 1.5, 4);
   ctx.fillStyle = ink.ink; ctx.fillRect(X(0) - 2, Y(0) - 8, 14, 16);
   rule(ctx, 10, 14, 5e-3 * scale, "5 mm");
+  if (height > 180) named(ctx, data, large, contact, X, Y, width);
+}
+
+function named(ctx, data, { x, y }, contact, X, Y, width) { // what is what in the drawing
+  const ground = Y(-data.height), halfway = Math.round((Math.ceil(contact) + x.length) / 2);
+  const say = (text, at, above, side = "right") => { ctx.fillStyle = inks().ink; ctx.textAlign = side; ctx.textBaseline = "middle"; ctx.fillText(text, at, above); };
+  say("whisker pad", X(0) - 10, Y(0) + 4);
+  say("thick base", X(x.at(-3)) - 12, Math.max(Y(0) + 22, Y(y.at(-3))));
+  say("thin tip", X(x[0]) - 6, Math.min(ground - 10, Y(y[0]) - 10));
+  if (contact > 1) say("free end", X(x[Math.round(contact / 2)]), ground - 24);
+  if (X(x[halfway]) > 140) say("contact →", X(between(x, contact)) - 8, ground - 40);
+  say(data.gaps ? "← surface moves; white: its gaps" : "← surface moves", width - 8, ground + 26);
 }
 
 function barcode(ctx, data, time, X, top, scale, width) { // gaps are too shallow to be seen at this scale
