@@ -38,6 +38,9 @@ def test_the_page_has_no_fault(browser, served, width, scheme):
         "globalThis.vibrissa?.shown() > 0 && !vibrissa.busy() && Boolean(vibrissa.other())", timeout=60_000
     )
     page.evaluate("document.querySelectorAll('details').forEach(one => { one.open = true; })")
+    page.locator("#copy-python").click()
+    page.wait_for_function("!document.getElementById('snippet').hidden")
+    page.locator("#tour-start").click()
     assert faults(page) == []
     context.close()
 

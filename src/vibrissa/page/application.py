@@ -42,7 +42,17 @@ GUARD = {
     "Cache-Control": "no-store",
 }
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
-SCRIPTS = ("page.js", "controls.js", "messages.js", "plots.js", "views.js", "whisker.js", "sound.js", "lesson.js", "keep.js")
+SCRIPTS = (
+    "page.js",
+    "controls.js",
+    "messages.js",
+    "plots.js",
+    "views.js",
+    "whisker.js",
+    "sound.js",
+    "lesson.js",
+    "keep.js",
+)
 STATIC = {"": "index.html"} | {name: name for name in ("page.css", *SCRIPTS, "icon.svg")}  # by the end of the address
 
 

@@ -19,8 +19,8 @@ from vibrissa.netcdf import encoded
 from vibrissa.page.picture import picture
 from vibrissa.page.session import MODES
 from vibrissa.page.shaft_table import NODE
-from vibrissa.page.snippets import command, script
 from vibrissa.page.signals import TRIALS, live_arrays, node_motion
+from vibrissa.page.snippets import command, script
 from vibrissa.study.movie.virtual import lay_out
 from vibrissa.study.pick.pick import as_toml
 from vibrissa.study.spec.settings import Film

@@ -30,10 +30,10 @@ CLEAN: dict[str, float | str] = {
     "contact": 0.29,
     "tip": 0.29,  # nothing of the shaft lies beyond the contact
     "base_angle": 0.6,  # up to here the modes of the straight shaft hold
-    "a.kind": "widths",
-    "b.kind": "widths",
+    "threshold": 4e-6,  # a third of the largest envelope, so that the neuron follows it
+    "slope": 1e7,
 }
-ROUGH = {"a.kind": "rough", "b.kind": "rough", "threshold": 1e-6}
+ROUGH = {"a.kind": "rough", "b.kind": "rough"}
 PRESETS = (
     Preset("Tip contact", "The tip alone touches the grating, and every assumption of the model holds.", CLEAN),
     Preset(

@@ -219,7 +219,7 @@ function bind() {
 
 function read(hash) {
   lasting = "";
-  try { state = stateFrom(hash); if (!state.size) state = new Map(Object.entries(first)); } catch (error) { state = new Map(); lasting = error.message; }
+  try { state = stateFrom(hash); if (!state.size) { state = new Map(Object.entries(first.state)); $("preset-about").textContent = first.about; } } catch (error) { state = new Map(); lasting = error.message; }
   say(lasting);
   settle();
 }
@@ -229,7 +229,7 @@ async function start() {
   const answer = await (await fetch("controls.json")).json();
   table = answer.controls;
   setPalette(answer.palette.flat());
-  first = answer.presets[0].state;
+  first = answer.presets[0];
   state = new Map();
   presets(answer.presets, chosen);
   glossary(answer.symbols);

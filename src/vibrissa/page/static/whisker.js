@@ -87,13 +87,13 @@ function whole(data, time, pose, rest, magnify, contact, touching) {
 }
 
 function named(ctx, data, { x, y }, contact, X, Y, width) { // what is what in the drawing
-  const ground = Y(-data.height), halfway = Math.round((Math.ceil(contact) + x.length) / 2);
+  const ground = Y(-data.height);
   const say = (text, at, above, side = "right") => { ctx.fillStyle = inks().ink; ctx.textAlign = side; ctx.textBaseline = "middle"; ctx.fillText(text, at, above); };
-  say("whisker pad", X(0) - 10, Y(0) + 4);
+  say("whisker pad", X(0) - 10, Y(0) - 6);
   say("thick base", X(x.at(-3)) - 12, Math.max(Y(0) + 22, Y(y.at(-3))));
-  say("thin tip", X(x[0]) - 6, Math.min(ground - 10, Y(y[0]) - 10));
-  if (contact > 1) say("free end", X(x[Math.round(contact / 2)]), ground - 24);
-  if (X(x[halfway]) > 140) say("contact →", X(between(x, contact)) - 8, ground - 40);
+  say("thin tip", Math.max(4, X(x[0]) - 8), ground - 12, "left");
+  if (contact > 1) say("free end", (X(x[0]) + X(between(x, contact))) / 2, ground - 28, "center");
+  say("contact ↓", X(between(x, contact)) + 3, ground - (contact > 1 ? 44 : 28), "center");
   say(data.gaps ? "← surface moves; white: its gaps" : "← surface moves", width - 8, ground + 26);
 }
 
@@ -123,12 +123,26 @@ function close(data, time, pose, d, contact, touching, depth) {
   ctx.fillStyle = ink.ink;
   ctx.beginPath(); ctx.arc(X(-data.distance - d), Y(-data.height + held), 4.5, 0, 7); ctx.fill();
   rule(ctx, 10, 14, 3e-4 * scale, "0.3 mm, true proportions");
+  if (height > 180) {
+    ctx.textAlign = "center"; ctx.textBaseline = "bottom"; ctx.fillStyle = ink.ink;
+    ctx.fillText("contact", X(-data.distance - d), Y(-data.height + held) - 8);
+    if (data.gaps) gapNames(ctx, data, time, X, Y, width);
+  }
   if (touching) {
     ctx.textAlign = "left"; ctx.textBaseline = "bottom";
     const lines = wrapped(ctx, `free end ${rounded(1e6 * depth, 2)} µm below ground: a second contact, not modelled`, width - 12);
     ctx.fillStyle = ink.card; ctx.fillRect(0, height - 8 - 14 * lines.length, 8 + Math.max(...lines.map(line => ctx.measureText(line).width)), 8 + 14 * lines.length);
     ctx.fillStyle = ink.bad;
     lines.reverse().forEach((line, i) => ctx.fillText(line, 4, height - 4 - 14 * i));
+  }
+}
+
+function gapNames(ctx, data, time, X, Y, width) { // below each gap that is in sight
+  const { surface } = data, n = surface.length / 2, shift = data.speed * time + data.distance;
+  ctx.textBaseline = "top";
+  for (let k = 0; k < n; k += 4) {
+    const middle = X((surface[k] + surface[k + 2]) / 2 - shift);
+    if (middle > 12 && middle < width - 12) ctx.fillText("gap", middle, Y(-data.height + surface[n + k + 1]) + 4);
   }
 }
 
