@@ -1,4 +1,4 @@
-"""What the page teaches, in a real browser: presets, names, verdict, tour, glossary, copies, files and a lost program."""
+"""What the page teaches, in a browser: presets, names, verdict, tour, glossary, copies, files and a lost program."""
 
 import threading
 import time

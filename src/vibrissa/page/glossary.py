@@ -21,7 +21,7 @@ SYMBOLS = {
     "Envelope": "The slowly varying size of a fast vibration.",
     "Threshold": "The envelope above which the simulated neuron fires faster than its baseline.",
     "rms": "Root mean square: the typical size of heights about their mean.",
-    "d′": "How well two textures are told apart: difference of the means over the standard deviation. 1 is fair, 3 is sure.",
+    "d′": "How well two textures are distinguished: difference of means over standard deviation; 1 is fair, 3 is sure.",
 }
 
 ABOUT = {
