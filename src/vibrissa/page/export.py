@@ -21,9 +21,6 @@ from vibrissa.page.session import MODES
 from vibrissa.page.shaft_table import NODE
 from vibrissa.page.signals import TRIALS, live_arrays, node_motion
 from vibrissa.page.snippets import command, script
-from vibrissa.study.movie.virtual import lay_out
-from vibrissa.study.pick.pick import as_toml
-from vibrissa.study.spec.settings import Film
 from vibrissa.tables.writer import table_text
 from vibrissa.texture.io import write_gaps, write_height_profile
 
@@ -33,6 +30,7 @@ if TYPE_CHECKING:
     from vibrissa.mechanics.scan.sampled import Predicted
     from vibrissa.page.session import PageSession
     from vibrissa.page.state import Choice, State
+    from vibrissa.study.spec.settings import Film
 
     Maker = Callable[[Predicted, State, str], bytes]
 
@@ -135,6 +133,10 @@ def _study(prediction: Predicted, state: State, letter: str) -> bytes:
 
 def _settings(prediction: Predicted, state: State, letter: str) -> bytes:
     """The study file of the same whisker, posture, scan, texture and neuron, filmed by the virtual camera."""
+    # loaded when a study is wanted: codecs and schema take 50 MB of the page's memory
+    from vibrissa.study.pick.pick import as_toml
+    from vibrissa.study.spec.settings import Film
+
     posture, scan = prediction.posture, prediction.scan
     neuron, film = state.unit, Film(n_frames=max(LEAST_FRAMES, int(np.ceil(prediction.end * FRAME_RATE))))
     table: dict[str, Any] = {
@@ -162,6 +164,8 @@ def _texture_table(prediction: Predicted, choice: Choice) -> dict[str, Any]:
 
 def _image(prediction: Predicted, film: Film) -> dict[str, int]:
     """Size of an image that holds the whisker [pixels], in twenties."""
+    from vibrissa.study.movie.virtual import lay_out
+
     scene = lay_out(prediction, film)
     sizes = {"width": np.ptp(scene.x), "height": np.ptp(scene.y)}
     return {name: 20 * int(np.ceil(size / film.camera.pixel_size / 20) + 3) for name, size in sizes.items()}
