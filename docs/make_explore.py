@@ -17,7 +17,6 @@ from vibrissa.page.application import Page
 from vibrissa.page.server import listening, settings
 
 HERE = Path(__file__).parent
-STATE = "#whisker=beta&height=0.025&base_angle=1.1&a.length=0.06&b.length=0.06"
 
 
 def main():
@@ -29,8 +28,8 @@ def main():
         threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True).start()
         with sync_playwright() as driver:
             browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
-            view = browser.new_page(viewport={"width": 1280, "height": 1180}, color_scheme="light")
-            view.goto(f"http://127.0.0.1:{port}/{page.token}/{STATE}")
+            view = browser.new_page(viewport={"width": 1280, "height": 1330}, color_scheme="light")
+            view.goto(f"http://127.0.0.1:{port}/{page.token}/")
             while not view.evaluate("Boolean(globalThis.vibrissa?.other?.())"):
                 time.sleep(0.1)
             time.sleep(1)

@@ -88,6 +88,8 @@ def test_presets_and_reset_set_their_states(view, served):
         acted(view, lambda one=preset: view.get_by_role("button", name=one.name, exact=True).click())
         assert set_to(view) == read_state(preset.state).values
         assert view.inner_text("#preset-about") == preset.about
+    acted(view, lambda: view.locator("[id='c-damping-slider']").press("ArrowRight"))
+    assert view.inner_text("#preset-about") == ""  # what it says holds of its own state alone
     acted(view, lambda: view.locator("#reset").press("Enter"))
     assert set_to(view) == read_state(CLEAN).values
 

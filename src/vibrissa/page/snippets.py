@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from vibrissa.mechanics.scan.texture_prediction import Prediction
@@ -90,5 +91,5 @@ def _surface(prediction: Predicted, choice: Choice) -> str:
     return f'vb.read_surface("{TEXTURE}"{level})  # texture.csv under "Take away"'
 
 
-def _named(values: dict[str, float | str]) -> str:
+def _named(values: Mapping[str, object]) -> str:
     return ", ".join(f"{name}={value!r}" for name, value in values.items())

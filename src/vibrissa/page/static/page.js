@@ -82,6 +82,7 @@ function say(line, id = "error") {
 
 function changed(name, value) {
   lasting = "";
+  $("preset-about").textContent = ""; // no longer that state
   for (const key of [...state.keys()]) if (!(key in table)) state.delete(key);
   state.set(name, value);
   settle();
@@ -218,7 +219,7 @@ function bind() {
 }
 
 function read(hash) {
-  lasting = "";
+  lasting = $("preset-about").textContent = "";
   try { state = stateFrom(hash); if (!state.size) { state = new Map(Object.entries(first.state)); $("preset-about").textContent = first.about; } } catch (error) { state = new Map(); lasting = error.message; }
   say(lasting);
   settle();
