@@ -82,7 +82,7 @@ function say(line, id = "error") {
 
 function changed(name, value) {
   lasting = "";
-  $("preset-about").textContent = ""; // no longer that state
+  if ($("preset-about").textContent) $("preset-about").textContent = ""; // no longer that state
   for (const key of [...state.keys()]) if (!(key in table)) state.delete(key);
   state.set(name, value);
   settle();

@@ -2,6 +2,7 @@
 import { inks, opened, rounded } from "./plots.js";
 
 const $ = id => document.getElementById(id);
+const TAPER = [0.5, 1.3, 2.1, 3, 4];
 const CLOSE = 1.6e-3, LEFT = 0.3; // [m] across the near view, and the share of it before the contact on the flat
 
 export function surfaceAt(data, place) { // height of the surface [m]
@@ -45,7 +46,7 @@ export function freeEndDepth(data, time, { x, y }, contact) {
 
 const between = (values, at) => { const i = Math.min(values.length - 2, Math.floor(at)); return values[i] + (at - i) * (values[i + 1] - values[i]); };
 
-function drawShaft(ctx, { x, y }, contact, X, Y, touching, width, taper = 1) { // taper: how much wider at the base, in pixels
+function drawShaft(ctx, { x, y }, contact, X, Y, touching, width, steps = [1]) { // steps: how much wider each part is on the way to the base, in pixels
   const ink = inks(), split = [X(between(x, contact)), Y(between(y, contact))];
   const run = (points, paint, dash, line) => {
     ctx.strokeStyle = paint; ctx.lineWidth = line; ctx.setLineDash(dash);
@@ -55,8 +56,8 @@ function drawShaft(ctx, { x, y }, contact, X, Y, touching, width, taper = 1) { /
   };
   const all = Array.from(x, (v, i) => [X(v), Y(y[i])]), first = Math.floor(contact) + 1;
   run([...all.slice(0, first), split], touching ? ink.bad : ink.two, [5, 3], touching ? width + 1 : width);
-  const held = [split, ...all.slice(first)];
-  for (let i = 1; i < held.length; i++) run(held.slice(i - 1, i + 1), ink.one, [], width + taper * i / held.length);
+  const held = [split, ...all.slice(first)], at = i => Math.round(i * (held.length - 1) / steps.length);
+  steps.forEach((more, i) => run(held.slice(at(i), at(i + 1) + 1), ink.one, [], width + more));
 }
 
 function drawGround(ctx, data, time, X, Y, bottom, from, to) { // between two places from the base [m]
@@ -80,7 +81,7 @@ function whole(data, time, pose, rest, magnify, contact, touching) {
   drawGround(ctx, data, time, X, Y, height, (15 - width) / scale, 21 / scale);
   if (data.gaps) barcode(ctx, data, time, X, Y(-data.height) + 6, scale, width);
   const large = { x: pose.x.map((v, i) => rest.x[i] + magnify * (v - rest.x[i])), y: pose.y.map((v, i) => rest.y[i] + magnify * (v - rest.y[i])) };
-  drawShaft(ctx, large, contact, X, Y, touching, 1.5, 4);
+  drawShaft(ctx, large, contact, X, Y, touching, 1.5, TAPER);
   ctx.fillStyle = ink.ink; ctx.fillRect(X(0) - 2, Y(0) - 8, 14, 16);
   rule(ctx, 10, 14, 5e-3 * scale, "5 mm");
   if (height > 180) named(ctx, data, large, contact, X, Y, width);
