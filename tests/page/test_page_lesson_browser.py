@@ -7,6 +7,7 @@ import urllib.parse
 import numpy as np
 import pytest
 import uvicorn
+from matplotlib import colormaps
 from PIL import Image
 from real_browser import real_browser
 
@@ -278,3 +279,10 @@ def test_texture_b_and_single_pictures_are_taken_away(view, served, tmp_path):
     with Image.open(waited.value.path()) as image:
         assert image.size == tuple(view.evaluate("(c => [c.width, c.height])(document.getElementById('firing'))"))
         assert len(image.getcolors(1 << 20)) > 10
+
+
+def test_the_colours_of_the_spectrogram_are_cividis(view, served):
+    opened(view, served.root, **SHORT)
+    colours = view.evaluate("import('./palette.js').then(one => Array.from(one.palette))")
+    expected = np.asarray(colormaps["cividis"](np.arange(256), bytes=True))[:, :3]
+    np.testing.assert_array_equal(np.reshape(colours, (256, 3)), expected)

@@ -17,7 +17,6 @@ from vibrissa.page.bodies import RefusedBodyError, body_of
 from vibrissa.page.controls import as_table
 from vibrissa.page.export import KINDS, exported
 from vibrissa.page.glossary import SYMBOLS
-from vibrissa.page.picture import palette
 from vibrissa.page.presets import as_list
 from vibrissa.page.session import PageSession
 from vibrissa.page.state import read_state
@@ -52,6 +51,7 @@ SCRIPTS = (
     "sound.js",
     "lesson.js",
     "keep.js",
+    "palette.js",
 )
 STATIC = {"": "index.html"} | {name: name for name in ("page.css", *SCRIPTS, "icon.svg")}  # by the end of the address
 
@@ -134,7 +134,7 @@ class Page:
     async def _controls(self, request: Request) -> Response:
         if self._stranger(request, needs_origin=False):
             return _line(404, "not here")
-        return _json({"controls": as_table(), "palette": palette(), "presets": as_list(), "symbols": SYMBOLS})
+        return _json({"controls": as_table(), "presets": as_list(), "symbols": SYMBOLS})
 
     async def _drop(self, request: Request) -> Response:
         if self._stranger(request, needs_origin=True):

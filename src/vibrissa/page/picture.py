@@ -63,13 +63,6 @@ def _drawn(prediction: Predicted, arrays: Arrays) -> Figure:
     return figure
 
 
-def palette() -> list[list[int]]:
-    """The 256 colours of cividis, distinct for every kind of colour vision, as red, green and blue."""
-    from matplotlib import colormaps
-
-    return np.asarray(colormaps["cividis"](np.arange(256), bytes=True))[:, :3].tolist()
-
-
 def _title(prediction: Predicted) -> str:
     whisker, posture, scan = prediction.whisker, prediction.posture, prediction.scan
     height = prediction.response.flat.base[1] * whisker.length

@@ -5,7 +5,7 @@ import { glossary, presets, verdict } from "./lesson.js";
 import { unpacked } from "./messages.js";
 import { forgetInks } from "./plots.js";
 import * as sound from "./sound.js";
-import { contrast, drawAll, drawing, setPalette } from "./views.js";
+import { contrast, drawAll, drawing } from "./views.js";
 import { describeMotion, drawMotion } from "./whisker.js";
 
 const $ = id => document.getElementById(id);
@@ -229,7 +229,6 @@ async function start() {
   globalThis.vibrissa = { latencies, wholes, shown: () => shownCount, busy: () => Boolean(flying || waiting || addressing) || drawing(), started: 0, ended: 0, data: () => data, other: () => other, rendered: sound.rendered, at: () => time };
   const answer = await (await fetch("controls.json")).json();
   table = answer.controls;
-  setPalette(answer.palette.flat());
   first = answer.presets[0];
   state = new Map();
   presets(answer.presets, chosen);

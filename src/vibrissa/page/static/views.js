@@ -1,4 +1,5 @@
 // The views of one prediction; `data` holds facts and float32 arrays as vibrissa.page.signals names them.
+import { palette } from "./palette.js";
 import { axes, boxOf, inks, MARGIN, opened, path, range, ticks, rounded, trace } from "./plots.js";
 
 const $ = id => document.getElementById(id);
@@ -64,11 +65,7 @@ function moment(data, end) {
   say("moment-view", `Bending moment at the base from ${rounded(low)} to ${rounded(high)} nanonewton metres`);
 }
 
-let palette = null, inks32 = null;
-export const setPalette = values => {
-  palette = values;
-  inks32 = Uint32Array.from({ length: 256 }, (_, i) => (255 << 24 | values[3 * i + 2] << 16 | values[3 * i + 1] << 8 | values[3 * i]) >>> 0);
-};
+const inks32 = Uint32Array.from({ length: 256 }, (_, i) => (255 << 24 | palette[3 * i + 2] << 16 | palette[3 * i + 1] << 8 | palette[3 * i]) >>> 0);
 
 function spectrogram(data, end) {
   const place = opened($("spectrogram")), [bins, columns] = data.shape.spectrogram, [, top, first, last] = data.spectrogram_axes;
