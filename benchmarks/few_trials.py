@@ -1,9 +1,10 @@
 """Whether intervals of `vibrissa glm` hold the truth where trials are few and blocks of the stimulus are the draws.
 
-.venv/bin/python benchmarks/few_trials.py [GROUPS of 20 units, 5]
+.venv/bin/python benchmarks/few_trials.py [GROUPS of 20 units, 10]
 
-Three whiskers, 10 s, 2, 5 and 9 presentations; units of the kernels of `tests/neural/glm/test_one_presentation.py`,
-Poisson, and with a gain of 30 % (SD of its logarithm) from presentation to presentation, which blocks cannot show.
+Three whiskers, 10 s, 2, 5, 9 and, with trials as the draws, 20 presentations; units of the kernels of
+`tests/neural/glm/test_one_presentation.py`, Poisson, and with a gain of 30 % (SD of its logarithm) from presentation to
+presentation, which blocks cannot show.
 Printed: share of the 95 % intervals of kernels and of effects that hold the truth; with Wilson's interval for the
 effects, one for each unit and whisker.
 """
@@ -57,9 +58,9 @@ def held(seed, trials, gain_sd):
 
 
 if __name__ == "__main__":
-    groups = int(sys.argv[1]) if len(sys.argv) > 1 else 5
+    groups = int(sys.argv[1]) if len(sys.argv) > 1 else 10
     for gain_sd in (0.0, 0.3):
-        for trials in (2, 5, 9):
+        for trials in (2, 5, 9, 20):
             kernels, effects = zip(*(held(seed, trials, gain_sd) for seed in range(groups)), strict=True)
             within = np.concatenate(effects)
             low, high = wilson_interval(int(within.sum()), within.size)
