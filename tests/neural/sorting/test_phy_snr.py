@@ -71,3 +71,26 @@ def test_raw_data_of_another_size_are_refused(folder, tmp_path):
     (tmp_path / "recording.dat").write_bytes(b"12345")
     with refusal("range", "recording.dat", "5 bytes"):
         phy_traces(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("n_channels_dat = 'four'", "params.py, n_channels_dat must be a whole number from 1"),
+        ("n_channels_dat = 0", "params.py, n_channels_dat must be a whole number from 1"),
+        ("offset = -4", "params.py, offset must be a whole number from 0"),
+        ("dtype = 'object'", "params.py, dtype must be one of int16"),
+        ("dat_path = 7", ""),
+        ("dat_path = ['a.dat', 'b.dat']", ""),
+        ("dat_path = input()", ""),
+    ],
+)
+def test_odd_lines_of_params_are_refused_or_left(folder, tmp_path, vibrissa, line, words):
+    for name in ("spike_times.npy", "spike_clusters.npy", "params.py", "recording.dat"):
+        (tmp_path / name).write_bytes((folder / name).read_bytes())
+    with (tmp_path / "params.py").open("a") as file:
+        file.write(f"{line}\n")
+    code, _, err = vibrissa("quality", tmp_path)
+    assert (code == 2) == bool(words), err
+    assert words in err
+    assert code == 0 or err.count("\n") == 1

@@ -19,8 +19,10 @@ BAND = (300.0, 6000.0)  # [Hz] of waveforms, as in sorting
 SPAN = (0.4e-3, 0.8e-3)  # [s] of a waveform before and after its spike
 MARGIN = 3e-3  # [s] on either side, so that the filter has settled
 MOST = 200  # spikes of a unit that are looked at, evenly over the recording
-STRETCHES = 50  # of the recording, from which the noise is taken
-STRETCH = 0.1  # [s]
+STRETCHES = 20  # of the recording, from which the noise is taken
+STRETCH = 0.05  # [s]
+MOST_COUNT = 1 << 40  # channels, and bytes of a header
+SAMPLES = ("int16", "uint16", "int32", "float32", "float64")
 
 
 class PhyTraces(NamedTuple):
@@ -63,24 +65,36 @@ def phy_traces(folder: str | Path) -> PhyTraces | str:
     Raises
     ------
     InputError
-        If the file is there and its size is no whole number of samples.
+        If the file is there and its size is no whole number of samples; names the line of ``params.py``.
     """
-    told = _assigned(Path(folder) / "params.py")
+    params = Path(folder) / "params.py"
+    told = _assigned(params)
     names = told.get("dat_path", ())
-    names = [names] if isinstance(names, str) else list(names)
+    names = [names] if isinstance(names, str) else list(names) if isinstance(names, list | tuple) else []
     if len(names) != 1:
         return f"params.py names {len(names) or 'no'} files of raw data, not one"
     path = Path(folder) / str(names[0])
     if not path.is_file():
         return f"the raw data that params.py names, {names[0]}, are not at hand"
-    channels, offset = int(told.get("n_channels_dat", 0)), int(told.get("offset", 0))
-    kind = np.dtype(str(told.get("dtype", "int16")))
+    channels, offset, kind = _layout(params, told)
     size = path.stat().st_size - offset
-    if channels < 1 or size <= 0 or size % (channels * kind.itemsize):
+    if size <= 0 or size % (channels * kind.itemsize):
         rule = f"must be whole samples of n_channels_dat = {channels} and dtype = {kind}, as params.py says"
         raise RangeError(str(path), rule, f"{size} bytes")
     samples = np.memmap(path, kind, "r", offset, (size // (channels * kind.itemsize), channels))
     return PhyTraces(samples, float(told["sample_rate"]), bool(told.get("hp_filtered", False)))
+
+
+def _layout(path: Path, told: dict[str, Any]) -> tuple[int, int, np.dtype[Any]]:
+    """Channels, bytes before the first sample, kind of the samples."""
+    counts = {name: told.get(name, 0) for name in ("n_channels_dat", "offset")}
+    for (name, value), least in zip(counts.items(), (1, 0), strict=True):
+        if not isinstance(value, int) or not least <= value <= MOST_COUNT:
+            raise RangeError(f"{path}, {name}", f"must be a whole number from {least}", repr(value)[:40])
+    kind = str(told.get("dtype", "int16"))
+    if kind not in SAMPLES:
+        raise RangeError(f"{path}, dtype", f"must be one of {', '.join(SAMPLES)}", repr(kind)[:40])
+    return counts["n_channels_dat"], counts["offset"], np.dtype(kind)
 
 
 def _assigned(path: Path) -> dict[str, Any]:
@@ -90,7 +104,7 @@ def _assigned(path: Path) -> dict[str, Any]:
         if isinstance(line, ast.Assign) and isinstance(line.targets[0], ast.Name):
             try:
                 found[line.targets[0].id] = ast.literal_eval(line.value)
-            except ValueError:  # an expression: left to phy
+            except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):  # no literal: left to phy
                 continue
     return found
 
