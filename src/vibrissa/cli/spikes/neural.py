@@ -84,8 +84,8 @@ def neural(
     remarks = [in_options(line) for line in found.remarks]
     tell(*remarks)
     units = found.units if settled_by is None else settled(found.units, load(settled_by))
+    drawing.draw_units(found._replace(units=units), remarks)  # refuses a unit that is not there: before any file
     output.save(units)
-    drawing.draw_units(found._replace(units=units), remarks)
     if output.json:
         _print_units(units)
     else:

@@ -166,7 +166,9 @@ def _row(columns: Columns, counts: Array, how: KernelAnalysis) -> dict[str, Any]
     shifted = _shift_p_values(columns, design, used, fit, how)
     row = _kernels(columns, fit, shifted, how, quantile) | _past(columns, fit, how, quantile)
     row |= {"deviance_explained": foreseen.share, "kernel_gain": foreseen.gain, "penalty": strength}
-    row |= {"kernel_rate": float(used.mean() / how.bin_width), "trial_gain_sd": float(np.sqrt(varies))}
+    row |= {"kernel_rate": float(used.mean() / how.bin_width)}
+    sought = len(used) > 1 and design.own.size > 0
+    row["trial_gain_sd"] = float(np.sqrt(varies)) if sought else np.nan
     row["n_blocks"] = 0 if design.starts is None else design.n_draws
     draws = "trials" if design.starts is None else "blocks"
     worse = f"cannot tell: unseen {draws} are foreseen no better than by a steady rate"
