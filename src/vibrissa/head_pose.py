@@ -136,7 +136,8 @@ def with_head(data: xr.Dataset, head: HeadPose) -> xr.Dataset:
     """
     if len(head.column) != data.sizes["time"]:
         raise ShapeError("head", f"must have the {data.sizes['time']} frames that are tracked", len(head.column))
-    places = dataset(time=data.time.values, **dict(zip(NAMES, head, strict=True)))
+    column, row, angle = head
+    places = dataset(time=data.time.values, head_column=column, head_row=row, head_angle=angle)
     return data.merge(places, combine_attrs="override")
 
 

@@ -233,15 +233,17 @@ def _head(movie: MovieFile, source: Path | Frames) -> HeadPose | None:
     if movie.head is None:
         return None
     part = slice(movie.start, movie.stop)
-    in_memory = isinstance(source, np.ndarray)
-    if movie.head == "find":
-        sign = 1.0 if movie.polarity == "dark" else -1.0
-        if in_memory:
-            return find_head([source[part]], sign)
-        return find_head(read_blocks(source, 64, movie.start, movie.stop, drop_frames=movie.drop_frames), sign)
-    count = len(source) if in_memory else sum(len(one) for one in read_blocks(source, drop_frames=movie.drop_frames))
-    head = read_head(movie.head, count, movie.head_points)
-    return HeadPose(*(one[part] for one in head))
+    if movie.head != "find":
+        head = read_head(movie.head, sum(map(len, _blocks_of(source, movie, 0, None))), movie.head_points)
+        return HeadPose(*(one[part] for one in head))
+    return find_head(_blocks_of(source, movie, movie.start, movie.stop), 1.0 if movie.polarity == "dark" else -1.0)
+
+
+def _blocks_of(source: Path | Frames, movie: MovieFile, start: int, stop: int | None) -> Iterable[Frames]:
+    """Frames of a file, or in memory."""
+    if isinstance(source, np.ndarray):
+        return [source[start:stop]]
+    return read_blocks(source, 64, start, stop, drop_frames=movie.drop_frames)
 
 
 def _frame_rate(movie: MovieFile, about: Movie) -> float:

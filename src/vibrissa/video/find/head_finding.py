@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, grey_closing, label, maximum_filter
 from scipy.spatial import cKDTree
 
@@ -87,19 +88,32 @@ def _outlines(blocks: Iterable[Frames], sign: float) -> tuple[list[Outline], lis
     if count is None:
         return [], []
     still = count > STILL * len(found)
-    chosen, ends = [], []
+    return _of_head(found, labels, still)
+
+
+def _of_head(
+    found: list[tuple[Outline, Integers]], labels: list[dict[int, Array]], still: Mask
+) -> tuple[list[Outline], list[Array]]:
+    """Outlines of the body that moves most, without still edges if most of it moves; and its two ends."""
+    chosen, moves, ends = [], [], []
     for (outline, of), end in zip(found, labels, strict=True):
         moving = ~still[tuple(np.rint(outline.points).astype(int).T[::-1])]
-        head = int(np.bincount(of[moving]).argmax()) if moving.any() else -1
-        use = moving & (of == head)
-        chosen.append(Outline(outline.points[use], outline.normals[use]))
+        some = of[moving] if np.count_nonzero(moving) >= LEAST else of
+        head = int(np.bincount(some).argmax()) if some.size else -1
+        mine = of == head
+        chosen.append(Outline(outline.points[mine], outline.normals[mine]))
+        moves.append(moving[mine])
         ends.append(end.get(head, np.full((2, 2), np.nan)))
+    if sum(map(np.count_nonzero, moves)) > sum(one.size for one in moves) / 2:
+        chosen = [Outline(one.points[use], one.normals[use]) for one, use in zip(chosen, moves, strict=True)]
     return chosen, ends
 
 
-def _between(image: Array) -> float:
+def _between(image: NDArray[np.float32]) -> float:
     """Level between two classes of pixels: halfway between their means."""
     level = float(image.mean())
+    if not float(np.ptp(image)) > 1:
+        return float(image.min())  # nothing is below
     for _ in range(30):
         level = float(image[image < level].mean() + image[image >= level].mean()) / 2
     return level
@@ -107,7 +121,7 @@ def _between(image: Array) -> float:
 
 def _crossings(height: Array, body: Integers) -> tuple[Outline, Integers]:
     """Points at which a level is crossed between neighbouring pixels, and the body that each bounds."""
-    slope_y, slope_x = np.gradient(height)
+    slope_y, slope_x = (np.gradient(height, axis=axis) for axis in (0, 1))
     parts, normals, of = [], [], []
     for axis in (0, 1):
         one = height[:-1] if axis == 0 else height[:, :-1]
@@ -120,7 +134,7 @@ def _crossings(height: Array, body: Integers) -> tuple[Outline, Integers]:
         beside = body[row + 1, column] if axis == 0 else body[row, column + 1]
         of.append(np.maximum(body[row, column], beside))
     normal = np.concatenate(normals)
-    normal = normal / np.maximum(np.hypot(*normal.T), 1e-9)[:, None]
+    normal = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-9)[:, None]
     return Outline(np.concatenate(parts).astype(float), normal.astype(float)), np.concatenate(of)
 
 
@@ -161,9 +175,7 @@ def _back(moves: Array, places: Array) -> tuple[Array, Array]:
     return cos * x - sin * y + moves[:, :1], sin * x + cos * y + moves[:, 1:2]
 
 
-def _registered(
-    outlines: list[Outline], model: Outline, reference: int, start: Array | None
-) -> tuple[Array, Array]:
+def _registered(outlines: list[Outline], model: Outline, reference: int, start: Array | None) -> tuple[Array, Array]:
     """Move of the head in every frame (T, 3), and the share of the outline that fits (T,)."""
     moves, fit = np.zeros((len(outlines), 3)), np.zeros(len(outlines))
     for way in (range(reference, len(outlines)), range(reference - 1, -1, -1)):

@@ -24,7 +24,7 @@ from vibrissa.video.find.line_placing import FULL_WIDTH
 from vibrissa.video.find.line_scale import measured_shape
 from vibrissa.video.find.still_scenery import SPAN, sceneries
 from vibrissa.video.io.about import IN_COLOUR
-from vibrissa.video.io.movie import frames_within, open_movie, read_blocks
+from vibrissa.video.io.movie import DropFrames, frames_within, open_movie, read_blocks
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -55,13 +55,10 @@ def read_head(path: str | Path, frames: int, points: Sequence[str] = ()) -> Head
 
 def _of_table(path: str | Path, frames: int) -> HeadPose:
     read = read_table(Path(path), COLUMNS)
-    frame = read.numbers("frame")
-    if frame.size and not (0 <= frame.min() and frame.max() < frames and (frame == np.rint(frame)).all()):
-        worst = frame[np.argmax(np.abs(frame - (frames - 1) / 2))]
-        raise RangeError(str(path), f"must have frames from 0 to {frames - 1}", f"{worst:g}")
+    frame = read.whole_numbers("frame", f"must be from 0 to {frames - 1}", 0, frames - 1)
     values = np.full((3, frames), np.nan)
     for one, name in zip(values, ("column", "row", "angle"), strict=True):
-        one[frame.astype(int)] = read.numbers(name)
+        one[frame] = read.numbers(name, blanks=True)
     return HeadPose(values[0], values[1], _continuous(values[2]))
 
 

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
@@ -114,9 +113,7 @@ def profile_from_linking(
     return profile.merge(dataset(**named, whisker_probability=chance), combine_attrs="override")
 
 
-def skin_of(
-    traces: Sequence[Trace], whiskers: int, skin: Sequence[tuple[float, float]]
-) -> list[tuple[float, float]]:
+def skin_of(traces: Sequence[Trace], whiskers: int, skin: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
     """Where each whisker begins.
 
     Parameters
