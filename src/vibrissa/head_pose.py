@@ -86,6 +86,25 @@ class HeadPose(NamedTuple):
         """Angle of the head since the first frame in which it is known, (T,) [rad]."""
         return np.deg2rad(self.angle - self.angle[self.first])
 
+    def within(self, frames: int, first: int) -> HeadPose:
+        """The same in a movie of which these frames are a part.
+
+        Parameters
+        ----------
+        frames : int
+            Frames of the movie.
+        first : int
+            Number of the first of these frames in it.
+
+        Returns
+        -------
+        HeadPose
+            NaN in the other frames.
+        """
+        values = np.full((3, frames), np.nan)
+        values[:, first : first + self.column.size] = self
+        return HeadPose(*values)
+
     def _way(self, frame: Integers) -> tuple[Array, Array, Array]:
         """Place of the head in the frames, its place at first [px], and how far it has turned since [rad]."""
         known = np.flatnonzero(self.known)
