@@ -16,8 +16,10 @@ from vibrissa.tables.reader import read_table
 from vibrissa.tables.units import PURE
 from vibrissa.video.foreign.keypoints import LIKELIHOOD, Keypoints, Software, read_keypoints
 from vibrissa.video.foreign.tracks import kind_of
+from vibrissa.video.kernel.local_quadratic import local_quadratic
 
 COLUMNS = {"frame": PURE, "column": PURE, "row": PURE, "angle": "rad"}
+SMOOTHED = 4  # frames on either side over which tracked points are smoothed
 BRIDGED = 5  # frames without the head that are taken on a straight line
 
 
@@ -38,7 +40,7 @@ def read_head(path: str | Path, frames: int, points: Sequence[str] = ()) -> Head
     -------
     HeadPose
         Its place is that of the rostral point; its angle leads there from the caudal one. Gaps of five frames or fewer
-        are bridged by straight lines.
+        are bridged by straight lines; then places and angle are smoothed by a quadratic over nine frames.
 
     Raises
     ------
@@ -50,7 +52,7 @@ def read_head(path: str | Path, frames: int, points: Sequence[str] = ()) -> Head
     head = _of_table(path, frames) if table else _of_keypoints(path, frames, points)
     if not head.known.any():
         raise TooFewError(str(path), "must hold the head in a frame at least")
-    return bridged(head, BRIDGED)
+    return smoothed(bridged(head, BRIDGED))
 
 
 def _of_table(path: str | Path, frames: int) -> HeadPose:
@@ -129,6 +131,26 @@ def _continuous(angle: Array) -> Array:
     out, known = np.full(angle.size, np.nan), np.isfinite(angle)
     out[known] = np.rad2deg(np.unwrap(angle[known]))
     return out
+
+
+def smoothed(head: HeadPose) -> HeadPose:
+    """The head smoothed by a quadratic over nine frames: errors of every frame by itself look like swings of the pad.
+
+    Parameters
+    ----------
+    head : HeadPose
+        As tracked.
+
+    Returns
+    -------
+    HeadPose
+        NaN where it was; as tracked where too few neighbours are known.
+    """
+    values = []
+    for one in head:
+        smooth, _ = local_quadratic(one, SMOOTHED)
+        values.append(np.where(np.isfinite(one) & np.isfinite(smooth), smooth, one))
+    return HeadPose(*values)
 
 
 def bridged(head: HeadPose, longest: int) -> HeadPose:
