@@ -88,6 +88,10 @@ class MovieFile:
         :func:`vibrissa.video.linked.tracking_way.choose_way`.
     marks : ((frame, column, row, name), ...)
         Points of whiskers in any frame [pixels], with the whisker's name, of whiskers that are linked.
+    head : str, optional
+        File with the head in every frame, or "find": linked lines are linked in coordinates that move with it.
+    head_points : (str, str)
+        Names of a caudal and of a rostral keypoint of the head in that file; by default its two.
     """
 
     path: str
@@ -113,6 +117,8 @@ class MovieFile:
     drop_frames: Literal["nan"] | None = None
     tracking: Method = "auto"
     marks: tuple[tuple[int, float, float, str], ...] = ()
+    head: str | None = None
+    head_points: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
