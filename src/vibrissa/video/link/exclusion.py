@@ -66,6 +66,8 @@ class Solution:
         Segments of this pad.
     phase : (S,) array
         Phase of the pad in the frame of each segment [°].
+    lever : (3,) array
+        Expected gain of the pad's whiskers at the three radii.
     labels : list of ChainLabel
         The whiskers.
     wanted : (S,) array
@@ -81,6 +83,7 @@ class Solution:
     lines: Lines
     who: Integers
     phase: Array
+    lever: Array
     labels: list[ChainLabel] = field(default_factory=list)
     wanted: Array = field(default_factory=lambda: np.zeros(0))
     marks: dict[int, int] = field(default_factory=dict)

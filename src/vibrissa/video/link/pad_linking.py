@@ -18,6 +18,7 @@ from vibrissa.video.link.tracklets import (
     smoothed_phase,
     tracklets,
 )
+from vibrissa.video.link.turning import learnt_lever
 from vibrissa.video.link.whisker_discovery import (
     LEAST,
     SAME,
@@ -29,6 +30,7 @@ from vibrissa.video.link.whisker_discovery import (
 )
 from vibrissa.video.link.whisker_models import Model, prior_spread, refit
 
+LEVERS = 2  # times that the pad's lever is learnt
 ROUNDS = 4  # in which phase, whiskers and lines are estimated in turn
 UNOWNED = 0.3  # mean probability to be a whisker's below which a tracklet is nobody's
 SLOW = 4.0  # frames over which motions common to the pad are averaged
@@ -64,13 +66,15 @@ def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) 
     usable &= lines.reach[:, 0] < 2.0
     who, gain = np.flatnonzero(usable), lever(pad.inner, pad.centre, pad.outer, HIDDEN)
     across = np.where(usable, lines.place[:, 1], 0.0)
-    pairs = pairs_of(frames, frame, who, lines.place, lines.covariance, lines.strength, gain)
-    swing = common_swing(frames, frame, pairs, across)
-    off = (pairs.swing - expected(frame, pairs, swing, across)) / pairs.sd
-    name = tracklets(frame, pairs, 0.5 * (pairs.unlike + off**2), usable)
+    for _ in range(LEVERS):
+        pairs = pairs_of(frames, frame, who, lines.place, lines.covariance, lines.strength, gain)
+        swing = common_swing(frames, frame, pairs, across)
+        off = (pairs.swing - expected(frame, pairs, swing, across)) / pairs.sd
+        name = tracklets(frame, pairs, 0.5 * (pairs.unlike + off**2), usable)
+        gain = learnt_lever(frame, name, lines, gain)
     growth = growth_of(swing)
     phase, _ = phase_of_tracklets(frames, frame, name, across, swing, growth, LEAST)
-    solution = Solution(frames, frame, lines, who, phase[frame])
+    solution = Solution(frames, frame, lines, who, phase[frame], gain)
     place, strength = tracklet_table(name, lines, solution.phase, gain, growth)
     start = groups(frame, name, place, strength, prior_spread(gain), LEAST)
     models = models_of(start, name, place, strength, gain, growth, SUPPORT * frames)

@@ -11,11 +11,10 @@ import numpy as np
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError
 from vibrissa.quantities import dataset
-from vibrissa.video.link.common_swing import lever
 from vibrissa.video.link.exclusion import Solution
 from vibrissa.video.link.identities import REASONS, Names, names_of
 from vibrissa.video.link.pad_linking import link_pad
-from vibrissa.video.link.pads import HIDDEN, Lines, Pad, find_pads, lines_of
+from vibrissa.video.link.pads import Lines, Pad, find_pads, lines_of
 from vibrissa.video.link.pieces import Pieces, pieces_of
 
 if TYPE_CHECKING:
@@ -65,8 +64,7 @@ class Linking:
 
     def lever(self, pad: int) -> Array:
         """How far whiskers of a pad move at the three radii."""
-        one = self.pads[pad]
-        return lever(one.inner, one.centre, one.outer, HIDDEN)
+        return self.solutions[pad].lever
 
     def mark(self, mark: WhiskerMark) -> int:
         """Fix the line at a mark as a whisker's.
