@@ -96,10 +96,10 @@ class Solution:
         self.decided = {}
 
     def _label(self, number: int, model: Model) -> ChainLabel:
-        seen, x, again = candidates(model, self.lines, self.who, self.phase)
+        seen, x, again = candidates(model, self.lines, self.who, self.phase, self.frame)
         missing = np.setdiff1d([s for s, k in self.marks.items() if k == number], seen).astype(np.int64)
         if missing.size:
-            more = deviations(model, self.lines.place[missing], self.phase[missing])
+            more = deviations(model, self.lines.place[missing], self.phase[missing], self.frame[missing])
             there = stationary(more, self.lines.covariance[missing], model.spread)
             seen, x, again = np.append(seen, missing), np.concatenate([x, more]), np.append(again, there)
             order = np.argsort(seen)

@@ -7,6 +7,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.video.link.common_swing import OWN, common_swing, lever, pairs_of
+from vibrissa.video.link.drift import with_drift
 from vibrissa.video.link.exclusion import Solution
 from vibrissa.video.link.pads import HIDDEN, SHORTEST, Lines, Pad
 from vibrissa.video.link.swap_moves import unswap
@@ -28,10 +29,11 @@ from vibrissa.video.link.whisker_discovery import (
     models_of,
     tracklet_table,
 )
-from vibrissa.video.link.whisker_models import Model, prior_spread, refit
+from vibrissa.video.link.whisker_models import Model, deviations, prior_spread, refit
 
 LEVERS = 2  # times that the pad's lever is learnt
 ROUNDS = 4  # in which phase, whiskers and lines are estimated in turn
+SETTLED = 1  # rounds after which whiskers may drift
 UNOWNED = 0.3  # mean probability to be a whisker's below which a tracklet is nobody's
 SLOW = 4.0  # frames over which motions common to the pad are averaged
 STEADY = 1.5  # whiskers that such a motion must be seen in, about
@@ -85,6 +87,8 @@ def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) 
         solution.lines = _steadied(solution, lines, gain, frames)
         unswap(solution, gain)
         models = _refitted(solution, gain, growth)
+        if again >= SETTLED:
+            models = with_drift(solution, models)
         if again < ROUNDS - 1:
             models = _thinned(solution, models, frames)
             models += _born(solution, name, gain, growth, frames)
@@ -105,7 +109,8 @@ def _phase(solution: Solution, frames: int, swing: Array) -> Array:
         # a line that is far off counts little
         w = one.chance[clear] * precision / (1 + (one.x[clear, 1] / (3 * OWN)) ** 2)
         np.add.at(weight, solution.frame[seen], w)
-        np.add.at(top, solution.frame[seen], w * (solution.lines.place[seen, 1] - model.place[1]) / gain)
+        off = deviations(model, solution.lines.place[seen], solution.phase[seen], solution.frame[seen])[:, 1]
+        np.add.at(top, solution.frame[seen], w * (off / gain + solution.phase[seen]))
     found = smoothed_phase(top / np.maximum(weight, 1e-9), weight, swing[:, 0])
     return np.asarray(found - found.mean())
 
@@ -117,7 +122,7 @@ def _steadied(solution: Solution, lines: Lines, gain: Array, frames: int) -> Lin
     for one in solution.labels:
         clear = one.chance > 0.5
         seen = one.seen[clear]
-        off = lines.place[seen] - one.model.place - solution.phase[seen, None] * one.model.gain
+        off = deviations(one.model, lines.place[seen], solution.phase[seen], solution.frame[seen])
         off /= np.maximum(1.0, np.abs(off) / (4 * np.sqrt(np.diag(one.model.spread)) + 1))
         terms = np.tile((one.model.place[1] / scale) ** np.arange(2), (seen.size, 1))
         np.add.at(left, solution.frame[seen], terms[:, :, None] * terms[:, None])
