@@ -6,7 +6,7 @@ import numpy as np
 
 from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.video.link.exclusion import Solution
-from vibrissa.video.link.swaps import Swap, confusable, swap_of, swapped
+from vibrissa.video.link.swaps import Swap, Wandering, confusable, swap_of, swapped
 from vibrissa.video.link.whisker_models import prior_spread
 
 
@@ -34,7 +34,9 @@ def swap_between(solution: Solution, best: Integers, pair: tuple[int, int], leve
     strengths = np.stack([lines.strength[one], lines.strength[other]], axis=1)
     keep = min(max(model.keep for model in models), 0.92)
     marked = _marked(solution, frame, np.stack([one, other]), pair)
-    return swap_of(frame, places[0], places[1], strengths, prior_spread(lever), error, keep, marked)
+    slow = np.diag(np.mean([model.slow for model in models], axis=0))
+    known = Wandering(prior_spread(lever), slow, error, keep)
+    return swap_of(frame, places[0], places[1], strengths, known, marked)
 
 
 def _marked(solution: Solution, frame: Integers, segments: Array, pair: tuple[int, int]) -> Array:

@@ -51,6 +51,11 @@ class Model(NamedTuple):
     strength_sd: float
     course: Array | None = None
 
+    @property
+    def slow(self) -> Array:
+        """Variance of the drift at the three radii [°²], (3,)."""
+        return np.zeros(3) if self.course is None else self.course.var(axis=0)
+
 
 def prior_spread(gain: Array) -> Array:
     """Covariance of a deviation of which nothing is known but the lever of the pad."""
