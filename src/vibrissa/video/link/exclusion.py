@@ -68,6 +68,8 @@ class Solution:
         Phase of the pad in the frame of each segment [°].
     lever : (3,) array
         Expected gain of the pad's whiskers at the three radii.
+    tracklet : (S,) array of int
+        Stretch of plain links that each segment is in; −1 for none.
     labels : list of ChainLabel
         The whiskers.
     wanted : (S,) array
@@ -84,6 +86,7 @@ class Solution:
     who: Integers
     phase: Array
     lever: Array
+    tracklet: Integers
     labels: list[ChainLabel] = field(default_factory=list)
     wanted: Array = field(default_factory=lambda: np.zeros(0))
     marks: dict[int, int] = field(default_factory=dict)

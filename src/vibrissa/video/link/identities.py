@@ -10,7 +10,7 @@ import numpy as np
 from vibrissa.arrays import Array, Integers
 from vibrissa.video.link.exclusion import Solution
 from vibrissa.video.link.pads import Lines
-from vibrissa.video.link.swap_moves import best_lines, unswap
+from vibrissa.video.link.swap_moves import best_lines, swap_doubt, unswap
 
 REASONS = ("", "no line there", "which line it is cannot be decided", "one line with another whisker")
 ABSENT, UNSURE, SHARED = 1, 2, 3
@@ -61,7 +61,8 @@ def names_of(solution: Solution, lever: Array) -> Names:
         Of all segments; those of other pads are nobody's.
     """
     view = replace(solution, labels=[replace(one) for one in solution.labels])
-    doubt = unswap(view, lever)
+    unswap(view, lever)
+    doubt = swap_doubt(view, lever)
     count, frames = doubt.shape
     whisker, also = np.full((2, solution.frame.size), -1)
     sure, chance = np.zeros(solution.frame.size), np.full((count, frames), np.nan)

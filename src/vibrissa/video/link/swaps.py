@@ -46,12 +46,16 @@ class Wandering(NamedTuple):
         Covariances of a deviation, of a slow drift, and of a reading.
     keep : float
         Correlation of the deviation from frame to frame.
+    alone : bool
+        Whether each block is evidence independent of its neighbours: decisive, for a search; else what is
+        sure of it, each block counting for the time that it takes.
     """
 
     spread: Array
     slow: Array
     error: Array
     keep: float
+    alone: bool
 
 
 def _steps(frame: Integers, one: Array, other: Array, known: Wandering) -> Array:
@@ -128,9 +132,10 @@ def swap_of(
         return None
     number = np.searchsorted(cuts, np.arange(frame.size), side="left")
     size = np.bincount(number)
+    span = np.diff(frame[np.concatenate([[0], cuts + 1])], append=frame[-1] + 1)
     apart = np.concatenate([one - other, (strengths[:, :1] - strengths[:, 1:])], axis=1)
     mean = np.stack([np.bincount(number, column) / size for column in apart.T], axis=1)
-    inverse = _weights(size, known)
+    inverse = _weights(size, span, known)
     marks = MARKED * (np.zeros(size.size) if marked is None else np.sign(np.bincount(number, marked)))
     best: tuple[float, Array, Array] | None = None
     for start in np.argsort(-size)[:STARTS]:
@@ -142,11 +147,14 @@ def swap_of(
     return Swap(frame, chance[number])
 
 
-def _weights(size: Integers, known: Wandering) -> Array:
+def _weights(size: Integers, span: Integers, known: Wandering) -> Array:
     """Inverse covariances (b, 4, 4) of the mean difference of two whiskers over blocks of so many frames."""
     # readings of a block are not independent: the deviation lasts
-    independent = np.maximum(size * (1 - known.keep) / (1 + known.keep), 1)
-    drifts = np.maximum(size / LASTS, 1)
+    rate = (1 - known.keep) / (1 + known.keep)
+    if known.alone:
+        independent, drifts = np.maximum(size * rate, 1), np.maximum(size / LASTS, 1)
+    else:
+        independent, drifts = np.minimum(span * rate, size), np.minimum(span / LASTS, size)
     cov = np.zeros((size.size, 4, 4))
     cov[:, :3, :3] = 2 * (
         known.spread / independent[:, None, None]
@@ -169,8 +177,22 @@ def _signs(mean: Array, inverse: Array, cut: Array, apart: Array, known: Array) 
         apart = np.linalg.solve(left, np.einsum("b,bij,bj->i", sign, inverse, mean))
         if (sign == before).all():
             break
+    chance = _chain(_held_out(mean, inverse, sign) + known, cut)[1]
     fit = float(apart @ left @ apart) / 2
     return fit + float((known * sign).sum() / 2 - cut[np.diff(sign) != 0].sum()), sign, chance
+
+
+def _held_out(mean: Array, inverse: Array, sign: Array) -> Array:
+    """Log odds of each block against the difference that all others show; the heaviest one keeps its sign."""
+    weighted = np.einsum("b,bij,bj->bi", sign, inverse, mean)
+    left = inverse.sum(axis=0) - inverse + 1e-9 * np.eye(4)
+    apart = np.linalg.solve(left, (weighted.sum(axis=0) - weighted)[..., None])[..., 0]
+    # that difference is uncertain, too
+    cov = np.linalg.inv(inverse) + np.linalg.inv(left)
+    odds = 2 * np.einsum("bi,bi->b", mean, np.linalg.solve(cov, apart[..., None])[..., 0])
+    heaviest = np.argmax(np.trace(inverse, axis1=1, axis2=2))
+    odds[heaviest] = MARKED * sign[heaviest]
+    return np.asarray(odds)
 
 
 def confusable(place: Array, spread: Array) -> list[tuple[int, int]]:
