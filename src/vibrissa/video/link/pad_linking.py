@@ -9,6 +9,7 @@ from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.video.link.common_swing import OWN, common_swing, lever, pairs_of
 from vibrissa.video.link.drift import with_drift
 from vibrissa.video.link.exclusion import Solution
+from vibrissa.video.link.joined_tracklets import carried, joined
 from vibrissa.video.link.pads import HIDDEN, SHORTEST, Lines, Pad
 from vibrissa.video.link.swap_moves import unswap
 from vibrissa.video.link.tracklets import (
@@ -74,9 +75,10 @@ def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) 
         off = (pairs.swing - expected(frame, pairs, swing, across)) / pairs.sd
         name = tracklets(frame, pairs, 0.5 * (pairs.unlike + off**2), usable)
         gain = learnt_lever(frame, name, lines, gain)
-    growth = growth_of(swing)
+    plain, growth = name, growth_of(swing)
+    name = joined(frame, name, lines, carried(frames, frame, name, lines, swing, gain), gain)
     phase, _ = phase_of_tracklets(frames, frame, name, across, swing, growth, LEAST)
-    solution = Solution(frames, frame, lines, who, phase[frame], gain, name)
+    solution = Solution(frames, frame, lines, who, phase[frame], gain, plain)
     place, strength = tracklet_table(name, lines, solution.phase, gain, growth)
     start = groups(frame, name, place, strength, prior_spread(gain), LEAST)
     models = models_of(start, name, place, strength, gain, growth, SUPPORT * frames)
