@@ -11,9 +11,10 @@ from vibrissa.arrays import Array, Integers
 from vibrissa.video.link.exclusion import Solution
 from vibrissa.video.link.pads import Lines
 from vibrissa.video.link.swap_moves import best_lines, swap_doubt, unswap
+from vibrissa.video.link.torn_links import torn_links
 
-REASONS = ("", "no line there", "which line it is cannot be decided", "one line with another whisker")
-ABSENT, UNSURE, SHARED = 1, 2, 3
+REASONS = ("", "no line there", "which line it is cannot be decided", "one line with another whisker", "names leave plain lines")
+ABSENT, UNSURE, SHARED, TORN = 1, 2, 3, 4
 SURE = 0.9  # probability from which on a line is called a whisker's
 AGREES = 3.0  # standard deviations within which a further piece lies on a whisker
 OVERLAP = 0.25  # share of a further piece that may lie beside the main one
@@ -76,24 +77,27 @@ def names_of(solution: Solution, lever: Array) -> Names:
         taken = table[:, main[n, here]].argmax(axis=0) != n
         main[n, here[taken]] = -1
     for n in range(count):
+        whisker[main[n, main[n] >= 0]] = n
+    torn = torn_links(view.frame, view.tracklet, whisker, count)
+    for n in range(count):
         here = np.flatnonzero(main[n] >= 0)
         seen = main[n, here]
-        whisker[seen] = n
-        sure[seen] = calibrated(table[n, seen] * (1 - doubt[n, here]))
-        chance[n, here] = sure[seen]
-        reason[n, here] = np.where(sure[seen] >= SURE, 0, UNSURE)
+        raw = table[n, seen] * (1 - doubt[n, here])
+        sure[seen] = chance[n, here] = calibrated(raw, torn[n])
+        unsure = np.where(calibrated(raw) >= SURE, TORN, UNSURE)
+        reason[n, here] = np.where(sure[seen] >= SURE, 0, unsure)
     _join(view, main, whisker, sure)
     _share(view, main, also, reason)
     return Names(whisker, also, sure, main, chance, reason)
 
 
-def calibrated(raw: Array) -> Array:
-    """Share of right names among those of this probability, as found in simulated pads."""
+def calibrated(raw: Array, torn: float = 0.0) -> Array:
+    """Share of right names among those of this probability and this rate of torn links, as found in simulated pads."""
     logit = np.log(np.clip(raw, 1e-6, 1 - 1e-6) / (1 - np.clip(raw, 1e-6, 1 - 1e-6)))
-    return np.asarray(1 / (1 + np.exp(-(OFFSET + SLOPE * logit))))
+    return np.asarray(1 / (1 + np.exp(-(OFFSET + SLOPE * logit - TEAR * torn))))
 
 
-OFFSET, SLOPE = 2.6, 0.63  # of the logarithm of the odds: docs/linking.md
+OFFSET, SLOPE, TEAR = 2.6, 0.63, 0.0  # of the logarithm of the odds: docs/linking.md
 
 
 def _expected(solution: Solution, n: int, lines: Lines, main: Integers) -> Array:
