@@ -56,7 +56,7 @@ def test_a_name_that_leaves_a_line_is_counted_for_both_whiskers():
 
 
 def test_a_swap_that_a_drift_explains_is_not_made():
-    """Two whiskers 3° apart that drift past one another slowly: no meeting is a swap, though the difference changes sign."""
+    """Two whiskers drift past one another: the difference changes sign, no meeting is a swap."""
     rng = np.random.default_rng(5)
     frame = np.arange(400)
     drift = 3.0 * np.cos(np.pi * frame / 400)[:, None]
@@ -73,7 +73,7 @@ def test_a_swap_that_a_drift_explains_is_not_made():
 
 
 def test_whiskers_that_drift_as_far_as_they_are_apart_keep_their_names():
-    """Twelve whiskers, of which a linker of still places and a fixed lever finds 21 and names 35 % of the lines wrongly."""
+    """Twelve whiskers; still places and a fixed lever gave 21, and 35 % of the lines the wrong name."""
     segments, truth = simulate([Pad(**FIELD)], 13)
     linking = link_segments(segments)
     assert linking.lever(0)[0] > 0.7

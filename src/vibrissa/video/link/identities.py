@@ -13,7 +13,13 @@ from vibrissa.video.link.pads import Lines
 from vibrissa.video.link.swap_moves import best_lines, swap_doubt, unswap
 from vibrissa.video.link.torn_links import torn_links
 
-REASONS = ("", "no line there", "which line it is cannot be decided", "one line with another whisker", "names leave plain lines")
+REASONS = (
+    "",
+    "no line there",
+    "which line it is cannot be decided",
+    "one line with another whisker",
+    "names leave plain lines",
+)
 ABSENT, UNSURE, SHARED, TORN = 1, 2, 3, 4
 SURE = 0.9  # probability from which on a line is called a whisker's
 AGREES = 3.0  # standard deviations within which a further piece lies on a whisker

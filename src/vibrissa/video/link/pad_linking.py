@@ -11,7 +11,8 @@ from vibrissa.video.link.drift import with_drift
 from vibrissa.video.link.exclusion import Solution
 from vibrissa.video.link.joined_tracklets import carried, joined
 from vibrissa.video.link.pads import HIDDEN, SHORTEST, Lines, Pad
-from vibrissa.video.link.swap_moves import unswap
+from vibrissa.video.link.swap_moves import best_lines, unswap
+from vibrissa.video.link.torn_links import torn_links
 from vibrissa.video.link.tracklets import (
     expected,
     gain_at,
@@ -75,8 +76,35 @@ def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) 
         off = (pairs.swing - expected(frame, pairs, swing, across)) / pairs.sd
         name = tracklets(frame, pairs, 0.5 * (pairs.unlike + off**2), usable)
         gain = learnt_lever(frame, name, lines, gain)
-    plain, growth = name, growth_of(swing)
-    name = joined(frame, name, lines, carried(frames, frame, name, lines, swing, gain), gain)
+    whole = joined(frame, name, lines, carried(frames, frame, name, lines, swing, gain), gain)
+    # one whisker too many is a part of another one; then, whichever start leaves plain links whole
+    both = [_solved(frames, frame, lines, who, start, name, swing, gain) for start in (name, whole)]
+    return min(both, key=lambda one: (len(one.labels), _torn(one)))
+
+
+def _torn(solution: Solution) -> float:
+    """Share of lines at which names leave a plain stretch."""
+    whisker = np.full(solution.frame.size, -1)
+    for n, best in enumerate(best_lines(solution)):
+        whisker[best[best >= 0]] = n
+    count = len(solution.labels)
+    lines = np.bincount(whisker[whisker >= 0], minlength=count)
+    total = torn_links(solution.frame, solution.tracklet, whisker, count) @ lines
+    return float(total / max(lines.sum(), 1))
+
+
+def _solved(
+    frames: int,
+    frame: Integers,
+    lines: Lines,
+    who: Integers,
+    name: Integers,
+    plain: Integers,
+    swing: Array,
+    gain: Array,
+) -> Solution:
+    """Whiskers of a pad from tracklets ``name``, of which ``plain`` are certain."""
+    across, growth = np.where(np.isfinite(lines.place[:, 1]), lines.place[:, 1], 0.0), growth_of(swing)
     phase, _ = phase_of_tracklets(frames, frame, name, across, swing, growth, LEAST)
     solution = Solution(frames, frame, lines, who, phase[frame], gain, plain)
     place, strength = tracklet_table(name, lines, solution.phase, gain, growth)
