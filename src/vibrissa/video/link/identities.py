@@ -100,10 +100,13 @@ def names_of(solution: Solution, lever: Array) -> Names:
 def calibrated(raw: Array, torn: float = 0.0) -> Array:
     """Share of right names among those of this probability and this rate of torn links, as found in simulated pads."""
     logit = np.log(np.clip(raw, 1e-6, 1 - 1e-6) / (1 - np.clip(raw, 1e-6, 1 - 1e-6)))
-    return np.asarray(1 / (1 + np.exp(-(OFFSET + SLOPE * logit - TEAR * torn))))
+    found = 1 / (1 + np.exp(-(OFFSET + SLOPE * logit - TEAR * torn)))
+    return np.asarray(found if torn <= TORN_MOST else np.minimum(found, UNKNOWN))
 
 
-OFFSET, SLOPE, TEAR = 2.6, 0.63, 0.0  # of the logarithm of the odds: docs/linking.md
+OFFSET, SLOPE, TEAR = 2.5, 0.41, 55.0  # of the logarithm of the odds: docs/linking.md
+TORN_MOST = 0.015  # rate of torn links up to which that was measured
+UNKNOWN = 0.5  # probability at most beyond
 
 
 def _expected(solution: Solution, n: int, lines: Lines, main: Integers) -> Array:

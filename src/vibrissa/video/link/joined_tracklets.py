@@ -91,7 +91,8 @@ def carried(frames: int, frame: Integers, name: Integers, lines: Lines, swing: A
 
 def _common(frame: Integers, terms: Array, step: Array, variance: Array, expected: Array, trust: float) -> Array:
     """Motion (frames − 1, 2) common to the steps of each frame, by iterated least squares."""
-    motion, prior = expected.copy(), trust * np.eye(2)
+    prior = trust * np.eye(2)
+    motion: Array = expected.copy()
     for _ in range(4):
         off = step - (motion[frame] * terms).sum(axis=1)
         weight = 1 / (1 + off**2 / variance / 4) / variance

@@ -102,7 +102,7 @@ def swap_doubt(solution: Solution, lever: Array) -> Array:
         found = swap_between(solution, best, (a, b), lever, cautious=True)
         if found is not None:
             # nothing is known between the last frame before a meeting and the first after it but that it is one of them
-            left = np.interp(every, found.frames, found.chance)
+            left = np.interp(every, found.frames, np.minimum(found.chance, 1 - found.chance))
             doubt[[a, b]] = 1 - (1 - doubt[[a, b]]) * (1 - left)
     return doubt
 
