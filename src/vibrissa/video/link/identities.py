@@ -98,7 +98,7 @@ def names_of(solution: Solution, lever: Array) -> Names:
 
 
 def calibrated(raw: Array, torn: float = 0.0) -> Array:
-    """Share of right names among those of this probability and this rate of torn links in the pad, as found in simulated pads."""
+    """Share of right names of this probability, in a pad of this rate of torn links, as found in simulated pads."""
     logit = np.log(np.clip(raw, 1e-6, 1 - 1e-6) / (1 - np.clip(raw, 1e-6, 1 - 1e-6)))
     found = 1 / (1 + np.exp(-(OFFSET + SLOPE * logit - TEAR * torn)))
     return np.asarray(found if torn <= TORN_MOST else np.minimum(found, UNKNOWN))

@@ -99,7 +99,7 @@ def _common(frame: Integers, terms: Array, step: Array, variance: Array, expecte
         left, right = np.zeros((len(expected), 2, 2)), np.zeros((len(expected), 2))
         np.add.at(left, frame, weight[:, None, None] * terms[:, :, None] * terms[:, None])
         np.add.at(right, frame, (weight * step)[:, None] * terms)
-        motion = np.linalg.solve(left + prior, (right + expected @ prior)[..., None])[..., 0]
+        motion = np.asarray(np.linalg.solve(left + prior, (right + expected @ prior)[..., None])[..., 0], np.float64)
     return motion
 
 
