@@ -74,8 +74,8 @@ def make_track(frames: int, folder: Path) -> None:
     """Write a track of the model's own motion with noise, its texture, and the table that names them."""
     import numpy as np
 
-    from vibrissa.files import save
     from vibrissa.mechanics.scan.texture_prediction import predict
+    from vibrissa.netcdf import save
     from vibrissa.quantities import dataset
     from vibrissa.study.sweeps.laboratory import plan
     from vibrissa.texture.io import write_gaps

@@ -2,8 +2,8 @@
 
 python benchmarks/real_spikes.py FOLDER [RECORDING ...]
 
-Recordings are locust, heading, thalamus, songs and odours. FOLDER holds, for those that no test dependency brings, the
-files that docs/real-spikes.md names; tables are written there, and each command can be repeated in it.
+Recordings are locust, heading, waking, thalamus, songs and odours. FOLDER holds, for those that no test dependency
+brings, the files that docs/real-spikes.md names; tables are written there, and each command can be repeated in it.
 """
 
 import contextlib
@@ -21,6 +21,7 @@ import real_spikes_apart as apart
 
 from vibrissa.cli import main as command_line
 
+WAKING = "A8604-211122.nwb"
 THALAMUS = "rat-vpm-whisker-thaldata.csv"
 DATA = Path(__file__).parents[1] / ".." / "shared" / "data" / "spikes"
 
@@ -178,6 +179,29 @@ def heading(folder: Path) -> None:
     report(line, f"refused: {vibrissa(line)}", "one presentation")
 
 
+def waking(folder: Path) -> None:
+    """Units of a session without stimulus: their quality, by the numbers in the file."""
+    import h5py
+
+    path = next(folder.rglob(WAKING), DATA / WAKING)
+    line = f"quality {WAKING}"
+    found = vibrissa(line.replace(WAKING, str(path)))
+    with h5py.File(path) as file:
+        ends, every = file["units/spike_times_index"][:], file["units/spike_times"][:]
+    span = float(np.ptp(every))
+    rows = []
+    for own in np.split(every, ends[:-1]):
+        close = int((np.diff(np.sort(own)) < 1e-3).sum())
+        foreign = 1 - np.sqrt(max(1 - close * span / (own.size**2 * 1e-3), 0))
+        rows.append(f"{own.size / span:.2f} Hz, {100 * close / (own.size - 1):.2f} %, {foreign:.2f}")
+    columns = (found[name] for name in ("unit_rate", "refractory_violations", "contamination", "kept"))
+    ours = [
+        f"{rate:.2f} Hz, {100 * share:.2f} %, {foreign:.2f}: {'kept' if kept else 'left out'}"
+        for rate, share, foreign, kept in zip(*columns, strict=True)
+    ]
+    report(line, "rate, intervals below 1 ms, contamination: " + "; ".join(ours), "; ".join(rows))
+
+
 def thalamus(folder: Path) -> None:
     tables.thalamus(Path(), next(folder.rglob(THALAMUS), DATA / THALAMUS))
     line = "neural --spikes thalamus.csv --stimulus deflections.csv --trials 50 --skip 0.2s"
@@ -248,7 +272,14 @@ def odours(folder: Path) -> None:
     report(line, found["reason"], f"largest correlation at {10 * best} ms, beyond the 30 ms that are tested")
 
 
-RECORDINGS = {"locust": locust, "heading": heading, "thalamus": thalamus, "songs": songs, "odours": odours}
+RECORDINGS = {
+    "locust": locust,
+    "heading": heading,
+    "waking": waking,
+    "thalamus": thalamus,
+    "songs": songs,
+    "odours": odours,
+}
 
 
 def main(folder: str, *chosen: str) -> None:

@@ -19,9 +19,9 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.figures.paper import fig4, fig5
-from vibrissa.files import load
 from vibrissa.mechanics.across.collapse import collapse
 from vibrissa.mechanics.scan.texture_prediction import predict
+from vibrissa.netcdf import load
 from vibrissa.quantities import dataset
 from vibrissa.stats import wilson_interval
 from vibrissa.study.movie.backward import analyse

@@ -1,4 +1,4 @@
-"""All lines in every frame: time of a frame on one core, against the finder of seeds and WHISK [Clack2012].
+"""All lines in every frame: time of a frame on one core, against WHISK [Clack2012].
 
 .venv/bin/python benchmarks/segments.py [MOVIE [TRACE]]
 .venv/bin/python benchmarks/segments.py whisk MOVIE WHISKERS
@@ -22,7 +22,6 @@ import numpy as np
 import tifffile
 
 from vibrissa.video.camera.rendering import Camera, render
-from vibrissa.video.find.finding import find_whiskers
 from vibrissa.video.find.movie_segments import LineSearch, find_segments
 from vibrissa.video.foreign.whisk_files import read_whiskers
 from vibrissa.video.io.movie import read_blocks
@@ -73,12 +72,9 @@ def speed(movie: Path | None, trace: Path | None) -> None:
     frames = rendered() if movie is None else next(read_blocks(movie, FRAMES))
     search = LineSearch(line_width=float(find_segments(frames[:1]).attrs["typical_width"]))
     new = seconds(lambda: find_segments(frames, search)) / len(frames)
-    few = frames[:: max(len(frames) // 3, 1)]
-    old = seconds(lambda: [find_whiskers(frame) for frame in few], 1) / len(few)
     count = find_segments(frames, search).sizes["segment"] / len(frames)
     print(f"{frames.shape[2]} × {frames.shape[1]} pixels, {count:.1f} lines in a frame")
     print(f"all lines: {1 / new:.0f} frames/s, {frames[0].size / new / 1e6:.1f} Mpx/s")
-    print(f"seeds of whiskers: {1 / old:.1f} frames/s; ratio {old / new:.0f}")
     if trace is not None:
         theirs = traced(frames, trace) / len(frames)
         print(f"WHISK: {1 / theirs:.1f} frames/s; ratio {theirs / new:.1f}")

@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from vibrissa.files import save
+from vibrissa.netcdf import save
 from vibrissa.neural.coupling.response import UnitCounts
 from vibrissa.neural.io.formats.nwb_writer import Session, write_nwb
 from vibrissa.neural.io.tables.spikes import spike_table

@@ -12,9 +12,9 @@ import numpy as np
 import two_channels
 
 from vibrissa.figures.paper import fig2, fig3, fig6_model, fig7e
-from vibrissa.files import load
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.netcdf import load
 from vibrissa.study.movie.virtual import predicted_motion
 from vibrissa.study.run.study import run_study
 from vibrissa.study.spec.settings import read_study

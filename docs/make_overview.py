@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, house_style, new_figure
 from vibrissa.figures.paper import fig3, fig4, fig5, fig8
-from vibrissa.files import load
+from vibrissa.netcdf import load
 
 
 @house_style

@@ -6,7 +6,8 @@ python docs/make_results.py FOLDER
 import sys
 from pathlib import Path
 
-from vibrissa.files import load, written_whole
+from vibrissa.files import written_whole
+from vibrissa.netcdf import load
 from vibrissa.study.paper.paper_numbers import compare, headings, html_rows
 
 DOCS = Path(__file__).parent

@@ -6,7 +6,9 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +24,7 @@ from vibrissa.sweep.maps import sweep
 from vibrissa.whisker import Whisker
 
 pytest.importorskip("distributed", reason="the extra cluster is not installed: pip install 'vibrissa[cluster]'")
+from distributed import Client
 from distributed.comm.core import CommClosedError
 
 HERE = Path(__file__).parent / "helpers"
@@ -41,7 +44,13 @@ class Processes:
     def start(self, *words, path=HERE):
         """Start a part of distributed; its modules are looked for in ``path`` first."""
         with open(self.folder / f"{len(self.all)}.log", "w") as log:
-            how = {"env": os.environ | {"PYTHONPATH": str(path)}, "cwd": self.folder, "stdout": log, "stderr": log}
+            patience = {"DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL": "5s"}  # of the scheduler with silent workers
+            how = {
+                "env": os.environ | patience | {"PYTHONPATH": str(path)},
+                "cwd": self.folder,
+                "stdout": log,
+                "stderr": log,
+            }
             self.all.append(subprocess.Popen([*START, f"distributed.cli.{words[0]}", *words[1:]], **how))
         return self.all[-1]
 
@@ -84,6 +93,11 @@ def running(tmp_path_factory):
     made.worker()
     yield made
     made.end()
+
+
+def client_of(address):
+    """A client of the tests themselves."""
+    return Client(address, timeout=60, set_as_default=False)
 
 
 @pytest.fixture
@@ -132,7 +146,7 @@ def test_a_scheduler_lost_before_the_client_knows_is_told_as_such(when):
     class Client:
         status = "running"
 
-        def nthreads(self):
+        def nthreads(self, **_):
             return {"worker": 1}
 
     setattr(Client, when, lost)
@@ -183,11 +197,81 @@ def test_an_address_where_no_scheduler_answers_is_one_line(impatient, processes)
         each(refuse_three, [1], Engine(scheduler=processes.address))
 
 
-def test_a_port_where_another_service_listens_is_one_line(impatient):
-    with socket.create_server(("127.0.0.1", 0)) as silent:
-        address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
-        with refusal("format"):
+SPEAKERS = {
+    "silent": [],
+    "HTTP": [b"HTTP/1.1 400 Bad Request\r\nConnection: close\r\n\r\n", None],
+    "SSH": [b"SSH-2.0-OpenSSH_9.2p1 Debian-2\r\n"],
+    "noise": [bytes(range(256)) * 400],
+    "zeros": [bytes(4096)],
+    "slow": [b"\0"] * 5,
+    "closing": [None],
+}
+
+
+@contextmanager
+def speaking(parts):
+    """A port at which each caller is told some bytes, a second apart; None closes the line."""
+
+    def tell(line):
+        with line, suppress(OSError):
+            for part in parts:
+                if part is None:
+                    return
+                line.sendall(part)
+                time.sleep(1)
+            time.sleep(20)
+
+    def listen():
+        with suppress(OSError):
+            while True:
+                threading.Thread(target=tell, args=(server.accept()[0],), daemon=True).start()
+
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        threading.Thread(target=listen, daemon=True).start()
+        yield f"127.0.0.1:{server.getsockname()[1]}"
+
+
+@pytest.mark.parametrize("parts", SPEAKERS.values(), ids=SPEAKERS)
+@pytest.mark.parametrize("scheme", ["tcp", "tls", "file"])
+def test_a_port_where_another_service_listens_is_one_line_in_time(impatient, tmp_path, capfd, scheme, parts):
+    with speaking(parts) as place:
+        address = f"{scheme}://{place}"
+        if scheme == "file":
+            (tmp_path / "scheduler.json").write_text(json.dumps({"address": f"tcp://{place}"}))
+            address = str(tmp_path / "scheduler.json")
+        begin = time.monotonic()
+        with refusal("format", "scheduler.json" if scheme == "file" else address):
             each(refuse_three, [1], Engine(scheduler=address))
+        assert time.monotonic() - begin < 10  # 1 s to connect is asked for; machines are busy
+    assert capfd.readouterr() == ("", "")
+
+
+def test_the_port_of_a_worker_is_no_scheduler(impatient, running):
+    with client_of(running.address) as client:
+        worker = next(iter(client.scheduler_info()["workers"]))
+    with refusal("format", worker):
+        each(refuse_three, [1], Engine(scheduler=worker))
+
+
+def test_a_frozen_worker_is_given_up_by_the_scheduler_and_its_work_done_elsewhere(monkeypatch, processes):
+    monkeypatch.setattr(cluster, "WORKERS", 4.0)
+    processes.scheduler()
+    frozen, _ = processes.worker(), processes.worker()
+    with client_of(processes.address) as client:
+        client.wait_for_workers(2, timeout=120)
+    frozen.send_signal(signal.SIGSTOP)
+    assert each(slow_square, range(12), Engine(scheduler=processes.address)) == [number**2 for number in range(12)]
+
+
+def test_a_frozen_scheduler_is_one_line(monkeypatch, processes, capfd):
+    monkeypatch.setattr(cluster, "WORKERS", 4.0)
+    scheduler, _ = processes.scheduler(), processes.worker()
+    with client_of(processes.address) as client:
+        client.wait_for_workers(1, timeout=120)
+    engine = Engine(scheduler=processes.address)
+    with refusal("machine", f"scheduler {processes.address}", "it was lost"):
+        each(slow_square, range(1000), engine, lambda done, _: done == 2 and scheduler.send_signal(signal.SIGSTOP))
+    assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize("content", [None, "", "[]", json.dumps({"address": None})])

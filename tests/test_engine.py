@@ -10,9 +10,10 @@ from multiprocessing.context import SpawnProcess
 from pathlib import Path
 
 import pytest
-from engine_tasks import die, die_once, place, refuse_oddly, refuse_three, square
+from engine_tasks import die, die_once, freeze, freeze_once, place, refuse_oddly, refuse_three, square
 from refusals import refusal
 
+from vibrissa.sweep import frozen
 from vibrissa.sweep.engine import LOCAL, Engine, each, staffed
 
 HERE = Path(__file__).parent / "helpers"
@@ -93,6 +94,55 @@ def test_processes_that_die_again_and_again_are_one_line():
     with refusal("machine", "the worker processes") as caught:
         each(die, [2, 2, 2], Engine(scheduler="processes", workers=2))
     assert re.fullmatch(r"the death of 3 at the same task, number [12] of 3", caught.value.value)  # either may be first
+
+
+needs_proc = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="this system does not tell processes")
+
+
+@needs_proc
+@pytest.mark.parametrize("size", [0, MORE_THAN_A_PIPE_HOLDS])
+def test_a_frozen_process_is_given_up_and_its_task_done_elsewhere(tmp_path, monkeypatch, size):
+    monkeypatch.setattr(frozen, "FROZEN", 4.0)
+    items = [(number, tmp_path / "mark", bytes(size)) for number in range(6)]
+    with staffed(Engine(scheduler="processes", workers=2)) as engine:
+        crew = set(each(place, range(12), engine))
+        assert each(freeze_once, items, engine) == [0, 1, 4, 9, 16, 25]
+        given_up = int((tmp_path / "mark").read_text())
+        assert given_up in crew
+        assert not alive(given_up)
+
+
+@needs_proc
+def test_a_process_that_is_frozen_while_it_has_nothing_to_do_is_given_up_with_its_next_task(monkeypatch):
+    monkeypatch.setattr(frozen, "FROZEN", 4.0)
+    with staffed(Engine(scheduler="processes", workers=2)) as engine:
+        still = each(place, range(12), engine)[0]
+        os.kill(still, signal.SIGSTOP)
+        items = [bytes(MORE_THAN_A_PIPE_HOLDS)] * 6  # the pipe to it is full before it could take one
+        assert still not in each(place, items, engine)
+
+
+@needs_proc
+def test_a_task_at_which_every_process_freezes_is_one_line(monkeypatch):
+    monkeypatch.setattr(frozen, "FROZEN", 2.0)
+    with refusal("machine", "the worker processes") as caught:
+        each(freeze, [2, 2], Engine(scheduler="processes", workers=2))
+    assert caught.value.value.startswith("the standstill (2 s without processor time) of 3 at the same task, number ")
+    assert caught.value.remedy.startswith("does a disk not answer?")
+
+
+def test_only_time_without_processor_time_while_this_process_looks_counts(monkeypatch):
+    clock, spent = iter([0.0, 1.0, 1000.0, 1001.0, 1002.0, 1003.0]), {1: 5, 2: 5}
+    monkeypatch.setattr(frozen, "monotonic", lambda: next(clock))
+    monkeypatch.setattr(frozen, "processor_time", spent.get)
+    monkeypatch.setattr(frozen, "FROZEN", 3.5)
+    still = frozen.Stillness()
+    assert still.look([1, 2]) == []
+    assert still.look([1, 2]) == []  # all were frozen together: two seconds of it count
+    spent[2] = 6
+    assert still.look([1, 2]) == []
+    assert still.look([1, 2]) == [1]
+    assert still.look([2, 3]) == []  # nothing is known of the third
 
 
 PARENT = """

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from vibrissa.files import encoded, load, save, written_whole
+from vibrissa.files import written_whole
+from vibrissa.netcdf import encoded, load, save
 from vibrissa.quantities import dataset
 
 

@@ -15,7 +15,8 @@ from vibrissa.quantities import QUANTITIES, dataset, require
 @pytest.mark.parametrize("name", QUANTITIES)
 def test_every_quantity_is_labelled_with_its_unit_and_dimensions(name):
     quantity = QUANTITIES[name]
-    data = dataset(**{name: np.zeros([2] * len(quantity.dims))})
+    n = len(quantity.dims)
+    data = dataset(**{name: np.arange(2.0**n).reshape([2] * n)})
     assert data[name].dims == quantity.dims
     assert data[name].attrs == {"units": quantity.unit, "long_name": quantity.long_name}
     require(data, name)

@@ -10,12 +10,12 @@ import pytest
 from refusals import refusal
 from threadpoolctl import threadpool_limits
 
-from vibrissa.files import load
 from vibrissa.mechanics.rod.rod_prediction import RodPrediction
 from vibrissa.mechanics.rod.rod_settings import Rod
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.scan.texture_prediction import predict
 from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.netcdf import load
 from vibrissa.sweep import maps
 from vibrissa.sweep.engine import Engine
 from vibrissa.sweep.grid import Grid, Measure

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from refusals import refusal
 
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.sweep.engine import Engine
 from vibrissa.sweep.gratings import Gratings
 from vibrissa.sweep.grid import Grid, Measure
@@ -103,6 +103,14 @@ def test_a_large_map_is_a_whole_folder_of_zarr(vibrissa, tmp_path):
         assert written.load().identical(load(tmp_path / "map.nc"))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["map.nc", "map.zarr"]
 
+    chunk = next((tmp_path / "map.zarr/mode_rms").glob("[0-9]*"))
+    damaged = bytearray(chunk.read_bytes())
+    damaged[len(damaged) // 2] ^= 1
+    whole = chunk.read_bytes()
+    chunk.write_bytes(damaged)
+    with xr.open_zarr(tmp_path / "map.zarr", decode_times=False) as read, pytest.raises(Exception, match=r"\w"):
+        read.load()
+    chunk.write_bytes(whole)
     (tmp_path / "mine.zarr").mkdir()
     (tmp_path / "mine.zarr/notes.txt").touch()
     for out, said in ((tmp_path / "mine.zarr", "--out must be free"), (tmp_path / "no/map.zarr", "existing folder")):

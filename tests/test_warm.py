@@ -10,21 +10,14 @@ from vibrissa.warm import loops
 
 SOURCES = Path(vibrissa.__file__).parent
 
-# Loops of what few do: all lines of every frame, whiskers that swing through one another, tracks of other programs,
+# Loops of what few do: lines that are linked, whiskers that swing through one another, tracks of other programs,
 # packed movies, and estimators that must be asked for
 LATER = {
-    "video/find/body_mask.py",
-    "video/find/curvature_maps.py",
-    "video/find/frame_lines.py",
-    "video/find/line_joining.py",
-    "video/find/line_placing.py",
-    "video/find/line_seeds.py",
-    "video/find/line_tracing.py",
-    "video/find/profile_fit.py",
+    "video/find/curvature_maps.py",  # one of its loops is a part of those that call it
     "video/identity/whisker_fan.py",
     "video/identity/identity_linking.py",
     "video/identity/common_motion.py",
-    "video/foreign/traces.py",
+    "video/linked/traces.py",
     "video/io/photron.py",
     "video/kernel/estimators.py",
     "video/kernel/band.py",

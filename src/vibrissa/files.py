@@ -1,4 +1,4 @@
-"""Files: results whole or not at all, equal bytes for equal results."""
+"""Files: those that are read are files, those that are written are whole or not there."""
 
 from __future__ import annotations
 
@@ -7,19 +7,10 @@ import os
 import platform
 import shutil
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-from vibrissa.errors import ConflictError, FormatError, MachineError, MissingError
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-_PACKED = {"zlib": True, "complevel": 4, "shuffle": True}  # level 9 takes three times as long for 1 % less
-_SCALE, _NO_VARIABLE = b"DIMENSION_SCALE", b"This is a netCDF dimension but not a netCDF variable"
-_LARGE = 1 << 14  # bytes: of less, the index of the chunks costs what is won
+from vibrissa.errors import ConflictError, MachineError, MissingError
 
 
 def existing(path: str | Path) -> Path:
@@ -86,136 +77,6 @@ def _writing(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise MachineError(str(path), f"could not be written ({error.strerror or error})") from error
-
-
-def save(data: xr.Dataset, path: str | Path) -> None:
-    """Write a dataset as NetCDF (netCDF-4 through h5netcdf), whole or not at all.
-
-    The file is built in memory first: the HDF5 library crashes where a disk fills up under it.
-
-    Parameters
-    ----------
-    data : Dataset
-        What is written.
-    path : path
-        Name of the file; one that is there is replaced.
-
-    Raises
-    ------
-    InputError
-        As :func:`written_whole`.
-    """
-    content = encoded(data)
-    with written_whole(path) as temporary:
-        temporary.write_bytes(content)
-
-
-def encoded(data: xr.Dataset) -> bytes:
-    """NetCDF of a dataset, equal bytes for equal datasets; large arrays of floats are compressed, without loss.
-
-    It is built in another thread. A profiler, as the one in every worker of Dask, keeps what it sees in a thread
-    alive for a moment; HDF5 then gives up the room of what it has deleted later, and lays the file out in another way.
-
-    Parameters
-    ----------
-    data : Dataset
-        What is encoded.
-
-    Returns
-    -------
-    bytes
-        Content of a NetCDF file.
-    """
-    plain = data.drop_encoding()  # of a file that it was read from
-    large = {name: _PACKED for name, one in plain.variables.items() if one.dtype.kind == "f" and one.nbytes >= _LARGE}
-    with ThreadPoolExecutor(1) as unseen:
-        return bytes(unseen.submit(plain.to_netcdf, engine="h5netcdf", encoding=large).result())
-
-
-def load(path: str | Path) -> xr.Dataset:
-    """Read a dataset written by :func:`save` into memory.
-
-    Parameters
-    ----------
-    path : path
-        The file.
-
-    Returns
-    -------
-    Dataset
-        All of the file.
-
-    Raises
-    ------
-    InputError
-        If the file is missing or is no NetCDF file.
-    """
-    import xarray as xr
-    from xarray.backends import InMemoryDataStore
-
-    path = existing(path)
-    try:
-        stored = _stored(path)
-        if stored is None:
-            return xr.load_dataset(path, engine="h5netcdf", decode_times=False)
-        return xr.load_dataset(InMemoryDataStore(*stored), decode_times=False)  # type: ignore[no-untyped-call]
-    except (OSError, ValueError, KeyError) as error:
-        raise FormatError(str(path), "must be a NetCDF file written by vibrissa", remedy=str(error)) from error
-
-
-def _stored(path: Path) -> tuple[dict[str, xr.Variable], dict[str, Any]] | None:
-    """Variables and attributes, their conventions not decoded; None of a file that names dimensions in another way.
-
-    h5netcdf looks for every dimension anew at each variable, which takes longer than all else.
-    """
-    import h5py
-    import xarray as xr
-    from h5netcdf.attrs import Attributes
-
-    def attrs(of: h5py.HLObject) -> dict[str, Any]:
-        return dict(Attributes(of.attrs, h5py.check_dtype, h5py))
-
-    with h5py.File(path, "r") as file:
-        scales = {one.attrs["_Netcdf4Dimid"]: name for name, one in file.items() if one.attrs.get("CLASS") == _SCALE}
-        variables = {}
-        for name, one in file.items():
-            if one.attrs.get("NAME", b"").startswith(_NO_VARIABLE):
-                continue
-            if not isinstance(one, h5py.Dataset) or (one.ndim and "_Netcdf4Coordinates" not in one.attrs):
-                return None
-            dims = [scales[place] for place in one.attrs["_Netcdf4Coordinates"]] if one.ndim else []
-            words = h5py.check_string_dtype(one.dtype) is not None
-            values, encoding = (one.asstr()[()], {"dtype": str}) if words else (one[()], {})
-            variables[name] = xr.Variable(dims, values, attrs(one), encoding)
-        return variables, attrs(file)
-
-
-def attributes(path: str | Path) -> dict[str, Any]:
-    """Read the attributes alone of a dataset written by :func:`save`.
-
-    Parameters
-    ----------
-    path : path
-        The file.
-
-    Returns
-    -------
-    dict
-        Attributes by name.
-
-    Raises
-    ------
-    InputError
-        If the file is missing or is no NetCDF file.
-    """
-    import h5netcdf
-
-    path = existing(path)
-    try:
-        with h5netcdf.File(path, "r") as file:
-            return dict(file.attrs)
-    except (OSError, ValueError, KeyError) as error:
-        raise FormatError(str(path), "must be a NetCDF file written by vibrissa", remedy=str(error)) from error
 
 
 @contextmanager

@@ -10,7 +10,7 @@ import pytest
 from refusals import refusal
 
 from vibrissa.cli.shared.output import OutputOptions
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.video.io.movie import write_movie
 
 

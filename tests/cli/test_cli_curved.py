@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.whisker import atlas_whisker
 
 PROFILE = ("modes", "--contact", "0.3", "--about", "profile")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.neural.io.formats.nwb_writer import Session, write_nwb
 from vibrissa.neural.io.tables.spikes import spike_table
 from vibrissa.neural.io.tables.trials import trial_table

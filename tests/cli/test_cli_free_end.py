@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from vibrissa.files import load
+from vibrissa.netcdf import load
 
 SCAN = ["--contact", "0.29", "--speed", "100mm/s"]
 CONE = ["--whisker.length", "40mm", "--whisker.cone-angle", "1.5e-3"]

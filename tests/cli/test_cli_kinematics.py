@@ -9,7 +9,7 @@ from simulated_whiskers import PIXEL, RATE, circle_profile
 
 import vibrissa as vb
 from vibrissa.figures.others import kinematics as figure
-from vibrissa.files import load, save
+from vibrissa.netcdf import load, save
 
 TIME = np.arange(1000) / RATE
 ANGLE = np.radians(100 + 20 * np.cos(2 * np.pi * 8 * TIME))

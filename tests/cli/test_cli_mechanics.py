@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vibrissa.exact import free_decay
-from vibrissa.files import load
+from vibrissa.netcdf import load
 
 POSTURE = ("--contact", "0.29", "--base-angle", "1.2")
 CONE = ("--whisker.length", "0.04", "--whisker.cone-angle", "1.5e-3")

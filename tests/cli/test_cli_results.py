@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from vibrissa.files import load, save
 from vibrissa.mechanics.statics.profile import Posture, stationary_profile
+from vibrissa.netcdf import load, save
 from vibrissa.quantities import dataset
 
 CONE = ("--whisker.length", "0.04", "--whisker.cone-angle", "0.0015")

@@ -6,7 +6,7 @@ import av
 import numpy as np
 import pytest
 
-from vibrissa.files import load
+from vibrissa.netcdf import load
 
 CONE = ["--whisker.length", "40mm", "--whisker.cone-angle", "1.5e-3"]
 HELD = ["--contact", "0.29", "--base-angle", "1.2"]

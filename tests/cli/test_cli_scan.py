@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.texture.io import write_gaps
 from vibrissa.texture.surface import random_grating
 

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.texture.io import write_gaps
 from vibrissa.texture.surface import random_grating
 
@@ -61,7 +61,7 @@ BAD = {
     "trials": (["--simulate-units", "3", "--trials", "0"], "trials must be at least 1"),
     "envelope": (["--simulate-units", "3", "--mean-envelope", "-1"], "must be above 0 and at most 0.01 m"),
     "alone": (["--spikes-out", "s.csv"], "--spikes-out must go with --simulate-units"),
-    "seed": (["--simulate-units", "3", "--seed", "-1"], "seed must be zero or positive"),
+    "seed": (["--simulate-units", "3", "--seed", "-1"], "--seed must be 0 or a positive whole number"),
     "distance": (["--simulate-units", "3", "--distance", "0.1"], "must lie on the whisker"),
 }
 

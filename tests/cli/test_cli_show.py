@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from vibrissa import __version__
-from vibrissa.files import save
+from vibrissa.netcdf import save
 from vibrissa.quantities import dataset
 from vibrissa.study.run.contents import DATASETS, TABLES
 from vibrissa.video.io.movie import write_movie

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from vibrissa.cli.shared.axes import axis_of, values_of
 from vibrissa.cli.shared.glossary import GLOSSARY
 from vibrissa.cli.shared.units import DIMENSIONS, in_si, number, written
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.whisker import Whisker
 
 pytest.importorskip("pint")

@@ -6,7 +6,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.video.camera.camera import Camera
 from vibrissa.video.camera.rendering import render
 from vibrissa.video.camera.scenery import Led, Scenery
@@ -152,7 +152,8 @@ BAD = {
     "no rate": (["track", "MOVIE", "--pixel-size", "1e-4"], "--frame-rate must be given"),
     "mean": (["track", "MOVIE", *CALIBRATION, "--background", "mean"], "background"),
     "region": (["track", "MOVIE", *CALIBRATION, "--region", "1,2"], "must be C0,R0,C1,R1"),
-    "empty region": (["track", "MOVIE", *CALIBRATION, "--region", "0,0,30,20"], "whisker"),
+    "empty region": (["track", "MOVIE", *CALIBRATION, "--region", "0,0,30,20"], "at least 32 pixels each way"),
+    "region without whiskers": (["track", "MOVIE", *CALIBRATION, "--region", "0,80,50,119"], "no line in any frame"),
     "one point of a line": (["track", "MOVIE", *CALIBRATION, "--substrate", "1,2"], "must be given twice"),
     "no lamp there": (["track", "MOVIE", *CALIBRATION, "--lamp", "5,80,30,110"], "lamp"),
     "preview of what": (["track", "MOVIE", *CALIBRATION, "--preview", "a.gif"], ".mp4, .mkv or .png"),
@@ -177,7 +178,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(vibrissa, movie, tmp_path, mon
     words, message = BAD[case]
     code, out, err = vibrissa(*(movie if word == "MOVIE" else word for word in words))
     assert (code, out) == (2, "")
-    lines = [line for line in err.splitlines() if "whisker found" not in line]
+    lines = [line for line in err.splitlines() if "whisker found" not in line and "tracking '" not in line]
     assert len(lines) == 1
     assert message in lines[0]
     assert not list(tmp_path.iterdir())

@@ -52,3 +52,18 @@ def die(number):
     if number == 2:
         os.kill(os.getpid(), signal.SIGKILL)
     return number**2
+
+
+def freeze_once(item):
+    """Freeze the own process, the first time."""
+    number, mark, _ = item
+    if number == 2 and not Path(mark).exists():
+        Path(mark).write_text(str(os.getpid()))
+        os.kill(os.getpid(), signal.SIGSTOP)
+    return number**2
+
+
+def freeze(number):
+    """Freeze the own process, whenever it is asked."""
+    os.kill(os.getpid(), signal.SIGSTOP)
+    return number

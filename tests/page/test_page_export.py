@@ -10,8 +10,8 @@ import xarray as xr
 from refusals import refusal
 from scipy.io import wavfile
 
-from vibrissa.files import load
 from vibrissa.mechanics.scan.sampled import sampling_times
+from vibrissa.netcdf import load
 from vibrissa.page.export import KINDS, RATE, exported
 from vibrissa.page.session import PageSession, made_surface
 from vibrissa.page.shaft_table import NODE

@@ -14,8 +14,13 @@ UNREADABLE = "format" if find_spec("SurfaceTopography") else "package"
 GAPS = b"position_mm,width_um\n1,300\n2,250\n"
 
 
-def test_gaps_and_heights_are_kept_under_their_key():
-    uploads = UploadCache()
+@pytest.fixture(scope="module")
+def uploads():
+    """One for tests that do not count what is kept: each has a process of its own that reads."""
+    return UploadCache()
+
+
+def test_gaps_and_heights_are_kept_under_their_key(uploads):
     key, _ = uploads.put("gaps.csv", GAPS, {})
     np.testing.assert_allclose(uploads.get(key).width, [3e-4, 2.5e-4])
     key, notes = uploads.put("ridges.csv", (EXAMPLES / "ridges.csv").read_bytes(), {})
@@ -23,8 +28,8 @@ def test_gaps_and_heights_are_kept_under_their_key():
     assert notes
 
 
-def test_what_a_file_leaves_open_is_asked_for_and_settled():
-    uploads, bare = UploadCache(), b"".join(b"%g %g\n" % (x, 0.01 * np.sin(5 * x)) for x in np.arange(0, 5, 0.01))
+def test_what_a_file_leaves_open_is_asked_for_and_settled(uploads):
+    bare = b"".join(b"%g %g\n" % (x, 0.01 * np.sin(5 * x)) for x in np.arange(0, 5, 0.01))
     with refusal("missing", "bare.txt"):
         uploads.put("bare.txt", bare, {})
     key, _ = uploads.put("bare.txt", bare, {"x_unit": "mm", "z_unit": "mm"})
@@ -45,9 +50,9 @@ def test_what_a_file_leaves_open_is_asked_for_and_settled():
         (b"\x93NUMPY\x01", (UNREADABLE, "my texture.csv")),
     ],
 )
-def test_a_bad_file_is_one_line_with_its_name_and_no_place_of_this_machine(content, fields):
+def test_a_bad_file_is_one_line_with_its_name_and_no_place_of_this_machine(uploads, content, fields):
     with refusal(*fields) as told:
-        UploadCache().put("my texture.csv", content, {})
+        uploads.put("my texture.csv", content, {})
     assert str(told.value).startswith("my texture.csv")
     assert "/" not in str(told.value).replace("I/O", "")
 
@@ -55,9 +60,8 @@ def test_a_bad_file_is_one_line_with_its_name_and_no_place_of_this_machine(conte
 @pytest.mark.parametrize(
     "name", ["../../etc/passwd", "C:\\boot\\gaps.csv", "/etc/shadow", "a\x00b\n.csv", "x" * 9999, ""]
 )
-def test_a_name_is_no_path(name, tmp_path, monkeypatch):
+def test_a_name_is_no_path(uploads, name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    uploads = UploadCache()
     key, _ = uploads.put(name, GAPS, {})
     assert uploads.get(key).width.size == 2
     assert not list(tmp_path.iterdir())

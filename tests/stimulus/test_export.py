@@ -95,6 +95,18 @@ def test_equal_commands_give_equal_bytes(command, tmp_path, name):
         assert (tmp_path / "a" / one).read_bytes() == (tmp_path / "b" / one).read_bytes()
 
 
+@pytest.mark.parametrize("name", ["command.npy", "command.wav", "command.csv", "command.nc"])
+def test_a_flipped_bit_is_found(command, tmp_path, name):
+    write_command(command, tmp_path / name)
+    whole = (tmp_path / name).read_bytes()
+    for place in np.random.default_rng(0).choice(len(whole) - 200, 20, replace=False):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1
+        (tmp_path / name).write_bytes(damaged)
+        with refusal("format", name):
+            read_command(tmp_path / name)
+
+
 def test_what_a_format_cannot_hold_is_refused_and_nothing_is_written(command, tmp_path):
     with refusal("range", "command"):
         write_command(command, tmp_path / "c.wav", sound=Sound(full_scale=1e-6))
@@ -116,6 +128,9 @@ def test_what_a_format_cannot_hold_is_refused_and_nothing_is_written(command, tm
 
 def test_files_that_are_no_commands_are_refused(command, tmp_path):
     write_command(command, tmp_path / "c.npy")
+    facts = json.loads((tmp_path / "c.npy.json").read_text("utf-8"))
+    del facts["sha256"]  # as one does who has changed the command
+    (tmp_path / "c.npy.json").write_text(json.dumps(facts), "utf-8")
     np.save(tmp_path / "c.npy", np.zeros((24, 7)))
     with refusal("too-few", "c.npy"):
         read_command(tmp_path / "c.npy")

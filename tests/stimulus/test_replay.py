@@ -8,7 +8,7 @@ from cyclopts import App
 
 from vibrissa import cli
 from vibrissa.cli.spikes.replay import replay
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.stimulus.export import read_command
 from vibrissa.texture.io import write_gaps
 from vibrissa.texture.surface import random_grating

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from refusals import refusal
 
-from vibrissa.files import save
+from vibrissa.netcdf import save
 from vibrissa.quantities import dataset
 from vibrissa.stimulus.loop import joined, seam_steps
 from vibrissa.stimulus.waveform import PointMotion, even_rate, motion_at, read_motion

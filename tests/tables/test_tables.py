@@ -179,3 +179,10 @@ def test_a_line_without_an_end_is_refused_before_it_is_read(tmp_path, monkeypatc
     (tmp_path / "table.csv").write_text("width\n" + "1" * 60 + "\n")
     with pytest.raises(InputError, match="line 2 must have lines of fewer than 50 characters"):
         read_table(tmp_path / "table.csv", {"width": "m"})
+
+
+def test_a_line_of_too_many_cells_is_refused_before_it_is_parted(tmp_path, monkeypatch):
+    monkeypatch.setattr(text, "WIDEST", 5)
+    (tmp_path / "table.csv").write_text("width\n1,2,3,4,5,6\n")
+    with pytest.raises(InputError, match="line 2 must have lines of at most 5 cells"):
+        read_table(tmp_path / "table.csv", {"width": "m"})

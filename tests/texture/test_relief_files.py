@@ -290,7 +290,7 @@ def test_options_that_contradict_the_file_are_refused(tmp_path, options, message
         (np.zeros(3), ("shape", "a.npy")),
         (np.array([[0, 1], [np.nan, 2]]), ("too-few", "a.npy")),
         (np.array([{"a": 1}], dtype=object), ("format", "a.npy")),
-        (np.array([["a", "b"]]), ("format", "a.npy")),
+        (np.array([["a", "b"]]), ("shape", "a.npy")),
     ],
 )
 def test_bad_arrays_are_refused(tmp_path, array, message):

@@ -23,7 +23,9 @@ from vibrissa.mechanics.scan.relief_prediction import ReliefPrediction, predict_
 from vibrissa.mechanics.scan.sampled import scanned, scanned_relief
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.scan.texture_prediction import Prediction, predict
+from vibrissa.mechanics.scan.undersampling import contact_lines
 from vibrissa.mechanics.scan.verdict import verdict
+from vibrissa.mechanics.statics.contact_law import friction_remarks
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.mechanics.vibration.dynamics import JumpRule
 from vibrissa.mechanics.whisking import active_whisking
@@ -131,6 +133,8 @@ class Motion:
         fast = data.resonant_frequency.to_numpy() >= rate / 2
         if fast.any():
             remark(f"modes {1 + int(fast.argmax())} and above ring too fast for {rate:g} samples per second")
+        if isinstance(self.prediction, Prediction | ReliefPrediction):
+            remark(*contact_lines(self.prediction, rate))
         return data
 
     def remarks(self, rate: float = 20e3) -> list[str]:
@@ -239,6 +243,8 @@ def scan(
     'm'
     """
     how = Scan(speed=speed, damping=damping, response=response, jump=jump, modes=modes)
+    if isinstance(posture, Posture):
+        remark(*friction_remarks(posture.friction))
     if isinstance(posture, BasePath | PosturePath):
         return _moving(whisker, posture, surface, how, n_modes, model)
     rod = rod_of(model)

@@ -13,12 +13,14 @@ from vibrissa.api.arguments import names_arguments
 from vibrissa.api.progress import notebook_bar
 from vibrissa.api.remarks import remark
 from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError
-from vibrissa.files import load
+from vibrissa.netcdf import load
 
 if TYPE_CHECKING:
     import xarray as xr
     from numpy.typing import NDArray
 
+    from vibrissa.quantities.kinds import Method
+    from vibrissa.study.spec.settings import MovieFile
     from vibrissa.video.kernel.estimator_table import Estimator
 
 Point = tuple[float, float]
@@ -31,7 +33,9 @@ def track(
     *,
     pixel_size: float,
     frame_rate: float | None = None,
+    tracking: Method = "auto",
     seeds: Sequence[Point] | None = None,
+    marks: Sequence[tuple[int, float, float, str]] = (),
     skin: Sequence[Point] | None = None,
     base: Side | None = None,
     polarity: Literal["dark", "bright"] = "dark",
@@ -45,8 +49,13 @@ def track(
     whisker_length: float | None = None,
     start: int = 0,
     stop: int | None = None,
+    drop_frames: Literal["nan"] | None = None,
+    segments: str | Path | None = None,
 ) -> xr.Dataset:
     """Centrelines of the whiskers of a movie, at nodes of fixed arc length.
+
+    Whiskers that keep their place, as one that is dragged over a texture, are followed from the first frame on.
+    Whiskers that whisk are found in every frame and linked.
 
     Parameters
     ----------
@@ -56,18 +65,26 @@ def track(
         Side of a pixel in the plane of the whiskers [m].
     frame_rate : float, optional
         Rate of acquisition [Hz]; needed unless a camera's header holds it.
+    tracking : {"auto", "follow", "link"}
+        Followed, or linked. By default marks say that whiskers are linked; seeds, skin, substrate, and other settings
+        of following, that they are followed; without them they are followed if most of them keep their place.
     seeds : sequence of (column, row), optional
         A point of each whisker in the first frame [pixels]; whiskers are found and counted without them.
+    marks : sequence of (frame, column, row, name)
+        Points of whiskers in any frame [pixels]: each names the linked whisker of the nearest line within 6 pixels, and
+        corrects it there.
     skin : sequence of (column, row), optional
         Where each whisker leaves the skin [pixels]; without it arc length counts from where each is first seen.
     base : {"left", "right", "top", "bottom"}, optional
-        Side of the image on which the whiskers leave the skin; as found with the whiskers, else left.
+        Side of the image on which the whiskers leave the skin; as found with the whiskers, else left. Not used where
+        whiskers are linked.
     polarity : {"dark", "bright"}
         Whiskers darker or brighter than the background.
     region : (first column, first row, last column, last row), optional
         Part of the image that is searched [pixels].
     background : str
-        ``"space"`` (estimated in every frame), ``"mean"`` (of the movie), or an image or movie without whiskers.
+        ``"space"`` (estimated in every frame), ``"mean"`` (of the movie), ``"median"`` (where whiskers are linked), or
+        an image or movie without whiskers.
     estimator, search, node_spacing
         As of :func:`vibrissa.video.tracking.track`.
     least_contrast : float
@@ -80,11 +97,17 @@ def track(
     start, stop : int
         First frame that is tracked, from 0, and the first after it that is not; all by default. Points are of frame
         ``start``.
+    drop_frames : {"nan"}, optional
+        Frames that the movie's time stamps show to be missing become missing frames (NaN); by default they are reported
+        alone.
+    segments : path, optional
+        File (NetCDF) to which the lines of all frames are written, and which whisker each is linked to.
 
     Returns
     -------
     Dataset
-        ``x``, ``y`` (whisker, time, node) and ``arc_length`` (whisker, node) [m]; NaN where a whisker was not seen.
+        ``x``, ``y`` (whisker, time, node) and ``arc_length`` (whisker, node) [m]; NaN where a whisker was not seen. Of
+        whiskers that are linked also ``whisker_probability`` (whisker, time), that the line is that whisker's.
         ``time`` counts from the movie's first frame, also where a part of it is tracked; the attributes ``first_frame``
         and ``last_frame`` say which.
 
@@ -102,61 +125,60 @@ def track(
     """
     refuse_points("skin", skin)
     refuse_points("seeds", seeds)
-    how: dict[str, Any] = {
-        "polarity": polarity,
-        "region": region,
-        "background": background,
-        "estimator": estimator,
-        "search": search,
-        "threshold": least_contrast,
-        "node_spacing": node_spacing,
-        "skin": None if skin is None else tuple(skin),
-        "base": base or "left",
-        "seeds": () if seeds is None else tuple(seeds),
-    }
-    if seeds is None:
-        how |= _found(movie, start, polarity=polarity, base=base, region=region)
-    if isinstance(movie, str | Path):
-        ends = {"substrate": substrate, "whisker_length": whisker_length, "start": start, "stop": stop}
-        return _track_file(path=str(movie), pixel_size=pixel_size, frame_rate=frame_rate, **ends, **how)
-    if frame_rate is None:
-        raise MissingError("frame_rate", "must be given with frames in memory", remedy="the camera's rate in Hz")
-    if substrate is not None:
-        raise ConflictError("substrate", "must go with a movie file", remedy="write the frames with a lossless codec")
-    return _track_frames(np.asarray(movie), (start, stop), frame_rate, pixel_size, how)
-
-
-def _found(movie: str | Path | NDArray[Any], start: int, **how: Any) -> dict[str, Any]:
-    """Seeds and base of the whiskers in one frame."""
-    from vibrissa.video.find.finding import find_seeds
-    from vibrissa.video.io.movie import read_blocks
-
-    if isinstance(movie, str | Path):
-        image = next(iter(read_blocks(movie, 1, start)))[0]
-    else:
-        image = _part(np.asarray(movie), start, None)[0]
-    base, found = find_seeds(image, **how)
-    return {"seeds": tuple(one.seed for one in found), "base": base}
-
-
-def _track_file(**settings: Any) -> xr.Dataset:
-    from vibrissa.study.movie.backward import track_file
     from vibrissa.study.spec.settings import MovieFile
 
+    in_memory = not isinstance(movie, str | Path)
+    settings = MovieFile(
+        path="frames" if in_memory else str(movie),
+        pixel_size=pixel_size,
+        frame_rate=frame_rate,
+        tracking=tracking,
+        seeds=tuple(seeds or ()),
+        marks=tuple(marks),
+        skin=None if skin is None else tuple(skin),
+        base=base,
+        polarity=polarity,
+        region=region,
+        background=background,
+        estimator=estimator,
+        search=search,
+        threshold=least_contrast,
+        node_spacing=node_spacing,
+        substrate=substrate,
+        whisker_length=whisker_length,
+        start=start,
+        stop=stop,
+        drop_frames=drop_frames,
+    )
+    lines = None if segments is None else Path(segments)
+    if in_memory:
+        return _track_frames(np.asarray(movie), settings, lines)
+    return _track_file(settings, lines)
+
+
+def _track_file(settings: MovieFile, segments: Path | None) -> xr.Dataset:
+    from vibrissa.study.movie.track_file import track_planned
+    from vibrissa.study.movie.track_plan import plan_tracking
+
+    plan = plan_tracking(settings, Path())
     with notebook_bar() as progress:
-        tracked = track_file(MovieFile(**settings), Path(), progress)
+        tracked = track_planned(plan, Path(), progress, segments)
     remark(*json.loads(tracked.attrs.get("remarks", "[]")))
     return tracked
 
 
-def _track_frames(
-    frames: NDArray[Any], part: tuple[int, int | None], rate: float, size: float, how: dict[str, Any]
-) -> xr.Dataset:
-    from vibrissa.video.tracking import Calibration, numbered_from
-    from vibrissa.video.tracking import track as track_frames
+def _track_frames(frames: NDArray[Any], settings: MovieFile, segments: Path | None) -> xr.Dataset:
+    from vibrissa.study.movie.track_file import track_in_memory
+    from vibrissa.study.movie.track_plan import plan_of
 
-    tracked = track_frames([_part(frames, *part)], calibration=Calibration(frame_rate=rate, pixel_size=size), **how)
-    return tracked if part == (0, None) else numbered_from(tracked, part[0])
+    if settings.frame_rate is None:
+        raise MissingError("frame_rate", "must be given with frames in memory", remedy="the camera's rate in Hz")
+    if settings.substrate is not None:
+        raise ConflictError("substrate", "must go with a movie file", remedy="write the frames with a lossless codec")
+    part = _part(frames, settings.start, settings.stop)
+    tracked = track_in_memory(plan_of(settings, lambda: [part]), frames, segments)
+    remark(*json.loads(tracked.attrs.get("remarks", "[]")))
+    return tracked
 
 
 def _part(frames: NDArray[Any], start: int, stop: int | None) -> NDArray[Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -97,7 +97,10 @@ def plot_tracks(
     require(profile, "x", "y", "arc_length")
     several = profile if "whisker" in profile.dims else profile.expand_dims(whisker=[0])
     first = int(profile.attrs.get("first_frame", 0))
-    blocks = read_blocks(movie, start=first) if isinstance(movie, str | Path) else [np.asarray(movie)[first:]]
+    if isinstance(movie, str | Path):
+        blocks: Iterable[Any] = read_blocks(movie, start=first, drop_frames=profile.attrs.get("drop_frames"))
+    else:
+        blocks = [np.asarray(movie)[first:]]
     rows = None if frames is None else [frame - first for frame in frames]
     if rows is not None and not all(0 <= row < profile.sizes["time"] for row in rows):
         last = first + profile.sizes["time"] - 1

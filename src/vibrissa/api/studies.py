@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal
 from vibrissa.api.arguments import names_arguments
 from vibrissa.api.progress import notebook_bar
 from vibrissa.errors import MissingError, did_you_mean
-from vibrissa.files import load, save
+from vibrissa.netcdf import load, save
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,21 +8,23 @@ Internal: the public names are those of ``vibrissa`` itself.
 
 from __future__ import annotations
 
-import os
 import sys
 
 from cyclopts import App, CycloptsError, Group, Parameter
 
 from vibrissa import __version__
 from vibrissa.cli import mechanics, movies, spikes, studies
+from vibrissa.cli.shared.boundary import DEBUG, REFUSED, one_line_for_all
 from vibrissa.cli.shared.output import tell
 from vibrissa.cli.shared.refusals import as_typed
 from vibrissa.cli.shared.usage import usage_line
-from vibrissa.errors import ConvergenceError, InputError
+from vibrissa.errors import InputError
+from vibrissa.limits import cap_memory
 
 app = App(
     name="vibrissa",
     help="From surface to spikes: how a rat's whisker feels fine texture.",
+    help_epilogue="With --debug a verb that fails shows where. `vibrissa info` says what a report of a fault needs.",
     version=__version__,
     default_parameter=Parameter(negative_iterable=()),
 )
@@ -33,21 +35,18 @@ for room in (mechanics, movies, spikes, studies):
 
 
 def main() -> None:
-    """Run the command line; bad input is one line on stderr and exit code 2."""
-    words = sys.argv[1:]
-    try:
-        app(words, print_error=False, exit_on_error=False)
-    except CycloptsError as error:
-        _refuse(usage_line(error, words, options_of(words[0]) if words and words[0] in app else ()))
-    except InputError as error:
-        _refuse(str(as_typed(error, options_of(words[0]), words)))
-    except ConvergenceError as error:
-        _refuse(str(error))
-    except KeyboardInterrupt:
-        sys.exit(130)
-    except BrokenPipeError:  # the reader of our output has closed it
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(1)
+    """Run the command line; what goes wrong is one line on stderr and exit code 2, or 1 for a fault of the package."""
+    words = [word for word in sys.argv[1:] if word != DEBUG]
+    with one_line_for_all(debug=DEBUG in sys.argv):
+        try:
+            cap_memory()
+            app(words, print_error=False, exit_on_error=False)
+        except CycloptsError as error:
+            _refuse(usage_line(error, words, options_of(words[0]) if words and words[0] in app else ()))
+        except InputError as error:
+            if DEBUG in sys.argv:
+                raise
+            _refuse(str(as_typed(error, options_of(words[0]), words)))
 
 
 def options_of(verb: str) -> set[str]:
@@ -69,4 +68,4 @@ def options_of(verb: str) -> set[str]:
 
 def _refuse(line: str) -> None:
     tell(line)
-    sys.exit(2)
+    sys.exit(REFUSED)

@@ -66,8 +66,29 @@ def answer(session: PageSession, message: str | bytes, hurried: Callable[[], boo
         said = {"given_up": True}
     except (InputError, ConvergenceError) as error:
         said = {"error": str(error)}
+    except Exception as error:  # the page and its other answers go on
+        said, arrays = {"error": unforeseen(error)}, {}
     said = {"id": ask.get("id"), "want": ask.get("want"), **said}
     return packed(said, arrays) if arrays else json.dumps(said)
+
+
+def unforeseen(error: Exception) -> str:
+    """Line for an error that is nobody's bad input.
+
+    Parameters
+    ----------
+    error : Exception
+        Any.
+
+    Returns
+    -------
+    str
+        One line, of limited length.
+    """
+    words = " ".join(str(error).split())[:200]
+    return (
+        f"this could not be computed, which is a fault of vibrissa: please report it ({type(error).__name__}: {words})"
+    )
 
 
 def _asked(message: str | bytes) -> dict[str, Any]:

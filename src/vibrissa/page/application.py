@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibrissa.errors import ConvergenceError, InputError
-from vibrissa.page.answers import ANSWERS, answer
+from vibrissa.page.answers import ANSWERS, answer, unforeseen
+from vibrissa.page.bodies import RefusedBodyError, body_of
 from vibrissa.page.controls import as_table
 from vibrissa.page.export import KINDS, exported
 from vibrissa.page.picture import palette
@@ -39,8 +40,22 @@ GUARD = {
     "Cache-Control": "no-store",
 }
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
-SCRIPTS = ("page.js", "controls.js", "plots.js", "views.js", "whisker.js", "sound.js")
+SCRIPTS = ("page.js", "controls.js", "messages.js", "plots.js", "views.js", "whisker.js", "sound.js")
 STATIC = {"": "index.html"} | {name: name for name in ("page.css", *SCRIPTS, "icon.svg")}  # by the end of the address
+
+
+class OneAtATime:
+    """Calls in a thread, one after the other."""
+
+    def __init__(self) -> None:
+        self._limiter: CapacityLimiter | None = None
+
+    async def __call__(self, function: Callable[..., Any], *what: Any) -> Any:
+        """Call a function when those before it are done."""
+        from anyio import CapacityLimiter, to_thread
+
+        self._limiter = self._limiter or CapacityLimiter(1)
+        return await to_thread.run_sync(function, *what, limiter=self._limiter)
 
 
 class Page:
@@ -59,7 +74,8 @@ class Page:
         self.hosts = {f"{name}:{port}" for name in ("127.0.0.1", "localhost")}
         self.uploads = UploadCache()
         self.session = PageSession(self.uploads.get)
-        self._limiter: CapacityLimiter | None = None
+        self._works = OneAtATime()  # compiled loops may themselves be parallel
+        self._drops = OneAtATime()  # while one is read, in a process apart, the page goes on
 
     def warm_up(self, given: Mapping[str, Any]) -> None:
         """Answer everything once: the first answers load modules for a second or two, and nobody waits yet.
@@ -88,13 +104,6 @@ class Page:
             ]
         )
 
-    async def _work(self, function: Callable[..., Any], *what: Any) -> Any:
-        """Call in a thread, one at a time: compiled loops may themselves be parallel."""
-        from anyio import CapacityLimiter, to_thread
-
-        self._limiter = self._limiter or CapacityLimiter(1)
-        return await to_thread.run_sync(function, *what, limiter=self._limiter)
-
     def _stranger(self, connection: HTTPConnection, *, needs_origin: bool) -> bool:
         """Whether a request names another host, or comes from a page of another."""
         origin = connection.headers.get("origin")
@@ -118,16 +127,17 @@ class Page:
     async def _drop(self, request: Request) -> Response:
         if self._stranger(request, needs_origin=True):
             return _line(403, "only the page itself may drop a file")
-        length = request.headers.get("content-length", "")
-        if not length.isdecimal() or int(length) > LARGEST:
-            return _line(413, f"a dropped file must have at most {LARGEST >> 20} MB")
-        settled, content = dict(request.query_params), await request.body()
+        settled = dict(request.query_params)
+        try:
+            content = await body_of(request, LARGEST)
+        except RefusedBodyError as refused:
+            return _line(refused.code, refused.line)
 
         def keep() -> Response:
             key, notes = self.uploads.put(settled.get("name", ""), content, settled)
             return _json({"key": key, "notes": notes})
 
-        return await self._answered(keep)
+        return await self._answered(keep, self._drops)
 
     async def _export(self, request: Request) -> Response:
         letter, name = request.path_params["letter"], request.path_params["name"]
@@ -139,14 +149,16 @@ class Page:
             made = exported(PageSession(self.uploads.get), read_state(given), letter, name)
             return _content(made, KINDS[name][0], {"Content-Disposition": f'attachment; filename="vibrissa-{name}"'})
 
-        return await self._answered(make)
+        return await self._answered(make, self._works)
 
-    async def _answered(self, work: Callable[[], Response]) -> Response:
-        """Do the work; bad input is answered with its one line."""
+    async def _answered(self, work: Callable[[], Response], line: OneAtATime) -> Response:
+        """Do the work; bad input, and what nobody foresaw, is answered with its one line."""
         try:
-            return await self._work(work)
+            return await line(work)
         except (InputError, ConvergenceError) as error:
             return _line(422, str(error))
+        except Exception as error:
+            return _line(500, unforeseen(error))
 
     async def _live(self, socket: WebSocket) -> None:
         from starlette.websockets import WebSocketDisconnect
@@ -165,7 +177,7 @@ class Page:
             while True:
                 message = await coming
                 coming = _awaited(socket)
-                said = await self._work(answer, self.session, message, coming.done)
+                said = await self._works(answer, self.session, message, coming.done)
                 await (socket.send_text(said) if isinstance(said, str) else socket.send_bytes(said))
         finally:
             coming.cancel()
@@ -202,4 +214,4 @@ def _json(values: dict[str, Any]) -> Response:
 def _line(code: int, line: str) -> Response:
     from starlette.responses import PlainTextResponse
 
-    return PlainTextResponse(line, code, headers=GUARD)
+    return PlainTextResponse(line, code, headers={**GUARD, "Connection": "close"})  # what still comes is not read

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.files import encoded
 from vibrissa.mechanics.scan.sampled import sampling_times, scanned, scanned_relief
 from vibrissa.mechanics.scan.texture_prediction import Prediction
+from vibrissa.netcdf import encoded
 from vibrissa.page.picture import picture
 from vibrissa.page.session import MODES
 from vibrissa.page.shaft_table import NODE

@@ -11,7 +11,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING, Any
 
 from vibrissa.errors import InputError, MissingError, RangeError
-from vibrissa.texture.io import read_texture
+from vibrissa.page.dropped import DroppedReader
 
 if TYPE_CHECKING:
     from vibrissa.texture.relief import HeightProfile
@@ -28,6 +28,7 @@ class UploadCache:
 
     def __init__(self) -> None:
         self._kept: OrderedDict[str, Gaps | HeightProfile] = OrderedDict()
+        self._reader = DroppedReader()
 
     def put(self, name: str, content: bytes, settled: Mapping[str, str]) -> tuple[str, list[str]]:
         """Read a dropped file and keep its surface.
@@ -51,7 +52,8 @@ class UploadCache:
         Raises
         ------
         InputError
-            If it is no texture, or leaves something open; with the name it was dropped by.
+            If it is no texture, leaves something open, or needs more memory or time than the page gives; with the
+            name it was dropped by.
         """
         shown = re.sub(r"[^\w. -]", "", PurePosixPath(PureWindowsPath(name).as_posix()).name)[-60:] or "file"
         if not 0 < len(content) <= LARGEST:
@@ -59,12 +61,11 @@ class UploadCache:
         how: dict[str, Any] = {one: settled.get(one) or None for one in SETTLED}
         how |= {one: settled.get(one) == "1" for one in FLAGS}
         key = hashlib.sha256(content + repr((shown, how)).encode()).hexdigest()[:16]
-        notes: list[str] = []
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / f"dropped{re.sub(r'[^.A-Za-z0-9_-]', '', Path(shown).suffix)}"
             path.write_bytes(content)
             try:
-                surface = read_texture(path, tell=notes.append, **how)
+                surface, notes = self._reader.read(path, how)
             except InputError as error:
                 raise error.rewritten(str(path), shown) from None  # the place it was read from means nothing
         self._kept[key] = surface

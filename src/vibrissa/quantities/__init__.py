@@ -25,6 +25,7 @@ from vibrissa.quantities.mechanics import MECHANICS
 from vibrissa.quantities.neural import NEURAL
 from vibrissa.quantities.plans import PLANS
 from vibrissa.quantities.quantity import Quantity as Quantity
+from vibrissa.quantities.schema import refuse_unsound
 from vibrissa.quantities.segments import SEGMENTS
 from vibrissa.quantities.sorting import SORTING
 from vibrissa.quantities.sweeps import SWEEPS
@@ -125,6 +126,7 @@ def require(data: xr.Dataset, *names: str) -> None:
             raise ShapeError(f"variable {name!r}", f"must have dimensions {quantity.dims}", str(found.dims))
         if found.attrs.get("units", quantity.unit) != quantity.unit:
             raise UnknownError(f"variable {name!r}", f"must be in {quantity.unit!r}", repr(found.attrs["units"]))
+        refuse_unsound(name, found, numeric=quantity.unit != "1")
 
 
 def measured(profile: xr.Dataset) -> Mask:

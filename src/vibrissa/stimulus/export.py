@@ -14,8 +14,10 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.arrays import Array
+from vibrissa.binary import read_npy
 from vibrissa.errors import FormatError, MissingError, RangeError, TooFewError, UnknownError, require_positive
-from vibrissa.files import load, save, written_whole
+from vibrissa.files import digest, written_whole
+from vibrissa.netcdf import load, save
 from vibrissa.quantities import dataset, require
 from vibrissa.stimulus.waveform import even_rate
 from vibrissa.tables.reader import read_table
@@ -80,10 +82,10 @@ def write_command(data: xr.Dataset, path: str | Path, *, sound: Sound | None = N
     write = _writer(path)
     rate = even_rate(data["time"].to_numpy(), "command")
     more = _sound_facts(data, rate, sound or Sound()) if path.suffix.lower() == ".wav" else {}
-    sidecar = json.dumps(_facts(data, path, rate) | more, indent=2, ensure_ascii=False) + "\n"
+    write(data, path, more)  # first: a stop between the two leaves a command that its sidecar does not describe
+    facts = _facts(data, path, rate) | more | {"sha256": digest(path)}
     with written_whole(f"{path}.json") as temporary:
-        temporary.write_text(sidecar, "utf-8")
-    write(data, path, more)
+        temporary.write_text(json.dumps(facts, indent=2, ensure_ascii=False) + "\n", "utf-8")
 
 
 def read_command(path: str | Path) -> xr.Dataset:
@@ -160,9 +162,13 @@ def _sidecar(path: Path) -> dict[str, Any]:
             raise MissingError(str(one), "must be an existing file", remedy="a command is read with its sidecar")
     try:
         facts = json.loads(beside.read_text("utf-8"))
-        return {name: facts[name] for name in ("sampling_rate", "start", "samples", "whiskers", "attributes")} | facts
-    except (ValueError, KeyError, TypeError) as error:
+        facts = {name: facts[name] for name in ("sampling_rate", "start", "samples", "whiskers", "attributes")} | facts
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise FormatError(str(beside), "must be a sidecar written by vibrissa") from error
+    if facts.get("sha256", digest(path)) != digest(path):
+        remedy = f"take a copy of it; if you have changed it, take sha256 out of {beside.name}"
+        raise FormatError(str(path), "must be as it was written: its checksum does not hold", remedy=remedy)
+    return facts
 
 
 def _sound_facts(data: xr.Dataset, rate: float, sound: Sound) -> dict[str, Any]:
@@ -251,4 +257,4 @@ def _read_csv(path: Path, facts: dict[str, Any]) -> Array:
 
 
 _WRITERS = {".nc": lambda data, path, _: save(data, path), ".wav": _write_wav, ".npy": _write_npy, ".csv": _write_csv}
-_READERS = {".wav": _read_wav, ".npy": lambda path, _: np.asarray(np.load(path), float), ".csv": _read_csv}
+_READERS = {".wav": _read_wav, ".npy": lambda path, _: np.asarray(read_npy(path), float), ".csv": _read_csv}

@@ -9,9 +9,8 @@ from scipy.interpolate import CubicSpline
 
 from vibrissa.arrays import Array
 from vibrissa.errors import FormatError, RangeError, TooFewError, require_positive
+from vibrissa.limits import require_samples
 from vibrissa.stimulus.waveform import PointMotion
-
-_MOST_SAMPLES = 2_000_000  # [1] of one whisker: 24 of them are 0.4 gigabytes
 
 
 def joined(
@@ -87,9 +86,7 @@ def samples(duration: float, sampling_rate: float) -> int:
     for name, value in (("duration", duration), ("sampling_rate", sampling_rate)):
         require_positive(name, value)
     count = round(duration * sampling_rate)
-    if count > _MOST_SAMPLES:
-        rule = f"must have at most {_MOST_SAMPLES} samples"
-        raise RangeError("command", rule, f"{count:.3g}", "lower `sampling_rate`")
+    require_samples("command", duration, sampling_rate)
     if abs(count - duration * sampling_rate) > 1e-6 or count < 8:
         raise TooFewError("duration", "must be a whole number of at least 8 samples", f"{duration * sampling_rate:.9g}")
     return count

@@ -18,7 +18,7 @@ from vibrissa.errors import (
     UnknownError,
     require_positive,
 )
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.quantities import require
 from vibrissa.tables.reader import read_table
 

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import logging
 import socket
 import time
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
-from urllib.parse import urlsplit
 
 from vibrissa import __version__
 from vibrissa.errors import FormatError, InputError, MachineError, PackageError, UnknownError, install
@@ -65,8 +66,8 @@ def _client(scheduler: str) -> Iterator[Any]:
         from distributed import Client
     except ImportError as error:
         raise PackageError("scheduler", "needs distributed", remedy=install("cluster")) from error
-    address = _reached(scheduler)
     with _quiet():
+        address = _reached(scheduler)
         try:
             client = Client(address, timeout=CONNECT, set_as_default=False)  # type: ignore[no-untyped-call]
         except (OSError, ValueError) as error:
@@ -93,7 +94,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _reached(scheduler: str) -> str:
-    """Address of the scheduler, as soon as it answers: distributed would wait for ever for what does not speak as it.
+    """Address of the scheduler, as soon as it answers as one: ``Client`` would not give up what is none.
 
     Raises
     ------
@@ -104,18 +105,36 @@ def _reached(scheduler: str) -> str:
     while True:
         try:
             address = _address(scheduler)
-            place = urlsplit(address)
-            with socket.create_connection((place.hostname, place.port), timeout=CONNECT) as line:
-                if place.scheme != "tcp" or line.recv(1):  # a scheduler speaks first, but for TLS
-                    return address
-                raise OSError("silent")
-        except (OSError, ValueError) as error:
+            with ThreadPoolExecutor(1) as apart:  # a notebook has an event loop in this thread
+                apart.submit(asyncio.run, _answer_of_scheduler(address)).result()
+        except Exception as error:  # what listens there may answer anything
             if time.monotonic() > end:
                 kind = "scheduler file" if scheduler.endswith(".json") else "address"
                 raise FormatError(
                     scheduler, f"must be the {kind} of a Dask scheduler that runs", None, _START
                 ) from error
+        else:
+            return address
         time.sleep(0.2)
+
+
+async def _answer_of_scheduler(address: str) -> None:
+    """Ask what listens there who it is.
+
+    Raises
+    ------
+    OSError
+        If it is no scheduler; and whatever comes of bytes that are no message of Dask.
+    """
+    from distributed.core import rpc
+    from distributed.security import Security
+
+    secrets = Security().get_connection_args("client")  # type: ignore[no-untyped-call]
+    there = rpc(address, connection_args=secrets)  # type: ignore[no-untyped-call]
+    async with asyncio.timeout(CONNECT), there:
+        found = (await there.identity()).get("type")
+    if found != "Scheduler":
+        raise OSError(f"a {found} answers")
 
 
 def _address(scheduler: str) -> str:
@@ -132,9 +151,14 @@ def _check(client: Any, scheduler: str) -> None:
     """Wait for a worker, and refuse workers of another version."""
     try:
         client.wait_for_workers(1, timeout=WORKERS)
-        versions = client.run(version, on_error="return")
     except TimeoutError as error:
         raise _deserted(scheduler) from error
+    except OSError as error:
+        raise _lost(scheduler) from error
+    try:
+        versions = client.run(version, on_error="return", callback_timeout=WORKERS)
+    except TimeoutError:  # one is frozen; each is asked again with its tasks
+        return
     except OSError as error:
         raise _lost(scheduler) from error
     for worker, one in versions.items():
@@ -248,7 +272,8 @@ class _Flow:
         if now - self.looked < _LOOK:
             return
         try:
-            self.threads, self.looked = sum(self.client.nthreads().values()), now
+            threads = self.client.nthreads(callback_timeout=WORKERS)
+            self.threads, self.looked = sum(threads.values()), now
         except OSError as error:
             raise _lost(self.scheduler) from error
         if self.threads:

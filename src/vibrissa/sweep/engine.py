@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
 from vibrissa.errors import RangeError, UnknownError
+from vibrissa.sweep.stops import time_to_end
 from vibrissa.sweep.threads import single_threaded
 
 if TYPE_CHECKING:
@@ -140,8 +141,28 @@ def each(
 
         in_processes(function, items, count, engine.crew)
     else:
-        threads = engine.at_once if engine.scheduler == "threads" else 1
-        with single_threaded(), ThreadPoolExecutor(threads) as pool:
-            for number, result in enumerate(map(function, items) if threads == 1 else pool.map(function, items)):
-                count(number, result)
+        with single_threaded():
+            _here(function, items, count, engine.at_once if engine.scheduler == "threads" else 1)
     return [done[number] for number in range(len(items))]
+
+
+def _here(
+    function: Callable[[Item], Result], items: Sequence[Item], count: Callable[[int, Result], None], threads: int
+) -> None:
+    """Have each item done in this process."""
+    if threads == 1:
+        for number, item in enumerate(items):
+            count(number, function(item))
+        return
+    pool = ThreadPoolExecutor(threads)
+    futures = [pool.submit(function, item) for item in items]
+    try:
+        for number, future in enumerate(futures):
+            count(number, future.result())
+    except BaseException as error:
+        for future in futures:
+            future.cancel()
+        wait(futures, time_to_end(error))
+        raise
+    finally:
+        pool.shutdown(wait=False)

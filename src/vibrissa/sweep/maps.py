@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from vibrissa.arrays import Array
 from vibrissa.errors import InputError, RangeError
+from vibrissa.limits import require_memory
 from vibrissa.mechanics.contact.gap_events import check_gaps
 from vibrissa.mechanics.scan.texture_prediction import check_scale
 from vibrissa.mechanics.scan.verdict import map_verdict, rod_map_verdict
@@ -43,6 +44,7 @@ REASONS = (  # by the code in ``cell_reason``
     "no equilibrium",
     "the rod does not come to rest",
 )
+_NUMBERS = 6  # of each cell and mode, at once
 _CHUNK = 0.5  # [s] of work in a task
 _LEAST_TASKS = 4  # for each core: blocks of contacts differ in how much of them is beyond the fold
 
@@ -133,6 +135,8 @@ def sweep(
     verdict = map_verdict(contact, whisker.tip, whisker.length, attrs["widest_gap"])
     attrs["verdict"] = verdict if measure.rod is None else rod_map_verdict(whisker.tip)
     seeds = texture.seeds if isinstance(texture, Gratings) else np.zeros(1, np.int64)
+    cells = len(contact) * len(base_angle) * len(speed) * len(friction) * len(seeds)
+    require_memory("map", f"{cells} cells", 8 * _NUMBERS * measure.n_modes * float(cells), "take fewer")
     job = MapJob(texture, whisker, speed / whisker.length, base_angle, measure)
     rows = [MapRow(*where) for where in product(contact.tolist(), friction.tolist(), seeds.tolist())]
     found = _computed(job, rows, engine or Engine(scheduler="threads"), progress)

@@ -18,11 +18,13 @@ from contextlib import contextmanager, suppress
 from importlib import import_module
 from multiprocessing import connection, get_context, parent_process, resource_tracker
 from multiprocessing.context import SpawnProcess
-from threading import RLock, Thread, current_thread, main_thread
+from threading import Event, RLock, Thread
 from time import sleep
 from typing import Any, TypeVar
 
 from vibrissa.errors import MachineError
+from vibrissa.sweep import frozen
+from vibrissa.sweep.stops import without_stops
 from vibrissa.sweep.threads import one_thread_each
 
 Item = TypeVar("Item")
@@ -49,8 +51,11 @@ class Crew:
         self.processes: dict[Any, SpawnProcess] = {}  # by the pipe to each
         self.idle: list[Any] = []  # pipes to those that have nothing to do
         self.starting: list[Any] = []  # pipes to those that no one has heard of yet
+        self.frozen: set[Any] = set()  # pipes to those that were given up
         self._lock = RLock()  # of the threads that do pieces of work
         self._ended = False
+        self._watched = Event()  # set at the end of the thread that looks for frozen processes
+        self._watcher: Thread | None = None
 
     def hire_all(self) -> None:
         """Start all processes, which then import beside this one."""
@@ -102,6 +107,7 @@ class Crew:
         """
         with self._lock:
             process = self.processes.pop(line)
+            self.frozen.discard(line)
         line.close()
         process.kill()
         process.join(_PATIENCE)
@@ -121,6 +127,7 @@ class Crew:
         at_once : bool
             Whether those at work are killed.
         """
+        self._watched.set()
         self.idle.clear()
         self.starting.clear()
         started = [process for process in self.processes.values() if process.pid is not None]
@@ -146,7 +153,25 @@ class Crew:
         with _undisturbed(), one_thread_each():
             process.start()
         far.close()
+        if self._watcher is None:
+            self._watcher = Thread(target=self._watch_over, daemon=True)
+            self._watcher.start()
         return line
+
+    def _watch_over(self) -> None:
+        """Kill processes that have work and are frozen: their pipe breaks, and the thread that waits for it goes on."""
+        still = frozen.Stillness()
+        while not self._watched.wait(frozen.LOOK):
+            with self._lock:
+                at_work = {
+                    process.pid: line
+                    for line, process in self.processes.items()
+                    if process.pid is not None and line not in self.idle and line not in self.starting
+                }
+                for number in still.look(at_work):
+                    if not _answered(at_work[number]):
+                        self.frozen.add(at_work[number])
+                        self.processes[at_work[number]].kill()
 
 
 def in_processes(
@@ -204,8 +229,10 @@ class _Work:
                     self._give(line, self.tasks[line])
             if not self.tasks:  # all processes are at work for others
                 sleep(_GLANCE)
-            for line in connection.wait(list(self.tasks), _GLANCE if self.waiting else None):
+            for line in connection.wait(list(self.tasks), _GLANCE if self.waiting else frozen.LOOK):
                 self._hear(line)
+            for line in self.crew.frozen & self.tasks.keys():  # not even a kill ends it
+                self._replace(line)
 
     def leave(self) -> None:
         """Do without those at work."""
@@ -239,21 +266,23 @@ class _Work:
         self.count(number, result)
 
     def _replace(self, line: Any) -> None:
-        number = self.tasks.pop(line)
+        number, still = self.tasks.pop(line), line in self.crew.frozen
         self.crew.lose(line)
         self.deaths[number] += 1
         if self.deaths[number] == _MOST_DEATHS:
-            found = f"the death of {_MOST_DEATHS} at the same task, number {number + 1} of {len(self.items)}"
-            raise MachineError(
-                "the worker processes", "must stay alive", found, "is the memory full? try fewer `workers`"
-            )
+            what, remedy = "the death", "is the memory full? try fewer `workers`"
+            if still:
+                what = f"the standstill ({frozen.FROZEN:g} s without processor time)"
+                remedy = "does a disk not answer? then give the same command again"
+            found = f"{what} of {_MOST_DEATHS} at the same task, number {number + 1} of {len(self.items)}"
+            raise MachineError("the worker processes", "must stay alive", found, remedy)
         self.waiting.append(number)
 
 
 def _serve(line: Any, modules: tuple[str, ...]) -> None:
     """Do task after task, in its own process, until the other end of the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that started this one
-    Thread(target=_watch, daemon=True).start()
+    end_with_parent()
     for module in modules:
         import_module(module)
     with suppress(EOFError, OSError):
@@ -262,12 +291,16 @@ def _serve(line: Any, modules: tuple[str, ...]) -> None:
             line.send_bytes(_answer(line.recv_bytes()))
 
 
-def _watch() -> None:
-    """Do not outlive the process that started this one."""
-    parent = parent_process()
-    if parent is not None:
-        parent.join()
-    os._exit(1)
+def end_with_parent() -> None:
+    """Have this process end as soon as the one that started it has, whatever ended that."""
+
+    def watch() -> None:
+        parent = parent_process()
+        if parent is not None:
+            parent.join()
+        os._exit(1)
+
+    Thread(target=watch, daemon=True).start()
 
 
 def _answer(task: bytes) -> bytes:
@@ -284,22 +317,22 @@ def _answer(task: bytes) -> bytes:
         return pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
 
 
+def _answered(line: Any) -> bool:
+    """Whether something of a process waits to be read, its end too."""
+    try:
+        return bool(line.poll())
+    except OSError:  # closed meanwhile
+        return True
+
+
 @contextmanager
 def _undisturbed() -> Iterator[None]:
     """Let a process start whole, where a terminal's Ctrl-C does not reach it; a stop takes effect after."""
-    heard: list[int] = []
-    stops = (signal.SIGINT, signal.SIGTERM) if current_thread() is main_thread() else ()
-    handlers = {stop: handler for stop in stops if callable(handler := signal.getsignal(stop))}
-    for stop in handlers:
-        signal.signal(stop, lambda number, _: heard.append(number))
-    masks = hasattr(signal, "pthread_sigmask")  # not on Windows
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()  # the new process inherits it
-    try:
-        yield
-    finally:
-        if masks:
-            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-        for stop, handler in handlers.items():
-            signal.signal(stop, handler)
-        if heard:
-            signal.raise_signal(heard[0])
+    with without_stops():
+        masks = hasattr(signal, "pthread_sigmask")  # not on Windows
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()  # it inherits the mask
+        try:
+            yield
+        finally:
+            if masks:
+                signal.pthread_sigmask(signal.SIG_SETMASK, mask)

@@ -7,7 +7,7 @@ import shutil
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vibrissa.errors import ConflictError, MachineError, MissingError, PackageError, install
 
@@ -55,7 +55,7 @@ def save_zarr(data: xr.Dataset, path: Path) -> None:
     refuse_zarr(path)
     new, old = (path.absolute().with_name(f".{path.stem}.{os.getpid()}.{part}.zarr") for part in ("part", "old"))
     try:
-        data.to_zarr(new, mode="w", zarr_format=2, consolidated=True)
+        data.to_zarr(new, mode="w", zarr_format=2, consolidated=True, encoding=_checked(data))
         if path.exists():
             os.replace(path, old)
         os.replace(new, path)
@@ -64,3 +64,10 @@ def save_zarr(data: xr.Dataset, path: Path) -> None:
     finally:
         shutil.rmtree(new, ignore_errors=True)
         shutil.rmtree(old, ignore_errors=True)
+
+
+def _checked(data: xr.Dataset) -> dict[str, dict[str, list[Any]]]:
+    """A checksum for each chunk of numbers, which readers of Zarr verify."""
+    from numcodecs import CRC32
+
+    return {str(name): {"filters": [CRC32()]} for name, one in data.variables.items() if one.dtype.kind in "biuf"}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from array import array
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from io import StringIO
 from pathlib import Path
@@ -94,8 +95,8 @@ def _named(
         if kind not in found:
             remedy = _near(kind, known[kind], [name for name in header if name not in dict(found.values())])
             raise MissingError(here, f"must have a column {kind}", short(",".join(header)), remedy)
-    for name in header:
-        if list(header).count(name) > 1:
+    for name, count in Counter(header).items():
+        if count > 1:
             raise FormatError(here, "must name each column once", short(name))
     return found
 

@@ -11,6 +11,7 @@ from vibrissa.errors import FormatError
 from vibrissa.files import existing
 
 LONGEST = 1 << 24  # characters of a line
+WIDEST = 100_000  # cells of a line
 
 
 def each_line(path: str | Path) -> Iterator[tuple[int, str]]:
@@ -36,6 +37,9 @@ def each_line(path: str | Path) -> Iterator[tuple[int, str]]:
             if len(line) == LONGEST:
                 longest = f"must have lines of fewer than {LONGEST} characters"
                 raise FormatError(f"{path}, line {number}", longest, repr(line[:20]), "save it as CSV, UTF-8")
+            if line.count(",") + line.count(";") >= WIDEST:
+                rule = f"must have lines of at most {WIDEST:,} cells"
+                raise FormatError(f"{path}, line {number}", rule, repr(line[:20]), "a table has a row for each sample")
             if (text := line.lstrip()) and text[0] != "#":
                 yield number, line
 

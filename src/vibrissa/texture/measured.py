@@ -48,6 +48,13 @@ class Measured:
         if lost.any() or self.position.size < 2:
             found = f"none at point {int(np.argmax(lost)) + 1}" if lost.any() else f"{self.position.size} points"
             raise TooFewError(self.name, "must have two points or more, each with its position", found)
+        endless = np.isinf(self.height)
+        if endless.any():
+            point = int(np.argmax(endless))
+            remedy = "nan, or an empty cell, is a height that was not measured"
+            raise FormatError(
+                self.name, "must have finite heights", f"{self.height[point]} at point {point + 1}", remedy
+            )
 
     def in_metres(self, x_unit: str | None = None, z_unit: str | None = None) -> Measured:
         """Places and heights in metres, by the units of the file or, where it states none, by those given.

@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from vibrissa.arrays import Array
+from vibrissa.binary import COPIES, read_npy
 from vibrissa.errors import FormatError, ShapeError
+from vibrissa.limits import require_memory
 from vibrissa.tables.reader import ANY, read_table
 from vibrissa.tables.table import Table
 from vibrissa.tables.text import as_number, first_line
@@ -64,13 +66,12 @@ def _refuse_other(path: str, header: str) -> None:
 
 
 def _array(path: str | Path) -> Array:
-    try:
-        table = np.asarray(np.load(path, allow_pickle=False), float)
-    except (ValueError, EOFError, OSError) as error:
-        raise FormatError(str(path), f"could not be read as an array ({error})") from error
-    if table.ndim != 2 or table.shape[1] != 2:
-        raise ShapeError(str(path), "must hold two columns, position and height", f"shape {table.shape}")
-    return table
+    table = read_npy(path)
+    if table.ndim != 2 or table.shape[1] != 2 or table.dtype.kind not in "biuf":
+        rule = "must hold two columns of numbers, position and height"
+        raise ShapeError(str(path), rule, f"{table.dtype} of shape {table.shape}")
+    require_memory(str(path), f"{table.shape[0]} points", 16 * COPIES * table.shape[0])
+    return np.asarray(table, float)
 
 
 def _measured(table: Table, *, zero: bool) -> Measured:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import warnings
 from collections.abc import Callable
@@ -11,7 +12,9 @@ from typing import Any
 import numpy as np
 
 from vibrissa.arrays import Array, Mask
-from vibrissa.errors import FormatError, PackageError, TooFewError, UnknownError, install
+from vibrissa.binary import COPIES, refuse_bomb
+from vibrissa.errors import FormatError, InputError, PackageError, TooFewError, UnknownError, install
+from vibrissa.limits import require_memory
 from vibrissa.tables.units import to_si, units_of
 from vibrissa.texture.measured import SHORTEST_SCAN, TOO_SHORT, Measured
 
@@ -57,12 +60,17 @@ def _opened(path: str | Path) -> tuple[Any, tuple[str, ...]]:
     """Topography in the file, and what the file says of its channels and its stylus."""
     if Path(path).stat().st_size == 0:
         raise TooFewError(str(path), "must hold a surface", "an empty file")
+    refuse_bomb(path)
     open_topography = _instrument_readers(path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # of readers that try a file which is not theirs
             reader = open_topography(str(path))
+            points = [math.prod(channel.nb_grid_pts) for channel in reader.channels]
+            require_memory(str(path), f"{max(points)} points", 8 * COPIES * max(points))
             surface = reader.topography()
+    except InputError:
+        raise
     except Exception as error:  # forty readers, each with its own ways to fail
         cause = str(error).splitlines()
         about = f": {cause[0][:120]}" if cause and not cause[0].startswith("tried ") else ""

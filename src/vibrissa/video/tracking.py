@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Array
-from vibrissa.errors import FormatError, MissingError, RangeError, ShapeError, give_in
+from vibrissa.errors import FormatError, MissingError, RangeError, ShapeError, TooFewError, give_in
 from vibrissa.quantities import dataset
 from vibrissa.video.follow.background import levelled, reference, refuse_still
 from vibrissa.video.follow.following import REASONS, Centrelines, centrelines
+from vibrissa.video.follow.own_seeds import unusable
 from vibrissa.video.follow.search import Search
 from vibrissa.video.identity.whisking import Whisking, whisking_centrelines, within_rows
 from vibrissa.video.kernel.band import Image
@@ -75,6 +76,7 @@ def track(
     threshold: float = 3.0,
     estimator: Estimator = "matched",
     whisking: Whisking | None = None,
+    own_seeds: bool = False,
 ) -> xr.Dataset:
     """Track whiskers that run across the image, from the side of their base to the other.
 
@@ -112,6 +114,9 @@ def track(
         Pixels in which whiskers are read, both ends included; all by default. The fan of ``whisking`` may leave it.
     whisking : Whisking, optional
         The fan of the pad and marks of the whiskers, if they swing through one another.
+    own_seeds : bool
+        Whether the program found the seeds itself: those that cannot be followed are left out then, and the attribute
+        ``remarks`` (JSON) names them.
 
     Returns
     -------
@@ -147,8 +152,13 @@ def track(
     image, name = reference(background, movie)
     how = Search(polarity=polarity, search=search, threshold=threshold, estimator=estimator)
     origins = None if skin is None else [view.point(one) for one in skin]
+    remarks: list[str] = []
     with view.located():
-        lines = _lines(movie, view, image, how, seeds, whisking)
+        movie, how = _in_light(movie, view, image, how, whisking is None)
+        if own_seeds:
+            seeds, remarks = _usable(view.of(next(iter(movie()))[0]), view, how, seeds)
+            count = len(seeds)
+        lines = _lines(movie, view, how, seeds, whisking)
         along, across, sd, arc, reason = profile(lines, count, spacing, origins, view.side, whisking is not None)
     if name == "mean":
         refuse_still(along, across, arc)
@@ -156,6 +166,7 @@ def track(
         **_attributes(how, view, name, seeds, whisking),
         "arc_length_from": "skin" if skin is not None else "base end of the line in the first frame",
         "lost": json.dumps(lost_frames(reason, REASONS)),
+        **({"remarks": json.dumps(remarks)} if remarks else {}),
     }
     x, y = view.back(along, across)
     del along, across  # of a long movie, each is large
@@ -181,18 +192,29 @@ def _opener(blocks: Blocks, again: bool) -> Callable[[], Iterable[Image]]:
     return lambda: blocks
 
 
+def _in_light(
+    movie: Callable[[], Iterable[Image]], view: View, image: Image | None, how: Search, finer: bool
+) -> tuple[Callable[[], Iterable[Image]], Search]:
+    """The movie in the light of the background, and how whiskers are sought before it."""
+    if image is None:
+        return movie, how
+    movie, image = levelled(movie, image, finer=finer)
+    return movie, replace(how, background=view.of(image))
+
+
+def _usable(first: Image, view: View, how: Search, seeds: Sequence[Point]) -> tuple[list[Point], list[str]]:
+    """Seeds that can be followed from the first frame on, and a remark on each other one."""
+    why = unusable(first, [view.point(seed) for seed in seeds], how)
+    if len(why) == len(seeds):
+        raise TooFewError("whiskers", "must be seen in the first frame to be followed", remedy="give their seeds")
+    remarks = [f"the seed at {seeds[k][0]:g},{seeds[k][1]:g} is left out: {reason}" for k, reason in why.items()]
+    return [seed for k, seed in enumerate(seeds) if k not in why], remarks
+
+
 def _lines(
-    movie: Callable[[], Iterable[Image]],
-    view: View,
-    image: Image | None,
-    how: Search,
-    seeds: Sequence[Point],
-    whisking: Whisking | None,
+    movie: Callable[[], Iterable[Image]], view: View, how: Search, seeds: Sequence[Point], whisking: Whisking | None
 ) -> Iterator[Centrelines]:
     """Centrelines in the view."""
-    if image is not None:
-        movie, image = levelled(movie, image, finer=whisking is None)
-        how = replace(how, background=view.of(image))
     if whisking is None:
         return centrelines(map(view.of, movie()), seeds=[view.point(seed) for seed in seeds], search=how)
     marked, limits = view.whisking(whisking), view.limits

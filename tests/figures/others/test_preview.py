@@ -8,6 +8,7 @@ import pytest
 from refusals import refusal
 
 from vibrissa.figures.others import preview
+from vibrissa.figures.others.text_strip import TEXT
 from vibrissa.quantities import dataset
 from vibrissa.video.io.colour import write_colour
 
@@ -62,7 +63,7 @@ def test_frames_are_those_asked_for(movie, profile):
 
 def test_text_tells_frame_and_loss(movie, profile):
     text = {index: picture[HEIGHT * (picture.shape[1] // WIDTH) :] for index, picture in _overlaid(movie, profile)}
-    third = preview.TEXT + 6
+    third = TEXT + 6
     frame = {index: strip[:third].tobytes() for index, strip in text.items()}
     second = {index: strip[2 * third :].tobytes() for index, strip in text.items()}
     assert len(set(frame.values())) == FRAMES

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from vibrissa.files import load, save
 from vibrissa.mechanics.inverse.decomposition import decompose
 from vibrissa.mechanics.modes.basis import basis
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.scan.texture_prediction import predict
 from vibrissa.mechanics.statics.edge_contact import on_the_flat
 from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.netcdf import load, save
 from vibrissa.quantities import dataset
 from vibrissa.study.movie.backward import analyse
 from vibrissa.texture.surface import random_grating

@@ -7,9 +7,9 @@ import pytest
 from refusals import refusal
 
 from vibrissa.exact import cone_kappa, cone_modes
-from vibrissa.files import save
 from vibrissa.mechanics.inverse.length_and_stiffness import fit_whisker
 from vibrissa.mechanics.statics.profile import Posture, stationary_profile
+from vibrissa.netcdf import save
 from vibrissa.quantities import dataset
 from vibrissa.whisker import Whisker
 

@@ -8,7 +8,7 @@ import pytest
 from test_demodulation import Mix
 from test_surround import copies
 
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.neural.io.tables.spikes import join_units
 from vibrissa.neural.simulated.virtual import ThresholdLinearUnit, simulate_spikes
 from vibrissa.stimulus.export import write_command

@@ -13,7 +13,7 @@ from scipy.stats import false_discovery_control
 
 from vibrissa.cli.spikes.neural import neural
 from vibrissa.figures.paper import fig9
-from vibrissa.files import load, save
+from vibrissa.netcdf import load, save
 from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
 from vibrissa.neural.coupling.presentation import Presentation
 from vibrissa.neural.io.recording import recorded_spikes

@@ -139,7 +139,7 @@ def test_counts_agree_with_pynapple():
         (lambda: psth(spikes([0.1], [0]), [0, np.nan], n_trials=1), ("too-few", "edges of bins")),
         (lambda: bin_edges(0, 1, 0.3), ("range", "bin width")),
         (lambda: bin_edges(0, 1, -0.1), ("range", "bin width")),
-        (lambda: bin_edges(0, np.inf, 0.1), ("range", "bin width")),
+        (lambda: bin_edges(0, np.inf, 0.1), ("range", "window")),
     ],
 )
 def test_impossible_histograms_are_refused(call, rule):

@@ -37,6 +37,12 @@ def stimulus(seed, seconds=SECONDS):
     return dataset(whisker=np.array(NAMES), time=motions[0][0], command=np.array([one for _, one in motions]))
 
 
+def rolled(seed, share):
+    """The stimulus, shifted circularly by a share of its length."""
+    own = stimulus(seed)
+    return own.assign(command=own.command.roll(time=round(share * own.sizes["time"])))
+
+
 def kernel():
     """Coefficients of a bump at 12 ms."""
     lags = HOW.lags()[0]
@@ -86,11 +92,9 @@ def test_a_rolled_stimulus_is_not_called():
     called = []
     for seed in range(GROUPS):
         for k in range(4):
-            own = stimulus(seed)
-            rolled = own.assign(command=own.command.roll(time=round((0.2 + 0.2 * k) * own.sizes["time"])))
             spikes = driven(seed)[0]
             some = spikes.isel(spike=np.isin(spikes.spike_unit.values % 4, k))
-            one = whisker_kernels(some, rolled, 1, HOW)
+            one = whisker_kernels(some, rolled(seed, 0.2 + 0.2 * k), 1, HOW)
             called.append(one.whisker_matters.values[k::4])
     assert np.concatenate(called).mean() <= 0.01
 
@@ -150,13 +154,13 @@ def test_unseen_blocks_of_a_locust_are_foreseen_as_by_statsmodels(k):
     assert one.deviance_explained.item() == pytest.approx(1 - left / steady, abs=1e-6)
     assert one.kernel_gain.item() == pytest.approx((steady - left) / used.sum() / np.log(2), abs=1e-6)
     assert one.whisker_matters.item()
-    rolled = sound.assign(stimulus_envelope=sound.stimulus_envelope.roll(time=sound.sizes["time"] // 2))
-    assert not whisker_kernels(receptor(k).spikes, rolled, 1, how).whisker_matters.item()
+    half = sound.assign(stimulus_envelope=sound.stimulus_envelope.roll(time=sound.sizes["time"] // 2))
+    assert not whisker_kernels(receptor(k).spikes, half, 1, how).whisker_matters.item()
 
 
 @cache
-def mapped(seed):
-    """Map of units that add hinges of three whiskers, one presentation."""
+def summed(seed):
+    """Spikes of units that add hinges of three whiskers, one presentation."""
     command = stimulus(seed)
     _time, late = command.time.values, round(LATENCY * 2000)
     hinges = [np.maximum(np.roll(analytic_envelope(one)[0], late) - THRESHOLD, 0) for one in command.command.values]
@@ -164,8 +168,12 @@ def mapped(seed):
     rng, fine = np.random.default_rng([seed, 2]), 0.01
     counts = rng.poisson(rate.reshape(-1, 20).mean(1) * fine, (UNITS, round(SECONDS / fine)))
     unit, column = (np.repeat(one, counts[counts > 0]) for one in np.nonzero(counts))
-    spikes = spike_table((column + 0.5) * fine, unit, [f"u{k}" for k in range(UNITS)], trial=0 * unit)
-    return surround_map(spikes, command, 1)
+    return spike_table((column + 0.5) * fine, unit, [f"u{k}" for k in range(UNITS)], trial=0 * unit)
+
+
+@cache
+def mapped(seed):
+    return surround_map(summed(seed), stimulus(seed), 1)
 
 
 def test_intervals_of_weights_hold_the_truth():

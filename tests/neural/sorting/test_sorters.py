@@ -146,11 +146,11 @@ def test_a_cluster_of_two_neurons_is_flagged_and_theirs_are_not(one_channel):
     traces, truth = one_channel
     both = spike_table(truth.spike_time.values, np.zeros(truth.sizes["spike"], int), ["both"])
     how = {"sorter": "none", "sorter_seed": 0}
-    merged = sorters._labelled(traces, sorters.numbered(both, RATE), how)
+    merged = sorters.labelled(traces, sorters.numbered(both, RATE), how)
     assert merged.merged.values.tolist() == [True]
     assert merged.waveform_groups.values.tolist() == [2]
     assert "waveforms of 2 groups, a merged cluster" in merged.reason.item()
-    single = sorters._labelled(traces, sorters.numbered(truth, RATE), how)
+    single = sorters.labelled(traces, sorters.numbered(truth, RATE), how)
     assert single.waveform_groups.values.tolist() == [1, 1]
     assert not single.merged.any()
 

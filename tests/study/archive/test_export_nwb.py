@@ -10,10 +10,10 @@ import pytest
 from simulated_whiskers import circle_profile
 
 from vibrissa.errors import install
-from vibrissa.files import save
 from vibrissa.measures.face import Face
 from vibrissa.measures.kinematics import KinematicsSettings, kinematics_of
 from vibrissa.measures.touched_object import Pole
+from vibrissa.netcdf import save
 from vibrissa.quantities import dataset
 from vibrissa.study.archive.export_series import Clock, sampling
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from vibrissa.files import load, save
+from vibrissa.netcdf import load, save
 from vibrissa.quantities import dataset
 from vibrissa.study.archive.export import export_nwb
 from vibrissa.study.archive.export_session import SessionDetails, read_animals

@@ -6,7 +6,7 @@ import warnings
 import numpy as np
 import pytest
 
-from vibrissa.files import save
+from vibrissa.netcdf import save
 from vibrissa.neural.io.formats.nwb import read_nwb, read_nwb_trials
 from vibrissa.neural.io.tables.spike_csv import write_csv
 from vibrissa.neural.io.tables.spikes import spike_table

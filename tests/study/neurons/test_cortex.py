@@ -6,7 +6,7 @@ import xarray as xr
 from refusals import refusal
 
 from vibrissa.figures.paper import fig8
-from vibrissa.files import load, save
+from vibrissa.netcdf import load, save
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.stimulus.band import Band
 from vibrissa.study.neurons import cortex

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.neural.simulated.virtual import ThresholdLinearUnit, simulate_spikes
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
@@ -16,7 +16,7 @@ from vibrissa.study.neurons.neurons import neuron_results
 from vibrissa.study.report.gallery import label_of, made
 from vibrissa.study.report.report_neurons import neurons_of, unit_lines
 from vibrissa.study.spec.neurons import Neurons
-from vibrissa.study.stages.figure_table import served, under_plain_names
+from vibrissa.study.stages.figure_table import served
 
 TRIALS, DURATION, RATE = 40, 6.0, 2000.0
 TRUTH = {
@@ -162,7 +162,7 @@ def test_several_recordings_have_figures_of_their_own_and_a_line_each(folder, re
         "Figure 9: second",
     ]
     last = figures[-1]
-    assert "must have unit_quality" in made(last.entry, under_plain_names(both, last.end), None)
+    assert "must have unit_quality" in made(last.entry, {"units": both[f"units{last.end}"]}, None)
     plain = [one.heading for one in served(results, partial(label_of, results))]  # of the only population
     assert plain == ["Figure 8: one neuron", "Figure 9: the population"]
     lines = unit_lines(both)

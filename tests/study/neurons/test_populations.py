@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from vibrissa.files import load, save
+from vibrissa.netcdf import load, save
 from vibrissa.neural.simulated.virtual import ThresholdLinearUnit, simulate_spikes
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.study.neurons.cortex import run_cortex

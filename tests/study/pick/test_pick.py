@@ -2,7 +2,9 @@
 
 import http.client
 import json
+import socket
 import threading
+import time
 import tomllib
 import urllib.error
 import urllib.request
@@ -14,7 +16,8 @@ import pytest
 from matplotlib.image import imread
 from refusals import refusal
 
-from vibrissa.files import load
+from vibrissa.netcdf import load
+from vibrissa.study.pick import local_page
 from vibrissa.study.pick.pick import as_toml, pick, pixel_size, write_study
 from vibrissa.study.pick.pick_page import png, render_page
 from vibrissa.study.run.study import run_study
@@ -179,10 +182,11 @@ def served(movie, study, **given):
     assert not thread.is_alive()
 
 
-def post(address, place, content):
+def post(address, place, content, origin=None):
     body = content if isinstance(content, bytes) else json.dumps(content).encode()
+    request = urllib.request.Request(address + place, body, {"Origin": origin or "/".join(address.split("/")[:3])})
     try:
-        with urllib.request.urlopen(urllib.request.Request(address + place, body), timeout=30) as answer:
+        with urllib.request.urlopen(request, timeout=30) as answer:
             return answer.status, json.loads(answer.read())
     except urllib.error.HTTPError as error:
         with error:
@@ -196,12 +200,90 @@ def test_the_page_saves_what_is_picked_and_ends(movie, tmp_path):
         assert code == 422
         assert answer["error"].startswith("frame_rate must be given")
         assert post(address, "save", b"{")[0] == 400
-        assert post(address, "save", [1])[0] == 422
+        assert post(address, "save", [1])[0] == 400
         assert not study.exists()
         scale = {"pixel_size": None, "scale": [[10, 20], [40, 60]], "scale_length": 5e-3}
         assert post(address, "save", GOOD | scale) == (200, {"saved": True})
     assert result == [True]
     assert read_study(study).movie.pixel_size == pytest.approx(PIXEL)
+
+
+HOSTILE = [
+    b"[" * 200_000,
+    b'{"seeds":' * 100_000,
+    b'{"frame_rate": ' + b"9" * 5000 + b"}",
+    b"\xff\xfe",
+    b'{"names": ["\\ud800"]}',
+    {**GOOD, "frame_rate": 10**400},
+    {**GOOD, "frame_rate": {}},
+    {**GOOD, "pixel_size": None, "scale": True, "scale_length": 1},
+    {**GOOD, "pixel_size": None, "scale": [1, 2], "scale_length": 1},
+    {**GOOD, "pixel_size": None, "scale": {"0": [1, 1], "1": [2, 2]}, "scale_length": 1},
+    {**GOOD, "pixel_size": None, "scale": [[10**400, 0], [0, 0]], "scale_length": 1},
+    {**GOOD, "pixel_size": None, "scale": [[1e308, -1e308], [-1e308, 1e308]], "scale_length": 1},
+    {**GOOD, "seeds": {"a": 1}},
+    {**GOOD, "seeds": [[1e999, 5]]},
+    {**GOOD, "seeds": [[True, None]]},
+    {**GOOD, "skin": 7},
+    {**GOOD, "names": [[]]},
+    {**GOOD, "base": ["left"]},
+    {"": 1},
+]
+
+
+def test_odd_json_is_one_line_and_the_page_goes_on(movie, tmp_path, capfd):
+    with served(movie, tmp_path / "s.toml") as (address, _):
+        for content in HOSTILE:
+            code, answer = post(address, "save", content)
+            assert code in (400, 422), (content, answer)
+            assert answer["error"]
+            assert "\n" not in answer["error"]
+        assert post(address, "quit", {}) == (200, {"saved": False})
+    assert not list(tmp_path.iterdir())
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_page_of_another_origin_saves_nothing(movie, tmp_path):
+    study = tmp_path / "s.toml"
+    with served(movie, study) as (address, _):
+        host = address.split("/")[2]
+        for origin in ("http://evil.example", "null", f"https://{host}", "http://127.0.0.1:1", f"http://{host}.evil"):
+            line = http.client.HTTPConnection(host, timeout=30)
+            line.request("POST", address.partition(host)[2] + "save", json.dumps(GOOD), {"Origin": origin})
+            assert line.getresponse().status == 404
+            line.close()
+        line = http.client.HTTPConnection(host, timeout=30)
+        line.request("POST", address.partition(host)[2] + "save", json.dumps(GOOD))
+        assert line.getresponse().status == 403
+        line.close()
+        assert not study.exists()
+        post(address, "quit", {})
+
+
+@pytest.mark.parametrize(
+    ("headers", "body", "code"),
+    [
+        ("Content-Length: 5\r\nTransfer-Encoding: chunked", b"9\r\n{}       \r\n0\r\n\r\n", 400),
+        ("Transfer-Encoding: chunked", b"2\r\n{}\r\n0\r\n\r\n", 400),
+        ("Content-Length: 1048577", b"{}", 400),
+        ("Content-Length: " + "9" * 5000, b"{}", 400),
+        ("Content-Length: -1", b"{}", 400),
+        ("Content-Length: 9", b"{}", 408),
+    ],
+    ids=["both", "chunked", "long", "endless", "negative", "slow"],
+)
+def test_a_body_is_limited_whatever_its_headers_say(movie, tmp_path, monkeypatch, headers, body, code):
+    monkeypatch.setattr(local_page, "PATIENCE", 1.0)
+    with served(movie, tmp_path / "s.toml") as (address, _):
+        host, place = address.split("/")[2], address.split("/", 3)[3]
+        with socket.create_connection(tuple(host.split(":")), timeout=30) as line:
+            head = f"POST /{place}save HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\n{headers}\r\n\r\n"
+            line.sendall(head.encode() + body)
+            for _ in range(3 if code == 408 else 0):
+                time.sleep(0.4)
+                line.sendall(b" ")
+            assert line.recv(100).split()[1] == str(code).encode()
+        post(address, "quit", {})
 
 
 def test_giving_up_writes_nothing(movie, tmp_path):

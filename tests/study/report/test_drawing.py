@@ -1,8 +1,9 @@
 import pytest
 
-from vibrissa.files import save
+from vibrissa.netcdf import save
 from vibrissa.quantities import dataset
-from vibrissa.study.report.drawing import Drawing, StoredResults, drawn
+from vibrissa.study.report.drawing import Drawing, drawn
+from vibrissa.study.report.stored_results import StoredResults
 from vibrissa.study.stages.figure_table import FIGURES
 from vibrissa.sweep.engine import Engine, each, staffed
 
@@ -38,3 +39,12 @@ def test_what_cannot_be_drawn_gives_its_reason_whoever_draws(folder):
     with staffed(Engine(workers=2)) as engine:
         each(abs, range(2), engine)
         assert drawn(drawings, folder, folder, engine, lambda *_: None) == here
+
+
+def test_a_fault_in_one_figure_leaves_it_out(folder, monkeypatch):
+    def broken(*_):
+        raise ZeroDivisionError("a fault")
+
+    monkeypatch.setattr("vibrissa.study.report.drawing.made", broken)
+    only = drawn([Drawing(0, "")], folder, folder, None, lambda *_: None)
+    assert only == [("", "it could not be drawn (ZeroDivisionError: a fault)")]

@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 from refusals import refusal
 
-from vibrissa.files import save
+from vibrissa.netcdf import save
 from vibrissa.quantities import dataset
 from vibrissa.study.report.gallery import figure_of
 from vibrissa.study.stages.figure_table import ABSENT
@@ -81,3 +81,12 @@ def test_figures_of_the_model_say_for_which_studies_they_are_made():
     for name in ("gap", "gaps", "gain_map"):
         assert "made of [laboratory], sweeps or a surface alone" in ABSENT[name]
         assert "no whisker" not in ABSENT[name]
+
+
+def test_a_damaged_file_beside_does_not_stop_a_figure(tmp_path):
+    recording(tmp_path, "", "whole")
+    (tmp_path / "sweeps.nc").write_bytes(b"damaged")
+    assert "Of whole" in caption("9", tmp_path)
+    (tmp_path / "units.nc").write_bytes(b"damaged")
+    with refusal("format", "units.nc"):
+        figure_of("9", tmp_path)

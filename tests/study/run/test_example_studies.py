@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from vibrissa.cli import app
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.study.forward import model_figures
 from vibrissa.study.movie.virtual import film_motion, lay_out, predicted_motion
 from vibrissa.study.spec.settings import read_study

@@ -224,6 +224,15 @@ def started(tmp_path, wait_for, on_ctrl_c=signal.SIG_DFL):
     return run
 
 
+def twice(run, number):
+    """Send a signal and, while the run stops, again."""
+    for _ in range(20):
+        os.killpg(run.pid, number)
+        time.sleep(0.02)
+        if run.poll() is not None:
+            return
+
+
 def of_session(number):
     """Processes of a session that are there and no zombies."""
     found = []
@@ -252,19 +261,22 @@ needs_proc = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="th
 
 @needs_proc
 @pytest.mark.parametrize(
-    ("wait_for", "send"),
+    ("wait_for", "send", "code"),
     [
-        ("out/sweeps/[!.]*.nc", lambda run: run.send_signal(signal.SIGTERM)),
-        ("out/sweeps/[!.]*.nc", lambda run: os.killpg(run.pid, signal.SIGINT)),
-        ("out/sweeps", lambda run: os.killpg(run.pid, signal.SIGINT)),  # while the workers start
+        ("out/sweeps/[!.]*.nc", lambda run: run.send_signal(signal.SIGTERM), 143),
+        ("out/sweeps/[!.]*.nc", lambda run: os.killpg(run.pid, signal.SIGTERM), 143),
+        ("out/sweeps/[!.]*.nc", lambda run: os.killpg(run.pid, signal.SIGINT), 130),
+        ("out/sweeps", lambda run: os.killpg(run.pid, signal.SIGINT), 130),  # while the workers start
+        ("out/sweeps/[!.]*.nc", lambda run: twice(run, signal.SIGINT), 130),
+        ("out/sweeps/[!.]*.nc", lambda run: os.killpg(run.pid, signal.SIGHUP), 129),
     ],
-    ids=["batch system", "terminal", "terminal, early"],
+    ids=["batch system", "batch system, all", "terminal", "terminal, early", "twice", "terminal closed"],
 )
-def test_a_stop_is_clean_and_the_run_goes_on_later(tmp_path, wait_for, send):
+def test_a_stop_is_clean_and_the_run_goes_on_later(tmp_path, wait_for, send, code):
     run = started(tmp_path, wait_for)
     send(run)
     _, err = run.communicate(timeout=120)
-    assert run.returncode == 130, err
+    assert run.returncode == code, err
     line = f"vibrissa: stopped; what is done is kept in {tmp_path / 'out'}, and the same command goes on from there\n"
     *stages, last = err.splitlines(keepends=True)
     assert last == line
@@ -291,7 +303,7 @@ def test_a_run_under_nohup_goes_on_at_ctrl_c_and_is_stopped_by_a_batch_system(tm
     run.terminate()
     _, err = run.communicate(timeout=120)
     stopped = [line for line in err.splitlines() if "stopped" in line]  # after a line for each stage that had begun
-    assert (run.returncode, stopped) == (130, err.splitlines()[-1:]), err
+    assert (run.returncode, stopped) == (143, err.splitlines()[-1:]), err
     assert ended(run) == []
 
 

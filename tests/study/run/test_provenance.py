@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.study.forward import model_figures
 from vibrissa.study.paper.paper_measures import MEASURES
 from vibrissa.study.run.provenance import REPORT, results_made, source_digest

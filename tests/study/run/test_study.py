@@ -11,7 +11,7 @@ from refusals import refusal
 from threadpoolctl import threadpool_limits
 
 from vibrissa.figures.paper import fig3, fig4, fig5, fig6, fig8
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.study.movie.backward import analyse
 from vibrissa.study.report.headlines import headlines
 from vibrissa.study.run import study as study_module

@@ -108,6 +108,15 @@ def test_a_surface_needs_a_whisker_a_posture_and_a_scan_and_no_movie():
     assert read(BASE + OVER + "[texture]\nlength = 0.1\n").only_surface
 
 
+def test_marks_of_a_movie_have_a_frame_a_place_and_a_name():
+    movie = {"path": "m.mkv", "pixel_size": 1e-4, "tracking": "link"}
+    read = validated_study({"name": "x", "movie": {**movie, "marks": [[0, 120, 87.5, "C2"]]}}, "study", Path()).movie
+    assert read.marks == ((0, 120.0, 87.5, "C2"),)
+    assert read.base is None
+    with refusal("format"):
+        validated_study({"name": "x", "movie": {**movie, "marks": [[0, 1, 2]]}}, "study", Path())
+
+
 def test_whole_numbers_serve_as_numbers():
     assert read(MOVIE + "threshold = 4\n").movie.threshold == 4.0
 

@@ -11,9 +11,9 @@ from refusals import refusal
 
 from vibrissa.cli.studies.run import leave
 from vibrissa.errors import ConvergenceError, InputError
-from vibrissa.files import load
 from vibrissa.mechanics.scan.sampled import scanned
 from vibrissa.mechanics.scan.texture_prediction import predict
+from vibrissa.netcdf import load
 from vibrissa.quantities import dataset
 from vibrissa.study.forward import model_figures
 from vibrissa.study.report.report_sweeps import _lacking

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from vibrissa.files import load
 from vibrissa.mechanics.scan.follicle import follicle_signals
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.scan.texture_prediction import predict
 from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.netcdf import load
 from vibrissa.study.forward import model_figures
 from vibrissa.study.paper.mode_shares import mode_shares, repeat_with_noise
 from vibrissa.study.report.report_sweeps import sweeps_of

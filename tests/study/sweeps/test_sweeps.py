@@ -10,8 +10,8 @@ import xarray as xr
 from refusals import refusal
 
 from vibrissa.errors import ConvergenceError, InputError
-from vibrissa.files import load, save
 from vibrissa.mechanics.inverse.stationary_posture import fit_profile
+from vibrissa.netcdf import load, save
 from vibrissa.study.movie.apparatus import true_profile
 from vibrissa.study.spec import recorded_sweeps as spec_of_sweeps
 from vibrissa.study.spec.laboratory import Laboratory

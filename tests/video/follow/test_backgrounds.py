@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from vibrissa.study.movie.backward import track_file
+from vibrissa.study.movie.track_file import track_file
 from vibrissa.study.spec.settings import MovieFile
 from vibrissa.video.follow.background import SURVIVES, reference, refuse_still
 from vibrissa.video.io.movie import write_movie

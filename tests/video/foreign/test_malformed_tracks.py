@@ -8,8 +8,8 @@ import pytest
 from refusals import refusal
 from scipy.io import savemat
 
+from vibrissa import reader_process
 from vibrissa.errors import InputError
-from vibrissa.video.foreign import reader_process
 from vibrissa.video.foreign.tracks import read_tracks
 from vibrissa.video.foreign.whisk_files import read_measurements, read_whiskers
 from vibrissa.video.tracking import Calibration

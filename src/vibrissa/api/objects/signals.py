@@ -22,7 +22,7 @@ from vibrissa.errors import (
     did_you_mean,
     require_positive,
 )
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.neural.io.tables.stimulus_csv import read_stimulus_csv
 from vibrissa.quantities import QUANTITIES
 from vibrissa.stimulus.export import read_command

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from vibrissa.cli.shared.options import Flag
+from vibrissa.cli.shared.options import Flag, Friction
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, tell
 from vibrissa.cli.shared.units import Angle, Length
 from vibrissa.errors import ConflictError, MissingError
@@ -20,7 +20,7 @@ def whisker(
     tracked: Path | None = None,
     resonance_file: Path | None = None,
     cone_angle: Annotated[Angle | None, Parameter(name="--whisker.cone-angle")] = None,
-    friction: float = 0.4,
+    friction: Friction = 0.4,
     output: OutputOptions = PRINTED,
 ) -> None:
     """Geometry of a whisker from measured diameters, or its length, timescale and stiffness from its own tracks.
@@ -49,8 +49,8 @@ def whisker(
         return output.show(fit_dataset(diameters, physical_length))
     if tracked is None or resonance_file is None:
         raise MissingError("whisker", "must be given", remedy="DIAMETERS, or --tracked and --resonance-file")
-    from vibrissa.files import load
     from vibrissa.mechanics.inverse.length_and_stiffness import fit_whisker
+    from vibrissa.netcdf import load
     from vibrissa.quantities import one_whisker
 
     known = None if cone_angle is None else (cone_angle, 0.0)

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from vibrissa.cli.mechanics.rod_options import NO_ROD, RodOptions
 from vibrissa.cli.shared.axes import AngleAxis, Axis, NumberAxis, OverLengthAxis, SpeedAxis, axis_of, values_of
 from vibrissa.cli.shared.options import NO_WHISKER, Scheduler, WhiskerOptions, Workers
-from vibrissa.cli.shared.output import Json, OutputOptions, names_without, tell
+from vibrissa.cli.shared.output import Json, MaybeOut, OutputOptions, names_without, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import progress_bars
 from vibrissa.cli.shared.units import Length, OverLength, over_length
@@ -83,7 +83,7 @@ class GratingOptions:
         )
 
 
-OfMap = Annotated[Path | None, Parameter(help="Write the map: NetCDF (.nc), or a folder of Zarr (.zarr) if large.")]
+OfMap = Annotated[MaybeOut, Parameter(help="Write the map: NetCDF (.nc), or a folder of Zarr (.zarr) if large.")]
 
 
 def map_(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from cyclopts import Parameter
 
-from vibrissa.cli.shared.options import NO_WHISKER, WhiskerOptions
+from vibrissa.cli.shared.options import NO_WHISKER, Friction, WhiskerOptions
 from vibrissa.cli.shared.output import PRINTED, OutputOptions
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import stage
@@ -42,7 +42,7 @@ class ProfileOptions:
     """
 
     base_angle: Angle | None = None
-    friction: float | None = None
+    friction: Friction | None = None
     adhesion: float | None = None
     contact_condition: Literal["slide", "stick", "edge", "flat"] | None = None
     friction_law: Literal["constant", "coulomb"] | None = None

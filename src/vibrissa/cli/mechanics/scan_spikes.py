@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from cyclopts import Parameter
 
-from vibrissa.cli.shared.output import tell
+from vibrissa.cli.shared.options import Seed
+from vibrissa.cli.shared.output import MaybeOut, tell
 from vibrissa.cli.shared.units import Length
 from vibrissa.errors import ConflictError, FormatError
 
@@ -44,9 +45,9 @@ class SpikeOptions:
     """
 
     simulate_units: str | None = None
-    spikes_out: Path | None = None
+    spikes_out: MaybeOut = None
     trials: int = 40
-    seed: int = 0
+    seed: Seed = 0
     distance: Length = 5e-3
     mean_envelope: Length | None = None
 

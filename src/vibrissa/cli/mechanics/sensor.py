@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-from vibrissa.cli.shared.options import NO_WHISKER, WhiskerOptions
+from vibrissa.cli.shared.options import NO_WHISKER, Friction, WhiskerOptions
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import stage
@@ -28,7 +28,7 @@ def sensor(
     speed: Speed | None = None,
     contact: OverLength | None = None,
     base_angle: Angle | None = None,
-    friction: float = 0.4,
+    friction: Friction = 0.4,
     texture_start: Duration = 0.0,
     gratings: int = 39,
     of: WhiskerOptions = NO_WHISKER,

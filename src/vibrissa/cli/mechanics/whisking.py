@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from vibrissa.cli.mechanics.rod_movie import MovieFile, film_rate, refuse_movie, write_film
 from vibrissa.cli.mechanics.rod_options import NO_ROD, Model, RodOptions
 from vibrissa.cli.mechanics.scan import ScanOptions, undersampled
-from vibrissa.cli.shared.options import NO_WHISKER, Flag, WhiskerOptions
+from vibrissa.cli.shared.options import NO_WHISKER, Flag, Friction, WhiskerOptions
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, show, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import progress_bars
@@ -72,7 +72,7 @@ def whisking(
     path: Path,
     *,
     drawn: ScanOptions,
-    friction: float = 0.4,
+    friction: Friction = 0.4,
     reverse: Flag = False,
     model: Model = "modes",
     rod: RodOptions = NO_ROD,
@@ -110,6 +110,7 @@ def whisking(
         )
     import numpy as np
 
+    from vibrissa.limits import require_samples
     from vibrissa.mechanics.whisking.active_whisking import predict_slow, remarks, slow_signals
     from vibrissa.mechanics.whisking.posture_path import read_posture_path
     from vibrissa.texture.io import read_gaps
@@ -121,6 +122,7 @@ def whisking(
     with progress_bars() as progress:
         progress("postures on the way", 0, 0)
         prediction = predict_slow(cone, way, troughs, how, n_modes=drawn.n_modes)
+        require_samples("scan", way.time[-1] - way.time[0], drawn.sampling_rate)
         t = np.arange(way.time[0], way.time[-1], 1 / drawn.sampling_rate)
         progress("signals of the scan", 0, 0)
         data = slow_signals(prediction, t)

@@ -1,5 +1,6 @@
-"""Verbs of movies: points picked, whiskers tracked and measured, modes and posture, tracks of other programs."""
+"""Verbs of movies: points picked, whiskers tracked, corrected, measured, modes, posture, tracks of other programs."""
 
+from vibrissa.cli.movies.correct import correct
 from vibrissa.cli.movies.decompose import decompose
 from vibrissa.cli.movies.import_tracks import import_tracks
 from vibrissa.cli.movies.kinematics import kinematics
@@ -8,4 +9,4 @@ from vibrissa.cli.movies.posture import posture
 from vibrissa.cli.movies.track import track
 
 GROUP = "Movies"
-VERBS = (pick, track, import_tracks, kinematics, decompose, posture)
+VERBS = (pick, track, import_tracks, correct, kinematics, decompose, posture)

@@ -65,7 +65,7 @@ def decompose(
     where = over_length(contact, "--contact", cone)
     posture = None if base_angle is None else Posture(contact=where, base_angle=base_angle, friction=friction)
     tracks = tracked_whisker(profile, which)
-    require(tracks, "x", "y", "arc_length")
+    require(tracks, "time", "x", "y", "arc_length")
     with stage("decomposing and fitting"):
         results = analyse(tracks, cone, where, n_modes=n_modes, method=method, modes=modes, posture=posture)
     data = xr.merge([*reversed(results.values())], combine_attrs="override").assign_attrs(results["modal"].attrs)
@@ -101,7 +101,7 @@ def tracked_whisker(path: Path, which: int) -> xr.Dataset:
     InputError
         If the file holds no profiles, or not this whisker.
     """
-    from vibrissa.files import load
+    from vibrissa.netcdf import load
 
     tracks = load(path)
     if "x" not in tracks:

@@ -7,7 +7,7 @@ from typing import Literal
 
 from vibrissa.cli.movies.points import Side, points_of
 from vibrissa.cli.movies.track import remarks_on
-from vibrissa.cli.shared.output import Json, refuse_out, show, tell
+from vibrissa.cli.shared.output import Json, Out, refuse_out, show, tell
 from vibrissa.cli.shared.units import Length, Rate
 from vibrissa.errors import ConflictError, FormatError
 
@@ -15,7 +15,7 @@ from vibrissa.errors import ConflictError, FormatError
 def import_tracks(
     file: Path,
     *,
-    out: Path,
+    out: Out,
     frame_rate: Rate | None = None,
     pixel_size: Length | None = None,
     measurements: Path | None = None,
@@ -59,7 +59,7 @@ def import_tracks(
     node_spacing
         Arc length between nodes [m].
     """
-    from vibrissa.files import load, save
+    from vibrissa.netcdf import load, save
     from vibrissa.study.movie.backward import followed
     from vibrissa.video.foreign.tracks import read_tracks
     from vibrissa.video.foreign.whisk_profile import write_whiskers

@@ -12,7 +12,7 @@ from cyclopts import Parameter
 
 from vibrissa.cli.movies.points import Point, Side, line_of, points_of
 from vibrissa.cli.shared.options import Flag
-from vibrissa.cli.shared.output import Json, refuse_out, show, tell
+from vibrissa.cli.shared.output import Json, MaybeOut, refuse_out, show, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.refusals import in_options
 from vibrissa.cli.shared.units import Length, Rate
@@ -89,7 +89,7 @@ def kinematics(
     whisking_band: tuple[Rate, Rate] = (4.0, 30.0),
     bridged: int = 0,
     touched: ObjectOptions = NO_OBJECT,
-    out: Path | None = None,
+    out: MaybeOut = None,
     drawing: PictureOptions = NO_PICTURE,
     json: Json = False,
 ) -> None:
@@ -116,11 +116,11 @@ def kinematics(
     out
         Every frame: a dataset (.nc), or a table (.csv) and beside it NAME-touches.csv.
     """
-    from vibrissa.files import load, save
     from vibrissa.measures.face import Face
     from vibrissa.measures.kinematics import KinematicsSettings, kinematics_of
     from vibrissa.measures.summary import per_whisker
     from vibrissa.measures.tidy_tables import write_kinematics
+    from vibrissa.netcdf import load, save
 
     if out is not None:
         refuse_out(out, table=True)

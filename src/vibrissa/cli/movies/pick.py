@@ -7,7 +7,7 @@ from typing import Literal
 
 from vibrissa.cli.movies.points import Side, points_of
 from vibrissa.cli.shared.options import Flag
-from vibrissa.cli.shared.output import tell
+from vibrissa.cli.shared.output import MaybeOut, tell
 from vibrissa.cli.shared.units import Length, Rate
 from vibrissa.errors import MissingError
 
@@ -15,7 +15,7 @@ from vibrissa.errors import MissingError
 def pick(
     movie: Path,
     *,
-    out: Path | None = None,
+    out: MaybeOut = None,
     frame_rate: Rate | None = None,
     pixel_size: Length | None = None,
     scale_point: list[str] | None = None,

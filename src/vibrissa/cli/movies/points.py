@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from math import ceil, isnan
+from math import ceil, isfinite, isnan
+from pathlib import Path
 from typing import Literal
 
 from vibrissa.cli.shared.units import in_si, number
-from vibrissa.errors import FormatError, MissingError, ShapeError
+from vibrissa.errors import FormatError, MissingError, RangeError, ShapeError
 
 Side = Literal["left", "right", "top", "bottom"]
 Point = tuple[float, float]
+Mark = tuple[int, float, float, str]
 
 
 def points_of(texts: list[str] | None, option: str) -> tuple[Point, ...]:
@@ -26,6 +28,38 @@ def points_of(texts: list[str] | None, option: str) -> tuple[Point, ...]:
         Columns and rows [pixels].
     """
     return tuple(_point(text, option) for text in texts or ())
+
+
+def marks_of(texts: list[str] | None, table: Path | None) -> tuple[Mark, ...]:
+    """Marks written FRAME,COLUMN,ROW,NAME, and those of a table.
+
+    Parameters
+    ----------
+    texts : list of str, optional
+        As typed.
+    table : Path, optional
+        CSV with the header ``frame,column,row,whisker``.
+
+    Returns
+    -------
+    tuple of (int, float, float, str)
+        Frames, columns and rows [pixels], names.
+
+    Raises
+    ------
+    InputError
+        If a text or the table is another.
+    """
+    from vibrissa.tables.reader import read_table
+    from vibrissa.tables.units import PURE, TEXT
+
+    columns = {"frame": PURE, "column": PURE, "row": PURE, "whisker": TEXT}
+    found = [_mark(text.split(",", 3), "--mark", repr(text)) for text in texts or ()]
+    if table is not None:
+        for here, row in read_table(table, columns).rows():
+            words = [row[name] for name in columns]
+            found.append(_mark(words, here, ",".join(words)))
+    return tuple(found)
 
 
 def line_of(texts: list[str] | None, option: str) -> tuple[Point, Point] | None:
@@ -119,3 +153,14 @@ def _point(text: str, option: str) -> Point:
     except ValueError:
         raise ShapeError(option, "must be COLUMN,ROW", repr(text), f"for example {option} 120,187") from None
     return column, row
+
+
+def _mark(words: list[str], option: str, shown: str) -> Mark:
+    try:
+        frame, column, row, name = words
+        number, place = int(frame), (float(column), float(row))
+    except ValueError:
+        raise ShapeError(option, "must be FRAME,COLUMN,ROW,NAME", shown, "for example --mark 0,120,187,C2") from None
+    if number < 0 or not all(map(isfinite, place)) or not name.strip():
+        raise RangeError(option, "must have a frame from 0 on, a point and a name", shown)
+    return number, *place, name.strip()

@@ -5,16 +5,18 @@ from __future__ import annotations
 import json as json_text
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from vibrissa.cli.movies.points import Point, Side, frame_of, line_of, pixels_of, points_of
-from vibrissa.cli.shared.output import Json, refuse_out, show, tell
+from vibrissa.cli.movies.points import Side, frame_of, line_of, marks_of, pixels_of, points_of
+from vibrissa.cli.shared.output import Json, MaybeOut, refuse_out, show, tell
 from vibrissa.cli.shared.pictures import write_picture
 from vibrissa.cli.shared.progress import progress_bars, stage
+from vibrissa.cli.shared.refusals import in_options
 from vibrissa.cli.shared.units import Length, Rate
 from vibrissa.errors import FormatError
+from vibrissa.quantities.kinds import Method
 from vibrissa.video.kernel.estimator_table import Estimator, described
 
 if TYPE_CHECKING:
@@ -26,7 +28,10 @@ def track(
     *,
     frame_rate: Rate | None = None,
     pixel_size: Length,
+    tracking: Method = "auto",
     seed_point: list[str] | None = None,
+    mark: list[str] | None = None,
+    mark_file: Path | None = None,
     skin: list[str] | None = None,
     base: Side | None = None,
     polarity: Literal["dark", "bright"] = "dark",
@@ -41,36 +46,51 @@ def track(
     lamp: str | None = None,
     start: str | None = None,
     stop: str | None = None,
+    drop_frames: Literal["nan"] | None = None,
     preview: Path | None = None,
-    out: Path | None = None,
+    segments: Path | None = None,
+    out: MaybeOut = None,
     json: Json = False,
 ) -> None:
     """Track whiskers in a movie: centrelines at nodes of fixed arc length.
 
+    Whiskers that keep their place, as one that is dragged over a texture, are followed from the first frame on.
+    Whiskers that whisk are found in every frame and linked. The first line of the output names the way.
+
     Parameters
     ----------
     movie
-        Movie: AVI, MP4, MKV, TIFF, folder of images, Photron .cih(x) or .mraw, .npy; grey.
+        Movie: AVI, MP4, MKV, TIFF, folder of images, Photron .cih(x) or .mraw, .npy; colour is read as grey.
     frame_rate
         Frames per second of the acquisition [Hz]; a movie file knows its playback rate only, a camera's header may have
         it.
     pixel_size
         Side of a pixel in the plane of the whiskers [m].
+    tracking
+        follow: from the first frame on; link: lines of every frame are found and linked; auto: link with marks, follow
+        with seeds, skin, substrate or other settings of following, else follow if most whiskers keep their place.
     seed_point
         COLUMN,ROW of a point of a whisker in the first frame [pixels]; once for each whisker. Whiskers are found and
         counted if it is not given.
+    mark
+        FRAME,COLUMN,ROW,NAME of a point of a whisker in any frame [pixels]; names a linked whisker, and corrects it
+        there. It is on the nearest line within 6 pixels.
+    mark_file
+        Table of such marks: CSV with the header frame,column,row,whisker.
     skin
         COLUMN,ROW of the point where a whisker leaves the skin [pixels]; once for each whisker, or not at all: then arc
         length counts from where each is first seen.
     base
-        Side of the image on which the whiskers leave the skin; left by default, or as found with the whiskers.
+        Side of the image on which the whiskers leave the skin; left by default, or as found with the whiskers. Where
+        lines are linked, the bases are found.
     polarity
         Whiskers darker or brighter than the background.
     region
         C0,R0,C1,R1: first column and row, last column and row that are searched [pixels].
     background
-        Background of the whiskers: space (estimated in every frame), mean (of the movie itself, refused where a
-        whisker survives in it), or an image or movie without whiskers.
+        Background of the whiskers: space (estimated in every frame), mean (of the movie itself, where whiskers sweep
+        far; refused where one that is followed survives in it), median (the same, where lines are linked), or an image
+        or movie without whiskers.
     search
         Largest distance of the line from where it is expected, in one column [pixels].
     least_contrast
@@ -90,31 +110,35 @@ def track(
         the movie's first frame.
     stop
         First frame after it that is not tracked, or its time.
+    drop_frames
+        Frames that the time stamps of the movie show to be missing become missing frames (NaN), so that time is right;
+        by default they are reported alone.
     preview
         Picture of the tracking: .mp4 or .mkv for a movie with the nodes over it, .png for a sheet of six frames.
+    segments
+        Dataset to write (NetCDF) with the lines of all frames, and which whisker each is linked to.
     out
         Dataset to write (NetCDF); MOVIE's name with .nc in the current folder by default.
     """
-    from vibrissa.files import save
-    from vibrissa.study.movie.backward import track_file
+    from vibrissa.netcdf import save
+    from vibrissa.study.movie.track_file import track_planned
+    from vibrissa.study.movie.track_plan import plan_tracking
     from vibrissa.study.spec.settings import MovieFile
 
     out = out or Path(movie.name).with_suffix(".nc")
-    _refuse_before(frame_rate, pixel_size, out, preview)
-    seeds, area = points_of(seed_point, "--seed-point"), pixels_of(region, "--region")
-    first, end = _part(movie, start, stop, frame_rate)
-    if not seeds:
-        seeds, base = _found(movie, polarity, base, area, first)
+    _refuse_before(frame_rate, pixel_size, out, preview, segments)
     settings = MovieFile(
         path=str(movie),
         frame_rate=frame_rate,
         pixel_size=pixel_size,
-        seeds=seeds,
+        tracking=tracking,
+        seeds=points_of(seed_point, "--seed-point"),
+        marks=marks_of(mark, mark_file),
         skin=points_of(skin, "--skin") or None,
-        base=base or "left",
+        base=base,
         polarity=polarity,
         background=background,
-        region=area,
+        region=pixels_of(region, "--region"),
         search=search,
         threshold=least_contrast,
         estimator=estimator,
@@ -122,26 +146,28 @@ def track(
         substrate=line_of(substrate, "--substrate"),
         whisker_length=whisker_length,
         lamp="find" if lamp == "find" else pixels_of(lamp, "--lamp"),
-        start=first,
-        stop=end,
+        drop_frames=drop_frames,
+        **_part(movie, start, stop, frame_rate),
     )
+    with stage("look at the movie"):
+        plan = plan_tracking(settings, Path())
+    tell(*plan.remarks)
     with progress_bars() as progress:
-        profile = track_file(settings, Path(), progress)
+        profile = track_planned(plan, Path(), progress, segments)
     if preview is not None:
-        with stage("preview"):
-            _preview(movie, profile, preview)
+        _preview(movie, profile, preview)
     save(profile, out)
-    tell(f"the profiles are in {out}")
+    tell(f"the profiles are in {out}", *([] if segments is None else [f"the lines of all frames are in {segments}"]))
     remarks_on(profile)
     show(_table(profile), json=json)
 
 
-def _part(movie: Path, start: str | None, stop: str | None, frame_rate: float | None) -> tuple[int, int | None]:
-    """First frame that is tracked, and the first after it that is not."""
+def _part(movie: Path, start: str | None, stop: str | None, frame_rate: float | None) -> dict[str, Any]:
+    """First frame that is tracked, and the first after it that is not, by their names in a study."""
     from vibrissa.video.io.movie import open_movie
 
     rate = open_movie(movie).frame_rate if frame_rate is None else frame_rate
-    return frame_of(start, "--start", rate) or 0, frame_of(stop, "--stop", rate)
+    return {"start": frame_of(start, "--start", rate) or 0, "stop": frame_of(stop, "--stop", rate)}
 
 
 def _table(profile: xr.Dataset) -> xr.Dataset:
@@ -168,48 +194,34 @@ def remarks_on(profile: xr.Dataset) -> None:
         if 2 * lost.total() > profile.sizes["time"]:
             [(most, _)] = lost.most_common(1)
             tell(f"whisker {whisker} was lost in {lost.total()} of {profile.sizes['time']} frames, mostly: {most}")
-    tell(*noted["remarks"])
+    tell(*map(in_options, noted["remarks"]))
     tell(*(f"whisker {k} is rejected: {reason}" for k, reason in enumerate(noted["rejected"]) if reason))
     if "led_frame" in profile.attrs:
         tell(f"the lamp lights in frame {profile.attrs['led_frame']}")
 
 
-def _refuse_before(frame_rate: float | None, pixel_size: float, out: Path, preview: Path | None) -> None:
+def _refuse_before(
+    frame_rate: float | None, pixel_size: float, out: Path, preview: Path | None, segments: Path | None
+) -> None:
     """Refuse, before any work, what would only fail after it."""
     from vibrissa.video.tracking import Calibration
 
     Calibration(frame_rate=1.0 if frame_rate is None else frame_rate, pixel_size=pixel_size)
-    refuse_out(out)
+    for file in filter(None, (out, segments)):
+        refuse_out(file)
     if preview is not None and preview.suffix not in (".mp4", ".mkv", ".png"):
         raise FormatError("--preview", "must end in .mp4, .mkv or .png", str(preview))
-
-
-def _found(
-    movie: Path,
-    polarity: Literal["dark", "bright"],
-    base: Side | None,
-    region: tuple[int, int, int, int] | None,
-    frame: int,
-) -> tuple[tuple[Point, ...], Side]:
-    """A seed on each whisker of a frame, and the side of the bases."""
-    from vibrissa.video.find.finding import find_seeds
-    from vibrissa.video.io.movie import read_blocks
-
-    image = next(iter(read_blocks(movie, 1, frame)))[0]
-    side, found = find_seeds(image, polarity=polarity, base=base, region=region)
-    seeds = tuple(one.seed for one in found)
-    places = "; ".join(f"{column:g},{row:g}" for column, row in seeds)
-    tell(f"{len(seeds)} whisker{'s' * (len(seeds) != 1)} found from the {side}, seeds {places}")
-    return seeds, side
 
 
 def _preview(movie: Path, profile: xr.Dataset, path: Path) -> None:
     from vibrissa.figures.others import preview
     from vibrissa.video.io.movie import read_blocks
 
-    blocks = read_blocks(movie, start=int(profile.attrs.get("first_frame", 0)))
-    if path.suffix == ".png":
-        write_picture(preview.draw(preview.compute(blocks, profile)), path)
-    else:
-        preview.write_preview(path, blocks, profile)
+    first, drop = int(profile.attrs.get("first_frame", 0)), profile.attrs.get("drop_frames")
+    blocks = read_blocks(movie, start=first, drop_frames=drop)
+    with stage("preview"):
+        if path.suffix == ".png":
+            write_picture(preview.draw(preview.compute(blocks, profile)), path)
+        else:
+            preview.write_preview(path, blocks, profile)
     tell(f"the preview is {path}")

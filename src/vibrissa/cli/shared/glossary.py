@@ -134,9 +134,21 @@ GLOSSARY: dict[str, Option] = {
         "point", "COLUMN,ROW of one end of an object of known size; twice", "10,10", arguments=("scale",)
     ),
     "--scale-length": _O("length", "Distance between the two points of --scale-point", "10mm", most=1),
+    "--drop-frames": _O(
+        "choice", "What becomes of frames that a movie's time stamps miss: nan makes them missing frames", "nan"
+    ),
     "--seed-point": _O(
         "point", "COLUMN,ROW of a point of a whisker; once for each", "60,32", arguments=("seeds", "seed")
     ),
+    "--tracking": _O("choice", "Whiskers followed from the first frame on, or lines of all frames linked", "link"),
+    "--mark": _O(
+        "text",
+        "FRAME,COLUMN,ROW,NAME of a point of a whisker in any frame; names it",
+        "0,120,87,C2",
+        arguments=("marks", "mark"),
+    ),
+    "--mark-file": _O("file", "Table of marks: frame, column, row, whisker", "marks.csv"),
+    "--segments": _O("file", "Lines of all frames and which whisker each is linked to", "lines.nc"),
     "--skin": _O("point", "COLUMN,ROW of the point where a whisker leaves the skin; once for each", "50.5,57"),
     "--substrate": _O("point", "COLUMN,ROW of a point of the line of the substrate; twice", "0,430"),
     "--base": _O("choice", "Side of the image on which the whiskers leave the skin", "left"),
@@ -145,13 +157,14 @@ GLOSSARY: dict[str, Option] = {
     "--lamp": _O("point", "C0,R0,C1,R1 of the lamp that lights as the texture arrives, or `find`", "find"),
     "--start": _O("text", "First frame that is tracked, from 0, or its time", "0.1s"),
     "--stop": _O("text", "First frame after it that is not tracked, or its time", "0.9s"),
-    "--background": _O("text", "Background of the whiskers: space, mean or a file", "mean"),
+    "--background": _O("text", "Background of the whiskers: space, mean, median or a file", "mean"),
     "--estimator": _O("choice", "What places the line in a column", "matched"),
     "--search": _O("count", "Largest distance of the line from where it is expected, in pixels", "4"),
     "--least-contrast": _O("number", "Signal to noise below which a column is lost", "3", arguments=("threshold",)),
     "--node-spacing": _O("length", "Arc length between nodes", "0.5mm", most=0.1),
     "--preview": _O("file", "Picture or movie of the tracking", "sheet.png"),
-    "--page": _O("flag", "Pick on a local page"),
+    "--page": _O("flag", "Work on a local page"),
+    "--edits": _O("file", "What was corrected by hand (JSON)", "profile.edits.json"),
     "--browser": _O("flag", "Open the page in the browser"),
     "--measurements": _O("file", "WHISK's .measurements", "movie.measurements"),
     "--identity": _O("choice", "Which whisker a segment is", "longest"),

@@ -7,13 +7,28 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from vibrissa.cli.shared.output import tell
 from vibrissa.cli.shared.units import Angle, Density, Length, OverLength, Pressure, over_length
-from vibrissa.errors import ConflictError, MissingError
+from vibrissa.errors import ConflictError, MissingError, RangeError
 from vibrissa.whisker import DENSITY, YOUNGS_MODULUS, Whisker, atlas_whisker
 
 if TYPE_CHECKING:
     from vibrissa.mechanics.statics.profile import Posture
 
+
+def _from_zero(_: object, seed: int) -> None:
+    if seed < 0:
+        raise RangeError("--seed", "must be 0 or a positive whole number", seed)
+
+
+def _remarked(_: object, friction: float | None) -> None:
+    if friction is not None and not 0 <= friction <= 1:  # the rest is imported where it may be needed
+        from vibrissa.mechanics.statics.contact_law import friction_remarks
+
+        tell(*friction_remarks(friction))
+
+
+Friction = Annotated[float, Parameter(validator=_remarked)]
 Flag = Annotated[bool, Parameter(negative="")]
 OfModes = Annotated[
     Literal["straight", "curved", "curved-coulomb", "curved-edge"],
@@ -30,6 +45,7 @@ Scheduler = Annotated[
         "Dask scheduler, tcp://HOST:PORT, or its scheduler file, FILE.json. The results are the same."
     ),
 ]
+Seed = Annotated[int, Parameter(validator=_from_zero)]
 Workers = Annotated[int | None, Parameter(help="Processes or threads of this machine; one per core by default.")]
 
 
@@ -140,7 +156,7 @@ class PostureOptions:
     contact: OverLength | None = None
     base_distance: OverLength | None = None
     base_angle: Angle
-    friction: float = 0.4
+    friction: Friction = 0.4
     adhesion: float = 0.0
 
     def posture(self, cone: Whisker | None) -> Posture:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token
 
 from vibrissa.cli.shared.tables import table_lines
 from vibrissa.errors import FormatError, MissingError
@@ -28,6 +28,18 @@ Json = Annotated[
 ]
 
 
+def _named(_: object, tokens: Sequence[Token]) -> Path:
+    """The path of a file or folder to be written, which must have a name: "" would be the current folder."""
+    text = tokens[0].value
+    if not (text and Path(text).absolute().name):
+        raise FormatError(tokens[0].keyword or "--out", "must name a file or a folder", repr(text), "for example ./out")
+    return Path(text)
+
+
+Out = Annotated[Path, Parameter(converter=_named)]
+MaybeOut = Annotated[Path | None, Parameter(converter=_named)]
+
+
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class OutputOptions:
@@ -41,7 +53,7 @@ class OutputOptions:
         Print one JSON object instead of a table.
     """
 
-    out: Path | None = None
+    out: MaybeOut = None
     json: Json = False
 
     def __post_init__(self) -> None:
@@ -56,7 +68,7 @@ class OutputOptions:
         data : Dataset
             The results.
         """
-        from vibrissa.files import save
+        from vibrissa.netcdf import save
 
         if self.out is not None:
             save(data, self.out)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from threading import Event, Lock, RLock, Timer, get_ident, main_thread
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -153,40 +152,6 @@ def _bars(console: Any) -> Iterator[Progress]:
         yield report
         for task in stages.values():
             end(task)
-
-
-@contextmanager
-def stoppable(out: Path) -> Iterator[None]:
-    """Stop cleanly on Ctrl-C, or on a batch system's signal that time is up, and print how to continue.
-
-    Parameters
-    ----------
-    out : Path
-        Folder of the results.
-
-    Returns
-    -------
-    iterator of None
-        For ``with``.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        When it is stopped.
-    """
-    import signal
-
-    def stop(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGTERM, stop)
-    try:
-        yield
-    except KeyboardInterrupt:
-        tell(f"stopped; what is done is kept in {out}, and the same command goes on from there")
-        raise
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 def _clock(seconds: float) -> str:

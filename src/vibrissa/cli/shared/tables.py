@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from vibrissa.cli.shared.display import Shown, shown_units
@@ -127,26 +127,26 @@ def folded(key: Lines, columns: Sequence[Lines], width: int) -> Lines:
 
 
 def _drawn(columns: Sequence[Lines], width: int) -> Lines:
-    """Draw one part; words of the widest column are wrapped, to the left, where the line is too long."""
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
+    """Draw one part, to the right; words of the widest column are wrapped, to the left, where the line is too long."""
     widths = [_wide(column) for column in columns]
     wordy = widths.index(max(widths)) if _total(columns) > width else None
-    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, _GAP, 0, 0))
-    for k, column in enumerate(columns):
-        if k == wordy:
-            table.add_column(min_width=_least(column))
-        else:
-            table.add_column(justify="right", no_wrap=True, min_width=widths[k])
+    if wordy is not None:
+        others = _total(columns) - widths[wordy]
+        widths[wordy] = min(widths[wordy], max(width - others, _least(columns[wordy])))
+    lines: Lines = []
     for row in filter(any, zip(*columns, strict=True)):  # no line of units where there are none
-        table.add_row(*map(Text, row))
-    least = _total(columns) if wordy is None else _total(columns) - widths[wordy] + _least(columns[wordy])
-    console = Console(width=max(width, least), color_system=None)
-    with console.capture() as drawn:
-        console.print(table)
-    return [line.rstrip() for line in drawn.get().splitlines()]
+        cells = [[cell.rjust(size)] for cell, size in zip(row, widths, strict=True)]
+        if wordy is not None:
+            cells[wordy] = [part.ljust(widths[wordy]) for part in wrapped(row[wordy], widths[wordy], 0)]
+        blank = [" " * size for size in widths]
+        lines += [(" " * _GAP).join(parts).rstrip() for parts in _beside(cells, blank)]
+    return lines
+
+
+def _beside(cells: Sequence[Lines], blank: Sequence[str]) -> Iterator[list[str]]:
+    """Lines of cells of one row, filled up with blanks."""
+    for k in range(max(map(len, cells))):
+        yield [cell[k] if k < len(cell) else empty for cell, empty in zip(cells, blank, strict=True)]
 
 
 def _wide(column: Lines) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from vibrissa.cli.shared.options import Seed
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import progress_bars
@@ -30,7 +31,7 @@ def discriminate(
     permutations: int = 400,
     level: float = 0.05,
     units: list[int] | None = None,
-    seed: int = 0,
+    seed: Seed = 0,
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from vibrissa.cli.shared.options import Seed
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, print_json, show, tell
 from vibrissa.cli.shared.pictures import NO_PAGES, PagesOptions
 from vibrissa.cli.shared.progress import progress_bars
@@ -32,7 +33,7 @@ def neural(
     delay: list[Duration] | None = None,
     spontaneous: tuple[Duration, Duration] | None = None,
     settled_by: Path | None = None,
-    seed: int = 0,
+    seed: Seed = 0,
     drawing: PagesOptions = NO_PAGES,
     output: OutputOptions = PRINTED,
 ) -> None:
@@ -60,7 +61,7 @@ def neural(
     seed
         Seed of the resampled trials and shuffles.
     """
-    from vibrissa.files import load
+    from vibrissa.netcdf import load
     from vibrissa.neural.coupling.carrier import settled_by as settled
     from vibrissa.study.neurons.neurons import analyse_neurons
     from vibrissa.study.spec.neurons import Neurons

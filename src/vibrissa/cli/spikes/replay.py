@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from vibrissa.cli.shared.output import Json, names_without, show, tell
+from vibrissa.cli.shared.options import Seed
+from vibrissa.cli.shared.output import Json, Out, names_without, show, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import stage
 from vibrissa.cli.shared.refusals import in_options
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 def replay(
     inputs: list[Path],
     *,
-    out: Path,
+    out: Out,
     distance: Length = 5e-3,
     which: int = 0,
     duration: Duration = 10.0,
@@ -38,7 +39,7 @@ def replay(
     factor: float = 1.0,
     delays: str = "least",
     separation: Duration = 0.1,
-    seed: int = 0,
+    seed: Seed = 0,
     max_travel: Length | None = None,
     max_speed: Speed | None = None,
     max_acceleration: Acceleration | None = None,

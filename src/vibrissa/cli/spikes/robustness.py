@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vibrissa.cli.shared.options import NO_WHISKER, PostureOptions, WhiskerOptions
+from vibrissa.cli.shared.options import NO_WHISKER, PostureOptions, Seed, WhiskerOptions
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, show, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions, write_picture
 from vibrissa.cli.shared.progress import progress_bars
@@ -20,7 +20,7 @@ def robustness(
     damping: float = 0.11,
     sets: int = 16,
     trials: int = 20,
-    seed: int = 0,
+    seed: Seed = 0,
     of: WhiskerOptions = NO_WHISKER,
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,

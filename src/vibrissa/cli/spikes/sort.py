@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from cyclopts import Parameter
 
-from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
+from vibrissa.cli.shared.options import Seed
+from vibrissa.cli.shared.output import PRINTED, MaybeOut, OutputOptions, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import stage
 from vibrissa.cli.shared.units import Duration, Length, Rate, Voltage
@@ -127,9 +128,9 @@ def sort(
     simulation: SimulationOptions = SimulationOptions(),
     sorter: str | None = None,
     truth: Path | None = None,
-    seed: int = 0,
+    seed: Seed = 0,
     workers: int = 1,
-    spikes_out: Path | None = None,
+    spikes_out: MaybeOut = None,
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:

@@ -72,7 +72,7 @@ def trials_needed(
     """
     import numpy as np
 
-    from vibrissa.files import load
+    from vibrissa.netcdf import load
     from vibrissa.neural.coding.planner import Wanted, expected_of, plan_trials
     from vibrissa.neural.coupling.presentation import Presentation
     from vibrissa.neural.io.tables.stimuli import in_unit_of, presented, require_metres

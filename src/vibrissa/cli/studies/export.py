@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from vibrissa.cli.shared.options import Flag
-from vibrissa.cli.shared.output import Json, print_json, tell
+from vibrissa.cli.shared.output import Json, Out, print_json, tell
 from vibrissa.cli.shared.progress import stage
 from vibrissa.cli.shared.recorded import ALL_TRIALS, MOTION, SignalOptions, TrialOptions
 from vibrissa.cli.shared.refusals import in_options
@@ -83,7 +83,7 @@ NO_DETAILS = SessionOptions()
 def export(
     folder: Path,
     *,
-    out: Path,
+    out: Out,
     of: SessionOptions = NO_DETAILS,
     spikes: Path | None = None,
     trials: int | None = None,

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from vibrissa.cli.shared.output import tell
+from vibrissa.cli.shared.output import Out, tell
 from vibrissa.cli.shared.pictures import refuse_picture, write_picture
 from vibrissa.cli.shared.progress import stage
 from vibrissa.errors import MissingError
 
 
-def figure(number: str, results: Path, *, out: Path) -> None:
+def figure(number: str, results: Path, *, out: Out) -> None:
     """Draw one of the paper's figures, or of the report's others, from the results of any study.
 
     Parameters

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from vibrissa.cli.shared.options import Flag, Scheduler, Workers
-from vibrissa.cli.shared.output import Json, say, show, tell
-from vibrissa.cli.shared.progress import progress_bars, stoppable
+from vibrissa.cli.shared.output import Json, Out, say, show, tell
+from vibrissa.cli.shared.progress import progress_bars
+from vibrissa.cli.shared.stoppable import stoppable
 from vibrissa.cli.shared.tables import hanging, wrapped
 from vibrissa.errors import ConflictError
 
@@ -31,7 +32,7 @@ MAIN = {  # columns of these tables that fit a line
 def run(
     study: Path | None = None,
     *,
-    out: Path = Path("vibrissa-out"),
+    out: Out = Path("vibrissa-out"),
     scale: Literal["small", "paper"] | None = None,
     scheduler: Scheduler = "processes",
     workers: Workers = None,
@@ -76,7 +77,7 @@ def run(
 def recordings(
     table: Path,
     *,
-    out: Path,
+    out: Out,
     gratings: int = 39,
     jitter: int = 0,
     scheduler: Scheduler = "processes",

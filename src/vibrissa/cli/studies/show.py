@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibrissa.cli.shared.options import Flag
-from vibrissa.cli.shared.output import Json, print_json, say, tell
+from vibrissa.cli.shared.output import Json, MaybeOut, print_json, say, tell
 from vibrissa.cli.shared.pictures import refuse_picture, write_picture
 from vibrissa.cli.shared.tables import folded, hanging
 from vibrissa.errors import ConflictError
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def show(file: Path, *, plot: Flag = False, out: Path | None = None, json: Json = False) -> None:
+def show(file: Path, *, plot: Flag = False, out: MaybeOut = None, json: Json = False) -> None:
     """What any file is: a dataset, a table, a surface, a movie, an NWB session, a study, a folder of results.
 
     Parameters

@@ -7,7 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from vibrissa.cli.shared.options import Flag
-from vibrissa.cli.shared.output import Json, say, show, tell
+from vibrissa.cli.shared.output import Json, MaybeOut, say, show, tell
 from vibrissa.cli.shared.tables import hanging
 from vibrissa.errors import ConflictError, FormatError
 
@@ -19,7 +19,7 @@ def study(
     *,
     schema: Flag = False,
     example: Flag = False,
-    out: Path | None = None,
+    out: MaybeOut = None,
     json: Json = False,
 ) -> None:
     """Check a study file: its parts, and what those that it lacks would give. Or its schema, or one to start from.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
-from functools import cache
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from vibrissa.arrays import Array
 from vibrissa.errors import MissingError, RangeError
 from vibrissa.figures.canvas import house_style, new_figure, round_length, whisker_names
+from vibrissa.figures.others.text_strip import text_strip
 from vibrissa.quantities import dataset
 from vibrissa.quantities import measured as measured_nodes
 from vibrissa.video.io.colour import write_colour
@@ -28,8 +28,8 @@ Picture = NDArray[np.uint8]
 
 COLOURS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#D55E00")  # distinct for all eyes
 WIDE = 640  # pixels a frame is magnified to, at least, by a whole factor
-TEXT = 12  # height of the text [px]
 INSET = 40  # side of the part that is magnified [px]
+FEW = len(COLOURS)  # whiskers up to which each has its colour; more are named at their lines
 BOX = {"facecolor": "black", "alpha": 0.6, "pad": 1, "edgecolor": "none"}  # behind text on a picture
 
 
@@ -198,37 +198,11 @@ def _dots(picture: Picture, columns: Array, rows: Array, size: int, ink: Any) ->
 
 def _captions(index: int, title: str, names: list[str], lost: list[Any], width: int) -> list[Picture]:
     """A strip of text for the frame, and one for each whisker, so that the size stays."""
-    strips = [_strip(title, width, (255, 255, 255))]
+    strips = [text_strip(title, width, (255, 255, 255))]
     for w, name in enumerate(names):
         reason = next((why for first, last, why in lost[w] if first <= index <= last), None)
-        strips.append(_strip(f"{name}: lost, {reason}" if reason else f"{name}: followed", width, tuple(rgb(w))))
+        strips.append(text_strip(f"{name}: lost, {reason}" if reason else f"{name}: followed", width, tuple(rgb(w))))
     return strips
-
-
-def _strip(text: str, width: int, ink: tuple[int, ...]) -> Picture:
-    strip = np.zeros((TEXT + 6, width, 3), np.uint8)
-    at = 6
-    for letter in text:
-        mask = _glyph(letter)
-        if at + mask.shape[1] > width:
-            break
-        strip[:, at : at + mask.shape[1]] = (mask[..., None] * np.array(ink, float)).astype(np.uint8)
-        at += mask.shape[1]
-    return strip
-
-
-@cache
-def _glyph(letter: str) -> Array:
-    """A letter of a fixed-width face, 0 to 1, in a box of the strip's height."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    height, width = TEXT + 6, round(0.62 * TEXT)
-    figure = Figure(figsize=(width / 100, height / 100), dpi=100)
-    figure.text(0, 0.3, letter, family="DejaVu Sans Mono", fontsize=TEXT * 0.72)
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()  # type: ignore[no-untyped-call]
-    return 1 - np.asarray(canvas.buffer_rgba())[:height, :width, 0] / 255  # type: ignore[no-untyped-call]
 
 
 def compute(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int] | None = None) -> xr.Dataset:
@@ -260,7 +234,9 @@ def compute(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int] | None = 
 
 @house_style
 def draw(data: xr.Dataset) -> Figure:
-    """Sheet of frames with their centrelines; a part of each magnified, with the nodes; a scale bar in the first.
+    """Sheet of frames with their centrelines, and a scale bar in the first.
+
+    A part of each frame is magnified, with the nodes; more than six whiskers are named at their tips instead.
 
     Parameters
     ----------
@@ -272,21 +248,43 @@ def draw(data: xr.Dataset) -> Figure:
     Figure
         Of matplotlib.
     """
-    count, across = data.sizes["time"], min(3, data.sizes["time"])
+    few = data.sizes["whisker"] <= FEW
+    most, wide = (3, 3.4) if few else (2, 5.1)
+    count, across = data.sizes["time"], min(most, data.sizes["time"])
     down = -(-count // across)
     shape = data.sizes["image_row"] / data.sizes["image_column"]
-    figure, axes = new_figure(3.4 * across, (3.4 * shape + 0.35) * down + 0.4, down, across)
+    figure, axes = new_figure(wide * across, (wide * shape + 0.35) * down + 0.4, down, across)
     names, frames = json.loads(data.attrs["names"]), json.loads(data.attrs["frames"])
     span = {"vmin": float(data.image.values.min()), "vmax": float(data.image.values.max())}
     for k, panel in enumerate(axes.flat):
         panel.set_axis_off()
         if k < count:
-            _panel(panel, data.isel(time=k), names, span)
-            panel.set_title(f"frame {frames[k]}, {float(data.time[k]):.4f} s")
+            title = f"frame {frames[k]}, {float(data.time[k]):.4f} s"
+            if few:
+                _panel(panel, data.isel(time=k), names, span)
+            else:
+                shown = _named_panel(panel, data.isel(time=k), names, span)
+                title += f": {shown} of {len(names)} whiskers"
+            panel.set_title(title)
     _scale_bar(axes.flat[0], data)
-    handles = axes.flat[0].lines[: len(names)]
-    figure.legend(handles, names, loc="outside lower center", ncols=min(6, len(names)))
+    if few:
+        handles = axes.flat[0].lines[: len(names)]
+        figure.legend(handles, names, loc="outside lower center", ncols=min(6, len(names)))
     return figure
+
+
+def _named_panel(panel: Any, data: xr.Dataset, names: list[str], span: dict[str, float]) -> int:
+    """A frame whose whiskers are named at their tips; how many are seen."""
+    columns, rows = data.line_column.values, data.line_row.values
+    panel.imshow(data.image.values, **span)
+    seen = np.flatnonzero(np.isfinite(columns).any(axis=1))
+    for w in seen:
+        ink = COLOURS[w % len(COLOURS)]
+        panel.plot(columns[w], rows[w], color=ink, lw=0.8)
+        tip = np.flatnonzero(np.isfinite(columns[w]))[-1]
+        look = {"color": ink, "fontsize": 6, "ha": "center", "va": "center", "bbox": BOX | {"pad": 0.5}}
+        panel.text(columns[w, tip], rows[w, tip], names[w].removeprefix("whisker "), clip_on=True, **look)
+    return int(seen.size)
 
 
 def _panel(panel: Any, data: xr.Dataset, names: list[str], span: dict[str, float]) -> None:

@@ -32,6 +32,7 @@ LENGTH = 0.062  # [m] of every texture
 FASTEST = 0.35  # [m/s] at which that lasts long enough to separate the bands of the spectrum
 PERIODS = (0.6e-3,) * 5  # [m] mean periods of the gratings of a set: the paper's
 MEAN_ENVELOPE = 55e-6  # [m] to which the motions that teach are scaled: the paper prints no amplitude
+MOST = 10_000  # sets, or trials
 ARMS = ("speed", "height", "angle")
 
 
@@ -121,9 +122,9 @@ def compute(
         (decoder, arm). Intervals of 95 % over sets
         (Student's t). ``shown_envelope`` of one texture. Attributes ``chance``, ``verdict``, ``caption``.
     """
-    if n_sets < 2 or n_trials < 2 or len(mean_periods) < 2:
+    if not (2 <= n_sets <= MOST and 2 <= n_trials <= MOST and len(mean_periods) >= 2):
         found = f"{n_sets}, {n_trials}, {len(mean_periods)}"
-        raise RangeError("sets, trials and gratings of a set", "must be at least 2 of each", found)
+        raise RangeError("sets, trials and gratings of a set", f"must be 2 to {MOST:,} of each", found)
     fastest = max(way.speed for way in scanned)
     if fastest > FASTEST:
         raise RangeError(

@@ -39,12 +39,15 @@ def compute(quality: xr.Dataset) -> xr.Dataset:
     classes = quality.unit_class.values.astype(str)
     shares = [f"{kept[classes == one].sum()} of {(classes == one).sum()} {one}" for one in sorted(set(classes))]
     absent = int(np.isnan(quality.unit_snr.values).sum())
+    beside = f"signal to noise, and share of intervals below the period; {absent} units without one are not drawn"
+    if absent == classes.size:
+        beside = "share of intervals below the period, beside the rate, as no unit has a signal to noise"
     period = f"{1e3 * attrs['refractory_period']:g} ms"
     caption = (
         f"Units, filled where kept: {', '.join(shares)}. A: share of foreign spikes, 95 % intervals (refractory "
-        f"period {period}); dashed: the least rate. B: signal to noise, and share of intervals below the period; "
-        f"{absent} units without one are not drawn. C: share of the recording's bins in which a unit fires, and "
-        f"change of its rate from start to end, over its mean. Observed for {attrs['duration']:.4g} s."
+        f"period {period}); dashed: the least rate. B: {beside}. C: share of the recording's bins in "
+        f"which a unit fires, and change of its rate from start to end, over its mean. Observed for "
+        f"{attrs['duration']:.4g} s."
     )
     return quality.assign_attrs(caption=caption)
 
@@ -65,6 +68,8 @@ def draw(data: xr.Dataset) -> Figure:
     """
     figure, axes = new_figure(10.5, 4.0, 1, 3)
     for letter, axis, (x, x_label, y, y_label) in zip("ABC", axes[0], PANELS, strict=True):
+        if np.isnan(data[x].values).all():
+            x, x_label = PANELS[0][:2]
         _units(axis, data, x, y)
         axis.set(xlabel=x_label, ylabel=y_label)
         axis.set_title(f"{letter}  {y_label.capitalize()}")
@@ -72,7 +77,7 @@ def draw(data: xr.Dataset) -> Figure:
     axes[0, 0].axvline(data.attrs["rule_least_rate"], color="0.5", ls="--", lw=0.8)
     axes[0, 2].axhline(0, color="0.8", lw=0.8, zorder=0)
     axes[0, 2].set_xlim(-0.03, 1.03)
-    axes[0, 0].legend(loc="upper right")
+    axes[0, 0].legend(loc="center right", frameon=True)
     return add_caption(figure, data)
 
 

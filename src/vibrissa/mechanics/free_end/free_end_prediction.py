@@ -12,6 +12,7 @@ import numpy as np
 from vibrissa.arrays import Array, Mask
 from vibrissa.errors import ConflictError, RangeError
 from vibrissa.exact import cone_kappa
+from vibrissa.limits import require_samples
 from vibrissa.mechanics.contact.gap_events import check_gaps
 from vibrissa.mechanics.free_end.bridge_statics import POWERS, bridged, on_the_floor
 from vibrissa.mechanics.free_end.march_kernels import march
@@ -98,9 +99,7 @@ class FreeEndPrediction(SpannedScan):
         """
         if not 0 < rate < np.inf:
             raise RangeError("rate", "must be positive (Hz)", rate)
-        if self.duration * rate > _MOST_SAMPLES:
-            count = f"{self.duration * rate:.3g}"
-            raise RangeError("scan", f"must have at most {_MOST_SAMPLES} samples", count, "lower the rate")
+        require_samples("scan", self.duration, rate, _MOST_SAMPLES)
         return np.arange(int(self.duration * rate) + 1) / rate
 
     @cached_property

@@ -12,7 +12,7 @@ from vibrissa.arrays import Array
 from vibrissa.errors import RangeError, UnknownError
 from vibrissa.exact import cone_kappa, cone_modes, shaft_quadrature
 from vibrissa.mechanics.modes.curved import Condition, CurvedModes, Law, curved_modes
-from vibrissa.mechanics.modes.straight import contact_shear, shear
+from vibrissa.mechanics.modes.straight import MOST_MODES, contact_shear, shear
 from vibrissa.mechanics.statics.edge_contact import Held
 from vibrissa.mechanics.statics.gap import UnitResponse
 
@@ -126,6 +126,8 @@ def basis(modes: Modes, flat: Held, n_modes: int) -> Basis:
     """
     if modes not in get_args(Modes):
         raise UnknownError("modes", f"must be one of {', '.join(get_args(Modes))}", repr(modes))
+    if not 1 <= n_modes <= MOST_MODES:
+        raise RangeError("number of modes", f"must be between 1 and {MOST_MODES}", n_modes)
     if modes == "straight":
         return StraightModes(flat, cone_kappa(flat.contact, n_modes))
     condition, law = CURVED[modes]

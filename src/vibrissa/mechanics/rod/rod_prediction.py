@@ -11,6 +11,7 @@ import numpy as np
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError, TooFewError
 from vibrissa.exact import cone_kappa
+from vibrissa.limits import require_samples
 from vibrissa.mechanics.rod.film import Film, film_of
 from vibrissa.mechanics.rod.rod_scan import RodRun, drag
 from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
@@ -27,8 +28,6 @@ from vibrissa.texture.surface import Gaps
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_MOST_SAMPLES = 2_000_000
 
 
 @dataclass(frozen=True)
@@ -95,10 +94,7 @@ class RodPrediction(SpannedScan):
         if not 0 < rate < np.inf:
             raise RangeError("rate", "must be positive (Hz)", rate)
         lasting = self.duration if duration is None else duration
-        if lasting * rate > _MOST_SAMPLES:
-            raise RangeError(
-                "scan", f"must have at most {_MOST_SAMPLES} samples", f"{lasting * rate:.3g}", "lower the rate"
-            )
+        require_samples("scan", lasting, rate)
         return drag(
             self.whisker,
             self.posture,

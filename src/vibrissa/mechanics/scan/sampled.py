@@ -9,6 +9,7 @@ import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.errors import RangeError, give_in
+from vibrissa.limits import require_samples
 from vibrissa.mechanics.scan.diagnostics import diagnostics, relief_diagnostics
 from vibrissa.mechanics.scan.follicle import follicle_signals
 from vibrissa.mechanics.scan.motion import PredictedMotion
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 Predicted: TypeAlias = Prediction | ReliefPrediction
 
 _RINGING = 7.0  # decay times of the slowest mode after the last gap: to a thousandth
-_MOST_SAMPLES = 2_000_000  # [1] of one record: 12 modes of them are a gigabyte
 _LONGEST_RINGING = 1.0  # [s] without damping it would never end
 
 
@@ -187,12 +187,8 @@ def sampling_times(prediction: PredictedMotion, sampling_rate: float) -> Array:
         raise RangeError("sampling_rate", "must be positive (Hz)", sampling_rate)
     decay = prediction.scan.damping * prediction.omega[0]
     end = prediction.end + min(_RINGING / max(decay, 1e-300), _LONGEST_RINGING)
-    count = np.floor(end * sampling_rate) + 1
-    if count > _MOST_SAMPLES:
-        raise RangeError(
-            "scan", f"must have at most {_MOST_SAMPLES} samples", f"{count:.3g}", "lower the sampling rate"
-        )
-    return np.arange(int(count)) / sampling_rate
+    require_samples("scan", end, sampling_rate)
+    return np.arange(int(np.floor(end * sampling_rate)) + 1) / sampling_rate
 
 
 def node_distances(whisker: Whisker, nodes: Sequence[float] | None) -> Array | None:

@@ -43,6 +43,29 @@ class ContactLaw(NamedTuple):
     adhesion: float = 0.0
 
 
+MOST_FRICTION = 2.0  # [1] dry rubber and skin reach it
+
+
+def friction_remarks(friction: float) -> list[str]:
+    """What to know of a coefficient of friction outside 0 to 2.
+
+    Parameters
+    ----------
+    friction : float
+        μ [1].
+
+    Returns
+    -------
+    list of str
+        One line, or none.
+    """
+    if friction < 0:
+        return [f"friction {friction:g} is negative: the surface then moves towards the base, not away from it"]
+    if friction > MOST_FRICTION:
+        return [f"friction {friction:g} is above {MOST_FRICTION:g}, which no dry surface is known to reach"]
+    return []
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def coulomb(law: ContactLaw, normal: float) -> tuple[float, float]:
     """Coulomb's law, T = μN: T/N and its derivative by ln N̂.

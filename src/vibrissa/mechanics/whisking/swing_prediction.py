@@ -10,6 +10,7 @@ import numpy as np
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError
+from vibrissa.limits import require_samples
 from vibrissa.mechanics.rod.film import Film, film_of
 from vibrissa.mechanics.rod.free_rod import free_damping
 from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
@@ -27,7 +28,6 @@ from vibrissa.whisker import Whisker
 if TYPE_CHECKING:
     import xarray as xr
 
-_MOST_SAMPLES = 2_000_000
 _BESIDE = 0.1  # share of the time in contact that is remarked
 
 
@@ -87,9 +87,9 @@ class SwingPrediction:
             If the rate is not positive, the record too long, or the start neither in the air nor at rest.
         """
         samples = (self.path.time[-1] - self.path.time[0]) * rate
-        if not 0 < samples < _MOST_SAMPLES:
-            rule = f"must give 1 to {_MOST_SAMPLES} samples"
-            raise RangeError("rate", rule, f"{samples:.3g}", "choose another sampling rate")
+        if not samples > 0:
+            raise RangeError("rate", "must give samples", f"{samples:.3g}", "choose another `sampling_rate`")
+        require_samples("scan", self.path.time[-1] - self.path.time[0], rate)
         return swing(
             self.whisker,
             self.path,

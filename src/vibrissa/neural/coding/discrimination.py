@@ -28,6 +28,7 @@ from vibrissa.stats import adjusted_p_values, wilson_interval
 
 Progress = Callable[[str, int, int], None]
 
+MOST_PERMUTATIONS = 1_000_000
 TELLS, CANNOT = "tells the textures apart", "cannot tell"
 
 
@@ -71,6 +72,8 @@ class Discrimination:
             raise RangeError("folds and partitions", "must be at least 2 and 1", found)
         require_fraction("level", self.level)
         require_not_negative("seed", self.seed)
+        if self.n_permutations > MOST_PERMUTATIONS:
+            raise RangeError("permutations", f"must be at most {MOST_PERMUTATIONS:,}", self.n_permutations)
         if (self.n_permutations + 1) * self.level < len(self.codes):
             least = int(np.ceil(len(self.codes) / self.level)) - 1
             rule = f"must be at least {least} for a level of {self.level:g} over {len(self.codes)} codes"

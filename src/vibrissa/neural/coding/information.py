@@ -20,7 +20,6 @@ Estimator = Callable[[Integers, int], float]  # of cases added over trials, and 
 
 ENDS = ("_plain", "", "_extrapolated", "_low", "_high")  # in the order of Information
 MEASURES = ("spike_information", "information_rate", "count_information")
-MOST_BINS = 1_000_000  # a window in milliseconds would fill the memory
 FEWEST_TRIALS = 32  # below them both corrections of the count's information are too high, by a fifth at 16 trials
 FEWEST_SPIKES = 1.0  # for each bin, summed over trials: below, bits for each spike are a fifth too high
 
@@ -173,8 +172,6 @@ def unit_information(
             "information is estimated from repeats; `drives` and `glm` give bits for each spike of one presentation"
         )
         raise RangeError("number of trials", "must be at least 2", n_trials, remedy)
-    if window[1] - window[0] > MOST_BINS * bin_width > 0:
-        raise RangeError("window", f"must hold at most {MOST_BINS:,} bins", window, "times are in seconds")
     counts = psth(spikes, bin_edges(*window, bin_width), n_trials=n_trials).spike_count.values
     rows = [_unit_row(own, bin_width) for own in counts]
     return dataset(

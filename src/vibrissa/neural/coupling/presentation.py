@@ -10,6 +10,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from vibrissa.arrays import Array, Mask, Window
 from vibrissa.errors import ConflictError, RangeError, TooFewError, require_not_negative, require_positive
+from vibrissa.limits import require_bins
 from vibrissa.neural.coupling.envelope_coupling import bin_means
 from vibrissa.neural.coupling.threshold_linear import BinnedDrive
 from vibrissa.neural.io.tables.stimuli import Presented, mean_frequency, presented
@@ -89,6 +90,7 @@ class Presentation:
         start, stop = window or (time[0], time[-1] + step)
         if start < time[0] - step / 2 or stop > time[-1] + 1.5 * step:
             raise RangeError("window", f"must lie within the stimulus, {time[0]:g} to {time[-1]:g} s", (start, stop))
+        require_bins(stop - start, bin_width)
         envelope, carrier, frequency, holes = enveloped(shown, band, step)
         edge = 0.0 if shown.is_envelope else EDGE_PERIODS / frequency
         n_bins = int(np.floor((stop - start) / bin_width + 1e-6))

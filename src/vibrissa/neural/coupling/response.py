@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from vibrissa.arrays import Array, Integers, Mask, Window
 from vibrissa.errors import RangeError, TooFewError
+from vibrissa.limits import require_bins
 from vibrissa.quantities import dataset, require
 
 
@@ -207,9 +208,8 @@ def psth(spikes: xr.Dataset, edges: ArrayLike, *, n_trials: int | None = None) -
     Returns
     -------
     Dataset
-        ``bin`` and ``bin_stop`` [s]; ``spike_count`` (trial, bin); ``firing_rate`` and ``firing_rate_se`` [Hz] (bin),
-        NaN where too few trials were observed (none; fewer than two); ``trials_observed``. A leading dimension unit
-        where the table has units. Trials in which ``unit_observed`` is false count for that unit as not presented.
+        ``bin``, ``bin_stop`` [s]; ``spike_count`` (trial, bin); ``firing_rate``, ``firing_rate_se`` [Hz] (bin), NaN
+        below one and two trials; ``trials_observed``, which ``unit_observed`` decides. Units lead, if any.
 
     Raises
     ------
@@ -226,7 +226,7 @@ def psth(spikes: xr.Dataset, edges: ArrayLike, *, n_trials: int | None = None) -
     names = {"unit_name": spikes.unit_name.values} if counts.ndim == 3 else {}
     return dataset(
         {"n_trials": trials},
-        lead=("unit",) if counts.ndim == 3 else (),
+        lead=("unit",) * len(names),
         bin=edges[:-1],
         bin_stop=edges[1:],
         spike_count=counts,
@@ -255,8 +255,9 @@ def bin_edges(start: float, stop: float, bin_width: float) -> Array:
     Raises
     ------
     InputError
-        If the bins do not fill the window: a bin cut short would show too low a rate.
+        If they are more than a million, or do not fill the window: a bin cut short would show too low a rate.
     """
+    require_bins(stop - start, bin_width)
     n_bins = round((stop - start) / bin_width) if 0 < bin_width < np.inf and np.isfinite(stop - start) else 0
     if n_bins < 1 or abs(start + n_bins * bin_width - stop) > 1e-6 * bin_width:
         raise RangeError("bin width", f"must divide the window {start:g} to {stop:g} s", bin_width)

@@ -9,12 +9,14 @@ import xarray as xr
 
 from vibrissa.arrays import Array, Mask
 from vibrissa.errors import TooFewError, require_not_negative, require_positive
+from vibrissa.limits import require_bins
 from vibrissa.neural.coupling.presentation import BinnedAnalysis
 from vibrissa.neural.coupling.threshold_linear import between_edges
 from vibrissa.neural.glm.bases import lagged, raised_cosines
 from vibrissa.neural.glm.delayed_envelopes import Copies
 from vibrissa.neural.glm.poisson import TrialDesign
 
+MOST_LAGS = 10_000  # of a kernel: beyond, its columns would fill the memory
 STRETCH = 0.002  # [s] the spacing of shapes over the own past is about even below this lag, and widens above
 
 
@@ -53,6 +55,8 @@ class KernelAnalysis(BinnedAnalysis):
         super().__post_init__()
         require_positive("reach", self.reach, "s")
         require_not_negative("past", self.past, "s")
+        for quantity in ("reach", "past"):
+            require_bins(getattr(self, quantity), self.bin_width, MOST_LAGS, quantity)
         if self.reach < self.shapes * self.bin_width:
             raise TooFewError("reach", f"must be {self.shapes} bins at least, one for each shape", self.reach)
         if self.past and self.past < self.past_shapes * self.bin_width:

@@ -11,7 +11,7 @@ LEFT = 0.7  # of the columns' size beyond the others', over that unshifted: with
 FEWEST = 100  # shifts that count as chance
 
 
-def shift_p_values(columns: Array, response: Array, weights: Array, guard: int, nuisance: Array | None = None) -> Array:
+def shift_p_values(columns: Array, response: Array, weights: Array, guard: int) -> Array:
     """p-value of each whisker's columns, from all shifts at which they cannot have driven the unit.
 
     What a unit answers in every trial alike, such as some other feature of the stimulus, goes with a whisker's columns
@@ -30,8 +30,6 @@ def shift_p_values(columns: Array, response: Array, weights: Array, guard: int, 
         Weight of each bin.
     guard : int
         Shifts left out on both sides of no shift [bins].
-    nuisance : (P, K) array, optional
-        Further columns that are kept as they are.
 
     Returns
     -------
@@ -39,19 +37,41 @@ def shift_p_values(columns: Array, response: Array, weights: Array, guard: int, 
         Not adjusted over whiskers.
     """
     n_whiskers, _, n = columns.shape
-    fixed = np.ones((1, n)) if nuisance is None else np.vstack([np.ones(n), nuisance])
     response, weights = (np.broadcast_to(one, (n_whiskers, n)) for one in (response, weights))
     found = []
     for whisker, own in enumerate(columns):
         others = np.delete(columns, whisker, axis=0).reshape(-1, n)
-        explained, left = _explained(own, np.vstack([fixed, others]), response[whisker], weights[whisker])
-        apart = np.abs((np.arange(n) + n // 2) % n - n // 2) > guard
-        chance = explained[apart & (left > LEFT * left[0])]
-        chance = chance if chance.size >= FEWEST else explained[apart]
-        # shifts closer than the guard are alike
-        independent = max(chance.size / 10 / max(guard, 1), 1.0)
-        found.append(tail_p_value(float(explained[0]), chance, independent=independent))
+        explained, left = _explained(own, np.vstack([np.ones(n), others]), response[whisker], weights[whisker])
+        found.append(p_of_shifts(explained, left, guard))
     return np.array(found)
+
+
+def p_of_shifts(explained: Array, left: Array, guard: int, latest: int = 0) -> float:
+    """p-value of what columns explain unshifted, from what they explain shifted.
+
+    Parameters
+    ----------
+    explained : (K,) array
+        Sum of squares explained beyond the others at every shift, from none.
+    left : (K,) array
+        Size of the columns beyond the others at every shift.
+    guard : int
+        Shifts left out on both sides of no shift: as long as a drive is like itself [bins].
+    latest : int
+        Further shifts left out there: as long as latencies are searched [bins].
+
+    Returns
+    -------
+    float
+        Between 0 and 1.
+    """
+    n = explained.size
+    apart = np.abs((np.arange(n) + n // 2) % n - n // 2) > guard + latest
+    chance = explained[apart & (left > LEFT * left[0])]
+    chance = chance if chance.size >= FEWEST else explained[apart]
+    # shifts closer than the guard are alike
+    independent = max(chance.size / 10 / max(guard, 1), 1.0)
+    return tail_p_value(float(explained[0]), chance, independent=independent)
 
 
 def _explained(own: Array, others: Array, response: Array, weights: Array) -> tuple[Array, Array]:

@@ -16,8 +16,8 @@ from vibrissa.neural.coupling.presentation import BinnedAnalysis
 from vibrissa.neural.coupling.response import UnitCounts
 from vibrissa.neural.coupling.stimulus_blocks import guard_bins, independent_blocks
 from vibrissa.neural.glm.delayed_envelopes import ALIKE, INFLATED, Copies, condition_number, inflation
-from vibrissa.neural.glm.shift_null import shift_p_values
-from vibrissa.neural.glm.whisker_weights import Map, SurroundGrid, whisker_weights
+from vibrissa.neural.glm.shifted_whiskers import ShiftedWhiskers
+from vibrissa.neural.glm.whisker_weights import SurroundGrid, whisker_weights
 from vibrissa.neural.io.tables.inputs import refuse_misplaced
 from vibrissa.neural.io.tables.stimuli import in_unit_of
 from vibrissa.quantities import dataset, stacked
@@ -84,8 +84,9 @@ def surround_map(
     if n_trials < FEWEST_TRIALS:
         independent_blocks(*grid.hinges[0, 0], width=how.bin_width, fewest_trials=FEWEST_TRIALS)
     design = _design(grid)
+    shifts = ShiftedWhiskers(grid, how.bin_width)
     counts = UnitCounts.of(spikes, n_trials, copies.edges, how.bin_width)
-    rows = [_row(grid, own[:, copies.valid].astype(float), design, how) for own in counts]
+    rows = [_row(grid, shifts, own[:, copies.valid].astype(float), design, how) for own in counts]
     attrs = {"n_trials": n_trials, "bin_width": how.bin_width, "skip": how.skip, "level": how.level}
     found = dataset(attrs, unit_name=spikes.unit_name.values, **stacked(rows), **design)
     return in_unit_of(found, command)
@@ -105,7 +106,9 @@ def _design(grid: SurroundGrid) -> dict[str, Any]:
     }
 
 
-def _row(grid: SurroundGrid, counts: Array, design: dict[str, Any], how: SurroundAnalysis) -> dict[str, Any]:
+def _row(
+    grid: SurroundGrid, shifts: ShiftedWhiskers, counts: Array, design: dict[str, Any], how: SurroundAnalysis
+) -> dict[str, Any]:
     names = np.array(grid.copies.whiskers)
     nothing = np.full(len(names), np.nan)
     row: dict[str, Any] = estimate("surround_weight", nothing, nothing, nothing)
@@ -130,7 +133,8 @@ def _row(grid: SurroundGrid, counts: Array, design: dict[str, Any], how: Surroun
     )
     with np.errstate(invalid="ignore", divide="ignore"):
         by_error = 2 * stdtr(found.free, -np.abs(weight) / found.error)
-    shifted = np.where(blind, np.nan, _shifted(found, counts.mean(0) / how.bin_width, starts, how))
+    guard = guard_bins(how.bin_width, counts.shape[1], starts)
+    shifted = np.where(blind, np.nan, shifts.p_values(counts.mean(0) / how.bin_width, guard))
     p = adjusted_p_values(np.maximum(by_error, shifted))
     verdict = _verdicts(weight, low, high, p, how.level)
     driven = verdict == "drives"
@@ -149,12 +153,6 @@ def _blocks(grid: SurroundGrid, counts: Array, how: SurroundAnalysis) -> Integer
         return None
     series = *grid.hinges[0, 0], counts.sum(0)
     return independent_blocks(*series, width=how.bin_width, fewest_trials=FEWEST_TRIALS)
-
-
-def _shifted(found: Map, rate: Array, starts: Integers | None, how: SurroundAnalysis) -> Array:
-    """p-value of each whisker against shifts of its column, θ and τ as found."""
-    guard = guard_bins(how.bin_width, rate.size, starts)
-    return shift_p_values(found.columns[:, None], rate, found.weights, guard, found.slopes)
 
 
 def _verdicts(weight: Array, low: Array, high: Array, p: Array, level: float) -> NDArray[np.str_]:

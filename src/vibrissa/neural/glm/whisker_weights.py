@@ -27,10 +27,6 @@ class Map(NamedTuple):
         Hinged envelopes at them [m].
     free : int
         Degrees of freedom of the errors.
-    weights : (K',) array
-        Weight of each bin.
-    slopes : (2, K') array
-        Change of the fitted rate with θ and τ.
     """
 
     weight: Array
@@ -39,8 +35,6 @@ class Map(NamedTuple):
     latency: float
     columns: Array
     free: int
-    weights: Array
-    slopes: Array
 
 
 class SurroundGrid:
@@ -54,7 +48,7 @@ class SurroundGrid:
         self.hinges = np.array([copies.hinged(one, self.latencies).swapaxes(0, 1) for one in self.thresholds])
         centred = self.hinges - self.hinges.mean(-1, keepdims=True)
         gram = np.einsum("ijwk,ijvk->ijwv", centred, centred, optimize=True)
-        self._centred, self._inverse = centred, np.linalg.pinv(gram, hermitian=True, rcond=1e-10)
+        self.centred, self.inverse = centred, np.linalg.pinv(gram, hermitian=True, rcond=1e-10)
 
     def start(self, rate: Array) -> tuple[float, float]:
         """Threshold and latency of the node whose columns explain most of the rate's variance.
@@ -69,8 +63,8 @@ class SurroundGrid:
         threshold, latency : float
             [m], [s].
         """
-        product = self._centred @ rate
-        explained = np.einsum("ijw,ijwv,ijv->ij", product, self._inverse, product)
+        product = self.centred @ rate
+        explained = np.einsum("ijw,ijwv,ijv->ij", product, self.inverse, product)
         i, j = divmod(int(np.argmax(explained)), len(self.latencies))
         return float(self.thresholds[i]), float(self.latencies[j])
 
@@ -126,7 +120,7 @@ def whisker_weights(grid: SurroundGrid, counts: Array, width: float, starts: Int
     threshold, latency, b, columns, slopes = _refined(grid, threshold, latency, rate, weights)
     whole = _solve(np.vstack([columns, slopes]), weights)
     error, free = _error(whole, rates, rate - b @ columns, width, starts)
-    return Map(b[1:], error[1 : len(columns)], threshold, latency, columns[1:], free, weights, slopes)
+    return Map(b[1:], error[1 : len(columns)], threshold, latency, columns[1:], free)
 
 
 def _error(whole: Array, rates: Array, residual: Array, width: float, starts: Integers | None) -> tuple[Array, int]:

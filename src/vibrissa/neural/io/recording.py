@@ -9,7 +9,7 @@ import xarray as xr
 
 from vibrissa.arrays import Window
 from vibrissa.errors import ConflictError, FormatError, MissingError, TooFewError
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.neural.io.formats.binned import DENSE, read_binned
 from vibrissa.neural.io.formats.phy import ALL, GOOD, QUALITY, UNJUDGED, is_phy, read_phy
 from vibrissa.neural.io.tables.spike_csv import read_spikes

@@ -80,7 +80,7 @@ def sort(traces: Any, sorter: str | None = None, *, seed: int = 0, workers: int 
         found = part("sorters").run_sorter(sorter, traces, folder=Path(folder) / "sorted", **wishes)
         if not len(found.unit_ids):
             raise TooFewError("the recording", f"must have units that {sorter} finds", "none", "try another sorter")
-        return _labelled(traces, found, {"sorter": sorter, "sorter_seed": seed})
+        return labelled(traces, found, {"sorter": sorter, "sorter_seed": seed})
 
 
 def _parameters(sorter: str, seed: int, workers: int, cache: Path) -> dict[str, Any]:
@@ -97,8 +97,23 @@ def _parameters(sorter: str, seed: int, workers: int, cache: Path) -> dict[str, 
     return {name: value for name, value in wishes.items() if name in known}
 
 
-def _labelled(traces: Any, found: Any, attrs: dict[str, Any]) -> xr.Dataset:
-    """Units with their spikes, where they are seen, and how good they are."""
+def labelled(traces: Any, found: Any, attrs: dict[str, Any]) -> xr.Dataset:
+    """Units with their spikes, where they are seen, and how good they are.
+
+    Parameters
+    ----------
+    traces : spikeinterface.BaseRecording
+        The recording.
+    found : spikeinterface.BaseSorting
+        Its units.
+    attrs : dict
+        ``sorter`` and ``sorter_seed``.
+
+    Returns
+    -------
+    Dataset
+        As :func:`sort` gives it.
+    """
     rate, duration = float(traces.get_sampling_frequency()), float(traces.get_total_duration())
     trains = [found.get_unit_spike_train(unit) / rate for unit in found.unit_ids]
     names = [str(unit) for unit in found.unit_ids]

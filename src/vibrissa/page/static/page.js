@@ -1,5 +1,6 @@
 // The page: state, questions to the server one at a time, and what comes back.
 import { addressOf, build, LONGEST_ADDRESS, show, stateFrom } from "./controls.js";
+import { unpacked } from "./messages.js";
 import { forgetInks } from "./plots.js";
 import * as sound from "./sound.js";
 import { contrast, drawAll, drawing, setPalette } from "./views.js";
@@ -36,18 +37,6 @@ function connect() {
   socket.onopen = () => { flying = null; ask("live"); };
   socket.onmessage = event => received(typeof event.data === "string" ? JSON.parse(event.data) : unpacked(event.data));
   socket.onclose = () => { say("the page has lost its program: start vibrissa explore again"); flying = null; setTimeout(connect, 2000); };
-}
-
-function unpacked(message) {
-  const length = new DataView(message).getUint32(0, true), facts = JSON.parse(new TextDecoder().decode(new Uint8Array(message, 4, length)));
-  let place = 4 + length;
-  const shape = Object.fromEntries(facts.arrays), out = { ...facts, shape };
-  for (const [name, size] of facts.arrays) {
-    const n = size.reduce((a, b) => a * b, 1);
-    out[name] = new Float32Array(message, place, n);
-    place += 4 * n;
-  }
-  return out;
 }
 
 function received(answer) {

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vibrissa.errors import ConflictError, FormatError, MissingError
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.quantities.kinds import Datasets
 from vibrissa.study.archive.export_units import stimulus_of
 

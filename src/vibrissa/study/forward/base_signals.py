@@ -65,10 +65,18 @@ def analyse_signal(signal: BaseSignal, folder: Path) -> xr.Dataset:
     if prediction is not None:
         columns |= fitted_columns(found["resonance"], "") | _modelled(found, guess, others)
     absent = "" if prediction is not None else "no texture: nothing is predicted, the forcing is taken for white"
+    absent = "; ".join(filter(None, [absent, _without_line(columns, guess)]))
     attrs = {name: follicle.attrs[name] for name in ("kind", "unit", "calibration", "zero", "clipped")}
     labelled = dataset(mode=found["envelope"].mode.values, time=follicle.time.values, **columns)
     whole = found["envelope"].drop_vars("phase").merge(found["spectra"]).merge(labelled, combine_attrs="override")
     return whole.assign_attrs(**attrs, label=signal.label, absent=absent)
+
+
+def _without_line(columns: dict[str, Any], guess: Array) -> str:
+    """Which modes have no line of their own about their guess, in words."""
+    found = columns.get("resonant_frequency", columns["resonant_frequency_white"])
+    lost = [f"{i} (about {at:.4g} Hz)" for i, at in enumerate(guess, 1) if not np.isfinite(found[i - 1])]
+    return f"no line of its own was found for mode {', '.join(lost)}" if lost else ""
 
 
 def fitted_columns(fit: xr.Dataset, forcing: str) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from vibrissa.mechanics.rod.rod_prediction import RodPrediction
 from vibrissa.mechanics.scan.diagnostics import relief_remarks, remarks
 from vibrissa.mechanics.scan.sampled import scanned, scanned_relief
 from vibrissa.mechanics.scan.texture_prediction import Prediction
+from vibrissa.mechanics.scan.undersampling import contact_lines
 from vibrissa.quantities.kinds import Datasets, Progress
 from vibrissa.study.spec.textures import predict_surface
 from vibrissa.texture.surface import Gaps
@@ -123,9 +124,11 @@ def scan_surface(
     report("signals of the scan", 0, 0)
     if isinstance(motion, Prediction):
         data = scanned(motion, sampling_rate, nodes=nodes)
-        return motion, data, remarks(data)
-    data = scanned_relief(motion, sampling_rate, nodes=nodes)
-    return motion, data, relief_remarks(data)
+        lines = remarks(data)
+    else:
+        data = scanned_relief(motion, sampling_rate, nodes=nodes)
+        lines = relief_remarks(data)
+    return motion, data, [*lines, *contact_lines(motion, sampling_rate)]
 
 
 def surface_lines(scan: xr.Dataset) -> xr.Dataset:

@@ -15,8 +15,9 @@ from vibrissa.quantities import dataset
 from vibrissa.quantities.kinds import Datasets
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.study.movie.apparatus import apparatus, true_profile
-from vibrissa.study.movie.backward import analyse, counted, still_of, track_file
+from vibrissa.study.movie.backward import analyse, still_of
 from vibrissa.study.movie.resting import shown_posture
+from vibrissa.study.movie.track_file import counted, track_file
 from vibrissa.study.movie.verdict import hold_against
 from vibrissa.study.movie.virtual import (
     NODE_SPACING,

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrissa.arrays import Window
 from vibrissa.errors import ConflictError, MissingError, RangeError, UnknownError
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.neural.coupling.presentation import banded
 from vibrissa.neural.io.tables.stimuli import has_no_carrier, labelled_stimulus, name_of, one_channel, presented
 from vibrissa.neural.io.tables.stimulus_csv import checked_stimulus, in_stated_unit, read_stimulus_csv

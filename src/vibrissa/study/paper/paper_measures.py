@@ -135,7 +135,8 @@ def _noise(results: Results) -> MeasuredNumber:
         return MeasuredNumber(note="no tracked profile kept; see the page on tracking")
     if not {"x_sd", "y_sd"} & set(results["profile"].data_vars):
         return MeasuredNumber(note="the tracks of another program have none")
-    sd = np.nanmedian(measured_sd(results["profile"]).values, axis=-1).ravel()
+    every = measured_sd(results["profile"]).values
+    sd = np.nanmedian(every[np.isfinite(every).any(axis=-1)], axis=-1)  # not of frames in which a whisker is lost
     middle, low, high = np.nanquantile(sd, [0.5, 0.025, 0.975]).tolist()
     return MeasuredNumber(middle, low, high, note="standard deviation of a node as tracked, over frames")
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import math
 import os
+import sys
 import webbrowser
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -164,8 +165,8 @@ def checked(picked: Mapping[str, Any], image: Image) -> dict[str, Any]:
         raise MissingError("study", "must have a [movie]")
     _check_points(movie, image)
     calibration = Calibration(frame_rate=settings["frame_rate"], pixel_size=movie.pixel_size)
-    same = {name: getattr(movie, name) for name in ("seeds", "skin", "base", "polarity")}
-    track([image[None]], calibration=calibration, **same)
+    same = {name: getattr(movie, name) for name in ("seeds", "skin", "polarity")}
+    track([image[None]], calibration=calibration, base=movie.base or "left", **same)
     return {key: settings[key] for key in KEYS if key in settings}
 
 
@@ -189,8 +190,9 @@ def pixel_size(scale: Sequence[Point], length: object) -> float:
     InputError
         If there are not two points, or they or their distance are nothing.
     """
-    apart = math.dist(*scale) if len(scale) == 2 else 0.0
-    if not apart > 0:
+    two = isinstance(scale, (list, tuple)) and len(scale) == 2 and all(_is_point(one) for one in scale)
+    apart = math.dist(*scale) if two else 0.0
+    if not 0 < apart < math.inf:
         remedy = "mark both ends of an object of known length, or give the pixel size"
         raise ShapeError("scale", "must be two points, apart", remedy=remedy)
     # a length in mm over pixels is known to four digits at best
@@ -225,9 +227,18 @@ def _value(value: Any) -> str:
 
 
 def _number(key: str, value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not (np.isfinite(value) and value > 0):
-        raise MissingError(key, "must be given, a positive number", value)
+    if not _is_number(value) or not value > 0:
+        raise MissingError(key, "must be given, a positive number", None if value is None else repr(value)[:40])
     return float(value)
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    """Whether a value is a number, finite as a float too."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
+
+
+def _is_point(value: object) -> bool:
+    return isinstance(value, (list, tuple)) and len(value) == 2 and all(_is_number(one) for one in value)
 
 
 def _refuse_to_replace(study: Path, force: bool) -> None:

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import secrets
 import threading
 from collections.abc import Callable, Mapping
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from io import BytesIO
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.errors import FormatError
+from vibrissa.study.pick.local_page import LocalHandler, LocalServer
 
-LARGEST = 1 << 20  # bytes of what is saved: some hundred points are a hundredth of it
 POLICY = (
     "default-src 'none'; img-src 'self' data:; connect-src 'self'; style-src 'nonce-{0}'; script-src 'nonce-{0}'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -50,12 +47,10 @@ def serve(
     bool
         Whether it was saved.
     """
-    token = secrets.token_urlsafe(16)
-    with _Server(token, image, proposal, save) as server:
-        address = f"http://127.0.0.1:{server.server_address[1]}/{token}/"
-        tell(f"pick on the page {address} (Ctrl-C gives up)")
+    with _Server(image, proposal, save) as server:
+        tell(f"pick on the page {server.address} (Ctrl-C gives up)")
         if opened is not None:
-            threading.Thread(target=opened, args=(address,), daemon=True).start()
+            threading.Thread(target=opened, args=(server.address,), daemon=True).start()
         try:
             server.serve_forever(poll_interval=0.1)
         except KeyboardInterrupt:
@@ -63,86 +58,55 @@ def serve(
     return server.saved
 
 
-class _Server(ThreadingHTTPServer):
-    """Loopback server of one page; ends when it is saved."""
+class _Server(LocalServer):
+    """Server of the page; ends when it is saved."""
 
     def __init__(
-        self, token: str, image: NDArray[Any], proposal: Mapping[str, Any], save: Callable[[Mapping[str, Any]], None]
+        self, image: NDArray[Any], proposal: Mapping[str, Any], save: Callable[[Mapping[str, Any]], None]
     ) -> None:
-        super().__init__(("127.0.0.1", 0), _Handler)
-        self.prefix, self.save, self.saved = f"/{token}/", save, False
+        nonce = secrets.token_urlsafe(16)
+        super().__init__(_Handler, POLICY.format(nonce))
+        self.save, self.saved = save, False
         self.lock = threading.Lock()
-        self.nonce = secrets.token_urlsafe(16)
-        page = render_page({**proposal, "width": image.shape[1], "height": image.shape[0]}, self.nonce)
+        page = render_page({**proposal, "width": image.shape[1], "height": image.shape[0]}, nonce)
         self.pages = {"": ("text/html; charset=utf-8", page.encode()), "frame.png": ("image/png", png(image))}
 
-    def end(self) -> None:
-        """Stop serving, from a thread of its own: the one that serves must not wait for itself."""
-        threading.Thread(target=self.shutdown, daemon=True).start()
 
-
-class _Handler(BaseHTTPRequestHandler):
+class _Handler(LocalHandler):
     server: _Server
 
-    def do_GET(self) -> None:
-        """Give the page or its picture, to who knows the address."""
-        place = self._place()
-        if place is None or place not in self.server.pages:
-            self._answer(404, "text/plain", b"not here")
+    def get(self, place: str) -> None:
+        """Give the page or its picture."""
+        if place in self.server.pages:
+            self.answer(200, *self.server.pages[place])
         else:
-            self._answer(200, *self.server.pages[place])
+            self.not_here()
 
-    def do_POST(self) -> None:
+    def post(self, place: str) -> None:
         """Save what was picked, or give up; an error is answered with its one line."""
-        place, length = self._place(), self.headers.get("Content-Length", "")
         if place not in ("save", "quit"):
-            self._answer(404, "text/plain", b"not here")
-        elif not length.isdecimal() or int(length) > LARGEST:
-            self._tell(400, {"error": f"what is saved must have a length, at most {LARGEST} bytes"})
-        elif place == "quit":
-            self._tell(200, {"saved": False})
+            self.not_here()
+            return
+        if (picked := self.content()) is None:
+            return
+        if place == "quit":
+            self.answer_json(200, {"saved": False})
             self.server.end()
         else:
-            self._save(self.rfile.read(int(length)))
+            self._save(picked)
 
-    def _save(self, body: bytes) -> None:
+    def _save(self, picked: dict[str, Any]) -> None:
         with self.server.lock:
             try:
-                picked = json.loads(body)
-                if not isinstance(picked, dict):
-                    raise FormatError("what is saved", "must be an object")
                 self.server.save(picked)
-            except json.JSONDecodeError as error:
-                return self._tell(400, {"error": f"what is saved must be JSON: {error}"})
             except (ValueError, TypeError) as error:
-                return self._tell(422, {"error": str(error)})
+                return self.answer_json(422, {"error": str(error)})
+            except Exception as error:
+                line = f"it could not be saved ({type(error).__name__}: {error})"
+                return self.answer_json(500, {"error": line})
             self.server.saved = True
-        self._tell(200, {"saved": True})
+        self.answer_json(200, {"saved": True})
         self.server.end()
-
-    def _place(self) -> str | None:
-        """Path below the secret part; None for a stranger or a foreign host name."""
-        host = self.headers.get("Host", "").rpartition(":")[0]
-        if host not in ("127.0.0.1", "localhost") or not self.path.startswith(self.server.prefix):
-            return None
-        return self.path.removeprefix(self.server.prefix)
-
-    def _tell(self, code: int, content: Mapping[str, Any]) -> None:
-        self._answer(code, "application/json", json.dumps(content).encode())
-
-    def _answer(self, code: int, kind: str, content: bytes) -> None:
-        self.send_response(code)
-        self.send_header("Content-Type", kind)
-        self.send_header("Content-Length", str(len(content)))
-        self.send_header("Content-Security-Policy", POLICY.format(self.server.nonce))
-        self.send_header("Referrer-Policy", "no-referrer")
-        self.send_header("X-Content-Type-Options", "nosniff")
-        self.send_header("Cache-Control", "no-store")
-        self.end_headers()
-        self.wfile.write(content)
-
-    def log_message(self, format: str, *args: Any) -> None:
-        """Say nothing of single requests."""
 
 
 def render_page(proposal: Mapping[str, Any], nonce: str) -> str:

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from vibrissa.files import load
 from vibrissa.quantities.kinds import Progress
 from vibrissa.study.report.gallery import made
+from vibrissa.study.report.stored_results import StoredResults
 from vibrissa.study.stages.figure_table import FIGURES
 from vibrissa.study.sweeps.sweeps import read_series
 from vibrissa.sweep.engine import Engine, each
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
 
@@ -41,36 +40,6 @@ class Picture(NamedTuple):
 
     png: str
     left_out: str
-
-
-class StoredResults(Mapping[str, "xr.Dataset"]):
-    """Results of a folder by name, each read when it is wanted.
-
-    Parameters
-    ----------
-    folder : Path
-        Of the results.
-    end : str
-        End of the names; results are known without it, and those without it are not known.
-    """
-
-    def __init__(self, folder: Path, end: str = "") -> None:
-        self.paths = {path.stem.removesuffix(end): path for path in sorted(folder.glob(f"*{end}.nc"))}
-        self.read: dict[str, xr.Dataset] = {}
-
-    def __getitem__(self, name: str) -> xr.Dataset:
-        """The result of this name."""
-        if name not in self.read:
-            self.read[name] = load(self.paths[name])
-        return self.read[name]
-
-    def __iter__(self) -> Iterator[str]:
-        """Names, without reading."""
-        return iter(self.paths)
-
-    def __len__(self) -> int:
-        """How many there are."""
-        return len(self.paths)
 
 
 def drawn(
@@ -103,8 +72,12 @@ def drawn(
 
 
 def _picture(drawing: Drawing, folder: Path, sweeps: Path) -> Picture:
-    figure = made(FIGURES[drawing.figure], StoredResults(folder, drawing.end), partial(read_series, sweeps))
-    return Picture("", figure) if isinstance(figure, str) else Picture(png_of(figure), "")
+    """One figure; a fault in its drawing leaves it out, and the run whole."""
+    try:
+        figure = made(FIGURES[drawing.figure], StoredResults(folder, drawing.end), partial(read_series, sweeps))
+        return Picture("", figure) if isinstance(figure, str) else Picture(png_of(figure), "")
+    except Exception as error:
+        return Picture("", f"it could not be drawn ({type(error).__name__}: {' '.join(str(error).split())})")
 
 
 def png_of(figure: Figure) -> str:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
+from collections import ChainMap
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vibrissa.errors import ConvergenceError, InputError, UnknownError
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.quantities.kinds import Results, Series
-from vibrissa.study.stages.figure_table import best_entry, ends_of, entries, missing, served, under_plain_names
+from vibrissa.study.report.stored_results import StoredResults
+from vibrissa.study.stages.figure_table import best_entry, ends_of, entries, missing, served
 from vibrissa.study.stages.stage import FigureEntry
 from vibrissa.study.stages.stages import STAGES
 from vibrissa.study.sweeps.sweeps import read_series
@@ -88,7 +90,7 @@ def _others(number: str, results: Results) -> str:
 
 def _of_folder(number: str, folder: Path) -> Results:
     """Results under their names; those of the only recording that has this figure under the names without a number."""
-    results = {path.stem: load(path) for path in sorted(folder.glob("*.nc"))}
+    results = StoredResults(folder)
     ends = [(entry, end) for entry in entries(number) for end in ends_of(entry, results)]
     if not ends or not missing(best_entry(number, results), results):
         return results
@@ -97,7 +99,7 @@ def _of_folder(number: str, folder: Path) -> Results:
         labels = ", ".join(f"{name}.nc ({results[name].attrs.get('label', '')})" for name, _ in several)
         rule = f"must be of one recording, and {folder} holds {len(ends)}: {labels}"
         raise UnknownError(f"figure {number}", rule, remedy=f"give {folder / f'{several[-1][0]}.nc'}, say")
-    return {**results, **under_plain_names(results, ends[0][1])}
+    return ChainMap(StoredResults(folder, ends[0][1]), results)  # type: ignore[arg-type] # neither is written to
 
 
 def _label_name(entry: FigureEntry) -> str:

@@ -113,7 +113,7 @@ def kind_of(data: xr.Dataset) -> str:
 
 
 def _of_dataset(path: Path) -> Contents:
-    from vibrissa.files import load
+    from vibrissa.netcdf import load
 
     data = load(path)
     sizes = {str(name): int(size) for name, size in data.sizes.items()}
@@ -186,6 +186,7 @@ def _of_movie(path: Path) -> Contents:
         "frames": f"{'about ' if movie.frame_count_is_estimate else ''}{movie.frame_count}",
         "bits": movie.bits,
         "codec": f"{movie.codec}{', lossy' if movie.lossy else ''}",
+        "checksums": "of every frame" if movie.checksums else "none: damaged bytes may pass unseen",
     }
     rates = {"frame rate [Hz]": movie.frame_rate, "playback rate, not the camera's [Hz]": movie.playback_rate}
     facts |= {name: rate for name, rate in rates.items() if rate == rate}

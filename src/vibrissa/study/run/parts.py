@@ -15,6 +15,7 @@ from vibrissa.study.stages.stages import STAGES
 from vibrissa.study.store.outcome import noting
 from vibrissa.study.store.run_state import Run
 from vibrissa.sweep.processes import Crew
+from vibrissa.sweep.stops import time_to_end
 
 Chain = list[Stage]
 
@@ -76,17 +77,20 @@ def _at_once(run: Run, chains: Mapping[str, Chain], crew: Crew) -> list[Run]:
     """Every part in a thread, which waits for those before it; what ends one, or this thread, ends all."""
     ended, futures = Event(), dict[str, Future[Run]]()
     run = replace(run, progress=_until(ended, run.progress))
-    with ThreadPoolExecutor(len(chains)) as threads:
-        try:
-            for name, chain in chains.items():
-                before = [futures[part] for part in _before(chain) if part in futures]
-                futures[name] = threads.submit(_do_after, run, chain, before)
-            for one in wait(futures.values(), return_when=FIRST_EXCEPTION).done:
-                one.result()
-        except BaseException:
-            ended.set()
-            crew.end()
-            raise
+    threads = ThreadPoolExecutor(len(chains))
+    try:
+        for name, chain in chains.items():
+            before = [futures[part] for part in _before(chain) if part in futures]
+            futures[name] = threads.submit(_do_after, run, chain, before)
+        for one in wait(futures.values(), return_when=FIRST_EXCEPTION).done:
+            one.result()
+    except BaseException as error:
+        ended.set()
+        crew.end()
+        wait(futures.values(), time_to_end(error))
+        raise
+    finally:
+        threads.shutdown(wait=False)
     return [one.result() for one in futures.values()]
 
 

@@ -7,7 +7,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vibrissa.files import held, save
+from vibrissa.files import held
+from vibrissa.netcdf import save
 from vibrissa.quantities.kinds import Datasets, Progress
 from vibrissa.study.forward.surface import surface_lines
 from vibrissa.study.movie.backward import followed
@@ -21,6 +22,7 @@ from vibrissa.study.spec.settings import Study
 from vibrissa.study.store.outcome import not_analysed, not_fitted
 from vibrissa.study.store.run_state import Run
 from vibrissa.sweep.engine import Engine, staffed
+from vibrissa.sweep.stops import without_stops
 from vibrissa.sweep.threads import single_threaded
 
 if TYPE_CHECKING:
@@ -69,13 +71,19 @@ def run_study(
             save(data, work / f"{name}.nc")
         write_report(study, results, work, out, lines, engine=engine, progress=run.progress)
         write_provenance(study, results, work, out)
-        out.mkdir(exist_ok=True)
-        for name in earlier - {made.name for made in work.iterdir()}:
-            (out / name).unlink(missing_ok=True)  # before the study was changed: figures must not mix the two
-        for made in sorted(work.iterdir()):
-            os.replace(made, out / made.name)
+        with without_stops():
+            _put_in_place(work, out, earlier)
     words = {"not_analysed": lines, "not_fitted": not_fitted(results), "headlines": headlines(results)}
     return _summary(results).assign_attrs({name: json.dumps(one, ensure_ascii=False) for name, one in words.items()})
+
+
+def _put_in_place(work: Path, out: Path, earlier: set[str]) -> None:
+    """Move the results of this run where they belong, in place of those that an earlier one left."""
+    out.mkdir(exist_ok=True)
+    for name in earlier - {made.name for made in work.iterdir()}:
+        (out / name).unlink(missing_ok=True)  # before the study was changed: figures must not mix the two
+    for made in sorted(work.iterdir()):
+        os.replace(made, out / made.name)
 
 
 def _summary(results: Datasets) -> xr.Dataset:

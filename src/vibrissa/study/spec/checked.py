@@ -128,6 +128,8 @@ def _check_part(
     for key, value in table.items():
         if key not in keys_of(cls):
             raise UnknownError(f"{where}: key {key!r}", "is unknown", remedy=_cure(key, cls, under, all_parts))
+        if key.endswith("seed") and isinstance(value, int) and value < 0:
+            raise RangeError(f"{where}: {key}", "must be 0 or a positive whole number", value)
         kinds, many = parts_of(hints[key])
         if not kinds:
             continue

@@ -14,6 +14,7 @@ from vibrissa.study.spec.checked import refuse_outside
 from vibrissa.whisker import Whisker
 
 LEAD = 0.05  # [s] left out at both ends of a texture, where the whisker meets and leaves it
+MOST = 10_000  # trials, or textures
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,7 +81,8 @@ class Cortex:
             ("mean_envelope", "sampling_rate", "bin_width"),
             ("texture_seed", "population_seed", "spike_seed"),
         )
-        refuse_outside(self, ("every", "n_trials", "n_textures"), "must be at least 1", lambda value: value >= 1)
+        few = f"must be 1 to {MOST:,}"
+        refuse_outside(self, ("every", "n_trials", "n_textures"), few, lambda value: 1 <= value <= MOST)
         refuse_outside(self, sizes, "must be positive", lambda value: 0 < value < np.inf)
         refuse_outside(self, seeds, "must be zero or positive", lambda value: value >= 0)
         if not 0 < self.distance < self.whisker.length:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import cycle
@@ -22,6 +23,7 @@ from vibrissa.whisker.cone import DENSITY, YOUNGS_MODULUS
 Interval = tuple[float, float]
 Truth = Literal["rod", "modes"]
 
+MOST_SWEEPS = 100_000
 WHISKER, CONDITION, TEXTURE, SWEEP, REPEAT = range(5)  # what a seed is for
 
 
@@ -127,6 +129,9 @@ class Laboratory:
         for name in ("animals", "conditions", "textures", "runs"):
             if not in_turn(getattr(self, name)) or min(in_turn(getattr(self, name))) < 1:
                 raise RangeError(f"Laboratory.{name}", "must be at least 1", getattr(self, name))
+        counts = [max(in_turn(getattr(self, name))) for name in ("animals", "conditions", "textures", "runs")]
+        if math.prod(counts) > MOST_SWEEPS:
+            raise RangeError("Laboratory", f"must have at most {MOST_SWEEPS:,} sweeps of a whisker", math.prod(counts))
         known = {entry.name for entry in atlas() if entry.n_cone}
         for names in self._lists:
             for name in names or ("none",):

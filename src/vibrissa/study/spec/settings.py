@@ -10,9 +10,11 @@ from pathlib import Path
 from typing import Any, Literal
 
 from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError
+from vibrissa.limits import require_memory
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.statics.profile import Posture, check_tip
 from vibrissa.neural.simulated.virtual import NEURON_MODELS, NeuronModel, ThresholdLinearUnit
+from vibrissa.quantities.kinds import Method
 from vibrissa.study.spec.base_signal import BaseSignal
 from vibrissa.study.spec.checked import check_keys, validated
 from vibrissa.study.spec.comparison import Comparison
@@ -44,18 +46,18 @@ class MovieFile:
         Rate of acquisition [Hz]; a container's own rate is a playback rate and is never used, but a camera's header
         holds it.
     seeds : ((column, row), ...)
-        A point of each whisker in the first frame [pixels]; none if they are marked in ``whisking``.
+        A point of each whisker in the first frame [pixels]; none if they are marked in ``whisking``, or found.
     names : (str, ...)
         Names of the whiskers; numbers by default.
     skin : ((column, row), ...), optional
         Where each whisker leaves the skin [pixels]; by default where each is first seen.
-    base : {"left", "right", "top", "bottom"}
-        Side of the image on which the whiskers leave the skin.
+    base : {"left", "right", "top", "bottom"}, optional
+        Side of the image on which the whiskers leave the skin; as found with the whiskers, else left.
     polarity : {"dark", "bright"}
         Whiskers darker or brighter than what is behind them.
     background : str
-        "space" (estimated in every frame), "mean" (of the movie itself, if no whisker stays in one place), or an image
-        or movie without the whiskers, relative to the study file.
+        "space" (estimated in every frame), "mean" (of the movie itself, if no whisker stays in one place), "median"
+        (likewise, of whiskers that are linked), or an image or movie without the whiskers, relative to the study file.
     region : (first column, first row, last column, last row), optional
         Part of the image that is searched [pixels]; all by default.
     search : int
@@ -78,6 +80,14 @@ class MovieFile:
     start, stop : int
         First frame that is tracked, from 0, and the first after it that is not; all by default. Points are of frame
         ``start``; times count from the movie's first frame.
+    drop_frames : {"nan"}, optional
+        Frames that the movie's time stamps show to be missing become missing frames of the profile; by default they are
+        reported, and frames are taken as evenly spaced.
+    tracking : {"auto", "follow", "link"}
+        Whiskers followed from the first frame on, or found in every frame and linked, see
+        :func:`vibrissa.video.linked.tracking_way.choose_way`.
+    marks : ((frame, column, row, name), ...)
+        Points of whiskers in any frame [pixels], with the whisker's name, of whiskers that are linked.
     """
 
     path: str
@@ -86,7 +96,7 @@ class MovieFile:
     seeds: tuple[tuple[float, float], ...] = ()
     names: tuple[str, ...] = ()
     skin: tuple[tuple[float, float], ...] | None = None
-    base: Literal["left", "right", "top", "bottom"] = "left"
+    base: Literal["left", "right", "top", "bottom"] | None = None
     polarity: Literal["dark", "bright"] = "dark"
     background: str = "space"
     region: tuple[int, int, int, int] | None = None
@@ -100,6 +110,9 @@ class MovieFile:
     lamp: tuple[int, int, int, int] | Literal["find"] | None = None
     start: int = 0
     stop: int | None = None
+    drop_frames: Literal["nan"] | None = None
+    tracking: Method = "auto"
+    marks: tuple[tuple[int, float, float, str], ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,6 +149,8 @@ class Film:
     def __post_init__(self) -> None:
         if not 0 <= self.shadow < 0.1:
             raise RangeError("Film.shadow", "must lie between 0 and 0.1", self.shadow, "give it in m")
+        instants = float(self.n_frames * self.subframes)
+        require_memory("Film", f"{self.n_frames} frames of {self.subframes}", 8 * 4 * self.camera.width * instants)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,7 +7,6 @@ from collections.abc import Callable, Collection, Iterator
 from typing import NamedTuple
 
 from vibrissa.errors import UnknownError
-from vibrissa.quantities.kinds import Results
 from vibrissa.study.spec.settings import Study
 from vibrissa.study.stages.stage import FigureEntry
 from vibrissa.study.stages.stages import STAGES
@@ -189,21 +188,3 @@ def figures_of(study: Study, names: Collection[str]) -> list[tuple[FigureEntry, 
         return parts[int(name.rpartition("_")[2]) - 1].label
 
     return [(one.entry, one.heading) for one in served(names, label)]
-
-
-def under_plain_names(results: Results, end: str) -> Results:
-    """Results of one recording or signal under the names that its figures know.
-
-    Parameters
-    ----------
-    results : mapping of Datasets
-        Of a study.
-    end : str
-        End of their names; "" gives the results as they are.
-
-    Returns
-    -------
-    mapping of Datasets
-        By those names.
-    """
-    return {name.removesuffix(end): data for name, data in results.items() if name.endswith(end)} if end else results

@@ -42,8 +42,9 @@ from vibrissa.study.forward.model_figures import model_figures
 from vibrissa.study.forward.surface import scan_surface, study_surface
 from vibrissa.study.movie import one_movie
 from vibrissa.study.movie.apparatus import apparatus, true_profile
-from vibrissa.study.movie.backward import still_of, track_file
+from vibrissa.study.movie.backward import still_of
 from vibrissa.study.movie.resting import at_rest, posture_at_rest
+from vibrissa.study.movie.track_file import track_file
 from vibrissa.study.movie.verdict import hold_against
 from vibrissa.study.movie.virtual import exposed_signals, film_motion, record_unit
 from vibrissa.study.neurons import cortex

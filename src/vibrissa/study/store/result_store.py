@@ -16,7 +16,7 @@ import numpy as np
 
 from vibrissa import __version__
 from vibrissa.errors import ConvergenceError, InputError, MachineError
-from vibrissa.files import attributes, load, save
+from vibrissa.netcdf import attributes, load, save
 from vibrissa.quantities import dataset
 from vibrissa.quantities.kinds import Progress
 from vibrissa.sweep.engine import Engine, each

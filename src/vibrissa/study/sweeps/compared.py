@@ -13,9 +13,9 @@ import numpy as np
 
 from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.figures.canvas import spread
-from vibrissa.files import load
 from vibrissa.mechanics.across.comparison import MODES, compare_sweeps, found_scan, predicted_envelopes
 from vibrissa.mechanics.scan.texture_prediction import Prediction, predict
+from vibrissa.netcdf import load
 from vibrissa.quantities import dataset
 from vibrissa.quantities.kinds import Progress
 from vibrissa.signals.envelope import analytic_envelope

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vibrissa.errors import TooFewError
-from vibrissa.files import load
 from vibrissa.mechanics.inverse.stationary_posture import Line
-from vibrissa.study.movie.backward import track_file
+from vibrissa.netcdf import load
+from vibrissa.study.movie.track_file import track_file
 from vibrissa.study.spec.recorded_sweeps import RecordedSweep, refuse_long
 from vibrissa.study.spec.settings import MovieFile
 from vibrissa.study.store.result_store import SweepRow

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.files import digest, load, save
+from vibrissa.files import digest
+from vibrissa.netcdf import load, save
 from vibrissa.quantities.kinds import Progress
 from vibrissa.study.spec.laboratory import Laboratory
 from vibrissa.study.spec.parts import every_by_modes

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vibrissa.arrays import Array
 from vibrissa.errors import FormatError, RangeError
+from vibrissa.limits import require_memory
 
 Frames = NDArray[np.uint8]
 
@@ -24,6 +25,7 @@ class Rule(NamedTuple):
     words: str
 
 
+_COPIES = 20  # of a frame, of 8 bytes a pixel, as it is rendered and written
 POSITIVE = Rule(lambda value: 0 < value < np.inf, "must be positive and finite")
 NOT_NEGATIVE = Rule(lambda value: 0 <= value < np.inf, "must be finite, not negative")
 FINITE = Rule(lambda value: bool(np.isfinite(value)), "must be finite")
@@ -110,6 +112,7 @@ class Camera:
             width="",
             height="",
         )
+        require_memory("Camera", f"{self.width} x {self.height} pixels", _COPIES * 8 * float(self.width * self.height))
         longest = 1 / self.frame_rate
         within = f"must lie between 0 and one frame, {longest:.4g} s"
         check(self, Rule(lambda time: 0 < time <= longest * (1 + 1e-12), within), exposure="s")

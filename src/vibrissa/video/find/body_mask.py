@@ -63,14 +63,14 @@ def _threshold(levels: NDArray[np.float32], zero: float) -> float:
     low, high = levels.min(), levels.max()
     if not high > low:
         return -np.inf
-    level, dark, light = _otsu(levels, low, high)
+    level, dark, light = _otsu(levels, float(low), float(high))
     third = (light - dark) / 3
     between = ((levels > dark + third) & (levels < light - third)).mean()
     two = between < VALLEY
     if zero > -1e30:  # lines are darker than the light, whose level of no light is known
         if two and dark - zero < APART * (light - zero):
             return level
-        return zero + UNLIT * (high - zero)
+        return zero + UNLIT * (float(high) - zero)
     return level if two and abs(light) < APART * abs(dark) else -np.inf
 
 

@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import Literal, NamedTuple, cast
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
 
-from vibrissa.arrays import Array, Mask
+from vibrissa.arrays import Mask
 from vibrissa.errors import ShapeError, TooFewError, UnknownError
-from vibrissa.video.find.ridges import DIRECTIONS, STEP, Volume, ridges, trace
+from vibrissa.video.find.movie_segments import SMALLEST, LineSearch, find_segments
 
 Rows = NDArray[np.float64]
 Side = Literal["left", "right", "top", "bottom"]
 
-CLEAR, FAINT = 8.0, 4.0  # contrast at which a trace starts, and goes on, over the scatter where there is no line
-LEAST = 0.002  # the same, least share of the image's range: below, compression leaves false lines
-UNLIT = 0.15  # of the light of the field (95th percentile): below, nothing is a dark whisker
-NEAR, ALIKE = 4.0, 3  # distance [px] and directions within which two pieces are of one line
 JOIN, STRAIGHT = 45.0, 12.0  # largest gap [px] and bend at either end [°] between two parts of one whisker
+TOUCHING, LEAVING = 8.0, 18  # gap without a direction; points from which the direction of an end is taken
 SHORTEST, FUR = 40.0, 0.3  # length of a whisker at least [px], and of the longest one
-OWN = 0.3  # share of a trace that no earlier one has, to be a line: where lines cross a trace may go on along another
-INNER = 10  # steps whose contrast an end is held against
+COILED = 0.7  # chord over length below which a line is a curl of fur
+SMOOTH = 6.0  # standard deviation of the points over which depth is averaged
 ALONE = 15.0  # distance to other lines from which on a seed is sure [px]
 STEEPEST = 63.0  # angle against the columns up to which a line can be read column by column [°]
 
@@ -37,7 +35,7 @@ class FoundWhisker(NamedTuple):
     length : float
         Visible length [px].
     contrast : float
-        Median contrast to its sides along it, averaged over 2.4 × 16 px [grey levels].
+        Median depth along it [grey levels].
     base : {"left", "right", "top", "bottom"}
         Side on which its base is guessed to be: where the line is stronger, as a whisker tapers.
     line : (n, 2) array
@@ -83,13 +81,7 @@ def find_whiskers(
         If the image is no array of two dimensions, at least 32 pixels each, or a choice is none of those.
     """
     _check(image, polarity, base)
-    # contrast of straight pieces in every direction; where no light passes nothing can be dark
-    volume, scatter = ridges(image, 1.0 if polarity == "dark" else -1.0)
-    if polarity == "dark":
-        volume[:, _unlit(image)] = -np.inf
-    # pieces are traced to lines, and lines that go on beyond a gap are joined
-    scatter = max(scatter, LEAST * float(np.ptp(cast(Array, image))))
-    lines = [_trimmed(line) for line in _joined(list(_lines(volume, CLEAR * scatter, FAINT * scatter)))]
+    lines = [line for line in _joined(_lines(image, polarity)) if not _is_coiled(line)]
     if base is not None:
         lines = [line for line in lines if _runs_from(line, base)]
     if region is not None:
@@ -101,7 +93,7 @@ def find_whiskers(
     for line in lines:
         seed = _seed(line, [other for other in lines if other is not line], region)
         found.append(
-            FoundWhisker(seed, _length(line), float(np.median(line[:, 3])), base or _base(line), line[:, 1::-1])
+            FoundWhisker(seed, _length(line), float(np.nanmedian(line[:, 2])), base or _base(line), line[:, 1::-1])
         )
     return sorted(found, key=lambda one: -one.length)
 
@@ -153,75 +145,51 @@ def find_seeds(
     if side is None:
         remedy = "give their seeds, or say whether they are dark or bright"
         raise TooFewError("whiskers", "must be seen in the first frame to be found", remedy=remedy)
+    return side, from_side(found, side)
+
+
+def from_side(found: Sequence[FoundWhisker], side: Side) -> list[FoundWhisker]:
+    """Whiskers that run from one side of the image, in the order of their seeds there.
+
+    Parameters
+    ----------
+    found : sequence of FoundWhisker
+        Whiskers of one image.
+    side : {"left", "right", "top", "bottom"}
+        Side of the bases.
+
+    Returns
+    -------
+    list of FoundWhisker
+        From the top down, or from left to right where the base is at the top or bottom.
+    """
     across = 1 if side in ("left", "right") else 0
     fit = [one for one in found if _runs_from(one.line[:, ::-1], side)]
-    return side, sorted(fit, key=lambda one: one.seed[across])
+    return sorted(fit, key=lambda one: one.seed[across])
 
 
 def _check(image: NDArray[np.generic], polarity: str, base: str | None) -> None:
-    if image.ndim != 2 or min(image.shape) < 32:
-        raise ShapeError("image", "must be (height, width), at least 32 pixels each", image.shape)
+    if image.ndim != 2 or min(image.shape) < SMALLEST:
+        raise ShapeError("image", f"must be (height, width), at least {SMALLEST} pixels each", image.shape)
     if polarity not in ("dark", "bright"):
         raise UnknownError("polarity", "must be 'dark' or 'bright'", repr(polarity))
     if base not in (None, "left", "right", "top", "bottom"):
         raise UnknownError("base", "must be 'left', 'right', 'top' or 'bottom'", repr(base))
 
 
-def _unlit(image: NDArray[np.generic]) -> Mask:
-    """Where no light passes that a whisker could take away: the face, a holder, and their very edge."""
-    from scipy.ndimage import binary_dilation, gaussian_filter
-
-    light = gaussian_filter(np.asarray(image, np.float32), NEAR / 2)
-    dark = light < UNLIT * np.percentile(light, 95)
-    return np.asarray(binary_dilation(dark, iterations=round(NEAR)))
+def _lines(image: NDArray[np.generic], polarity: Literal["dark", "bright"]) -> list[Rows]:
+    """Row, column and depth along all lines (n, 3); parts of whiskers too."""
+    found = find_segments(image[None], LineSearch(polarity=polarity))
+    points = np.stack([found[name].values for name in ("row", "column", "line_contrast")], axis=1).astype(float)
+    return np.split(points, found.segment_start.values[1:]) if found.sizes["segment"] else []
 
 
-def _lines(volume: Volume, clear: float, faint: float) -> Iterator[Rows]:
-    """Traces (n, 4) of :func:`vibrissa.video.find.ridges.trace`, the clearest first; parts of whiskers too."""
-    best, direction = volume.max(axis=0), volume.argmax(axis=0)
-    taken = np.zeros(volume.shape, bool)
-    starts = np.argwhere(best > clear)
-    for row, column in starts[np.argsort(-best[tuple(starts.T)])]:
-        k = int(direction[row, column])
-        if taken[k, row, column]:
-            continue
-        there = trace(volume, float(row), float(column), k, faint)
-        back = trace(volume, float(row), float(column), k + DIRECTIONS, faint)
-        back[:, 2] += DIRECTIONS
-        line = np.concatenate([back[::-1], [[row, column, k, best[row, column]]], there])
-        own = ~_at(taken, line)
-        _take(taken, line)
-        if STEP * own.sum() >= SHORTEST / 2 and own.mean() > OWN:
-            first, last = np.flatnonzero(own)[[0, -1]]
-            yield line[first : last + 1]
-
-
-def _at(taken: Mask, line: Rows) -> Mask:
-    row, column = (np.rint(line[:, i]).astype(int) for i in (0, 1))
-    inside = np.clip(row, 0, taken.shape[1] - 1), np.clip(column, 0, taken.shape[2] - 1)
-    return taken[(line[:, 2].astype(int) % DIRECTIONS, *inside)]
-
-
-def _take(taken: Mask, line: Rows) -> None:
-    """Mark all that belongs to a line: near it, in a direction like its own."""
-    reach = int(NEAR)
-    for row, column, heading, _ in line:
-        k = (int(heading) + np.arange(-ALIKE, ALIKE + 1)) % DIRECTIONS
-        r, c = round(row), round(column)
-        taken[k, max(r - reach, 0) : r + reach + 1, max(c - reach, 0) : c + reach + 1] = True
+def _is_coiled(line: Rows) -> bool:
+    return bool(np.hypot(*(line[-1, :2] - line[0, :2])) < COILED * _length(line))
 
 
 def _length(line: Rows) -> float:
     return float(np.hypot(*np.diff(line[:, :2], axis=0).T).sum())
-
-
-def _trimmed(line: Rows) -> Rows:
-    """Without what lies beyond the ends: a piece half beyond one has half the contrast."""
-    for _ in range(2):
-        while len(line) > INNER and line[0, 3] < np.median(line[1 : INNER + 1, 3]) / 2:
-            line = line[1:]
-        line = line[::-1]
-    return line
 
 
 def _joined(lines: list[Rows]) -> list[Rows]:
@@ -243,13 +211,11 @@ def _joined(lines: list[Rows]) -> list[Rows]:
 
 def _gap(one: Rows, other: Rows) -> float:
     """Distance from the end of one line to the beginning of another that goes on in its direction, else infinite."""
-    n = 6
-    if min(len(one), len(other)) < 3:
-        return np.inf
+    n = LEAVING
     across = other[0, :2] - one[-1, :2]
     gap = float(np.hypot(*across))
     before, after = one[-1, :2] - one[-n:, :2][0], other[:n, :2][-1] - other[0, :2]
-    if gap < 2 * NEAR:
+    if gap < TOUCHING:
         across = before  # too near to have a direction
     cosines = [way @ across / (np.hypot(*way) * np.hypot(*across)) for way in (before, after)]
     return gap if np.degrees(np.arccos(np.clip(cosines, -1, 1))).max() < STRAIGHT else np.inf
@@ -265,7 +231,7 @@ def _runs_from(line: Rows, base: Side) -> bool:
 def _base(line: Rows) -> Side:
     """Side of the stronger end of a line, its outer thirds compared."""
     third = max(len(line) // 3, 1)
-    first = np.median(line[:third, 3]) > np.median(line[-third:, 3])
+    first = np.nanmedian(line[:third, 2]) > np.nanmedian(line[-third:, 2])
     down, right = (line[-1, :2] - line[0, :2]) * (1 if first else -1)
     if abs(right) >= abs(down):
         return "left" if right > 0 else "right"
@@ -279,8 +245,8 @@ def _inside(line: Rows, region: tuple[int, int, int, int]) -> Mask:
 
 def _carried_on(line: Rows) -> Rows:
     """Rows and columns of a line with ``JOIN`` px straight on at both ends: its own part may end at a crossing."""
-    places, n = line[:, :2], min(6, len(line)) - 1
-    steps = np.arange(STEP, JOIN, STEP)[:, None]
+    places, n = line[:, :2], min(LEAVING, len(line)) - 1
+    steps = np.arange(1.0, JOIN)[:, None]
     ways = places[0] - places[n], places[-1] - places[-1 - n]
     ends = [end + steps * way / np.hypot(*way) for end, way in zip(places[[0, -1]], ways, strict=True)]
     return np.concatenate([places, *ends])
@@ -288,7 +254,7 @@ def _carried_on(line: Rows) -> Rows:
 
 def _seed(line: Rows, others: Sequence[Rows], region: tuple[int, int, int, int] | None) -> tuple[float, float]:
     """Clearest point of a line that is away from its ends and from other lines, as far as there is one."""
-    clearness = np.convolve(line[:, 3], np.ones(7) / 7, mode="same")
+    clearness = gaussian_filter1d(line[:, 2], SMOOTH, mode="constant")  # ends have half
     for other in others:
         apart = np.hypot(*(line[:, None, :2] - _carried_on(other)[None]).transpose(2, 0, 1)).min(axis=1)
         clearness *= np.clip(apart / ALONE, 0.05, 1)

@@ -31,6 +31,7 @@ CELL = 2.0  # side of the cells of seeds and of the body, over the width
 MEASURED, SURE = 0.5, 0.3  # share of the points of a line that must be measured, with that SD over the width at most
 GHOST = 0.5  # contrast in the frame over that in the difference from the scenery, below which a line is none
 END = 0.6  # the same, near its ends
+LINES = 2000  # of a frame at most
 
 
 class LineShape(NamedTuple):
@@ -108,6 +109,7 @@ class FrameRoom(NamedTuple):
     good: Mask
     found: Array
     begin: Places
+    crowded: Places
 
 
 def frame_room(height: int, width: int, shape: LineShape) -> FrameRoom:
@@ -125,7 +127,7 @@ def frame_room(height: int, width: int, shape: LineShape) -> FrameRoom:
     FrameRoom
     """
     rows, columns = -(-height // shape.cell), -(-width // shape.cell)
-    most, long, lines = max(height * width // 8, 1000), 4 * (height + width), 2000
+    most, long, lines = max(height * width // 8, 1000), 4 * (height + width), LINES + 1
     return FrameRoom(
         taps=derivative_taps(shape.blur),
         levels=np.empty((rows, columns), np.float32),
@@ -151,6 +153,7 @@ def frame_room(height: int, width: int, shape: LineShape) -> FrameRoom:
         good=np.empty(2 * long, np.bool_),
         found=np.empty((most, 5)),
         begin=np.empty(lines, np.int64),
+        crowded=np.zeros(1, np.int64),
     )
 
 
@@ -215,6 +218,7 @@ def _place(frame: Single, grey: Single, points: Array, used: int, shape: LineSha
     """Place a line, and write its points to ``room.found`` from ``used`` on; how many, 0 if it is none."""
     n = resampled(points, room.course)
     if used + n > len(room.found):
+        room.crowded[0] += 1
         return 0
     good, found = room.good[:n], room.found[used : used + n]
     measured = place_line(grey, room.course[:n], shape.sigma, room.fit, room.cells, room.work[:n], good, found)
@@ -233,7 +237,6 @@ def _place(frame: Single, grey: Single, points: Array, used: int, shape: LineSha
     return kept
 
 
-@njit(cache=True, nogil=True)
 def find_lines(grey: Single, shape: LineShape, room: FrameRoom) -> int:
     """Find all lines of a frame.
 
@@ -245,7 +248,8 @@ def find_lines(grey: Single, shape: LineShape, room: FrameRoom) -> int:
         Of the lines.
     room : FrameRoom
         Room for work. Written are ``room.begin`` (lines + 1,) and ``room.found`` (points, 5): column, row, full
-        width at half depth [px], depth [grey levels], standard deviation across the line [px], NaN if not measured.
+        width at half depth [px], depth [grey levels], standard deviation across the line [px], NaN if not measured;
+        and ``room.crowded`` (1,), lines for which there was no room.
 
     Returns
     -------
@@ -254,7 +258,7 @@ def find_lines(grey: Single, shape: LineShape, room: FrameRoom) -> int:
     """
     cell_levels(grey, shape.cell, room.levels)
     mark_body(grey, room.levels, shape.zero, shape.cell, room.dark, room.body)
-    return find_moving(grey, grey, shape, room)
+    return int(find_moving(grey, grey, shape, room))
 
 
 @njit(cache=True, nogil=True)
@@ -277,11 +281,13 @@ def find_moving(frame: Single, grey: Single, shape: LineShape, room: FrameRoom) 
     """
     second_derivatives(grey, room.taps, room.rows, room.maps)
     rule = _rule(shape, room)
-    room.begin[0] = 0
+    room.begin[0], room.crowded[0] = 0, 0
     if not rule.clear < np.inf:
         return 0
     seeds = find_seeds(room.maps, room.body, rule.clear, shape.cell, room.line, room.strength, room.place)
-    lines = trace_lines(room.maps, room.body, room.taken, room.place, seeds, rule, room.path, room.points, room.first)
+    lines, room.crowded[0] = trace_lines(
+        room.maps, room.body, room.taken, room.place, seeds, rule, room.path, room.points, room.first
+    )
     lines = join_lines(
         room.points,
         room.first,

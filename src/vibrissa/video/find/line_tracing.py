@@ -248,7 +248,7 @@ def trace_lines(
     path: Array,
     points: Array,
     first: NDArray[np.int64],
-) -> int:
+) -> tuple[int, int]:
     """Trace a line from every seed that none traced before has taken.
 
     Parameters
@@ -272,12 +272,12 @@ def trace_lines(
 
     Returns
     -------
-    int
-        Lines.
+    int, int
+        Lines, and those for which there was no room.
     """
     width = body.shape[1]
     taken[:] = 0
-    lines, used = 0, 0
+    lines, used, crowded = 0, 0, 0
     first[0] = 0
     for k in range(seeds):
         y, x = float(place[k] // width), float(place[k] % width)
@@ -296,7 +296,10 @@ def trace_lines(
             continue
         n = _trace(maps, body, taken, x, y, angle, rule, path[0])
         m = _trace(maps, body, taken, x, y, angle + np.pi, rule, path[1])
-        if (n + m) * rule.step < rule.least or used + n + m + 1 > len(points) or lines + 2 > first.size:
+        if (n + m) * rule.step < rule.least:
+            continue
+        if used + n + m + 1 > len(points) or lines + 2 > first.size:
+            crowded += 1
             continue
         for q in range(m):
             points[used + q] = path[1, m - 1 - q]
@@ -307,4 +310,4 @@ def trace_lines(
         used += m + n + 1
         lines += 1
         first[lines] = used
-    return lines
+    return lines, crowded

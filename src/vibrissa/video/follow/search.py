@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from vibrissa.errors import RangeError, UnknownError
 from vibrissa.video.kernel.estimator_table import ESTIMATORS, Estimator
 
+FURTHEST = 1000  # of the search [px]: its memory grows with the square
+
 
 @dataclass(frozen=True, kw_only=True)
 class Search:
@@ -61,7 +63,7 @@ class Search:
             )
         if self.estimator not in ESTIMATORS:
             raise UnknownError("estimator", f"must be one of {', '.join(ESTIMATORS)}", repr(self.estimator))
-        if self.search < 1:
-            raise RangeError("search", "must be at least 1 pixel", self.search)
+        if not 1 <= self.search <= FURTHEST:
+            raise RangeError("search", f"must be 1 to {FURTHEST} pixels", self.search)
         if not self.threshold > 0:
             raise RangeError("threshold", "must be positive", self.threshold)

@@ -13,8 +13,8 @@ import numpy as np
 
 from vibrissa.errors import FormatError, InputError, PackageError, RangeError, TooFewError, UnknownError, install
 from vibrissa.files import existing
-from vibrissa.video.foreign.traces import labelled_traces
 from vibrissa.video.foreign.whisk_files import FURTHEST, Values
+from vibrissa.video.linked.traces import labelled_traces
 from vibrissa.video.tracking import Calibration
 
 if TYPE_CHECKING:

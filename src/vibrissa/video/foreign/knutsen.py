@@ -9,9 +9,9 @@ import numpy as np
 
 from vibrissa.errors import FormatError, ShapeError
 from vibrissa.files import existing
+from vibrissa.reader_process import tables_read_by
 from vibrissa.video.foreign import knutsen_tables
 from vibrissa.video.foreign.keypoints import Keypoints
-from vibrissa.video.foreign.reader_process import tables_read_by
 from vibrissa.video.foreign.whisk_files import FURTHEST
 from vibrissa.video.tracking import Calibration
 

@@ -10,11 +10,12 @@ from vibrissa.errors import ConflictError, FormatError, MissingError
 from vibrissa.files import existing
 from vibrissa.video.foreign.keypoints import LIKELIHOOD, Software, profile_from_keypoints, read_keypoints
 from vibrissa.video.foreign.knutsen import read_knutsen
-from vibrissa.video.foreign.segment_tables import profile_from_linking, read_segments
+from vibrissa.video.foreign.segment_tables import read_segments
 from vibrissa.video.foreign.whisk_files import WHISKERS, Segment, read_measurements, read_whiskers
 from vibrissa.video.foreign.whisk_profile import Identity, KnownSegment, Side, known_of, profile_from_whisk
 from vibrissa.video.foreign.whiskiwrap import read_whiskiwrap
 from vibrissa.video.link.whisker_linking import link_segments
+from vibrissa.video.linked.linked_profile import profile_from_linking
 from vibrissa.video.tracking import Calibration
 
 if TYPE_CHECKING:

@@ -13,7 +13,6 @@ from vibrissa.arrays import Array
 from vibrissa.errors import FormatError, MissingError, RangeError, TooFewError, UnknownError
 from vibrissa.files import written_whole
 from vibrissa.quantities import require
-from vibrissa.video.foreign.traces import Trace, profile_of
 from vibrissa.video.foreign.whisk_files import (
     FURTHEST,
     Segment,
@@ -23,6 +22,7 @@ from vibrissa.video.foreign.whisk_files import (
     packed_measurements,
     packed_whiskers,
 )
+from vibrissa.video.linked.traces import Trace, profile_of
 from vibrissa.video.tracking import Calibration
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def profile_from_whisk(
     whiskers : sequence of int, optional
         Identities wanted, in the order of the profile; default all from 0 on, ascending.
     node_spacing, skin
-        See :func:`vibrissa.video.foreign.traces.profile_of`.
+        See :func:`vibrissa.video.linked.traces.profile_of`.
     base : {"left", "right", "top", "bottom"}, optional
         Side of the image towards which the base ends lie; default: the end next to the measured follicle.
     source : str
@@ -99,7 +99,7 @@ def profile_from_whisk(
     Returns
     -------
     Dataset
-        See :func:`vibrissa.video.foreign.traces.profile_of`. Attributes ``identity_from`` and ``identities`` (JSON).
+        See :func:`vibrissa.video.linked.traces.profile_of`. Attributes ``identity_from`` and ``identities`` (JSON).
 
     Raises
     ------

@@ -8,8 +8,8 @@ import numpy as np
 
 from vibrissa.errors import FormatError, MissingError, ShapeError
 from vibrissa.files import existing
+from vibrissa.reader_process import tables_read_by
 from vibrissa.video.foreign import whiskiwrap_tables
-from vibrissa.video.foreign.reader_process import tables_read_by
 from vibrissa.video.foreign.whisk_files import Segment, Values, refuse_coordinates
 from vibrissa.video.foreign.whisk_profile import KnownSegment
 

@@ -8,7 +8,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from vibrissa.video.foreign.reader_process import write_tables
+from vibrissa.reader_process import write_tables
 
 
 def _tables(path: Path) -> dict[str, Any]:

@@ -31,6 +31,8 @@ class Movie:
         Name of the codec; "tiff", "mraw" and "npy" for those formats.
     lossy : bool
         Whether the codec may have altered the grey levels (one that can do both counts as lossy).
+    checksums : bool
+        Whether the frames have checksums, so that a damaged one is refused.
     expanded : bool
         Whether limited-range luma (16 to 235 at 8 bits) is expanded to the full range on reading.
     colour : bool
@@ -52,6 +54,7 @@ class Movie:
     codec: str
     frame_count: int
     lossy: bool = False
+    checksums: bool = False
     expanded: bool = False
     colour: bool = False
     frame_rate: float = float("nan")

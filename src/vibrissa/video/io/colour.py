@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vibrissa.errors import FormatError, RangeError, ShapeError
 from vibrissa.files import written_whole
-from vibrissa.video.io.container import encode
+from vibrissa.video.io.encoder import encode
 
 PLAYBACK_RATE = 25.0  # at which players show it [Hz]
 QUALITY = "23"  # constant rate factor, of 0 to 51; x264's own default

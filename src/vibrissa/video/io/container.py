@@ -14,41 +14,36 @@ from functools import partial
 from itertools import chain
 from math import nan
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import av
 import numpy as np
-from numpy.typing import NDArray
 
 from vibrissa.arrays import Integers
 from vibrissa.errors import FormatError, InputError, ShapeError, TooFewError
 from vibrissa.video.io.about import Movie, Opened, empty_block
+from vibrissa.video.io.frame_times import FrameTimes, frame_times
 from vibrissa.video.io.grey import Frames, grey_levels, has_colour, kind_of
+from vibrissa.video.io.slice_checksums import SliceChecksums
 
 LOSSLESS = frozenset({"ffv1", "rawvideo", "huffyuv", "ffvhuff", "utvideo", "png", "bmp", "tiff"})
-SUFFIXES = frozenset({".avi", ".mkv", ".mp4"})
+CHECKED = frozenset({"png", "apng"})  # checksums that FFmpeg itself checks; those of FFV1 are checked here
 
 # titles may be in any encoding: since version 19 PyAV reads them all, before it was asked to
 _ASKED = hasattr(av.container.InputContainer, "metadata_errors")
 _ANY_ENCODING: dict[str, Any] = {"metadata_errors": "surrogateescape"} if _ASKED else {}
 
-# name of the codec as the user says it: FFmpeg's name, its options, the containers that hold it
-ENCODERS: dict[str, tuple[str, dict[str, str], frozenset[str]]] = {
-    "ffv1": ("ffv1", {}, frozenset({".avi", ".mkv"})),
-    "ffvhuff": ("ffvhuff", {}, frozenset({".avi"})),
-    "h264": ("libx264", {"crf": "18"}, SUFFIXES),
-    "h264-lossless": ("libx264", {"qp": "0"}, SUFFIXES),
-}
-
 
 @contextmanager
-def opened(path: Path) -> Iterator[Opened]:
+def opened(path: Path, holes: bool = False) -> Iterator[Opened]:
     """Open a movie, described by its header and first frame; its blocks can be read once.
 
     Parameters
     ----------
     path : Path
         The file.
+    holes : bool
+        Whether frames that the container counts may be missing, as long as the last is there.
 
     Yields
     ------
@@ -62,22 +57,28 @@ def opened(path: Path) -> Iterator[Opened]:
         format changes, or the movie is cut off or damaged.
     """
     with _container(path) as container:
-        decoded = _frames(container, path)
+        checksums = _checksums(container)
+        decoded = _frames(container, path, checksums, holes)
         first = next(decoded, None)
         if first is None:
             raise TooFewError(str(path), "must have at least one frame")
-        movie = _described(path, container, first)
+        movie = _described(path, container, first, checksums)
         yield Opened(movie, partial(_blocks, movie, chain([first], decoded)))
 
 
 def _blocks(movie: Movie, decoded: Iterable[av.VideoFrame], frames: int) -> Iterator[Frames]:
     block, filled = empty_block(movie, frames), 0
-    for frame in decoded:
-        block[filled] = grey_levels(frame, movie.path, movie.bits, movie.expanded, movie.colour)
-        filled += 1
-        if filled == frames:
-            yield block
-            block, filled = np.empty_like(block), 0
+    try:
+        for frame in decoded:
+            block[filled] = grey_levels(frame, movie.path, movie.bits, movie.expanded, movie.colour)
+            filled += 1
+            if filled == frames:
+                yield block
+                block, filled = np.empty_like(block), 0
+    except InputError:
+        if filled:  # the frames before a damaged one are good
+            yield block[:filled]
+        raise
     if filled:
         yield block[:filled]
 
@@ -102,87 +103,46 @@ def key_frames(path: Path) -> Integers:
     InputError
         If it is no movie, or cannot be read to its end.
     """
-    with _container(path) as container:
-        stream = container.streams.video[0]
-        try:
-            flags = [(packet.pts, packet.is_keyframe) for packet in container.demux(stream) if packet.size]
-        except av.FFmpegError as error:
-            raise _cut_off(path, 0, _announced(container)) from error
-    if all(time is not None for time, _ in flags):
-        flags.sort()  # packets come in the order of decoding
-    return np.flatnonzero([key for _, key in flags])
+    return np.flatnonzero([key for _, key in _stamps(path)[0]])
 
 
-def write(path: Path, blocks: Iterator[Frames], codec: str, playback_rate: float) -> None:
-    """Encode grey frames by one of ``ENCODERS``; equal frames give equal files.
+def time_stamps(path: Path) -> FrameTimes | None:
+    """Places of the frames on an even time axis, as the container times them; nothing is decoded.
 
     Parameters
     ----------
     path : Path
-        File to write.
-    blocks : iterator of (T, height, width) arrays
-        Frames of one size and type.
-    codec : str
-        One of ``ENCODERS``.
-    playback_rate : float
-        Rate at which players show it [Hz].
+        The file.
+
+    Returns
+    -------
+    FrameTimes or None
+        None where frames have no time stamps.
 
     Raises
     ------
     InputError
-        If the codec cannot hold the bits of the frames.
+        If it is no movie, or cannot be read to its end.
     """
-    name, options, _ = ENCODERS[codec]
-    first = next(blocks)
-    if first.dtype == np.uint16 and name == "libx264":
-        raise FormatError("frames", "must be of 8 bits for H.264", first.dtype, "write 'ffv1' or TIFF")
-    layout = "gray" if first.dtype == np.uint8 else "gray16le"
-    frames = (frame for block in chain([first], blocks) for frame in block)
-    encode(path, frames, name, options, layout, layout, playback_rate)
+    stamps, tick, rate = _stamps(path)
+    if not stamps or any(time is None for time, _ in stamps):
+        return None
+    return frame_times(np.array([float(time * tick) for time, _ in stamps]), float(tick), rate)
 
 
-def encode(
-    path: Path,
-    frames: Iterable[NDArray[Any]],
-    name: str,
-    options: dict[str, str],
-    given: str,
-    stored: str,
-    playback_rate: float,
-) -> int:
-    """Encode frames with one codec of FFmpeg, without a random identifier.
-
-    Parameters
-    ----------
-    path : Path
-        File to write; its suffix is the container.
-    frames : iterable of (height, width, …) arrays
-        Frames of one size and type.
-    name, options : str, dict
-        FFmpeg's name of the codec, and its options.
-    given, stored : str
-        FFmpeg's pixel format of the frames, and of the movie.
-    playback_rate : float
-        Rate at which players show it [Hz].
-
-    Returns
-    -------
-    int
-        Number of frames.
-    """
-    count = 0
-    with av.open(str(path), "w", container_options={"fflags": "+bitexact"}) as file:
-        rate = Fraction(playback_rate).limit_denominator(100_000)
-        stream = cast(av.VideoStream, file.add_stream(name, rate=rate, options=options))
-        for count, frame in enumerate(frames, 1):
-            if count == 1:
-                stream.height, stream.width, stream.pix_fmt = *frame.shape[:2], stored
-                if name == "libx264" and stored == "gray":
-                    stream.codec_context.color_range = av.video.reformatter.ColorRange.JPEG
-            image = av.VideoFrame.from_ndarray(np.ascontiguousarray(frame), format=given)
-            file.mux(stream.encode(image))
-        file.mux(stream.encode())
-    return count
+def _stamps(path: Path) -> tuple[list[tuple[Any, bool]], Fraction, float]:
+    """Time in ticks and whether it is a key frame, of every frame in its order; tick [s] and rate [Hz]."""
+    with _container(path) as container:
+        stream = container.streams.video[0]
+        packets = (packet for packet in container.demux(stream) if packet.size and not packet.is_discard)
+        try:
+            stamps = [(packet.pts, packet.is_keyframe) for packet in packets]
+        except av.FFmpegError as error:
+            raise _cut_off(path, 0, _announced(container)) from error
+        tick, rate = Fraction(stream.time_base or 0), float(stream.base_rate or nan)
+    if all(time is not None for time, _ in stamps):
+        stamps.sort()  # packets come in the order of decoding
+    return stamps, tick, rate
 
 
 def _container(path: Path) -> av.container.InputContainer:
@@ -200,15 +160,34 @@ def _container(path: Path) -> av.container.InputContainer:
     )
 
 
-def _frames(container: av.container.InputContainer, path: Path) -> Iterator[av.VideoFrame]:
-    """Decode all frames of one size; an error where the file holds fewer than it announces."""
+def _checksums(container: av.container.InputContainer) -> SliceChecksums | None:
+    context = container.streams.video[0].codec_context
+    return SliceChecksums(bytes(context.extradata or b"")) if context.name == "ffv1" else None
+
+
+def _packets(container: av.container.InputContainer, checksums: SliceChecksums | None) -> Iterator[Any]:
+    """Packets whose checksums hold, up to the first that does not, and one that empties the decoder."""
+    stream = container.streams.video[0]
+    for packet in container.demux(stream):
+        if packet.size and checksums is not None and not checksums.hold(bytes(packet)):
+            empty = av.Packet(0)
+            empty.stream = stream
+            yield empty
+            return
+        yield packet
+
+
+def _frames(
+    container: av.container.InputContainer, path: Path, checksums: SliceChecksums | None, holes: bool
+) -> Iterator[av.VideoFrame]:
+    """Decode all frames of one size; an error where one is damaged or the file holds fewer than it announces."""
     stream = container.streams.video[0]
     stream.thread_type = "AUTO"
     stream.codec_context.options = {"err_detect": "crccheck+explode"}  # no frame is patched up from its neighbours
     announced, count = _announced(container), 0
     frame: av.VideoFrame | None = None
     try:
-        for frame in container.decode(stream):
+        for frame in (frame for packet in _packets(container, checksums) for frame in packet.decode()):
             if count == 0:
                 first = frame
             _alike(frame, first, path, count)
@@ -218,7 +197,10 @@ def _frames(container: av.container.InputContainer, path: Path) -> Iterator[av.V
             yield frame
     except (av.FFmpegError, OSError, MemoryError) as error:
         raise _cut_off(path, count, announced) from error
-    if frame is not None and (count < stream.frames or _ends_early(container, frame)):
+    if checksums is not None and checksums.failed:
+        raise _damaged(path, count, announced)
+    counted = stream.frames and not holes
+    if frame is not None and (count < stream.frames if counted else _ends_early(container, frame)):
         raise _cut_off(path, count, announced)
 
 
@@ -235,6 +217,12 @@ def _alike(frame: av.VideoFrame, first: av.VideoFrame, path: Path, number: int) 
 def _cut_off(path: Path, count: int, announced: int) -> InputError:
     found = f"{count} readable frames of {announced or 'an unknown number'}"
     return FormatError(str(path), "is cut off or damaged", found, "copy it again, or cut it after those frames")
+
+
+def _damaged(path: Path, count: int, announced: int) -> InputError:
+    found = f"{count} whole frames of {announced or 'an unknown number'} before it"
+    remedy = "copy it again, or read the frames before it alone"
+    return FormatError(str(path), f"is damaged: the checksum of frame {count} does not hold", found, remedy)
 
 
 def _duration(container: av.container.InputContainer) -> float:
@@ -262,13 +250,15 @@ def _announced(container: av.container.InputContainer) -> int:
 
 def _ends_early(container: av.container.InputContainer, last: av.VideoFrame) -> bool:
     stream = container.streams.video[0]
-    if stream.frames or last.time is None or not stream.average_rate:
+    if last.time is None or not stream.average_rate:
         return False
     # half a frame more than the last frame's own duration: time stamps are rounded to 1 ms in MKV
     return bool(_duration(container) - last.time > 1.5 / float(stream.average_rate) + 2e-3)
 
 
-def _described(path: Path, container: av.container.InputContainer, frame: av.VideoFrame) -> Movie:
+def _described(
+    path: Path, container: av.container.InputContainer, frame: av.VideoFrame, checksums: SliceChecksums | None
+) -> Movie:
     stream = container.streams.video[0]
     bits, expanded = kind_of(frame, path)
     return Movie(
@@ -278,6 +268,7 @@ def _described(path: Path, container: av.container.InputContainer, frame: av.Vid
         bits=bits,
         codec=stream.codec_context.name,
         lossy=stream.codec_context.name not in LOSSLESS,
+        checksums=stream.codec_context.name in CHECKED or (checksums is not None and checksums.present),
         expanded=expanded,
         colour=has_colour(frame),
         playback_rate=float(stream.average_rate) if stream.average_rate else nan,

@@ -9,17 +9,21 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 
-from vibrissa.errors import FormatError, RangeError, ShapeError, UnknownError
+from vibrissa.errors import ConflictError, FormatError, RangeError, ShapeError, UnknownError
 from vibrissa.files import existing, written_whole
-from vibrissa.video.io import container, folder, npy, photron, tiff
+from vibrissa.video.io import container, encoder, folder, npy, photron, tiff
 from vibrissa.video.io.about import Movie, Opened
+from vibrissa.video.io.frame_times import FrameTimes, filled
 from vibrissa.video.io.grey import Frames
 from vibrissa.video.io.prefetch import prefetched
 
 __all__ = ["Movie", "open_movie", "read_blocks", "write_movie"]
+
+DropFrames = Literal["nan"] | None
 
 
 def open_movie(path: str | Path) -> Movie:
@@ -44,7 +48,9 @@ def open_movie(path: str | Path) -> Movie:
         return movie
 
 
-def read_blocks(path: str | Path, frames: int = 256, start: int = 0, stop: int | None = None) -> Iterator[Frames]:
+def read_blocks(
+    path: str | Path, frames: int = 256, start: int = 0, stop: int | None = None, *, drop_frames: DropFrames = None
+) -> Iterator[Frames]:
     """Read a movie in blocks of frames, the next one decoded while the last one is worked on.
 
     Limited-range luma (Y'CbCr formats not marked as full range, 16 to 235 at 8 bits) is expanded to the
@@ -59,6 +65,9 @@ def read_blocks(path: str | Path, frames: int = 256, start: int = 0, stop: int |
     start, stop : int
         First frame that is wanted, from 0, and the first after it that is not; all by default. Earlier frames are
         decoded all the same.
+    drop_frames : {"nan"}, optional
+        Give, for each frame that the time stamps show to be missing, the one before it again, so that frames are even
+        in time; :func:`frame_times_of` gives the numbers of these.
 
     Yields
     ------
@@ -73,7 +82,54 @@ def read_blocks(path: str | Path, frames: int = 256, start: int = 0, stop: int |
     """
     if frames < 1:
         raise RangeError("frames per block", "must be at least 1", frames)
-    yield from prefetched(_between(_blocks(path, frames), start, stop))
+    blocks = _blocks(path, frames) if drop_frames is None else _filled_blocks(path, frames)
+    yield from prefetched(_between(blocks, start, stop))
+
+
+def frame_times_of(path: str | Path) -> FrameTimes | None:
+    """Places of the frames on an even time axis, by the time stamps of a container.
+
+    Parameters
+    ----------
+    path : path
+        The movie, or a folder of numbered images.
+
+    Returns
+    -------
+    FrameTimes or None
+        None of formats without time stamps.
+
+    Raises
+    ------
+    InputError
+        As :func:`open_movie`.
+    """
+    return container.time_stamps(existing(path)) if _reader(path) is container else None
+
+
+def sure_frame_times(path: str | Path) -> FrameTimes:
+    """Places of the frames, where time stamps show which are missing.
+
+    Parameters
+    ----------
+    path : path
+        The movie.
+
+    Returns
+    -------
+    FrameTimes
+        The places.
+
+    Raises
+    ------
+    InputError
+        If it has no time stamps, or they do not show it.
+    """
+    times = frame_times_of(path)
+    if times is None:
+        raise ConflictError("drop_frames", f"must be left out: {path} has no time stamps")
+    times.refuse_unsure(str(path))
+    return times
 
 
 def frames_within(movie: Movie, start: int, stop: int | None) -> int:
@@ -107,6 +163,12 @@ def frames_within(movie: Movie, start: int, stop: int | None) -> int:
 def _blocks(path: str | Path, frames: int) -> Iterator[Frames]:
     with _opened(path) as (_, blocks):
         yield from blocks(frames)
+
+
+def _filled_blocks(path: str | Path, frames: int) -> Iterator[Frames]:
+    slots = sure_frame_times(path).slots
+    with container.opened(existing(path), holes=True) as (_, blocks):
+        yield from filled(blocks(frames), slots, str(path))
 
 
 def _between(blocks: Iterable[Frames], start: int, stop: int | None) -> Iterator[Frames]:
@@ -146,28 +208,32 @@ def write_movie(path: str | Path, blocks: Iterable[Frames], codec: str = "ffv1",
         size or type changes.
     """
     suffix = Path(path).suffix.lower()
-    if suffix not in container.SUFFIXES | tiff.SUFFIXES:
+    if suffix not in encoder.SUFFIXES | tiff.SUFFIXES:
         raise FormatError(str(path), "must end in .mkv, .avi, .mp4, .tif or .tiff", repr(suffix))
-    if codec not in container.ENCODERS:
-        raise UnknownError("codec", f"must be one of {', '.join(container.ENCODERS)}", repr(codec))
+    if codec not in encoder.ENCODERS:
+        raise UnknownError("codec", f"must be one of {', '.join(encoder.ENCODERS)}", repr(codec))
     if not (np.isfinite(playback_rate) and playback_rate > 0):
         raise RangeError("playback_rate", "must be positive and finite", playback_rate)
-    holding = container.ENCODERS[codec][2] | tiff.SUFFIXES
+    holding = encoder.ENCODERS[codec][2] | tiff.SUFFIXES
     if suffix not in holding:
         raise FormatError(str(path), f"must end in {' or '.join(sorted(holding - tiff.SUFFIXES))} for {codec}", suffix)
     with written_whole(path) as temporary:
         if suffix in tiff.SUFFIXES:
             tiff.write(temporary, _uniform(blocks))
         else:
-            container.write(temporary, _uniform(blocks), codec, playback_rate)
+            encoder.write(temporary, _uniform(blocks), codec, playback_rate)
 
 
 def _opened(path: str | Path) -> AbstractContextManager[Opened]:
+    reader = _reader(path)
+    return reader.opened(Path(path) if reader is folder else existing(path))
+
+
+def _reader(path: str | Path) -> Any:
     if Path(path).is_dir():
-        return folder.opened(Path(path))
-    path = existing(path)
-    reader = {kind: one for one in (tiff, photron, npy) for kind in one.SUFFIXES}.get(path.suffix.lower(), container)
-    return reader.opened(path)
+        return folder
+    suffixes = {kind: one for one in (tiff, photron, npy) for kind in one.SUFFIXES}
+    return suffixes.get(Path(path).suffix.lower(), container)
 
 
 def _uniform(blocks: Iterable[Frames]) -> Iterator[Frames]:

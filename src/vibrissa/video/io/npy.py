@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from tokenize import TokenError
 from typing import cast
 
 import numpy as np
 
+from vibrissa.binary import read_npy
 from vibrissa.errors import FormatError, TooFewError
 from vibrissa.video.io.about import Movie, Opened, opened_runs
 from vibrissa.video.io.grey import Frames
@@ -43,16 +43,9 @@ def opened(path: Path) -> Iterator[Opened]:
 
 
 def _mapped(path: Path) -> Frames:
-    try:
-        mapped: Frames = np.load(path, mmap_mode="r", allow_pickle=False)
-    except (ValueError, OSError, EOFError, SyntaxError, TokenError, TypeError, OverflowError) as error:
-        raise FormatError(str(path), f"must be a whole NumPy array ({error})") from error
-    if (
-        not isinstance(mapped, np.ndarray)
-        or mapped.ndim != 3
-        or mapped.dtype.newbyteorder("=") not in (np.uint8, np.uint16)
-    ):
-        found = f"{getattr(mapped, 'dtype', type(mapped).__name__)} {getattr(mapped, 'shape', '')}"
+    mapped: Frames = read_npy(path)
+    if mapped.ndim != 3 or mapped.dtype.newbyteorder("=") not in (np.uint8, np.uint16):
+        found = f"{mapped.dtype} {mapped.shape}"
         raise FormatError(str(path), "must be frames (T, height, width) of uint8 or uint16", found)
     if not mapped.size:
         raise TooFewError(str(path), "must have at least one frame", mapped.shape)

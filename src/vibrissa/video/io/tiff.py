@@ -17,6 +17,10 @@ from vibrissa.video.io.about import Movie, Opened, opened_runs
 from vibrissa.video.io.grey import Frames
 
 SUFFIXES = frozenset({".tif", ".tiff"})
+CHECKED = frozenset({8, 32946})  # deflate, whose checksum zlib checks
+CHANNELS = 4  # at most: a stack of more that calls them channels is one of times whose axis was never named
+AXES = {"T": "times", "Z": "planes", "C": "channels", "S": "samples", "P": "positions", "R": "tiles"}
+IMAGE = frozenset("YX")
 LOSSY = frozenset({6, 7, 33003, 33005, 34712, 34892, 50001, 50002})  # JPEG, JPEG 2000, WebP, JPEG XL, by TIFF's numbers
 
 # what tifffile thinks of damaged tags reaches whoever sets up logging, and not the screen
@@ -81,6 +85,7 @@ def _described(file: Any, path: Path) -> Movie:
     if first.samplesperpixel != 1 or first.photometric != tifffile.PHOTOMETRIC.MINISBLACK:
         found = getattr(first.photometric, "name", str(first.photometric)).lower()
         raise FormatError(str(path), "must be grey, with black as 0", found)
+    _refuse_stack(file, path)
     if first.dtype not in (np.dtype(np.uint8), np.dtype(np.uint16)):
         raise RangeError(str(path), "must have 8 to 16 bits, unsigned", first.dtype)
     for i, page in enumerate(pages):
@@ -103,8 +108,23 @@ def _described(file: Any, path: Path) -> Movie:
         bits=first.bitspersample,
         codec="tiff",
         lossy=first.compression in LOSSY,
+        checksums=first.compression in CHECKED,
         frame_count=count,
     )
+
+
+def _refuse_stack(file: Any, path: Path) -> None:
+    """Refuse frames along several axes, or along colours or positions: which of them follow in time is not known."""
+    series = file.series[0]
+    axes = [
+        (name, size) for name, size in zip(series.axes, series.shape, strict=True) if name not in IMAGE and size > 1
+    ]
+    found = " × ".join(f"{size} {AXES.get(name, f'of axis {name}')}" for name, size in axes)
+    remedy = "save one stack of times alone: in ImageJ, Image > Hyperstacks > Reduce Dimensionality"
+    if len(axes) > 1 or any(name in "SPR" or (name == "C" and size <= CHANNELS) for name, size in axes):
+        raise ShapeError(str(path), "must have frames along one axis, of times", found, remedy)
+    if file.is_ome and len(file.series) > 1:
+        raise ShapeError(str(path), "must have one series of images", f"{len(file.series)} of OME", remedy)
 
 
 def _is_whole(page: Any, size: int) -> bool:

@@ -71,7 +71,8 @@ def unswap(solution: Solution, lever: Array) -> None:
     place = np.array([one.model.place for one in solution.labels])
     for a, b in confusable(place, prior_spread(lever)):
         # what has not changed since the last time is not done again
-        key = (a, b, hash((best[a].tobytes(), best[b].tobytes(), len(solution.marks))))
+        marks = frozenset((s, k) for s, k in solution.marks.items() if k in (a, b))
+        key = (a, b, hash((best[a].tobytes(), best[b].tobytes(), marks)))
         if key not in solution.decided:
             solution.decided[key] = swap_between(solution, best, (a, b), lever)
         found = solution.decided[key]

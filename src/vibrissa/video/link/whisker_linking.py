@@ -84,7 +84,7 @@ class Linking:
         InputError
             If no line passes near the mark; the error says where the nearest one does.
         """
-        segment = self._nearest(mark)
+        segment = self.nearest(mark)
         first = 0
         for n, one in enumerate(self.solutions):
             if first <= mark.whisker < first + len(one.labels):
@@ -96,8 +96,24 @@ class Linking:
             first += len(one.labels)
         raise RangeError("mark", f"must name one of the {self.whiskers} whiskers, from 0", mark.whisker)
 
-    def _nearest(self, mark: WhiskerMark) -> int:
-        """Segment that a mark lies on."""
+    def nearest(self, mark: WhiskerMark) -> int:
+        """Segment that a mark lies on.
+
+        Parameters
+        ----------
+        mark : WhiskerMark
+            A point; its whisker does not matter.
+
+        Returns
+        -------
+        int
+            The segment.
+
+        Raises
+        ------
+        InputError
+            If no line passes near the mark; the error says where the nearest one does.
+        """
         pieces = self.pieces
         if not 0 <= mark.frame < pieces.frames:
             raise RangeError("mark", f"must be in the movie of {pieces.frames} frames", mark.frame)

@@ -137,6 +137,6 @@ def refit(
     keep = float(np.clip((u @ v + 0.85 * FEW) / (np.sqrt((u @ u) * (v @ v)) + FEW), 0.5, 0.97))
     strength = float(np.median(lines.strength[seen]))
     sd = max(1.5 * float(np.median(np.abs(lines.strength[seen] - strength))), STRENGTH)
-    span = max(frame[seen].max() - frame[seen].min() + 1, 1)
+    span = max(int(np.ptp(frame[seen])) + 1, 1)
     missed = float(np.clip(1 - (w.sum() + 8) / (span + 10), 0.02, 0.5))
     return Model(place, gain, spread, keep, missed, strength, sd, model.course)

@@ -17,6 +17,7 @@ from vibrissa.video.profile.base_end import first_frames, mean_course, whisker_f
 Values = NDArray[np.float64]
 REACH = 20  # columns by which the base end may draw back behind its place in the first frame, else arc is unknown
 SKIN_REACH = 5.0  # distance of the skin point from the line [px]
+FINEST = 0.01  # least distance of nodes [px]
 BASE_END = 30  # measured columns that show where the line comes from
 BASE_HIDDEN = REASONS.index("base end hidden")
 
@@ -145,8 +146,8 @@ def _origin(
     _, arc = arc_length(row, column, height, furthest)
     # no line that runs from column to column at less than 60° is longer than twice the image is wide
     reach = 2 * row.size if longest else np.nanmax(arc)
-    if reach < spacing:
-        rule = f"must be below the length of the line, {reach:.0f} pixels"
+    if not FINEST <= spacing <= reach:
+        rule = f"must be {FINEST} pixels to the length of the line, {reach:.0f} pixels"
         raise RangeError("node_spacing", rule, f"{spacing:g} pixels")
     return _Origin(column, height, furthest, int(reach / spacing) + 1)
 

@@ -115,12 +115,12 @@ BAD = {
     "pickle": (
         lambda f: np.save(f / "spike_times.npy", np.array([{}] * 8), allow_pickle=True),
         ("format", "spike_times.npy"),
-        "is truncated or damaged",
+        "must be a whole array of NumPy, without Python objects",
     ),
     "truncated": (
         lambda f: (f / "spike_times.npy").write_bytes(b"\x93NUMPY\x01"),
         ("format", "spike_times.npy"),
-        "is truncated or damaged",
+        "must be a whole array of NumPy, without Python objects",
     ),
     "labels": (
         lambda f: (f / "cluster_group.tsv").write_text("cluster_id\tgroup\nx\tgood\n"),

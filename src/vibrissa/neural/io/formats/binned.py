@@ -5,16 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Mask
+from vibrissa.binary import read_npy
 from vibrissa.errors import FormatError, MissingError, ShapeError, TooFewError, require_positive
 from vibrissa.files import existing
-from vibrissa.neural.io.formats.foreign import one_line
+from vibrissa.neural.io.formats import matlab_tables
 from vibrissa.neural.io.tables.spikes import spike_table
+from vibrissa.reader_process import tables_read_by
 
 DENSE = (".npy", ".mat")
 MOST = 1000.0  # spikes in one bin: beyond it the numbers are no counts
@@ -94,30 +95,13 @@ def _counts(path: Path) -> NDArray[Any]:
     """The array of a file, not read into memory where that can be had."""
     existing(path)
     if path.suffix.lower() == ".npy":
-        with one_line(str(path), "must be an array of NumPy without Python objects"):
-            array: NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
+        array = read_npy(path)
     else:
-        with one_line(str(path), "must be a whole file of MATLAB"):
-            array = _matlab(path)
+        arrays = tables_read_by(matlab_tables.__name__, path, "must be a whole file of MATLAB")
+        array = arrays[_only({name: arrays[name].shape for name in arrays}, path)]
     if array.dtype.kind not in "fiub":
         raise FormatError(str(path), "must hold numbers", str(array.dtype))
     return array.astype(np.uint8) if array.dtype.kind == "b" else array
-
-
-def _matlab(path: Path) -> NDArray[Any]:
-    """The one array of two or three dimensions in a file of MATLAB."""
-    if h5py.is_hdf5(path):
-        with h5py.File(path) as file:
-            known = {
-                name: one for name, one in file.items() if isinstance(one, h5py.Dataset) and one.dtype.kind in "fiu"
-            }
-            name = _only({name: one.shape for name, one in known.items()}, path)
-            return np.asarray(known[name][...]).T
-    from scipy.io import loadmat
-
-    content = loadmat(path, variable_names=None)
-    arrays = {name: one for name, one in content.items() if isinstance(one, np.ndarray) and one.dtype.kind in "fiub"}
-    return np.asarray(arrays[_only({name: one.shape for name, one in arrays.items()}, path)])
 
 
 def _only(shapes: dict[str, tuple[int, ...]], path: Path) -> str:

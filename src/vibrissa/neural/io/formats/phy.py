@@ -12,6 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Array, Integers
+from vibrissa.binary import read_npy
 from vibrissa.errors import FormatError, MissingError, RangeError, ShapeError, TooFewError
 from vibrissa.neural.io.formats.unit_tables import stated_snr
 from vibrissa.neural.io.tables.spikes import spike_table
@@ -146,13 +147,7 @@ def _amplitudes(path: Path, spikes: int) -> Array | None:
 
 def _flat(path: Path) -> NDArray[Any]:
     """Values of a file of NumPy."""
-    if not path.is_file():
-        raise MissingError(str(path), "must be an existing file")
-    try:
-        values = np.load(path, allow_pickle=False)
-    except (ValueError, EOFError, OSError) as error:
-        raise FormatError(str(path), f"is truncated or damaged ({str(error)[:60]})") from error
-    return np.atleast_1d(np.squeeze(np.asarray(values)))
+    return np.atleast_1d(np.squeeze(np.asarray(read_npy(path))))
 
 
 def _whole(path: Path) -> Integers:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from vibrissa.arrays import Array, Integers
+from vibrissa.binary import read_npy, refuse_bomb
 from vibrissa.errors import FormatError, MissingError, RangeError, ShapeError
 from vibrissa.neural.io.formats.foreign import optional_module
 
@@ -100,8 +101,7 @@ def read_npz(path: Path) -> SavedSorting:
     InputError
         Names the file: not there, damaged, or without one of these arrays.
     """
-    if not path.is_file():
-        raise MissingError(str(path), "must be an existing file")
+    refuse_bomb(path)
     with np.load(path, allow_pickle=False) as arrays:
         names, rate, segments, sample, label = (_value(path, arrays, key) for key in _ARRAYS)
     order = np.argsort(names)
@@ -182,13 +182,8 @@ def _value(path: Path, content: Any, key: str) -> Any:
 
 
 def _array(path: Path) -> Any:
-    """Array of a file of NumPy; one of Python objects, which would have to be run, is refused."""
-    if not path.is_file():
-        raise MissingError(str(path), "must be an existing file")
-    try:
-        return np.load(path, allow_pickle=False)
-    except (ValueError, EOFError, OSError) as error:
-        raise FormatError(str(path), f"is truncated or damaged ({str(error)[:60]})") from error
+    """Array of a file of NumPy, in memory."""
+    return np.array(read_npy(path))
 
 
 def _properties(folder: Path) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import xarray as xr
 
 from vibrissa.errors import ShapeError, TooFewError
-from vibrissa.files import load
+from vibrissa.netcdf import load
 from vibrissa.neural.io.tables.spikes import of_units
 from vibrissa.quantities import require
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vibrissa.arrays import Array, Mask
 from vibrissa.video.camera.pad.layout import Whiskers, draw_whiskers
@@ -95,7 +96,7 @@ def _touch(pole: Pole, whiskers: Whiskers, who: int, course: Array, head: HeadPa
     return touching
 
 
-def _beyond(pole: Pole, x: Array, y: Array, side: float) -> tuple[Mask, Array]:
+def _beyond(pole: Pole, x: Array, y: Array, side: float) -> tuple[Mask, NDArray[np.intp]]:
     """Whether each shaft (T, N) has the pole's border or all of it on its rear side, and the node beside the pole."""
     dx, dy = pole.position[0] - x, pole.position[1] - y
     squared = dx**2 + dy**2

@@ -1,4 +1,4 @@
-"""Curves traced by other programs, read at nodes of fixed arc length: the profile they amount to."""
+"""Curves of whiskers, point by point, read at nodes of fixed arc length: the profile they amount to."""
 
 from __future__ import annotations
 
@@ -22,17 +22,41 @@ Values = NDArray[np.float64]
 GAP = 1.75  # steps over the median one beyond which points are missing in between
 LONGEST = 1e4  # [px] no curve in a frame is longer
 TOUCH = 0.02  # [px] nodes so little beyond an end still take it
+ALIKE = 0.27  # correlation of the errors of two points of a line that are a pixel apart
 EMPTY = 300  # values of the profile per point of the file above which a frame's number cannot be right
 
 
 class Trace(NamedTuple):
-    """A whisker in one frame: its frame, its place among the whiskers, its points from the base on, its base [px]."""
+    """A whisker in one frame.
+
+    Attributes
+    ----------
+    frame, whisker : int
+        The frame, and its place among the whiskers.
+    x, y : (n,) arrays
+        Its points from the base on [px].
+    base : (float, float)
+        Its base [px].
+    sd : (n,) array, optional
+        Standard deviation of the points across the line [px].
+    """
 
     frame: int
     whisker: int
     x: Values
     y: Values
     base: tuple[float, float]
+    sd: Values | None = None
+
+
+class Losses(NamedTuple):
+    """Why whiskers are lost: for each (whisker, frame) the place of the reason among ``reasons``, the first of none."""
+
+    code: NDArray[np.int8]
+    reasons: tuple[str, ...]
+
+
+NOWHERE = "its line has no node"  # where arc length cannot be counted to it
 
 
 def profile_of(
@@ -44,6 +68,7 @@ def profile_of(
     node_spacing: float | None,
     skin: Sequence[tuple[float, float]] | None,
     attrs: Mapping[str, Any],
+    losses: Losses | None = None,
 ) -> xr.Dataset:
     """Profile of whiskers traced point by point.
 
@@ -68,11 +93,14 @@ def profile_of(
         Where each whisker leaves the skin [px].
     attrs : mapping
         Further attributes.
+    losses : Losses, optional
+        Why whiskers have no trace; "not in the file" by default.
 
     Returns
     -------
     Dataset
-        ``profile`` without ``y_sd``: other programs do not report it.
+        ``profile``. Where the traces have a standard deviation, ``x_sd`` and ``y_sd`` are both that across the line,
+        whichever way it runs; else there is none, as other programs do not report it.
 
     Raises
     ------
@@ -91,22 +119,23 @@ def profile_of(
     origins = [np.median(bases[who == w], axis=0) for w in range(count)] if skin is None else np.array(skin, float)
     curves = [_measured(source, trace, origins[trace.whisker]) for trace in traces]
     reach = np.full(count, -np.inf)
-    np.maximum.at(reach, who, [arc[-1] for _, _, arc in curves])
+    np.maximum.at(reach, who, [arc[-1] for *_, arc in curves])
     nodes = np.maximum((reach + TOUCH) // spacing + 1, 0).astype(int)
     if count * frames * int(nodes.max()) > EMPTY * sum(trace.x.size for trace in traces) + 10_000_000:
         raise TooFewError(source, "must hold traces in more of its frames", remedy="a frame's number may be damaged")
-    x, y = np.full((2, count, frames, int(nodes.max())), np.nan)
-    places: Values = np.arange(x.shape[2]) * np.float64(spacing)
-    for curve, trace in zip(curves, traces, strict=True):
-        place = trace.whisker, trace.frame
-        x[place], y[place] = _at_arc(*curve, places, TOUCH)
+    kinds = 2 if traces[0].sd is None else 3
+    read = np.full((kinds, count, frames, int(nodes.max())), np.nan)
+    places: Values = np.arange(read.shape[3]) * np.float64(spacing)
+    for (x, y, sd, arc), trace in zip(curves, traces, strict=True):
+        read[:, trace.whisker, trace.frame] = _at_arc(x, y, sd, arc, places, TOUCH)[:kinds]
     arc = np.where(np.arange(places.size) < nodes[:, None], places, np.nan)
     start = "median base of the traces" if skin is None else "skin"
-    return labelled_traces(x, y, arc, calibration, {"arc_length_from": start, **attrs})
+    sds = read[2] if kinds == 3 else None
+    return labelled_traces(read[0], read[1], arc, calibration, {"arc_length_from": start, **attrs}, sds, losses)
 
 
-def _measured(source: str, trace: Trace, origin: Values) -> tuple[Values, Values, Values]:
-    """Points with NaN where some are missing, and their arc length from the origin [px]."""
+def _measured(source: str, trace: Trace, origin: Values) -> tuple[Values, Values, Values, Values]:
+    """Points and standard deviations with NaN where some are missing, and arc length from the origin [px]."""
     step = np.hypot(np.diff(trace.x), np.diff(trace.y))
     if step.size < 1 or not step.sum() > 0 or step.sum() > LONGEST:
         rule = f"must be a line of at most {LONGEST:g} px"
@@ -114,14 +143,22 @@ def _measured(source: str, trace: Trace, origin: Values) -> tuple[Values, Values
     usual = float(np.median(step[step > 0]))
     missing = np.where(step > GAP * usual, np.rint(step / max(usual, 0.25)) - 1, 0).astype(int)
     at = np.arange(trace.x.size) + np.concatenate([[0], np.cumsum(np.maximum(missing, 0))])
-    x, y = np.full((2, int(at[-1]) + 1), np.nan)
+    x, y, sd = np.full((3, int(at[-1]) + 1), np.nan)
     x[at], y[at] = trace.x, trace.y
+    if trace.sd is not None:
+        sd[at] = trace.sd
     reach = round(SMOOTH / usual) if usual < SMOOTH else 0
-    return x, y, _arc_from(x, y, float(origin[0]), float(origin[1]), reach)
+    return x, y, sd, _arc_from(x, y, float(origin[0]), float(origin[1]), reach)
 
 
 def labelled_traces(
-    x: Values, y: Values, arc: Values, calibration: Calibration, attrs: Mapping[str, Any]
+    x: Values,
+    y: Values,
+    arc: Values,
+    calibration: Calibration,
+    attrs: Mapping[str, Any],
+    sd: Values | None = None,
+    losses: Losses | None = None,
 ) -> xr.Dataset:
     """Profile of x, y (whisker, time, node) and arc length (whisker, node) [px], with the frames lost.
 
@@ -135,14 +172,22 @@ def labelled_traces(
         Frame rate and pixel size.
     attrs : mapping
         Further attributes.
+    sd : (whisker, time, node) array, optional
+        Standard deviation across the line [px]. Written over.
+    losses : Losses, optional
+        As of :func:`profile_of`.
 
     Returns
     -------
     Dataset
         ``profile`` in metres, with the attribute ``lost``.
     """
-    lost = lost_frames(np.asarray(np.isnan(x).all(axis=2), np.int8), ("", "not in the file"))
-    return labelled({**attrs, "lost": json.dumps(lost)}, calibration, x=x, y=y, arc_length=arc)
+    gone = np.asarray(np.isnan(x).all(axis=2))
+    known = losses or Losses(gone.astype(np.int8), ("", "not in the file"))
+    code = np.where(gone & (known.code == 0), len(known.reasons), np.where(gone, known.code, 0)).astype(np.int8)
+    lost = lost_frames(code, (*known.reasons, NOWHERE))
+    sds = {} if sd is None else {"x_sd": sd.copy(), "y_sd": sd}
+    return labelled({**attrs, "lost": json.dumps(lost)}, calibration, x=x, y=y, arc_length=arc, **sds)
 
 
 @njit(cache=True)
@@ -194,9 +239,14 @@ def _arc_from(x: Values, y: Values, origin_x: float, origin_y: float, reach: int
 
 
 @njit(cache=True)
-def _at_arc(x: Values, y: Values, arc: Values, places: Values, touch: float) -> tuple[Values, Values]:
-    """Places at arc lengths along a line [px]; NaN beyond its ends (by more than ``touch``) and in its gaps."""
-    node_x, node_y = np.full(places.size, np.nan), np.full(places.size, np.nan)
+def _at_arc(
+    x: Values, y: Values, sd: Values, arc: Values, places: Values, touch: float
+) -> tuple[Values, Values, Values]:
+    """Places at arc lengths along a line, and their standard deviation [px]; NaN beyond its ends and in its gaps.
+
+    An end still has the nodes up to ``touch`` beyond it.
+    """
+    node_x, node_y, node_sd = np.full(places.size, np.nan), np.full(places.size, np.nan), np.full(places.size, np.nan)
     for i in range(places.size):
         s = places[i]
         if s < arc[0] - touch or s > arc[-1] + touch:
@@ -206,7 +256,9 @@ def _at_arc(x: Values, y: Values, arc: Values, places: Values, touch: float) -> 
         f = place - j
         if f < 1e-9 or f > 1 - 1e-9:
             j = round(place)
-            node_x[i], node_y[i] = x[j], y[j]
+            node_x[i], node_y[i], node_sd[i] = x[j], y[j], sd[j]
         else:
             node_x[i], node_y[i] = (1 - f) * x[j] + f * x[j + 1], (1 - f) * y[j] + f * y[j + 1]
-    return node_x, node_y
+            one, other = (1 - f) * sd[j], f * sd[j + 1]
+            node_sd[i] = np.sqrt(one**2 + other**2 + 2 * ALIKE * one * other)
+    return node_x, node_y, node_sd

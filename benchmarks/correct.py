@@ -1,0 +1,148 @@
+"""From key to picture on the page to correct tracks: `python benchmarks/correct.py`. Needs chromium, the group bench.
+
+A simulated pad of 12 whiskers in 1,000 frames of 640 × 480 pixels, drawn as a movie. In a browser: steps to the next
+frame and jumps of 50, from the key to after the frame that was drawn; edits of lines at random (name, mark, split,
+delete, swap) from the key to the picture in which they hold, and to the one in which the lines about them are linked
+again; and the processor time of server and browser together, which other load inflates less. About two minutes, most of
+them for the movie. `python benchmarks/correct.py answers` takes no browser: the server's answers alone.
+"""
+
+import json
+import shutil
+import sys
+import tempfile
+import time
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "helpers"))
+
+from corrected_pad import make_pad, served_pad
+
+FRAMES, WHISKERS, MOVES = 1000, 12, 30
+
+
+def random_edit(rng: np.random.Generator, served) -> dict:
+    """A request of an edit that makes sense, of a line with a name."""
+    named = served.session.correction.named
+    line = int(rng.choice(np.flatnonzero(named.whisker >= 0)))
+    k, other = (int(x) for x in rng.choice(np.unique(named.whisker[named.whisker >= 0]), 2, replace=False))
+    kinds = [
+        {"do": "name", "at": line, "whisker": k},
+        {"do": "mark", "at": line, "whisker": k},
+        {"do": "split", "at": line},
+        {"do": "delete", "at": line},
+        {"do": "swap", "frame": int(rng.integers(FRAMES // 2)), "whiskers": [k, other]},
+    ]
+    return kinds[rng.integers(len(kinds))]
+
+
+def row(name: str, milliseconds: list[float], processor: float = np.nan) -> None:
+    """Print median, 95th percentile, processor time of each and number."""
+    some = np.array(milliseconds)
+    each = "" if np.isnan(processor) else f"{1e3 * processor / some.size:.0f}"
+    print(f"{name:<34}{np.median(some):>8.0f}{np.quantile(some, 0.95):>8.0f}{each:>10}{some.size:>8}", flush=True)
+
+
+def processor_time() -> float:
+    """Processor time of the server, which runs in this process, and of the browser [s]."""
+    import psutil
+
+    own = psutil.Process()
+    return sum(sum(one.cpu_times()[:2]) for one in (own, *own.children(recursive=True)))
+
+
+def answers(served) -> None:
+    """Time and processor time of the server, which runs in this process."""
+    rng, spent = (
+        np.random.default_rng(0),
+        {name: [] for name in ("edit", "edit, cpu", "linked again", "linked, cpu", "undo")},
+    )
+
+    def post(place: str, values: dict) -> tuple[float, float]:
+        begin, cpu = time.perf_counter(), time.process_time()
+        request = urllib.request.Request(served.root + place, json.dumps(values).encode())
+        with urllib.request.urlopen(request) as reply:
+            reply.read()
+        return 1e3 * (time.perf_counter() - begin), 1e3 * (time.process_time() - cpu)
+
+    for _ in range(MOVES):
+        try:
+            edit = post("edit", random_edit(rng, served))
+        except urllib.error.HTTPError:
+            continue  # a split of the first frame of a piece
+        linked = post("settle", {})
+        for name, value in zip(spent, (*edit, *linked), strict=False):
+            spent[name].append(value)
+        if rng.random() < 0.3:
+            spent["undo"].append(post("undo", {})[0])
+    for name, values in spent.items():
+        row(name, values)
+
+
+def in_browser(served) -> None:
+    """Time from the key to the picture."""
+    from playwright.sync_api import sync_playwright
+
+    rng = np.random.default_rng(0)
+    with sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1280, "height": 900})
+        page.goto(served.root)
+        until(page, "Boolean(globalThis.correct) && !correct.busy()")
+        for name, key, count in (("next frame", "ArrowRight", 100), ("jump of 50 frames", "PageDown", 15)):
+            page.evaluate("correct.times.scrub.length = 0")
+            begin = processor_time()
+            for _ in range(count):
+                page.keyboard.press(key)
+                until(page, "!correct.busy()")
+            row(name, page.evaluate("correct.times.scrub"), processor_time() - begin)
+        spent = 0.0
+        for _ in range(MOVES):
+            spent += by_keyboard(page, random_edit(rng, served))
+        row("edit", page.evaluate("correct.times.move"))
+        row("edit and linked again", page.evaluate("correct.times.linked"), spent)
+        browser.close()
+
+
+def by_keyboard(page, edit: dict) -> float:
+    """Make an edit by the keys that a user presses once the line is selected; gives the processor time [s]."""
+    line = edit.get("at")
+    if line is None:
+        line = page.evaluate(f"correct.tracks.whisker.indexOf({edit['whiskers'][0]})")
+    page.evaluate(f"correct.select({line})")
+    until(page, "!correct.busy()")
+    begin = processor_time()
+    page.keyboard.press({"name": "n", "mark": "m", "split": "s", "delete": "d", "swap": "x"}[edit["do"]])
+    number = edit.get("whisker", edit.get("whiskers", [None, None])[-1] if "whiskers" in edit else None)
+    if number is not None:
+        page.keyboard.type(str(number))
+        page.keyboard.press("Enter")
+        page.keyboard.press("Escape")
+    until(page, "!correct.busy()")
+    return processor_time() - begin
+
+
+def until(page, condition: str) -> None:
+    """Wait for a condition, asking rarely: each question takes the browser some milliseconds."""
+    while not page.evaluate(condition):
+        time.sleep(0.1)
+
+
+def main() -> None:
+    """Make the movie, serve it, print a table."""
+    with tempfile.TemporaryDirectory() as folder:
+        pad = make_pad(Path(folder), FRAMES, WHISKERS)
+        with served_pad(pad, Path(folder) / "out.nc") as served:
+            print(f"{'[ms]':<34}{'median':>8}{'p95':>8}{'processor':>10}{'moves':>8}")
+            if sys.argv[1:] == ["answers"]:
+                answers(served)
+            else:
+                in_browser(served)
+
+
+if __name__ == "__main__":
+    main()

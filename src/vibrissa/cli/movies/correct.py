@@ -1,0 +1,65 @@
+"""The verb `correct`: names of linked whiskers corrected by hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from vibrissa.cli.shared.output import MaybeOut, refuse_out, tell
+from vibrissa.cli.shared.progress import progress_bars
+from vibrissa.errors import ConflictError
+
+
+def correct(
+    profile: Path,
+    movie: Path,
+    *,
+    segments: Path | None = None,
+    edits: Path | None = None,
+    polarity: Literal["dark", "bright"] = "dark",
+    page: bool = True,
+    browser: bool = True,
+    out: MaybeOut = None,
+) -> None:
+    """Correct by hand which line is which whisker, on a local page: join, split, swap, name, delete, mark.
+
+    Every edit is kept in a file beside PROFILE, from which correcting goes on the next time.
+
+    Parameters
+    ----------
+    profile
+        Tracked profiles (NetCDF).
+    movie
+        Their movie.
+    segments
+        Lines of all frames: NetCDF, .whiskers of WHISK or HDF5 of WhiskiWrap. Those that PROFILE names by default; else
+        they are found in MOVIE, and kept beside PROFILE.
+    edits
+        File of what was done by hand (JSON); PROFILE's name with .edits.json by default.
+    polarity
+        Whiskers darker or brighter than the background, where lines are found.
+    page
+        Correct on a local page; with --no-page the edits of the file are made again, and --out is written.
+    browser
+        Open the page in the browser.
+    out
+        Corrected profile to write (NetCDF); PROFILE's name with -corrected.nc by default.
+    """
+    from vibrissa.page.correct.correcting import correct_on_page, write_corrected
+    from vibrissa.video.correct.edit_file import edit_path
+    from vibrissa.video.correct.opening import open_tracks
+
+    out, edits = out or profile.with_name(f"{profile.stem}-corrected.nc"), edits or edit_path(profile)
+    refuse_out(out)
+    if out.absolute() == profile.absolute():
+        raise ConflictError("--out", "must not be the profile that is corrected", str(out), "choose another name")
+    with progress_bars() as progress:
+        opened = open_tracks(
+            profile, movie, segments=segments, edits=edits, polarity=polarity, tell=tell, progress=progress
+        )
+    if not page:
+        tell(write_corrected(opened, out))
+        return
+    saved = correct_on_page(opened, movie, edits, out, tell=tell, browser=browser)
+    tell(f"{len(opened.correction.edits)} edits are in {edits}")
+    tell(f"the corrected profile is {out}" if saved else "no corrected profile was saved")

@@ -1,0 +1,194 @@
+"""NetCDF: equal bytes for equal datasets, a checksum at the end, and no dataset that breaks its schema."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vibrissa.errors import FormatError, InputError
+from vibrissa.files import existing, written_whole
+from vibrissa.limits import require_memory
+from vibrissa.quantities.schema import conforming
+
+if TYPE_CHECKING:
+    import h5py
+    import xarray as xr
+
+_PACKED = {"zlib": True, "complevel": 4, "shuffle": True}  # level 9 takes three times as long for 1 % less
+_SCALE, _NO_VARIABLE = b"DIMENSION_SCALE", b"This is a netCDF dimension but not a netCDF variable"
+_LARGE = 1 << 14  # bytes: of less, the index of the chunks costs what is won
+_SEAL = b"\nvibrissa: SHA-256 of all before this line: "  # behind the HDF5 file, which readers of HDF5 leave alone
+_SEALED = len(_SEAL) + 64 + 1  # bytes, with the digest and a line's end
+
+
+def save(data: xr.Dataset, path: str | Path) -> None:
+    """Write a dataset as NetCDF (netCDF-4 through h5netcdf), whole or not at all.
+
+    The file is built in memory first: the HDF5 library crashes where a disk fills up under it.
+
+    Parameters
+    ----------
+    data : Dataset
+        What is written.
+    path : path
+        Name of the file; one that is there is replaced.
+
+    Raises
+    ------
+    InputError
+        As :func:`written_whole`.
+    """
+    content = encoded(data)
+    with written_whole(path) as temporary:
+        temporary.write_bytes(content)
+
+
+def encoded(data: xr.Dataset) -> bytes:
+    """NetCDF of a dataset, equal bytes for equal datasets; large arrays of floats are compressed, without loss.
+
+    Its last line is a checksum of all before it, which :func:`load` verifies and other programs drop as they write.
+
+    It is built in another thread. A profiler, as the one in every worker of Dask, keeps what it sees in a thread
+    alive for a moment; HDF5 then gives up the room of what it has deleted later, and lays the file out in another way.
+
+    Parameters
+    ----------
+    data : Dataset
+        What is encoded.
+
+    Returns
+    -------
+    bytes
+        Content of a NetCDF file.
+    """
+    plain = data.drop_encoding()  # of a file that it was read from
+    large = {name: _PACKED for name, one in plain.variables.items() if one.dtype.kind == "f" and one.nbytes >= _LARGE}
+    with ThreadPoolExecutor(1) as unseen:
+        content = bytes(unseen.submit(plain.to_netcdf, engine="h5netcdf", encoding=large).result())
+    return content + _SEAL + hashlib.sha256(content).hexdigest().encode() + b"\n"
+
+
+def load(path: str | Path) -> xr.Dataset:
+    """Read a dataset into memory; its dimensions in the order of the table of quantities.
+
+    Parameters
+    ----------
+    path : path
+        The file: written by :func:`save`, or by another program that follows the same names.
+
+    Returns
+    -------
+    Dataset
+        All of the file.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, is no NetCDF file, was damaged, needs more memory than there is, or breaks the schema of
+        one of its variables (see :func:`vibrissa.quantities.schema.conforming`).
+    """
+    import xarray as xr
+    from xarray.backends import InMemoryDataStore
+
+    path = existing(path)
+    with _reading(path):
+        stored = _stored(path)
+        if stored is None:
+            data = xr.load_dataset(path, engine="h5netcdf", decode_times=False)
+        else:
+            data = xr.load_dataset(InMemoryDataStore(*stored), decode_times=False)  # type: ignore[no-untyped-call]
+        return conforming(data)
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[None]:
+    """Refuse a damaged file; what is wrong in it is said with its name."""
+    _verify(path)
+    try:
+        yield
+    except InputError as error:
+        raise error.renamed(f"{path}: {error.quantity}") from error
+    except (OSError, ValueError, KeyError, TypeError, RuntimeError, AttributeError, OverflowError) as error:  # HDF5's
+        rule, why = "must be a NetCDF file written by vibrissa", " ".join(str(error).split())
+        raise FormatError(str(path), rule, remedy=why) from error
+
+
+def _verify(path: Path) -> None:
+    """Refuse a file that is not what its last line sums up; files of other programs have no such line."""
+    left = path.stat().st_size - _SEALED
+    with open(path, "rb") as file:
+        file.seek(max(left, 0))
+        seal = file.read()
+        if not seal.startswith(_SEAL):
+            return
+        file.seek(0)
+        found = hashlib.sha256()
+        while left > 0 and (part := file.read(min(left, 1 << 20))):
+            found.update(part)
+            left -= len(part)
+    if seal[len(_SEAL) :].strip() != found.hexdigest().encode():
+        remedy = "take a copy of it, or remove it and compute it again"
+        raise FormatError(str(path), "must be as it was written: its checksum does not hold", remedy=remedy)
+
+
+def _fits(path: Path, arrays: list[h5py.Dataset]) -> None:
+    """Refuse arrays that need more memory than there is, whatever few bytes they take in the file."""
+    need = sum(one.size * max(one.dtype.itemsize, 8) for one in arrays)
+    require_memory(str(path), f"{sum(one.size for one in arrays)} values", need)
+
+
+def _stored(path: Path) -> tuple[dict[str, xr.Variable], dict[str, Any]] | None:
+    """Variables and attributes, their conventions not decoded; None of a file that names dimensions in another way.
+
+    h5netcdf looks for every dimension anew at each variable, which takes longer than all else.
+    """
+    import h5py
+    import xarray as xr
+    from h5netcdf.attrs import Attributes
+
+    def attrs(of: h5py.HLObject) -> dict[str, Any]:
+        return dict(Attributes(of.attrs, h5py.check_dtype, h5py))
+
+    with h5py.File(path, "r") as file:
+        _fits(path, [one for one in file.values() if isinstance(one, h5py.Dataset)])
+        scales = {one.attrs["_Netcdf4Dimid"]: name for name, one in file.items() if one.attrs.get("CLASS") == _SCALE}
+        variables = {}
+        for name, one in file.items():
+            if one.attrs.get("NAME", b"").startswith(_NO_VARIABLE):
+                continue
+            if not isinstance(one, h5py.Dataset) or (one.ndim and "_Netcdf4Coordinates" not in one.attrs):
+                return None
+            dims = [scales[place] for place in one.attrs["_Netcdf4Coordinates"]] if one.ndim else []
+            words = h5py.check_string_dtype(one.dtype) is not None
+            values, encoding = (one.asstr()[()], {"dtype": str}) if words else (one[()], {})
+            variables[name] = xr.Variable(dims, values, attrs(one), encoding)
+        return variables, attrs(file)
+
+
+def attributes(path: str | Path) -> dict[str, Any]:
+    """Read the attributes alone of a dataset written by :func:`save`.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+
+    Returns
+    -------
+    dict
+        Attributes by name.
+
+    Raises
+    ------
+    InputError
+        If the file is missing or is no NetCDF file.
+    """
+    import h5netcdf
+
+    path = existing(path)
+    with _reading(path), h5netcdf.File(path, "r") as file:
+        return dict(file.attrs)

@@ -1,0 +1,73 @@
+"""Tracks that are opened, corrected on the page, and written."""
+
+from __future__ import annotations
+
+import webbrowser
+from collections.abc import Callable
+from pathlib import Path
+
+from vibrissa.netcdf import save
+from vibrissa.page.correct.server import serve
+from vibrissa.page.correct.session import CorrectionSession
+from vibrissa.video.correct.opening import OpenedTracks, corrected_profile
+from vibrissa.video.io.frame_store import FrameStore
+
+
+def correct_on_page(
+    opened: OpenedTracks, movie: Path, edits: Path, out: Path, *, tell: Callable[[str], None], browser: bool = True
+) -> bool:
+    """Serve the page until it is ended.
+
+    Parameters
+    ----------
+    opened : OpenedTracks
+        What is corrected.
+    movie : Path
+        The movie.
+    edits : Path
+        File of the edits, written after each.
+    out : Path
+        Corrected profile to write (.nc), when it is saved on the page.
+    tell : callable
+        Called with a line to show: the page's address.
+    browser : bool
+        Open the page in the default browser.
+
+    Returns
+    -------
+    bool
+        Whether the corrected profile was written.
+    """
+    saved: list[str] = []
+
+    def write() -> str:
+        saved.append(write_corrected(opened, out))
+        return saved[-1]
+
+    frames = FrameStore(movie)
+    try:
+        session = CorrectionSession(opened.correction, frames, opened.movie, edits, write)
+        serve(session, tell=tell, opened=webbrowser.open if browser else None)
+    finally:
+        frames.close()
+    return bool(saved)
+
+
+def write_corrected(opened: OpenedTracks, out: Path) -> str:
+    """Write the corrected profile.
+
+    Parameters
+    ----------
+    opened : OpenedTracks
+        With its edits.
+    out : Path
+        File to write (.nc).
+
+    Returns
+    -------
+    str
+        A line that says so.
+    """
+    data = corrected_profile(opened)
+    save(data, out)
+    return f"The corrected profile of {data.sizes['whisker']} whiskers is in {out}"

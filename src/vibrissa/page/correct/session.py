@@ -1,0 +1,124 @@
+"""A movie that is being corrected on the page: requests in, names and a line of text out."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from vibrissa.errors import FormatError, UnknownError
+from vibrissa.page.correct.pictures import drawn_lines, drawn_names
+from vibrissa.page.frames import packed
+from vibrissa.video.correct.correction import Correction
+from vibrissa.video.correct.edit_file import EditedMovie, write_edits
+from vibrissa.video.correct.edits import Edit, edit_of
+from vibrissa.video.io.frame_store import FrameStore
+
+
+class CorrectionSession:
+    """One page's movie; requests are answered one after the other.
+
+    Parameters
+    ----------
+    correction : Correction
+        Edits of the movie.
+    frames : FrameStore
+        Its frames.
+    movie : EditedMovie
+        What the edits belong to.
+    edits : Path
+        File of the edits, written anew after each.
+    save : callable
+        Writes the corrected profile; gives a line that says so.
+    """
+
+    def __init__(
+        self,
+        correction: Correction,
+        frames: FrameStore,
+        movie: EditedMovie,
+        edits: Path,
+        save: Callable[[], str],
+    ) -> None:
+        self.correction, self.frames, self.movie, self.edits = correction, frames, movie, edits
+        self._save, self._lock = save, threading.Lock()
+        self._does: dict[str, Callable[[Mapping[str, Any]], str]] = {
+            "edit": self._edit,
+            "settle": self._settle,
+            "undo": lambda _: "Undone: " + self._step(self.correction.undo),
+            "redo": lambda _: "Redone: " + self._step(self.correction.redo),
+        }
+
+    def start(self) -> bytes:
+        """All lines and their names, with what the page must know of the movie."""
+        with self._lock:
+            self.correction.settle()
+            named = self.correction.named
+            arrays = drawn_lines(self.correction.linking) | drawn_names(named)
+            return packed({**self.movie._asdict(), **self._facts(""), "edits_file": self.edits.name}, arrays)
+
+    def answer(self, place: str, values: Mapping[str, Any]) -> bytes:
+        """Do what is asked for.
+
+        Parameters
+        ----------
+        place : {"edit", "settle", "undo", "redo"}
+            What.
+        values : mapping
+            An edit; points are numbers of segments, of which the edit's own points are made.
+
+        Returns
+        -------
+        bytes
+            Names now, and what was done; see :func:`vibrissa.page.frames.packed`.
+
+        Raises
+        ------
+        InputError
+            If it cannot be done; nothing has changed then.
+        """
+        with self._lock:
+            if place not in self._does:
+                raise UnknownError("request", f"must be one of {', '.join(self._does)}", place)
+            said = self._does[place](values)
+            return packed(self._facts(said), drawn_names(self.correction.named))
+
+    def save(self) -> str:
+        """Write the corrected profile; gives a line that says so."""
+        with self._lock:
+            return self._save()
+
+    def _facts(self, said: str) -> dict[str, Any]:
+        correction = self.correction
+        done, undone = len(correction.edits), correction.undone
+        return {"said": said, "whiskers": correction.named.whiskers, "edits": done, "undone": undone}
+
+    def _edit(self, values: Mapping[str, Any]) -> str:
+        said = self.correction.apply(self._with_points(values))
+        self._write()
+        return said
+
+    def _settle(self, _: Mapping[str, Any]) -> str:
+        changed = self.correction.settle()
+        return f"linked again: {changed} lines have another name" if changed else ""
+
+    def _step(self, step: Callable[[], Edit]) -> str:
+        edit = step()
+        self._write()
+        return edit.do
+
+    def _write(self) -> None:
+        write_edits(self.edits, self.movie, self.correction.edits)
+
+    def _with_points(self, values: Mapping[str, Any]) -> Edit:
+        """An edit whose points are given by segments."""
+        plain = dict(values)
+        count = self.correction.lying.frame.size
+        for name in ("at", "to"):
+            if name in values:
+                segment = values[name]
+                if isinstance(segment, bool) or not isinstance(segment, int) or not 0 <= segment < count:
+                    raise FormatError(name, f"must be a line, 0 to {count - 1}", repr(segment)[:60])
+                plain[name] = list(self.correction.point_on(segment))
+        return edit_of(plain, "edit")

@@ -1,0 +1,107 @@
+"""What tracking a movie file will do: which way is taken, and with which seeds."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import NamedTuple
+
+from vibrissa.arrays import Frames
+from vibrissa.study.spec.settings import MovieFile
+from vibrissa.video.io.movie import frames_within, open_movie, read_blocks
+from vibrissa.video.linked.tracking_way import choose_way
+
+FOLLOWING = ("seeds", "whisking", "skin", "substrate", "names", "search", "threshold", "estimator")
+
+
+class TrackPlan(NamedTuple):
+    """How a movie file is tracked.
+
+    Attributes
+    ----------
+    movie : MovieFile
+        Its settings; ``tracking`` is "follow" or "link", and what is followed has seeds or marks of whisking.
+    own_seeds : bool
+        Whether the seeds were found here.
+    remarks : tuple of str
+        What the user should know before: first the way, and why, unless seeds say it.
+    """
+
+    movie: MovieFile
+    own_seeds: bool
+    remarks: tuple[str, ...]
+
+
+def plan_tracking(movie: MovieFile, folder: Path) -> TrackPlan:
+    """Choose the way of a movie, and find seeds where it needs some and none are given.
+
+    Parameters
+    ----------
+    movie : MovieFile
+        Its settings.
+    folder : Path
+        Where a relative path starts.
+
+    Returns
+    -------
+    TrackPlan
+
+    Raises
+    ------
+    InputError
+        If the movie or the part of it cannot be read, or settings exclude each other.
+    """
+    path = folder / movie.path
+    frames_within(open_movie(path), movie.start, movie.stop)
+    return plan_of(movie, lambda: read_blocks(path, start=movie.start, stop=movie.stop, drop_frames=movie.drop_frames))
+
+
+def plan_of(movie: MovieFile, blocks: Callable[[], Iterable[Frames]]) -> TrackPlan:
+    """The same of frames that are read elsewhere.
+
+    Parameters
+    ----------
+    movie : MovieFile
+        Its settings.
+    blocks : callable
+        Gives the blocks of the part that is tracked.
+
+    Returns
+    -------
+    TrackPlan
+
+    Raises
+    ------
+    InputError
+        If settings exclude each other, or no whisker is found that could be followed.
+    """
+    way = choose_way(
+        blocks,
+        movie.tracking,
+        following=_given(movie),
+        linking=["marks"] if movie.marks else ["background 'median'"] if movie.background == "median" else [],
+        polarity=movie.polarity,
+        base=movie.base,
+        region=movie.region,
+        start=movie.start,
+    )
+    remarks = [f"tracking '{way.method}': {way.reason}"]
+    if way.method == "link":
+        if movie.base is not None:
+            remarks.append(f"base {movie.base!r} is not used: bases are found where lines are linked")
+        return TrackPlan(dataclasses.replace(movie, tracking="link"), False, tuple(remarks))
+    if not way.seeds:
+        return TrackPlan(dataclasses.replace(movie, tracking="follow"), False, ())
+    places, count = "; ".join(f"{column:g},{row:g}" for column, row in way.seeds), len(way.seeds)
+    remarks.append(f"{count} whisker{'s' * (count != 1)} found from the {way.base}, seeds {places}")
+    if way.first > movie.start:
+        remarks.append(f"frame {movie.start} is bad: tracking starts with frame {way.first}")
+    found = dataclasses.replace(movie, tracking="follow", seeds=way.seeds, base=way.base, start=way.first)
+    return TrackPlan(found, True, tuple(remarks))
+
+
+def _given(movie: MovieFile) -> list[str]:
+    """Settings of following that are not as they are by default."""
+    default = {field.name: field.default for field in dataclasses.fields(MovieFile)}
+    return [name for name in FOLLOWING if getattr(movie, name) != default[name]]

@@ -1,0 +1,108 @@
+"""File of the edits of a movie (JSON), beside its profile."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from vibrissa.errors import ConflictError, FormatError
+from vibrissa.files import existing, written_whole
+from vibrissa.video.correct.edits import Edit, edit_of, plain_edit
+
+FORMAT, VERSION = "vibrissa edits", 1
+
+
+class EditedMovie(NamedTuple):
+    """The movie that edits belong to: name of its file, number and size of its frames [px]."""
+
+    name: str
+    frames: int
+    width: int
+    height: int
+
+
+def edit_path(profile: str | Path) -> Path:
+    """Name of the file of edits beside a profile.
+
+    Parameters
+    ----------
+    profile : path
+        The profile.
+
+    Returns
+    -------
+    Path
+        The same name with .edits.json.
+    """
+    return Path(profile).with_suffix(".edits.json")
+
+
+def write_edits(path: str | Path, movie: EditedMovie, edits: Sequence[Edit]) -> None:
+    """Write the edits of a movie, whole or not at all.
+
+    Parameters
+    ----------
+    path : path
+        File to write.
+    movie : EditedMovie
+        The movie.
+    edits : sequence of Edit
+        In the order in which they were made.
+    """
+    head = {"format": FORMAT, "version": VERSION, "movie": movie._asdict()}
+    lines = ",\n".join("  " + json.dumps(plain_edit(one)) for one in edits)
+    body = f"[\n{lines}\n ]" if edits else "[]"
+    text = json.dumps(head, ensure_ascii=False)[:-1] + f',\n "edits": {body}}}\n'
+    with written_whole(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def read_edits(path: str | Path, movie: EditedMovie) -> list[Edit]:
+    """Edits of a movie.
+
+    Parameters
+    ----------
+    path : path
+        File of :func:`write_edits`.
+    movie : EditedMovie
+        The movie that they must belong to; its name may have changed.
+
+    Returns
+    -------
+    list of Edit
+        In the order in which they were made.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, is no such file, belongs to a movie of another size, or an edit is bad.
+    """
+    try:
+        values: Any = json.loads(existing(path).read_text(encoding="utf-8"))
+    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise FormatError(str(path), "must be a file of edits (JSON)", remedy=str(error)) from error
+    if not isinstance(values, dict) or values.get("format") != FORMAT or not isinstance(values.get("edits"), list):
+        raise FormatError(str(path), f"must be a file of edits, with format {FORMAT!r}, movie and edits")
+    if values.get("version") != VERSION:
+        raise FormatError(str(path), f"must have version {VERSION}", values.get("version"), "update vibrissa")
+    _refuse_other_movie(path, values.get("movie"), movie)
+    edits = [edit_of(one, f"{path}, edit {number}") for number, one in enumerate(values["edits"], 1)]
+    for number, one in enumerate(edits, 1):
+        last = max([one.frame or 0, *(point.frame for point in (one.at, one.to) if point is not None)])
+        if last >= movie.frames:
+            rule = f"must be in the movie of {movie.frames} frames"
+            raise FormatError(f"{path}, edit {number}, frame", rule, last)
+    return edits
+
+
+def _refuse_other_movie(path: str | Path, given: object, movie: EditedMovie) -> None:
+    """Refuse edits of a movie with other frames."""
+    sizes = ("frames", "width", "height")
+    known = given if isinstance(given, dict) else {}
+    if any(known.get(name) != getattr(movie, name) for name in sizes):
+        mine = f"{movie.frames} frames of {movie.width} × {movie.height} pixels"
+        theirs = f"{known.get('name')!r} with {known.get('frames')} of {known.get('width')} × {known.get('height')}"
+        remedy = "give the movie that was corrected, or another file of edits"
+        raise ConflictError(str(path), f"must be of this movie, {mine}", theirs, remedy)

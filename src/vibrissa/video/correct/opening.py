@@ -1,0 +1,203 @@
+"""What is corrected, from files: a profile, its movie, the lines of all frames, and the edits of an earlier time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+
+from vibrissa.errors import ConflictError, FormatError
+from vibrissa.netcdf import load, save
+from vibrissa.quantities import require
+from vibrissa.quantities.kinds import Progress
+from vibrissa.video.correct.corrected_linking import corrected_linking
+from vibrissa.video.correct.correction import Correction
+from vibrissa.video.correct.edit_file import EditedMovie, read_edits
+from vibrissa.video.find.movie_segments import LineSearch, find_segments
+from vibrissa.video.foreign.segment_tables import read_segments
+from vibrissa.video.foreign.tracks import kind_of
+from vibrissa.video.io.movie import open_movie
+from vibrissa.video.link.whisker_linking import link_segments
+from vibrissa.video.linked.linked_profile import profile_from_linking
+from vibrissa.video.tracking import Calibration
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+BEYOND = 1.2  # lines may be carried on a little beyond the edge of the image
+
+
+class OpenedTracks(NamedTuple):
+    """What is corrected.
+
+    Attributes
+    ----------
+    correction : Correction
+        The movie's lines, with the edits of an earlier time.
+    movie : EditedMovie
+        What edits belong to.
+    profile : Dataset
+        As it was before.
+    """
+
+    correction: Correction
+    movie: EditedMovie
+    profile: xr.Dataset
+
+
+def open_tracks(
+    profile: Path,
+    movie: Path,
+    *,
+    segments: Path | None,
+    edits: Path,
+    polarity: Literal["dark", "bright"] = "dark",
+    tell: Callable[[str], None],
+    progress: Progress,
+) -> OpenedTracks:
+    """Read what is corrected, link its lines, and make the edits of an earlier time again.
+
+    Parameters
+    ----------
+    profile : Path
+        Tracked profiles; their frame rate, pixel size and node spacing are kept.
+    movie : Path
+        The movie.
+    segments : Path or None
+        Lines of all frames: dataset (NetCDF), .whiskers of WHISK or HDF5 of WhiskiWrap; if None the file that the
+        profile names, else the lines are sought in the movie.
+    edits : Path
+        File of the edits; it need not exist.
+    polarity : {"dark", "bright"}
+        Whether whiskers are darker or brighter than the background, where lines are sought.
+    tell : callable
+        Called with remarks.
+    progress : callable
+        Called with (stage, done, total).
+
+    Returns
+    -------
+    OpenedTracks
+        Ready for more edits.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, they do not belong together, or an edit cannot be made.
+    """
+    before = load(profile)
+    require(before, "x", "y", "arc_length")
+    calibration_of(before, str(profile))
+    about = open_movie(movie)
+    lines = _lines(profile, before, movie, segments, polarity, tell, progress)
+    lines = _fitted(lines, about.frame_count, about.frame_count_is_estimate, (about.width, about.height))
+    movie_of = EditedMovie(movie.name, int(lines.attrs["frames"]), about.width, about.height)
+    made = read_edits(edits, movie_of) if edits.exists() else []
+    progress("linking", 0, 0)
+    correction = Correction(link_segments(lines))
+    correction.apply_all(made, str(edits))
+    if made:
+        tell(f"{len(made)} edit{'s' * (len(made) != 1)} of {edits} made again")
+    if before.attrs.get("identity_from") != "link":
+        tell(f"{profile} was not linked from lines: its whiskers may have other numbers here")
+    return OpenedTracks(correction, movie_of, before)
+
+
+def calibration_of(profile: xr.Dataset, source: str) -> Calibration:
+    """Frame rate and pixel size of a profile.
+
+    Parameters
+    ----------
+    profile : Dataset
+        ``profile``.
+    source : str
+        Its file, for errors.
+
+    Returns
+    -------
+    Calibration
+        As it was tracked with.
+
+    Raises
+    ------
+    InputError
+        If it does not hold them.
+    """
+    try:
+        return Calibration(**{name: float(profile.attrs[name]) for name in ("frame_rate", "pixel_size")})
+    except KeyError as error:
+        remedy = "give a profile of track or import-tracks"
+        raise FormatError(source, "must hold frame_rate and pixel_size", remedy=remedy) from error
+
+
+def corrected_profile(opened: OpenedTracks) -> xr.Dataset:
+    """Profile of the whiskers after all edits, nodes as far apart as before.
+
+    Parameters
+    ----------
+    opened : OpenedTracks
+        With its edits.
+
+    Returns
+    -------
+    Dataset
+        ``profile``, with the number of ``edits`` as an attribute.
+
+    Raises
+    ------
+    InputError
+        If no whisker is left.
+    """
+    before, correction = opened.profile, opened.correction
+    spacing = np.diff(before.arc_length.values, axis=-1)
+    attrs: dict[str, Any] = {"source": opened.movie.name, "edits": len(correction.edits)}
+    return profile_from_linking(
+        corrected_linking(correction),
+        calibration_of(before, "profile"),
+        source=opened.movie.name,
+        node_spacing=float(np.nanmedian(spacing)) if np.isfinite(spacing).any() else None,
+        attrs=attrs,
+    )
+
+
+def _lines(
+    profile: Path,
+    before: xr.Dataset,
+    movie: Path,
+    segments: Path | None,
+    polarity: Literal["dark", "bright"],
+    tell: Callable[[str], None],
+    progress: Progress,
+) -> xr.Dataset:
+    """Lines of all frames: those given, those beside the profile, or those that are found now and kept there."""
+    beside = profile.with_name(before.attrs.get("segments", f"{profile.stem}.segments.nc"))
+    if segments is None and not beside.is_file():
+        found = find_segments(movie, LineSearch(polarity=polarity), progress=progress)
+        save(found, beside)
+        tell(f"the lines of all frames are in {beside}")
+        return found
+    path = segments or beside
+    if path.suffix == ".nc":
+        return load(path)
+    kind = kind_of(path)
+    if kind not in ("WHISK", "WhiskiWrap"):
+        raise FormatError(
+            str(path), "must hold lines of frames", f"a file of {kind}", "give .nc, .whiskers or WhiskiWrap's"
+        )
+    return read_segments(path, kind)
+
+
+def _fitted(lines: xr.Dataset, frames: int, estimate: bool, size: tuple[int, int]) -> xr.Dataset:
+    """Lines whose frames are the movie's, once they can be of this movie."""
+    require(lines, "segment_frame", "segment_start", "column", "row")
+    last = int(lines.segment_frame.values.max(initial=-1)) + 1
+    reach = tuple(int(np.ceil(lines[name].values.max(initial=0))) for name in ("column", "row"))
+    most = frames + (2 + frames // 100 if estimate else 0)  # a container may not know its number of frames
+    if last > most or reach[0] > BEYOND * size[0] or reach[1] > BEYOND * size[1]:
+        rule = f"must be of this movie, {frames} frames of {size[0]} × {size[1]} pixels"
+        found = f"lines up to frame {last - 1}, column {reach[0]}, row {reach[1]}"
+        raise ConflictError("segments", rule, found, "give those of this movie")
+    attrs = {name: value for name, value in lines.attrs.items() if name != "first_frame"}
+    return lines.assign_attrs(attrs | {"frames": max(frames, last), "width": size[0], "height": size[1]})

@@ -1,0 +1,150 @@
+"""Marks of a user on lines: which line is meant, and which of the whiskers that were linked has the mark's name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from vibrissa.arrays import Array
+from vibrissa.errors import ConflictError, MissingError, RangeError
+from vibrissa.video.link.whisker_linking import MARK_REACH, Linking, WhiskerMark
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class LineMark(NamedTuple):
+    """A point of a whisker in any frame.
+
+    Attributes
+    ----------
+    frame : int
+        Frame of the movie, from 0.
+    column, row : float
+        The point, in the image as the user sees it [px].
+    whisker : str
+        Name of the whisker; marks of one name are of one whisker.
+    """
+
+    frame: int
+    column: float
+    row: float
+    whisker: str
+
+
+def snapped(segments: xr.Dataset, mark: LineMark) -> int:
+    """Segment that a mark lies on.
+
+    Parameters
+    ----------
+    segments : Dataset
+        ``segments``, from :func:`vibrissa.video.find.movie_segments.find_segments`.
+    mark : LineMark
+        The mark; the nearest line within 6 px is meant.
+
+    Returns
+    -------
+    int
+        The segment.
+
+    Raises
+    ------
+    InputError
+        If the frame is not searched, the mark lies outside the image, or no line is near; the error says where the
+        nearest one is, in its frame, or in the nearest frame with lines.
+    """
+    first, count = int(segments.attrs.get("first_frame", 0)), int(segments.attrs["frames"])
+    if not first <= mark.frame < first + count:
+        raise RangeError("mark", f"must be in a frame from {first} to {first + count - 1}", _written(mark))
+    width, height = segments.attrs["width"], segments.attrs["height"]
+    if not (0 <= mark.column <= width - 1 and 0 <= mark.row <= height - 1):
+        raise RangeError("mark", f"must lie in the image of {width} × {height} pixels", _written(mark))
+    frames, start = segments.segment_frame.values, segments.segment_start.values
+    if not frames.size:
+        raise MissingError("mark", "must be in a movie with lines", _written(mark))
+    nearest = frames[np.argmin(np.abs(frames - mark.frame))]
+    here = np.flatnonzero(frames == nearest)
+    ends = np.append(start, segments.sizes["point"])
+    low, high = ends[here[0]], ends[here[-1] + 1]
+    column, row = (segments[name].values[low:high] for name in ("column", "row"))
+    off = np.hypot(column - mark.column, row - mark.row)
+    best = int(np.argmin(off))
+    if nearest != mark.frame or off[best] > MARK_REACH:
+        remedy = (
+            f"the nearest line of frame {nearest} passes at column {column[best]:.1f}, row {row[best]:.1f}, "
+            f"{off[best]:.1f} px away"
+        )
+        raise RangeError("mark", f"must lie within {MARK_REACH:g} px of a line of its frame", _written(mark), remedy)
+    return int(np.searchsorted(start, low + best, side="right") - 1)
+
+
+def _written(mark: LineMark) -> str:
+    return f"frame {mark.frame}, column {mark.column:g}, row {mark.row:g} ({mark.whisker})"
+
+
+def apply_marks(linking: Linking, segments: xr.Dataset, marks: Sequence[LineMark]) -> dict[str, int]:
+    """Give names to the whiskers of a linking, and correct it where the marks say otherwise.
+
+    Each name goes to the whisker that has most of its marks; the lines of its other marks are then fixed as that
+    whisker's.
+
+    Parameters
+    ----------
+    linking : Linking
+        Of the segments; it is changed.
+    segments : Dataset
+        As :func:`snapped` takes them, in the order of the linking.
+    marks : sequence of LineMark
+        The marks.
+
+    Returns
+    -------
+    dict
+        Number of the whisker in the linking by its name, in the order of the marks.
+
+    Raises
+    ------
+    InputError
+        If a mark is on no line, two names mark one line, or a name is on no whisker that was linked.
+    """
+    lines = [snapped(segments, mark) for mark in marks]
+    _refuse_two_names(lines, marks)
+    names = list(dict.fromkeys(mark.whisker for mark in marks))
+    whisker = linking.identity().segment_whisker.values[lines]
+    votes = np.zeros((len(names), max(linking.whiskers, len(names))))
+    for mark, who in zip(marks, whisker, strict=True):
+        if who >= 0:
+            votes[names.index(mark.whisker), who] += 1
+    owner = _owners(votes)
+    for name, who in zip(names, owner, strict=True):
+        if who < 0:
+            mark = marks[[one.whisker for one in marks].index(name)]
+            rule, remedy = "must be on a whisker that was linked and has no other name", "mark it in another frame"
+            raise ConflictError("mark", rule, _written(mark), remedy)
+    first = int(segments.attrs.get("first_frame", 0))
+    for mark, who in zip(marks, whisker, strict=True):
+        mine = owner[names.index(mark.whisker)]
+        if who != mine:
+            try:
+                linking.mark(WhiskerMark(mark.frame - first, mark.column, mark.row, mine))
+            except RangeError:
+                raise RangeError("mark", "must be on a line of the pad of its whisker", _written(mark)) from None
+    return dict(zip(names, owner, strict=True))
+
+
+def _refuse_two_names(lines: Sequence[int], marks: Sequence[LineMark]) -> None:
+    """Refuse two names on one line."""
+    named: dict[int, LineMark] = {}
+    for line, mark in zip(lines, marks, strict=True):
+        other = named.setdefault(line, mark)
+        if other.whisker != mark.whisker:
+            raise ConflictError("mark", f"must not be on the line of {_written(other)}", _written(mark))
+
+
+def _owners(votes: Array) -> list[int]:
+    """Whisker of each name (names, whiskers), so that most marks agree; −1 for a name without one."""
+    row, column = linear_sum_assignment(-votes)
+    return [int(who) if votes[name, who] else -1 for name, who in zip(row, column, strict=True)]

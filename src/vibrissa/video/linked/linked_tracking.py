@@ -1,0 +1,163 @@
+"""From movie to profile without marks: lines of every frame, linked over the whole movie."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibrissa.errors import TooFewError
+from vibrissa.quantities import dataset
+from vibrissa.quantities.kinds import Progress
+from vibrissa.video.find.movie_segments import Background, LineSearch, find_segments
+from vibrissa.video.follow.background import reference
+from vibrissa.video.io.movie import read_blocks
+from vibrissa.video.link.whisker_linking import Linking, link_segments
+from vibrissa.video.linked.line_marks import LineMark, apply_marks
+from vibrissa.video.linked.linked_profile import profile_from_linking
+from vibrissa.video.profile.turning import Region
+from vibrissa.video.tracking import Calibration
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Frames = NDArray[Any]
+MOST_THREADS = 8  # more do not help, as decoding takes its part
+
+
+class LinkedTracks(NamedTuple):
+    """``profile`` of the whiskers; ``segments``, all lines of the movie and whose they are."""
+
+    profile: xr.Dataset
+    segments: xr.Dataset
+
+
+def track_linked(
+    movie: str | Path | Frames,
+    *,
+    calibration: Calibration,
+    marks: Sequence[LineMark] = (),
+    polarity: Literal["dark", "bright"] = "dark",
+    background: str | Path | Frames = "space",
+    region: Region | None = None,
+    node_spacing: float | None = None,
+    start: int = 0,
+    stop: int | None = None,
+    progress: Progress | None = None,
+    watch: Callable[[Frames], None] | None = None,
+) -> LinkedTracks:
+    """Track all whiskers of a movie of whisking animals: find the lines of every frame, and link them.
+
+    Parameters
+    ----------
+    movie : path or (T, height, width) array
+        A file, or grey frames.
+    calibration : Calibration
+        Frame rate and pixel size.
+    marks : sequence of LineMark
+        Names of lines; marked whiskers come first in the profile, in the order of their names' first marks.
+    polarity : {"dark", "bright"}
+        Whether whiskers are darker or brighter than the background.
+    background : "space", "mean", "median", path or (height, width) array
+        What is subtracted from every frame: nothing, as each line is placed on the background beside it; what stays
+        over time, see :class:`vibrissa.video.find.movie_segments.LineSearch`; or an image, or the mean of a movie,
+        without whiskers.
+    region : (first column, first row, last column, last row), optional
+        Part of the image that is searched [px].
+    node_spacing : float, optional
+        Arc length between nodes [m]; 5 pixels if not given.
+    start, stop : int
+        First frame that is tracked, from 0, and the first after it that is not; all by default.
+    progress : callable, optional
+        Called with a name of the work, the frames done, and their number.
+    watch : callable, optional
+        Called with every block of frames.
+
+    Returns
+    -------
+    LinkedTracks
+        The profile as of :func:`vibrissa.video.linked.linked_profile.profile_from_linking`, time 0 at ``start``; the
+        segments with the variables of ``identity``, whose frames are the movie's.
+
+    Raises
+    ------
+    InputError
+        If the movie cannot be read, no whisker is found, a setting is out of range, or a mark is on no line.
+    """
+    behind, name = _behind(background, movie)
+    search = LineSearch(polarity=polarity, background=behind, region=region, threads=_threads())
+    segments = find_segments(movie, search, start=start, stop=stop, progress=progress, watch=watch)
+    if not segments.sizes["segment"]:
+        rule, remedy = "must show whiskers", "say whether they are dark or bright, or give a larger region"
+        raise TooFewError("movie", rule, "no line in any frame", remedy)
+    if progress is not None:
+        progress("link whiskers", 0, 0)
+    linking = link_segments(counted_from_start(segments))
+    named = apply_marks(linking, segments, marks) if marks else {}
+    asked = {"background": name, "polarity": polarity}
+    asked |= {} if region is None else {"region": json.dumps(region)}
+    asked |= {"marks": json.dumps(marks)} if marks else {}
+    profile = profile_from_linking(
+        linking,
+        calibration,
+        source=str(movie) if isinstance(movie, str | Path) else "movie",
+        node_spacing=node_spacing,
+        first=list(named.values()),
+        attrs=asked,
+    )
+    if named:
+        profile.attrs["names"] = json.dumps(_names(profile, named))
+    return LinkedTracks(profile, _identified(segments, linking, calibration.frame_rate))
+
+
+def counted_from_start(segments: xr.Dataset) -> xr.Dataset:
+    """Segments of a part of a movie whose frames count from the first that was searched, as linking takes them.
+
+    Parameters
+    ----------
+    segments : Dataset
+        ``segments``; its attribute ``first_frame`` is 0 if absent.
+
+    Returns
+    -------
+    Dataset
+        The same without that attribute.
+    """
+    attrs = {name: value for name, value in segments.attrs.items() if name != "first_frame"}
+    frame = segments.segment_frame - int(segments.attrs.get("first_frame", 0))
+    return segments.assign(segment_frame=frame.assign_attrs(segments.segment_frame.attrs)).assign_attrs(attrs)
+
+
+def _behind(background: str | Path | Frames, movie: str | Path | Frames) -> tuple[Background | Frames, str]:
+    """What the finder subtracts, and its name."""
+    if isinstance(background, str):
+        if background == "space":
+            return "none", "space"
+        if background in ("mean", "median"):
+            return background, background  # type: ignore[return-value]
+    image, name = reference(background, lambda: [movie] if isinstance(movie, np.ndarray) else read_blocks(movie))
+    return "none" if image is None else image, name
+
+
+def _threads() -> int:
+    return min(os.cpu_count() or 1, MOST_THREADS)
+
+
+def _names(profile: xr.Dataset, named: dict[str, int]) -> list[str]:
+    """Names of all whiskers of a profile, those without a mark by their number."""
+    numbers = {who: name for name, who in named.items()}
+    return [numbers.get(who, f"whisker {k}") for k, who in enumerate(json.loads(profile.attrs["identities"]))]
+
+
+def _identified(segments: xr.Dataset, linking: Linking, frame_rate: float) -> xr.Dataset:
+    """Segments and whose they are; time counts from the movie's first frame."""
+    identity = linking.identity()
+    time = (int(segments.attrs.get("first_frame", 0)) + np.arange(linking.pieces.frames)) / frame_rate
+    places = dataset(whisker=np.arange(linking.whiskers), time=time)
+    whole = segments.merge(identity, combine_attrs="override").merge(places, combine_attrs="override")
+    return whole.assign_attrs(segments.attrs, reasons=identity.attrs["reasons"])

@@ -1,0 +1,256 @@
+"""The page to correct tracks in a real browser: every edit by keyboard, by mouse, in either width; what it shows."""
+
+import time
+
+import numpy as np
+import pytest
+from corrected_pad import make_pad, served_pad
+from real_browser import real_browser
+
+from vibrissa.netcdf import load
+from vibrissa.video.correct.edit_file import read_edits
+
+FRAMES, PATIENCE = 120, 60  # [s] of a loaded machine
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    with real_browser(tmp_path_factory.mktemp("home")) as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def pad(tmp_path_factory):
+    return make_pad(tmp_path_factory.mktemp("pad"), FRAMES)
+
+
+class Hands:
+    """A page, and what hands and eyes do with it."""
+
+    def __init__(self, browser, served, width=1280, **more):
+        self.served, self.wrong, self.asked = served, [], []
+        self.context = browser.new_context(viewport={"width": width, "height": 900}, **more)
+        self.page = self.context.new_page()
+        self.page.on("console", lambda told: told.type == "error" and self.wrong.append(told.text))
+        self.page.on("pageerror", lambda error: self.wrong.append(str(error)))
+        self.page.on("request", lambda request: self.asked.append(request.url))
+        self.page.goto(served.root)
+        self.until("Boolean(globalThis.correct) && !correct.busy()")
+
+    def until(self, condition):
+        stop = time.monotonic() + PATIENCE
+        while not self.page.evaluate(condition):
+            assert time.monotonic() < stop, f"{condition}; {self.page.inner_text('#message')}; {self.wrong}"
+            time.sleep(0.02)
+
+    def keys(self, *keys):
+        for key in keys:
+            self.page.keyboard.press(key)
+        self.until("!correct.busy()")
+
+    def answer(self, key, text):
+        """Press a key that asks for a number, and give it."""
+        self.page.keyboard.press(key)
+        self.page.keyboard.type(text)
+        self.keys("Enter")
+
+    def ask(self, expression):
+        return self.page.evaluate(expression)
+
+    def select(self, whisker, frame):
+        """A line of a whisker by keys alone: to a frame, then line by line."""
+        self.answer("g", str(frame))
+        for _ in range(30):
+            self.keys("ArrowDown")
+            if self.ask("correct.tracks.whisker[correct.selected()]") == whisker:
+                return self.ask("correct.selected()")
+        raise AssertionError(f"whisker {whisker} has no line in frame {frame}")
+
+    def whisker(self, line):
+        return self.ask(f"correct.tracks.whisker[{line}]")
+
+    def names(self):
+        return self.ask("Array.from(correct.tracks.whisker)")
+
+    def edits(self):
+        return read_edits(self.served.edits, self.served.opened.movie)
+
+
+@pytest.fixture
+def served(pad, tmp_path):
+    with served_pad(pad, tmp_path / "out.nc") as served:
+        yield served
+    served.edits.unlink(missing_ok=True)
+
+
+@pytest.fixture
+def hands(browser, served):
+    made = Hands(browser, served)
+    yield made
+    made.context.close()
+
+
+def full_frame(pad):
+    """A frame in the middle in which every whisker has a line."""
+    owner, frame = pad.truth.segment, load(pad.segments).segment_frame.values
+    return next(f for f in range(40, FRAMES) if len(set(owner[(frame == f) & (owner >= 0)])) == 6)
+
+
+def test_the_page_opens_with_both_pictures_and_asks_nobody_else(hands, pad):
+    assert hands.wrong == []
+    assert all(url.startswith(hands.served.root) for url in hands.asked)
+    ink = "(id => { const c = document.getElementById(id), d = c.getContext('2d').getImageData(0, 0, c.width, c.height)"
+    ink += ".data, seen = new Set(); for (let i = 0; i < d.length; i += 4) seen.add(`${d.slice(i, i + 3)}`);"
+    ink += " return seen.size; })"
+    for name in ("view", "overview"):
+        assert hands.ask(f"{ink}('{name}')") > 50, name
+    np.testing.assert_array_equal(hands.names(), hands.served.opened.correction.named.whisker)
+    assert "6 whiskers, 0 edits" in hands.page.inner_text("#counts")
+
+
+def test_every_edit_by_keyboard_with_undo_and_redo(hands, pad):
+    """Name, mark, split, join, swap, delete; the file beside the profile follows; all undone is as it was."""
+    start, frame = hands.names(), full_frame(pad)
+    line = hands.select(2, frame)
+    hands.answer("n", "4")
+    assert hands.whisker(line) == 4
+    hands.select(1, frame)
+    hands.keys("s")
+    rest = hands.ask("correct.selected()")
+    assert hands.whisker(rest) == -1
+    hands.keys("j")
+    hands.select(
+        1,
+        frame - 1
+        if hands.ask(f"correct.tracks.inFrame({frame - 1}).some(s => correct.tracks.whisker[s] === 1)")
+        else frame - 2,
+    )
+    hands.keys("j")
+    assert hands.whisker(rest) == 1
+    five = hands.select(5, frame)
+    hands.answer("x", "0")
+    assert hands.whisker(five) == 0
+    zero = hands.select(5, frame)
+    hands.answer("m", "5")
+    assert hands.whisker(zero) == 5
+    three = hands.select(3, frame)
+    hands.keys("Delete")
+    assert hands.whisker(three) == -2
+    assert [one.do for one in hands.edits()] == ["name", "split", "join", "swap", "mark", "delete"]
+    end = hands.names()
+    for _ in range(6):
+        hands.keys("u")
+    assert hands.names() == start
+    assert hands.edits() == []
+    hands.keys("u")
+    assert "undo must follow an edit" in hands.page.inner_text("#message")
+    for _ in range(6):
+        hands.keys("Control+y")
+    assert hands.names() == end
+    assert hands.wrong == [one for one in hands.wrong if "422" in one]  # the browser's own word on the refusal
+
+
+def test_what_was_done_is_saved_and_found_again(hands, pad, browser, tmp_path):
+    frame = full_frame(pad)
+    hands.select(3, frame)
+    hands.keys("w", "d")
+    names = hands.names()
+    hands.keys("Control+s")
+    hands.until("document.getElementById('message').textContent.includes('out.nc')")
+    assert load(hands.served.out).sizes["whisker"] == 5
+    with served_pad(pad, tmp_path / "again.nc") as again:
+        later = Hands(browser, again)
+        assert later.names() == names
+        assert "1 edit in" in later.page.inner_text("#counts")
+        later.context.close()
+
+
+def test_a_new_whisker_and_refusals_of_numbers(hands, pad):
+    line = hands.select(2, full_frame(pad))
+    hands.answer("n", "9")
+    assert "from 0 to 6" in hands.page.inner_text("#message")
+    hands.page.keyboard.press("Escape")
+    hands.answer("n", "+")
+    assert hands.whisker(line) == 6
+    assert "7 whiskers" in hands.page.inner_text("#counts")
+
+
+def test_a_click_selects_a_line_in_the_frame_and_a_piece_in_the_picture_of_angles(hands, pad):
+    line = hands.select(4, full_frame(pad))
+    hands.keys("Escape")
+    assert hands.ask("correct.selected()") is None
+    box = hands.page.locator("#overview").bounding_box()
+    x, y = hands.ask(f"[correct.X({full_frame(pad)}), correct.Y(correct.tracks.angle[{line}])]")
+    hands.page.mouse.click(box["x"] + x, box["y"] + y)
+    hands.until("correct.selected() !== null")
+    assert hands.whisker(hands.ask("correct.selected()")) == 4
+    hands.keys("Escape")
+    column, row = hands.ask(
+        f"(([a, b]) => [correct.tracks.column[b - 1], correct.tracks.row[b - 1]])(correct.tracks.points({line}))"
+    )
+    hands.ask(f"correct.go({full_frame(pad)})")
+    hands.until("!correct.busy()")
+    left, top, zoom = hands.ask("(v => [v.left, v.top, v.zoom])(correct.view)")
+    box = hands.page.locator("#view").bounding_box()
+    hands.page.mouse.click(box["x"] + (column + 0.5 - left) * zoom, box["y"] + (row + 0.5 - top) * zoom)
+    assert hands.ask("correct.selected()") == line
+
+
+def test_frames_are_followed_by_keys_and_slider(hands):
+    hands.keys("ArrowRight", "Shift+ArrowRight", "PageDown")
+    assert hands.ask("correct.frame()") == 61
+    hands.keys("End", "ArrowRight")
+    assert hands.ask("correct.frame()") == FRAMES - 1
+    hands.keys("Home")
+    hands.page.locator("#slider").press("ArrowRight")
+    hands.until("!correct.busy()")
+    assert hands.ask("correct.frame()") == 1
+    hands.page.locator("#frame").fill("77")
+    hands.page.locator("#frame").press("Enter")
+    hands.until("correct.frame() === 77")
+    hands.page.locator("#view").focus()
+    hands.keys(".")
+    line = hands.ask("correct.selected()")
+    assert hands.ask(f"correct.tracks.doubts.includes({line})")
+    assert hands.ask("correct.frame()") >= 77
+
+
+def test_what_is_selected_is_said_once_hands_rest(hands, pad):
+    hands.select(4, full_frame(pad))
+    hands.until("document.getElementById('where').textContent.includes('whisker 4')")
+    assert hands.page.get_attribute("#where", "aria-live") == "polite"
+    assert hands.page.get_attribute("#message", "aria-live") == "polite"
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [1280, 800, 390])
+def test_nothing_is_cut_off_and_everything_has_a_name(browser, served, width, scheme):
+    hands = Hands(browser, served, width, color_scheme=scheme)
+    assert hands.ask("document.documentElement.scrollWidth") <= width
+    nameless = "[...document.querySelectorAll('input, button')].filter(e => !e.labels?.length && "
+    nameless += "!e.getAttribute('aria-label') && !e.textContent.trim()).map(e => e.outerHTML)"
+    assert hands.ask(nameless) == []
+    for name in ("view", "overview"):
+        box = hands.page.locator(f"#{name}").bounding_box()
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= width
+        assert hands.page.get_attribute(f"#{name}", "aria-label")
+    hands.context.close()
+
+
+def test_the_end_stops_the_program_and_the_page_says_so(hands):
+    hands.page.locator("#end").click()
+    hands.until("document.getElementById('message').textContent.startsWith('Ended')")
+    stop = time.monotonic() + PATIENCE
+    while hands.served.alive():
+        assert time.monotonic() < stop
+        time.sleep(0.02)
+
+
+def test_hostile_names_are_shown_as_text(browser, served):
+    served.session.movie = served.session.movie._replace(name="<img src=x onerror=alert(1)>.mkv")
+    hands = Hands(browser, served)
+    assert hands.ask("document.querySelectorAll('img').length") == 0
+    assert "<img" in hands.page.inner_text("#title")
+    assert hands.wrong == []
+    hands.context.close()

@@ -1,0 +1,206 @@
+"""Whatever comes, the page's server gives its own answer, raises nothing and goes on; so does that of `pick`."""
+
+import json
+import socket
+import threading
+import urllib.parse
+
+import httpx
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+from page_messages import unpacked
+
+from vibrissa.page.answers import ANSWERS, answer
+from vibrissa.page.controls import CONTROLS
+from vibrissa.page.session import PageSession
+from vibrissa.page.upload_cache import SETTLED
+from vibrissa.study.pick import pick_page
+
+FEW = settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+WAIT = 30.0  # [s] for an answer
+METHODS = st.sampled_from(["GET", "POST", "PUT", "HEAD", "DELETE", "OPTIONS", "TRACE", "CONNECT", "get", "X" * 300, ""])
+PIECES = [
+    "",
+    "texture",
+    "live",
+    "export",
+    "a",
+    "data.nc",
+    "controls.json",
+    "..",
+    "%2e%2e",
+    "%00",
+    "page.js",
+    "save",
+    "?",
+]
+LINE = st.text(st.characters(codec="latin-1", exclude_characters="\r\n"), max_size=60)
+NAMES = ["Host", "Origin", "Content-Length", "Transfer-Encoding", "Upgrade", "Connection", "Expect", "Content-Type"]
+VALUES = ["OWN", "0", "5", "-1", "1e9", "99999999999", "chunked", "gzip, chunked", "websocket", "close", "100-continue"]
+HEADER = st.tuples(st.sampled_from(NAMES) | LINE, st.sampled_from(VALUES) | LINE)
+PLACE = st.lists(st.sampled_from(PIECES) | LINE.map(urllib.parse.quote), max_size=4).map("/".join)
+
+
+@st.composite
+def requests(draw):
+    """Bytes of a request, with OWN where host or origin of the page stand, and whether it knows the secret."""
+    inside, version = draw(st.booleans()), draw(st.sampled_from(["HTTP/1.1", "HTTP/1.0", "HTTP/9", "", "HTTP/1.1 x"]))
+    place = ("SECRET" if inside else "") + draw(PLACE)
+    headers = draw(st.lists(HEADER, max_size=5)) + ([("Host", "OWN"), ("Origin", "OWN")] if draw(st.booleans()) else [])
+    head = [f"{draw(METHODS)} /{place} {version}", *(f"{name}: {value}" for name, value in headers), "", ""]
+    return "\r\n".join(head), draw(st.binary(max_size=200)), inside
+
+
+def answered(host, root, head, body):
+    """All that a server says to one request, whose sender then ends its side."""
+    own = (
+        head.replace("SECRET", root)
+        .replace("Host: OWN", f"Host: {host}")
+        .replace("Origin: OWN", f"Origin: http://{host}")
+    )
+    with socket.create_connection(tuple(host.split(":")), timeout=WAIT) as line:
+        said = b""
+        try:
+            line.sendall(own.encode("latin-1") + body)
+            line.shutdown(socket.SHUT_WR)
+            while part := line.recv(1 << 16):
+                said += part
+        except ConnectionError:  # it closed without reading all
+            pass
+    return said
+
+
+class Recorded:
+    """An application, and what it raises, but for what it hears of a connection that the server has closed."""
+
+    def __init__(self, application):
+        self.application, self.raised = application, []
+
+    async def __call__(self, scope, receive, send):
+        closed = []
+
+        async def sent(message):
+            try:
+                await send(message)
+            except Exception as error:
+                closed.append(error)
+                raise
+
+        try:
+            await self.application(scope, receive, sent)
+        except Exception as error:
+            self.raised += [error] if error not in closed else []
+            raise
+
+
+@pytest.fixture(scope="module")
+def recorded():
+    """Give a page of its own whose every exception is kept."""
+    import uvicorn
+
+    from vibrissa.page.application import Page
+    from vibrissa.page.server import listening
+    from vibrissa.page.server import settings as server_settings
+
+    with listening(0) as listener:
+        page = Page(listener.getsockname()[1])
+        application = Recorded(page.application())
+        server = uvicorn.Server(server_settings(application))
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
+        thread.start()
+        yield f"127.0.0.1:{listener.getsockname()[1]}", f"{page.token}/", application
+        server.should_exit = True
+        thread.join(10)
+
+
+@FEW
+@given(request=requests())
+@example(
+    request=(
+        "POST /SECRETtexture?name=x.csv HTTP/1.1\r\nHost: OWN\r\nOrigin: OWN\r\nContent-Length: 5\r\n\r\n",
+        b"",
+        True,
+    )
+)
+@example(
+    request=(
+        "POST /SECRETexport/a/data.nc HTTP/1.1\r\nHost: OWN\r\nTransfer-Encoding: chunked\r\n\r\n",
+        b"zz\r\n",
+        True,
+    )
+)
+def test_any_request_gets_an_answer_of_the_page(recorded, capfd, request):
+    host, root, application = recorded
+    head, body, inside = request
+    said = answered(host, root, head, body)
+    if said:
+        code = int(said.split()[1])
+        assert 200 <= code < 600
+        assert inside or code >= 400, said[:200]
+        assert b"Traceback" not in said
+    assert application.raised == []
+    assert httpx.get(f"http://{host}/{root}", timeout=WAIT).status_code == 200
+    assert "Traceback" not in capfd.readouterr().err
+
+
+JSON = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.floats()
+    | st.integers()
+    | st.text(max_size=8)
+    | st.sampled_from([10**400, "\ud800"]),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=6,
+)
+STATES = st.dictionaries(st.sampled_from([*CONTROLS, "x"]), JSON, max_size=4) | JSON
+SHORT = {"a.length": 0.01, "b.length": 0.01}
+
+
+@FEW
+@given(want=st.sampled_from([*ANSWERS, "x"]) | JSON, state=STATES, number=JSON)
+def test_any_message_gets_an_answer(want, state, number):
+    given_state = {**SHORT, **state} if isinstance(state, dict) else state
+    said = answer(
+        PageSession(lambda _: pytest.fail("no file was dropped")),
+        json.dumps({"want": want, "state": given_state, "id": number}),
+    )
+    facts = json.loads(said) if isinstance(said, str) else unpacked(said)[0]
+    assert "fault of vibrissa" not in facts.get("error", "")
+    assert facts.keys() >= {"id", "want"}
+
+
+@FEW
+@given(values=st.dictionaries(st.sampled_from([*CONTROLS, *SETTLED]), LINE, max_size=4))
+def test_any_query_is_an_answer(recorded, values):
+    host, root, application = recorded
+    said = httpx.get(f"http://{host}/{root}export/a/texture.csv", params={**SHORT, **values}, timeout=WAIT)
+    assert said.status_code in (200, 422)
+    assert application.raised == []
+
+
+@pytest.fixture(scope="module")
+def picking():
+    """Give host and secret of a page of `pick` that saves nothing."""
+    saved = []
+    with pick_page._Server(np.zeros((9, 9), np.uint8), {"movie": "m", "study": "s"}, saved.append) as server:
+        server.end = lambda: None
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"127.0.0.1:{server.server_address[1]}", f"{server.token}/"
+        server.shutdown()
+
+
+@FEW
+@given(request=requests())
+@example(request=("POST /SECRETsave HTTP/1.1\r\nHost: OWN\r\nOrigin: OWN\r\nContent-Length: 5\r\n\r\n", b"[[[[[", True))
+def test_any_request_gets_an_answer_of_pick(picking, capfd, request):
+    host, root = picking
+    head, body, inside = request
+    said = answered(host, root, head, body)
+    if said and (code := said.split()[1]).isdigit():  # HTTP/0.9 has no status
+        assert 200 <= int(code) < 600
+        assert inside or int(code) >= 400, said[:200]
+    assert httpx.get(f"http://{host}/{root}", timeout=WAIT).status_code == 200
+    assert "Traceback" not in capfd.readouterr().err

@@ -1,0 +1,49 @@
+"""Arrays in binary files: damaged, of objects, or larger than memory though the file is small."""
+
+import io
+import zipfile
+
+import numpy as np
+import pytest
+from refusals import refusal
+
+from vibrissa.binary import read_npy, refuse_bomb
+
+
+def test_an_array_is_read_as_it_was_written(tmp_path):
+    values = np.random.default_rng(0).normal(size=(5, 3))
+    np.save(tmp_path / "a.npy", values)
+    np.testing.assert_array_equal(read_npy(tmp_path / "a.npy"), values)
+
+
+def claiming(shape):
+    """A file of NumPy whose header claims more than its 80 bytes of numbers."""
+    file = io.BytesIO()
+    header = {"descr": "<f8", "fortran_order": False, "shape": shape}
+    np.lib.format.write_array_header_1_0(file, header)
+    return file.getvalue() + bytes(80)
+
+
+@pytest.mark.parametrize("shape", [(11,), (10**12, 2), (10**30,), (-1,)])
+def test_a_header_that_claims_more_than_the_file_has_is_refused(tmp_path, shape):
+    (tmp_path / "a.npy").write_bytes(claiming(shape))
+    with refusal("format", f"{tmp_path}/a.npy"):
+        read_npy(tmp_path / "a.npy")
+
+
+def test_objects_archives_and_absent_files_are_refused(tmp_path):
+    np.save(tmp_path / "a.npy", np.array([{}]), allow_pickle=True)
+    np.savez(tmp_path / "b.npz", a=1)
+    for name, code in (("a.npy", "format"), ("b.npz", "format"), ("c.npy", "missing")):
+        with refusal(code, name):
+            read_npy(tmp_path / name)
+
+
+def test_an_archive_of_zeros_is_refused_by_what_it_unpacks_to(tmp_path, monkeypatch):
+    with zipfile.ZipFile(tmp_path / "surface.x3p", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("bindata/data.bin", bytes(30_000_000))
+    assert (tmp_path / "surface.x3p").stat().st_size < 40_000
+    refuse_bomb(tmp_path / "surface.x3p")
+    monkeypatch.setenv("VIBRISSA_MEMORY", "0.2")
+    with refusal("range", "surface.x3p", "0.03 GB unpacked, which need 0.12 GB"):
+        refuse_bomb(tmp_path / "surface.x3p")

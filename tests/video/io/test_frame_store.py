@@ -1,0 +1,68 @@
+"""Frames in any order are those of the movie in its order."""
+
+import numpy as np
+import pytest
+from refusals import refusal
+
+from vibrissa.video.io.frame_store import FrameStore
+from vibrissa.video.io.movie import write_movie
+
+SHAPE = (50, 24, 32)
+
+
+@pytest.fixture
+def frames():
+    return np.random.default_rng(0).integers(0, 256, SHAPE).astype(np.uint8)
+
+
+def test_any_frame_at_any_time(tmp_path, frames):
+    write_movie(tmp_path / "movie.mkv", [frames])
+    store = FrameStore(tmp_path / "movie.mkv")
+    for number in (49, 0, 17, 16, 49):
+        shown = np.frombuffer(store.frame(number), np.uint8).reshape(SHAPE[1:])
+        np.testing.assert_array_equal(shown, frames[number])
+    for number in (50, -1):
+        with refusal("range", "frame", str(number)):
+            store.frame(number)
+    store.close()
+
+
+def test_sixteen_bits_are_shown_over_the_range_of_the_first_frames(tmp_path, frames):
+    np.save(tmp_path / "movie.npy", frames.astype(np.uint16) * 16 + 100)
+    store = FrameStore(tmp_path / "movie.npy")
+    low, high = int(frames[:16].min()), int(frames[:16].max())
+    wanted = np.clip(np.rint((frames[40].astype(float) - low) * 255 / (high - low)), 0, 255)
+    np.testing.assert_array_equal(np.frombuffer(store.frame(40), np.uint8), wanted.ravel())
+    store.close()
+
+
+def test_a_movie_that_is_damaged_later_shows_what_is_whole(tmp_path, frames):
+    path = tmp_path / "movie.mkv"
+    write_movie(path, [frames])
+    path.write_bytes(path.read_bytes()[:-9000])
+    store = FrameStore(path)
+    assert len(store.frame(0)) == SHAPE[1] * SHAPE[2]
+    with refusal("format", str(path)):
+        store.frame(49)
+    store.close()
+
+
+def test_no_movie_is_refused(tmp_path):
+    with refusal("missing"):
+        FrameStore(tmp_path / "movie.mkv")
+
+
+def test_a_full_disk_is_one_line(tmp_path, frames, monkeypatch):
+    class Full:
+        def seek(self, *_):
+            raise OSError(28, "No space left on device")
+
+        def close(self):
+            pass
+
+    write_movie(tmp_path / "movie.mkv", [frames])
+    monkeypatch.setattr("tempfile.TemporaryFile", Full)
+    store = FrameStore(tmp_path / "movie.mkv")
+    with refusal("machine"):
+        store.frame(0)
+    store.close()

@@ -1,0 +1,135 @@
+"""Time stamps with holes and jitter: reported, and missing frames keep their place."""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vibrissa.errors import InputError
+from vibrissa.study.movie.track_file import track_file
+from vibrissa.study.spec.settings import MovieFile
+from vibrissa.video.io.frame_times import filled, frame_times
+from vibrissa.video.io.movie import frame_times_of, open_movie, read_blocks, write_movie
+
+KEPT = np.array([0, 1, 2, 3, 6, 7, 8, 9, 10, 14, 15, 16])  # two holes, of 2 and 3 frames
+
+
+def scene(count: int) -> np.ndarray:
+    """A dark line that sinks by half a pixel in each frame."""
+    row, column = np.mgrid[:60, :120]
+    lines = [20 + 0.5 * k + 0.05 * column for k in range(count)]
+    return np.array([180 - 80 * np.exp(-((row - line) ** 2) / 3) for line in lines]).astype(np.uint8)
+
+
+def stamped(path: Path, frames: np.ndarray, ticks: list[int], tick: Fraction, codec: str = "ffv1") -> Path:
+    """A movie whose frames have these time stamps."""
+    with av.open(str(path), "w") as file:
+        stream = file.add_stream(codec, rate=round(1 / tick), options={"qp": "0"} if codec == "libx264" else {})
+        stream.height, stream.width, stream.pix_fmt = *frames.shape[1:], "gray"
+        stream.codec_context.time_base = tick
+        if codec == "libx264":
+            stream.codec_context.color_range = av.video.reformatter.ColorRange.JPEG
+        for image, at in zip(frames, ticks, strict=True):
+            one = av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format="gray")
+            one.pts, one.time_base = int(at), tick
+            file.mux(stream.encode(one))
+        file.mux(stream.encode())
+    return path
+
+
+@given(
+    st.lists(st.integers(1, 9), min_size=8, max_size=60),
+    st.sampled_from([25.0, 29.97, 120.0, 240.0]),
+    st.sampled_from([1e-6, 1e-3]),
+)
+def test_holes_among_even_frames_are_found_exactly(steps, rate, tick):
+    # most intervals are one frame, as in a movie
+    slots = np.cumsum([0, 1, 1, *(n for step in steps for n in (1, 1, 1, step))])
+    found = frame_times(np.rint(slots / rate / tick) * tick, tick, rate)
+    np.testing.assert_array_equal(found.slots, slots)
+    assert found.irregular == 0
+    np.testing.assert_array_equal(found.missing, sorted(set(range(slots[-1])) - set(slots.tolist())))
+
+
+def test_an_even_movie_has_no_remark_at_any_rate():
+    for rate in (24000 / 1001, 25, 30, 59.94, 240, 500, 700, 1000, 2000, 5000):
+        found = frame_times(np.rint(np.arange(5000) / rate * 1e3) / 1e3, 1e-3, rate)
+        assert found.remarks(kept=False) == []
+
+
+@pytest.mark.parametrize("jitter", [0.2, 0.45])
+def test_jitter_is_reported_in_frames(jitter):
+    time = (np.arange(200) + np.where(np.arange(200) == 77, jitter, 0)) / 100
+    (line,) = frame_times(time, 1e-6, 100.0).remarks(kept=False)
+    assert line.startswith(f"the time stamps jitter: 2 intervals are off by up to {jitter:.2g} of a frame")
+
+
+@pytest.mark.parametrize(
+    ("name", "codec"), [("m.mkv", "ffv1"), ("m.avi", "ffv1"), ("m.mp4", "libx264"), ("m.mkv", "libx264")]
+)
+def test_missing_frames_keep_their_place(tmp_path, name, codec):
+    frames = scene(17)
+    path = stamped(tmp_path / name, frames[KEPT], KEPT.tolist(), Fraction(1, 25), codec)
+    found = frame_times_of(path)
+    np.testing.assert_array_equal(found.slots, KEPT)
+    line = "the time stamps have 2 holes, the largest of 3 frames, 5 in all"
+    assert [one.partition(":")[0] for one in found.remarks(kept=True)] == [line]
+    read = np.concatenate(list(read_blocks(path, 4, drop_frames="nan")))
+    np.testing.assert_array_equal(read[KEPT], frames[KEPT])
+    np.testing.assert_array_equal(read[[4, 5, 11, 12, 13]], frames[[3, 3, 10, 10, 10]])
+
+
+def tracked(path: Path, **how):
+    movie = MovieFile(path=str(path), frame_rate=100.0, pixel_size=1e-4, seeds=((60.0, 23.0),), **how)
+    return track_file(movie, Path(), lambda *_: None)
+
+
+def test_a_profile_has_the_right_times_and_no_values_where_frames_are_missing(tmp_path):
+    frames, missing = scene(17), [4, 5, 11, 12, 13]
+    whole = write_movie(tmp_path / "whole.mkv", [frames])
+    whole = tracked(tmp_path / "whole.mkv")
+    path = stamped(tmp_path / "m.mkv", frames[KEPT], KEPT.tolist(), Fraction(1, 25))
+    kept = tracked(path, drop_frames="nan")
+    np.testing.assert_allclose(kept.time, np.arange(17) / 100)
+    assert np.isnan(kept.y.values[0, missing]).all()
+    there = kept.y.values[0, KEPT]
+    assert np.isfinite(there).any(axis=1).all()
+    np.testing.assert_allclose(there, whole.y.values[0, KEPT], atol=2e-6)  # [m], 0.02 px
+    assert json.loads(kept.attrs["lost"])[0] == [[4, 5, "not in the movie"], [11, 13, "not in the movie"]]
+    assert kept.attrs["missing_frames"] == 5
+    part = tracked(path, drop_frames="nan", start=3, stop=9)
+    np.testing.assert_allclose(part.time, np.arange(3, 9) / 100)
+    assert json.loads(part.attrs["lost"])[0] == [[1, 2, "not in the movie"]]
+
+
+def test_by_default_holes_are_reported_alone(tmp_path):
+    path = stamped(tmp_path / "m.mkv", scene(17)[KEPT], KEPT.tolist(), Fraction(1, 25))
+    profile = tracked(path)
+    assert profile.sizes["time"] == len(KEPT)
+    assert any("2 holes, the largest of 3 frames, 5 in all" in one for one in json.loads(profile.attrs["remarks"]))
+
+
+def test_what_is_not_known_is_refused(tmp_path):
+    ticks = np.arange(12) * 10 + np.array([0, 4] * 6)
+    path = stamped(tmp_path / "m.mkv", scene(12), ticks.tolist(), Fraction(1, 250))
+    with pytest.raises(InputError, match=r"must have time stamps that jitter by 0\.25 of a frame at most"):
+        list(read_blocks(path, drop_frames="nan"))
+    write_movie(tmp_path / "m.tif", [scene(3)])
+    with pytest.raises(InputError, match=r"drop_frames must be left out: .*m\.tif has no time stamps"):
+        list(read_blocks(tmp_path / "m.tif", drop_frames="nan"))
+    assert frame_times_of(tmp_path / "m.tif") is None
+    assert open_movie(path).frame_count
+
+
+def test_more_or_fewer_frames_than_stamps_are_refused():
+    blocks = [np.zeros((3, 2, 2), np.uint8)] * 2
+    for count in (5, 7):
+        with pytest.raises(InputError, match=f"must have a time stamp for each frame, got {count} for 6"):
+            list(filled(blocks, np.arange(count), "m.mkv"))

@@ -1,0 +1,219 @@
+"""Whisking movies tracked without marks, against the truth of rendered scenes; marks; what is refused."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from refusals import refusal
+from scipy.spatial import cKDTree
+
+from vibrissa.quantities import require
+from vibrissa.video.camera.camera import Camera
+from vibrissa.video.camera.pad.filming import film
+from vibrissa.video.camera.pad.settings import Head, WhiskingScene
+from vibrissa.video.camera.pad.truth import scene_truth
+from vibrissa.video.linked.line_marks import LineMark, snapped
+from vibrissa.video.linked.linked_tracking import track_linked
+from vibrissa.video.tracking import Calibration
+
+SIDE, FRAMES = 0.2e-3, 150
+CALIBRATION = Calibration(frame_rate=500.0, pixel_size=SIDE)
+CAMERA = Camera(frame_rate=500.0, pixel_size=SIDE, width=320, height=240, exposure=3e-4, noise=2.0)
+SCENE = WhiskingScene(
+    camera=CAMERA,
+    head=Head(nose=(30 * SIDE, 120 * SIDE), fur=0.0),
+    names=("C1", "C2", "C3", "C4"),
+    sides=("left",),
+    seed=3,
+)
+
+
+@pytest.fixture(scope="module")
+def movie():
+    return np.concatenate(list(film(SCENE, FRAMES)))
+
+
+@pytest.fixture(scope="module")
+def tracked(movie):
+    return track_linked(movie, calibration=CALIBRATION)
+
+
+@pytest.fixture(scope="module")
+def truth():
+    """Columns and rows of the whiskers (whisker, frame, node), ten times as dense as the scene has them."""
+    profile = scene_truth(SCENE, FRAMES).profile
+    nodes = np.arange(profile.sizes["node"])
+    dense = np.linspace(0, nodes[-1], 10 * nodes.size)
+    return np.stack([[[np.interp(dense, nodes, at) for at in one] for one in profile[k].values / SIDE] for k in "xy"])
+
+
+def across(profile, truth, whisker, frame):
+    """Distance of measured nodes across each true whisker (true whisker, node), their SD [px]."""
+    x, y, sd = (profile[name].values[whisker, frame] / SIDE for name in ("x", "y", "y_sd"))
+    points = np.stack([x, y], axis=1)[np.isfinite(sd)]
+    out = []
+    for line in truth[:, :, frame].transpose(1, 2, 0):
+        nearest = cKDTree(line).query(points)[1]
+        way = np.gradient(line, axis=0)[nearest]
+        way /= np.hypot(*way.T)[:, None]
+        off = points - line[nearest]
+        out.append(np.where(np.abs((off * way).sum(1)) < 1, off[:, 1] * way[:, 0] - off[:, 0] * way[:, 1], np.inf))
+    return np.array(out), sd[np.isfinite(sd)]
+
+
+def test_every_whisker_is_found_and_keeps_its_name(tracked, truth):
+    profile = tracked.profile
+    require(profile, "x", "y", "x_sd", "y_sd", "arc_length", "whisker_probability")
+    assert profile.sizes["whisker"] == 4
+    owners = []
+    for whisker in range(4):
+        frames = np.flatnonzero(np.isfinite(profile.y_sd.values[whisker]).sum(axis=1) > 3)
+        assert frames.size > 0.9 * FRAMES
+        own = [np.median(np.abs(across(profile, truth, whisker, t)[0]), axis=1).argmin() for t in frames]
+        owners.append(np.bincount(own).argmax())
+        assert np.mean(own == owners[-1]) > 0.99
+    assert sorted(owners) == [0, 1, 2, 3]
+
+
+def test_the_error_across_a_line_is_as_large_as_its_standard_deviation(tracked, truth):
+    ratios = []
+    for whisker in range(4):
+        for frame in range(0, FRAMES, 5):
+            off, sd = across(tracked.profile, truth, whisker, frame)
+            if sd.size:
+                own = np.median(np.abs(off), axis=1).argmin()
+                ratios.append(off[own] / sd)
+    ratio = np.concatenate(ratios)
+    ratio = ratio[np.isfinite(ratio)]
+    assert np.sqrt(np.mean(ratio**2)) == pytest.approx(1, abs=0.2)
+    assert np.mean(np.abs(ratio) < 1.96) == pytest.approx(0.95, abs=0.03)
+    np.testing.assert_array_equal(tracked.profile.x_sd, tracked.profile.y_sd)
+
+
+def test_what_is_not_seen_is_nan_and_says_why(tracked):
+    profile = tracked.profile
+    seen = np.isfinite(profile.x.values).any(axis=2)
+    np.testing.assert_array_equal(np.isfinite(profile.whisker_probability), seen)
+    assert np.nanmin(profile.whisker_probability) >= 0.9
+    for whisker, runs in enumerate(json.loads(profile.attrs["lost"])):
+        gone = np.zeros(FRAMES, bool)
+        for first, last, reason in runs:
+            gone[first : last + 1] = True
+            assert reason
+        np.testing.assert_array_equal(gone, ~seen[whisker])
+
+
+def place(profile, whisker, frame, node):
+    """A measured place of a whisker [px]."""
+    x, y = (profile[name].values[whisker, frame] / SIDE for name in "xy")
+    at = np.flatnonzero(np.isfinite(x))[node]
+    return float(x[at]), float(y[at])
+
+
+def test_marked_whiskers_have_their_names_and_come_first(movie, tracked):
+    """The lines are found again in a part of the movie: frames of marks, segments and errors are the movie's."""
+    marks = [
+        LineMark(40, *place(tracked.profile, 2, 40, 8), "C3"),
+        LineMark(90, *place(tracked.profile, 0, 90, 8), "C1"),
+    ]
+    marks.append(
+        marks[0]._replace(frame=60, column=place(tracked.profile, 2, 60, 8)[0], row=place(tracked.profile, 2, 60, 8)[1])
+    )
+    profile, segments = track_linked(movie, calibration=CALIBRATION, marks=marks, start=30)
+    assert json.loads(profile.attrs["names"])[:2] == ["C3", "C1"]
+    assert profile.sizes["whisker"] == 4
+    assert segments.attrs["first_frame"] == segments.segment_frame.values[0] == 30
+    for name, old in ((0, 2), (1, 0)):
+        same = tracked.profile.isel(whisker=old, time=slice(30, None))
+        off = np.hypot(
+            profile.x.values[name, :, 5] - same.x.values[:, 5], profile.y.values[name, :, 5] - same.y.values[:, 5]
+        )
+        assert np.nanmedian(off) < SIDE
+    assert np.mean(segments.segment_whisker.values >= 0) > 0.9
+    with refusal("range", "mark") as caught:
+        track_linked(movie, calibration=CALIBRATION, marks=[LineMark(29, 100, 100, "C1")], start=30)
+    assert "from 30 to 149" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("mark", "said"),
+    [
+        (LineMark(FRAMES, 100, 100, "C1"), "must be in a frame from 0 to 149"),
+        (LineMark(0, 320, 100, "C1"), "must lie in the image of 320 × 240 pixels"),
+        (LineMark(0, 300, 5, "C1"), "the nearest line of frame 0 passes at column"),
+    ],
+)
+def test_a_mark_that_fits_nothing_names_the_nearest_line(tracked, mark, said):
+    with refusal("range", "mark") as caught:
+        snapped(tracked.segments, mark)
+    assert said in str(caught.value)
+    assert f"frame {mark.frame}, column {mark.column}" in str(caught.value)
+
+
+def test_a_mark_in_a_frame_without_lines_names_the_nearest_frame_that_has_some(tracked):
+    whole = tracked.segments
+    keep = int(np.searchsorted(whole.segment_frame, 10))
+    part = whole.isel(segment=slice(0, keep), point=slice(0, int(whole.segment_start[keep])))
+    with refusal("range", "mark") as caught:
+        snapped(part, LineMark(20, 100, 100, "C1"))
+    assert "the nearest line of frame 9 passes" in str(caught.value)
+
+
+def test_two_names_on_one_line_are_refused(movie, tracked):
+    here = place(tracked.profile, 1, 20, 8)
+    with refusal("conflict", "mark"):
+        track_linked(movie, calibration=CALIBRATION, marks=[LineMark(20, *here, "C1"), LineMark(20, *here, "C2")])
+
+
+def test_a_region_keeps_the_coordinates_of_the_movie(movie, tracked):
+    found = track_linked(movie, calibration=CALIBRATION, region=(60, 20, 319, 239)).profile
+    assert np.nanmin(found.x) >= 60 * SIDE
+    lines = cKDTree(
+        np.stack([tracked.segments.column, tracked.segments.row, 1e3 * point_frames(tracked.segments)], axis=1)
+    )
+    at = [
+        (x, y, 1e3 * t)
+        for w in range(found.sizes["whisker"])
+        for t in range(0, FRAMES, 10)
+        for x, y in nodes(found, w, t)
+    ]
+    assert np.median(lines.query(np.array(at))[0]) < 0.6
+
+
+def nodes(profile, whisker, frame):
+    x, y = (profile[name].values[whisker, frame] / SIDE for name in "xy")
+    return zip(x[np.isfinite(x)], y[np.isfinite(x)], strict=True)
+
+
+def point_frames(segments):
+    return np.repeat(segments.segment_frame.values, np.diff(np.append(segments.segment_start, segments.sizes["point"])))
+
+
+def test_a_movie_without_lines_is_refused():
+    rng = np.random.default_rng(0)
+    noise = rng.normal(150, 2, (8, 64, 64)).astype(np.uint8)
+    with refusal("too-few", "movie"):
+        track_linked(noise, calibration=CALIBRATION)
+
+
+def test_lit_whiskers_are_tracked_as_dark_ones_are():
+    scene = dataclasses.replace(SCENE, polarity="bright", names=("C1", "C3"))
+    lit = np.concatenate(list(film(scene, 60)))
+    profile = track_linked(lit, calibration=CALIBRATION, polarity="bright").profile
+    assert profile.sizes["whisker"] == 2
+    assert np.isfinite(profile.x.values).any(axis=2).mean() > 0.9
+
+
+def test_a_sheet_of_many_whiskers_names_those_that_are_seen_at_their_tips(movie, tracked):
+    from vibrissa.figures.others import preview
+
+    profile = tracked.profile.isel(whisker=[0, 1, 2, 3, 0, 1, 2]).assign_coords(whisker=np.arange(7))
+    profile["x"][5, 0], profile["y_sd"][5, 0] = np.nan, np.nan
+    figure = preview.draw(preview.compute([movie], profile, [0, 100]))
+    first, second = figure.axes[:2]
+    assert "6 of 7 whiskers" in first.get_title(loc="left")
+    names = [text.get_text() for text in first.texts]
+    assert {"0", "6"} <= set(names)
+    assert "5" not in names
+    assert "5" in [text.get_text() for text in second.texts]
