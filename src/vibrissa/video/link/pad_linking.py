@@ -11,6 +11,7 @@ from vibrissa.video.link.drift import with_drift
 from vibrissa.video.link.exclusion import Solution
 from vibrissa.video.link.joined_tracklets import carried, joined
 from vibrissa.video.link.pads import HIDDEN, SHORTEST, Lines, Pad
+from vibrissa.video.link.superfluous import without_superfluous
 from vibrissa.video.link.swap_moves import best_lines, unswap
 from vibrissa.video.link.torn_links import torn_links
 from vibrissa.video.link.tracklets import (
@@ -125,6 +126,7 @@ def _solved(
     kept = _thinned(solution, models, frames)
     solution.place([kept[i] for i in np.argsort([one.place[1] for one in kept])])
     solution.settle()
+    without_superfluous(solution, lambda: _refitted(solution, gain, growth))
     return solution
 
 
