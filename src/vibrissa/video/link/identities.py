@@ -84,12 +84,12 @@ def names_of(solution: Solution, lever: Array) -> Names:
         main[n, here[taken]] = -1
     for n in range(count):
         whisker[main[n, main[n] >= 0]] = n
-    torn = float(torn_links(view.frame, view.tracklet, whisker, count).mean()) if count else 0.0
+    torn = torn_links(view.frame, view.tracklet, whisker, count)
     for n in range(count):
         here = np.flatnonzero(main[n] >= 0)
         seen = main[n, here]
         raw = table[n, seen] * (1 - doubt[n, here])
-        sure[seen] = chance[n, here] = calibrated(raw, torn)
+        sure[seen] = chance[n, here] = calibrated(raw, float(torn[n]))
         unsure = np.where(calibrated(raw) >= SURE, TORN, UNSURE)
         reason[n, here] = np.where(sure[seen] >= SURE, 0, unsure)
     _join(view, main, whisker, sure)
@@ -98,7 +98,7 @@ def names_of(solution: Solution, lever: Array) -> Names:
 
 
 def calibrated(raw: Array, torn: float = 0.0) -> Array:
-    """Share of right names of this probability, in a pad of this rate of torn links, as found in simulated pads."""
+    """Share of right names of this probability, of a whisker with this rate of torn links, as in simulated pads."""
     logit = np.log(np.clip(raw, 1e-6, 1 - 1e-6) / (1 - np.clip(raw, 1e-6, 1 - 1e-6)))
     found = 1 / (1 + np.exp(-(OFFSET + SLOPE * logit - TEAR * torn)))
     return np.asarray(found if torn <= TORN_MOST else np.minimum(found, UNKNOWN))
