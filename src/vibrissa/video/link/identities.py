@@ -85,6 +85,8 @@ def names_of(solution: Solution, lever: Array) -> Names:
     for n in range(count):
         whisker[main[n, main[n] >= 0]] = n
     torn = torn_links(view.frame, view.tracklet, whisker, count)
+    # a whisker whose names leave no plain lines is not in doubt for those of others
+    torn = np.minimum(torn, torn.mean()) if count else torn
     for n in range(count):
         here = np.flatnonzero(main[n] >= 0)
         seen = main[n, here]
