@@ -12,11 +12,10 @@ from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError
 from vibrissa.head_pose import HeadPose, head_of
 from vibrissa.quantities import dataset
-from vibrissa.video.link.common_swing import lever
 from vibrissa.video.link.exclusion import Solution
 from vibrissa.video.link.identities import REASONS, Names, names_of
 from vibrissa.video.link.pad_linking import link_pad
-from vibrissa.video.link.pads import HIDDEN, Lines, Pad, find_pads, lines_of
+from vibrissa.video.link.pads import Lines, Pad, find_pads, lines_of
 from vibrissa.video.link.pieces import Pieces, pieces_of
 
 if TYPE_CHECKING:
@@ -74,8 +73,7 @@ class Linking:
 
     def lever(self, pad: int) -> Array:
         """How far whiskers of a pad move at the three radii."""
-        one = self.pads[pad]
-        return lever(one.inner, one.centre, one.outer, HIDDEN)
+        return self.solutions[pad].lever
 
     def mark(self, mark: WhiskerMark) -> int:
         """Fix the line at a mark as a whisker's.
