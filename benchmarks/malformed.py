@@ -62,6 +62,7 @@ class Ending(NamedTuple):
     code: int
     said: str
     seconds: float
+    processor: float
     peak: int
 
 
@@ -124,7 +125,7 @@ def ended(words: list[str]) -> Ending:
     if not child:
         _be_the_command(words, output)
     while True:
-        done, state = os.waitpid(child, os.WNOHANG)
+        done, state, used = os.wait4(child, os.WNOHANG)
         seconds = time.monotonic() - start
         if done:
             break
@@ -134,7 +135,7 @@ def ended(words: list[str]) -> Ending:
         time.sleep(0.02)
     said = output.read_text(errors="replace")
     output.unlink()
-    return Ending(os.waitstatus_to_exitcode(state), said, seconds, peak)
+    return Ending(os.waitstatus_to_exitcode(state), said, seconds, used.ru_utime + used.ru_stime, peak)
 
 
 def _be_the_command(words: list[str], output: Path) -> None:
