@@ -21,7 +21,7 @@ from vibrissa.texture.measured import SHORTEST_SCAN, TOO_SHORT, Measured
 
 AXES = "xy"
 _TEXTS = {"xyz", "asc"}  # formats of bare text, whose readers go through all of any file
-_START, _PART = 1 << 20, 1 << 12  # bytes of a file that are looked at: of its start; of its middle, of its end
+_START, _PART = 1 << 18, 1 << 12  # bytes of a file that are looked at: of its start; of its middle, of its end
 _NUMBER = re.compile(rb"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|nan", re.IGNORECASE)
 _TWO_COLUMNS = "a text needs two columns, or a header such as position_mm,height_um"
 
