@@ -139,10 +139,10 @@ def _stamps(path: Path) -> tuple[list[tuple[Any, bool]], Fraction, float]:
             stamps = [(packet.pts, packet.is_keyframe) for packet in packets]
         except av.FFmpegError as error:
             raise _cut_off(path, 0, _announced(container)) from error
-        tick, rate = Fraction(stream.time_base or 0), float(stream.base_rate or nan)
+        base, rate = stream.time_base or Fraction(0), float(stream.base_rate or nan)
     if all(time is not None for time, _ in stamps):
         stamps.sort()  # packets come in the order of decoding
-    return stamps, tick, rate
+    return stamps, Fraction(base.numerator, base.denominator), rate
 
 
 def _container(path: Path) -> av.container.InputContainer:
