@@ -1,8 +1,9 @@
 """Time to refuse junk: python benchmarks/junk.py [--size MB] [VERB ...].
 
 Every reader verb of ``malformed.py`` is given a file of its suffix that holds nothing but commas, digits, letters,
-newlines, zeros or random bytes, without and with the first kilobyte of a whole file. The processor time of the same junk at a
-hundredth of the size is subtracted. A case fails above 0.1 s per MB, or as in ``malformed.py``.
+newlines, zeros, rows of two numbers or random bytes, without and with the first kilobyte of a whole file. The processor
+time of the same junk at a hundredth of the size is subtracted. A case fails above 0.1 s per MB, or as in
+``malformed.py``; numbers that are read as data cost what data cost.
 """
 
 from __future__ import annotations

@@ -5,6 +5,7 @@ of links, a name too long, none), places that cannot be written, numbers that no
 for them. What counts as a failure is as in ``malformed.py``. WORD: only cases whose name has it.
 """
 
+# ruff: noqa: E501 (a case is one line)
 from __future__ import annotations
 
 import argparse

@@ -1,5 +1,6 @@
 """Files of unusual kinds, each made by a function; see unusual.py."""
 
+# ruff: noqa: E501 (a case is one line)
 from __future__ import annotations
 
 import io

@@ -125,11 +125,11 @@ def _instrument_readers(path: str | Path) -> ModuleType:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ImportWarning)  # that there is no MPI
-            import SurfaceTopography.IO as library
+            import SurfaceTopography.IO
     except ImportError as error:
         remedy = f"{install('surface')}, or give a table with a header such as position_mm,height_um"
         raise PackageError(str(path), "needs SurfaceTopography", remedy=remedy) from error
-    return library
+    return SurfaceTopography.IO
 
 
 def _stylus(surface: Any) -> tuple[str, ...]:
