@@ -158,6 +158,14 @@ def test_junk_costs_less_than_a_tenth_of_a_second_per_megabyte(tmp_path, unit, s
     assert process_time() - begin < 0.3
 
 
+def test_a_file_larger_than_memory_is_refused_unread(tmp_path):
+    path = tmp_path / "map.sdf"
+    with open(path, "wb") as file:
+        file.truncate(100 << 40)  # without content: it takes no place
+    with refusal("range", "map.sdf"):
+        read_height_profile(path)
+
+
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.binary(max_size=400) | st.text().map(str.encode))
 def test_what_is_no_topography_is_refused_in_one_line(tmp_path, content):

@@ -63,8 +63,10 @@ def read_topography(path: str | Path, line: str | None = None) -> Measured:
 
 def _opened(path: str | Path) -> tuple[Any, tuple[str, ...]]:
     """Topography in the file, and what the file says of its channels and its stylus."""
-    if Path(path).stat().st_size == 0:
+    size = Path(path).stat().st_size
+    if size == 0:
         raise TooFewError(str(path), "must hold a surface", "an empty file")
+    require_memory(str(path), f"{size / 1e9:.3g} GB", size)
     refuse_bomb(path)
     library = _instrument_readers(path)
     try:
