@@ -158,10 +158,11 @@ def test_junk_costs_less_than_a_tenth_of_a_second_per_megabyte(tmp_path, unit, s
     assert process_time() - begin < 0.3
 
 
-def test_a_file_larger_than_memory_is_refused_unread(tmp_path):
+def test_a_file_larger_than_memory_is_refused_unread(tmp_path, monkeypatch):
+    monkeypatch.setenv("VIBRISSA_MEMORY", "2")  # [GB]
     path = tmp_path / "map.sdf"
     with open(path, "wb") as file:
-        file.truncate(100 << 40)  # without content: it takes no place
+        file.truncate(1_100_000_000)  # without content: it takes no place
     with refusal("range", "map.sdf"):
         read_height_profile(path)
 
