@@ -304,8 +304,8 @@ def read_study(path: str | Path | None = None, scale: Scale = "small") -> Study:
     if not path.is_file():
         raise MissingError(str(path), "must be an existing study file (TOML)")
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except ValueError as error:  # no TOML, no UTF-8, or a number of thousands of digits
         raise FormatError(str(path), "must be TOML", remedy=str(error)) from error
     return validated_study(table, str(path), path.parent)
 
