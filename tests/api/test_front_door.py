@@ -273,6 +273,6 @@ def test_a_unit_of_an_envelope_is_drawn_too():
     spikes, rng = vb.read_spikes(vb.sample_data("spikes.csv")), np.random.default_rng(0)
     time = np.arange(0, 4, 1e-3)
     envelope = xr.DataArray(1 + rng.random(time.size), coords={"time": time}, dims="time", attrs={"units": "dB"})
-    units = vb.envelope_coupling(spikes, envelope, n_trials=40, envelope=True, window=(1.0, 3.0), delays=(0.02,))
+    units = vb.envelope_coupling(spikes, envelope, envelope=True, window=(1.0, 3.0), delays=(0.02,))
     labels = [axis.get_xlabel() for axis in vb.plot_unit(units, "MU001").axes]
     assert any("dB" in label for label in labels)

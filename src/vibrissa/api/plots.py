@@ -147,8 +147,11 @@ def plot_unit(units: xr.Dataset, name: str | None = None) -> Figure:
     names = units.unit_name.to_numpy().tolist()
     if name is not None and name not in names:
         raise UnknownError("name", "must be one of the units", repr(name), did_you_mean(name, names, ", ".join(names)))
-    known = {one.name: units.attrs[one.name] for one in fields(EnvelopeAnalysis) if one.name in units.attrs}
-    spans = {one: tuple(map(float, known[one])) for one in ("window", "band", "spontaneous", "delays") if one in known}
+    known: dict[str, Any] = {
+        one.name: units.attrs[one.name] for one in fields(EnvelopeAnalysis) if one.name in units.attrs
+    }
+    for one in {"window", "band", "spontaneous", "delays"} & set(known):
+        known[one] = tuple(map(float, known[one]))
     spikes, table = units[["spike_time", "spike_unit", "spike_trial", "unit_name"]], units.drop_dims(["spike", "time"])
-    views = UnitViews.of(table, spikes, units.drop_dims(["spike", "unit"]), EnvelopeAnalysis(**{**known, **spans}))
+    views = UnitViews.of(table, spikes, units.drop_dims(["spike", "unit"]), EnvelopeAnalysis(**known))
     return unit_page.draw(unit_page.compute(views.of_unit(best_unit(units) if name is None else names.index(name))))

@@ -143,8 +143,7 @@ def track(
         marks=marks_of(mark, mark_file),
         skin=points_of(skin, "--skin") or None,
         base=base,
-        head=head,
-        head_points=tuple(head_points.split(",")) if head_points else (),
+        **_head(head, head_points),
         polarity=polarity,
         background=background,
         region=pixels_of(region, "--region"),
@@ -163,8 +162,7 @@ def track(
     tell(*plan.remarks)
     with progress_bars() as progress:
         profile = track_planned(plan, Path(), progress, segments)
-    if preview is not None:
-        _preview(movie, profile, preview)
+    _preview(movie, profile, preview)
     save(profile, out)
     tell(f"the profiles are in {out}", *([] if segments is None else [f"the lines of all frames are in {segments}"]))
     remarks_on(profile)
@@ -222,7 +220,14 @@ def _refuse_before(
         raise FormatError("--preview", "must end in .mp4, .mkv or .png", str(preview))
 
 
-def _preview(movie: Path, profile: xr.Dataset, path: Path) -> None:
+def _head(head: str | None, points: str | None) -> dict[str, Any]:
+    """Where the head is, by the names of a study."""
+    return {"head": head, "head_points": tuple(points.split(",")) if points else ()}
+
+
+def _preview(movie: Path, profile: xr.Dataset, path: Path | None) -> None:
+    if path is None:
+        return
     from vibrissa.figures.others import preview
     from vibrissa.video.io.movie import read_blocks
 
