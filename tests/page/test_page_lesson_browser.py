@@ -174,6 +174,15 @@ def test_what_is_copied_is_the_snippet_of_the_state(view, served, button, name):
     assert view.locator("#snippet").text_content() == text
 
 
+def test_what_is_copied_at_once_is_of_the_new_state(view, served):
+    opened(view, served.root, **SHORT)
+    at_once = "document.querySelector('#presets button:nth-of-type(3)').click(); "
+    view.evaluate(at_once + "document.getElementById('copy-python').click()")
+    until(view, "!document.getElementById('snippet').hidden")
+    assert "vb.self_affine" in view.locator("#snippet").text_content()
+    assert view.evaluate("document.getElementById('verdict').dataset.level") != "usable"
+
+
 def test_the_copied_address_opens_the_same_state(view, served):
     opened(view, served.root, **{**SHORT, "damping": "0.07"})
     view.locator("#copy-address").click()

@@ -16,17 +16,17 @@ function link() {
   for (const one of $("exports").children) one.href = `export/${$("letter").value}/${one.textContent}?${query}`;
 }
 
-export function keeping() {
+export function keeping(current) { // current: what stands behind the # now
   $("exports").append(...FILES.map(name => tag("a", { textContent: name, href: "#" })));
   $("picture").append(...Object.entries(PICTURES).map(([value, textContent]) => tag("option", { value, textContent })));
   $("letter").onchange = link;
   $("save").onclick = save;
-  $("copy-address").onclick = () => copied(location.href);
-  for (const [id, name] of Object.entries(COPIES)) $(id).onclick = () => taken(name);
+  $("copy-address").onclick = () => copied(`${location.href.split("#")[0]}#${current()}`);
+  for (const [id, name] of Object.entries(COPIES)) $(id).onclick = () => taken(name, current());
 }
 
-async function taken(name) {
-  const answer = await fetch(`export/${$("letter").value}/${name}?${query}`).catch(() => null);
+async function taken(name, state) {
+  const answer = await fetch(`export/${$("letter").value}/${name}?${state}`).catch(() => null);
   if (!answer?.ok) { $("copied").textContent = answer ? await answer.text() : "the page's program does not answer"; return; }
   const text = await answer.text();
   copied(text, text.includes("vibrissa-texture.csv") ? " It reads vibrissa-texture.csv: take texture.csv away into the same folder." : "");

@@ -47,6 +47,12 @@ export function glossary(symbols) {
 
 const VERDICTS = { usable: "The model holds here.", caution: "The model roughly holds here: read the caveats.", outside: "The model does not hold here: read why." };
 
+export function unjudged() { // until the remarks on this state have come
+  if (!$("verdict").dataset.level) return;
+  delete $("verdict").dataset.level;
+  $("verdict-line").textContent = "Does the model hold here?";
+}
+
 export function verdict(notes) {
   const level = Object.keys(VERDICTS).find(word => notes[0].startsWith(word));
   $("verdict").dataset.level = level;

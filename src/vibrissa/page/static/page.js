@@ -1,7 +1,7 @@
 // The page: state, questions to the server one at a time, and what comes back.
 import { addressOf, build, LONGEST_ADDRESS, show, stateFrom } from "./controls.js";
 import { keeping, setQuery } from "./keep.js";
-import { glossary, presets, verdict } from "./lesson.js";
+import { glossary, presets, unjudged, verdict } from "./lesson.js";
 import { unpacked } from "./messages.js";
 import { forgetInks } from "./plots.js";
 import * as sound from "./sound.js";
@@ -96,6 +96,7 @@ function chosen(preset) {
 
 function settle() {
   show(made, table, state);
+  unjudged();
   clearTimeout(idle);
   touched = performance.now();
   ask("live");
@@ -214,7 +215,7 @@ function bind() {
   document.addEventListener("dragover", event => { event.preventDefault(); document.body.classList.add("over"); });
   document.addEventListener("dragleave", () => document.body.classList.remove("over"));
   document.addEventListener("drop", event => { event.preventDefault(); document.body.classList.remove("over"); const file = event.dataTransfer.files[0]; if (file) made["a.file"].take(file); });
-  keeping();
+  keeping(() => addressOf(state, table).slice(1));
   globalThis.addEventListener("hashchange", event => read(new URL(event.newURL).hash)); // location may tell of a later replaceState
 }
 

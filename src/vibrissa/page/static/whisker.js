@@ -88,13 +88,13 @@ function whole(data, time, pose, rest, magnify, contact, touching) {
 }
 
 function named(ctx, data, { x, y }, contact, X, Y, width) { // what is what in the drawing
-  const ground = Y(-data.height);
+  const ground = Y(-data.height), free = X(between(x, contact)) - X(x[0]) > 20;
   const say = (text, at, above, side = "right") => { ctx.fillStyle = inks().ink; ctx.textAlign = side; ctx.textBaseline = "middle"; ctx.fillText(text, at, above); };
   say("whisker pad", X(0) - 10, Y(0) - 6);
   say("thick base", X(x.at(-3)) - 12, Math.max(Y(0) + 22, Y(y.at(-3))));
   say("thin tip", Math.max(4, X(x[0]) - 8), ground - 12, "left");
-  if (contact > 1) say("free end", (X(x[0]) + X(between(x, contact))) / 2, ground - 28, "center");
-  say("contact ↓", X(between(x, contact)) + 3, ground - (contact > 1 ? 44 : 28), "center");
+  if (free) say("free end", (X(x[0]) + X(between(x, contact))) / 2, ground - 28, "center");
+  say("contact ↓", X(between(x, contact)) + 3, ground - (free ? 44 : 28), "center");
   say(data.gaps ? "← surface moves; white: its gaps" : "← surface moves", width - 8, ground + 26);
 }
 
