@@ -62,6 +62,7 @@ class Ending(NamedTuple):
     code: int
     said: str
     seconds: float
+    processor: float
     peak: int
 
 
@@ -92,8 +93,8 @@ def main() -> None:
     print(f"{sum(counts.values())} cases: {dict(counts)}")
 
 
-def judged(command: str, damaged: Path, what: str) -> str:
-    """Run one case; print it if it fails; say how it ended."""
+def judged(command: str, damaged: Path, what: str, *, every: bool = False) -> str:
+    """Run one case; print it if it fails, or in any case; say how it ended."""
     before = set(os.listdir())
     end = ended(shlex.split(command.replace("{}", str(damaged))))
     left = set(os.listdir()) - before
@@ -110,10 +111,13 @@ def judged(command: str, damaged: Path, what: str) -> str:
         "code": end.code not in (0, 2, 3) and end.code >= 0,
     }
     wrong = [name for name, found in faults.items() if found]
-    if wrong:
+    if wrong or every:
         last = end.said.strip().splitlines()[-1:]
         seen = f"{end.seconds:.0f} s, {end.peak / 1e9:.1f} GB, left {sorted(left)}"
-        print(f"{', '.join(wrong)}: {command.split()[0]} {what}: code {end.code}, {seen}: {last}", flush=True)
+        print(
+            f"{', '.join(wrong) or 'as it should be'}: {command.split()[0]} {what}: code {end.code}, {seen}: {last}",
+            flush=True,
+        )
     return wrong[0] if wrong else ("refused" if end.code == 2 else "read")
 
 
@@ -124,7 +128,7 @@ def ended(words: list[str]) -> Ending:
     if not child:
         _be_the_command(words, output)
     while True:
-        done, state = os.waitpid(child, os.WNOHANG)
+        done, state, used = os.wait4(child, os.WNOHANG)
         seconds = time.monotonic() - start
         if done:
             break
@@ -134,7 +138,7 @@ def ended(words: list[str]) -> Ending:
         time.sleep(0.02)
     said = output.read_text(errors="replace")
     output.unlink()
-    return Ending(os.waitstatus_to_exitcode(state), said, seconds, peak)
+    return Ending(os.waitstatus_to_exitcode(state), said, seconds, used.ru_utime + used.ru_stime, peak)
 
 
 def _be_the_command(words: list[str], output: Path) -> None:

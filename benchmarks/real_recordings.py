@@ -83,6 +83,7 @@ def songs(folder: Path, source: Path) -> None:
             rows += [("st11", len(names), float(one) / 1e3 + BEFORE_SONG) for one in line.split()]
             names.append(song)
     write_spikes(folder / "songs.csv", rows)
+    write_spikes(folder / "song-a0.csv", [row for row in rows if names[row[1]] == SONGS[0]])
     lines = [f"{trial},{name}\n" for trial, name in enumerate(names)]
     (folder / "song-of-trial.csv").write_text("".join(["trial,texture\n", *lines]), encoding="utf-8")
 

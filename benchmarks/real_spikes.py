@@ -66,6 +66,7 @@ def locust(_: Path) -> None:
     for k in (1, 2):
         receptor(k)
         heard_by_model(k)
+        judged(f"quality locust{k}.csv --trials 1 --window 0s 10s", [times(f"locust{k}.csv")], 10.0)
     chosen_drive()
     for line in (
         "information --spikes locust1.csv --trials 1 --window 1s 10s",
@@ -175,8 +176,11 @@ def heading(folder: Path) -> None:
             + ", ".join(f"{1e3 * lead[name]:.0f}" for name in ours)
             + " ms",
         )
-    line = "surround --spikes cells.csv --command headings.csv --trials 1"
-    report(line, f"refused: {vibrissa(line)}", "one presentation")
+    for verb in ("surround", "glm"):
+        line = f"{verb} --spikes cells.csv --command headings.csv --trials 1"
+        report(line, f"refused: {vibrissa(line)}", "one presentation")
+    own = [rows[rows[:, 0] == name, 2].astype(float) for name in names]
+    judged("quality cells.csv --trials 1", own, max(one.max() for one in own))
 
 
 def waking(folder: Path) -> None:
@@ -184,13 +188,16 @@ def waking(folder: Path) -> None:
     import h5py
 
     path = next(folder.rglob(WAKING), DATA / WAKING)
-    line = f"quality {WAKING}"
-    found = vibrissa(line.replace(WAKING, str(path)))
     with h5py.File(path) as file:
         ends, every = file["units/spike_times_index"][:], file["units/spike_times"][:]
-    span = float(np.ptp(every))
+    judged(f"quality {WAKING}", np.split(every, ends[:-1]), float(np.ptp(every)), str(path))
+
+
+def judged(line: str, trains: list[np.ndarray], span: float, path: str = WAKING) -> None:
+    """Quality of units, beside counts of their spikes and of the intervals below 1 ms."""
+    found = vibrissa(line.replace(WAKING, path))
     rows = []
-    for own in np.split(every, ends[:-1]):
+    for own in trains:
         close = int((np.diff(np.sort(own)) < 1e-3).sum())
         foreign = 1 - np.sqrt(max(1 - close * span / (own.size**2 * 1e-3), 0))
         rows.append(f"{own.size / span:.2f} Hz, {100 * close / (own.size - 1):.2f} %, {foreign:.2f}")
@@ -200,6 +207,16 @@ def waking(folder: Path) -> None:
         for rate, share, foreign, kept in zip(*columns, strict=True)
     ]
     report(line, "rate, intervals below 1 ms, contamination: " + "; ".join(ours), "; ".join(rows))
+
+
+def informed(line: str, counts: np.ndarray) -> None:
+    """Information of a spike, and how few spikes there are."""
+    found = vibrissa(line)
+    low, high, got = (np.ravel(found[f"spike_information{end}"])[0] for end in ("_low", "_high", ""))
+    why = np.ravel(found["reason"])[0]
+    found_words = f"{got:.2f} bit per spike ({low:.2f} to {high:.2f})"
+    beside = f"{apart.bits_of_a_spike(counts):.2f}; {counts.sum()} spikes in {counts.shape[1]} bins"
+    report(line, f"{found_words}; {why}" if why else found_words, beside)
 
 
 def thalamus(folder: Path) -> None:
@@ -216,11 +233,7 @@ def thalamus(folder: Path) -> None:
         f"{1e3 * found['envelope_lag']:.0f} ms, p {found['p_value']:.2g}; {found['reason']}",
         f"r {r:.2f} at {1e3 * lag:.0f} ms, p {p:.2g}",
     )
-    line = "information --spikes thalamus.csv --trials 50 --window 0.5s 2.5s"
-    found = vibrissa(line)
-    bits = apart.bits_of_a_spike(counts[:, 50:250])
-    low, high, got = (np.ravel(found[f"spike_information{end}"])[0] for end in ("_low", "_high", ""))
-    report(line, f"{got:.2f} bit per spike ({low:.2f} to {high:.2f})", f"{bits:.2f}")
+    informed("information --spikes thalamus.csv --trials 50 --window 0.5s 2.5s", counts[:, 50:250])
     line = "glm --spikes thalamus.csv --command deflections.csv --trials 50 --skip 0.2s"
     found = vibrissa(line)
     fine = by_trial("thalamus.csv", 50, np.arange(0, 3.0005, 0.005))
@@ -256,12 +269,16 @@ def read(kind: str, trials: int, window: tuple[float, float], folds: int) -> Non
 def songs(folder: Path) -> None:
     tables.songs(Path(), folder / "starling")
     read("song", 25, (2.0, 12.0), 5)
+    counts = by_trial("song-a0.csv", 5, np.arange(2, 12.0005, 0.01))
+    informed("information --spikes song-a0.csv --trials 5 --window 2s 12s", counts)
 
 
 def odours(folder: Path) -> None:
     tables.odours(Path(), folder / "odours")
     for folds in (5, 7):
         read("odour", 42, (2.0, 3.0), folds)
+    counts = by_trial("one-odour.csv", 7, np.arange(1, 4.0005, 0.01))
+    informed("information --spikes one-odour.csv --trials 7 --window 1s 4s", counts)
     line = "neural --spikes one-odour.csv --stimulus valve.csv --trials 7"
     found = vibrissa(line)
     edges = np.arange(1, 4.0005, 0.01)

@@ -2,10 +2,11 @@
 
 Run with: python benchmarks/whisker_linking.py [--seeds 7]
 
-Eight kinds of pads of 400 frames: 4, 12 and 24 whiskers, a hard one (a fifth of the lines missing, a third broken,
-eight false lines per frame), two sides of a face, one that points up, one whose head moves, one that a paw hides. For
-each: pads whose whiskers were counted right, share of the visible frames followed, share of the claimed frames under
-a wrong name, changes of name per 1,000 frames, and time; then how often lines of each probability are right.
+Ten kinds of pads of 300 or 400 frames: 4, 12 and 24 whiskers, a hard one (a fifth of the lines missing, a third broken,
+eight false lines per frame), two sides of a face, one that points up, one whose head moves, one that a paw hides, a
+dense one whose fan opens threefold, one whose whiskers drift as far as they are apart. For each: pads whose whiskers
+were counted right, share of the visible frames followed, share of the claimed frames under a wrong name, changes of
+name per 1,000 frames, and time; then how often lines of each probability are right.
 """
 
 from __future__ import annotations
@@ -37,6 +38,10 @@ KINDS = {
     "10, upward": [Pad(whiskers=10, direction=-90.0, centre=(320.0, 330.0), spread=120)],
     "10, moving head": [Pad(whiskers=10, head=6.0)],
     "10, paw": [Pad(whiskers=10, paw=True)],
+    "14, dense fan": [
+        Pad(whiskers=14, spread=50, opening=0.6, amplitude=15, own=1.0, missing=0.15, drift=1.5, carried=0.3)
+    ],
+    "12, drifting": [Pad(frames=300, spread=75, opening=0.35, amplitude=15, missing=0.2, drift=4.0, carried=0.4)],
 }
 EDGES = (0.0, 0.8, 0.9, 0.94, 0.96, 0.98, 0.99, 0.995, 0.999, 1.01)
 

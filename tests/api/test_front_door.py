@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from refusals import refusal
 
 import vibrissa as vb
@@ -266,3 +267,12 @@ def test_another_kind_of_thing_is_answered_with_the_right_form(wrong, shown):
 def test_a_misspelt_name_is_answered_with_the_nearest():
     with pytest.raises(AttributeError, match="did you mean envelope"):
         vb.envelop  # noqa: B018
+
+
+def test_a_unit_of_an_envelope_is_drawn_too():
+    spikes, rng = vb.read_spikes(vb.sample_data("spikes.csv")), np.random.default_rng(0)
+    time = np.arange(0, 4, 1e-3)
+    envelope = xr.DataArray(1 + rng.random(time.size), coords={"time": time}, dims="time", attrs={"units": "dB"})
+    units = vb.envelope_coupling(spikes, envelope, envelope=True, window=(1.0, 3.0), delays=(0.02,))
+    labels = [axis.get_xlabel() for axis in vb.plot_unit(units, "MU001").axes]
+    assert any("dB" in label for label in labels)

@@ -68,6 +68,49 @@ def test_nothing_that_hangs_holds_a_stop(hang, number, code):
     assert err == "vibrissa: stopped; what is done is kept in out, and the same command goes on from there\n"
 
 
+VERB = """
+import sys, time
+from pathlib import Path
+from multiprocessing import get_context
+from vibrissa import cli
+from vibrissa.files import written_whole
+
+def work(*_, **__):
+    child = get_context("fork").Process(target=time.sleep, args=(100,))
+    child.start()
+    with written_whole("out.nc") as path:
+        path.write_text("half")
+        print(child.pid, flush=True)
+        time.sleep(100)
+
+cli.app = work
+sys.argv = ["vibrissa", "scan"]
+cli.main()
+"""
+
+
+@pytest.mark.parametrize(
+    ("numbers", "code"), [(["SIGINT"], 130), (["SIGINT", "SIGINT"], 130), (["SIGTERM"], 143), (["SIGHUP"], 129)]
+)
+def test_every_verb_that_is_stopped_ends_in_one_line_and_leaves_nothing(tmp_path, numbers, code):
+    if not hasattr(signal, numbers[0]) or not hasattr(os, "fork"):
+        pytest.skip("this system has no such signal, or no fork")
+    words = [sys.executable, "-c", HEARD + VERB]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path) as verb:
+        child = int(verb.stdout.readline())
+        for number in numbers:
+            verb.send_signal(getattr(signal, number))
+            time.sleep(0.05)
+        try:
+            _, err = verb.communicate(timeout=30)
+        finally:
+            verb.kill()
+    assert (verb.returncode, err) == (code, "vibrissa: stopped before its end\n")
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(ProcessLookupError):
+        os.kill(child, 0)
+
+
 def test_a_signal_that_is_ignored_stays_so():
     code = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n" + RUN.format(
         hang="signal.raise_signal(signal.SIGHUP); print('went on')"

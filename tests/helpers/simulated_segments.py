@@ -32,6 +32,9 @@ class Pad:
     head: float = 0.0  # slow motion of the head: standard deviation [px], and as many tenths of a degree
     paw: bool = False
     mirror: bool = False  # protracts the other way
+    opening: float = 0.15  # growth of the gain from the middle of the pad to its edge
+    drift: float = 0.0  # standard deviation of a slow motion of each whisker, and of the width of the fan [°]
+    carried: float = 0.0  # px by which follicles move along the snout when the pad swings by 1°
 
 
 class Truth(NamedTuple):
@@ -57,8 +60,12 @@ def _angles(pad: Pad, rng: np.random.Generator) -> np.ndarray:
     rest = np.linspace(-0.5, 0.5, k) * pad.spread + rng.normal(0, 0.2 * pad.spread / k, k)
     strength = np.clip(0.7 + 0.4 * _smooth_noise(rng, (pad.frames,), 0.5 * pad.rate), 0, 1.2)
     whisk = strength * np.sin(2 * np.pi * 8 * t + rng.uniform(0, 6)) + 0.3 * _smooth_noise(rng, (pad.frames,), pad.rate)
-    gain = rng.normal(1, 0.1, k)[:, None] * (1 + 0.15 * np.linspace(-1, 1, k)[:, None])
+    across = np.linspace(-1, 1, k)[:, None]
+    gain = rng.normal(1, 0.1, k)[:, None] * (1 + pad.opening * across)
     own = pad.own * _smooth_noise(rng, (k, pad.frames), 0.05 * pad.rate)
+    if pad.drift:
+        own += pad.drift * _smooth_noise(rng, (k, pad.frames), 0.75 * pad.rate)
+        own += pad.drift * across * _smooth_noise(rng, (1, pad.frames), 0.5 * pad.rate)
     return rest[:, None] + pad.amplitude * gain * whisk * (-1 if pad.mirror else 1) + own
 
 
@@ -71,8 +78,9 @@ def _courses(pad: Pad, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray
     along = np.linspace(-0.5, 0.5, k) * 60 + rng.normal(0, 1.5, k)  # two staggered rows of follicles along the snout
     out = 12 * np.sqrt(np.maximum(0, 1 - (along / 45) ** 2)) + 10 * (np.arange(k) % 2) + rng.normal(0, 1.5, k)
     lead = np.deg2rad(pad.direction + turn)
-    x = pad.centre[0] + shift[0] + np.cos(lead) * out[:, None] - np.sin(lead) * along[:, None]
-    y = pad.centre[1] + shift[1] + np.sin(lead) * out[:, None] + np.cos(lead) * along[:, None]
+    place = along[:, None] + pad.carried * (angle - angle.mean(axis=1, keepdims=True))
+    x = pad.centre[0] + shift[0] + np.cos(lead) * out[:, None] - np.sin(lead) * place
+    y = pad.centre[1] + shift[1] + np.sin(lead) * out[:, None] + np.cos(lead) * place
     length = rng.uniform(70, 170, k)
     bend = rng.normal(0.002, 0.002, k)[:, None] * (1 + 0.2 * _smooth_noise(rng, (k, n), 0.02 * pad.rate))
     s = np.arange(175.0)

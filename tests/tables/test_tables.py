@@ -186,3 +186,12 @@ def test_a_line_of_too_many_cells_is_refused_before_it_is_parted(tmp_path, monke
     (tmp_path / "table.csv").write_text("width\n1,2,3,4,5,6\n")
     with pytest.raises(InputError, match="line 2 must have lines of at most 5 cells"):
         read_table(tmp_path / "table.csv", {"width": "m"})
+
+
+def test_blank_lines_without_end_are_refused(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("position\n" + "\n" * (text.BLANK + 1) + "1\n")
+    with pytest.raises(ValueError, match=r"a\.csv, line 100002 must follow at most 100,000 blank lines"):
+        list(text.each_line(path))
+    path.write_text("position\n" + "\n" * text.BLANK + "1\n")
+    assert [number for number, _ in text.each_line(path)] == [1, text.BLANK + 2]

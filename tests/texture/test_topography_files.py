@@ -3,6 +3,7 @@
 import sys
 import warnings
 from pathlib import Path
+from time import process_time
 
 import numpy as np
 import pytest
@@ -143,6 +144,27 @@ def test_a_file_cut_short_is_refused_in_one_line(tmp_path, cut):
     with refusal("format", "map.sdf") as refused:
         read_height_profile(path, line="x:4")
     assert len(str(refused.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("start", [b"", b"1 2 3\n4 5 6\n"])
+@pytest.mark.parametrize("unit", [b",", b"\n", b"\0", b"whisker", b"1234567890"])
+def test_junk_costs_less_than_a_tenth_of_a_second_per_megabyte(tmp_path, unit, start):
+    path = surface_file(tmp_path, wavy())
+    read_height_profile(path, line="x:4", **AS_READ)  # imports
+    path.write_bytes(start + (unit * 3_000_000)[:3_000_000])
+    begin = process_time()
+    with refusal("format", "map.sdf"):
+        read_height_profile(path)
+    assert process_time() - begin < 0.3
+
+
+def test_a_file_larger_than_memory_is_refused_unread(tmp_path, monkeypatch):
+    monkeypatch.setenv("VIBRISSA_MEMORY", "2")  # [GB]
+    path = tmp_path / "map.sdf"
+    with open(path, "wb") as file:
+        file.truncate(1_100_000_000)  # without content: it takes no place
+    with refusal("range", "map.sdf"):
+        read_height_profile(path)
 
 
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

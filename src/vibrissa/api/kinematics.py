@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from vibrissa.api.arguments import names_arguments
 from vibrissa.api.remarks import remark
-from vibrissa.errors import ConflictError
+from vibrissa.errors import ConflictError, RangeError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -15,6 +18,8 @@ if TYPE_CHECKING:
     from vibrissa.measures.face import Point, Side
 
 Line = tuple["Point", "Point"]
+
+NEAR = 20.0  # distance from the middle of the tracks over their extent, beyond which a point is none of the image
 
 
 @names_arguments
@@ -94,6 +99,7 @@ def kinematics(
 
     if pole is not None and wall is not None:
         raise ConflictError("wall", "must be left out where a pole is given", wall)
+    _refuse_pixels(profile, face=face or (), pole=() if pole is None else (pole,), wall=wall or ())
     touched = None if pole is None else Pole(centre=pole, radius=pole_radius)
     settings = KinematicsSettings(
         face=None if face is None else Face(caudal=face[0], rostral=face[1]),
@@ -110,3 +116,14 @@ def kinematics(
     found = kinematics_of(profile, settings)
     remark(*json.loads(found.attrs["remarks"]))
     return found
+
+
+def _refuse_pixels(profile: xr.Dataset, **points: Sequence[Point]) -> None:
+    """Refuse points so far from the tracks that they cannot be in metres."""
+    middle = np.array([float(profile[axis].mean()) for axis in ("x", "y")])
+    extent = max(float(profile[axis].max() - profile[axis].min()) for axis in ("x", "y"))
+    for name, given in points.items():
+        for point in given:
+            if np.abs(np.asarray(point) - middle).max() > NEAR * extent:
+                rule = f"must be in metres, near tracks of {extent:.3g} m"
+                raise RangeError(name, rule, tuple(map(float, point)), "multiply pixels by the size of a pixel")

@@ -23,7 +23,7 @@ from vibrissa.mechanics.scan.relief_prediction import ReliefPrediction, predict_
 from vibrissa.mechanics.scan.sampled import scanned, scanned_relief
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.scan.texture_prediction import Prediction, predict
-from vibrissa.mechanics.scan.undersampling import contact_lines
+from vibrissa.mechanics.scan.undersampling import contact_lines, surface_remarks
 from vibrissa.mechanics.scan.verdict import verdict
 from vibrissa.mechanics.statics.contact_law import friction_remarks
 from vibrissa.mechanics.statics.profile import Posture
@@ -135,6 +135,8 @@ class Motion:
             remark(f"modes {1 + int(fast.argmax())} and above ring too fast for {rate:g} samples per second")
         if isinstance(self.prediction, Prediction | ReliefPrediction):
             remark(*contact_lines(self.prediction, rate))
+        else:
+            remark(*surface_remarks(self.prediction.texture, self.prediction.scan.speed, rate))
         return data
 
     def remarks(self, rate: float = 20e3) -> list[str]:

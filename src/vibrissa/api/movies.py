@@ -38,6 +38,8 @@ def track(
     marks: Sequence[tuple[int, float, float, str]] = (),
     skin: Sequence[Point] | None = None,
     base: Side | None = None,
+    head: str | None = None,
+    head_points: Sequence[str] = (),
     polarity: Literal["dark", "bright"] = "dark",
     region: tuple[int, int, int, int] | None = None,
     background: str = "space",
@@ -78,6 +80,12 @@ def track(
     base : {"left", "right", "top", "bottom"}, optional
         Side of the image on which the whiskers leave the skin; as found with the whiskers, else left. Not used where
         whiskers are linked.
+    head : str, optional
+        File with two tracked points of the head (DeepLabCut, SLEAP), or a table of frame, column, row and angle_deg; or
+        "find". Lines are linked in coordinates that move with the head, and the profile has ``head_column``,
+        ``head_row`` [pixels] and ``head_angle`` [degrees].
+    head_points : sequence of str
+        Names of a caudal and of a rostral keypoint in that file; by default its two.
     polarity : {"dark", "bright"}
         Whiskers darker or brighter than the background.
     region : (first column, first row, last column, last row), optional
@@ -137,6 +145,8 @@ def track(
         marks=tuple(marks),
         skin=None if skin is None else tuple(skin),
         base=base,
+        head=head,
+        head_points=tuple(head_points),
         polarity=polarity,
         region=region,
         background=background,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -110,7 +111,7 @@ def plot_tracks(
 
 @names_arguments
 def plot_unit(units: xr.Dataset, name: str | None = None) -> Figure:
-    """Raster, rate and envelope, their correlation over lags, and tuning of one unit.
+    """Page of one unit: raster, rate and envelope, tuning with its fit, correlation over lags, its own lags.
 
     Parameters
     ----------
@@ -137,21 +138,20 @@ def plot_unit(units: xr.Dataset, name: str | None = None) -> Figure:
     >>> len(vb.plot_unit(units).axes) > 3
     True
     """
-    from vibrissa.figures.paper import fig8
+    from vibrissa.figures.spikes import unit_page
     from vibrissa.neural.coupling.analysis import EnvelopeAnalysis
-    from vibrissa.study.neurons.shown_unit import best_unit, shown_unit
+    from vibrissa.neural.coupling.unit_view import UnitViews
+    from vibrissa.study.neurons.shown_unit import best_unit
 
-    require(units, "unit_name", "spike_time", "spike_trial", "point_displacement")
+    require(units, "unit_name", "spike_time", "spike_trial")
     names = units.unit_name.to_numpy().tolist()
     if name is not None and name not in names:
         raise UnknownError("name", "must be one of the units", repr(name), did_you_mean(name, names, ", ".join(names)))
-    unit = units.isel(unit=best_unit(units) if name is None else names.index(name))
-    spans: dict[str, Any] = {
-        key: tuple(map(float, units.attrs[key])) for key in ("window", "band") if key in units.attrs
+    known: dict[str, Any] = {
+        one.name: units.attrs[one.name] for one in fields(EnvelopeAnalysis) if one.name in units.attrs
     }
-    how = EnvelopeAnalysis(bin_width=units.attrs["bin_width"], skip=units.attrs["skip"], **spans)
-    shown = shown_unit(units, unit, units, int(units.attrs["n_trials"]), how)
-    shown["spikes"].attrs["source"] = units.attrs.get("source", "the recording")
-    reason = str(unit.reason.values)
-    shown["response"].attrs["note"] = f" Unit {unit.unit_name.values!s}{f': {reason}' if reason else ''}."
-    return fig8.draw(fig8.compute(shown))
+    for one in {"window", "band", "spontaneous", "delays"} & set(known):
+        known[one] = tuple(map(float, known[one]))
+    spikes, table = units[["spike_time", "spike_unit", "spike_trial", "unit_name"]], units.drop_dims(["spike", "time"])
+    views = UnitViews.of(table, spikes, units.drop_dims(["spike", "unit"]), EnvelopeAnalysis(**known))
+    return unit_page.draw(unit_page.compute(views.of_unit(best_unit(units) if name is None else names.index(name))))

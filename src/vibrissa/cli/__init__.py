@@ -17,6 +17,7 @@ from vibrissa.cli import mechanics, movies, spikes, studies
 from vibrissa.cli.shared.boundary import DEBUG, REFUSED, one_line_for_all
 from vibrissa.cli.shared.output import tell
 from vibrissa.cli.shared.refusals import as_typed
+from vibrissa.cli.shared.stoppable import stoppable
 from vibrissa.cli.shared.usage import usage_line
 from vibrissa.errors import InputError
 from vibrissa.limits import cap_memory
@@ -37,7 +38,7 @@ for room in (mechanics, movies, spikes, studies):
 def main() -> None:
     """Run the command line; what goes wrong is one line on stderr and exit code 2, or 1 for a fault of the package."""
     words = [word for word in sys.argv[1:] if word != DEBUG]
-    with one_line_for_all(debug=DEBUG in sys.argv):
+    with one_line_for_all(debug=DEBUG in sys.argv), stoppable():
         try:
             cap_memory()
             app(words, print_error=False, exit_on_error=False)

@@ -210,6 +210,22 @@ def p_words(value: float) -> str:
     return "not determined" if not np.isfinite(value) else f"{value:.2f}" if value >= 0.01 else f"{value:.0e}"
 
 
+def tail_words(value: float) -> str:
+    """P-value that an exponential tail continues beyond what can be counted; far out its size is not known.
+
+    Parameters
+    ----------
+    value : float
+        NaN where it was not determined.
+
+    Returns
+    -------
+    str
+        As :func:`p_words`; below a millionth that it is less.
+    """
+    return "< 1e-6" if value < 1e-6 else p_words(value)
+
+
 def round_length(most: float) -> float:
     """Length of a scale bar: 1, 2 or 5 times a power of ten, the largest that is not longer.
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from vibrissa.arrays import Array, Mask
 from vibrissa.errors import MissingError, TooFewError, require_not_negative, require_positive
+from vibrissa.head_pose import HeadPose, head_of, profile_in_head
 from vibrissa.measures.base_arc import LEAST_NODES, fit_base_arc
 from vibrissa.measures.bending import bending, bent_frames
 from vibrissa.measures.face import Face, Side, face_through, whisker_names
@@ -52,9 +53,10 @@ class KinematicsSettings:
     Attributes
     ----------
     face : Face, optional
-        Line of the face; without it, it is fitted to the bases.
+        Line of the face; without it, it is the head's axis where the head is known, else fitted to the bases. It moves
+        with the head, its points are of the first frame in which the head is known.
     nose : {"left", "right", "top", "bottom"}, optional
-        Side of the image to which the nose points; must be given without ``face``.
+        Side of the image to which the nose points; must be given without ``face``, but where the head is known.
     dorsal : {"left", "right", "top", "bottom"}, optional
         Side of the image to which the back points, in a view from the side: names by row and column.
     base_part : (float, float), optional
@@ -86,8 +88,6 @@ class KinematicsSettings:
 
     def __post_init__(self) -> None:
         require_positive("touch_distance", self.touch_distance, "m")
-        if self.face is None and self.nose is None:
-            raise MissingError("nose", "must be given where the face is not", remedy="give the side it points to")
         require_not_negative("bridged", self.bridged)
         require_positive("least_frames", self.least_frames)
 
@@ -115,14 +115,16 @@ def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Datas
     """
     require(profile, "time", "x", "y", "arc_length")
     whole = profile if "whisker" in profile.x.dims else profile.expand_dims("whisker")
-    whiskers = [_nodes(whole.isel(whisker=w)) for w in range(whole.sizes["whisker"])]
+    head = head_of(profile)
+    whiskers = [_nodes(whole.isel(whisker=w), head) for w in range(whole.sizes["whisker"])]
     down = profile.attrs.get("frame", "image") == "image"
     bases = np.array([_mean_base(one) for one in whiskers])
-    face = settings.face or face_through(bases, settings.nose or "left", downwards=down)
+    face = _face(settings, head, bases, down)
+    turned = np.zeros(whole.sizes["time"]) if head is None else head.turned()
     names = whisker_names(bases, face, settings.dorsal, downwards=down)
     time, near = np.asarray(whole.time.values, float), _touch_distance(profile, settings)
     part = settings.base_part or (0.0, SHARE * max(float(np.nanmax(one["arc_length"])) for one in whiskers))
-    rows = [_of_whisker(time, one, face, part, settings, near) for one in whiskers]
+    rows = [_of_whisker(time, one, face, turned, part, settings, near) for one in whiskers]
     columns = stacked([{name: row[name] for name in row if name != "events"} for row in rows])
     events = [
         {"touch_whisker": name, **event} for name, row in zip(names, rows, strict=True) for event in row["events"]
@@ -141,10 +143,26 @@ def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Datas
     )
 
 
-def _nodes(one: xr.Dataset) -> dict[str, Array]:
-    order = ("time", "node")
-    found = {name: one[name].transpose(*order).values for name in ("x", "y", "x_sd", "y_sd") if name in one}
-    return {**found, "arc_length": one.arc_length.values}
+def _face(settings: KinematicsSettings, head: HeadPose | None, bases: Array, down: bool) -> Face:
+    """Line of the face: as given, the head's axis, or through the bases."""
+    if settings.face is not None:
+        return settings.face
+    if head is not None and settings.nose is None:
+        way = np.deg2rad(head.angle[head.first])
+        return Face(caudal=(0.0, 0.0), rostral=(float(np.cos(way)), float(np.sin(way))), origin="the head's axis")
+    if settings.nose is None:
+        raise MissingError("nose", "must be given where the face is not", remedy="give the side it points to")
+    return face_through(bases, settings.nose, downwards=down)
+
+
+def _nodes(one: xr.Dataset, head: HeadPose | None) -> dict[str, Array]:
+    """Nodes of a whisker, in head coordinates where the head is known, and ``image_x``, ``image_y``."""
+    one = one.transpose(..., "time", "node")
+    found = {name: one[name].values for name in ("x", "y", "x_sd", "y_sd") if name in one}
+    found |= {"image_x": found["x"], "image_y": found["y"], "arc_length": one.arc_length.values}
+    if head is not None:
+        found["x"], found["y"] = profile_in_head(one, head)
+    return found
 
 
 def _mean_base(nodes: Mapping[str, Array]) -> tuple[float, float]:
@@ -173,6 +191,7 @@ def _of_whisker(
     time: Array,
     nodes: Mapping[str, Array],
     face: Face,
+    turned: Array,
     part: tuple[float, float],
     settings: KinematicsSettings,
     near: float | None,
@@ -189,7 +208,7 @@ def _of_whisker(
     turn = face.turn(base.direction)
     angle, curvature = face.angle(base.direction, turn), turn * base.curvature
     cycle = whisk_cycle(time, angle, band=settings.whisking_band, bridged=settings.bridged)
-    touching, distance, place = _contact(x, y, angle, curvature, settings, near)
+    touching, distance, place = _contact(nodes["image_x"], nodes["image_y"], angle, curvature, settings, near)
     bent = bending(angle, curvature, touching != 1)
     events = touch_events(
         time,
@@ -203,7 +222,7 @@ def _of_whisker(
     series = (
         angle,
         base.direction_sd,
-        (base.direction + np.pi) % (2 * np.pi) - np.pi,
+        (base.direction + turned + np.pi) % (2 * np.pi) - np.pi,
         *cycle,
         curvature,
         base.curvature_sd,

@@ -20,6 +20,10 @@ TRACKS: dict[str, Quantity] = {
     "x_sd": Quantity(("time", "node"), "m", "standard deviation of x"),
     "y_sd": Quantity(("time", "node"), "m", "standard deviation of y"),
     "arc_length": Quantity(("node",), "m", "arc length from the skin"),
+    # of a head that moves
+    "head_column": Quantity(("time",), "1", "column of the head, NaN where it is not known [pixel]"),
+    "head_row": Quantity(("time",), "1", "row of the head, NaN where it is not known [pixel]"),
+    "head_angle": Quantity(("time",), "deg", "direction of the head, 0 to the right, 90 down"),
     "point_displacement": Quantity(("time",), "m", "transverse displacement of one point of the shaft"),
     "displacement": Quantity(("time", "node"), "m", "transverse displacement about the mean profile"),
     "tracked_motion": Quantity(("time",), "m", "motion of one node across the image, about its mean"),

@@ -12,6 +12,7 @@ from vibrissa.files import existing
 
 LONGEST = 1 << 24  # characters of a line
 WIDEST = 100_000  # cells of a line
+BLANK = 100_000  # lines without content, one after the other
 
 
 def each_line(path: str | Path) -> Iterator[tuple[int, str]]:
@@ -32,6 +33,7 @@ def each_line(path: str | Path) -> Iterator[tuple[int, str]]:
     InputError
         If there is no such file, or it cannot be read, or is no text.
     """
+    blank = 0
     with _opened(path, errors="strict") as file:
         for number, line in enumerate(iter(lambda: file.readline(LONGEST), ""), 1):
             if len(line) == LONGEST:
@@ -40,6 +42,9 @@ def each_line(path: str | Path) -> Iterator[tuple[int, str]]:
             if line.count(",") + line.count(";") >= WIDEST:
                 rule = f"must have lines of at most {WIDEST:,} cells"
                 raise FormatError(f"{path}, line {number}", rule, repr(line[:20]), "a table has a row for each sample")
+            blank = blank + 1 if line.isspace() else 0
+            if blank > BLANK:
+                raise FormatError(f"{path}, line {number}", f"must follow at most {BLANK:,} blank lines")
             if (text := line.lstrip()) and text[0] != "#":
                 yield number, line
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import re
 import warnings
-from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,10 @@ from vibrissa.tables.units import to_si, units_of
 from vibrissa.texture.measured import SHORTEST_SCAN, TOO_SHORT, Measured
 
 AXES = "xy"
+_TEXTS = {"xyz", "asc"}  # formats of bare text, whose readers go through all of any file
+_START, _PART = 1 << 18, 1 << 12  # bytes of a file that are looked at: of its start; of its middle, of its end
+_NUMBER = re.compile(rb"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|nan", re.IGNORECASE)
+_TWO_COLUMNS = "a text needs two columns, or a header such as position_mm,height_um"
 
 
 def read_topography(path: str | Path, line: str | None = None) -> Measured:
@@ -58,14 +63,16 @@ def read_topography(path: str | Path, line: str | None = None) -> Measured:
 
 def _opened(path: str | Path) -> tuple[Any, tuple[str, ...]]:
     """Topography in the file, and what the file says of its channels and its stylus."""
-    if Path(path).stat().st_size == 0:
+    size = Path(path).stat().st_size
+    if size == 0:
         raise TooFewError(str(path), "must hold a surface", "an empty file")
+    require_memory(str(path), f"{size / 1e9:.3g} GB", size)
     refuse_bomb(path)
-    open_topography = _instrument_readers(path)
+    library = _instrument_readers(path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # of readers that try a file which is not theirs
-            reader = open_topography(str(path))
+            reader = library.open_topography(str(path), format=_format(path, library))
             points = [math.prod(channel.nb_grid_pts) for channel in reader.channels]
             require_memory(str(path), f"{max(points)} points", 8 * COPIES * max(points))
             surface = reader.topography()
@@ -75,23 +82,56 @@ def _opened(path: str | Path) -> tuple[Any, tuple[str, ...]]:
         cause = str(error).splitlines()
         about = f": {cause[0][:120]}" if cause and not cause[0].startswith("tried ") else ""
         rule = f"is no topography that can be read ({type(error).__name__}{about})"
-        remedy = "a text needs two columns, or a header such as position_mm,height_um"
-        raise FormatError(str(path), rule, remedy=remedy) from error
+        raise FormatError(str(path), rule, remedy=_TWO_COLUMNS) from error
     names = [channel.name for channel in reader.channels]
     channels = (f"its channel {reader.default_channel.name} is read, of {', '.join(names)}",) if names[1:] else ()
     return surface, channels + _stylus(surface)
 
 
-def _instrument_readers(path: str | Path) -> Callable[[str], Any]:
-    """Give the function of SurfaceTopography that opens a file by its content."""
+def _format(path: str | Path, library: Any) -> str | None:
+    """Name of the first format whose reader takes a file that holds no columns of numbers; None where it does.
+
+    The readers of text, which go through the whole file before they refuse it, are then left out: of newlines alone
+    the time that one of them takes grows as the square of their number.
+    """
+    if _has_numbers(path):
+        return None
+    with open(path, "rb") as file:
+        start = file.read(library.MAGIC_BUFFER_SIZE)
+    for reader in library.readers:
+        name = reader.format()
+        if name in _TEXTS or reader.can_read(start) == library.MagicMatch.NO:
+            continue
+        with suppress(Exception):  # of a reader that tries a file which is not its own
+            library.open_topography(str(path), format=name).close()
+            return str(name)
+    raise FormatError(str(path), "is no topography that can be read (of no known format)", remedy=_TWO_COLUMNS)
+
+
+def _has_numbers(path: str | Path) -> bool:
+    """Whether a file may be a text of numbers: a line of them in its start, digits in its middle and at its end."""
+    size = Path(path).stat().st_size
+    with open(path, "rb") as file:
+        *lines, last = file.read(_START).splitlines() or [b""]
+        places = size // 2, max(size - _PART, 0)
+        parts = [file.read(_PART) for place in places if file.seek(place) == place]
+    lines += [last] if size < _START else []  # else it may be cut
+    rows = (re.sub(b"[,;]", b" ", line).split() for line in lines)
+    return any(row and all(map(_NUMBER.fullmatch, row)) for row in rows) and all(
+        re.search(rb"\d", one) for one in parts
+    )
+
+
+def _instrument_readers(path: str | Path) -> ModuleType:
+    """Give the module of SurfaceTopography that opens a file by its content."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ImportWarning)  # that there is no MPI
-            from SurfaceTopography.IO import open_topography
+            import SurfaceTopography.IO
     except ImportError as error:
         remedy = f"{install('surface')}, or give a table with a header such as position_mm,height_um"
         raise PackageError(str(path), "needs SurfaceTopography", remedy=remedy) from error
-    return open_topography
+    return SurfaceTopography.IO
 
 
 def _stylus(surface: Any) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ import pytest
 
 import vibrissa as vb
 from vibrissa.api.remarks import Remark
-from vibrissa.mechanics.scan.undersampling import contact_lines, contact_rate
+from vibrissa.mechanics.scan.undersampling import contact_lines, contact_rate, surface_remarks
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.whisker import Whisker
 
@@ -60,3 +60,14 @@ def test_the_vibration_does_not_depend_on_the_rate():
 def test_textures_that_are_sampled_well_are_not_remarked(speed):
     motion = vb.scan(WHISKER, POSTURE, vb.random_grating(0.05, rng=1), speed=speed)
     assert contact_lines(motion.prediction, RATE) == []
+
+
+def test_the_surface_under_a_whole_whisker_is_judged_by_its_finest_part():
+    fine, coarse = vb.periodic_grating(1e-3, period=PERIOD), vb.periodic_grating(1e-2, period=1e-3)
+    (line,) = surface_remarks(fine, SPEED, RATE)
+    assert line.startswith("20000 samples per second do not follow the surface at 0.1 m/s")
+    enough = float(line.split("; ")[1].split()[0])
+    assert enough * PERIOD / SPEED >= 4  # samples of a period, twice what Nyquist asks for
+    assert surface_remarks(fine, SPEED, enough) == []
+    assert surface_remarks(coarse, SPEED, RATE) == []
+    assert surface_remarks(vb.HeightProfile.from_gaps(fine), SPEED, RATE)[0][:40] == line[:40]

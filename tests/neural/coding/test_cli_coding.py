@@ -66,7 +66,7 @@ def drawn(path):
     """Caption of a picture that is a page; its picture is there."""
     page = path.read_text()
     assert page.count("<svg") == 1
-    return re.search("</svg>\\s*<p>(.*?)</p>", page, re.DOTALL)[1]
+    return re.search("</svg>\\s*</div>\\s*<p>(.*?)</p>", page, re.DOTALL)[1]
 
 
 def test_glm_tells_the_whisker_that_matters(vibrissa, folder, tmp_path):
@@ -130,6 +130,7 @@ def test_information_tells_bits(vibrissa, folder, tmp_path):
             "must be given as often as each other",
         ),
         (("information", "--window", "1", "6", "--bin-width", "0.03"), "must divide the window"),
+        (("information", "--window", "6", "1"), "--window must start before it stops, got 6 to 1 s"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(vibrissa, folder, monkeypatch, words, said):

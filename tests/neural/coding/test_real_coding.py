@@ -11,7 +11,8 @@ from vibrissa.neural.coding.demodulation import DemodulationAnalysis, demodulati
 from vibrissa.neural.coding.drive_choice import DriveAnalysis, compare_drives
 from vibrissa.neural.coding.information import count_information, spike_information
 from vibrissa.neural.glm.bases import lagged, raised_cosines
-from vibrissa.neural.glm.poisson import TrialDesign, poisson_regression
+from vibrissa.neural.glm.poisson import poisson_regression
+from vibrissa.neural.glm.trial_design import TrialDesign
 from vibrissa.neural.io.formats.nwb import read_nwb
 
 WIDTH = 0.001

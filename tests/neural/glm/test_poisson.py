@@ -9,7 +9,8 @@ from scipy.optimize import minimize
 
 from vibrissa.errors import ConvergenceError
 from vibrissa.neural.glm.bases import lagged, raised_cosines
-from vibrissa.neural.glm.poisson import TrialDesign, poisson_regression
+from vibrissa.neural.glm.poisson import poisson_regression
+from vibrissa.neural.glm.trial_design import TrialDesign
 
 WIDTH = 0.01
 
@@ -98,7 +99,7 @@ def test_gradient_vanishes_and_expected_spikes_are_those_counted():
     design, counts, _ = drawn(3)
     fit = poisson_regression(design, counts, WIDTH)
     expected = WIDTH * np.exp(design.log_rate(fit.coefficients))
-    np.testing.assert_allclose(design.scores(counts - expected).sum(0), 0, atol=1e-6 * counts.sum())
+    np.testing.assert_allclose(design.trial_sums(counts - expected).sum(0), 0, atol=1e-6 * counts.sum())
     assert expected.sum() == pytest.approx(counts.sum(), rel=1e-9)
 
 

@@ -129,7 +129,7 @@ def test_waveforms_of_an_nwb_file_give_the_signal_to_noise(tmp_path, vibrissa):
     _code, text, err = vibrissa("quality", tmp_path / "w.nwb", "--json")
     found = json.loads(text)
     assert found["unit_snr"] == [10.0, 20.0], err
-    assert found["snr_source"] == ["waveforms", "waveforms"]
+    assert found["snr_source"] == ["mean waveform"] * 2
 
 
 def test_waveforms_of_a_plexon_file_give_the_signal_to_noise(tmp_path, vibrissa):
@@ -140,8 +140,10 @@ def test_waveforms_of_a_plexon_file_give_the_signal_to_noise(tmp_path, vibrissa)
     path = write_plx(tmp_path / "w.plx", {(1, 1): ticks, (1, 2): [100_000]}, points=32, waves={(1, 1): waves})
     _code, text, err = vibrissa("quality", path, "--json")
     found = json.loads(text)
-    assert found["unit_snr"] == [pytest.approx(450 / 30, rel=0.02), None], err
-    assert found["snr_source"] == ["waveforms", ""]
+    smallest = np.ptp(waves, axis=1).min() / np.sqrt(waves.var(axis=0).mean())
+    assert found["unit_snr"] == [pytest.approx(smallest, rel=1e-4), None], err
+    assert found["snr_mean"] == [pytest.approx(450 / 30, rel=0.02), None]
+    assert found["snr_source"] == ["smallest waveform", ""]
     mean = plexon_waveforms(path, ["1,1"])["unit_waveform"][0]
     np.testing.assert_allclose(
         mean, waves.mean(axis=0) * 3.0 / (2048 * 1e4), rtol=1e-4

@@ -33,5 +33,5 @@ def test_what_the_file_states_comes_before_what_its_waveforms_give():
     waves["unit_waveform_sd"][2] = np.nan
     found = unit_snr(units(unit_snr=[7.0, np.nan, np.nan], **waves))
     np.testing.assert_allclose(found.snr, [7.0, np.ptp(SHAPE) / 0.1, np.nan])
-    assert found.source == ["cluster_info.tsv", "waveforms", ""]
+    assert found.source == ["cluster_info.tsv", "mean waveform", ""]
     assert np.isnan(unit_snr(units()).snr).all()

@@ -118,8 +118,9 @@ def test_verb_draws_pages_and_says_which_units_have_none(vibrissa, folder, tmp_p
     assert "vibrissa: 1 of 3 units have a page" in err
     assert "--unit-page chooses units by name, --most-pages draws more" in err
     assert (tmp_path / "units.html").read_text().count("<section") == 1
-    code, out, err = vibrissa(*words, "--picture", tmp_path / "units.html", "--unit-page", "none")
-    assert code == 2
+    named = ("--picture", tmp_path / "other.html", "--unit-page", "none", "--out", tmp_path / "units.nc")
+    code, out, err = vibrissa(*words, *named)
+    assert (code, [one.name for one in tmp_path.iterdir() if one.name in ("other.html", "units.nc")]) == (2, [])
     assert "--unit-page must name one of the units: " in err
 
 

@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 from refusals import refusal
 
+from vibrissa.errors import InputError
 from vibrissa.neural.simulated.virtual import PhaseUnit, ThresholdLinearUnit
 from vibrissa.study.spec.checked import keys_of, parts_of
-from vibrissa.study.spec.settings import Study, validated_study
+from vibrissa.study.spec.settings import Study, read_study, validated_study
 
 MOVIE = "[movie]\npath = 'a.avi'\npixel_size = 1e-4\n"
 BASE = "[[base_signal]]\npath = 'a.csv'\nkind = 'moment'\nunit = 'V'\nguess = [90.0]\n"
@@ -167,3 +168,13 @@ def test_a_wrong_key_or_model_of_a_unit_is_judged_by_the_model_that_is_meant(uni
         read(SURFACE + f"[recording.unit]\n{unit}\n")
     assert caught.value.quantity.endswith(quantity)
     assert caught.value.remedy == remedy
+
+
+def test_a_number_of_thousands_of_digits_is_one_line_and_a_mark_of_byte_order_is_none(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text("n_modes = " + "9" * 5000)
+    with pytest.raises(InputError, match=r"study\.toml must be TOML"):
+        read_study(path)
+    path.write_bytes(b"\xef\xbb\xbf[whisker]\nlength = 0.04\ncone_angle = 1.5e-3\nage = 3\n")
+    with pytest.raises(InputError, match="age"):
+        read_study(path)

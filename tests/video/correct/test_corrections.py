@@ -202,7 +202,7 @@ def test_a_whisker_that_was_not_found_is_followed_from_one_piece_of_it(linking, 
     """A whisker is taken out of the chains; one piece of it, named by hand, brings all of it back."""
     truth = pad[1].segment
     [full] = linking.solutions
-    poor = Solution(full.frames, full.frame, full.lines, full.who, full.phase)
+    poor = Solution(full.frames, full.frame, full.lines, full.who, full.phase, full.lever, full.tracklet)
     poor.place([one.model for one in full.labels[:5]])
     poor.settle()
     correction = Correction(replace(linking, solutions=[poor]))
@@ -210,12 +210,12 @@ def test_a_whisker_that_was_not_found_is_followed_from_one_piece_of_it(linking, 
     lines = np.flatnonzero(truth == lost)
     assert (correction.named.whisker[lines] >= 0).mean() < 0.3
     piece = correction.named.piece
-    held = np.flatnonzero(piece == np.bincount(piece[lines]).argmax())
-    assert held.size < 0.6 * lines.size
+    held = np.flatnonzero(piece == np.argsort(np.bincount(piece[lines]))[-2])  # a short piece, a tenth of it
+    assert held.size < 0.2 * lines.size
     correction.apply(edit_on(correction, "name", int(held[0]), whisker=5))
     correction.settle()
     assert correction.named.whiskers == 6
-    assert (correction.named.whisker[lines] == 5).mean() > 0.9
+    assert (correction.named.whisker[lines] == 5).mean() > 0.85
 
 
 def test_what_cannot_be_is_refused_in_one_line_and_changes_nothing(correction):

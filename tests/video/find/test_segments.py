@@ -117,6 +117,19 @@ def test_noise_an_edge_and_a_body_are_no_lines():
         assert find_segments(image[None], LineSearch(line_width=1.8)).sizes["segment"] == 0, noise
 
 
+@pytest.mark.parametrize(("radius", "whole"), [(6, True), (15, True), (30, False)])
+def test_a_line_goes_on_behind_a_pole_and_ends_at_a_body(radius, whole):
+    rng = np.random.default_rng(1)
+    row, column = np.mgrid[:128, :128]
+    dark = np.hypot(row - 64, column - 64) < radius
+    frames = np.stack([draw([DrawnLine(angle, 3.0, 60.0)], rng=rng) for angle in (0.4, 1.2, 2.5)])
+    found = find_segments(np.where(dark, np.uint8(12), frames))
+    assert np.bincount(found.segment_frame, minlength=3).tolist() == ([1, 1, 1] if whole else [2, 2, 2])
+    for _, points in parts(found):  # what the pole hides is not measured
+        hidden = np.hypot(points[:, 0] - 64, points[:, 1] - 64) < radius - 2
+        assert np.isnan(points[hidden, 4]).all()
+
+
 def test_scenery_that_stays_vanishes_with_the_median_and_whiskers_that_sweep_remain():
     rng = np.random.default_rng(4)
     post = DrawnLine(1.2, -30.0, 50.0, 60.0)

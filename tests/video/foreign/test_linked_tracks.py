@@ -10,6 +10,9 @@ from real_data import real
 from refusals import refusal
 from simulated_segments import Pad, simulate
 
+from vibrissa.video.correct.corrected_linking import corrected_linking
+from vibrissa.video.correct.correction import Correction
+from vibrissa.video.correct.edits import Edit
 from vibrissa.video.foreign.segment_tables import read_segments, segments_of
 from vibrissa.video.foreign.tracks import read_tracks
 from vibrissa.video.foreign.whisk_files import Segment, packed_whiskers
@@ -83,3 +86,22 @@ def test_the_pad_of_a_real_mouse_is_where_its_whiskers_converge():
     assert len(linking.pads) == 1
     np.testing.assert_allclose(linking.pads[0].pivot, [-16.0, 192.0], atol=25.0)
     assert linking.whiskers >= 5
+
+
+def test_a_file_of_whisk_without_identity_is_linked_and_corrected():
+    """Two names exchanged by hand in a movie of another program: each has the other one's lines from there on."""
+    segments = read_segments(real("tracks/test.whiskers"), "WHISK")
+    linking = link_segments(segments)
+    before = linking.identity()
+    seen = (before.whisker_segment.values >= 0).sum(axis=1)
+    one, other = (int(k) for k in np.argsort(-seen)[:2])
+    assert seen[other] > 190
+    correction = Correction(linking)
+    correction.apply(Edit(do="swap", whiskers=(one, other), frame=100))
+    named = corrected_linking(correction).identity().segment_whisker.values
+    late = segments.segment_frame.values >= 100
+    was = before.segment_whisker.values
+    for old, new in ((one, other), (other, one)):
+        mine = was == old
+        assert np.mean(named[mine & late] == new) > 0.95
+        assert np.mean(named[mine & ~late] == old) > 0.95

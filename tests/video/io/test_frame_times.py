@@ -109,6 +109,15 @@ def test_a_profile_has_the_right_times_and_no_values_where_frames_are_missing(tm
     assert json.loads(part.attrs["lost"])[0] == [[1, 2, "not in the movie"]]
 
 
+def test_missing_frames_are_missing_where_lines_are_linked(tmp_path):
+    path = stamped(tmp_path / "m.mkv", scene(17)[KEPT], KEPT.tolist(), Fraction(1, 25))
+    movie = MovieFile(path=str(path), frame_rate=100.0, pixel_size=1e-4, tracking="link", drop_frames="nan")
+    profile = track_file(movie, Path(), lambda *_: None)
+    np.testing.assert_allclose(profile.time, np.arange(17) / 100)
+    assert np.isnan(profile.y.values[:, [4, 5, 11, 12, 13]]).all()
+    assert np.isfinite(profile.y.values[0, KEPT]).any(axis=1).mean() > 0.9
+
+
 def test_by_default_holes_are_reported_alone(tmp_path):
     path = stamped(tmp_path / "m.mkv", scene(17)[KEPT], KEPT.tolist(), Fraction(1, 25))
     profile = tracked(path)

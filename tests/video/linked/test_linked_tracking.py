@@ -186,6 +186,21 @@ def nodes(profile, whisker, frame):
     return zip(x[np.isfinite(x)], y[np.isfinite(x)], strict=True)
 
 
+def test_a_whisker_begins_at_its_skin(movie, tracked):
+    """Arc length counts from the skin point that is given, 12 px further out, of the nearest whisker alone."""
+    base = [
+        np.nanmedian(np.array([place(tracked.profile, w, t, 0) for t in range(0, FRAMES, 10)]), axis=0) for w in (0, 1)
+    ]
+    out = np.median(np.array([place(tracked.profile, 0, t, 3) for t in range(0, FRAMES, 10)]), axis=0)
+    skin = base[0] + 12 * (out - base[0]) / np.hypot(*(out - base[0]))
+    profile = track_linked(movie, calibration=CALIBRATION, skin=[tuple(skin)]).profile
+    first = [np.median(np.array([place(profile, w, t, 0) for t in range(0, FRAMES, 10)]), axis=0) for w in (0, 1)]
+    assert np.hypot(*(first[0] - base[0])) > 8
+    assert np.hypot(*(first[1] - base[1])) < 1
+    with refusal("shape", "skin"):
+        track_linked(movie, calibration=CALIBRATION, skin=[(1.0, 1.0)] * 9)
+
+
 def point_frames(segments):
     return np.repeat(segments.segment_frame.values, np.diff(np.append(segments.segment_start, segments.sizes["point"])))
 

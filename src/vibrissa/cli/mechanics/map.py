@@ -147,6 +147,7 @@ def map_(
         The paper's modes of a shaft with a single contact; or the whole whisker as a rod, run once for each cell, to
         which response, jump, n-modes and least-linearity do not apply.
     """
+    from vibrissa.mechanics.statics.contact_law import friction_remarks
     from vibrissa.sweep.engine import Engine
     from vibrissa.sweep.grid import Grid, Measure
     from vibrissa.sweep.maps import sweep as computed
@@ -176,7 +177,7 @@ def map_(
     )
     with progress_bars() as progress:
         data = computed(cone, surface, grid, measure, engine=engine, progress=progress)
-    tell(data.attrs["verdict"])
+    tell(data.attrs["verdict"], *(line for one in friction.values for line in friction_remarks(one)))
     _remark_reasons(data)
     if out is None and not json:
         tell("the map itself is not printed: --out map.nc writes it, --json prints it")

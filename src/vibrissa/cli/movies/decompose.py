@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from vibrissa.cli.shared.options import NO_WHISKER, OfModes, WhiskerOptions
+from vibrissa.cli.shared.options import NO_WHISKER, Friction, OfModes, WhiskerOptions
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import stage
@@ -26,7 +26,7 @@ def decompose(
     method: Literal["least-squares", "paper2014"] = "least-squares",
     modes: OfModes = "straight",
     base_angle: Angle | None = None,
-    friction: float = 0.4,
+    friction: Friction = 0.4,
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vibrissa.cli.movies.decompose import tracked_whisker
 from vibrissa.cli.movies.points import line_of
-from vibrissa.cli.shared.options import NO_WHISKER, Flag, WhiskerOptions
+from vibrissa.cli.shared.options import NO_WHISKER, Flag, Friction, WhiskerOptions
 from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, tell
 from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.progress import stage
@@ -20,7 +20,7 @@ def posture(
     *,
     which: int = 0,
     fit_friction: Flag = False,
-    friction: float = 0.4,
+    friction: Friction = 0.4,
     substrate: list[str] | None = None,
     excursion: Length = 0.0,
     excursion_sd: Length = 0.0,

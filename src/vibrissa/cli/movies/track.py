@@ -34,6 +34,8 @@ def track(
     mark_file: Path | None = None,
     skin: list[str] | None = None,
     base: Side | None = None,
+    head: str | None = None,
+    head_points: str | None = None,
     polarity: Literal["dark", "bright"] = "dark",
     region: str | None = None,
     background: str = "space",
@@ -79,10 +81,15 @@ def track(
         Table of such marks: CSV with the header frame,column,row,whisker.
     skin
         COLUMN,ROW of the point where a whisker leaves the skin [pixels]; once for each whisker, or not at all: then arc
-        length counts from where each is first seen.
+        length counts from where each is first seen. Of linked whiskers the nearest one begins there.
     base
         Side of the image on which the whiskers leave the skin; left by default, or as found with the whiskers. Where
         lines are linked, the bases are found.
+    head
+        File with two tracked points of the head (DeepLabCut, SLEAP), or a table of frame, column, row and angle_deg; or
+        `find`. Lines are linked in coordinates that move with the head.
+    head_points
+        Names of a caudal and of a rostral keypoint of the head in that file, separated by a comma; by default its two.
     polarity
         Whiskers darker or brighter than the background.
     region
@@ -136,6 +143,7 @@ def track(
         marks=marks_of(mark, mark_file),
         skin=points_of(skin, "--skin") or None,
         base=base,
+        **_head(head, head_points),
         polarity=polarity,
         background=background,
         region=pixels_of(region, "--region"),
@@ -154,8 +162,7 @@ def track(
     tell(*plan.remarks)
     with progress_bars() as progress:
         profile = track_planned(plan, Path(), progress, segments)
-    if preview is not None:
-        _preview(movie, profile, preview)
+    _preview(movie, profile, preview)
     save(profile, out)
     tell(f"the profiles are in {out}", *([] if segments is None else [f"the lines of all frames are in {segments}"]))
     remarks_on(profile)
@@ -213,7 +220,14 @@ def _refuse_before(
         raise FormatError("--preview", "must end in .mp4, .mkv or .png", str(preview))
 
 
-def _preview(movie: Path, profile: xr.Dataset, path: Path) -> None:
+def _head(head: str | None, points: str | None) -> dict[str, Any]:
+    """Where the head is, by the names of a study."""
+    return {"head": head, "head_points": tuple(points.split(",")) if points else ()}
+
+
+def _preview(movie: Path, profile: xr.Dataset, path: Path | None) -> None:
+    if path is None:
+        return
     from vibrissa.figures.others import preview
     from vibrissa.video.io.movie import read_blocks
 

@@ -150,6 +150,8 @@ GLOSSARY: dict[str, Option] = {
     "--mark-file": _O("file", "Table of marks: frame, column, row, whisker", "marks.csv"),
     "--segments": _O("file", "Lines of all frames and which whisker each is linked to", "lines.nc"),
     "--skin": _O("point", "COLUMN,ROW of the point where a whisker leaves the skin; once for each", "50.5,57"),
+    "--head": _O("text", "File with two tracked points of the head in every frame, or find", "head.csv"),
+    "--head-points": _O("text", "Names of a caudal and of a rostral keypoint of the head", "neck,nose"),
     "--substrate": _O("point", "COLUMN,ROW of a point of the line of the substrate; twice", "0,430"),
     "--base": _O("choice", "Side of the image on which the whiskers leave the skin", "left"),
     "--polarity": _O("choice", "Whiskers darker or brighter than the background", "bright"),

@@ -1,4 +1,4 @@
-"""A run that is stopped, by Ctrl-C, a batch system or a terminal that is closed, ends in one line and in time."""
+"""A verb that is stopped, by Ctrl-C, a batch system or a terminal that is closed, ends in one line and in time."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from threading import Timer
+from threading import Timer, current_thread, main_thread
 from typing import NoReturn
 
 from vibrissa.cli.shared.output import tell
@@ -18,8 +18,8 @@ LONGEST = 20.0  # [s] from the signal to the end of this process, whatever hangs
 
 
 @contextmanager
-def stoppable(out: Path) -> Iterator[None]:
-    """End this process cleanly at a signal to stop, and print how to continue.
+def stoppable(out: Path | None = None) -> Iterator[None]:
+    """End this process cleanly at a signal to stop, and print how to continue, if it can be continued.
 
     The first signal interrupts the work, which removes what it has not ended; those that follow change nothing. A
     signal that this process was started to ignore, as under ``nohup``, stays ignored. The exit code is 128 and the
@@ -27,8 +27,8 @@ def stoppable(out: Path) -> Iterator[None]:
 
     Parameters
     ----------
-    out : Path
-        Folder of the results.
+    out : Path, optional
+        Folder of the results of a run that can be continued.
 
     Returns
     -------
@@ -37,25 +37,34 @@ def stoppable(out: Path) -> Iterator[None]:
     """
     stop, before = _Stop(out), {}
     try:
-        for number in STOPS:
+        for number in STOPS if current_thread() is main_thread() else ():
             if signal.getsignal(number) is not signal.SIG_IGN:
                 before[number] = signal.signal(number, stop.hear)
         yield
     except KeyboardInterrupt:
+        if out is None:
+            stop.leave()
         stop.end()
     finally:
-        for number, handler in before.items():
+        for number, handler in before.items() if not stop.number else ():  # the end of Python is not disturbed either
             signal.signal(number, handler)
 
 
 class _Stop:
     """One stop, from its signal to the end of this process."""
 
-    def __init__(self, out: Path) -> None:
-        self.out, self.number = out, 0
+    def __init__(self, out: Path | None) -> None:
+        self.out, self.number, self.said = out, 0, False
+        self.process = os.getpid()
+
+    @property
+    def code(self) -> int:
+        return 128 + (self.number or signal.SIGINT)
 
     def hear(self, number: int, _: object) -> None:
-        """Interrupt the work, the first time."""
+        """Interrupt the work, the first time; a process that a library has forked from this one just ends."""
+        if os.getpid() != self.process:
+            os._exit(128 + number)
         if self.number:
             return
         self.number = number
@@ -64,9 +73,27 @@ class _Stop:
         limit.start()
         raise KeyboardInterrupt
 
+    def leave(self) -> NoReturn:
+        """Say it, end the processes that libraries have started, and let Python end."""
+        from multiprocessing import active_children
+
+        self._say()
+        for child in active_children():
+            child.terminate()
+        for number in STOPS if self.number else ():  # at its end Python forgets who hears them
+            signal.signal(number, signal.SIG_IGN)
+        sys.exit(self.code)
+
     def end(self) -> NoReturn:
         """Say it, and end without waiting for threads: one that computes, or reads from a lost disk, would hold it."""
+        self._say()
+        os._exit(self.code)
+
+    def _say(self) -> None:
+        if self.said:
+            return
+        self.said = True
+        kept = f"; what is done is kept in {self.out}, and the same command goes on from there" if self.out else ""
         with suppress(OSError):  # of a terminal that is closed
-            tell(f"stopped; what is done is kept in {self.out}, and the same command goes on from there")
+            tell(f"stopped{kept or ' before its end'}")
             sys.stdout.flush()
-        os._exit(128 + (self.number or signal.SIGINT))

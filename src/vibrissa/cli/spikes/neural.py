@@ -84,13 +84,26 @@ def neural(
     remarks = [in_options(line) for line in found.remarks]
     tell(*remarks)
     units = found.units if settled_by is None else settled(found.units, load(settled_by))
+    drawing.draw_units(found._replace(units=units), remarks)  # refuses a unit that is not there: before any file
     output.save(units)
-    drawing.draw_units(found._replace(units=units), remarks)
     if output.json:
         _print_units(units)
     else:
-        doubtful = set(units.envelope_verdict.values.tolist()) - {"", "envelope"} or settled_by is not None
-        show(units, [*TABLE, *(["envelope_verdict"] if doubtful else []), "identified", "reason"])
+        _print_table(units, settled=settled_by is not None)
+
+
+def _print_table(units: xr.Dataset, *, settled: bool) -> None:
+    """The table, with the verdict on envelope and phase where one is in doubt, and lags where they were not tested."""
+    import numpy as np
+
+    from vibrissa.neural.coupling.carrier import peak_elsewhere
+
+    doubtful = settled or bool(set(units.envelope_verdict.values.tolist()) - {"", "envelope"})
+    elsewhere = peak_elsewhere(units)
+    beyond = bool(np.isfinite(elsewhere).any())
+    named = [*(["peak_lag"] if beyond else []), *(["envelope_verdict"] if doubtful else [])]
+    shown = units.assign(peak_lag=units.peak_lag.copy(data=elsewhere))
+    show(shown, [*TABLE, *named, "identified", "reason"])
 
 
 def _print_units(data: xr.Dataset) -> None:

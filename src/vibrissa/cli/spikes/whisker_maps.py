@@ -118,7 +118,16 @@ def glm(
     show_map(
         data,
         names,
-        ["kernel_rate", "deviance_explained", "kernel_gain", "n_blocks", "penalty", "reason", "kernel_condition"],
+        [
+            "kernel_rate",
+            "trial_gain_sd",
+            "deviance_explained",
+            "kernel_gain",
+            "n_blocks",
+            "penalty",
+            "reason",
+            "kernel_condition",
+        ],
         output,
     )
 

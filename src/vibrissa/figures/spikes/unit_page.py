@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.figures.canvas import add_caption, counted, house_style, new_figure, p_words, shown_in
+from vibrissa.figures.canvas import add_caption, counted, house_style, new_figure, p_words, shown_in, tail_words
 from vibrissa.figures.spikes import unit_panels as panels
 
 if TYPE_CHECKING:
@@ -59,14 +59,15 @@ def _caption(view: xr.Dataset) -> str:
     reason = f" {why[0].upper()}{why[1:]}." if why else ""
     tested = f"{1e3 * attrs['lag_low'] * attrs['bin_width']:g} to {1e3 * attrs['lag_high'] * attrs['bin_width']:g} ms"
     chance = "all circular shifts" if attrs["null"] == "circular" else "the paper's shuffles"
+    p = f"p = {p_words(float(view.p_value))}, adjusted over units {tail_words(float(view.adjusted_p_value))}"
     bins = f"{counted(attrs['trials_observed'], 'presentation')}, bins of {1e3 * attrs['bin_width']:g} ms"
     return (
         f"{bins}; grey or black, measured; blue, the envelope; orange, the fit.{_fit_words(view, factor, unit)} D: "
         f"mean rate in {view.sizes['envelope_class']} equally full classes of the envelope at the latency, ± standard "
         "error over trials; below, what the fit leaves. E: positive lags, the rate is late; black, the lags tested "
-        f"({tested}), p = {p_words(float(view.p_value))}, adjusted over units {p_words(float(view.adjusted_p_value))}; "
-        f"band, 95 % of what {chance} give at one lag; dashed, what their largest over the lags tested exceeds in "
-        f"{100 * attrs['level']:g} %. F: rate of the unit after each of its spikes; dotted, its mean rate.{reason}"
+        f"({tested}), {p}; band, 95 % of what {chance} give at one lag; dashed, what their largest over the lags "
+        f"tested exceeds in {100 * attrs['level']:g} %. F: rate of the unit after each of its spikes; dotted, its mean "
+        f"rate.{reason}"
     )
 
 
@@ -80,7 +81,7 @@ def _fit_words(view: xr.Dataset, factor: float, unit: str) -> str:
 
     explained = [f"R² {float(view.tuning_r_squared):.2f}"]
     if np.isfinite(ceiling := float(view.tuning_r_squared_ceiling)):
-        explained.append(f"of at most {ceiling:.2f}")
+        explained.append(f"where any function of the stimulus could explain about {ceiling:.2f}")
     return (
         f" Threshold {ends('threshold', factor, '.3g')} {unit}, slope {ends('slope', 1 / factor, '.3g')} AP/s/{unit}, "
         f"latency {ends('latency', 1e3, '.1f')} ms, baseline {ends('baseline', 1, '.3g')} Hz, with 95 % intervals "

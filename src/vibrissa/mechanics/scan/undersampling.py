@@ -6,6 +6,8 @@ import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.mechanics.scan.motion import PredictedMotion
+from vibrissa.texture.relief import HeightProfile
+from vibrissa.texture.surface import Gaps
 
 _FINER = 64  # samples that are looked at for each one of the record
 _WINDOWS, _LENGTH = 24, 64  # stretches of the record that are looked at, and samples of each at most
@@ -33,9 +35,7 @@ def contact_rate(prediction: PredictedMotion, rate: float) -> float:
         contact's motion by less than 35 % (root mean square over its standard deviation, median over stretches of the
         record); infinite beyond 64 times.
     """
-    fine = _looked_at(prediction, rate)
-    finer = (1 << k for k in range(_FINER.bit_length()))
-    return next((rate * k for k in finer if _missed(fine, _FINER // k) < _LOST), np.inf)
+    return _enough(_looked_at(prediction, rate), rate)
 
 
 def contact_lines(prediction: PredictedMotion, rate: float) -> list[str]:
@@ -61,12 +61,55 @@ def contact_lines(prediction: PredictedMotion, rate: float) -> list[str]:
     return [f"{rate:g} samples per second do not follow the contact: {wrong}; {enough}"]
 
 
-def _looked_at(prediction: PredictedMotion, rate: float) -> Array:
-    """Place of the contact in stretches of the record, finely sampled, (places, stretches, samples) over L."""
-    count = max(int(prediction.end * rate), 1)
+def surface_remarks(surface: Gaps | HeightProfile, speed: float, rate: float) -> list[str]:
+    """What to know of a record of the whole whisker whose samples do not follow the surface below it.
+
+    Forces and moments at the base follow the surface under each contact at once, and are recorded at the samples alone.
+
+    Parameters
+    ----------
+    surface : Gaps or HeightProfile
+        As it moves below the whisker.
+    speed : float
+        [m/s].
+    rate : float
+        Samples per second [Hz].
+
+    Returns
+    -------
+    list of str
+        One line, or none. A rate is enough by the rule of :func:`contact_rate`, for heights that pass a fixed place.
+    """
+    heights, end = (
+        (surface.at, surface.position) if isinstance(surface, HeightProfile) else (surface.height, surface.end)
+    )
+    start = float(surface.position[0])
+    steps = _steps(int((float(end[-1]) - start) / speed * rate))
+    needed = _enough(heights(start + steps.ravel() * speed / rate).reshape(1, *steps.shape), rate)
+    if needed == rate:
+        return []
+    enough = f"{needed:g} would do" if np.isfinite(needed) else f"not even {rate * _FINER:g} would do"
+    lost = "what is fast in forces, moments and motion is aliased or lost"
+    return [f"{rate:g} samples per second do not follow the surface at {speed:g} m/s: {lost}; {enough}"]
+
+
+def _enough(fine: Array, rate: float) -> float:
+    """First double of a rate at which straight lines between samples are near enough; infinite if none is."""
+    finer = (1 << k for k in range(_FINER.bit_length()))
+    return next((rate * k for k in finer if _missed(fine, _FINER // k) < _LOST), np.inf)
+
+
+def _steps(samples: int) -> Array:
+    """Stretches of a record of so many samples, finely, (stretches, samples) in samples from its start."""
+    count = max(samples, 1)
     length = min(count, _LENGTH)
     starts = np.linspace(0, count - length, min(count // length, _WINDOWS)).astype(int)
-    steps = starts[:, None] + np.arange(length * _FINER + 1) / _FINER
+    return np.asarray(starts[:, None] + np.arange(length * _FINER + 1) / _FINER)
+
+
+def _looked_at(prediction: PredictedMotion, rate: float) -> Array:
+    """Place of the contact in stretches of the record, finely sampled, (places, stretches, samples) over L."""
+    steps = _steps(int(prediction.end * rate))
     where = prediction.where(steps.ravel() / rate)
     return np.array([where[one].reshape(steps.shape) for one in where])
 

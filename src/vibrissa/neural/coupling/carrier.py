@@ -224,6 +224,22 @@ def settled_by(first: xr.Dataset, second: xr.Dataset) -> xr.Dataset:
     return found
 
 
+def peak_elsewhere(units: xr.Dataset) -> Array:
+    """Lag of the largest correlation of units for which it is none of the lags tested.
+
+    Parameters
+    ----------
+    units : Dataset
+        Of :func:`vibrissa.neural.coupling.analysis.analyse_units`.
+
+    Returns
+    -------
+    (U,) array
+        [s]; NaN where the correlation is largest at a lag that was tested, or is none beyond chance.
+    """
+    return np.where([ELSEWHERE in str(one) for one in units.reason.values], units.peak_lag.values, np.nan)
+
+
 def _phase(shown: Presentation) -> Array:
     return np.asarray(np.unwrap(analytic_envelope(shown.carrier)[1]), float)
 

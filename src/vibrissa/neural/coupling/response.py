@@ -242,10 +242,8 @@ def bin_edges(start: float, stop: float, bin_width: float) -> Array:
 
     Parameters
     ----------
-    start, stop : float
-        Window [s].
-    bin_width : float
-        [s].
+    start, stop, bin_width : float
+        Window, and width of a bin [s].
 
     Returns
     -------
@@ -257,6 +255,8 @@ def bin_edges(start: float, stop: float, bin_width: float) -> Array:
     InputError
         If they are more than a million, or do not fill the window: a bin cut short would show too low a rate.
     """
+    if not start < stop:
+        raise RangeError("window", "must start before it stops", f"{start:g} to {stop:g} s")
     require_bins(stop - start, bin_width)
     n_bins = round((stop - start) / bin_width) if 0 < bin_width < np.inf and np.isfinite(stop - start) else 0
     if n_bins < 1 or abs(start + n_bins * bin_width - stop) > 1e-6 * bin_width:

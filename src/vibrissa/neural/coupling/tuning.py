@@ -250,13 +250,12 @@ def weakness(grid: HingeGrid, samples: Array) -> str:
     """
     low, high = np.quantile(samples, ENDS, axis=1)
     least, most = grid.drive.identifiable_range()
-    seen = f"the envelope's range, {least:.3g} to {most:.3g} m for 90 % of the time"
     if not low[1] > 0:
         return "slope not above 0"
     if low[0] <= least:
-        return f"threshold may lie below {seen}"
+        return "threshold may lie below the envelope's range (its 5th percentile)"
     if high[0] >= most:
-        return f"threshold may lie above {seen}"
+        return "threshold may lie above the envelope's range (its 95th percentile)"
     if high[0] - low[0] > grid.drive.spread():
         return "interval of the threshold wider than the envelope's standard deviation"
     if high[2] >= grid.latencies[-1]:

@@ -14,7 +14,7 @@ from vibrissa.neural.coupling.presentation import BinnedAnalysis
 from vibrissa.neural.coupling.threshold_linear import between_edges
 from vibrissa.neural.glm.bases import lagged, raised_cosines
 from vibrissa.neural.glm.delayed_envelopes import Copies
-from vibrissa.neural.glm.poisson import TrialDesign
+from vibrissa.neural.glm.trial_design import TrialDesign
 
 MOST_LAGS = 10_000  # of a kernel: beyond, its columns would fill the memory
 STRETCH = 0.002  # [s] the spacing of shapes over the own past is about even below this lag, and widens above

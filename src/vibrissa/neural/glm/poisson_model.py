@@ -17,8 +17,10 @@ from vibrissa.neural.coupling.stimulus_blocks import guard_bins, independent_blo
 from vibrissa.neural.glm.bases import raised_cosines
 from vibrissa.neural.glm.delayed_envelopes import condition_number
 from vibrissa.neural.glm.kernel_columns import STRETCH, Columns, KernelAnalysis, unit_design
-from vibrissa.neural.glm.poisson import PoissonFit, TrialDesign, poisson_regression
+from vibrissa.neural.glm.poisson import PoissonFit, poisson_regression
 from vibrissa.neural.glm.shift_null import shift_p_values
+from vibrissa.neural.glm.trial_design import TrialDesign
+from vibrissa.neural.glm.trial_gain import trial_gain_variance
 from vibrissa.neural.io.tables.inputs import refuse_misplaced
 from vibrissa.neural.io.tables.stimuli import in_unit_of, with_channels
 from vibrissa.quantities import dataset, stacked
@@ -53,12 +55,13 @@ class Foreseen(NamedTuple):
     gain: float
 
 
-def _unseen(design: TrialDesign, counts: Array, width: float, strength: float) -> Foreseen:
+def _unseen(design: TrialDesign, counts: Array, width: float, strength: float, gain_variance: float) -> Foreseen:
     fold = np.arange(design.n_draws) % FOLDS
     left, steady, start, lam = 0.0, 0.0, None, _penalty(design, strength)
     for k in range(FOLDS):
         seen, rest = design.places(fold != k), design.places(fold == k)
-        start = poisson_regression(design.part(seen), counts[seen], width, penalty=lam, start=start).coefficients
+        asked: dict[str, Any] = {"penalty": lam, "start": start, "gain_variance": gain_variance}
+        start = poisson_regression(design.part(seen), counts[seen], width, **asked).coefficients
         own = counts[rest]
         expected = width * np.exp(design.part(rest).log_rate(start))
         left += kl_div(own, expected).sum()  # half the deviance
@@ -66,13 +69,23 @@ def _unseen(design: TrialDesign, counts: Array, width: float, strength: float) -
     return Foreseen(1 - left / steady, (steady - left) / (np.log(2) * counts.sum()))
 
 
-def _fitted(design: TrialDesign, counts: Array, how: KernelAnalysis) -> tuple[PoissonFit, float, Foreseen]:
-    """Fit to all draws with the penalty that predicts unseen ones best; that penalty; how well these are foreseen."""
+class _Chosen(NamedTuple):
+    """Fit to all draws, its penalty, how well unseen draws are foreseen, variance of the trials' gains."""
+
+    fit: PoissonFit
+    strength: float
+    foreseen: Foreseen
+    gain_variance: float
+
+
+def _fitted(design: TrialDesign, counts: Array, how: KernelAnalysis) -> _Chosen:
+    """Fit to all draws with the penalty that predicts unseen ones best."""
     strengths = PENALTIES if how.penalty is None else (how.penalty,)
-    foreseen = [_unseen(design, counts, how.bin_width, strength) for strength in strengths]
+    varies = trial_gain_variance(design, counts, how.bin_width, _penalty(design, strengths[0]))
+    foreseen = [_unseen(design, counts, how.bin_width, strength, varies) for strength in strengths]
     best = int(np.argmax([one.share for one in foreseen]))
-    fit = poisson_regression(design, counts, how.bin_width, penalty=_penalty(design, strengths[best]))
-    return fit, strengths[best], foreseen[best]
+    asked: dict[str, Any] = {"penalty": _penalty(design, strengths[best]), "gain_variance": varies}
+    return _Chosen(poisson_regression(design, counts, how.bin_width, **asked), strengths[best], foreseen[best], varies)
 
 
 def whisker_kernels(
@@ -107,8 +120,9 @@ def whisker_kernels(
         whiskers, of the larger of ``whisker_trial_p_value`` (Wald's test, trials or blocks as draws) and
         ``whisker_shift_p_value`` (against circular shifts of the whisker's stimulus); ``whisker_matters``;
         ``past_kernel`` (unit, past_lag): factor on the rate after a spike; ``deviance_explained`` and ``kernel_gain``
-        [bit], for each spike beyond a steady rate, in draws not seen; ``penalty``, ``kernel_rate`` [Hz], ``n_blocks``
-        (0: trials are the draws), ``reason``. ``kernel_condition`` is the condition number of the columns.
+        [bit], for each spike beyond a steady rate, in draws not seen; ``penalty``, ``kernel_rate`` [Hz],
+        ``trial_gain_sd``, ``n_blocks`` (0: trials are the draws), ``reason``. ``kernel_condition`` is the condition
+        number of the columns.
 
     Raises
     ------
@@ -145,7 +159,7 @@ def _row(columns: Columns, counts: Array, how: KernelAnalysis) -> dict[str, Any]
         return {**_not_measured(n_whiskers, lags.size, past.size), "reason": text}
     try:
         design = _with_draws(unit_design(columns, counts, how), columns, used, how)
-        fit, strength, foreseen = _fitted(design, used, how)
+        fit, strength, foreseen, varies = _fitted(design, used, how)
     except (ConvergenceError, TooFewError) as error:
         return {**_not_measured(n_whiskers, lags.size, past.size), "reason": f"cannot tell: {error}"}
     quantile = float(stdtrit(design.n_draws - 1, 0.975))
@@ -153,6 +167,8 @@ def _row(columns: Columns, counts: Array, how: KernelAnalysis) -> dict[str, Any]
     row = _kernels(columns, fit, shifted, how, quantile) | _past(columns, fit, how, quantile)
     row |= {"deviance_explained": foreseen.share, "kernel_gain": foreseen.gain, "penalty": strength}
     row |= {"kernel_rate": float(used.mean() / how.bin_width)}
+    sought = len(used) > 1 and design.own.size > 0
+    row["trial_gain_sd"] = float(np.sqrt(varies)) if sought else np.nan
     row["n_blocks"] = 0 if design.starts is None else design.n_draws
     draws = "trials" if design.starts is None else "blocks"
     worse = f"cannot tell: unseen {draws} are foreseen no better than by a steady rate"
@@ -177,7 +193,7 @@ def _not_measured(n_whiskers: int, n_lags: int, n_past: int) -> dict[str, Any]:
     row: dict[str, Any] = {name + end: np.full(size, np.nan) for name, size in sizes.items() for end in SUFFIXES}
     p_values = ("whisker_p_value", "whisker_trial_p_value", "whisker_shift_p_value")
     row |= {name: np.full(n_whiskers, np.nan) for name in p_values} | {"whisker_matters": np.zeros(n_whiskers, bool)}
-    unknown = ("deviance_explained", "kernel_gain", "penalty", "kernel_rate")
+    unknown = ("deviance_explained", "kernel_gain", "penalty", "kernel_rate", "trial_gain_sd")
     return row | dict.fromkeys(unknown, np.nan) | {"n_blocks": 0}
 
 
@@ -186,7 +202,7 @@ def _shift_p_values(
 ) -> Array:
     """p-value of each whisker against shifts of its columns, the rest of the model as it is."""
     count, n_whiskers = columns.shapes.shape[1], len(columns.whiskers)
-    expected = how.bin_width * np.exp(design.log_rate(fit.coefficients)).sum(0)
+    expected = fit.expected.sum(0)
     own = columns.shared[:, 1:].T.reshape(n_whiskers, count, -1)
     b = fit.coefficients[1 : 1 + n_whiskers * count].reshape(n_whiskers, count)
     share = np.einsum("wc,wck->wk", b, own)

@@ -12,6 +12,7 @@ from vibrissa.errors import ConflictError, FormatError, MissingError, TooFewErro
 from vibrissa.netcdf import load
 from vibrissa.neural.io.formats.binned import DENSE, read_binned
 from vibrissa.neural.io.formats.phy import ALL, GOOD, QUALITY, UNJUDGED, is_phy, read_phy
+from vibrissa.neural.io.formats.phy_traces import phy_traces, traced_snr
 from vibrissa.neural.io.tables.spike_csv import read_spikes
 from vibrissa.neural.io.tables.spikes import of_units
 from vibrissa.neural.io.tables.trials import cut_into_trials, read_trials, trials_at
@@ -181,25 +182,32 @@ def session_spikes(
 
 
 def with_waveforms(spikes: xr.Dataset, path: str | Path) -> xr.Dataset:
-    """Units of a file with the mean of their waveforms, where it holds that of each spike.
+    """Units with what the waveforms of their spikes give, where these are at hand.
 
     Parameters
     ----------
     spikes : Dataset
         From :func:`session_spikes`.
     path : path
-        The file.
+        The file or folder.
 
     Returns
     -------
     Dataset
-        With ``unit_waveform`` and ``unit_waveform_sd`` [V] of a ``.plx`` file; else the same.
+        Of a ``.plx`` file with ``unit_waveform``, ``unit_waveform_sd`` [V] and ``snr_smallest``; of a folder of phy
+        whose raw data are there with ``snr_smallest`` and ``snr_mean``, and where they are not, with the attribute
+        ``snr_absent``, a phrase that says so; else the same.
 
     Raises
     ------
     InputError
         If the file is damaged.
     """
+    if is_phy(path):
+        traces = phy_traces(path)
+        if isinstance(traces, str):
+            return spikes.assign_attrs(snr_absent=traces)
+        return spikes.assign(traced_snr(spikes, traces).data_vars)
     if _kind(path) != ".plx":
         return spikes
     from vibrissa.neural.io.formats.plexon import plexon_waveforms

@@ -101,9 +101,10 @@ def unit_quality(spikes: xr.Dataset, duration: float | None = None, *, rules: In
     -------
     Dataset
         On (unit): ``unit_name``, ``unit_class``, ``unit_rate`` [Hz], ``time_observed`` [s], ``unit_snr``,
-        ``snr_source``, ``refractory_violations`` (share of the intervals), ``contamination`` with ``_low`` and
-        ``_high``, ``presence_ratio``, ``rate_change``, ``amplitude_change``, ``merged`` (several waveforms, or a
-        contamination of more than a tenth with 95 % confidence; never of multi-units), ``kept``, and ``reason``, which
+        ``snr_source``, ``snr_smallest`` and ``snr_mean`` where either is known, ``refractory_violations`` (share of the
+        intervals), ``contamination`` with ``_low`` and ``_high``, ``presence_ratio``, ``rate_change``,
+        ``amplitude_change``, ``merged`` (several waveforms, or a contamination of more than a tenth with 95 %
+        confidence; never of multi-units), ``kept``, and ``reason``, which
         is empty for units that are kept. NaN where something is not measured.
 
     Raises
@@ -117,7 +118,12 @@ def unit_quality(spikes: xr.Dataset, duration: float | None = None, *, rules: In
     dead = dead_time(rules.refractory_period, step)
     classes = classes_of(seen)
     snr = unit_snr(seen)
-    measured: dict[str, Any] = {**_of_trains(trains, dead), **_stability(seen, trains), "unit_snr": snr.snr}
+    measured: dict[str, Any] = {
+        **_of_trains(trains, dead),
+        **_stability(seen, trains),
+        **snr.measured,
+        "unit_snr": snr.snr,
+    }
     groups = seen.waveform_groups.values if "waveform_groups" in seen else np.ones(len(trains))
     numbers = {**measured, "waveform_groups": groups}
     each = [{name: float(values[k]) for name, values in numbers.items()} for k in range(len(trains))]
@@ -130,6 +136,7 @@ def unit_quality(spikes: xr.Dataset, duration: float | None = None, *, rules: In
         "refractory_period": rules.refractory_period,
         "clock_step": step,
         "refractory_limit": dead.limit,
+        **{name: seen.attrs[name] for name in ("snr_absent",) if name in seen.attrs},
     }
     return dataset(
         attrs | {f"rule_{name}": float(value) for name, value in vars(rules).items() if value is not None},
@@ -167,7 +174,8 @@ def remarks_on_quality(quality: xr.Dataset) -> list[str]:
             f"kept units with an SNR below {PAPER_SNR:g}, the least of the paper's: {low}; `least_snr` sets a limit"
         )
     if absent := int(np.isnan(snr).sum()):
-        lines.append(f"units whose SNR is not measured: {absent}; their file has neither it nor waveforms")
+        why = quality.attrs.get("snr_absent", "their file has neither it nor waveforms")
+        lines.append(f"units whose SNR is not measured: {absent}; {why}")
     if (effective := quality.attrs["refractory_limit"]) == 0:
         lines.append("times are too coarse for the refractory period: violations are not measured")
     elif effective < quality.attrs["refractory_period"] * (1 - 1e-6):

@@ -9,8 +9,8 @@ import xarray as xr
 
 from vibrissa.arrays import Array
 
-STATED = ("unit_snr", "snr_smallest", "snr_mean")  # variables that a reader or a sorter gives
-COMPUTED = "waveforms"
+# variables that a reader or a sorter gives, and where they are from; the smallest waveform is the paper's
+GIVEN = {"unit_snr": "file", "snr_smallest": "smallest waveform", "snr_mean": "mean waveform"}
 
 
 class UnitSnr(NamedTuple):
@@ -22,10 +22,13 @@ class UnitSnr(NamedTuple):
         NaN where it is not measured.
     source : list of str
         Where each is from; empty where it is not measured.
+    measured : dict of str to (U,) array
+        ``snr_smallest`` and ``snr_mean``, each where it is known.
     """
 
     snr: Array
     source: list[str]
+    measured: dict[str, Array]
 
 
 def waveform_snr(mean: Array, sd: Array) -> Array:
@@ -53,7 +56,7 @@ def waveform_snr(mean: Array, sd: Array) -> Array:
 
 
 def unit_snr(spikes: xr.Dataset) -> UnitSnr:
-    """Signal to noise of each unit: what the file states comes before what its waveforms give.
+    """Signal to noise of each unit: what its file states, else of its smallest waveform, else of its mean one.
 
     Parameters
     ----------
@@ -67,11 +70,13 @@ def unit_snr(spikes: xr.Dataset) -> UnitSnr:
         Values and sources.
     """
     snr, source = np.full(spikes.sizes["unit"], np.nan), [""] * spikes.sizes["unit"]
-    given = [(name, spikes[name].values) for name in STATED if name in spikes]
-    if "unit_waveform" in spikes and "unit_waveform_sd" in spikes:
-        given.append((COMPUTED, waveform_snr(spikes.unit_waveform.values, spikes.unit_waveform_sd.values)))
-    for name, values in given:
-        said = str(spikes.attrs.get("snr_source", name)) if name in STATED else name
+    known = {name: spikes[name].values for name in GIVEN if name in spikes}
+    words = {name: GIVEN[name] for name in known}
+    if known and spikes.attrs.get("snr_source"):  # of a column or table of the file, which comes first
+        words[next(iter(known))] = str(spikes.attrs["snr_source"])
+    if "snr_mean" not in known and "unit_waveform" in spikes and "unit_waveform_sd" in spikes:
+        known["snr_mean"] = waveform_snr(spikes.unit_waveform.values, spikes.unit_waveform_sd.values)
+    for name, values in known.items():
         for k in np.flatnonzero(np.isnan(snr) & np.isfinite(values)):
-            snr[k], source[k] = values[k], said
-    return UnitSnr(snr, source)
+            snr[k], source[k] = values[k], words.get(name, GIVEN[name])
+    return UnitSnr(snr, source, {name: values for name, values in known.items() if name != "unit_snr"})

@@ -61,7 +61,7 @@ def line_angles(linking: Linking) -> Array:
         Place of the line's middle about its base [°]: that of the middle of the pad in the image (0 to the right, 90
         down) and the degrees of swing from there.
     """
-    pieces, lines = linking.pieces, linking.lines
+    pieces, lines = linking.placed, linking.lines
     middle = (pieces.start + pieces.stop) // 2
     angle = np.where(lines.pad >= 0, lines.place[:, 1], np.nan)
     centre = np.array([np.rad2deg(one.middle) for one in linking.pads])

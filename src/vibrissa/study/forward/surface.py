@@ -11,7 +11,7 @@ from vibrissa.mechanics.rod.rod_prediction import RodPrediction
 from vibrissa.mechanics.scan.diagnostics import relief_remarks, remarks
 from vibrissa.mechanics.scan.sampled import scanned, scanned_relief
 from vibrissa.mechanics.scan.texture_prediction import Prediction
-from vibrissa.mechanics.scan.undersampling import contact_lines
+from vibrissa.mechanics.scan.undersampling import contact_lines, surface_remarks
 from vibrissa.quantities.kinds import Datasets, Progress
 from vibrissa.study.spec.textures import predict_surface
 from vibrissa.texture.surface import Gaps
@@ -112,14 +112,14 @@ def scan_surface(
     if rod is not None:
         whole = RodPrediction(whisker, posture, texture, scan, n_modes, rod)
         data = whole.sampled(sampling_rate, nodes, progress=lambda done, of: report("the whole whisker", done, of))
-        return whole, data, [data.attrs["verdict"]]
+        return whole, data, [data.attrs["verdict"], *surface_remarks(texture, scan.speed, sampling_rate)]
     report("scan of the surface", 0, 0)
     if model == "auto":
         model = chosen(posture, texture)
     if model == "free-end":
         bearing = FreeEndPrediction(whisker, posture, texture, scan, n_modes)  # type: ignore[arg-type]
         data = bearing.sampled(sampling_rate, nodes)
-        return bearing, data, [data.attrs["verdict"]]
+        return bearing, data, [data.attrs["verdict"], *surface_remarks(texture, scan.speed, sampling_rate)]
     motion = predict_surface(whisker, posture, texture, scan, n_modes=n_modes)
     report("signals of the scan", 0, 0)
     if isinstance(motion, Prediction):

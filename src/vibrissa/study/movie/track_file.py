@@ -12,12 +12,15 @@ import numpy as np
 
 from vibrissa.arrays import Frames
 from vibrissa.errors import ConflictError, MissingError
+from vibrissa.head_pose import HeadPose
 from vibrissa.netcdf import save
 from vibrissa.quantities.kinds import Progress
 from vibrissa.study.movie.track_plan import TrackPlan, plan_tracking
 from vibrissa.study.spec.settings import MovieFile
 from vibrissa.video.checks.gop_artifact import GopArtifactWatch
 from vibrissa.video.checks.trial_led import led_frame, with_led
+from vibrissa.video.find.head_finding import find_head
+from vibrissa.video.foreign.head_points import read_head
 from vibrissa.video.io.about import IN_COLOUR, Movie
 from vibrissa.video.io.container import key_frames
 from vibrissa.video.io.frame_times import FrameTimes
@@ -34,7 +37,7 @@ if TYPE_CHECKING:
 TRACKED = (  # settings of a movie that the tracker takes as they are
     "seeds", "skin", "polarity", "background", "region", "search", "threshold", "estimator", "node_spacing", "whisking",
 )  # fmt: skip
-LINKED = ("polarity", "background", "region", "node_spacing", "start", "stop")
+LINKED = ("polarity", "background", "region", "node_spacing", "skin", "drop_frames", "start", "stop")
 
 
 def counted(blocks: Iterable[Frames], stage: str, total: int, progress: Progress) -> Iterator[Frames]:
@@ -124,8 +127,6 @@ def track_planned(plan: TrackPlan, folder: Path, progress: Progress, segments: P
         raise ConflictError("start, stop", "must be left out with marks of whisking", (movie.start, movie.stop))
     if movie.tracking == "follow":
         _refuse_segments(segments)
-    elif movie.drop_frames is not None:
-        raise ConflictError("drop_frames", "must be left out where whiskers are linked", movie.drop_frames)
     count = frames_within(about, movie.start, movie.stop) if part else about.frame_count
 
     def blocks(stage: str) -> Iterator[Frames]:
@@ -136,6 +137,8 @@ def track_planned(plan: TrackPlan, folder: Path, progress: Progress, segments: P
     watched = _Watched(about, calibration.frame_rate, times, movie.drop_frames is not None)
     if movie.background not in ("space", "mean", "median"):
         movie = dataclasses.replace(movie, background=str(folder / movie.background))
+    if movie.head not in (None, "find"):
+        movie = dataclasses.replace(movie, head=str(folder / movie.head))
     if movie.tracking == "link":
         watched.begin()
         profile = _linked(movie, path, calibration, segments, progress, watched.block)
@@ -214,6 +217,7 @@ def _linked(
         source,
         calibration=calibration,
         marks=[LineMark(*mark) for mark in movie.marks],
+        head=_head(movie, source),
         progress=progress,
         watch=watch,
         **{name: getattr(movie, name) for name in LINKED},
@@ -222,6 +226,24 @@ def _linked(
         save(lines, segments)
         profile.attrs["segments"] = segments.name
     return profile.assign_attrs(tracking="link")
+
+
+def _head(movie: MovieFile, source: Path | Frames) -> HeadPose | None:
+    """The head in the frames that are tracked, from a file or found."""
+    if movie.head is None:
+        return None
+    part = slice(movie.start, movie.stop)
+    if movie.head != "find":
+        head = read_head(movie.head, sum(map(len, _blocks_of(source, movie, 0, None))), movie.head_points)
+        return HeadPose(*(one[part] for one in head))
+    return find_head(_blocks_of(source, movie, movie.start, movie.stop), 1.0 if movie.polarity == "dark" else -1.0)
+
+
+def _blocks_of(source: Path | Frames, movie: MovieFile, start: int, stop: int | None) -> Iterable[Frames]:
+    """Frames of a file, or in memory."""
+    if isinstance(source, np.ndarray):
+        return [source[start:stop]]
+    return read_blocks(source, 64, start, stop, drop_frames=movie.drop_frames)
 
 
 def _frame_rate(movie: MovieFile, about: Movie) -> float:

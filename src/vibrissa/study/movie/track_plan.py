@@ -80,7 +80,7 @@ def plan_of(movie: MovieFile, blocks: Callable[[], Iterable[Frames]]) -> TrackPl
         blocks,
         movie.tracking,
         following=_given(movie),
-        linking=["marks"] if movie.marks else ["background 'median'"] if movie.background == "median" else [],
+        linking=_linking(movie),
         polarity=movie.polarity,
         base=movie.base,
         region=movie.region,
@@ -102,6 +102,14 @@ def plan_of(movie: MovieFile, blocks: Callable[[], Iterable[Frames]]) -> TrackPl
 
 
 def _given(movie: MovieFile) -> list[str]:
-    """Settings of following that are not as they are by default."""
+    """Settings of following that are not as they are by default; skin says nothing where lines are to be linked."""
     default = {field.name: field.default for field in dataclasses.fields(MovieFile)}
-    return [name for name in FOLLOWING if getattr(movie, name) != default[name]]
+    linked = movie.tracking == "link" or bool(_linking(movie))
+    return [name for name in FOLLOWING if getattr(movie, name) != default[name] and not (linked and name == "skin")]
+
+
+def _linking(movie: MovieFile) -> list[str]:
+    """Settings that only linking takes."""
+    given = {"marks": bool(movie.marks), "head": movie.head is not None}
+    given["background 'median'"] = movie.background == "median"
+    return [name for name, there in given.items() if there]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Iterable, Sequence
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 CLOCK: dict[str, Any] = {"png": {"Software": None}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}  # left out
 FINE = 200  # dots per inch of what is drawn as pixels within vectors
 _NUMBERED = re.compile(r' id="[A-Za-z][\w.]*_\d{1,4}"')  # names of matplotlib's groups, the same in every figure
+_CLIP = re.compile(r'<clipPath id="(\w+)">(.*?)</clipPath>', re.DOTALL)
+_CLIPPED = re.compile(r"\bp[0-9a-f]{10}\b")
 INDEX = "index.html"
 
 
@@ -96,7 +99,13 @@ def svg_of(figure: Figure) -> str:
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": "vibrissa"}):
         figure.savefig(buffer, format="svg", dpi=FINE, metadata={"Date": None, "Creator": None})
     text = buffer.getvalue()
-    return _NUMBERED.sub("", text[text.index("<svg") :])
+    return _named_clips(_NUMBERED.sub("", text[text.index("<svg") :]))
+
+
+def _named_clips(svg: str) -> str:
+    """SVG whose clips are named by the rectangles as printed; by unrounded ones, equal figures differ now and then."""
+    names = {name: f"p{sha256(inner.encode()).hexdigest()[:10]}" for name, inner in _CLIP.findall(svg)}
+    return _CLIPPED.sub(lambda found: names.get(found[0], found[0]), svg)
 
 
 def write_pdf(path: Path, figures: Iterable[Figure]) -> None:

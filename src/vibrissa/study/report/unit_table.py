@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibrissa.arrays import Array
-from vibrissa.figures.canvas import p_words, shown_in
+from vibrissa.figures.canvas import shown_in, tail_words
+from vibrissa.neural.coupling.carrier import peak_elsewhere
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,11 +26,14 @@ class Cell(NamedTuple):
         Number by which the column is sorted, empty where nothing was measured; None of a column of words.
     link : str
         Where it leads; empty for nowhere.
+    interval : str
+        Its interval, on a line below; empty for none.
     """
 
     text: str
     order: str | None = None
     link: str = ""
+    interval: str = ""
 
 
 def unit_table(units: xr.Dataset, places: Sequence[int], links: Mapping[int, str] | None = None) -> dict[str, Any]:
@@ -51,16 +55,18 @@ def unit_table(units: xr.Dataset, places: Sequence[int], links: Mapping[int, str
     """
     factor, unit = shown_in(str(units.threshold.attrs["units"]))
     some, circular = units.isel(unit=list(places)), units.attrs["null"] == "circular"
+    elsewhere = peak_elsewhere(some)
     names = zip(places, some.unit_name.values, strict=True)
     columns = {
         "unit": [Cell(str(name), None, (links or {}).get(place, "")) for place, name in names],
         **({"quality": _words(some.unit_quality.values)} if "unit_quality" in some else {}),
         "rate [Hz]": _numbers(some.unit_rate.values),
         "p" if circular else "p, not adjusted": _numbers(
-            some["adjusted_p_value" if circular else "p_value"].values, p_words
+            some["adjusted_p_value" if circular else "p_value"].values, tail_words
         ),
         "driven by": _words(_drives(some)),
         "correlation": _numbers(some.envelope_correlation.values),
+        **({"lag of its peak [ms]": _numbers(1e3 * elsewhere)} if np.isfinite(elsewhere).any() else {}),
         f"threshold [{unit}]": _with_intervals(some, "threshold", factor),
         f"slope [AP/s/{unit}]": _with_intervals(some, "slope", 1 / factor),
         "latency [ms]": _with_intervals(some, "latency", 1e3),
@@ -90,6 +96,6 @@ def _with_intervals(units: xr.Dataset, name: str, factor: float) -> list[Cell]:
     low, high = (factor * units[f"{name}_{end}"].values for end in ("low", "high"))
     cells = zip(_numbers(factor * units[name].values), low.tolist(), high.tolist(), strict=True)
     return [
-        cell._replace(text=f"{cell.text} ({first:.3g} to {last:.3g})") if np.isfinite(first) else cell
+        cell._replace(interval=f"{first:.3g} to {last:.3g}") if np.isfinite(first) else cell
         for cell, first, last in cells
     ]

@@ -88,6 +88,10 @@ class MovieFile:
         :func:`vibrissa.video.linked.tracking_way.choose_way`.
     marks : ((frame, column, row, name), ...)
         Points of whiskers in any frame [pixels], with the whisker's name, of whiskers that are linked.
+    head : str, optional
+        File with the head in every frame, or "find": linked lines are linked in coordinates that move with it.
+    head_points : (str, str)
+        Names of a caudal and of a rostral keypoint of the head in that file; by default its two.
     """
 
     path: str
@@ -113,6 +117,8 @@ class MovieFile:
     drop_frames: Literal["nan"] | None = None
     tracking: Method = "auto"
     marks: tuple[tuple[int, float, float, str], ...] = ()
+    head: str | None = None
+    head_points: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -298,8 +304,8 @@ def read_study(path: str | Path | None = None, scale: Scale = "small") -> Study:
     if not path.is_file():
         raise MissingError(str(path), "must be an existing study file (TOML)")
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except ValueError as error:  # no TOML, no UTF-8, or a number of thousands of digits
         raise FormatError(str(path), "must be TOML", remedy=str(error)) from error
     return validated_study(table, str(path), path.parent)
 

@@ -87,7 +87,8 @@ def corrected_linking(correction: Correction) -> CorrectedLinking:
         Of which profiles are made.
     """
     linking = correction.linking
-    return CorrectedLinking(linking.pieces, linking.pads, linking.lines, linking.solutions, correction)
+    parts = linking.pieces, linking.pads, linking.lines, linking.solutions
+    return CorrectedLinking(*parts, correction, head=linking.head)
 
 
 def _main_lines(linking: Linking, whisker: Integers, count: int) -> Integers:

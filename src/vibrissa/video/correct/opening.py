@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from vibrissa.errors import ConflictError, FormatError
+from vibrissa.head_pose import head_of, with_head
 from vibrissa.netcdf import load, save
-from vibrissa.quantities import require
+from vibrissa.quantities import dataset, require
 from vibrissa.quantities.kinds import Progress
 from vibrissa.video.correct.corrected_linking import corrected_linking
 from vibrissa.video.correct.correction import Correction
@@ -200,4 +201,8 @@ def _fitted(lines: xr.Dataset, frames: int, estimate: bool, size: tuple[int, int
         found = f"lines up to frame {last - 1}, column {reach[0]}, row {reach[1]}"
         raise ConflictError("segments", rule, found, "give those of this movie")
     attrs = {name: value for name, value in lines.attrs.items() if name != "first_frame"}
+    if (head := head_of(lines)) is not None:
+        whole = head.within(max(frames, last), int(lines.attrs.get("first_frame", 0)))
+        lines = lines.drop_dims("time").merge(dataset(time=np.arange(max(frames, last), dtype=float)))
+        lines = with_head(lines, whole)
     return lines.assign_attrs(attrs | {"frames": max(frames, last), "width": size[0], "height": size[1]})

@@ -111,3 +111,52 @@ def mark_body(
         for j in range(out.shape[1]):
             cell = dark[i // size, j // size]
             out[i, j] = cell == 2 or (cell == 1 and grey[i, j] < level)
+
+
+@njit(cache=True, nogil=True)
+def leave_small(dark: Cells, size: int, most: float, queue: NDArray[np.int64], wall: Cells) -> None:
+    """Leave bodies that hide a part of a line out of the body that ends it: a pole, dirt.
+
+    Parameters
+    ----------
+    dark : (rows, columns) array of uint8
+        From :func:`mark_body`.
+    size : int
+        Side of a cell [px].
+    most : float
+        Width and height of such a body at most [px].
+    queue : (rows * columns,) array of int
+        Room for work.
+    wall : (height, width) array of uint8
+        The marked body; those that are small are taken out of it.
+    """
+    rows, columns = dark.shape
+    for start in range(rows * columns):
+        if dark[start // columns, start % columns] != 2:
+            continue
+        n = _spread(dark, start, queue)
+        up, left, down, right = rows, columns, -1, -1
+        for k in range(n):
+            i, j = queue[k] // columns, queue[k] % columns
+            up, left, down, right = min(up, i), min(left, j), max(down, i), max(right, j)
+        if max(down - up, right - left) * size < most:
+            # with the dark pixels beside its cells
+            wall[max(up - 1, 0) * size : (down + 2) * size, max(left - 1, 0) * size : (right + 2) * size] = 0
+
+
+@njit(cache=True, nogil=True)
+def _spread(dark: Cells, start: int, queue: NDArray[np.int64]) -> int:
+    """Mark the body of a cell by 3 and list its cells; how many."""
+    rows, columns = dark.shape
+    queue[0], n, done = start, 1, 0
+    dark[start // columns, start % columns] = 3
+    while done < n:
+        i, j = queue[done] // columns, queue[done] % columns
+        done += 1
+        for k in range(max(i - 1, 0), min(i + 2, rows)):
+            for m in range(max(j - 1, 0), min(j + 2, columns)):
+                if dark[k, m] == 2:
+                    dark[k, m] = 3
+                    queue[n] = k * columns + m
+                    n += 1
+    return n

@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Array, Mask
-from vibrissa.video.find.body_mask import cell_levels, mark_body
+from vibrissa.video.find.body_mask import cell_levels, leave_small, mark_body
 from vibrissa.video.find.curvature_maps import Maps, derivative_taps, second_derivatives
 from vibrissa.video.find.line_joining import join_lines
 from vibrissa.video.find.line_placing import FULL_WIDTH, place_line, resampled
@@ -89,6 +89,8 @@ class FrameRoom(NamedTuple):
     levels: Single
     dark: Marks
     body: Marks
+    wall: Marks
+    queue: Places
     taken: Marks
     rows: Maps
     maps: Maps
@@ -133,6 +135,8 @@ def frame_room(height: int, width: int, shape: LineShape) -> FrameRoom:
         levels=np.empty((rows, columns), np.float32),
         dark=np.empty((rows, columns), np.uint8),
         body=np.empty((height, width), np.uint8),
+        wall=np.empty((height, width), np.uint8),
+        queue=np.empty(rows * columns, np.int64),
         taken=np.empty((height, width), np.uint8),
         rows=np.empty((3, height, width), np.float32),
         maps=np.empty((3, height, width), np.float32),
@@ -288,6 +292,8 @@ def find_moving(frame: Single, grey: Single, shape: LineShape, room: FrameRoom) 
     lines, room.crowded[0] = trace_lines(
         room.maps, room.body, room.taken, room.place, seeds, rule, room.path, room.points, room.first
     )
+    room.wall[:] = room.body
+    leave_small(room.dark, shape.cell, JOINED * shape.width, room.queue, room.wall)
     lines = join_lines(
         room.points,
         room.first,
@@ -295,7 +301,7 @@ def find_moving(frame: Single, grey: Single, shape: LineShape, room: FrameRoom) 
         TOUCHING * shape.width,
         JOINED * shape.width,
         rule.ahead,
-        room.body,
+        room.wall,
         room.joined,
         room.start,
     )

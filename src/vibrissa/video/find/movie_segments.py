@@ -24,7 +24,7 @@ from vibrissa.video.find.line_placing import FULL_WIDTH
 from vibrissa.video.find.line_scale import measured_shape
 from vibrissa.video.find.still_scenery import SPAN, sceneries
 from vibrissa.video.io.about import IN_COLOUR
-from vibrissa.video.io.movie import frames_within, open_movie, read_blocks
+from vibrissa.video.io.movie import DropFrames, frames_within, open_movie, read_blocks
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -102,6 +102,7 @@ def find_segments(
     *,
     start: int = 0,
     stop: int | None = None,
+    drop_frames: DropFrames = None,
     progress: Progress | None = None,
     watch: Callable[[Frames], None] | None = None,
 ) -> xr.Dataset:
@@ -118,6 +119,8 @@ def find_segments(
         What counts as a line; dark lines without subtraction by default.
     start, stop : int
         First frame that is searched, from 0, and the first after it that is not; all by default.
+    drop_frames : {"nan"}, optional
+        As of :func:`vibrissa.video.io.movie.read_blocks`.
     progress : callable, optional
         Called with a name of the work, the frames done, and their number.
     watch : callable, optional
@@ -144,7 +147,7 @@ def find_segments(
         total = frames_within(open_movie(movie), start, stop)
     parts = []
     done = 0
-    for part in segment_blocks(movie, search, start=start, stop=stop, watch=watch):
+    for part in segment_blocks(movie, search, start=start, stop=stop, drop_frames=drop_frames, watch=watch):
         parts.append(part)
         done += part.attrs["frames"]
         if progress is not None:
@@ -158,13 +161,14 @@ def segment_blocks(
     *,
     start: int = 0,
     stop: int | None = None,
+    drop_frames: DropFrames = None,
     watch: Callable[[Frames], None] | None = None,
 ) -> Iterator[xr.Dataset]:
     """The same in blocks of frames, so that memory stays bounded however long the movie is.
 
     Parameters
     ----------
-    movie, search, start, stop, watch
+    movie, search, start, stop, drop_frames, watch
         As in :func:`find_segments`.
 
     Yields
@@ -178,7 +182,7 @@ def segment_blocks(
         As :func:`find_segments`.
     """
     search = search or LineSearch()
-    blocks = _source(movie, start, stop)
+    blocks = _source(movie, start, stop, drop_frames)
     images = _sceneries(search.background, blocks)
     scenery = next(images, None)
     plan = _plan(blocks, search, scenery)
@@ -227,10 +231,12 @@ def joined(parts: Iterable[xr.Dataset]) -> xr.Dataset:
     return dataset(attrs, **columns)
 
 
-def _source(movie: str | Path | Frames, start: int, stop: int | None) -> Callable[[], Iterator[Frames]]:
+def _source(
+    movie: str | Path | Frames, start: int, stop: int | None, drop_frames: DropFrames
+) -> Callable[[], Iterator[Frames]]:
     """Function that gives the blocks of the frames wanted, from their first."""
     if not isinstance(movie, np.ndarray):
-        return lambda: read_blocks(movie, BLOCK, start, stop)
+        return lambda: read_blocks(movie, BLOCK, start, stop, drop_frames=drop_frames)
     if movie.ndim != 3:
         raise ShapeError("movie", "must be (frames, height, width)", movie.shape)
     if not 0 <= start < (len(movie) if stop is None else stop) <= len(movie):

@@ -66,6 +66,10 @@ class Solution:
         Segments of this pad.
     phase : (S,) array
         Phase of the pad in the frame of each segment [°].
+    lever : (3,) array
+        Expected gain of the pad's whiskers at the three radii.
+    tracklet : (S,) array of int
+        Stretch of plain links that each segment is in; −1 for none.
     labels : list of ChainLabel
         The whiskers.
     wanted : (S,) array
@@ -81,6 +85,8 @@ class Solution:
     lines: Lines
     who: Integers
     phase: Array
+    lever: Array
+    tracklet: Integers
     labels: list[ChainLabel] = field(default_factory=list)
     wanted: Array = field(default_factory=lambda: np.zeros(0))
     marks: dict[int, int] = field(default_factory=dict)
@@ -93,10 +99,10 @@ class Solution:
         self.decided = {}
 
     def _label(self, number: int, model: Model) -> ChainLabel:
-        seen, x, again = candidates(model, self.lines, self.who, self.phase)
+        seen, x, again = candidates(model, self.lines, self.who, self.phase, self.frame)
         missing = np.setdiff1d([s for s, k in self.marks.items() if k == number], seen).astype(np.int64)
         if missing.size:
-            more = deviations(model, self.lines.place[missing], self.phase[missing])
+            more = deviations(model, self.lines.place[missing], self.phase[missing], self.frame[missing])
             there = stationary(more, self.lines.covariance[missing], model.spread)
             seen, x, again = np.append(seen, missing), np.concatenate([x, more]), np.append(again, there)
             order = np.argsort(seen)

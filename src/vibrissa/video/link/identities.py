@@ -10,10 +10,17 @@ import numpy as np
 from vibrissa.arrays import Array, Integers
 from vibrissa.video.link.exclusion import Solution
 from vibrissa.video.link.pads import Lines
-from vibrissa.video.link.swap_moves import best_lines, unswap
+from vibrissa.video.link.swap_moves import best_lines, swap_doubt, unswap
+from vibrissa.video.link.torn_links import torn_links
 
-REASONS = ("", "no line there", "which line it is cannot be decided", "one line with another whisker")
-ABSENT, UNSURE, SHARED = 1, 2, 3
+REASONS = (
+    "",
+    "no line there",
+    "which line it is cannot be decided",
+    "one line with another whisker",
+    "names leave plain lines",
+)
+ABSENT, UNSURE, SHARED, TORN = 1, 2, 3, 4
 SURE = 0.9  # probability from which on a line is called a whisker's
 AGREES = 3.0  # standard deviations within which a further piece lies on a whisker
 OVERLAP = 0.25  # share of a further piece that may lie beside the main one
@@ -61,7 +68,8 @@ def names_of(solution: Solution, lever: Array) -> Names:
         Of all segments; those of other pads are nobody's.
     """
     view = replace(solution, labels=[replace(one) for one in solution.labels])
-    doubt = unswap(view, lever)
+    unswap(view, lever)
+    doubt = swap_doubt(view, lever)
     count, frames = doubt.shape
     whisker, also = np.full((2, solution.frame.size), -1)
     sure, chance = np.zeros(solution.frame.size), np.full((count, frames), np.nan)
@@ -75,24 +83,32 @@ def names_of(solution: Solution, lever: Array) -> Names:
         taken = table[:, main[n, here]].argmax(axis=0) != n
         main[n, here[taken]] = -1
     for n in range(count):
+        whisker[main[n, main[n] >= 0]] = n
+    torn = torn_links(view.frame, view.tracklet, whisker, count)
+    # a whisker whose names leave no plain lines is not in doubt for those of others
+    torn = np.minimum(torn, torn.mean()) if count else torn
+    for n in range(count):
         here = np.flatnonzero(main[n] >= 0)
         seen = main[n, here]
-        whisker[seen] = n
-        sure[seen] = calibrated(table[n, seen] * (1 - doubt[n, here]))
-        chance[n, here] = sure[seen]
-        reason[n, here] = np.where(sure[seen] >= SURE, 0, UNSURE)
+        raw = table[n, seen] * (1 - doubt[n, here])
+        sure[seen] = chance[n, here] = calibrated(raw, float(torn[n]))
+        unsure = np.where(calibrated(raw) >= SURE, TORN, UNSURE)
+        reason[n, here] = np.where(sure[seen] >= SURE, 0, unsure)
     _join(view, main, whisker, sure)
     _share(view, main, also, reason)
     return Names(whisker, also, sure, main, chance, reason)
 
 
-def calibrated(raw: Array) -> Array:
-    """Share of right names among those of this probability, as found in simulated pads."""
+def calibrated(raw: Array, torn: float = 0.0) -> Array:
+    """Share of right names of this probability, of a whisker with this rate of torn links, as in simulated pads."""
     logit = np.log(np.clip(raw, 1e-6, 1 - 1e-6) / (1 - np.clip(raw, 1e-6, 1 - 1e-6)))
-    return np.asarray(1 / (1 + np.exp(-(OFFSET + SLOPE * logit))))
+    found = 1 / (1 + np.exp(-(OFFSET + SLOPE * logit - TEAR * torn)))
+    return np.asarray(found if torn <= TORN_MOST else np.minimum(found, UNKNOWN))
 
 
-OFFSET, SLOPE = 2.6, 0.63  # of the logarithm of the odds: docs/linking.md
+OFFSET, SLOPE, TEAR = 2.5, 0.41, 55.0  # of the logarithm of the odds: docs/linking.md
+TORN_MOST = 0.015  # rate of torn links up to which that was measured
+UNKNOWN = 0.5  # probability at most beyond
 
 
 def _expected(solution: Solution, n: int, lines: Lines, main: Integers) -> Array:

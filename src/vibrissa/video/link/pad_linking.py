@@ -7,9 +7,13 @@ from scipy.ndimage import gaussian_filter1d
 
 from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.video.link.common_swing import OWN, common_swing, lever, pairs_of
+from vibrissa.video.link.drift import with_drift
 from vibrissa.video.link.exclusion import Solution
+from vibrissa.video.link.joined_tracklets import carried, joined
 from vibrissa.video.link.pads import HIDDEN, SHORTEST, Lines, Pad
-from vibrissa.video.link.swap_moves import unswap
+from vibrissa.video.link.superfluous import without_superfluous
+from vibrissa.video.link.swap_moves import best_lines, unswap
+from vibrissa.video.link.torn_links import torn_links
 from vibrissa.video.link.tracklets import (
     expected,
     gain_at,
@@ -18,6 +22,7 @@ from vibrissa.video.link.tracklets import (
     smoothed_phase,
     tracklets,
 )
+from vibrissa.video.link.turning import learnt_lever
 from vibrissa.video.link.whisker_discovery import (
     LEAST,
     SAME,
@@ -27,9 +32,11 @@ from vibrissa.video.link.whisker_discovery import (
     models_of,
     tracklet_table,
 )
-from vibrissa.video.link.whisker_models import Model, prior_spread, refit
+from vibrissa.video.link.whisker_models import Model, deviations, prior_spread, refit
 
+LEVERS = 2  # times that the pad's lever is learnt
 ROUNDS = 4  # in which phase, whiskers and lines are estimated in turn
+SETTLED = 1  # rounds after which whiskers may drift
 UNOWNED = 0.3  # mean probability to be a whisker's below which a tracklet is nobody's
 SLOW = 4.0  # frames over which motions common to the pad are averaged
 STEADY = 1.5  # whiskers that such a motion must be seen in, about
@@ -64,13 +71,43 @@ def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) 
     usable &= lines.reach[:, 0] < 2.0
     who, gain = np.flatnonzero(usable), lever(pad.inner, pad.centre, pad.outer, HIDDEN)
     across = np.where(usable, lines.place[:, 1], 0.0)
-    pairs = pairs_of(frames, frame, who, lines.place, lines.covariance, lines.strength, gain)
-    swing = common_swing(frames, frame, pairs, across)
-    off = (pairs.swing - expected(frame, pairs, swing, across)) / pairs.sd
-    name = tracklets(frame, pairs, 0.5 * (pairs.unlike + off**2), usable)
-    growth = growth_of(swing)
+    for _ in range(LEVERS):
+        pairs = pairs_of(frames, frame, who, lines.place, lines.covariance, lines.strength, gain)
+        swing = common_swing(frames, frame, pairs, across)
+        off = (pairs.swing - expected(frame, pairs, swing, across)) / pairs.sd
+        name = tracklets(frame, pairs, 0.5 * (pairs.unlike + off**2), usable)
+        gain = learnt_lever(frame, name, lines, gain)
+    whole = joined(frame, name, lines, carried(frames, frame, name, lines, swing, gain), gain)
+    # one whisker too many is a part of another one; then, whichever start leaves plain links whole
+    both = [_solved(frames, frame, lines, who, start, name, swing, gain) for start in (name, whole)]
+    return min(both, key=lambda one: (len(one.labels), _torn(one)))
+
+
+def _torn(solution: Solution) -> float:
+    """Share of lines at which names leave a plain stretch."""
+    whisker = np.full(solution.frame.size, -1)
+    for n, best in enumerate(best_lines(solution)):
+        whisker[best[best >= 0]] = n
+    count = len(solution.labels)
+    lines = np.bincount(whisker[whisker >= 0], minlength=count)
+    total = torn_links(solution.frame, solution.tracklet, whisker, count) @ lines
+    return float(total / max(lines.sum(), 1))
+
+
+def _solved(
+    frames: int,
+    frame: Integers,
+    lines: Lines,
+    who: Integers,
+    name: Integers,
+    plain: Integers,
+    swing: Array,
+    gain: Array,
+) -> Solution:
+    """Whiskers of a pad from tracklets ``name``, of which ``plain`` are certain."""
+    across, growth = np.where(np.isfinite(lines.place[:, 1]), lines.place[:, 1], 0.0), growth_of(swing)
     phase, _ = phase_of_tracklets(frames, frame, name, across, swing, growth, LEAST)
-    solution = Solution(frames, frame, lines, who, phase[frame])
+    solution = Solution(frames, frame, lines, who, phase[frame], gain, plain)
     place, strength = tracklet_table(name, lines, solution.phase, gain, growth)
     start = groups(frame, name, place, strength, prior_spread(gain), LEAST)
     models = models_of(start, name, place, strength, gain, growth, SUPPORT * frames)
@@ -81,12 +118,15 @@ def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) 
         solution.lines = _steadied(solution, lines, gain, frames)
         unswap(solution, gain)
         models = _refitted(solution, gain, growth)
+        if again >= SETTLED:
+            models = with_drift(solution, models)
         if again < ROUNDS - 1:
             models = _thinned(solution, models, frames)
             models += _born(solution, name, gain, growth, frames)
     kept = _thinned(solution, models, frames)
     solution.place([kept[i] for i in np.argsort([one.place[1] for one in kept])])
     solution.settle()
+    without_superfluous(solution, lambda: _refitted(solution, gain, growth))
     return solution
 
 
@@ -101,7 +141,8 @@ def _phase(solution: Solution, frames: int, swing: Array) -> Array:
         # a line that is far off counts little
         w = one.chance[clear] * precision / (1 + (one.x[clear, 1] / (3 * OWN)) ** 2)
         np.add.at(weight, solution.frame[seen], w)
-        np.add.at(top, solution.frame[seen], w * (solution.lines.place[seen, 1] - model.place[1]) / gain)
+        off = deviations(model, solution.lines.place[seen], solution.phase[seen], solution.frame[seen])[:, 1]
+        np.add.at(top, solution.frame[seen], w * (off / gain + solution.phase[seen]))
     found = smoothed_phase(top / np.maximum(weight, 1e-9), weight, swing[:, 0])
     return np.asarray(found - found.mean())
 
@@ -113,7 +154,7 @@ def _steadied(solution: Solution, lines: Lines, gain: Array, frames: int) -> Lin
     for one in solution.labels:
         clear = one.chance > 0.5
         seen = one.seen[clear]
-        off = lines.place[seen] - one.model.place - solution.phase[seen, None] * one.model.gain
+        off = deviations(one.model, lines.place[seen], solution.phase[seen], solution.frame[seen])
         off /= np.maximum(1.0, np.abs(off) / (4 * np.sqrt(np.diag(one.model.spread)) + 1))
         terms = np.tile((one.model.place[1] / scale) ** np.arange(2), (seen.size, 1))
         np.add.at(left, solution.frame[seen], terms[:, :, None] * terms[:, None])

@@ -168,16 +168,18 @@ def find_pads(pieces: Pieces) -> tuple[list[Pad], Integers, Mask]:
         clear = weight > 0
     member = np.full(length.size, -1)
     member[clear] = _groups(base[clear], tip[clear], weight[clear], every)
-    pads, pad = [], np.full(length.size, -1)
+    pads, pad, inward = [], np.full(length.size, -1), np.zeros(length.size, bool)
     nearest = np.full(length.size, np.inf)
     for number in range(member.max() + 1):
         mine = member == number
         pads.append(_pad(base[mine], tip[mine], weight[mine]))
         off, outward = _passing(base, tip, pads[-1].pivot)
+        # tips may gather, too, at an edge that hides them: where a line comes from the pad, its base is at the pad
+        _, towards = _passing(tip, base, pads[-1].pivot)
         side = np.cos(np.arctan2(*(base / 2 + tip / 2 - pads[-1].pivot).T[::-1]) - pads[-1].middle) > -0.2
-        better = (weight > 0) & outward & side & (off < 2 * NEAR) & (off < nearest)
-        pad[better], nearest[better] = number, off[better]
-    return pads, pad, back
+        better = (weight > 0) & (outward | towards) & side & (off < 2 * NEAR) & (off < nearest)
+        pad[better], nearest[better], inward[better] = number, off[better], towards[better]
+    return pads, pad, back ^ inward
 
 
 def _passing(base: Array, tip: Array, pivot: Array) -> tuple[Array, Mask]:

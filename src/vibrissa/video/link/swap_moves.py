@@ -6,7 +6,7 @@ import numpy as np
 
 from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.video.link.exclusion import Solution
-from vibrissa.video.link.swaps import Swap, confusable, swap_of, swapped
+from vibrissa.video.link.swaps import Swap, Wandering, confusable, swap_of, swapped
 from vibrissa.video.link.whisker_models import prior_spread
 
 
@@ -20,8 +20,10 @@ def best_lines(solution: Solution) -> Integers:
     return out
 
 
-def swap_between(solution: Solution, best: Integers, pair: tuple[int, int], lever: Array) -> Swap | None:
-    """Where two whiskers may have changed names."""
+def swap_between(
+    solution: Solution, best: Integers, pair: tuple[int, int], lever: Array, cautious: bool = False
+) -> Swap | None:
+    """Where two whiskers may have changed names; cautiously: as far as it is sure."""
     a, b = best[pair[0]], best[pair[1]]
     frame = np.flatnonzero((a >= 0) & (b >= 0))
     if not frame.size:
@@ -34,7 +36,11 @@ def swap_between(solution: Solution, best: Integers, pair: tuple[int, int], leve
     strengths = np.stack([lines.strength[one], lines.strength[other]], axis=1)
     keep = min(max(model.keep for model in models), 0.92)
     marked = _marked(solution, frame, np.stack([one, other]), pair)
-    return swap_of(frame, places[0], places[1], strengths, prior_spread(lever), error, keep, marked)
+    slow = np.diag(np.mean([model.slow for model in models], axis=0))
+    usual = prior_spread(lever)
+    spread = (models[0].spread + models[1].spread) / 2 if cautious else usual
+    known = Wandering(spread, slow, error, keep, not cautious)
+    return swap_of(frame, places[0], places[1], strengths, known, marked)
 
 
 def _marked(solution: Solution, frame: Integers, segments: Array, pair: tuple[int, int]) -> Array:
@@ -49,7 +55,7 @@ def _marked(solution: Solution, frame: Integers, segments: Array, pair: tuple[in
     return out
 
 
-def unswap(solution: Solution, lever: Array) -> Array:
+def unswap(solution: Solution, lever: Array) -> None:
     """Exchange probabilities of two whiskers in the frames in which they are likelier swapped.
 
     Parameters
@@ -58,15 +64,9 @@ def unswap(solution: Solution, lever: Array) -> Array:
         Its labels are changed.
     lever : (3,) array
         Expected gain of the pad's whiskers.
-
-    Returns
-    -------
-    (whisker, frame) array
-        Probability that the name is another one's, even so.
     """
-    doubt = np.zeros((len(solution.labels), solution.frames))
     if len(solution.labels) < 2:
-        return doubt
+        return
     best, every = best_lines(solution), np.arange(solution.frames)
     place = np.array([one.model.place for one in solution.labels])
     for a, b in confusable(place, prior_spread(lever)):
@@ -82,9 +82,29 @@ def unswap(solution: Solution, lever: Array) -> Array:
             when = np.interp(every, found.frames, swapped(found.chance)) > 0.5
             _exchange(solution, (a, b), when)
             best[a], best[b] = np.where(when, best[b], best[a]), np.where(when, best[a], best[b])
-        # nothing is known between the last frame before a meeting and the first one after it but that it is one of them
-        left = np.interp(every, found.frames, np.minimum(found.chance, 1 - found.chance))
-        doubt[[a, b]] = 1 - (1 - doubt[[a, b]]) * (1 - left)
+
+
+def swap_doubt(solution: Solution, lever: Array) -> Array:
+    """Probability that the name is another one's, (whisker, frame), as far as evidence is independent.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of which :func:`unswap` has been taken.
+    lever : (3,) array
+        Expected gain of the pad's whiskers.
+    """
+    doubt = np.zeros((len(solution.labels), solution.frames))
+    if len(solution.labels) < 2:
+        return doubt
+    best, every = best_lines(solution), np.arange(solution.frames)
+    place = np.array([one.model.place for one in solution.labels])
+    for a, b in confusable(place, prior_spread(lever)):
+        found = swap_between(solution, best, (a, b), lever, cautious=True)
+        if found is not None:
+            # nothing is known between the last frame before a meeting and the first after it but that it is one of them
+            left = np.interp(every, found.frames, np.minimum(found.chance, 1 - found.chance))
+            doubt[[a, b]] = 1 - (1 - doubt[[a, b]]) * (1 - left)
     return doubt
 
 

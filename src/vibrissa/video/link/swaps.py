@@ -17,6 +17,7 @@ PRIOR = 1.0  # log odds against a swap that nothing speaks for or against
 ROUNDS = 6
 STARTS = 4  # blocks whose difference is tried first
 MARKED = 60.0  # log odds that a mark gives
+LASTS = 60  # frames over which a slow drift is one and the same
 FEW = 6  # frames of both whiskers below which nothing is tried
 APART = 0.3  # standard deviation of the logarithm of the strength
 
@@ -36,11 +37,32 @@ class Swap(NamedTuple):
     chance: Array
 
 
-def _steps(frame: Integers, one: Array, other: Array, spread: Array, error: Array, keep: float) -> Array:
+class Wandering(NamedTuple):
+    """How two whiskers stray from their places.
+
+    Attributes
+    ----------
+    spread, slow, error : (3, 3) arrays
+        Covariances of a deviation, of a slow drift, and of a reading.
+    keep : float
+        Correlation of the deviation from frame to frame.
+    alone : bool
+        Whether each block is evidence independent of its neighbours: decisive, for a search; else what is
+        sure of it, each block counting for the time that it takes.
+    """
+
+    spread: Array
+    slow: Array
+    error: Array
+    keep: float
+    alone: bool
+
+
+def _steps(frame: Integers, one: Array, other: Array, known: Wandering) -> Array:
     """Log odds against a swap between each frame and the next, from deviations (n, 3) of both whiskers."""
     gap = np.diff(frame)
-    k = keep**gap
-    cov = spread * (1 - k**2)[:, None, None] + error * (1 + k**2)[:, None, None]
+    k = known.keep**gap
+    cov = known.spread * (1 - k**2)[:, None, None] + known.error * (1 + k**2)[:, None, None]
     inverse = np.linalg.inv(cov)
 
     def far(a: Array, b: Array) -> Array:
@@ -78,9 +100,7 @@ def swap_of(
     one: Array,
     other: Array,
     strengths: Array,
-    spread: Array,
-    error: Array,
-    keep: float,
+    known: Wandering,
     marked: Array | None = None,
 ) -> Swap | None:
     """Where two whiskers are swapped.
@@ -93,10 +113,8 @@ def swap_of(
         Places of either at phase 0 [°].
     strengths : (n, 2) array
         Of their lines.
-    spread, error : (3, 3) arrays
-        Covariances of a deviation and of its reading.
-    keep : float
-        Correlation of the deviation from frame to frame.
+    known : Wandering
+        How the whiskers stray.
     marked : (n,) array, optional
         1 in frames in which a mark says that the names are right, −1 where it says that they are swapped, else 0.
 
@@ -108,32 +126,41 @@ def swap_of(
     if frame.size < FEW:
         return None
     middle = (np.median(one, axis=0) + np.median(other, axis=0)) / 2
-    against = PRIOR + _steps(frame, one - middle, other - middle, spread, error, keep)
+    against = PRIOR + _steps(frame, one - middle, other - middle, known)
     cuts = np.flatnonzero(against < PLAIN)
     if not cuts.size:
         return None
     number = np.searchsorted(cuts, np.arange(frame.size), side="left")
     size = np.bincount(number)
+    span = np.diff(frame[np.concatenate([[0], cuts + 1])], append=frame[-1] + 1)
     apart = np.concatenate([one - other, (strengths[:, :1] - strengths[:, 1:])], axis=1)
     mean = np.stack([np.bincount(number, column) / size for column in apart.T], axis=1)
-    inverse = _weights(size, spread, error, keep)
-    known = MARKED * (np.zeros(size.size) if marked is None else np.sign(np.bincount(number, marked)))
+    inverse = _weights(size, span, known)
+    marks = MARKED * (np.zeros(size.size) if marked is None else np.sign(np.bincount(number, marked)))
     best: tuple[float, Array, Array] | None = None
     for start in np.argsort(-size)[:STARTS]:
-        total, sign, chance = _signs(mean, inverse, against[cuts], mean[start], known)
+        total, sign, chance = _signs(mean, inverse, against[cuts], mean[start], marks)
         if best is None or total > best[0]:
             best = total, sign, chance
     assert best is not None
-    chance = best[2] if known.any() or (size * best[1]).sum() >= 0 else 1 - best[2]
+    chance = best[2] if marks.any() or (size * best[1]).sum() >= 0 else 1 - best[2]
     return Swap(frame, chance[number])
 
 
-def _weights(size: Integers, spread: Array, error: Array, keep: float) -> Array:
+def _weights(size: Integers, span: Integers, known: Wandering) -> Array:
     """Inverse covariances (b, 4, 4) of the mean difference of two whiskers over blocks of so many frames."""
     # readings of a block are not independent: the deviation lasts
-    independent = np.maximum(size * (1 - keep) / (1 + keep), 1)
+    rate = (1 - known.keep) / (1 + known.keep)
+    if known.alone:
+        independent, drifts = np.maximum(size * rate, 1), np.maximum(size / LASTS, 1)
+    else:
+        independent, drifts = np.minimum(span * rate, size), np.minimum(span / LASTS, size)
     cov = np.zeros((size.size, 4, 4))
-    cov[:, :3, :3] = 2 * (spread / independent[:, None, None] + error / size[:, None, None])
+    cov[:, :3, :3] = 2 * (
+        known.spread / independent[:, None, None]
+        + known.slow / drifts[:, None, None]
+        + known.error / size[:, None, None]
+    )
     cov[:, 3, 3] = 2 * APART**2 / independent + 0.02
     return np.asarray(np.linalg.inv(cov), np.float64)
 
@@ -150,8 +177,22 @@ def _signs(mean: Array, inverse: Array, cut: Array, apart: Array, known: Array) 
         apart = np.linalg.solve(left, np.einsum("b,bij,bj->i", sign, inverse, mean))
         if (sign == before).all():
             break
+    chance = _chain(_held_out(mean, inverse, sign) + known, cut)[1]
     fit = float(apart @ left @ apart) / 2
     return fit + float((known * sign).sum() / 2 - cut[np.diff(sign) != 0].sum()), sign, chance
+
+
+def _held_out(mean: Array, inverse: Array, sign: Array) -> Array:
+    """Log odds of each block against the difference that all others show; the heaviest one keeps its sign."""
+    weighted = np.einsum("b,bij,bj->bi", sign, inverse, mean)
+    left = inverse.sum(axis=0) - inverse + 1e-9 * np.eye(4)
+    apart = np.linalg.solve(left, (weighted.sum(axis=0) - weighted)[..., None])[..., 0]
+    # that difference is uncertain, too
+    cov = np.linalg.inv(inverse) + np.linalg.inv(left)
+    odds = 2 * np.einsum("bi,bi->b", mean, np.linalg.solve(cov, apart[..., None])[..., 0])
+    heaviest = np.argmax(np.trace(inverse, axis1=1, axis2=2))
+    odds[heaviest] = MARKED * sign[heaviest]
+    return np.asarray(odds)
 
 
 def confusable(place: Array, spread: Array) -> list[tuple[int, int]]:

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError
+from vibrissa.head_pose import HeadPose, head_of
 from vibrissa.quantities import dataset
-from vibrissa.video.link.common_swing import lever
 from vibrissa.video.link.exclusion import Solution
 from vibrissa.video.link.identities import REASONS, Names, names_of
 from vibrissa.video.link.pad_linking import link_pad
-from vibrissa.video.link.pads import HIDDEN, Lines, Pad, find_pads, lines_of
+from vibrissa.video.link.pads import Lines, Pad, find_pads, lines_of
 from vibrissa.video.link.pieces import Pieces, pieces_of
 
 if TYPE_CHECKING:
@@ -47,12 +47,20 @@ class Linking:
         Segments in the coordinates of their pads.
     solutions : list of Solution
         Whiskers of each pad; they are numbered through over the pads.
+    head : HeadPose, optional
+        Head in whose coordinates pads and lines are; those of the image if None.
     """
 
     pieces: Pieces
     pads: list[Pad]
     lines: Lines
     solutions: list[Solution]
+    head: HeadPose | None = field(default=None, kw_only=True)
+
+    @property
+    def placed(self) -> Pieces:
+        """Segments in the coordinates of the pads."""
+        return in_head(self.pieces, self.head)
 
     @property
     def whiskers(self) -> int:
@@ -65,8 +73,7 @@ class Linking:
 
     def lever(self, pad: int) -> Array:
         """How far whiskers of a pad move at the three radii."""
-        one = self.pads[pad]
-        return lever(one.inner, one.centre, one.outer, HIDDEN)
+        return self.solutions[pad].lever
 
     def mark(self, mark: WhiskerMark) -> int:
         """Fix the line at a mark as a whisker's.
@@ -169,6 +176,27 @@ class Linking:
         )
 
 
+def in_head(pieces: Pieces, head: HeadPose | None) -> Pieces:
+    """Segments in coordinates that move with the head.
+
+    Parameters
+    ----------
+    pieces : Pieces
+        Segments in the image.
+    head : HeadPose or None
+        The head; the segments stay as they are if None.
+
+    Returns
+    -------
+    Pieces
+        Their places in head coordinates [px].
+    """
+    if head is None:
+        return pieces
+    column, row = head.to_head(pieces.frame[pieces.owner], pieces.column, pieces.row)
+    return pieces._replace(column=column, row=row)
+
+
 def link_segments(segments: xr.Dataset, marks: Sequence[WhiskerMark] = ()) -> Linking:
     """Link the lines of all frames of a movie to whiskers.
 
@@ -178,7 +206,8 @@ def link_segments(segments: xr.Dataset, marks: Sequence[WhiskerMark] = ()) -> Li
     Parameters
     ----------
     segments : Dataset
-        ``segments``, see :mod:`vibrissa.quantities.segments`.
+        ``segments``, see :mod:`vibrissa.quantities.segments`; with ``head_column``, ``head_row`` and ``head_angle``
+        lines are linked in coordinates that move with the head.
     marks : sequence of WhiskerMark
         Lines whose whisker is known.
 
@@ -192,11 +221,12 @@ def link_segments(segments: xr.Dataset, marks: Sequence[WhiskerMark] = ()) -> Li
     InputError
         If there are no lines, or a mark is on none.
     """
-    pieces = pieces_of(segments)
-    pads, pad, back = find_pads(pieces)
-    lines = lines_of(pieces, pads, pad, back)
+    pieces, head = pieces_of(segments), head_of(segments)
+    placed = in_head(pieces, head)
+    pads, pad, back = find_pads(placed)
+    lines = lines_of(placed, pads, pad, back)
     solutions = [link_pad(pieces.frames, pieces.frame, lines, n, one) for n, one in enumerate(pads)]
-    linking = Linking(pieces, pads, lines, solutions)
+    linking = Linking(pieces, pads, lines, solutions, head=head)
     for mark in marks:
         linking.mark(mark)
     return linking

@@ -38,6 +38,8 @@ class Model(NamedTuple):
         Chance that it has no line in a frame.
     strength, strength_sd : float
         Of its line.
+    course : (T, 3) array, optional
+        Slow drift from the place in each frame [°].
     """
 
     place: Array
@@ -47,6 +49,12 @@ class Model(NamedTuple):
     missed: float
     strength: float
     strength_sd: float
+    course: Array | None = None
+
+    @property
+    def slow(self) -> Array:
+        """Variance of the drift at the three radii [°²], (3,)."""
+        return np.zeros(3) if self.course is None else self.course.var(axis=0)
 
 
 def prior_spread(gain: Array) -> Array:
@@ -54,9 +62,10 @@ def prior_spread(gain: Array) -> Array:
     return np.asarray(SPREAD + OWN**2 * np.outer(gain, gain))
 
 
-def deviations(model: Model, place: Array, phase: Array) -> Array:
-    """Deviations (n, 3) of lines at a place (n, 3) when the pad has a phase (n,) [°]."""
-    return np.asarray(place - model.place - phase[:, None] * model.gain)
+def deviations(model: Model, place: Array, phase: Array, frame: Integers) -> Array:
+    """Deviations (n, 3) of lines at a place (n, 3) in some frames (n,), when the pad has a phase (n,) [°]."""
+    x = place - model.place - phase[:, None] * model.gain
+    return np.asarray(x if model.course is None else x - model.course[frame])
 
 
 def worth(model: Model, strength: Array) -> Array:
@@ -67,9 +76,11 @@ def worth(model: Model, strength: Array) -> Array:
     return np.asarray(density - NOTHING + np.log(1 - model.missed))
 
 
-def candidates(model: Model, lines: Lines, who: Integers, phase: Array) -> tuple[Integers, Array, Array]:
-    """Segments that can be the whisker, their deviations and log densities; ``phase`` is that of each segment."""
-    x = deviations(model, lines.place[who], phase[who])
+def candidates(
+    model: Model, lines: Lines, who: Integers, phase: Array, frame: Integers
+) -> tuple[Integers, Array, Array]:
+    """Segments that can be the whisker, their deviations and log densities; ``phase`` and ``frame`` of each segment."""
+    x = deviations(model, lines.place[who], phase[who], frame[who])
     again = stationary(x, lines.covariance[who], model.spread)
     best = stationary(np.zeros_like(x), lines.covariance[who], model.spread)
     kept = again > best - GATE
@@ -104,6 +115,8 @@ def refit(
     if w.sum() < 3:
         return model
     z, a = lines.place[seen], phase[seen]
+    if model.course is not None:
+        z = z - model.course[frame[seen]]
     precision = 1 / (np.diagonal(lines.covariance[seen], axis1=1, axis2=2) + np.diag(model.spread))
     place, gain = np.zeros(3), np.zeros(3)
     for m in range(3):
@@ -126,4 +139,4 @@ def refit(
     sd = max(1.5 * float(np.median(np.abs(lines.strength[seen] - strength))), STRENGTH)
     span = max(int(np.ptp(frame[seen])) + 1, 1)
     missed = float(np.clip(1 - (w.sum() + 8) / (span + 10), 0.02, 0.5))
-    return Model(place, gain, spread, keep, missed, strength, sd)
+    return Model(place, gain, spread, keep, missed, strength, sd, model.course)

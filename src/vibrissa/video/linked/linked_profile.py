@@ -7,17 +7,23 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from vibrissa.arrays import Integers
-from vibrissa.errors import TooFewError
+from vibrissa.errors import ShapeError, TooFewError
+from vibrissa.head_pose import HeadPose, with_head
 from vibrissa.quantities import dataset
 from vibrissa.video.link.identities import REASONS, SURE
+from vibrissa.video.link.pieces import Pieces
 from vibrissa.video.link.whisker_linking import Linking
 from vibrissa.video.linked.traces import Losses, Trace, profile_of
 from vibrissa.video.tracking import Calibration
 
 if TYPE_CHECKING:
     import xarray as xr
+
+NO_HEAD = "the head is not known"
 
 
 def profile_from_linking(
@@ -43,8 +49,10 @@ def profile_from_linking(
         Frame rate and pixel size.
     source : str
         Name of the movie or file, for errors.
-    node_spacing, skin
+    node_spacing
         See :func:`vibrissa.video.linked.traces.profile_of`.
+    skin : sequence of (column, row), optional
+        Where whiskers leave the skin [px], as of :func:`skin_of`.
     least_probability : float
         Segments less probable are left out.
     first : sequence of int
@@ -69,6 +77,9 @@ def profile_from_linking(
     identity, frames = linking.identity(), linking.pieces.frames
     whisker, sure = identity.segment_whisker.values, identity.segment_probability.values
     use = (whisker >= 0) & (sure >= least_probability) & (identity.segment_other.values < 0)
+    head = linking.head
+    if head is not None:
+        use &= head.known[linking.pieces.frame]
     found = np.unique(whisker[use])
     if not found.size:
         raise TooFewError(source, "must show whiskers that can be linked over its frames", "none found")
@@ -76,27 +87,78 @@ def profile_from_linking(
     kept = [*front, *np.setdiff1d(found, front).tolist()]
     place = np.full(linking.whiskers, -1)
     place[kept] = np.arange(len(kept))
-    traces = [_trace(linking, group, int(place[whisker[group[0]]])) for group in _by_frame(linking, whisker, use)]
+    pieces, groups = linking.placed, _by_frame(linking, whisker, use)
+    traces = [_trace(linking, pieces, group, int(place[whisker[group[0]]])) for group in groups]
     noted = {
         "identity_from": "link",
         "identities": json.dumps(kept),
         "identity_probability": json.dumps(np.round(identity.identity_probability.values[kept], 4).tolist()),
     }
-    losses = Losses(identity.lost_reason.values[kept].astype(np.int8), REASONS)
+    losses = _losses(identity.lost_reason.values[kept].astype(np.int8), head)
     profile = profile_of(
         source,
         traces,
         frames,
         calibration,
         node_spacing=node_spacing,
-        skin=skin,
+        skin=None if skin is None else skin_of(traces, len(kept), skin),
         attrs={**(attrs or {}), **noted},
         losses=losses,
     )
+    if head is not None:
+        profile = with_head(_in_image(profile, head), head)
     seen = np.isfinite(profile.x.values).any(axis=2)
     chance = np.where(seen, identity.whisker_probability.values[kept], np.nan)
     named = {"whisker": profile.whisker.values, "time": profile.time.values}
     return profile.merge(dataset(**named, whisker_probability=chance), combine_attrs="override")
+
+
+def skin_of(traces: Sequence[Trace], whiskers: int, skin: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Where each whisker begins.
+
+    Parameters
+    ----------
+    traces : sequence of Trace
+        Of all whiskers.
+    whiskers : int
+        Their number.
+    skin : sequence of (column, row)
+        Places at which some of them leave the skin [px].
+
+    Returns
+    -------
+    list of (column, row)
+        Of each whisker: its place of ``skin``, so that all are as near to the whiskers' median bases as possible; its
+        median base where it has none.
+
+    Raises
+    ------
+    InputError
+        If there are more places than whiskers.
+    """
+    if len(skin) > whiskers:
+        raise ShapeError("skin", f"must have one point for each of the {whiskers} whiskers at most", len(skin))
+    who, bases = np.array([one.whisker for one in traces]), np.array([one.base for one in traces])
+    home = np.array([np.median(bases[who == w], axis=0) for w in range(whiskers)])
+    off = np.hypot(*(home[:, None] - np.array(skin, float)[None]).transpose(2, 0, 1))
+    places = [(float(x), float(y)) for x, y in home]
+    for w, k in zip(*linear_sum_assignment(off), strict=True):
+        places[w] = (float(skin[k][0]), float(skin[k][1]))
+    return places
+
+
+def _losses(code: NDArray[np.int8], head: HeadPose | None) -> Losses:
+    """Why whiskers (whisker, frame) are lost."""
+    if head is None:
+        return Losses(code, REASONS)
+    return Losses(np.where(head.known, code, len(REASONS)).astype(np.int8), (*REASONS, NO_HEAD))
+
+
+def _in_image(profile: xr.Dataset, head: HeadPose) -> xr.Dataset:
+    """A profile in head coordinates in the image."""
+    size, frame = float(profile.attrs["pixel_size"]), np.arange(len(head.column))[:, None]
+    x, y = head.to_image(frame, profile.x.values / size, profile.y.values / size)
+    return profile.assign(x=profile.x.copy(data=x * size), y=profile.y.copy(data=y * size))
 
 
 def _by_frame(linking: Linking, whisker: Integers, use: np.ndarray) -> list[Integers]:
@@ -107,9 +169,9 @@ def _by_frame(linking: Linking, whisker: Integers, use: np.ndarray) -> list[Inte
     return np.split(order, np.flatnonzero(np.diff(key)) + 1)
 
 
-def _trace(linking: Linking, group: Integers, whisker: int) -> Trace:
+def _trace(linking: Linking, pieces: Pieces, group: Integers, whisker: int) -> Trace:
     """Pieces of one whisker in one frame, from the base on."""
-    pieces, parts = linking.pieces, []
+    parts = []
     for s in group:
         points = np.arange(pieces.start[s], pieces.stop[s])
         parts.append(points[::-1] if linking.lines.turned[s] else points)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.errors import TooFewError
+from vibrissa.head_pose import HeadPose, with_head
 from vibrissa.quantities import dataset
 from vibrissa.quantities.kinds import Progress
 from vibrissa.video.find.movie_segments import Background, LineSearch, find_segments
@@ -46,6 +47,9 @@ def track_linked(
     background: str | Path | Frames = "space",
     region: Region | None = None,
     node_spacing: float | None = None,
+    head: HeadPose | None = None,
+    skin: Sequence[tuple[float, float]] | None = None,
+    drop_frames: Literal["nan"] | None = None,
     start: int = 0,
     stop: int | None = None,
     progress: Progress | None = None,
@@ -71,6 +75,13 @@ def track_linked(
         Part of the image that is searched [px].
     node_spacing : float, optional
         Arc length between nodes [m]; 5 pixels if not given.
+    head : HeadPose, optional
+        The head in every frame that is tracked: lines are linked in coordinates that move with it.
+    skin : sequence of (column, row), optional
+        Where whiskers leave the skin [px], in the first frame in which the head is known; each is that of the whisker
+        whose bases are nearest, the other whiskers begin at the median of their bases.
+    drop_frames : {"nan"}, optional
+        Frames that are missing in the movie repeat the one before, so that later ones have their place in time.
     start, stop : int
         First frame that is tracked, from 0, and the first after it that is not; all by default.
     progress : callable, optional
@@ -91,12 +102,18 @@ def track_linked(
     """
     behind, name = _behind(background, movie)
     search = LineSearch(polarity=polarity, background=behind, region=region, threads=_threads())
-    segments = find_segments(movie, search, start=start, stop=stop, progress=progress, watch=watch)
+    segments = find_segments(
+        movie, search, start=start, stop=stop, drop_frames=drop_frames, progress=progress, watch=watch
+    )
     if not segments.sizes["segment"]:
         rule, remedy = "must show whiskers", "say whether they are dark or bright, or give a larger region"
         raise TooFewError("movie", rule, "no line in any frame", remedy)
     if progress is not None:
         progress("link whiskers", 0, 0)
+    if head is not None:
+        count = int(segments.attrs["frames"])
+        time = dataset(time=(int(segments.attrs.get("first_frame", 0)) + np.arange(count)) / calibration.frame_rate)
+        segments = with_head(segments.merge(time, combine_attrs="override"), head)
     linking = link_segments(counted_from_start(segments))
     named = apply_marks(linking, segments, marks) if marks else {}
     asked = {"background": name, "polarity": polarity}
@@ -107,6 +124,7 @@ def track_linked(
         calibration,
         source=str(movie) if isinstance(movie, str | Path) else "movie",
         node_spacing=node_spacing,
+        skin=skin,
         first=list(named.values()),
         attrs=asked,
     )

@@ -92,10 +92,10 @@ def test_layout_is_that_of_the_archives(tmp_path):
         np.testing.assert_array_equal(template.data[:].T, replay().command)
         assert file.trials["timeseries"][1][0].timeseries.name == "command"
         assert file.trials["timeseries"][1][0].count == 2000
-        rows = file.processing["stimulus"]["whiskers"].to_dataframe()
+        rows = file.processing["misc"]["whiskers"].to_dataframe()
         assert rows.whisker.tolist() == ["C1", "C2", "C3"]
         np.testing.assert_allclose(rows.delay_s, [0, 0.4, 0.8])
-        assert file.processing["envelope"]["replayed_envelope"].unit == "meters"
+        assert file.processing["misc"]["replayed_envelope"].unit == "meters"
         assert (file.subject.species, file.subject.age, file.subject.sex) == ("Rattus norvegicus", "P90D", "M")
 
 

@@ -114,9 +114,9 @@ def _chosen(file: Any, found: dict[str, tuple[Any, str]], channel: str | None, p
 
 def _columns(file: Any, series: Any, name: str, count: int) -> list[str]:
     """Names of the columns of a series: of a command or a stimulus that vibrissa exported, its whiskers."""
-    module = file.processing.get("stimulus") if name in ("command", *NAMES) else None
-    if module is not None and "whiskers" in module.data_interfaces:
-        return [str(one) for one in module["whiskers"]["whisker"][:]]
+    holders = [one for one in file.processing.values() if "whiskers" in one.data_interfaces]
+    if holders and name in ("command", *NAMES):
+        return [str(one) for one in holders[0]["whiskers"]["whisker"][:]]
     return [name] if count == 1 else [f"{name}:{k}" for k in range(count)]
 
 

@@ -42,7 +42,7 @@ def write_nwb(
     command : Dataset, optional
         ``command`` (whisker, time) [m], presented in every trial: a template to which the trials refer. With
         ``delay`` (whisker) [s], a table of whiskers and their delays; with ``replayed_envelope`` (whisker, time) [m],
-        a processing module of that name.
+        a series of that name beside it.
 
     Raises
     ------
@@ -240,13 +240,14 @@ def add_command(file: Any, command: xr.Dataset) -> Any:
         rows.add_column("delay_s", "delay of the copy, circular, in seconds; not a number where unknown")
     for k, whisker in enumerate(command.whisker.values):
         rows.add_row(whisker=str(whisker), **({"delay_s": float(command["delay"].values[k])} if delayed else {}))
-    file.create_processing_module("stimulus", "how the command is dealt out to whiskers").add(rows)
+    module = file.create_processing_module(OTHERS, "how the command is dealt out to whiskers, and its envelope")
+    module.add(rows)
     if "replayed_envelope" in command:
-        module = file.create_processing_module("envelope", "envelope of the command")
         module.add(_series(pynwb, "replayed_envelope", "envelope of the command, one column for each whisker", command))
     return template
 
 
+OTHERS = "misc"  # one of the names that NWB has for processing modules
 UNITS = {"m": "meters", "rad": "radians", "Hz": "hertz", "s": "seconds", "N": "newtons", "V": "volts"}  # NWB's words
 
 
@@ -285,7 +286,7 @@ def add_stimulus(file: Any, stimulus: xr.Dataset, trials: xr.Dataset | None) -> 
         rows.add_column("whisker", "whisker, or channel, of a column")
         for whisker in names:
             rows.add_row(whisker=whisker)
-        file.create_processing_module("stimulus", "channels of the stimulus").add(rows)
+        file.create_processing_module(OTHERS, "channels of the stimulus").add(rows)
     if "trial" not in shown.dims:
         template = pynwb.TimeSeries(data=values, description=text, **_even(one.time, name), **words)
         file.add_stimulus_template(template)

@@ -109,8 +109,8 @@ def plexon_waveforms(path: str | Path, names: Sequence[str]) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``unit_waveform`` and ``unit_waveform_sd`` (unit, sample) [V], of the first electrode of several; NaN for units
-        with fewer than two spikes.
+        ``unit_waveform`` and ``unit_waveform_sd`` (unit, sample) [V], of the first electrode of several, and
+        ``snr_smallest`` (unit); NaN for units with fewer than two spikes.
 
     Raises
     ------
@@ -120,22 +120,24 @@ def plexon_waveforms(path: str | Path, names: Sequence[str]) -> dict[str, Any]:
     reader = _open(path)
     with one_line(str(path), BROKEN, DAMAGED):
         known = {_name(reader, k): k for k in range(reader.spike_channels_count())}
-        pairs = [_mean_and_deviation(reader, known[name]) for name in names]
-    samples = max((mean.size for mean, _ in pairs), default=0)
-    wide = np.full((2, len(pairs), samples), np.nan)
-    for k, (mean, deviation) in enumerate(pairs):
-        wide[0, k, : mean.size], wide[1, k, : mean.size] = mean, deviation
-    return {"unit_waveform": wide[0], "unit_waveform_sd": wide[1]}
+        waves = [_waveforms(reader, known[name]) for name in names]
+    samples = max((one.shape[1] for one in waves), default=0)
+    wide, smallest = np.full((2, len(waves), samples), np.nan), np.full(len(waves), np.nan)
+    for k, one in enumerate(waves):
+        if len(one):
+            wide[:, k, : one.shape[1]] = one.mean(axis=0), one.std(axis=0)
+            noise = float(np.sqrt(one.var(axis=0).mean()))
+            smallest[k] = np.ptp(one, axis=1).min() / noise if noise else np.nan
+    return {"unit_waveform": wide[0], "unit_waveform_sd": wide[1], "snr_smallest": smallest}
 
 
-def _mean_and_deviation(reader: Any, k: int) -> tuple[Array, Array]:
-    """Of the waveforms of one unit [V]; empty with fewer than two spikes, or where the file does not state the gain."""
+def _waveforms(reader: Any, k: int) -> Array:
+    """Waveforms of one unit [V]; none with fewer than two spikes, or where the file does not state the gain."""
     step = 1e-3 * float(reader.header["spike_channels"]["wf_gain"][k])  # neo gives mV
     if len(reader.get_spike_timestamps(0, 0, k, None, EVER)) < 2 or not 0 < step < np.inf:
-        return np.zeros(0), np.zeros(0)
+        return np.zeros((0, 0))
     raw = reader.get_spike_raw_waveforms(0, 0, k, None, EVER)
-    volts = step * np.asarray(raw[:, 0], float)
-    return volts.mean(axis=0), volts.std(axis=0)
+    return step * np.asarray(raw[:, 0], float)
 
 
 def _open(path: str | Path) -> Any:

@@ -1,0 +1,56 @@
+"""Whiskers too many, and lines whose tips gather: simulated pads with known truth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from simulated_segments import Pad, simulate
+
+from vibrissa.video.link.pads import find_pads
+from vibrissa.video.link.pieces import pieces_of
+from vibrissa.video.link.superfluous import without_superfluous
+from vibrissa.video.link.whisker_linking import link_segments
+
+FEW = {"whiskers": 5, "frames": 120, "spread": 60.0}
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.5])
+def test_a_whisker_whose_lines_others_explain_is_taken_away(apart):
+    segments, truth = simulate([Pad(**FEW)], 2)
+    solution = link_segments(segments).solutions[0]
+    models = [one.model for one in solution.labels]
+    assert len(models) == len(truth.visible)
+    double = models[2]._replace(place=models[2].place + apart)
+    solution.place([*models, double])
+    solution.settle()
+    without_superfluous(solution, lambda: [one.model for one in solution.labels])
+    places = sorted(one.model.place[1] for one in solution.labels)
+    # the two share their lines, so either may be the one that is left
+    np.testing.assert_allclose(places, sorted(one.place[1] for one in models), atol=apart + 1e-9)
+
+
+def test_a_line_that_comes_from_the_pad_has_its_base_there_wherever_tips_gather():
+    segments, truth = simulate([Pad(whiskers=8, frames=120, spread=70.0)], 5)
+    pieces = pieces_of(segments)
+    # an edge hides what is right of column 270, 90 px from the pad, so the tips of long whiskers are on one line
+    seen = pieces.column < 270
+    size = pieces.sums(seen.astype(int))
+    some = (size > 25) & (truth.segment >= 0)
+    points = np.flatnonzero(seen & some[pieces.owner])
+    stop = np.cumsum(size[some])
+    first, last = points[stop - size[some]], points[stop - 1]
+    cut = pieces._replace(
+        frame=pieces.frame[some],
+        start=stop - size[some],
+        stop=stop,
+        column=pieces.column[points],
+        row=pieces.row[points],
+        width=np.full(points.size, 2.0),
+        contrast=np.full(points.size, 30.0),
+        sd=pieces.sd[points],
+    )
+    pads, pad, turned = find_pads(cut)
+    assert len(pads) == 1
+    np.testing.assert_array_equal(pad, 0)
+    near, far = (np.hypot(pieces.column[k] - 180, pieces.row[k] - 240) for k in (first, last))
+    np.testing.assert_array_equal(turned, far < near)
