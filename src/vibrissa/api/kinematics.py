@@ -122,8 +122,7 @@ def _refuse_pixels(profile: xr.Dataset, **points: Sequence[Point]) -> None:
     """Refuse points so far from the tracks that they cannot be in metres."""
     middle = np.array([float(profile[axis].mean()) for axis in ("x", "y")])
     extent = max(float(profile[axis].max() - profile[axis].min()) for axis in ("x", "y"))
-    for name, given in points.items():
-        for point in given:
-            if np.abs(np.asarray(point) - middle).max() > NEAR * extent:
-                rule = f"must be in metres, near tracks of {extent:.3g} m"
-                raise RangeError(name, rule, tuple(map(float, point)), "multiply pixels by the size of a pixel")
+    for name, given in points.items():  # of a line the other point may be far away
+        if given and min(np.abs(np.asarray(point) - middle).max() for point in given) > NEAR * extent:
+            rule = f"must be in metres, near tracks of {extent:.3g} m"
+            raise RangeError(name, rule, tuple(map(float, given[0])), "multiply pixels by the size of a pixel")

@@ -9,12 +9,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Timer, current_thread, main_thread
+from time import monotonic
 from typing import NoReturn
 
 from vibrissa.cli.shared.output import tell
 from vibrissa.sweep.stops import STOPS
 
 LONGEST = 20.0  # [s] from the signal to the end of this process, whatever hangs
+HEARD = 2.0  # [s] in which a child has ended, or is killed
 
 
 @contextmanager
@@ -50,6 +52,19 @@ def stoppable(out: Path | None = None) -> Iterator[None]:
             signal.signal(number, handler)
 
 
+def _end_children() -> None:
+    """End the processes that libraries have started; one that was forked a moment ago may not have heard it."""
+    from multiprocessing import active_children
+
+    children, until = active_children(), monotonic() + HEARD
+    for child in children:
+        child.terminate()
+    for child in children:
+        child.join(max(0.0, until - monotonic()))
+        if child.is_alive():
+            child.kill()
+
+
 class _Stop:
     """One stop, from its signal to the end of this process."""
 
@@ -75,11 +90,8 @@ class _Stop:
 
     def leave(self) -> NoReturn:
         """Say it, end the processes that libraries have started, and let Python end."""
-        from multiprocessing import active_children
-
         self._say()
-        for child in active_children():
-            child.terminate()
+        _end_children()
         for number in STOPS if self.number else ():  # at its end Python forgets who hears them
             signal.signal(number, signal.SIG_IGN)
         sys.exit(self.code)
