@@ -17,9 +17,22 @@ project = "vibrissa"
 author = "The vibrissa developers"
 release = __version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon"]
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.intersphinx",
+    "sphinx.ext.napoleon",
+    "sphinx_copybutton",
+    "sphinx_design",
+]
 templates_path = ["_templates"]
-myst_enable_extensions = ["dollarmath"]
+myst_enable_extensions = ["colon_fence", "dollarmath"]
+nb_execution_timeout = 120
+nb_execution_raise_on_error = True
+nb_execution_in_temp = True
+nb_merge_streams = True
+copybutton_prompt_text = "$ "
 myst_heading_anchors = 3
 autosummary_generate = True
 shutil.rmtree(Path(__file__).parent / "_build" / "api", ignore_errors=True)  # it may hold modules that are gone
@@ -29,8 +42,10 @@ autodoc_typehints = "none"  # the docstrings say shape and unit, which types can
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
 napoleon_use_param = napoleon_use_rtype = False  # a type is said in words: no link is made of "row" or "x"
-exclude_patterns = ["_build/html", "_templates"]  # the pages of autosummary lie beside it, in _build/api
+# beside the HTML lie the pages of autosummary, in _build/api, which are read
+exclude_patterns = ["_build/html", "_build/jupyter_execute", "_build/.jupyter_cache", "_templates"]
 suppress_warnings = [
+    "myst-nb.lexer",  # of notebooks that are not run
     "ref.citation",  # a reference may be listed before a docstring cites it
     "ref.python",  # a name that two modules have, as attributes
 ]
@@ -48,6 +63,13 @@ ACCENTED = re.compile(  # what tex2mathml makes of an accent with a subscript: i
 )
 EQUATION = re.compile(r"Eqs?\.\s+\((\d+)\)\s+of\s+\[Boubenec2014\]_")
 PICTURES = os.environ.get("VIBRISSA_GALLERY") != "0"  # without them and the sidebar the build takes a third as long
+nb_execution_mode = "cache" if PICTURES else "off"  # outputs of notebooks that have not changed are kept
+if PICTURES:  # the lists of names come from elsewhere
+    intersphinx_mapping = {
+        "numpy": ("https://numpy.org/doc/stable/", None),
+        "xarray": ("https://docs.xarray.dev/en/stable/", None),
+    }
+    intersphinx_timeout = 3
 html_sidebars = {"**": ["globaltoc.html"] if PICTURES else []}  # all pages under their captions, beside each of them
 
 

@@ -161,7 +161,8 @@ def test_list_of_modules_is_of_these_modules(monkeypatch):
 
 
 def test_pages_build_without_a_warning_and_every_public_module_is_on_them(tmp_path):
-    if not all(importlib.util.find_spec(name) for name in ("sphinx", "myst_parser", "pydata_sphinx_theme")):
+    needed = ("sphinx", "myst_nb", "sphinx_design", "pydata_sphinx_theme")
+    if not all(importlib.util.find_spec(name) for name in needed):
         pytest.skip("the group docs is not installed: pip install --group docs")
     command = [sys.executable, "-c", "from sphinx.cmd.build import main; import sys; sys.exit(main(sys.argv[1:]))"]
     command += ["-q", "-W", "--keep-going", "-b", "html", str(DOCS), str(tmp_path)]

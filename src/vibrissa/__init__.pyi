@@ -24,11 +24,12 @@ from .api.plots import figure, plot_tracks, plot_unit
 
 # spikes
 from .api.quality import unit_quality
-from .api.spikes import envelope_coupling, read_spikes, simulate_units
-from .api.stimulus import envelope, replay
 
 # whole studies
-from .api.studies import Results, load, open_results, run, sample_data, save
+from .api.samples import sample_data
+from .api.spikes import envelope_coupling, read_spikes, simulate_units
+from .api.stimulus import envelope, replay
+from .api.studies import Results, load, open_results, run, save
 
 # the surface
 from .api.surfaces import read_surface

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -16,9 +15,7 @@ from vibrissa.netcdf import load, save
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Results", "load", "open_results", "run", "sample_data", "save"]
-
-DRAWN = {"movie.mkv": "a virtual movie, as the built-in experiment films it, of 400 frames"}
+__all__ = ["Results", "load", "open_results", "run", "save"]
 
 
 class Results(Mapping[str, "xr.Dataset"]):
@@ -147,65 +144,3 @@ def run(
     with notebook_bar() as progress:
         run_study(read_study(study, scale), out, engine=Engine(scheduler=scheduler, workers=workers), progress=progress)
     return Results(out)
-
-
-@names_arguments
-def sample_data(name: str) -> Path:
-    """Path of a small file to try things on.
-
-    Parameters
-    ----------
-    name : str
-        A file of the project's examples (``grating.csv``, ``ridges.csv``, ``diameters.csv``, ``spikes.csv``, …), or
-        ``movie.mkv``, a virtual movie of 400 frames that is rendered when it is first asked for: a whisker of 40 mm and
-        1.5 mrad, contact 0.29, base angle 1.2 rad, 2000 frames/s, pixels of 95 µm, over ``random_grating(0.35, rng=1)``
-        at 0.1 m/s with damping 0.11 and the linear response.
-
-    Returns
-    -------
-    Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If there is none of that name; the nearest is suggested.
-
-    Examples
-    --------
-    >>> import vibrissa as vb
-    >>> vb.sample_data("grating.csv").name
-    'grating.csv'
-    """
-    shipped = {path.name: path for path in sorted(_examples().iterdir()) if path.suffix in (".csv", ".toml")}
-    if name in shipped:
-        return shipped[name]
-    if name in DRAWN:
-        return _virtual_movie()
-    raise MissingError("name", "must be a sample", repr(name), did_you_mean(name, [*shipped, *DRAWN]))
-
-
-def _examples() -> Path:
-    """Folder of the examples: in the installed package, or in a clone."""
-    packaged = Path(__file__).parents[1] / "data" / "examples"
-    return packaged if packaged.is_dir() else Path(__file__).parents[3] / "examples"
-
-
-def _virtual_movie() -> Path:
-    """The movie, rendered once for each user."""
-    from dataclasses import replace
-
-    from vibrissa import __version__
-    from vibrissa.files import written_whole
-    from vibrissa.study.movie.virtual import film_motion, lay_out, predicted_motion
-    from vibrissa.study.spec.settings import read_study
-    from vibrissa.video.io.movie import write_movie
-
-    path = Path(tempfile.gettempdir()) / f"vibrissa-{__version__}-movie.mkv"
-    if not path.is_file():
-        study = read_study(None, "small")
-        assert study.film is not None
-        film, motion = replace(study.film, n_frames=400), predicted_motion(study)
-        with written_whole(path) as temporary:
-            write_movie(temporary, film_motion(motion, film, lay_out(motion, film)), playback_rate=25)
-    return path

@@ -43,11 +43,11 @@ def trial_gain_variance(design: TrialDesign, counts: Array, width: float, penalt
     if fired.size < 2 or not design.own.size:
         return 0.0
     mean = fired.mean()
-    found, start = max(float(fired.var(ddof=1) - mean) / mean**2, 0.0), None
+    found, fit = max(float(fired.var(ddof=1) - mean) / mean**2, 0.0), None
     for _ in range(_ROUNDS):
-        asked = {"penalty": penalty, "start": start, "gain_variance": found}
-        start = poisson_regression(design, counts, width, **asked).coefficients
-        before, found = found, _most_likely(fired, width * np.exp(design.log_rate(start)).sum(1))
+        start = None if fit is None else fit.coefficients
+        fit = poisson_regression(design, counts, width, penalty=penalty, start=start, gain_variance=found)
+        before, found = found, _most_likely(fired, width * np.exp(design.log_rate(fit.coefficients)).sum(1))
         if abs(found - before) <= _SAME * found + _LEAST:
             break
     return found

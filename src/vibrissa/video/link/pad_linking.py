@@ -91,7 +91,7 @@ def _torn(solution: Solution) -> float:
     count = len(solution.labels)
     lines = np.bincount(whisker[whisker >= 0], minlength=count)
     total = torn_links(solution.frame, solution.tracklet, whisker, count) @ lines
-    return float(total / max(lines.sum(), 1))
+    return float(total) / max(int(lines.sum()), 1)
 
 
 def _solved(
