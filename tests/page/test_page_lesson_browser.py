@@ -176,7 +176,7 @@ def test_what_is_copied_is_the_snippet_of_the_state(view, served, button, name):
 
 def test_what_is_copied_at_once_is_of_the_new_state(view, served):
     opened(view, served.root, **SHORT)
-    at_once = "document.querySelector('#presets button:nth-of-type(3)').click(); "
+    at_once = "document.querySelector('#presets button:nth-of-type(4)').click(); "
     view.evaluate(at_once + "document.getElementById('copy-python').click()")
     until(view, "!document.getElementById('snippet').hidden")
     assert "vb.self_affine" in view.locator("#snippet").text_content()

@@ -5,7 +5,7 @@ const tag = (name, set) => Object.assign(document.createElement(name), set);
 
 const TOUR = [
   ["motion", "1 of 5. A whisker, held by the pad, touches a surface that moves to the left. Each edge holds its tip, bends it, and lets go."],
-  ["modes-figure", "2 of 5. After each jump the whisker rings. It has several modes; the pale envelope is how strongly each rings."],
+  ["modes-figure", "2 of 5. After each jump the whisker rings. It has several modes; the dark outline, its envelope, is how strongly each rings."],
   ["firing-figure", "3 of 5. A neuron that fires above a threshold of the envelope turns the vibration into spikes."],
   ["contrast-figure", "4 of 5. Another surface gives another envelope, so one neuron tells them apart: play A and B above."],
   ["controls", "5 of 5. Move a slider, and every picture follows. The buttons above set states worth a look; Reset returns here."],
@@ -17,7 +17,7 @@ export function presets(list, apply) {
   const buttons = list.map(one => tag("button", { type: "button", textContent: one.name, title: one.about, onclick: () => press(one) }));
   const reset = tag("button", { type: "button", id: "reset", textContent: "Reset", title: "Back to the first state", onclick: () => press(list[0]) });
   const tour = tag("button", { type: "button", id: "tour-start", textContent: "Tour", title: "Five steps through the page", onclick: () => go(0) });
-  $("presets").append(...buttons, reset, tour);
+  $("presets").append(tour, ...buttons, reset);
   $("tour-back").onclick = () => go(step - 1);
   $("tour-next").onclick = () => go(step + 1);
   $("tour-end").onclick = () => go(TOUR.length);
