@@ -68,30 +68,30 @@ def phy_traces(folder: str | Path) -> PhyTraces | str:
         If the file is there and its size is no whole number of samples; names the line of ``params.py``.
     """
     params = Path(folder) / "params.py"
-    told = _assigned(params)
-    names = told.get("dat_path", ())
+    given = _assigned(params)
+    names = given.get("dat_path", ())
     names = [names] if isinstance(names, str) else list(names) if isinstance(names, list | tuple) else []
     if len(names) != 1:
         return f"params.py names {len(names) or 'no'} files of raw data, not one"
     path = Path(folder) / str(names[0])
     if not path.is_file():
         return f"the raw data that params.py names, {names[0]}, are not at hand"
-    channels, offset, kind = _layout(params, told)
+    channels, offset, kind = _layout(params, given)
     size = path.stat().st_size - offset
     if size <= 0 or size % (channels * kind.itemsize):
         rule = f"must be whole samples of n_channels_dat = {channels} and dtype = {kind}, as params.py says"
         raise RangeError(str(path), rule, f"{size} bytes")
     samples = np.memmap(path, kind, "r", offset, (size // (channels * kind.itemsize), channels))
-    return PhyTraces(samples, float(told["sample_rate"]), bool(told.get("hp_filtered", False)))
+    return PhyTraces(samples, float(given["sample_rate"]), bool(given.get("hp_filtered", False)))
 
 
-def _layout(path: Path, told: dict[str, Any]) -> tuple[int, int, np.dtype[Any]]:
+def _layout(path: Path, given: dict[str, Any]) -> tuple[int, int, np.dtype[Any]]:
     """Channels, bytes before the first sample, kind of the samples."""
-    counts = {name: told.get(name, 0) for name in ("n_channels_dat", "offset")}
+    counts = {name: given.get(name, 0) for name in ("n_channels_dat", "offset")}
     for (name, value), least in zip(counts.items(), (1, 0), strict=True):
         if not isinstance(value, int) or not least <= value <= MOST_COUNT:
             raise RangeError(f"{path}, {name}", f"must be a whole number from {least}", repr(value)[:40])
-    kind = str(told.get("dtype", "int16"))
+    kind = str(given.get("dtype", "int16"))
     if kind not in SAMPLES:
         raise RangeError(f"{path}, dtype", f"must be one of {', '.join(SAMPLES)}", repr(kind)[:40])
     return counts["n_channels_dat"], counts["offset"], np.dtype(kind)
