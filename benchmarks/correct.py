@@ -1,10 +1,11 @@
 """From key to picture on the page to correct tracks: `python benchmarks/correct.py`. Needs chromium, the group bench.
 
 A simulated pad of 12 whiskers in 1,000 frames of 640 × 480 pixels, drawn as a movie. In a browser: steps to the next
-frame and jumps of 50, from the key to after the frame that was drawn; edits of lines at random (name, mark, split,
-delete, swap) from the key to the picture in which they hold, and to the one in which the lines about them are linked
-again; and the processor time of server and browser together, which other load inflates less. About two minutes, most of
-them for the movie. `python benchmarks/correct.py answers` takes no browser: the server's answers alone.
+frame and jumps of 50, from the key to after the frame that was drawn, and the processor time of server and browser
+together, which other load inflates less; edits of lines at random, from the key to the picture in which they hold, and
+to the one in which the lines about them are linked again; undo and redo. About two minutes, most of them for the movie.
+`python benchmarks/correct.py large` has 24 whiskers in 2,000 frames; `python benchmarks/correct.py answers` takes no
+browser: the server's answers alone.
 """
 
 import json
@@ -25,19 +26,24 @@ from corrected_pad import make_pad, served_pad
 FRAMES, WHISKERS, MOVES = 1000, 12, 30
 
 
-def random_edit(rng: np.random.Generator, served) -> dict:
+KINDS = {"name": "n", "mark": "m", "join": "j", "split": "s", "swap": "x", "delete": "d"}
+
+
+def random_edit(rng: np.random.Generator, served, kind: str | None = None) -> dict:
     """A request of an edit that makes sense, of a line with a name."""
     named = served.session.correction.named
     line = int(rng.choice(np.flatnonzero(named.whisker >= 0)))
     k, other = (int(x) for x in rng.choice(np.unique(named.whisker[named.whisker >= 0]), 2, replace=False))
-    kinds = [
-        {"do": "name", "at": line, "whisker": k},
-        {"do": "mark", "at": line, "whisker": k},
-        {"do": "split", "at": line},
-        {"do": "delete", "at": line},
-        {"do": "swap", "frame": int(rng.integers(FRAMES // 2)), "whiskers": [k, other]},
-    ]
-    return kinds[rng.integers(len(kinds))]
+    frames = int(served.opened.movie.frames)
+    kinds = {
+        "name": {"do": "name", "at": line, "whisker": k},
+        "mark": {"do": "mark", "at": line, "whisker": k},
+        "join": {"do": "join", "at": int(rng.choice(np.flatnonzero(named.whisker == -1))), "to": line},
+        "split": {"do": "split", "at": line},
+        "swap": {"do": "swap", "frame": int(rng.integers(frames // 2)), "whiskers": [k, other]},
+        "delete": {"do": "delete", "at": line},
+    }
+    return kinds[kind or rng.choice(list(kinds))]
 
 
 def row(name: str, milliseconds: list[float], processor: float = np.nan) -> None:
@@ -100,30 +106,47 @@ def in_browser(served) -> None:
                 page.keyboard.press(key)
                 until(page, "!correct.busy()")
             row(name, page.evaluate("correct.times.scrub"), processor_time() - begin)
-        spent = 0.0
-        for _ in range(MOVES):
-            spent += by_keyboard(page, random_edit(rng, served))
-        row("edit", page.evaluate("correct.times.move"))
-        row("edit and linked again", page.evaluate("correct.times.linked"), spent)
+        rows = {kind: [] for kind in ("move", "linked")}
+        for kind in KINDS:
+            by_kind = {name: [] for name in rows}
+            for _ in range(MOVES // 3):
+                page.evaluate("correct.times.move.length = correct.times.linked.length = 0")
+                by_keyboard(page, random_edit(rng, served, kind))
+                for name in rows:
+                    by_kind[name] += page.evaluate(f"correct.times.{name}")
+            row(kind, by_kind["move"])
+            for name in rows:
+                rows[name] += by_kind[name]
+        for name, key in (("undo", "u"), ("redo", "r")):
+            page.evaluate("correct.times.move.length = 0")
+            for _ in range(MOVES // 3):
+                page.keyboard.press(key)
+                until(page, "!correct.busy()")
+            row(name, page.evaluate("correct.times.move"))
+        row("every edit", rows["move"])
+        row("every edit, and linked again", rows["linked"])
         browser.close()
 
 
-def by_keyboard(page, edit: dict) -> float:
-    """Make an edit by the keys that a user presses once the line is selected; gives the processor time [s]."""
+def by_keyboard(page, edit: dict) -> None:
+    """Make an edit by the keys that a user presses once the line is selected."""
+    if edit["do"] == "join":
+        page.evaluate(f"correct.select({edit['at']})")
+        until(page, "!correct.busy()")
+        page.keyboard.press("j")
+        edit = {**edit, "at": edit["to"]}
     line = edit.get("at")
     if line is None:
         line = page.evaluate(f"correct.tracks.whisker.indexOf({edit['whiskers'][0]})")
     page.evaluate(f"correct.select({line})")
     until(page, "!correct.busy()")
-    begin = processor_time()
-    page.keyboard.press({"name": "n", "mark": "m", "split": "s", "delete": "d", "swap": "x"}[edit["do"]])
-    number = edit.get("whisker", edit.get("whiskers", [None, None])[-1] if "whiskers" in edit else None)
+    page.keyboard.press(KINDS[edit["do"]])
+    number = edit.get("whisker", edit.get("whiskers", [None])[-1])
     if number is not None:
         page.keyboard.type(str(number))
         page.keyboard.press("Enter")
         page.keyboard.press("Escape")
     until(page, "!correct.busy()")
-    return processor_time() - begin
 
 
 def until(page, condition: str) -> None:
@@ -134,11 +157,12 @@ def until(page, condition: str) -> None:
 
 def main() -> None:
     """Make the movie, serve it, print a table."""
+    frames, whiskers = (2 * FRAMES, 2 * WHISKERS) if "large" in sys.argv else (FRAMES, WHISKERS)
     with tempfile.TemporaryDirectory() as folder:
-        pad = make_pad(Path(folder), FRAMES, WHISKERS)
+        pad = make_pad(Path(folder), frames, whiskers)
         with served_pad(pad, Path(folder) / "out.nc") as served:
             print(f"{'[ms]':<34}{'median':>8}{'p95':>8}{'processor':>10}{'moves':>8}")
-            if sys.argv[1:] == ["answers"]:
+            if "answers" in sys.argv:
                 answers(served)
             else:
                 in_browser(served)

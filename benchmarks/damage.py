@@ -10,7 +10,9 @@ place of a random frame as it is coded, takes another value. ``found``: reading 
 from __future__ import annotations
 
 import argparse
+import csv
 import random
+import sys
 import tempfile
 from collections import Counter
 from collections.abc import Callable
@@ -118,18 +120,19 @@ def read(path: Path) -> Any:
 
 
 def main() -> None:
-    """Print the table."""
+    """Print the table as CSV."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--flips", type=int, default=40, help="damages of each movie")
     flips, frames = parser.parse_args().flips, scene()
-    print("| codec | checksums | found | harmless | unseen |\n|---|---|---|---|---|")
+    table = csv.writer(sys.stdout, lineterminator="\n")
+    table.writerow(["codec", "checksums", "found", "harmless", "unseen"])
     for name in (*CONTAINERS, *OTHERS):
         with tempfile.TemporaryDirectory() as folder:
             make = OTHERS.get(name)
             path, coded = make(Path(folder), frames) if make else contained(Path(folder), name, frames)
             said, found = open_movie(path).checksums, tally(path, coded, flips)
-            counts = " | ".join(str(found[kind]) for kind in ("found", "harmless", "unseen"))
-            print(f"| {name} | {'yes' if said else 'no'} | {counts} |", flush=True)
+            counts = (found[kind] for kind in ("found", "harmless", "unseen"))
+            table.writerow([name, "yes" if said else "no", *counts])
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 .venv/bin/python benchmarks/free_end.py [PART …] [--store FILE]
 
-Parts: ends, gratings, cost, map; all of them without a name. The whisker of docs/whole-whisker.md. Prints tables. What
+Parts: ends, gratings, cost, map; all of them without a name. The whisker of docs/validation.md. Prints tables. What
 ``map`` has computed is kept in FILE (free-end-map.json), from which an interrupted run goes on; it also draws
 docs/free-end-map.png. Envelopes are compared without a lag. Five minutes of one core, four of them for the map.
 """

@@ -9,6 +9,7 @@ counted: a text with other numbers is another input.
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import random
 import resource
@@ -31,15 +32,18 @@ VERBS = (  # a command with {} for the input, and a whole file of its kind
     ("whisker --diameters {}", "diameters.csv"),
     (f"scan {{}} {AT} {CONE} --speed 100mm/s --out out.nc", "grating.csv"),
     (f"scan {{}} {AT} {CONE} --speed 100mm/s --out out.nc", "ridges.csv"),
-    (f"scan {{}} {AT} {CONE} --speed 100mm/s --out out.nc", "heights.npy"),
+    (f"scan {{}} {AT} {CONE} --speed 100mm/s --x-unit m --z-unit m --levelling line --out out.nc", "heights.npy"),
     (f"whisking gaps.csv {{}} --speed 100mm/s {CONE} --out out.nc", "path.csv"),
-    ("sensor {} --kind moment --signal-unit V --guess 100Hz --column moment --out out.nc", "robot.csv"),
-    ("sensor {} --kind moment --signal-unit V --guess 100Hz --out out.nc", "signal.wav"),
+    (
+        "sensor {} --kind moment --signal-unit V --calibration 1 --guess 100Hz --column bridge_V --out out.nc",
+        "robot.csv",
+    ),
+    ("sensor {} --kind moment --signal-unit 'full scale' --calibration 1 --guess 100Hz --out out.nc", "signal.wav"),
     ("track {} --frame-rate 500 --pixel-size 1e-4 --out out.nc", "movie.mkv"),
     ("track {} --frame-rate 500 --pixel-size 1e-4 --out out.nc", "movie.npy"),
     ("track {} --frame-rate 500 --pixel-size 1e-4 --out out.nc", "movie.tif"),
     (f"decompose {{}} {CONE} --contact 0.29 --out out.nc", "profile.nc"),
-    ("kinematics {} --out out.nc", "foreign.nc"),
+    ("kinematics {} --nose left --out out.nc", "foreign.nc"),
     ("import-tracks {} --frame-rate 500 --pixel-size 1e-4 --out out.nc", "dlc.csv"),
     (f"neural --spikes {{}} --stimulus stimulus.csv {TRIALS} --out out.nc", "spikes.csv"),
     (f"neural --spikes {{}} --stimulus stimulus.csv {TRIALS} --out out.nc", "spikes.nwb"),
@@ -51,7 +55,7 @@ VERBS = (  # a command with {} for the input, and a whole file of its kind
     (f"surround --spikes spikes.csv --command {{}} {TRIALS} --out out.nc", "command.wav"),
     ("run {} --dry-run", "laboratory.toml"),
     ("study {}", "spikes.toml"),
-    ("recordings {} --out out --dry-run", "sweeps.csv"),
+    ("recordings {} --out out", "recorded.csv"),
     ("show {}", "profile.nc"),
 )
 
@@ -67,7 +71,7 @@ class Ending(NamedTuple):
 
 
 def main() -> None:
-    """Print the cases that fail, and the counts."""
+    """Print the cases that fail, and the counts of each verb."""
     asked = argparse.ArgumentParser(description=__doc__)
     asked.add_argument("verbs", nargs="*")
     asked.add_argument("--each", type=int, default=14, help="damaged files of each kind")
@@ -81,15 +85,20 @@ def main() -> None:
             if given.verbs and command.split()[0] not in given.verbs:
                 continue
             rng = random.Random(f"{given.seed} {command} {name}")
-            whole = Path(name).read_bytes()
+            before = set(os.listdir())
+            _made(command.replace("{}", name))  # the whole file is read; what is compiled is compiled
+            _remove(set(os.listdir()) - before)
+            whole, ends = Path(name).read_bytes(), Counter[str]()
             for k in range(given.each):
                 how = rng.choice(DAMAGES if name.endswith((".csv", ".toml")) else DAMAGES[:BINARY])
                 damaged = Path(f"damaged{k}{Path(name).suffix}")
                 damaged.write_bytes(how(whole, rng))
                 for beside in Path().glob(f"{name}.json"):
                     shutil.copy(beside, f"{damaged}.json")
-                counts[judged(command, damaged, f"{how.__name__} {name}")] += 1
+                ends[judged(command, damaged, f"{how.__name__} {name}")] += 1
                 damaged.unlink(missing_ok=True)
+            print(f"{command.split()[0]} {name}: {dict(ends)}", flush=True)
+            counts += ends
     print(f"{sum(counts.values())} cases: {dict(counts)}")
 
 
@@ -98,8 +107,7 @@ def judged(command: str, damaged: Path, what: str, *, every: bool = False) -> st
     before = set(os.listdir())
     end = ended(shlex.split(command.replace("{}", str(damaged))))
     left = set(os.listdir()) - before
-    for one in left:
-        shutil.rmtree(one) if Path(one).is_dir() else Path(one).unlink()
+    _remove(left)
     remarks = [line for line in end.said.splitlines() if line.startswith("vibrissa: ")]
     faults = {
         "hang": end.seconds > PATIENCE,
@@ -121,7 +129,12 @@ def judged(command: str, damaged: Path, what: str, *, every: bool = False) -> st
     return wrong[0] if wrong else ("refused" if end.code == 2 else "read")
 
 
-def ended(words: list[str]) -> Ending:
+def _remove(names: set[str]) -> None:
+    for one in names:
+        shutil.rmtree(one) if Path(one).is_dir() else Path(one).unlink()
+
+
+def ended(words: list[str], patience: float = PATIENCE) -> Ending:
     """Run a command line in a forked process."""
     output, start, peak = Path("said.txt"), time.monotonic(), 0
     child = os.fork()
@@ -133,7 +146,7 @@ def ended(words: list[str]) -> Ending:
         if done:
             break
         peak = max(peak, _resident(child))
-        if seconds > PATIENCE or peak > MOST:
+        if seconds > patience or peak > MOST:
             os.killpg(child, signal.SIGKILL)
         time.sleep(0.02)
     said = output.read_text(errors="replace")
@@ -264,7 +277,11 @@ def whole_files(folder: Path) -> None:
     frames = np.concatenate(list(read_blocks("movie.mkv")))
     np.save("movie.npy", frames)
     write_movie("movie.tif", [frames])
-    _made("track movie.mkv --frame-rate 500 --pixel-size 1e-4 --out profile.nc")
+    Path("filmed.toml").write_text(warm.STUDY)
+    _made("run filmed.toml --out study --scheduler synchronous")
+    shutil.copy("study/profile.nc", "profile.nc")
+    row = "profile.nc,a,C1,unknown,0.1,0.04,1.5e-3"
+    Path("recorded.csv").write_text(f"track,animal,whisker,texture,scan_speed,length,cone_angle\n{row}\n")
     load("profile.nc").to_netcdf("foreign.nc", engine="h5netcdf")  # without a checksum
     rows = "\n".join(f"{k},{k % 7 + 3},{k % 5 + 3},0.9,{k % 3 + 40},{k % 4 + 9},0.9" for k in range(60))
     Path("dlc.csv").write_text(
@@ -280,7 +297,7 @@ def whole_files(folder: Path) -> None:
 
 
 def _made(words: str) -> None:
-    end = ended(shlex.split(words))
+    end = ended(shlex.split(words), patience=math.inf)
     if end.code:
         sys.exit(f"{words}: {end.said}")
 

@@ -1,6 +1,6 @@
 """Tables of real recordings, as `vibrissa` reads them: made from the files that packages and public repositories hold.
 
-`docs/real-spikes.md` says where each is from. Every function writes its tables into a folder, and raises
+`docs/validation-spikes.md` says where each is from. Every function writes its tables into a folder, and raises
 FileNotFoundError where the recording is not there.
 """
 

@@ -3,10 +3,13 @@
 python benchmarks/real_spikes.py FOLDER [RECORDING ...]
 
 Recordings are locust, heading, waking, thalamus, songs and odours. FOLDER holds, for those that no test dependency
-brings, the files that docs/real-spikes.md names; tables are written there, and each command can be repeated in it.
+brings, the files that docs/validation-spikes.md names; tables are written there, and each command can be repeated
+there.
+The table docs/validation/real-spikes.csv is printed.
 """
 
 import contextlib
+import csv
 import io
 import json
 import os
@@ -40,7 +43,7 @@ def vibrissa(line: str) -> dict[str, Any] | str:
 
 def report(line: str, verdict: str, beside: str) -> None:
     """One row of the table."""
-    print(f"| `{line}` | {verdict} | {beside} |", flush=True)
+    csv.writer(sys.stdout, lineterminator="\n").writerow([line, verdict, beside])
 
 
 def times(path: str, trial: int | None = None) -> np.ndarray:
@@ -301,12 +304,12 @@ RECORDINGS = {
 
 def main(folder: str, *chosen: str) -> None:
     os.chdir(folder)
-    print("| command | vibrissa | calculation beside it |\n|---|---|---|")
+    report("command", "vibrissa", "calculation")
     for name in chosen or RECORDINGS:
         try:
             RECORDINGS[name](Path())
         except (FileNotFoundError, StopIteration) as error:
-            print(f"| {name} | the recording is not in {folder}: {error} | |", flush=True)
+            print(f"{name} is not in {folder}: {error}", file=sys.stderr)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ Run: python benchmarks/resonance_coverage.py FOLDER [LABORATORIES [filmed]]
 Each laboratory has two animals' three whiskers in three conditions each, 18 sweeps of 3,500 frames over a texture of
 its own; E and ζ differ by 10 and 20 % from whisker to whisker, so that no guess is the truth. Without ``filmed`` the
 tracker is left out: nodes of the predicted motion, averaged over the exposure, with the noise that films of these
-sweeps were found to have (docs/resonance.md). What is in the folder is not done again. The table is of all that is.
+sweeps were found to have (docs/validation.md). What is in the folder is not done again. The table is of all that is.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 .venv/bin/python benchmarks/rod.py [PART …] [--quick]
 
 Parts: convergence, energy, failures, stiff, cost, relief, swing, ends, postures; all of them without a name. The
-whisker of docs/whole-whisker.md, on a random grating (seed 1) for 1.2 s at 0.1 m/s and in one gap. Prints tables;
+whisker of docs/validation.md, on a random grating (seed 1) for 1.2 s at 0.1 m/s and in one gap. Prints tables;
 ``cost`` also draws docs/rod-cost.png. ``--quick`` takes 0.3 s of the grating and leaves the finest out. Times are
 processor time of one core, so that others on the machine count little; they are to be compared within one run. Six
 minutes, or half a minute.

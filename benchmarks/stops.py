@@ -23,6 +23,8 @@ from pathlib import Path
 
 import numpy as np
 
+from vibrissa.cli.shared.stoppable import KEPT
+
 STUDY = """
 name = "small"
 [laboratory]
@@ -74,7 +76,7 @@ class Disturbed:
 
     def stop(self, how: str, group: bool, moment: float) -> bool:
         """Stop a run; whether it had not ended before."""
-        run = self.start()
+        before, run = hidden(self.out), self.start()
         if not self.still_at_work(run, moment):
             return False
         begin = time.monotonic()
@@ -89,9 +91,9 @@ class Disturbed:
             wrong.append("had to be killed")
         took, last = time.monotonic() - begin, self.log.read_bytes().decode().splitlines()[-1:]
         wrong += [] if run.wait() == STOPS[how] else [f"exit code {run.returncode}"]
-        wrong += [] if last and last[0].startswith("vibrissa: stopped; what is done is kept in") else [f"said {last}"]
+        wrong += [] if last and last[0].startswith(f"vibrissa: stopped; {KEPT}") else [f"said {last}"]
         wrong += [] if took < IN_TIME else [f"took {took:.0f} s"]
-        wrong += [f"left {path.name}" for path in hidden(self.out)]
+        wrong += [f"left {path.name}" for path, _ in hidden(self.out) - before]
         self.note(f"{how}{' to all' if group else ''}", moment, [*wrong, *left(run)], f"{took:4.1f} s to its end")
         return True
 
@@ -118,7 +120,7 @@ class Disturbed:
         found = results(self.out)
         self.faults += [f"{name}: not as undisturbed" for name in sorted(known) if found.get(name) != known[name]]
         self.faults += [f"{name}: not in the undisturbed run" for name in sorted(found.keys() - known.keys())]
-        self.faults += [f"left {path.name}" for path in hidden(self.out)]
+        self.faults += [f"left {path.name}" for path, _ in hidden(self.out)]
 
 
 def results(folder: Path) -> dict[str, bytes]:
@@ -127,9 +129,9 @@ def results(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in files}
 
 
-def hidden(out: Path) -> list[Path]:
-    """Temporary files in a folder of results and beside it."""
-    return [*out.rglob(".*"), *out.parent.glob(f".{out.name}.*")]
+def hidden(out: Path) -> set[tuple[Path, int]]:
+    """Temporary files in a folder of results and beside it, and when they were written: a killed run leaves some."""
+    return {(path, path.stat().st_mtime_ns) for path in (*out.rglob(".*"), *out.parent.glob(f".{out.name}.*"))}
 
 
 def left(run: subprocess.Popen[bytes]) -> list[str]:

@@ -4,7 +4,7 @@
 
 Every cell of ``tracking_movies.py`` is one kind of movie; every seed draws new whiskers, a new motion and new pixel
 noise, filmed for 40 frames of 500 × 450 pixels. Cells whose CSV is already in FOLDER are not run again; two run at a
-time. At the end the tables of docs/tracking.md are printed: means over seeds ± their standard errors.
+time. At the end the table docs/validation/tracking.csv is printed: means over seeds and their standard errors (_se).
 
 Truth is the row of the true centreline in the middle of a pixel column, averaged over the exposure; what is found is
 the tracker's raw row in that column, so that nothing between columns or nodes helps. Three columns at either end of a
@@ -113,49 +113,37 @@ def read(path: Path) -> dict[str, dict[str, np.ndarray]]:
     }
 
 
-def mean(values: np.ndarray, digits: int = 4) -> str:
-    """Mean over the seeds that have a value, ± its standard error."""
+def mean_and_error(values: np.ndarray) -> list[str]:
+    """Mean over the seeds that have a value, and its standard error; empty where there is none."""
     values = values[~np.isnan(values)]
-    if not values.size:
-        return "–"
-    if values.size == 1:
-        return f"{values[0]:.{digits}f}"
-    return f"{values.mean():.{digits}f} ± {values.std(ddof=1) / np.sqrt(values.size):.{digits}f}"
+    error = f"{values.std(ddof=1) / np.sqrt(values.size):.4f}" if values.size > 1 else ""
+    return [f"{values.mean():.4f}", error] if values.size else ["", ""]
 
 
-def percent(values: np.ndarray) -> str:
-    """Mean over the seeds that have a value, as a percentage."""
-    values = values[~np.isnan(values)]
-    return f"{100 * values.mean():.2f}" if values.size else "–"
+def line(of: dict[str, np.ndarray]) -> list[str]:
+    """Figures of one line, in the order of ``HEAD``."""
+    figures = [entry for key in (*LENGTHS, *SHARES) for entry in mean_and_error(of[key])]
+    return [f"{np.mean(of['bound']):.4f}", *figures, f"{FRAMES / np.median(of['seconds']):.0f}"]
 
 
-def line(name: str, by: str, of: dict[str, np.ndarray]) -> list[str]:
-    """One line of a table, entries in the order of ``HEAD``."""
-    figures = [mean(of["sd"]), mean(of["ratio"], 3), mean(of["bias"]), mean(of["fixed"], 3)]
-    figures += [mean(of["locking"]), mean(of["p95"], 3)]
-    shares = [percent(of[key]) for key in ("inside", "lost", "hopped", "near_lost")]
-    rate = f"{FRAMES / np.median(of['seconds']):.0f}"
-    return [name, by, f"{np.mean(of['bound']):.4f}", *figures, *shares, mean(of["near_p95"], 2), rate]
-
-
-HEAD = ["by", "bound", "SD", "SD/bound", "bias", "fixed", "locking", "95 %", "inside [%]", "lost [%]", "hopped [%]"]
-HEAD += ["near: lost [%]", "near: 95 %", "frames/s"]
+LENGTHS = ("sd", "ratio", "bias", "fixed", "locking", "p95", "near_p95")  # [pixels], but the ratio of SD and bound
+SHARES = ("inside", "lost", "hopped", "near_lost")
+HEAD = ["table", "movie", "by", "bound", *(f"{key}{end}" for key in (*LENGTHS, *SHARES) for end in ("", "_se"))]
+HEAD += ["frames_per_second"]
 
 
 def tables(folder: Path, *ends: str) -> None:
-    """Print the cells of which there are files with all these ends; columns without an entry are left out."""
+    """Print, as CSV, the cells of which there are files with all these ends."""
+    table = csv.writer(sys.stdout, lineterminator="\n")
+    table.writerow(HEAD)
     there = [cell for cell in cells() if all((folder / f"{cell.file}{end}").is_file() for end in ends)]
-    for table, members in itertools.groupby(there, key=lambda cell: cell.table):
-        lines = [[table, *HEAD]]
-        for cell, end in itertools.product(members, ends):
-            lines += [line(cell.name, *one) for one in read(folder / f"{cell.file}{end}").items()]
-        kept = [column for column in zip(*lines, strict=True) if set(column[1:]) != {"–"}]
-        lines = ["| " + " | ".join(entries) + " |" for entries in zip(*kept, strict=True)]
-        print("", lines[0], len(kept) * "|---" + "|", *lines[1:], sep="\n")
+    for cell, end in itertools.product(there, ends):
+        for by, of in read(folder / f"{cell.file}{end}").items():
+            table.writerow([cell.table, cell.name, by, *line(of)])
 
 
 def main(folder: Path, n_seeds: int) -> None:
-    """Run what is missing, then print the tables."""
+    """Run what is missing, then print the table."""
     folder.mkdir(parents=True, exist_ok=True)
     missing = [cell for cell in cells() if not (folder / f"{cell.file}.csv").is_file()]
     with ProcessPoolExecutor(2) as pool:

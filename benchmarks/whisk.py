@@ -4,10 +4,11 @@
 .venv/bin/python benchmarks/whisk.py field MOVIE WHISKERS
 
 The first traces some of those movies, writes FOLDER/<cell>.whisk.csv, whose cells it does not run again, and prints
-the tables. TRACE is WHISK's program ``trace`` (PyPI: whisk-janelia 1.2.5), beside which ``default.parameters`` must
-stand; it loads FFmpeg 6 even for TIFF files, which a wheel of PyAV 12 brings. Its segments are known by no name: one
-is given to the whisker it runs along, within 2 px in the median over its columns, the longest first. As WHISK places a
-point by what it sees over 17 px along the line, the default estimator's rows are given smoothed over as many, too.
+docs/validation/whisk.csv. TRACE is WHISK's program ``trace`` (PyPI: whisk-janelia 1.2.5), which needs
+``default.parameters`` beside it; it loads FFmpeg 6 even for TIFF files, which a wheel of PyAV 12 brings. Its segments
+have no names: one is given to the whisker it runs along, within 2 px in the median over its columns, the longest
+first. As WHISK places a point by what it sees over 17 px along the line, the default estimator's rows are given
+smoothed over as many, too.
 
 The second reads, in every twentieth frame of a recorded movie, each column-wise line of more than 80 columns that WHISK
 traced there (its .whiskers file), from one seed in the middle of that line, and says how far from it what is read lies.
@@ -104,7 +105,7 @@ def smoothed(scenes: list[Scene]) -> list[dict[str, object]]:
 
 
 def side_by_side(folder: Path, trace: Path, n_seeds: int) -> None:
-    """Run what is missing, then print the tables."""
+    """Run what is missing, then print the table."""
     for cell in cells():
         if not cell.file.replace("_", " ").startswith(CHOSEN):
             continue

@@ -25,7 +25,7 @@ from pathlib import Path
 
 import numpy as np
 from identity_scores import BINS, score
-from tracking_truth import mean, write
+from tracking_truth import write
 from whisking_movies import KINDS, scene_of
 from whisking_trackers import Tracker, vibrissa_tracker, whisk_tracker
 
@@ -34,6 +34,16 @@ from vibrissa.video.camera.pad.truth import scene_truth
 
 FIGURES = {"recall": 3, "astray": 3, "error": 3, "error_95": 3, "names": 1, "hairs": 1, "followed": 3, "worst": 3}
 FIGURES |= {"switches": 1, "wrong": 1, "seconds": 1}
+
+
+def mean(values: np.ndarray, digits: int = 4) -> str:
+    """Mean over the seeds that have a value, ± its standard error."""
+    values = values[~np.isnan(values)]
+    if not values.size:
+        return "–"
+    if values.size == 1:
+        return f"{values[0]:.{digits}f}"
+    return f"{values.mean():.{digits}f} ± {values.std(ddof=1) / np.sqrt(values.size):.{digits}f}"
 
 
 def missing(folder: Path, kind: str, seeds: int, trackers: dict[str, Tracker]) -> list[tuple[int, list[str]]]:

@@ -1,17 +1,25 @@
 """Sphinx: the pages of this folder, the package's own docstrings, and what is made from both while building."""
 
 import gc
+import hashlib
 import os
 import re
 import shutil
 import subprocess
 import sys
+import zlib
 from pathlib import Path
 
 from docutils.nodes import SkipNode
 from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx.addnodes import toctree
+from sphinx.errors import ExtensionError
+from sphinx.pycode.parser import Parser
+from sphinx.util.logging import getLogger
 
 from vibrissa import __version__
+
+sys.path.insert(0, str(Path(__file__).parent))  # of the directive ``pictured``
 
 project = "vibrissa"
 author = "The vibrissa developers"
@@ -25,6 +33,8 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx_copybutton",
     "sphinx_design",
+    "sphinxcontrib.bibtex",
+    "pictured",
 ]
 templates_path = ["_templates"]
 myst_enable_extensions = ["colon_fence", "dollarmath"]
@@ -33,63 +43,87 @@ nb_execution_raise_on_error = True
 nb_execution_in_temp = True
 nb_merge_streams = True
 copybutton_prompt_text = "$ "
+bibtex_bibfiles = ["references.bib"]
+bibtex_reference_style = "author_year"
 myst_heading_anchors = 3
 autosummary_generate = True
 shutil.rmtree(Path(__file__).parent / "_build" / "api", ignore_errors=True)  # it may hold modules that are gone
 gc.set_threshold(100_000, 50, 100)  # a page points both ways: the collector would walk all of it again and again
+Parser.parse_definition = lambda self: None  # where each function ends: unused here, and two fifths of the time
 autodoc_use_type_comments = False  # there are none, and looking for them parses every function
 autodoc_typehints = "none"  # the docstrings say shape and unit, which types cannot
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
 napoleon_use_param = napoleon_use_rtype = False  # a type is said in words: no link is made of "row" or "x"
 # beside the HTML lie the pages of autosummary, in _build/api, which are read
-exclude_patterns = ["_build/html", "_build/jupyter_execute", "_build/.jupyter_cache", "_templates"]
+exclude_patterns = ["_build/html", "_build/jupyter_execute", "_build/notebooks-*", "_templates"]
+nitpicky = True  # a name that leads nowhere is a warning; words of shapes and units, which have no dot, are no names
+nitpick_ignore_regex = [("py:class", r"[^.]*")]
 suppress_warnings = [
     "myst-nb.lexer",  # of notebooks that are not run
-    "ref.citation",  # a reference may be listed before a docstring cites it
     "ref.python",  # a name that two modules have, as attributes
 ]
 
 html_theme = "pydata_sphinx_theme"
+html_title = f"vibrissa {release}"
 html_show_sourcelink = False
 html_theme_options = {"navbar_center": [], "show_prev_next": False}
-html_math_renderer = "mathml"  # every browser draws it; MathJax would come from elsewhere
+html_math_renderer = "mathml"  # every browser draws it, with the font beside it; MathJax would come from elsewhere
+html_static_path = ["_static"]
+html_css_files = ["style.css"]
 
-ENTRY = re.compile(r"@\w+\{(?P<key>\w+),(?P<fields>.*?)^\}", re.DOTALL | re.MULTILINE)
-FIELD = re.compile(r"^ *(\w+) *= \{(.*)\},$", re.MULTILINE)
 ACCENTED = re.compile(  # what tex2mathml makes of an accent with a subscript: it puts the subscript under the letter
     r"<munderover>\s*(<mi>[^<]*</mi>)\s*(<m(?:i|row)>.*?</m(?:i|row)>)\s*(<mo[^>]*>[¨˙ˆ¯]</mo>)\s*</munderover>",
     re.DOTALL,
 )
 EQUATION = re.compile(r"Eqs?\.\s+\((\d+)\)\s+of\s+\[Boubenec2014\]_")
-PICTURES = os.environ.get("VIBRISSA_GALLERY") != "0"  # without them and the sidebar the build takes a third as long
-nb_execution_mode = "cache" if PICTURES else "off"  # outputs of notebooks that have not changed are kept
-if PICTURES:  # the lists of names come from elsewhere
-    intersphinx_mapping = {
-        "numpy": ("https://numpy.org/doc/stable/", None),
-        "xarray": ("https://docs.xarray.dev/en/stable/", None),
-    }
-    intersphinx_timeout = 3
-html_sidebars = {"**": ["globaltoc.html"] if PICTURES else []}  # all pages under their captions, beside each of them
+PICTURES = os.environ.get("VIBRISSA_GALLERY") != "0"  # without them, notebooks are not run either
+HERE = Path(__file__).parent
+GALLERY, MADE_BY = HERE / "_build" / "gallery", "made-by.txt"
 
 
-def citation(entry):
-    """Print one entry of references.bib as the target of the docstrings' [Key]_."""
-    of = dict(FIELD.findall(entry["fields"]))
-    authors = of["author"].replace(" and ", "; ")
-    pages = of["pages"].replace("--", "–")
-    work = f"{of['journal']} {of['volume']}" if "journal" in of else of["booktitle"]
-    where = f"{work}, {pages} ({of['year']})"
-    return f".. [{entry['key']}] {authors}. {of['title']}. {where}. doi: {of['doi']}\n"
+def fingerprint():
+    """Give the hash of the package: figures and outputs of notebooks are kept by it."""
+    found = hashlib.sha256()
+    for path in sorted(
+        [HERE / "make_gallery.py", *HERE.parent.glob("src/**/*.py"), *HERE.parent.glob("src/**/*.mplstyle")]
+    ):
+        found.update(path.read_bytes())
+    return found.hexdigest()
 
 
-def complete(app, docname, source):
-    """Fill the page of references from references.bib; leave out the gallery's pictures where none are made."""
-    if docname == "references":
-        bib = Path(app.srcdir, "references.bib").read_text(encoding="utf-8")
-        source[0] += "\n" + "\n".join(citation(entry) for entry in ENTRY.finditer(bib))
-    if docname == "gallery" and not PICTURES:
-        source[0] = re.sub(r"^!\[.*", "*(left out of this build)*", source[0], flags=re.MULTILINE)
+nb_execution_mode = "cache" if PICTURES else "off"
+nb_execution_cache_path = str(HERE / "_build" / f"notebooks-{fingerprint()[:12]}")
+OTHERS = {  # what the pages name of other packages, which links without a network too
+    "xarray": ("https://docs.xarray.dev/en/stable/", ("Dataset", "DataArray", "open_dataset", "open_zarr")),
+    "pandas": ("https://pandas.pydata.org/docs/", ("DataFrame",)),
+}
+
+
+def known(package, names):
+    """Write the list of a package's names that is taken where its own cannot be reached."""
+    lines = "".join(
+        f"{package}.{name} py:{'class' if name[0].isupper() else 'function'} 1 GENERATED/{package}.{name}.html#$ -\n"
+        for name in names
+    ).replace("GENERATED", "generated" if package == "xarray" else "reference/api")
+    head = f"# Sphinx inventory version 2\n# Project: {package}\n# Version: \n# compressed using zlib.\n"
+    path = Path(__file__).parent / "_build" / f"{package}.inv"
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes(head.encode() + zlib.compress(lines.encode()))
+    return str(path)
+
+
+intersphinx_mapping = {
+    package: (address, (None, known(package, names)) if PICTURES else known(package, names))
+    for package, (address, names) in OTHERS.items()
+}
+intersphinx_timeout = 3
+html_sidebars = {"**": ["contents.html"]}
+
+
+def cite(app, what, name, obj, options, lines):
+    """Let the docstrings' [Key]_ lead to the page of references."""
+    lines[:] = [re.sub(r"\[([A-Z]\w+\d{4}\w?)\]_", r":cite:t:`\1`", line) for line in lines]
 
 
 def lead_to_theory(app, what, name, obj, options, lines):
@@ -113,11 +147,44 @@ def skip_fields(app, what, name, obj, skip, options):
     return True if written or hasattr(obj, "_autogenerated_signature") else None
 
 
-def make_gallery(app):
-    """Make the figures, in a process of its own: it starts others."""
-    if PICTURES:
-        make = Path(app.srcdir, "make_gallery.py")
-        subprocess.run([sys.executable, make, Path(app.srcdir, "_build/gallery")], check=True)
+def contents(app, pagename, templatename, context, doctree):
+    """Give the sidebar all pages under their captions, once; Sphinx's own would search the whole tree for each page."""
+    if not hasattr(app, "contents"):
+        titles, trees = app.env.titles, app.env.get_doctree("index").findall(toctree)
+        app.contents = [
+            (tree["caption"], [(page, titles[page].astext()) for page in tree["includefiles"]]) for tree in trees
+        ]
+    context["contents"] = app.contents
+
+
+def begin_gallery(app):
+    """Begin to make the figures of this package, if they are not there, while the pages without them are read."""
+    made_by = GALLERY / MADE_BY
+    app.gallery = None
+    if PICTURES and not (made_by.exists() and made_by.read_text() == fingerprint()):
+        getLogger(__name__).info("figures of the gallery: two minutes, beside the pages and notebooks")
+        shutil.rmtree(GALLERY, ignore_errors=True)
+        app.gallery = subprocess.Popen([sys.executable, HERE / "make_gallery.py", GALLERY])
+
+
+def pages_of_figures_last(app, env, docnames):
+    """Read the pages that show figures of the gallery after all others."""
+    docnames.sort(key=lambda name: "_build/gallery/" in Path(env.doc2path(name)).read_text(encoding="utf-8"))
+
+
+def end_gallery(app):
+    """Wait for the figures."""
+    if app.gallery is not None:
+        if app.gallery.wait():
+            raise ExtensionError("docs/make_gallery.py failed: see above")
+        (GALLERY / MADE_BY).write_text(fingerprint())
+        app.gallery = None
+
+
+def stop_gallery(app, exception):
+    """End what makes the figures if the build has failed."""
+    if app.gallery is not None:
+        app.gallery.terminate()
 
 
 def mathml(*, block):
@@ -135,8 +202,13 @@ def mathml(*, block):
 def setup(app):
     """Hook all of it in."""
     app.add_html_math_renderer("mathml", (mathml(block=False), None), (mathml(block=True), None))
-    app.connect("builder-inited", make_gallery)
-    app.connect("source-read", complete)
+    app.connect("builder-inited", begin_gallery)
+    app.connect("env-before-read-docs", pages_of_figures_last)
+    app.add_event("figures-wanted")
+    app.connect("figures-wanted", end_gallery)
+    app.connect("build-finished", stop_gallery)
+    app.connect("html-page-context", contents)
     app.connect("autodoc-process-docstring", bars)
     app.connect("autodoc-process-docstring", lead_to_theory)
+    app.connect("autodoc-process-docstring", cite)
     app.connect("autodoc-skip-member", skip_fields)

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, add_caption, house_style, new_figure
+from vibrissa.figures.canvas import add_caption, house_style, new_figure
+from vibrissa.figures.colours import ENVELOPE, FITTED, MEASURED, OF_QUALITY, PREDICTED, TRUTH
 from vibrissa.neural.coupling.response import psth
 from vibrissa.neural.io.tables.spikes import of_unit
 from vibrissa.neural.simulated.virtual import ThresholdLinearUnit
@@ -110,17 +111,18 @@ def draw(data: xr.Dataset) -> Figure:
     for axis in axes[:, 1]:
         axis.remove()
     motion, raster, rate = axes[:, 0]
-    motion.plot(data.time, 1e6 * data.point_displacement, color=TRUTH, lw=0.6, label="displacement")
-    motion.plot(data.time, 1e6 * data.point_envelope, color=FOUND, label="envelope")
-    motion.axhline(1e6 * data.attrs["unit_threshold"], color=OTHER, ls="--", label="threshold")
+    motion.plot(data.time, 1e6 * data.point_displacement, color=PREDICTED, lw=0.6, label="displacement")
+    motion.plot(data.time, 1e6 * data.point_envelope, color=ENVELOPE, label="envelope")
+    motion.axhline(1e6 * data.attrs["unit_threshold"], color=FITTED, ls="--", label="threshold")
     motion.set(ylabel="[µm]", title="A  Motion near the base")
     motion.margins(y=0.25)
     motion.legend(loc="upper right", ncols=3)
-    raster.plot(data.spike_time, data.spike_trial, "|", color="0.2", ms=1.5, mew=0.5)
+    ink = OF_QUALITY[str(data.attrs["unit"])[:2]]
+    raster.plot(data.spike_time, data.spike_trial, "|", color=ink, ms=1.5, mew=0.5)
     raster.set(ylabel="trial", title=f"B  Spikes of unit {data.attrs['unit']}")
     width = float(data.bin[1] - data.bin[0])
-    rate.stairs(data.firing_rate, [*data.bin.values, float(data.bin[-1]) + width], color=FOUND, label="found")
-    rate.plot(data.bin + width / 2, data.expected_rate, "o", ms=3, color=OTHER, label="given")
+    rate.stairs(data.firing_rate, [*data.bin.values, float(data.bin[-1]) + width], color=ink, label="found")
+    rate.plot(data.bin + width / 2, data.expected_rate, "o", ms=3, color=TRUTH, label="given", zorder=0)
     highest = 1.3 * float(max(data.firing_rate.max(), data.expected_rate.max()))
     rate.set(xlabel="time [s]", ylabel="rate [Hz]", ylim=(0, highest), title="C  Rate, mean over trials")
     rate.legend(loc="upper right", ncols=2)
@@ -145,5 +147,5 @@ def _draw_against(axis: Axes, data: xr.Dataset, name: str, scale: float, title: 
     )
     ends = np.array([true.min(), true.max()]) if sure.any() else np.array([0.0, 1.0])
     axis.plot(ends, ends, color=TRUTH, lw=3)
-    axis.errorbar(true, value, [value - low, high - value], fmt="o", ms=3, lw=0.8, color=FOUND)
+    axis.errorbar(true, value, [value - low, high - value], fmt="o", ms=3, lw=0.8, color=MEASURED)
     axis.set(xlabel="put in", ylabel="found", title=title)

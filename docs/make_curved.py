@@ -10,6 +10,7 @@ import numpy as np
 
 from vibrissa.exact import cone_kappa
 from vibrissa.figures.canvas import house_style, new_figure
+from vibrissa.figures.colours import KINDS
 from vibrissa.mechanics.modes.basis import basis
 from vibrissa.mechanics.modes.curved import curved_modes
 from vibrissa.mechanics.scan.scan_settings import Scan
@@ -21,7 +22,7 @@ from vibrissa.whisker import Whisker
 
 WHISKER = Whisker(length=0.040, cone_angle=1.5e-3)
 POSTURE = Posture(contact=0.29, base_angle=1.2)
-STRAIGHT, CONSTANT, COULOMB, EDGE, FLAT = "0.7", "#0072B2", "#D55E00", "#CC79A7", "#009E73"
+STRAIGHT, (CONSTANT, COULOMB, EDGE, FLAT) = "0.7", KINDS[:4]
 EXUDYN = [(0.1, 1.2, 10.682), (0.3, 0.4, 23.323), (0.3, 0.8, 22.061), (0.3, 1.2, 19.932), (0.3, 1.4, 18.587)]
 LINKS = [(0.3, 0.3, 23.6093), (0.3, 0.8, 21.4097), (0.3, 1.2, 17.5691), (0.3, 1.4, 14.7421)]  # benchmarks/peers/edge.py
 WAYS = [

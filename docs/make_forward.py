@@ -14,6 +14,7 @@ from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.neural.coupling.analysis import analyse_units
 from vibrissa.neural.simulated.driven import draw_driven
 from vibrissa.study.forward.forward import TrialSettings, forward
+from vibrissa.study.report.pages import write_picture
 from vibrissa.texture.io import read_gaps
 from vibrissa.whisker import atlas_whisker
 
@@ -27,4 +28,4 @@ if __name__ == "__main__":
     posture, how = Posture(contact=0.29, base_angle=1.2), TrialSettings(n_trials=60, mean_envelope=55e-6)
     spikes = forward(texture, atlas_whisker("C2"), posture, Scan(speed=0.1, damping=0.11), units, how)
     found = analyse_units(spikes, spikes, how.n_trials)
-    figure.draw(figure.compute(spikes, found)).savefig(folder / "forward.png", metadata={"Software": None})
+    write_picture(figure.draw(figure.compute(spikes, found)), folder / "forward.png")

@@ -10,6 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from vibrissa.study.report.gallery import figure_of
+from vibrissa.study.report.pages import write_picture
 from vibrissa.study.run.study import run_study
 from vibrissa.study.spec.settings import read_study
 from vibrissa.study.stages.figure_table import figures_of
@@ -26,13 +27,11 @@ def figures():
 
 
 def make(folder):
-    """Write the figures that a folder does not hold yet."""
+    """Write the figures into a folder, each with its caption in its metadata."""
     folder = Path(folder)
-    if (folder / "fig10.png").exists():
-        return
     folder.mkdir(parents=True, exist_ok=True)
     for number, figure in figures():
-        figure.savefig(folder / f"fig{number}.png", metadata={"Software": None})
+        write_picture(figure, folder / f"fig{number}.png")
 
 
 if __name__ == "__main__":

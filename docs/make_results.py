@@ -1,8 +1,9 @@
-"""Write the tables of docs/results.md from a folder of results: truth and found, and paper | here | same?.
+"""Write docs/validation/paper-truth.csv and paper-numbers.csv from a folder of results.
 
 python docs/make_results.py FOLDER
 """
 
+import csv
 import sys
 from pathlib import Path
 
@@ -10,18 +11,12 @@ from vibrissa.files import written_whole
 from vibrissa.netcdf import load
 from vibrissa.study.paper.paper_numbers import compare, headings, html_rows
 
-DOCS = Path(__file__).parent
-
-
-def line(*cells):
-    """One line of a table."""
-    return "| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |\n"
+VALIDATION = Path(__file__).parent / "validation"
 
 
 def truth(verdict):
     """Truth and found over the sweeps."""
-    text = line("quantity", "median error", "SD over sweeps", "95 % intervals that hold the truth", "sweeps")
-    text += line(*["---"] * 5)
+    yield "quantity", "median error", "SD over sweeps", "95 % intervals that hold the truth", "sweeps"
     for i in range(verdict.sizes["entry"]):
         name, unit = str(verdict.quantity.values[i]), str(verdict.error_unit.values[i])
         median, spread = (float(verdict[f"error_{end}"][i]) for end in ("median", "spread"))
@@ -30,23 +25,20 @@ def truth(verdict):
             errors = f"{100 * median:+.3f} %", f"{100 * spread:.2f} %"
         else:
             errors = f"{median:+.5f} {unit}", f"{spread:.5f} {unit}"
-        text += line(name, *errors, covered, int(verdict.entry_count[i]))
-    return text
+        yield name, *errors, covered, int(verdict.entry_count[i])
 
 
 def paper(results):
     """Every number of the paper beside the number found here."""
     rows = compare(results)
-    heads = ["paper", "Fig.", *headings(rows), "origin"]
-    text = line(*heads) + line(*["---"] * len(heads))
+    yield "paper", "Fig.", *headings(rows), "origin"
     for row in html_rows(rows):
-        cells = (f"{one['here']} **{one['verdict']}**" if one["verdict"] else "" for one in row["columns"])
-        text += line(row["paper"], row["figure"], *cells, row["origin"])
-    return text
+        cells = (f"{one['here']} {one['verdict']}".strip() for one in row["columns"])
+        yield row["paper"], row["figure"], *cells, row["origin"]
 
 
 if __name__ == "__main__":
     results = {path.stem: load(path) for path in sorted(Path(sys.argv[1]).glob("*.nc"))}
-    for name, text in (("truth", truth(results["sweep_verdict"])), ("paper", paper(results))):
-        with written_whole(DOCS / f"results-{name}.txt") as temporary:
-            temporary.write_text(text, encoding="utf-8")
+    for name, rows in (("truth", truth(results["sweep_verdict"])), ("numbers", paper(results))):
+        with written_whole(VALIDATION / f"paper-{name}.csv") as temporary, temporary.open("w", newline="") as file:
+            csv.writer(file, lineterminator="\n").writerows(rows)

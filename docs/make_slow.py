@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from vibrissa.exact import cone_kappa, cone_modes, shaft_quadrature
-from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, house_style, new_figure
+from vibrissa.figures.canvas import house_style, new_figure
+from vibrissa.figures.colours import KINDS, PREDICTED, TRUTH
 from vibrissa.mechanics.quasi_static.response import quasi_static
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.statics.edge_contact import on_the_flat
@@ -57,23 +58,26 @@ def own_inertia(path):
     return float(np.abs(np.gradient(np.gradient(slow, t), t)[4:-4]).max() * (WHISKER.timescale / kappa[0]) ** 2)
 
 
+BEHIND = {"facecolor": "white", "edgecolor": "none", "pad": 1}
+
+
 @house_style
 def draw(data):
     """Posture and resonance, the first mode, and the condition."""
     slow, omega, rest, t = data
     figure, axes = new_figure(7.2, 6.6, 3, 1, sharex=True)
     top, middle, bottom = axes[:, 0]
-    top.plot(t, slow.omega(t)[0] / (2 * np.pi), color=FOUND)
+    top.plot(t, slow.omega(t)[0] / (2 * np.pi), color=PREDICTED)
     top.axhline(omega / (2 * np.pi), color="k", ls="--", lw=1)
     top.set(
         ylabel="resonance of mode 1 [Hz]", title="The base swings by ±0.1 rad, 8 times a second, at constant height"
     )
     twin = top.twinx()
-    twin.plot(t[1:], np.diff(slow.travel(t)) / np.diff(t), color=OTHER)
-    twin.set_ylabel("pace of the contact [m/s]", color=OTHER)
+    twin.plot(t[1:], np.diff(slow.travel(t)) / np.diff(t), color=KINDS[0])
+    twin.set_ylabel("pace of the contact [m/s]", color=KINDS[0])
     twin.set_ylim(0, None)
     middle.plot(t, 1e3 * rest, color=TRUTH, lw=2.5, label="mean posture, contact's history the same")
-    middle.plot(t, 1e3 * slow.mode_displacement(t)[0], color=FOUND, lw=0.9, label="moving posture")
+    middle.plot(t, 1e3 * slow.mode_displacement(t)[0], color=PREDICTED, lw=0.9, label="moving posture")
     middle.set(ylabel="mode 1 [10⁻³ L]", ylim=(None, 1.35e3 * rest.max()))
     middle.legend(loc="upper right", ncols=2)
     condition = slow.condition
@@ -88,7 +92,7 @@ def draw(data):
         )
     for limit, label in ((DRIFTING, "remark"), (FAST, "refused (remark, per ring-down)")):
         bottom.axhline(limit, color="k", ls=":", lw=1)
-        bottom.text(0.002, limit * 1.12, label, va="bottom", fontsize="small")
+        bottom.text(0.002, limit * 1.12, label, va="bottom", fontsize="small", bbox=BEHIND)
     bottom.set(xlabel="time [s]", ylabel="relative change", ylim=(3e-4, 4), xlim=(0, DURATION))
     bottom.legend(loc="upper right", ncols=4, columnspacing=1.2, handlelength=1.2)
     return figure

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, house_style, new_figure
+from vibrissa.figures.canvas import house_style, new_figure
+from vibrissa.figures.colours import FITTED, LAND, MEASURED, PREDICTED, TRUTH
 from vibrissa.mechanics.scan.relief_prediction import predict_relief
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.statics.profile import Posture
@@ -48,7 +49,7 @@ def answer(axes, prediction):
     t = np.arange(0, prediction.end + AFTER, 1 / RATE)
     u = prediction.displacement(t, np.array([POINT]))[:, 0] * WHISKER.length
     factor, unit = scale(u)
-    axes.plot(t * 1e3, u * factor, color=FOUND)
+    axes.plot(t * 1e3, u * factor, color=PREDICTED)
     distance = (1 - POINT) * WHISKER.length
     axes.set(title=f"shaft, {distance * 1e3:g} mm from its base", xlabel="time [ms]", ylabel=f"displacement [{unit}]")
 
@@ -60,16 +61,16 @@ def draw(case):
     held, relief = read_height_profile(path, **where, **AS_HELD), read_height_profile(path, **where, **how)
     prediction = predict_relief(WHISKER, POSTURE, relief, SCAN)
     figure, ((left, middle, right),) = new_figure(9.6, 2.2, 1, 3)
-    factor = panel(left, held, f"{path.name}: the file", color=TRUTH, linewidth=2)
+    factor = panel(left, held, f"{path.name}: the file", color=MEASURED)
     if "part" in how:
-        left.axvspan(*(1e3 * np.array(how["part"])), color=OTHER, alpha=0.2, linewidth=0)
+        left.axvspan(*(1e3 * np.array(how["part"])), color=TRUTH, alpha=0.2, linewidth=0)
     if how["level"] == "line":
         line = np.polynomial.Polynomial.fit(held.position, held.height, 1)
-        left.plot(held.position * 1e3, line(held.position) * factor, color=OTHER)
+        left.plot(held.position * 1e3, line(held.position) * factor, color=FITTED)
     touched = np.unique(prediction.episodes.place * WHISKER.length)
     touched = touched[(touched > 0) & (touched < relief.position[-1])]
-    factor = panel(middle, relief, f"the whisker rests on {touched.size} places", color=FOUND, linewidth=0.7)
-    middle.plot(touched * 1e3, relief.at(touched) * factor, ".", color=OTHER, markersize=3)
+    factor = panel(middle, relief, f"the whisker rests on {touched.size} places", color=LAND, linewidth=0.7)
+    middle.plot(touched * 1e3, relief.at(touched) * factor, ".", color=PREDICTED, markersize=3)
     answer(right, prediction)
     return figure
 

@@ -2,7 +2,7 @@
 
 python docs/make_swing.py [FOLDER]
 
-The same as ``vibrissa whisking examples/ridges.csv examples/sweep.csv --model rod`` of docs/active-whisking.md.
+The same as ``vibrissa whisking examples/ridges.csv examples/sweep.csv --model rod`` of docs/howto-surface.md.
 """
 
 import sys

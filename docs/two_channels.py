@@ -1,21 +1,31 @@
-"""Two channels: a texture rides on a curved surface; the slow moment shows the shape, the envelope the texture."""
+"""Draw docs/two-channels.png: the slow moment shows the shape of a surface, the envelope the texture on it (a minute).
+
+python docs/two_channels.py [FOLDER]
+"""
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
-from vibrissa.figures.canvas import add_caption, house_style, new_figure
+from vibrissa.figures.canvas import add_caption, house_style, key_above, new_figure, split
+from vibrissa.figures.colours import LAND, PREDICTED, TRUTH
 from vibrissa.mechanics.scan.follicle import follicle_signals
 from vibrissa.mechanics.scan.relief_prediction import predict_reliefs
+from vibrissa.mechanics.scan.scan_settings import Scan
+from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
+from vibrissa.study.report.pages import write_picture
 from vibrissa.texture.generators import riding, wave
 from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import random_grating
+from vibrissa.whisker import Whisker
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,9 +33,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from vibrissa.mechanics.scan.relief_prediction import ReliefPrediction
-    from vibrissa.mechanics.scan.scan_settings import Scan
-    from vibrissa.mechanics.statics.profile import Posture
-    from vibrissa.whisker import Whisker
 
 Array = NDArray[np.float64]
 
@@ -37,7 +44,6 @@ RATE, SETTLED = 4000.0, 0.1  # sampling [Hz], and what is left away at both ends
 CUT = 0.5  # between the channels, over the first resonance
 CHANNELS, CAUSES = ("slow moment", "fast envelope"), ("shape", "texture")
 INCLINES = np.linspace(-0.1, 0.1, 11)
-COLOURS = ("#0072B2", "#D55E00", "#009E73")  # safe for the colour-blind
 
 
 def compute(
@@ -77,7 +83,7 @@ def compute(
     data = dataset(
         _attributes(posture, whisker, scan, predictions, share),
         time=t[inside],
-        surface=["first shape, first texture", "second shape, first texture", "first shape, second texture"],
+        surface=["30 mm, grating 1", "20 mm, grating 1", "30 mm, grating 2"],
         surface_height=[both[i].at(scan.speed * t[inside]) for i in (0, n_textures, 1)],
         slow_moment=[both_channels[0][0, 0], both_channels[0][1, 0], both_channels[0][0, 1]],
         slow_moment_alone=[alone[0][0], alone[0][1], alone[0][0]],
@@ -200,8 +206,8 @@ def _caption(data: xr.Dataset) -> str:
         f"A: random gratings 35 µm deep ride on waves of ± {1e3 * AMPLITUDE:.1f} mm; whisker of "
         f"{1e3 * attrs['whisker_length']:.0f} mm, ε = {attrs['contact']:.2f}, θ_b = {attrs['base_angle']:.1f} rad, "
         f"{attrs['scan_speed']:.2g} m/s, ζ = {attrs['damping']:.2g}, exact response. B: moment at the base below "
-        f"{CUT:g} × the first resonance of {attrs['first_resonance']:.0f} Hz; black: the shape without texture. "
-        "C: envelope of mode 1 above that frequency; black: the texture on level ground. D: share of each cause's "
+        f"{CUT:g} × the first resonance of {attrs['first_resonance']:.0f} Hz; pale: the shape without texture. "
+        "C: envelope of mode 1 above that frequency; pale: the texture on level ground. D: share of each cause's "
         "variance that a line in each channel explains, on textures not used to fit it. The moment explains "
         f"{share[0, 0]:.2f} of the shape and {share[0, 1]:.2f} of the texture, the envelope {share[1, 1]:.2f} of the "
         f"texture and {share[1, 0]:.2f} of the shape; separation (own less other, mean of both) "
@@ -217,58 +223,56 @@ def _caption(data: xr.Dataset) -> str:
 @house_style
 def draw(data: xr.Dataset) -> Figure:
     """Surfaces, slow moment and envelope of three surfaces; below, shares explained and the envelope's gain."""
-    figure, axes = new_figure(11.0, 11.5, 4, 1, height_ratios=[1, 1.1, 1.2, 1.1])
+    figure, axes = new_figure(9.0, 9.0, 4, 1, height_ratios=[1, 1.1, 1.2, 1.1])
     for axis in axes[:3, 0]:
         axis.set_xlim(0.15, 0.85)
-    height, (slow, slow_alone) = 1e3 * data.surface_height, (1e9 * data.slow_moment, 1e9 * data.slow_moment_alone)
+    slow, slow_alone = 1e9 * data.slow_moment, 1e9 * data.slow_moment_alone
     fast, fast_alone = 1e3 * data.fast_envelope, 1e3 * data.fast_envelope_alone
-    _draw_traces(axes[0, 0], data, height, None, 0.8, ("A  Surfaces, one below the other", "height [mm]"))
-    _draw_traces(
-        axes[1, 0], data, slow, slow_alone, 110, ("B  Slow moment, each 110 lower; black: shape alone", "moment [nN m]")
-    )
-    _draw_traces(
-        axes[2, 0],
-        data,
-        fast,
-        fast_alone,
-        2,
-        ("C  Envelope, each 2 lower; black: texture on level ground", "mode 1 [10⁻³ L]"),
-    )
-    axes[2, 0].set_xlabel("time [s]")
-    spec = axes[3, 0].get_subplotspec()
-    axes[3, 0].remove()
-    left, right = (figure.add_subplot(cell) for cell in spec.subgridspec(1, 2))
+    _draw_traces(axes[0, 0], data, 1e3 * data.surface_height, None, 0.8)
+    axes[0, 0].set(title="A  Surfaces, each 0.8 mm lower", ylabel="height [mm]")
+    _draw_traces(axes[1, 0], data, slow, slow_alone, 110)
+    axes[1, 0].set(title="B  Slow moment, each 110 nN m lower", ylabel="moment [nN m]")
+    _draw_traces(axes[2, 0], data, fast, fast_alone, 2)
+    axes[2, 0].set(title="C  Envelope of mode 1, each 2 lower", ylabel="mode 1 [10⁻³ L]", xlabel="time [s]")
+    left, right = split(figure, axes[3, 0], widths=(1, 1))
     _draw_shares(left, data)
     _draw_gain(right, data)
     return add_caption(figure, data)
 
 
-def _draw_traces(
-    axis: Axes, data: xr.Dataset, values: xr.DataArray, alone: xr.DataArray | None, apart: float, words: tuple[str, str]
-) -> None:
-    for i, (name, colour) in enumerate(zip(data.surface.values, COLOURS, strict=True)):
-        axis.plot(data.time, values[i] - i * apart, color=colour, lw=1.3, label=str(name))
+def _draw_traces(axis: Axes, data: xr.Dataset, values: xr.DataArray, alone: xr.DataArray | None, apart: float) -> None:
+    """One trace of each surface below the other, named at its right end; behind it what its cause gives alone."""
+    for i, name in enumerate(data.surface.values):
         if alone is not None:
-            axis.plot(data.time, alone[i] - i * apart, color="k", lw=0.6)
-    axis.set_title(words[0], loc="left")
-    axis.set_ylabel(words[1])
-    if alone is None:
-        axis.legend(ncols=3, loc="lower right", bbox_to_anchor=(1, 1))
+            axis.plot(data.time, alone[i] - i * apart, color=TRUTH, lw=2.5)
+        axis.plot(data.time, values[i] - i * apart, color=LAND if alone is None else PREDICTED)
+        middle = float(values[i].mean()) - i * apart
+        axis.annotate(str(name).replace(", ", "\n"), (1.01, middle), xycoords=("axes fraction", "data"), va="center")
 
 
 def _draw_shares(axis: Axes, data: xr.Dataset) -> None:
     mean, sd = data.share_told.mean("draw"), data.share_told.std("draw", ddof=1)
-    for c, colour in enumerate(COLOURS[:2]):
-        at = np.arange(2) + 0.36 * c - 0.18
-        axis.bar(at, mean[c], 0.34, yerr=sd[c], color=colour, label=str(data.channel.values[c]), capsize=3)
+    for c, face in enumerate((PREDICTED, "white")):
+        at, label = np.arange(2) + 0.36 * c - 0.18, str(data.channel.values[c])
+        axis.bar(at, mean[c], 0.34, yerr=sd[c], color=face, edgecolor=PREDICTED, label=label, capsize=3)
     axis.set_xticks([0, 1], [str(cause) for cause in data.cause.values])
-    axis.set(ylim=(0, 1.05), ylabel="share explained", xlabel="cause")
-    axis.set_title(f"D  Share explained, mean and sd: separation {data.attrs['separation_mean']:.2f}", loc="left")
-    axis.legend(loc="upper center")
+    axis.set(ylim=(0, 1.05), ylabel="share explained", xlabel="cause", title="D  Share explained, mean and SD")
+    key_above(axis)
 
 
 def _draw_gain(axis: Axes, data: xr.Dataset) -> None:
-    axis.errorbar(data.incline, data.envelope_gain, data.envelope_gain_se, fmt="o-", color=COLOURS[1], ms=4)
+    axis.errorbar(data.incline, data.envelope_gain, data.envelope_gain_se, fmt="o-", color=PREDICTED, ms=4)
     axis.axhline(1, color="0.6", lw=0.8)
-    axis.set(xlabel="slope of the shape", ylabel="gain")
-    axis.set_title("E  What mixes: envelope over that on level ground", loc="left")
+    axis.set(
+        xlabel="slope of the shape",
+        ylabel="gain",
+        xticks=[-0.08, -0.04, 0, 0.04, 0.08],
+        title="E  Envelope over that on level ground",
+    )
+
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent
+    whisker, posture = Whisker(length=0.040, cone_angle=1.5e-3, tip=0.05), Posture(contact=0.29, base_angle=1.2)
+    found = compute(posture, whisker, Scan(speed=0.1, damping=0.11), rng=np.random.default_rng(1))
+    write_picture(draw(found), folder / "two-channels.png")

@@ -31,6 +31,19 @@ def test_a_header_that_claims_more_than_the_file_has_is_refused(tmp_path, shape)
         read_npy(tmp_path / "a.npy")
 
 
+def test_an_array_that_ends_before_its_file_is_refused(tmp_path):
+    """A file written twice, a damaged shape, or several arrays of which one would be read alone."""
+    path, array = tmp_path / "a.npy", io.BytesIO()
+    np.save(array, np.arange(6.0))
+    for rest in (b"\0", array.getvalue()):
+        path.write_bytes(array.getvalue() + rest)
+        with refusal("format", "a.npy", value=f"{len(rest)} bytes more"):
+            read_npy(path)
+    path.write_bytes(claiming((9,)))
+    with refusal("format", "a.npy", value="8 bytes more"):
+        read_npy(path)
+
+
 def test_objects_archives_and_absent_files_are_refused(tmp_path):
     np.save(tmp_path / "a.npy", np.array([{}]), allow_pickle=True)
     np.savez(tmp_path / "b.npz", a=1)

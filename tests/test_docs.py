@@ -1,6 +1,8 @@
 """The pages hold: commands are such as the program takes, equations lead to their functions and back, all is there."""
 
 import ast
+import csv
+import html
 import importlib
 import importlib.util
 import itertools
@@ -13,6 +15,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from fontTools.ttLib import TTFont
 
 import vibrissa
 from vibrissa.cli import app
@@ -72,7 +75,7 @@ def test_whatever_a_command_of_a_page_makes_is_ignored_by_git_and_nothing_that_i
     shipped = git("ls-files")
     typed = [words for path in PAGES for words in commands(path)]
     made = {after for words in typed for word, after in itertools.pairwise(words) if word in MADE} - set(shipped)
-    assert {"scan.nc", "command.wav", "sheet.png", "out", "laboratory", "study.schema.json"} <= made
+    assert {"scan.nc", "command.wav", "sheet.png", "built", "laboratory", "study.schema.json"} <= made
     assert set(git("check-ignore", "--stdin", given="\n".join(made))) == made
     assert git("ls-files", "--cached", "--ignored", "--exclude-standard") == []
     new = {"docs/new.png", "docs/howto-new.md", "examples/new.csv", "examples/new.toml", "benchmarks/new.py"}
@@ -138,6 +141,21 @@ def test_every_formula_has_a_function():
     assert not without
 
 
+# Tables
+
+
+def test_every_table_for_download_is_whole_and_on_a_page():
+    pages = "".join(path.read_text(encoding="utf-8") for path in PAGES)
+    named = set(re.findall(r"[<(](validation/[\w-]+\.csv)[>)]", pages))
+    assert {str(path.relative_to(DOCS)) for path in DOCS.glob("validation/*")} == named
+    for name in named:
+        head, *rows = csv.reader((DOCS / name).read_text(encoding="utf-8").splitlines())
+        assert len(set(head)) == len(head) > 1, name
+        assert all(head), name
+        assert rows, name
+        assert {len(row) for row in rows} == {len(head)}, name
+
+
 # The whole
 
 
@@ -171,4 +189,9 @@ def test_pages_build_without_a_warning_and_every_public_module_is_on_them(tmp_pa
     api = tmp_path / "_build/api"
     assert [name for name in modules() if not (api / f"{name}.html").exists()] == []
     assert "theory.html#eq-17" in (api / "vibrissa.signals.envelope.html").read_text(encoding="utf-8")
-    assert not re.search(r'(?:src|href)="https?://[^"]*\.(?:js|css)"', (tmp_path / "theory.html").read_text("utf-8"))
+    theory = (tmp_path / "theory.html").read_text("utf-8")
+    assert not re.search(r'(?:src|href)="https?://[^"]*\.(?:js|css)"', theory)
+    formulas = re.findall(r"<math.*?</math>", theory, re.DOTALL)
+    text = html.unescape(re.sub(r"<[^>]*>", "", "".join(formulas)))
+    drawn = set(re.sub(r"[\s\u2061]", "", text))  # U+2061 is invisible
+    assert set(map(ord, drawn)) <= set(TTFont(tmp_path / "_static" / "math.woff").getBestCmap())

@@ -1,12 +1,14 @@
 """Datasets that were damaged, that others wrote, or that break the table of quantities."""
 
 from contextlib import contextmanager
+from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 import xarray as xr
 
+from vibrissa import reader_process
 from vibrissa.errors import InputError
 from vibrissa.netcdf import attributes, encoded, load, save
 from vibrissa.quantities import dataset, require
@@ -141,6 +143,12 @@ def test_infinite_places_are_refused(file, name):
     save(tracks(**{name: values}), file)
     with refused("range", f"variable {name!r}", "inf at ["):
         load(file)
+
+
+def test_damage_on_which_hdf5_runs_for_ever_is_refused(monkeypatch):
+    monkeypatch.setattr(reader_process, "PATIENCE", 3.0)
+    with refused("format", "attribute.nc", "does not end within 3 s"):
+        load(Path(__file__).parent / "corpus" / "endless" / "attribute.nc")
 
 
 def test_a_bomb_is_refused_before_it_is_read(file):

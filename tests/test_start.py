@@ -60,6 +60,16 @@ def test_a_scan_imports_neither_statistics_nor_filters(files):
     assert files["out"].is_file()
 
 
+def test_the_page_imports_neither_statistics_nor_filters():
+    pytest.importorskip("starlette", reason="the extra page is not installed")
+    start = (
+        "from vibrissa.page.application import Page\nfrom vibrissa.page.presets import CLEAN\nPage(1).warm_up(CLEAN)\n"
+    )
+    _, modules = loaded(start)
+    assert "numba" in modules
+    assert not {"scipy.stats", "scipy.signal", "matplotlib", "pydantic"} & modules
+
+
 def test_a_map_needs_no_dask(files):
     _, modules = loaded(command(MAP.format(**files)))
     assert not {"dask", "distributed"} & modules

@@ -178,7 +178,7 @@ def test_a_cell_without_a_value_says_why():
     words = np.array(REASONS)[found.cell_reason.values[0]]
     assert set(words[0]) == {"contact beyond the tip"}
     assert words[1, 2] == "beyond the fold"
-    assert words[2, 2] == "less linear than asked for"
+    assert words[2, 2] == "less linear than required"
     assert words[3, 0] == "ok"
     np.testing.assert_array_equal(np.isnan(found.peak_displacement.values[0, 0]), words != "ok")
     assert int(found.cells_with_value) == (words == "ok").sum()

@@ -1,4 +1,4 @@
-"""What README and tour give to type runs as typed, in order, in a clean clone; clone and home folder stay clean."""
+"""What README and the first page give to type runs as typed, in order, in a clean clone; clone and home stay clean."""
 
 import importlib.util
 import json
@@ -17,7 +17,8 @@ from vibrissa.study.run.plan import plan_study
 from vibrissa.study.spec.settings import read_study
 
 ROOT = Path(__file__).parents[1]
-MAIN_JOB = "vibrissa run --out out"
+SET_UP = "python3 run.py"  # which does the main job too
+MAIN_JOB = "vibrissa run"
 EXPERIMENT = Path("src/vibrissa/data/experiment.toml")
 FEWER = {  # sweeps, units and frames of the main job, which has every part all the same; .ci/run does it whole
     "animals = 2": "animals = 1",
@@ -50,9 +51,10 @@ def lines(text):
 
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-FIVE_MINUTES = list(lines(README.partition("\n## Five minutes\n")[2].partition("\n## ")[0]))
-TOUR = list(lines((ROOT / "docs" / "tour.md").read_text(encoding="utf-8")))
-ALL = list(dict.fromkeys([*TOUR, *FIVE_MINUTES]))
+THREE_MINUTES = list(lines(README.partition("\n## Three minutes\n")[2].partition("\n## ")[0]))
+FIRST_PAGE = (ROOT / "docs" / "getting-started.md").read_text(encoding="utf-8")
+STARTED = [MAIN_JOB if line == SET_UP else line for line in lines(FIRST_PAGE)]
+ALL = list(dict.fromkeys([*STARTED, *THREE_MINUTES]))
 
 
 class Clone:
@@ -133,17 +135,16 @@ def clone(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def main_job(clone):
-    """The main job, once, in the folder that the tour names and in the one that the README takes it from."""
+    """The main job, once."""
     done = clone.type(MAIN_JOB)
     assert done.returncode == 0, done.stderr[-2000:]
-    shutil.copytree(clone.folder / "out", clone.folder / "vibrissa-out")
     return done
 
 
 def test_pages_are_read_whole():
-    assert MAIN_JOB in TOUR
-    assert "vibrissa explore" in TOUR
-    for page, text in ((FIVE_MINUTES, README), (TOUR, (ROOT / "docs" / "tour.md").read_text(encoding="utf-8"))):
+    assert STARTED[0] == MAIN_JOB
+    assert "vibrissa explore" in STARTED
+    for page, text in ((THREE_MINUTES, README), (STARTED[1:], FIRST_PAGE)):
         typed = [line for line in page if line.startswith("vibrissa ")]
         assert len(typed) == len(re.findall(r"^ {4}vibrissa ", text, re.MULTILINE))
     page = "\n    vibrissa a \\\n        b\n    vibrissa c\n\n    mode 1   Hz\n\n    import os\n    os\n"
@@ -188,7 +189,7 @@ def test_a_run_ends_in_about_ten_lines_with_five_numbers_and_their_truth(main_jo
     assert max(map(len, main_job.stdout.splitlines())) <= 80
     ends = [line for line in main_job.stderr.splitlines() if STAGE.fullmatch(line) is None]
     assert ends[0].startswith("vibrissa: 1500 frames tracked, 2 of 2 sweeps analysed, ")
-    assert ends[1] == "vibrissa: the report is out/report.html; --json prints its whole table"
+    assert ends[1] == "vibrissa: the report is vibrissa-out/report.html; --json prints its whole table"
     assert len(main_job.stdout.splitlines()) + len(ends) <= 12
 
 
@@ -206,7 +207,7 @@ def stopped(clone, line):
 
 
 def test_units_of_the_example_are_found_as_they_were_put_in(clone, main_job):
-    (line,) = [line for line in FIVE_MINUTES if line.startswith("vibrissa neural ")]
+    (line,) = [line for line in THREE_MINUTES if line.startswith("vibrissa neural ")]
     if line not in clone.done:
         pytest.skip("the lines above were left out")
     units = json.loads(clone.type(f"{line} --json").stdout)["units"]
@@ -215,7 +216,7 @@ def test_units_of_the_example_are_found_as_they_were_put_in(clone, main_job):
         assert unit["threshold_low"] < truth < unit["threshold_high"]
 
 
-def test_picture_of_the_tour_is_there(clone):
+def test_picture_of_the_first_page_is_there(clone):
     if not any("savefig" in line for line in clone.done):
         pytest.skip("the lines above were left out")
     assert (clone.folder / "envelope.png").read_bytes().startswith(b"\x89PNG")

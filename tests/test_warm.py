@@ -21,8 +21,8 @@ LATER = {
     "video/io/photron.py",
     "video/kernel/estimators.py",
     "video/kernel/band.py",
-    "video/link/chain_kernel.py",
-    "video/link/common_swing.py",
+    "video/link/chains/chain_kernel.py",
+    "video/link/pad/common_swing.py",
 }
 
 COMMANDS = """

@@ -2,12 +2,14 @@
 
 python benchmarks/peers/run.py
 
-Needs the dependency group ``peers`` beside vibrissa. Prints the tables, puts them into docs/peers.md and draws
-docs/peers.png; takes about three minutes.
+Needs the dependency group ``peers`` beside vibrissa. Prints the tables, writes them to docs/validation/peers-*.csv and
+draws docs/peers.png; takes about three minutes.
 """
 
 from __future__ import annotations
 
+import csv
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -28,8 +30,8 @@ from vibrissa.mechanics.modes.curved import curved_modes
 RESONANCE, ALIKE = 0.01, 0.98  # gates
 SAG = 2e-6  # [m] by which the edge must hold the shaft off the land for MuJoCo's links to know it
 PERIODS = 1.2  # of the first mode, in less than which no resonance is read
-MINE = ("<!-- from benchmarks/peers/run.py -->\n", "<!-- to here -->")
-HEAD = "| | κ₁ theirs | κ₁ ours | off | ζ₁ theirs | ζ₁ ours | alike | size | gate |\n" + 9 * "|---" + "|"
+TABLES = ("trials", "held", "modes", "mujoco", "speed")  # in the order in which they are printed
+HEAD = "| trial | κ₁ theirs | κ₁ ours | off | ζ₁ theirs | ζ₁ ours | alike | size | gate |\n" + 9 * "|---" + "|"
 FINER = Grain(fine=0.06e-3, coarse=0.5e-3)  # for Exudyn's elements
 
 
@@ -211,7 +213,7 @@ def trials() -> Iterator[Trial]:
 
 def linearised() -> str:
     """Table of κ₁ by what holds the contact, in the modes by Coulomb's law and in chains of ever more links."""
-    head = "| θ_b [rad] | a point: modes | chain | an edge: modes | chain | the flat: modes | with its free end |"
+    head = "| θ_b [rad] | point: modes | point: chain | edge: modes | edge: chain | flat: modes | flat: with free end |"
     rows = [head + "\n" + 7 * "|---" + "|"]
     for angle in (0.3, 0.8, 1.2, 1.4):
         case = Case(base_angle=angle)
@@ -254,6 +256,14 @@ def drawings() -> str:
     return "\n".join([head + "\n" + 6 * "|---" + "|", *rows])
 
 
+def tables(text: str) -> Iterator[list[list[str]]]:
+    """Rows of each table of a text, its header first."""
+    for is_table, lines in itertools.groupby(text.splitlines(), lambda line: line.startswith("|")):
+        if is_table:
+            head, _, *rows = ([cell.strip() for cell in line[1:-1].split("|")] for line in lines)
+            yield [head, *rows]
+
+
 def main() -> None:
     docs = Path(__file__).parents[2] / "docs"
     print(HEAD)
@@ -264,10 +274,10 @@ def main() -> None:
     draw(found).savefig(docs / "peers.png", dpi=150)
     rest = [drawings(), linearised(), speeds()]
     print("\n".join(rest))
-    page = docs / "peers.md"
-    before, after = page.read_text().split(MINE[0])[0], page.read_text().split(MINE[1])[-1]
-    table = "\n".join([HEAD, *(trial.row() for trial in found)])
-    page.write_text(before + MINE[0] + "\n\n".join([table, *rest]) + "\n" + MINE[1] + after)
+    trials_table = "\n".join([HEAD, *(trial.row() for trial in found)])
+    for name, rows in zip(TABLES, tables("\n\n".join([trials_table, *rest])), strict=True):
+        with (docs / "validation" / f"peers-{name}.csv").open("w", newline="", encoding="utf-8") as file:
+            csv.writer(file, lineterminator="\n").writerows(rows)
 
 
 if __name__ == "__main__":

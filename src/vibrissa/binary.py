@@ -1,7 +1,9 @@
-"""Arrays in files of NumPy, and archives: whole, without objects that would be run, no larger than memory."""
+"""Arrays in files of NumPy, sounds and archives: whole, without objects that would be run, no larger than memory."""
 
 from __future__ import annotations
 
+import struct
+import warnings
 import zipfile
 from pathlib import Path
 from tokenize import TokenError
@@ -14,11 +16,20 @@ from vibrissa.errors import FormatError
 from vibrissa.files import existing
 from vibrissa.limits import require_memory
 
+_OF_DAMAGE = (
+    struct.error,
+    NameError,
+    TypeError,
+    ArithmeticError,
+    LookupError,
+    MemoryError,
+)  # SciPy's, at damaged chunks
+_LONGER = "copy a damaged file again; of several arrays save each in a file of its own"
 COPIES = 4  # of an array's content, as a reader unpacks, converts and masks it
 
 
 def read_npy(path: str | Path) -> NDArray[Any]:
-    """Array of a file of NumPy, mapped into memory: only what is used is read.
+    """Array of a file of NumPy, mapped into memory: only the parts that are used are read.
 
     Parameters
     ----------
@@ -33,7 +44,7 @@ def read_npy(path: str | Path) -> NDArray[Any]:
     Raises
     ------
     InputError
-        If the file is absent, shorter than its header says, or holds Python objects, which would have to be run.
+        If the file is absent, not as long as its header says, or holds Python objects, which would have to be run.
     """
     path = existing(path)
     try:
@@ -41,10 +52,46 @@ def read_npy(path: str | Path) -> NDArray[Any]:
     except (ValueError, EOFError, OSError, SyntaxError, TokenError, TypeError, OverflowError, UnicodeError) as error:
         why = " ".join(str(error).split())[:80]
         raise FormatError(str(path), f"must be a whole array of NumPy, without Python objects ({why})") from error
-    if not isinstance(array, np.ndarray):
+    if not isinstance(array, np.memmap):
         array.close()
         raise FormatError(str(path), "must be one array of NumPy", "an archive of several")
+    if more := path.stat().st_size - array.offset - array.nbytes:
+        raise FormatError(str(path), "must end with the array that its header states", f"{more} bytes more", _LONGER)
     return array
+
+
+def read_wav(path: str | Path) -> tuple[int, NDArray[Any]]:
+    """Sampling rate [Hz] and samples of a sound.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+
+    Returns
+    -------
+    rate : int
+        As the file says.
+    samples : (T, channels) array
+        As the file says; 24 bits are in the upper ones of 32.
+
+    Raises
+    ------
+    InputError
+        If the file is absent, is no sound, or needs more memory than there is.
+    """
+    from scipy.io import wavfile
+
+    path = existing(path)
+    require_memory(str(path), f"{path.stat().st_size / 1e9:.3g} GB", COPIES * path.stat().st_size)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", wavfile.WavFileWarning)  # chunks of notes that recorders add
+            rate, samples = wavfile.read(path)
+    except (*_OF_DAMAGE, ValueError, OSError, EOFError) as error:
+        why = "a part of it is missing" if isinstance(error, _OF_DAMAGE) else error
+        raise FormatError(str(path), f"could not be read as .wav ({why})") from error
+    return int(rate), samples[:, None] if samples.ndim == 1 else samples
 
 
 def refuse_bomb(path: str | Path) -> None:

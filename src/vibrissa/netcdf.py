@@ -13,6 +13,7 @@ from vibrissa.errors import FormatError, InputError
 from vibrissa.files import existing, written_whole
 from vibrissa.limits import require_memory
 from vibrissa.quantities.schema import conforming
+from vibrissa.reader_process import refuse_endless
 
 if TYPE_CHECKING:
     import h5py
@@ -40,7 +41,7 @@ def save(data: xr.Dataset, path: str | Path) -> None:
     Raises
     ------
     InputError
-        As :func:`written_whole`.
+        As ``written_whole``.
     """
     content = encoded(data)
     with written_whole(path) as temporary:
@@ -106,8 +107,9 @@ def load(path: str | Path) -> xr.Dataset:
 
 @contextmanager
 def _reading(path: Path) -> Iterator[None]:
-    """Refuse a damaged file; what is wrong in it is said with its name."""
-    _verify(path)
+    """Refuse a damaged file, with its name and the fault."""
+    if not _verified(path):
+        refuse_endless(path)
     try:
         yield
     except InputError as error:
@@ -117,14 +119,14 @@ def _reading(path: Path) -> Iterator[None]:
         raise FormatError(str(path), rule, remedy=why) from error
 
 
-def _verify(path: Path) -> None:
-    """Refuse a file that is not what its last line sums up; files of other programs have no such line."""
+def _verified(path: Path) -> bool:
+    """Refuse a file that is not what its last line sums up; files of other programs have no such line: False."""
     left = path.stat().st_size - _SEALED
     with open(path, "rb") as file:
         file.seek(max(left, 0))
         seal = file.read()
         if not seal.startswith(_SEAL):
-            return
+            return False
         file.seek(0)
         found = hashlib.sha256()
         while left > 0 and (part := file.read(min(left, 1 << 20))):
@@ -133,6 +135,7 @@ def _verify(path: Path) -> None:
     if seal[len(_SEAL) :].strip() != found.hexdigest().encode():
         remedy = "take a copy of it, or remove it and compute it again"
         raise FormatError(str(path), "must be as it was written: its checksum does not hold", remedy=remedy)
+    return True
 
 
 def _fits(path: Path, arrays: list[h5py.Dataset]) -> None:

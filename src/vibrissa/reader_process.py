@@ -14,6 +14,7 @@ import numpy as np
 from vibrissa.errors import FormatError
 
 PATIENCE, PACE = 30.0, 1e6  # [s] and [bytes/s] granted to the library, which a damaged file may keep busy for ever
+_HDF5 = b"\x89HDF\r\n\x1a\n"
 DAMAGED = (OSError, RuntimeError, LookupError, ValueError, TypeError, AttributeError, MemoryError)
 
 
@@ -49,6 +50,34 @@ def tables_read_by(module: str, path: Path, rule: str) -> Mapping[str, np.ndarra
         crashed = reader.returncode < 0 or not said  # by a signal
         raise FormatError(str(path), rule, remedy="the file is damaged: its reader crashed" if crashed else said[-1])
     return np.load(io.BytesIO(reader.stdout))
+
+
+def refuse_endless(path: Path) -> None:
+    """Refuse a damaged file of HDF5 on which the library would run for ever, or crash; any other file passes.
+
+    Parameters
+    ----------
+    path : path
+        A file that exists.
+
+    Raises
+    ------
+    FormatError
+        If a process that looks through it does not end in time, or is ended by a signal.
+    """
+    with open(path, "rb") as file:
+        if file.read(len(_HDF5)) != _HDF5:
+            return
+    limit = PATIENCE + path.stat().st_size / PACE
+    rule, damaged = "must be a whole file of HDF5", "the file is damaged: its reader {}"
+    try:
+        walker = subprocess.run(
+            [sys.executable, "-m", "vibrissa.hdf5_walk", str(path)], capture_output=True, timeout=limit
+        )
+    except subprocess.TimeoutExpired as error:
+        raise FormatError(str(path), rule, remedy=damaged.format(f"does not end within {limit:.0f} s")) from error
+    if walker.returncode < 0:
+        raise FormatError(str(path), rule, remedy=damaged.format("crashed"))
 
 
 def write_tables(tables_of: Callable[[Path], Mapping[str, Any]]) -> None:

@@ -96,7 +96,7 @@ def test_a_tip_that_may_be_in_metres_is_remarked_on():
     short = vb.Whisker(length=0.04, cone_angle=1.5e-3, tip=0.0114)
     judged = vb.gap(short, POSTURE, width=0.4e-3, model="rod").attrs["verdict"]
     assert judged.startswith(
-        "caution: the tip 0.0114 counts over L, and the rod ends at 0.03 (a tip of 11.4 mm is 0.285)"
+        "caution: the rod ends at 0.03 L, short of the tip at 0.0114 L (if 11.4 mm were meant: 0.285)"
     )
 
 

@@ -169,7 +169,7 @@ def test_trials_needed_draws_and_refuses(vibrissa, stimulus):
     assert picture.stat().st_size > 10_000
     code, out, err = vibrissa(*words)
     assert (code, out, err.count("\n")) == (2, "", 1)
-    assert "must be wanted of threshold, slope or latency" in err
+    assert "must be given for threshold, slope or latency" in err
     assert vibrissa(*words, "--slope", 0.25, "--slope-within", 0.1)[2].endswith("write --slope 0.25/s/um\n")
     assert vibrissa(*words, "--threshold", 42, "--slope-within", 0.1)[2].endswith("write --threshold 42um\n")
 

@@ -71,7 +71,7 @@ def test_gap_says_first_whether_it_is_usable(vibrissa, words, first):
     cone = CONE if words else ()
     code, out, err = vibrissa("gap", *POSTURE, "--gap-width", "0.015", *cone, *words, "--json")
     assert code == 0, err
-    assert err.splitlines()[0] == f"vibrissa: {first} (docs/choosing.md)"
+    assert err.splitlines()[0] == f"vibrissa: {first} (docs/when-it-holds)"
     assert max(map(len, err.splitlines())) <= 80
     assert ("jumps_allowed" in json.loads(out)) == bool(words)
 

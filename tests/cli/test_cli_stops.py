@@ -65,7 +65,7 @@ def test_nothing_that_hangs_holds_a_stop(hang, number, code):
         finally:
             run.kill()
     assert run.returncode == code
-    assert err == "vibrissa: stopped; what is done is kept in out, and the same command goes on from there\n"
+    assert err == "vibrissa: stopped; finished work is kept in out, and the same command continues from there\n"
 
 
 VERB = """
@@ -109,6 +109,28 @@ def test_every_verb_that_is_stopped_ends_in_one_line_and_leaves_nothing(tmp_path
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(ProcessLookupError):
         os.kill(child, 0)
+
+
+@pytest.mark.parametrize("error", ["RuntimeError", "InputError('a.csv', 'must be read')", "SystemExit(1)"])
+def test_an_interruption_that_a_library_turns_into_an_error_is_a_stop(error):
+    """As Numba's compiler does."""
+    code = f"""
+import signal, sys
+from vibrissa import cli
+from vibrissa.errors import InputError
+
+def work(*_, **__):
+    try:
+        signal.raise_signal(signal.SIGTERM)
+    except KeyboardInterrupt:
+        raise {error} from None
+
+cli.app = work
+sys.argv = ["vibrissa", "scan"]
+cli.main()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (143, "vibrissa: stopped before its end\n")
 
 
 def test_a_signal_that_is_ignored_stays_so():

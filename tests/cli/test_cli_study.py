@@ -37,8 +37,8 @@ def test_the_example_is_a_study_that_the_check_takes(vibrissa, tmp_path):
 @pytest.mark.parametrize(
     ("words", "rule"),
     [
-        ((), "study must have one thing to do"),
-        (("--schema", "--example"), "study must have one thing to do"),
+        ((), "study must be one of: a study file, --schema, --example"),
+        (("--schema", "--example"), "study must be one of: a study file, --schema, --example"),
         (("none.toml",), "none.toml must be an existing study file"),
         (("--schema", "--out", "schema.toml"), "--out must end in .json"),
         (("--schema", "--out", "nowhere/s.json"), "nowhere must be an existing folder"),

@@ -96,6 +96,15 @@ def test_a_free_whisker_is_found_to_touch_nothing():
     assert np.abs(found.curvature_change.values).mean() < 2 * np.nanstd(found.whisker_curvature - 20 - 30 * direction)
 
 
+def test_whiskers_without_a_phase_are_remarked_on_with_the_remedy():
+    profile = circle_profile(0.1 - 0.3 * np.cos(2 * np.pi * 5 * TIME), 20.0 + 0 * TIME)
+    assert "no phase" not in kinematics_of(profile, KinematicsSettings(face=DOWN)).attrs["remarks"]
+    profile.x.values[:, ::40] = profile.y.values[:, ::40] = np.nan  # never 0.25 s on end
+    assert "1 of 1 whiskers have no phase" in kinematics_of(profile, KinematicsSettings(face=DOWN)).attrs["remarks"]
+    bridged = kinematics_of(profile, KinematicsSettings(face=DOWN, bridged=1))
+    assert "no phase" not in bridged.attrs["remarks"]
+
+
 def test_distance_to_poles_and_walls_by_hand():
     x, y = np.array([[0.0, 1.0, 2.0], [0.0, 1.0, np.nan]]), np.array([[0.0, 0.0, 0.0], [1.0, 1.0, np.nan]])
     np.testing.assert_allclose(Pole(centre=(1.5, 0.5), radius=0.1).distance(x, y), [0.4, np.hypot(0.5, 0.5) - 0.1])

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from corrected_pad import make_pad, served_pad
 from real_browser import real_browser
 
 from vibrissa.study.pick.pick_page import render_page
@@ -59,3 +60,42 @@ def test_axe_finds_a_fault_where_there_is_one(browser):
     page = browser.new_page()
     page.set_content("<html lang=en><title>x</title><main><h1>x</h1><input type=text></main>")
     assert [rule for rule, _ in faults(page)] == ["label"]
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [1280, 400])
+def test_the_whole_whisker_its_progress_and_a_bad_state_have_no_fault(browser, served, width, scheme):
+    context = browser.new_context(
+        viewport={"width": width, "height": 844}, color_scheme=scheme, reduced_motion="reduce", bypass_csp=True
+    )
+    page = context.new_page()
+    long = "hold=contact&contact=0.29&tip=0.05&base_angle=0.6&model=rod&a.length=0.01&b.length=0.01"
+    slow = 0.02 + 1e-4 * (width == 400) + 2e-4 * (scheme == "dark")  # what was once computed is not computed again
+    page.goto(f"{served.root}#{long}&speed={slow:.4f}")
+    page.wait_for_function("!document.getElementById('computing').hidden", timeout=60_000)
+    assert faults(page) == []
+    page.goto("about:blank")
+    page.goto(f"{served.root}#{long}")
+    page.wait_for_function("globalThis.vibrissa?.shown() > 0 && !vibrissa.busy()", timeout=120_000)
+    assert page.locator("#bridge").is_visible()
+    assert faults(page) == []
+    page.evaluate("location.hash += '&tip=0.29'")
+    page.wait_for_function("!document.getElementById('error').hidden", timeout=60_000)
+    assert faults(page) == []
+    context.close()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [1280, 400])
+def test_the_page_to_correct_has_no_fault(browser, tmp_path, width, scheme):
+    context = browser.new_context(viewport={"width": width, "height": 844}, color_scheme=scheme, bypass_csp=True)
+    page = context.new_page()
+    with served_pad(make_pad(tmp_path, 40, 3), tmp_path / "out.nc") as pad:
+        page.goto(pad.root)
+        page.wait_for_function("Boolean(globalThis.correct) && !correct.busy()", timeout=60_000)
+        page.evaluate("document.getElementById('help').open = true")
+        page.keyboard.press("ArrowDown")
+        page.keyboard.press("n")
+        page.wait_for_function("!document.getElementById('ask').hidden")
+        assert faults(page) == []
+    context.close()

@@ -18,7 +18,7 @@ from vibrissa.page.contrast import discrimination, expected_counts
 from vibrissa.page.frames import packed, sketched
 from vibrissa.page.session import MODES, PageSession, made_surface
 from vibrissa.page.shaft_table import NODE
-from vibrissa.page.signals import RATE, TRIALS, live_arrays
+from vibrissa.page.signals import RATE, TRIALS, _spectrogram, live_arrays
 from vibrissa.page.state import read_state
 from vibrissa.signals.envelope import analytic_envelope
 
@@ -110,6 +110,21 @@ def test_firing_is_the_hinge_of_the_envelope_and_spikes_come_at_its_rate():
     np.testing.assert_allclose(arrays["firing"][late:], hinge[:-late], rtol=1e-3)
     expected = TRIALS * arrays["firing"].mean() * len(hinge) / RATE
     assert abs(arrays["spikes"].shape[1] - expected) < 5 * np.sqrt(expected)
+
+
+@pytest.mark.parametrize("n", [300, 5000, 7001])
+def test_spectra_are_those_of_scipy(n):
+    """The page does not import scipy.signal, which takes 20 MB."""
+    from scipy.signal import spectrogram
+
+    moved, half, hop = 1e-6 * np.random.default_rng(0).normal(size=n).cumsum(), min(256, n - 1), max(1, n // 160)
+    mirrored = np.pad(moved, half, mode="reflect")
+    frequency, time, power = spectrogram(mirrored, RATE, window="hann", nperseg=2 * half, noverlap=2 * half - hop)
+    kept, found = frequency <= 400, _spectrogram(moved, 400.0)
+    expected = 10 * np.log10(np.maximum(power[kept] * 1e12, 1e-9))
+    np.testing.assert_allclose(found["spectrogram"], expected, atol=1e-9)
+    axes = [[0, frequency[kept][-1]], time[[0, -1]] - half / RATE]
+    np.testing.assert_allclose(found["spectrogram_axes"], axes, atol=1e-12)
 
 
 def test_a_line_stands_in_the_spectrogram_at_the_resonance():

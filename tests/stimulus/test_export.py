@@ -58,6 +58,15 @@ def test_a_command_comes_back_to_the_precision_told(command, tmp_path, name, sou
     assert sorted(one.name for one in tmp_path.iterdir()) == [name, f"{name}.json"]
 
 
+@pytest.mark.parametrize("name", ["c.nc", "c.npy", "c.csv", "c.wav"])
+def test_a_command_of_one_whisker_comes_back(command, tmp_path, name):
+    one = command.isel(whisker=[3])
+    write_command(one, tmp_path / name)
+    back = read_command(tmp_path / name)
+    np.testing.assert_allclose(back.command, one.command, atol=5e-9)
+    assert back.whisker.values.tolist() == one.whisker.values.tolist()
+
+
 @pytest.mark.parametrize(("encoding", "kind"), [("float32", np.float32), ("int24", np.int32), ("int16", np.int16)])
 def test_other_readers_see_24_channels_at_the_sampling_rate(command, tmp_path, encoding, kind):
     write_command(command, tmp_path / "c.wav", sound=Sound(encoding=encoding, full_scale=1e-4))

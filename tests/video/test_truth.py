@@ -1,4 +1,4 @@
-"""A few seeds of ``benchmarks/tracking_truth.py``: its yardsticks hold, and the claims of docs/tracking.md."""
+"""A few seeds of ``benchmarks/tracking_truth.py``: its yardsticks hold, and the claims of docs/validation-movies.md."""
 
 import dataclasses
 import importlib

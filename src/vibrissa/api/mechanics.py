@@ -139,7 +139,7 @@ def gap(
         Number of modes.
     model : {"modes", "free-end", "rod", "auto"} or Rod
         The paper's modes of a shaft with a single contact, held at the moment of the jump; or the gap drawn past a
-        whisker with its free end, by the fast model (``"free-end"``, ``"auto"``) or as a rod: see :func:`scan`.
+        whisker with its free end, by the fast model (``"free-end"``, ``"auto"``) or as a rod: see ``scan``.
     speed, damping : float
         Of the gap past the base [m/s], and damping ratio of the first three modes; they do not count for the modes.
 
@@ -147,7 +147,7 @@ def gap(
     -------
     Dataset
         As :func:`vibrissa.mechanics.scan.gap_report.crossing` gives it; ``linearity`` (mode) is the exact jump over the
-        linear one (Eq. 11). Of a gap that is drawn past the whisker as :func:`scan` gives it, with
+        linear one (Eq. 11). Of a gap that is drawn past the whisker as ``scan`` gives it, with
         ``largest_mode_displacement`` (mode).
 
     Raises

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Motion:
-    """The predicted motion of a whisker over a surface; :func:`scan` makes it.
+    """The predicted motion of a whisker over a surface; :func:`vibrissa.scan` makes it.
 
     Attributes
     ----------

@@ -106,8 +106,8 @@ def track(
         First frame that is tracked, from 0, and the first after it that is not; all by default. Points are of frame
         ``start``.
     drop_frames : {"nan"}, optional
-        Frames that the movie's time stamps show to be missing become missing frames (NaN); by default they are reported
-        alone.
+        Frames that the movie's time stamps, or the numbers of its images, show to be missing become missing frames
+        (NaN); by default they are reported alone.
     segments : path, optional
         File (NetCDF) to which the lines of all frames are written, and which whisker each is linked to.
 

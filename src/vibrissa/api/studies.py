@@ -114,7 +114,7 @@ def run(
     scale : {"small", "paper"}
         Of the built-in experiment.
     scheduler : str
-        What computes repeated work: ``processes``, ``threads``, ``synchronous``, or the address of a Dask scheduler.
+        Engine for repeated work: ``processes``, ``threads``, ``synchronous``, or the address of a Dask scheduler.
     workers : int, optional
         Processes or threads; one for each core by default.
 

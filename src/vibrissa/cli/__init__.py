@@ -38,10 +38,11 @@ for room in (mechanics, movies, spikes, studies):
 def main() -> None:
     """Run the command line; what goes wrong is one line on stderr and exit code 2, or 1 for a fault of the package."""
     words = [word for word in sys.argv[1:] if word != DEBUG]
-    with one_line_for_all(debug=DEBUG in sys.argv), stoppable():
+    with one_line_for_all(debug=DEBUG in sys.argv):
         try:
             cap_memory()
-            app(words, print_error=False, exit_on_error=False)
+            with stoppable():
+                app(words, print_error=False, exit_on_error=False)
         except CycloptsError as error:
             _refuse(usage_line(error, words, options_of(words[0]) if words and words[0] in app else ()))
         except InputError as error:

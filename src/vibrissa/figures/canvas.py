@@ -13,6 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibrissa.arrays import Array, Integers
+from vibrissa.figures.colours import FOUND as FOUND
+from vibrissa.figures.colours import OTHER as OTHER
+from vibrissa.figures.colours import TRUTH as TRUTH
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,9 +24,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
     from matplotlib.gridspec import SubplotSpec
 
-_LETTERS = 16.5  # of 8 points in an inch
+_ROW = 11.5  # height of a row of a legend [point]
 P_VALUES = ("effect_p", "effect_p_clustered")  # every sweep a draw, every whisker one
-TRUTH, FOUND, OTHER = "0.72", "#0072B2", "#D55E00"  # the truth lies behind, broad and pale
 F = TypeVar("F", "Figure", "SubFigure")
 Draw = Callable[["xr.Dataset"], "Figure"]
 
@@ -75,8 +77,8 @@ def new_figure(width: float, height: float, rows: int = 1, columns: int = 1, **l
     return figure, figure.subplots(rows, columns, squeeze=False, **layout)
 
 
-def add_caption(figure: F, data: xr.Dataset, size: float = 8.0) -> F:
-    """Write the caption of a figure below its panels, wrapped to its width.
+def add_caption(figure: F, data: xr.Dataset) -> F:
+    """Give a figure its caption, which is text beside the picture and not in it.
 
     Parameters
     ----------
@@ -84,17 +86,50 @@ def add_caption(figure: F, data: xr.Dataset, size: float = 8.0) -> F:
         With its panels.
     data : Dataset
         As drawn; its attribute ``caption`` is the text.
-    size : float
-        Size of the letters [point].
 
     Returns
     -------
     Figure or SubFigure
         The same.
     """
-    width = int(_LETTERS * figure.get_figure(root=True).get_figwidth() * 8.0 / size)
-    figure.supxlabel(fill(data.attrs["caption"], width), x=0.01, ha="left", fontsize=size, parse_math=False)
+    vars(figure.get_figure(root=True))["caption"] = data.attrs["caption"]
     return figure
+
+
+def caption_of(figure: Figure) -> str:
+    """Caption of a figure; empty where it has none.
+
+    Parameters
+    ----------
+    figure : Figure
+        Drawn.
+
+    Returns
+    -------
+    str
+        As :func:`add_caption` gave it.
+    """
+    return str(getattr(figure, "caption", ""))
+
+
+def key_above(axis: Axes, columns: int = 9, **look: Any) -> None:
+    """Legend between the title and the panel, where it covers no data.
+
+    Parameters
+    ----------
+    axis : Axes
+        With labelled lines and its title.
+    columns : int
+        Largest number of entries in a row.
+    **look
+        Passed on to ``Axes.legend``.
+    """
+    labels = axis.get_legend_handles_labels()[1]
+    if not labels:
+        return
+    place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0, 1), "borderaxespad": 0.1, "borderpad": 0.1}
+    axis.legend(ncols=min(columns, len(labels)), handlelength=1.5, columnspacing=1.1, **place, **look)
+    axis.set_title(axis.get_title(loc="left"), pad=6 + _ROW * -(-len(labels) // columns))
 
 
 def shown_in(unit: str) -> tuple[float, str]:

@@ -177,7 +177,7 @@ def _mean_base(nodes: Mapping[str, Array]) -> tuple[float, float]:
 
 
 def _touch_distance(profile: xr.Dataset, settings: KinematicsSettings) -> float | None:
-    """Distance that is taken for touch; None where no touches are sought."""
+    """Distance below which a whisker touches; None where no touches are sought."""
     if settings.touched is None and not settings.find_touches:
         return None
     if settings.touch_distance is not None:
@@ -276,7 +276,7 @@ def _attributes(
     near: float | None,
     columns: Mapping[str, Array],
 ) -> dict[str, Any]:
-    """What was taken for the face, the base and a touch, and remarks on what the user should know."""
+    """What counts as the face, the base and a touch, and remarks on what the user should know."""
     held, known = np.nansum(columns["rest_held"]), np.isfinite(columns["rest_held"]).sum()
     remarks = [f"angles are to {face.origin}"] if settings.face is None else []
     if near is None:
@@ -285,6 +285,13 @@ def _attributes(
         remarks.append(
             f"in {int(held)} of {int(known)} frames the angle lies beyond those of the free whisker: there Δκ is "
             "against its curvature at the end of them (rest_held)"
+        )
+    amplitude = columns["whisking_amplitude"]
+    if silent := int((~np.isfinite(amplitude)).all(axis=1).sum()):
+        needed = 1 / settings.whisking_band[0]
+        remarks.append(
+            f"{silent} of {len(amplitude)} whiskers have no phase: none of them is seen for {needed:.3g} s "
+            f"without a gap of more than {settings.bridged} frames; `bridged` bridges longer gaps"
         )
     if settings.find_touches and settings.touched is None:
         found = int(np.isfinite(columns["object_x"]).sum())

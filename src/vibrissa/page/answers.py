@@ -19,8 +19,11 @@ from vibrissa.page.frames import packed, sketched
 from vibrissa.page.shaft_table import NODE
 from vibrissa.page.signals import RATE, instants, live_arrays, node_motion
 from vibrissa.page.state import read_state
+from vibrissa.page.whole.drawn import whole_arrays
+from vibrissa.signals.envelope import analytic_envelope
 
 if TYPE_CHECKING:
+    from vibrissa.arrays import Array
     from vibrissa.mechanics.scan.sampled import Predicted
     from vibrissa.page.session import PageSession
     from vibrissa.page.state import State
@@ -111,11 +114,30 @@ def _on(hurried: Callable[[], bool]) -> None:
 
 
 def _live(session: PageSession, state: State, hurried: Callable[[], bool]) -> Answer:
+    if state.whole:
+        return _whole(session, state, hurried)
     prediction = session.predict(state)
     arrays = live_arrays(prediction, state.unit, session.shaft_tables(state))
+    return {**facts(prediction), **_levels(arrays), "threshold": state.unit.threshold}, _drawn(arrays)
+
+
+def _drawn(arrays: Arrays) -> Arrays:
     drawn = {name: values for name, values in arrays.items() if name != "curvature"}
-    said = {**facts(prediction), **_levels(arrays), "threshold": state.unit.threshold}
-    return said, drawn | {name: sketched(arrays[name], MOST) for name in SKETCHED}
+    return drawn | {name: sketched(arrays[name], MOST) for name in SKETCHED}
+
+
+def _whole(session: PageSession, state: State, hurried: Callable[[], bool]) -> Answer:
+    """The whole whisker, and beside it the same one cut at its contact; or how far they are."""
+    job = session.whole_job(state)
+    found = session.whole.get([job.cut(), job], hurried)
+    if isinstance(found, float):
+        return {"progress": found}, {}
+    cut, scan = found
+    arrays = whole_arrays(scan, job, state.unit)
+    said = {**scan.facts, **_levels(arrays), "threshold": state.unit.threshold, "cut_tip": cut.facts["tip"]}
+    said["less"] = float(cut.record.displacement.std() / scan.record.displacement.std())
+    more = {"excursion": cut.record.excursion, "displacement": cut.record.displacement, **cut.record.shaft}
+    return said, {**_drawn(arrays), **{f"cut_{name}": values.astype("<f4") for name, values in more.items()}}
 
 
 def _levels(arrays: Arrays) -> dict[str, Any]:
@@ -156,6 +178,9 @@ def facts(prediction: Predicted) -> dict[str, Any]:
 
 
 def _notes(session: PageSession, state: State, hurried: Callable[[], bool]) -> Answer:
+    if state.whole:
+        found = session.whole.get([session.whole_job(state)], hurried)
+        return ({"progress": found} if isinstance(found, float) else {"notes": [found[0].verdict]}), {}
     return {"notes": notes(session.predict(state), hurried)}, {}
 
 
@@ -186,17 +211,13 @@ def notes(prediction: Predicted, hurried: Callable[[], bool] = _patient) -> list
 
 
 def _contrast(session: PageSession, state: State, hurried: Callable[[], bool]) -> Answer:
-    moved, rates = {}, {}
-    for letter in "ab":
-        prediction = session.predict(state, letter)
-        _on(hurried)
-        known, t = session.shaft_tables(state, letter), instants(prediction)
-        _on(hurried)
-        displacement, drive = node_motion(prediction, t, known)
-        rates[letter] = t, state.unit.rate(t, drive)
-        moved[f"displacement_{letter}"] = displacement.astype("<f4")
-    duration = min(t[-1] for t, _ in rates.values())
-    first, second = counts = [expected_counts(t, rate, duration) for t, rate in rates.values()]
+    found = _motions(session, state, hurried)
+    if isinstance(found, float):
+        return {"progress": found}, {}
+    rates = [(t, state.unit.rate(t, drive)) for t, _, drive in found]
+    moved = {f"displacement_{letter}": one[1].astype("<f4") for letter, one in zip("ab", found, strict=True)}
+    duration = min(t[-1] for t, _ in rates)
+    first, second = counts = [expected_counts(t, rate, duration) for t, rate in rates]
     said = {
         "rate": RATE,
         "node": NODE,
@@ -205,6 +226,26 @@ def _contrast(session: PageSession, state: State, hurried: Callable[[], bool]) -
         "duration": float(duration),
     }
     return said, moved | {f"counts_{letter}": one.astype("<f4") for letter, one in zip("ab", counts, strict=True)}
+
+
+def _motions(
+    session: PageSession, state: State, hurried: Callable[[], bool]
+) -> list[tuple[Array, Array, Array]] | float:
+    """Times, displacement 5 mm from the base and its envelope for either texture; or how far they are."""
+    if state.whole:
+        scans = session.whole.get([session.whole_job(state, letter) for letter in "ab"], hurried)
+        if isinstance(scans, float):
+            return scans
+        moved = [scan.record.displacement for scan in scans]
+        return [(np.arange(len(one)) / RATE, one, analytic_envelope(one)[0]) for one in moved]
+    motions = []
+    for letter in "ab":
+        prediction = session.predict(state, letter)
+        _on(hurried)
+        known, t = session.shaft_tables(state, letter), instants(prediction)
+        _on(hurried)
+        motions.append((t, *node_motion(prediction, t, known)))
+    return motions
 
 
 ANSWERS: dict[str, Callable[[PageSession, State, Callable[[], bool]], Answer]] = {

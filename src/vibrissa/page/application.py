@@ -21,6 +21,7 @@ from vibrissa.page.presets import as_list
 from vibrissa.page.session import PageSession
 from vibrissa.page.state import read_state
 from vibrissa.page.upload_cache import LARGEST, UploadCache
+from vibrissa.page.whole.runs import WholeRuns
 
 if TYPE_CHECKING:
     from anyio import CapacityLimiter
@@ -48,6 +49,7 @@ SCRIPTS = (
     "plots.js",
     "views.js",
     "whisker.js",
+    "bridge.js",
     "sound.js",
     "lesson.js",
     "keep.js",
@@ -85,7 +87,8 @@ class Page:
         self.token = secrets.token_urlsafe(12) if token is None else token
         self.hosts = {f"{name}:{port}" for name in ("127.0.0.1", "localhost")}
         self.uploads = UploadCache()
-        self.session = PageSession(self.uploads.get)
+        self.whole = WholeRuns()
+        self.session = PageSession(self.uploads.get, self.whole)
         self._works = OneAtATime()  # compiled loops may themselves be parallel
         self._drops = OneAtATime()  # while one is read, in a process apart, the page goes on
 
@@ -158,7 +161,7 @@ class Page:
         given = dict(request.query_params)
 
         def make() -> Response:
-            made = exported(PageSession(self.uploads.get), read_state(given), letter, name)
+            made = exported(PageSession(self.uploads.get, self.whole), read_state(given), letter, name)
             return _content(made, KINDS[name][0], {"Content-Disposition": f'attachment; filename="vibrissa-{name}"'})
 
         return await self._answered(make, self._works)

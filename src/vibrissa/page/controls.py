@@ -18,6 +18,7 @@ TEXTURES = {
     "file": "dropped file",
 }
 HOLDS = {"height": "pad-to-substrate distance H", "contact": "contact ε along the shaft"}
+MODELS = {"contact": "one contact (at once)", "rod": "whole whisker (rod, seconds)"}
 GRATINGS, RANDOM = ("random", "widths", "periodic"), ("random", "widths", "rough")
 
 
@@ -109,6 +110,7 @@ def _rest() -> dict[str, Control]:
         "friction": Control("Friction μ", posture, 0.4, 0.0, 2.0, 0.02),
         "speed": Control("Scanning speed v", scan, 0.1, 0.01, 1.0, 0.005, "mm/s", 1e3),
         "damping": Control("Damping ζ", scan, 0.11, 0.0, 0.9, 0.01),
+        "model": Control("Model", scan, "contact", choices=MODELS),
         "threshold": Control("Threshold of the envelope", unit, 8e-6, 0.0, 1e-3, 5e-7, "µm", 1e6),
         "slope": Control("Slope", unit, 2.5e6, 0.0, 1e9, 1e5, "spikes/s per µm", 1e-6),
         "baseline": Control("Baseline", unit, 5.0, 0.0, 200.0, 0.5, "spikes/s"),

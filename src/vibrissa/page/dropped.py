@@ -31,7 +31,7 @@ UNREADABLE = (OSError, ValueError, LookupError, TypeError, ArithmeticError, Attr
 
 
 class DroppedReader:
-    """The process that reads; it is started with the first file, and anew where it was given up."""
+    """The process that reads; it is started with the first file, and again where it was given up."""
 
     def __init__(self) -> None:
         self._lock = Lock()

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vibrissa.errors import ConflictError
 from vibrissa.mechanics.scan.sampled import sampling_times, scanned, scanned_relief
 from vibrissa.mechanics.scan.texture_prediction import Prediction
 from vibrissa.netcdf import encoded
@@ -21,12 +22,14 @@ from vibrissa.page.session import MODES
 from vibrissa.page.shaft_table import NODE
 from vibrissa.page.signals import TRIALS, live_arrays, node_motion
 from vibrissa.page.snippets import command, script
+from vibrissa.page.whole.drawn import whole_arrays
 from vibrissa.tables.writer import table_text
 from vibrissa.texture.io import write_gaps, write_height_profile
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from vibrissa.arrays import Array
     from vibrissa.mechanics.scan.sampled import Predicted
     from vibrissa.page.session import PageSession
     from vibrissa.page.state import Choice, State
@@ -66,6 +69,8 @@ def exported(session: PageSession, state: State, letter: str, name: str) -> byte
     InputError
         If the state is beyond the mechanics.
     """
+    if state.whole and name in WHOLE:
+        return WHOLE[name](session, state, letter)
     _, make = KINDS[name]
     return make(session.predict(state, letter), state, letter)
 
@@ -83,8 +88,13 @@ def _netcdf(prediction: Predicted, state: State, letter: str) -> bytes:
 
 def _csv(prediction: Predicted, state: State, letter: str) -> bytes:
     """Time and signals, with their units in the header; lengths in metres."""
-    data, length = _dataset(prediction), prediction.whisker.length
-    columns = {"time_s": data.time.values, "excursion_m": length * data.excursion.values}
+    return _table(_dataset(prediction), prediction.whisker.length)
+
+
+def _table(data: xr.Dataset, length: float) -> bytes:
+    columns = {"time_s": data.time.values}
+    if "excursion" in data:  # a rod has contacts, not one
+        columns["excursion_m"] = length * data.excursion.values
     for i in range(data.sizes["mode"]):
         columns[f"mode_{i + 1}_m"] = length * data.mode_displacement.values[i]
         columns[f"envelope_{i + 1}_m"] = data.envelope.values[i]
@@ -96,9 +106,12 @@ def _csv(prediction: Predicted, state: State, letter: str) -> bytes:
 
 def _wave(prediction: Predicted, state: State, letter: str) -> bytes:
     """Displacement 5 mm from the base, 16 bits, at true pitch; the loudest sample at 0.9 of full scale."""
+    return _sound(node_motion(prediction, sampling_times(prediction, RATE))[0])
+
+
+def _sound(moved: Array) -> bytes:
     from scipy.io import wavfile
 
-    moved, _ = node_motion(prediction, sampling_times(prediction, RATE))
     loud = np.abs(moved).max()
     samples: NDArray[np.int16] = np.rint(moved * (LOUD * 32767 / loud if loud else 0.0)).astype(np.int16)
     file = io.BytesIO()
@@ -175,6 +188,44 @@ def _picture(kind: Literal["png", "svg"], prediction: Predicted, state: State, l
     return picture(prediction, live_arrays(prediction, state.unit), kind)
 
 
+def _sampled(session: PageSession, state: State, letter: str) -> xr.Dataset:
+    """The scan of the whole whisker at 20 kHz, as `vibrissa scan --model rod --node 0.005` gives it."""
+    found: xr.Dataset = session.whole.wait(session.whole_job(state, letter, sampled=True))
+    return found
+
+
+def _whole_netcdf(session: PageSession, state: State, letter: str) -> bytes:
+    return encoded(_sampled(session, state, letter))
+
+
+def _whole_csv(session: PageSession, state: State, letter: str) -> bytes:
+    return _table(_sampled(session, state, letter), state.whisker.length)
+
+
+def _whole_wave(session: PageSession, state: State, letter: str) -> bytes:
+    moved = _sampled(session, state, letter).displacement.to_numpy()[:, 0]
+    return _sound(moved - moved.mean())
+
+
+def _whole_picture(kind: Literal["png", "svg"], session: PageSession, state: State, letter: str) -> bytes:
+    job = session.whole_job(state, letter)
+    scan = session.whole.wait(job)
+    return picture(session.predict(state, letter), whole_arrays(scan, job, state.unit), kind, "whole whisker (rod); ")
+
+
+def _whole_study(session: PageSession, state: State, letter: str) -> bytes:
+    remedy = "copy the command or Python, or choose the other model"
+    raise ConflictError("study.zip", "must be of one contact: a study does not film the whole whisker", remedy=remedy)
+
+
+WHOLE: dict[str, Callable[[PageSession, State, str], bytes]] = {  # what else a state of the whole whisker gives
+    "data.nc": _whole_netcdf,
+    "signals.csv": _whole_csv,
+    "sound.wav": _whole_wave,
+    "study.zip": _whole_study,
+    "picture.png": partial(_whole_picture, "png"),
+    "picture.svg": partial(_whole_picture, "svg"),
+}
 KINDS: dict[str, tuple[str, Maker]] = {  # media type of each file, and what makes it
     "data.nc": ("application/x-netcdf", _netcdf),
     "signals.csv": ("text/csv", _csv),

@@ -22,7 +22,7 @@ BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"  # modes 1 to 3, of Oka
 Arrays = Mapping[str, NDArray[np.float32]]
 
 
-def picture(prediction: Predicted, arrays: Arrays, kind: Literal["png", "svg"]) -> bytes:
+def picture(prediction: Predicted, arrays: Arrays, kind: Literal["png", "svg"], model: str = "") -> bytes:
     """The views as a file: whisker, excursion, modes, moment, spectrogram and firing; equal states give equal files.
 
     Parameters
@@ -33,6 +33,8 @@ def picture(prediction: Predicted, arrays: Arrays, kind: Literal["png", "svg"]) 
         Of :func:`vibrissa.page.signals.live_arrays`.
     kind : {"png", "svg"}
         Format.
+    model : str
+        Words before the title.
 
     Returns
     -------
@@ -44,11 +46,11 @@ def picture(prediction: Predicted, arrays: Arrays, kind: Literal["png", "svg"]) 
     file = io.BytesIO()
     with as_file(files("vibrissa.figures") / "style.mplstyle") as path, style.context([path, {"svg.hashsalt": "page"}]):
         metadata = {"Date": None} if kind == "svg" else {}
-        _drawn(prediction, arrays).savefig(file, format=kind, dpi=150, metadata=metadata)
+        _drawn(prediction, arrays, model).savefig(file, format=kind, dpi=150, metadata=metadata)
     return file.getvalue()
 
 
-def _drawn(prediction: Predicted, arrays: Arrays) -> Figure:
+def _drawn(prediction: Predicted, arrays: Arrays, model: str) -> Figure:
     figure, grid = new_figure(10.0, 9.0, 4, 2)
     axes = grid.ravel()
     time = np.arange(len(arrays["excursion"])) / RATE
@@ -59,7 +61,7 @@ def _drawn(prediction: Predicted, arrays: Arrays) -> Figure:
     _line(axes[5], time, arrays["moment"] * 1e9, "Moment at the base [nN m]")
     _spectrogram(axes[6], arrays)
     _firing(axes[7], time, arrays)
-    figure.suptitle(_title(prediction), fontsize=9)
+    figure.suptitle(model + _title(prediction), fontsize=9 if not model else 8.5)
     return figure
 
 

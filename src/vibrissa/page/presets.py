@@ -35,36 +35,42 @@ CLEAN: dict[str, float | str] = {
 }
 ROUGH = {"a.kind": "rough", "b.kind": "rough"}
 PRESETS = (
-    Preset("Tip contact", "The tip alone touches the grating, and every assumption of the model holds.", CLEAN),
+    Preset(
+        "Tip contact",
+        "A whisker that ends where it touches: at each gap it is let go and rings, and a neuron answers the ringing.",
+        CLEAN,
+    ),
     Preset(
         "Long free end",
-        "The same whisker uncut: 9.6 mm lie beyond the contact and bridge the gaps, so this model, which has one "
-        "contact, is wrong here; vibrissa scan --model rod computes the whole shaft.",
-        {**CLEAN, "tip": 0.05},
+        "The same whisker uncut, computed as a whole (rod): the 9.6 mm beyond the contact bridge the gaps, and nine "
+        "tenths of the vibration are gone.",
+        {**CLEAN, "tip": 0.05, "model": "rod"},
     ),
     Preset(
         "Smooth against rough",
-        "Texture A is a tenth as rough as texture B: play both, and compare their rates under A or B.",
+        "Texture A is a tenth as rough as texture B: play both, and compare their rates in the last picture.",
         {**CLEAN, **ROUGH, "a.rms": 5e-7, "b.rms": 5e-6},
     ),
     Preset(
         "Long whisker",
-        "55 mm: the resonances are low. Compare the short one.",
+        "A whisker of 55 mm rings slowly, like a long string. Compare the short one.",
         {**CLEAN, "length": 0.055, "cone_angle": 2.4e-3},
     ),
     Preset(
         "Short whisker",
-        "22 mm: the same shape rings 2.5 times as fast as the long one.",
+        "The same shape with 22 mm rings 2.5 times as fast as with 55 mm.",
         {**CLEAN, "length": 0.022, "cone_angle": 2.4e-3},
     ),
     Preset(
         "Paper: one gap",
-        "Gaps of 0.6 mm every 10 mm, as in Figure 2: the contact is held by an edge, jumps, and the whisker rings.",
+        "Gaps of 0.6 mm every 10 mm, as in Figure 2 of the paper: at each the whisker rings. The paper leaves the free "
+        "end out, hence the red verdict.",
         {"hold": "height", "a.kind": "periodic", "a.period": 0.01, "a.duty": 0.06, "b.kind": "periodic"},
     ),
     Preset(
         "Paper: random grating",
-        "Random gaps, 0.6 mm apart on average, as in Figure 3, at a posture of the paper.",
+        "Random gaps, 0.6 mm apart on average, as in Figure 3 of the paper, at one of its postures. The paper leaves "
+        "the free end out, hence the red verdict.",
         {"hold": "height"},
     ),
 )

@@ -16,6 +16,8 @@ from vibrissa.mechanics.scan.texture_prediction import predict
 from vibrissa.mechanics.statics.gap import jump_table
 from vibrissa.mechanics.statics.profile import check_tip
 from vibrissa.page.shaft_table import ShaftTables, shaft_tables
+from vibrissa.page.whole.job import CUT, WholeJob
+from vibrissa.page.whole.runs import WholeRuns
 from vibrissa.texture.generators import self_affine, wave
 from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import Gaps, Reading, periodic_grating, random_grating
@@ -76,10 +78,12 @@ class PageSession:
     ----------
     dropped : callable
         Gives the surface of a dropped file by its key.
+    whole : WholeRuns, optional
+        Scans of the whole whisker, shared with other sessions.
     """
 
-    def __init__(self, dropped: Callable[[str], Gaps | HeightProfile]) -> None:
-        self._dropped = dropped
+    def __init__(self, dropped: Callable[[str], Gaps | HeightProfile], whole: WholeRuns | None = None) -> None:
+        self._dropped, self.whole = dropped, WholeRuns() if whole is None else whole
         self.surface = lru_cache(KEPT)(self._surface)
         self._gaps = lru_cache(KEPT)(self._gaps_anew)
         self._relief = lru_cache(KEPT)(self._relief_anew)
@@ -116,6 +120,37 @@ class PageSession:
             return predict(whisker, posture, surface, scan, n_modes=MODES, response=response, jumps=jumps)
         _refuse_long(float(surface.position[-1]), scan.speed)
         return replace(self._relief(whisker.length, posture, choice), whisker=whisker, scan=scan)
+
+    def whole_job(self, state: State, letter: str = "a", *, sampled: bool = False) -> WholeJob:
+        """The scan of the whole whisker for one of the two textures.
+
+        Parameters
+        ----------
+        state : State
+            Values of the controls.
+        letter : {"a", "b"}
+            Which texture.
+        sampled : bool
+            Whether the dataset is wanted, or what is drawn.
+
+        Returns
+        -------
+        WholeJob
+            To be asked of ``whole``.
+
+        Raises
+        ------
+        InputError
+            If nothing of the whisker lies beyond its contact, or the scan would last too long.
+        """
+        whisker, posture, choice = state.whisker, state.posture, state.texture(letter)
+        check_tip(posture, whisker)
+        if whisker.tip > posture.contact - CUT:
+            rule = f"must lie {CUT:g} or more beyond the contact at {posture.contact:.4g} for the whole whisker"
+            raise RangeError("Whisker, Tip (tip)", rule, f"{whisker.tip:.4g}", "lower it, or choose the other model")
+        surface = self.surface(choice)
+        _refuse_long(float((surface.end if isinstance(surface, Gaps) else surface.position)[-1]), state.scan.speed)
+        return WholeJob(whisker, posture, state.scan, choice, sampled, surface=surface)
 
     def shaft_tables(self, state: State, letter: str = "a") -> ShaftTables:
         """Where the shaft is without vibration, for the prediction of the same state.

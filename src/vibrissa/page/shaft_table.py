@@ -1,4 +1,4 @@
-"""Where the shaft is while a scan goes on: without vibration it follows from where its contact is."""
+"""Where the shaft is during a scan: without vibration it follows from where its contact is."""
 
 from __future__ import annotations
 

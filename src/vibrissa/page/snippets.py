@@ -38,7 +38,7 @@ def command(prediction: Predicted, state: State, letter: str) -> bytes:
     numbers = {f"whisker.{name.replace('_', '-')}": value for name, value in vars(whisker).items()}
     numbers |= {"contact": posture.contact, "base-angle": posture.base_angle, "friction": posture.friction}
     numbers |= {"speed": scan.speed, "damping": scan.damping, "node": NODE}
-    words = ["vibrissa", "scan", TEXTURE]
+    words = ["vibrissa", "scan", TEXTURE, *(["--model", "rod"] if state.whole else [])]
     for name, value in numbers.items():
         words += [f"--{name}", repr(float(value))]
     if not isinstance(prediction, Prediction):
@@ -62,13 +62,14 @@ def script(prediction: Predicted, state: State, letter: str) -> bytes:
     posture, scan = prediction.posture, prediction.scan
     cone = {name: float(value) for name, value in vars(prediction.whisker).items()}
     held = {name: float(getattr(posture, name)) for name in ("contact", "base_angle", "friction")}
+    model = ', model="rod"' if state.whole else ""
     lines = [
         "import vibrissa as vb",
         "",
         f"whisker = vb.Whisker({_named(cone)})",
         f"posture = vb.Posture({_named(held)})",
         f"surface = {_surface(prediction, state.texture(letter))}",
-        f"motion = vb.scan(whisker, posture, surface, speed={scan.speed!r}, damping={scan.damping!r})",
+        f"motion = vb.scan(whisker, posture, surface, speed={scan.speed!r}, damping={scan.damping!r}{model})",
         f"data = motion.sample(20000.0, nodes=[{NODE!r}])",
         "print(data.displacement)",
     ]

@@ -45,7 +45,7 @@ class State:
     Attributes
     ----------
     values : dict
-        By the names of :data:`vibrissa.page.controls.CONTROLS`: numbers in SI, or words.
+        By the names of ``vibrissa.page.controls.CONTROLS``: numbers in SI, or words.
     """
 
     values: dict[str, float | str]
@@ -82,6 +82,11 @@ class State:
     def scan(self) -> Scan:
         """Speed and damping."""
         return Scan(speed=self.number("speed"), damping=self.number("damping"))
+
+    @property
+    def whole(self) -> bool:
+        """Whether the whole whisker is wanted, as a rod."""
+        return self.values["model"] == "rod"
 
     @property
     def unit(self) -> ThresholdLinearUnit:

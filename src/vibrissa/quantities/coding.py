@@ -20,7 +20,7 @@ CODING: dict[str, Quantity] = {
     "surround_p_value": Quantity(("unit", "whisker"), "1", "p-value of a whisker, adjusted over those of the unit"),
     "surround_verdict": Quantity(("unit", "whisker"), "1", "whether a whisker drives, suppresses, does nothing"),
     "strongest_whisker": Quantity(("unit",), "1", "whisker of the largest weight"),
-    "condition_number": Quantity((), "1", "condition number of the whiskers' hinged envelopes, scaled"),
+    "condition_number": Quantity((), "1", "condition number of the whiskers' thresholded envelopes, scaled"),
     "weight_inflation": Quantity(("whisker",), "1", "variance of a weight over that beside uncorrelated copies"),
     "copy_likeness": Quantity(("whisker",), "1", "largest |r| with another copy at lags up to the latest latency"),
     "likest_whisker": Quantity(("whisker",), "1", "whisker whose copy is most alike"),
@@ -30,7 +30,7 @@ CODING: dict[str, Quantity] = {
     **ranged("drive_loss", ("unit", "drive"), "bit", "likelihood of unseen spikes under the best drive's, per spike"),
     "drive_latency": Quantity(("unit", "drive"), "s", "delay from drive to rate"),
     "drive_likeness": Quantity(("drive",), "1", "correlation of a drive with the envelope over the bins that count"),
-    "best_drive": Quantity(("unit",), "1", "drive that foresees unseen spikes best, or cannot tell"),
+    "best_drive": Quantity(("unit",), "1", "drive that predicts unseen spikes best, or cannot tell"),
     "carrier_frequency": Quantity(("stimulus",), "Hz", "mean frequency of a stimulus, weighted by power"),
     # envelope or phase
     **ranged("demodulation_index", ("unit",), "1", "modulation by the envelope less that by the phase, over their sum"),

@@ -32,7 +32,7 @@ DISCRIMINATION: dict[str, Quantity] = {
         "log posterior of a texture, mean over decoders that have not seen the trial",
     ),
     "units_used": Quantity(("units_used",), "1", "number of units read"),
-    "accuracy_by_units": Quantity(("code", "units_used"), "1", "accuracy, mean over draws of so many units"),
+    "accuracy_by_units": Quantity(("code", "units_used"), "1", "accuracy, mean over draws of this number of units"),
     "accuracy_by_units_low": Quantity(("code", "units_used"), "1", "accuracy that 1 in 10 draws of units falls below"),
     "accuracy_by_units_high": Quantity(("code", "units_used"), "1", "accuracy that 1 in 10 draws of units exceeds"),
     "roc_false": Quantity(("roc_false",), "1", "share of the second texture's trials called the first"),

@@ -186,7 +186,7 @@ def _design(response: ArrayLike, terms: Mapping[str, ArrayLike]) -> _Design:
         raise TooFewError("terms", "must each take more than one value")
     x[:, 1:] = (x[:, 1:] - x[:, 1:].mean(axis=0)) / spread[1:]
     if np.linalg.matrix_rank(x) < x.shape[1]:
-        raise RangeError("terms", "must not follow from one another", ", ".join(terms), "leave one out")
+        raise RangeError("terms", "must be linearly independent", ", ".join(terms), "leave one out")
     ends = np.cumsum([1, *(block.shape[1] for block in blocks.values())])
     places = {name: np.arange(ends[i], ends[i + 1]) for i, name in enumerate(blocks)}
     return _Design(y[made], x, spread, made, places, numeric)

@@ -29,7 +29,7 @@ def significant(p: ArrayLike, level: float = LEVEL) -> Mask:
 
 
 def least_p(draws: ArrayLike) -> Array:
-    """Least p-value that a rank among so many random draws can give, 1/(1 + N).
+    """Least p-value that a rank among N random draws can give, 1/(1 + N).
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def least_p(draws: ArrayLike) -> Array:
 
 
 def reaches(draws: ArrayLike, level: float = LEVEL) -> Mask:
-    """Whether so many draws can give a significant p-value: 19 cannot give one below 0.05, 20 can.
+    """Whether this number of draws can give a significant p-value: 19 cannot give one below 0.05, 20 can.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.arrays import Array
-from vibrissa.binary import read_npy
+from vibrissa.binary import read_npy, read_wav
 from vibrissa.errors import FormatError, MissingError, RangeError, TooFewError, UnknownError, require_positive
 from vibrissa.files import digest, written_whole
 from vibrissa.netcdf import load, save
@@ -243,9 +243,7 @@ def encoded(values: Array, encoding: str) -> bytes:
 
 
 def _read_wav(path: Path, facts: dict[str, Any]) -> Array:
-    from scipy.io import wavfile
-
-    values = wavfile.read(path)[1].T.astype(float)
+    values = read_wav(path)[1].T.astype(float)
     # 24 bits are in the upper ones of 32
     top = {"float32": 1.0, "int16": float(_top("int16")), "int24": _top("int24") * 256.0}
     return values / top[facts["encoding"]] * facts["full_scale"]

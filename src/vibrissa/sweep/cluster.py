@@ -94,7 +94,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _reached(scheduler: str) -> str:
-    """Address of the scheduler, as soon as it answers as one: ``Client`` would not give up what is none.
+    """Address of the scheduler, as soon as it answers as one: ``Client`` would wait for anything else for ever.
 
     Raises
     ------

@@ -40,7 +40,7 @@ REASONS = (  # by the code in ``cell_reason``
     "beyond the fold",
     "contact beyond the tip",
     "no profile follows the edges of the widest gap",
-    "less linear than asked for",
+    "less linear than required",
     "no equilibrium",
     "the rod does not come to rest",
 )

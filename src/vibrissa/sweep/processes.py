@@ -159,7 +159,7 @@ class Crew:
         return line
 
     def _watch_over(self) -> None:
-        """Kill processes that have work and are frozen: their pipe breaks, and the thread that waits for it goes on."""
+        """Kill processes that have work and are frozen: their pipe breaks, and the waiting thread continues."""
         still = frozen.Stillness()
         while not self._watched.wait(frozen.LOOK):
             with self._lock:

@@ -37,14 +37,14 @@ def read_table(
     path : path
         UTF-8 text; blank lines and lines that start with ``#`` are left alone.
     needed, optional : mapping of str
-        SI unit of each quantity, :data:`~vibrissa.tables.units.TEXT` of words. A column is named as its quantity, or
+        SI unit of each quantity, ``vibrissa.tables.units.TEXT`` of words. A column is named as its quantity, or
         as it and a unit: ``width`` [m], ``width_um``.
     others : bool
         Whether the table may have further columns.
     header : sequence of str, optional
         Names of the columns of a table without a header.
     delimiter : str
-        Between cells; :data:`ANY` for white space, commas and semicolons.
+        Between cells; ``ANY`` for white space, commas and semicolons.
 
     Returns
     -------

@@ -74,7 +74,7 @@ def to_si(values: Numbers, unit: str) -> Numbers:
     values : float or array
         In the unit.
     unit : str
-        One of those in :data:`UNITS`; of another the numbers are in SI already.
+        One of those in ``UNITS``; of another the numbers are in SI already.
 
     Returns
     -------

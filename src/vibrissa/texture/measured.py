@@ -222,9 +222,12 @@ class Measured:
         slope, rest = float(self.line()[1]), float(np.ptp(self.levelled().height))
         rise = abs(slope) * float(np.ptp(self.position))
         if rise > rest:
-            rule = f"must be level: its tilt must rise by no more than its heights about it span, {rest * 1e6:.3g} µm"
+            rule = (
+                "must be level: the line fitted to it must rise by no more than the heights about this line span, "
+                f"{rest * 1e6:.3g} µm"
+            )
             found = f"{rise * 1e6:.4g} µm ({slope * 1e3:.3g} mm per m)"
-            raise FormatError(self.name, rule, found, "`level='line'` takes it away, `level='none'` keeps it")
+            raise FormatError(self.name, rule, found, "`level='line'` subtracts the line, `level='none'` keeps it")
 
     def sampling(self) -> list[str]:
         """How finely the profile is sampled, and whether its points follow one another.

@@ -14,7 +14,7 @@ import numpy as np
 
 from vibrissa.arrays import Array, Mask
 from vibrissa.binary import COPIES, refuse_bomb
-from vibrissa.errors import FormatError, InputError, PackageError, TooFewError, UnknownError, install
+from vibrissa.errors import FormatError, InputError, PackageError, ShapeError, TooFewError, UnknownError, install
 from vibrissa.limits import require_memory
 from vibrissa.tables.units import to_si, units_of
 from vibrissa.texture.measured import SHORTEST_SCAN, TOO_SHORT, Measured
@@ -23,6 +23,7 @@ AXES = "xy"
 _TEXTS = {"xyz", "asc"}  # formats of bare text, whose readers go through all of any file
 _START, _PART = 1 << 18, 1 << 12  # bytes of a file that are looked at: of its start; of its middle, of its end
 _NUMBER = re.compile(rb"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|nan", re.IGNORECASE)
+_HIDES = "a row with another separator, or without a finite number, hides those above it: mend it"
 _TWO_COLUMNS = "a text needs two columns, or a header such as position_mm,height_um"
 
 
@@ -83,6 +84,8 @@ def _opened(path: str | Path) -> tuple[Any, tuple[str, ...]]:
         about = f": {cause[0][:120]}" if cause and not cause[0].startswith("tried ") else ""
         rule = f"is no topography that can be read ({type(error).__name__}{about})"
         raise FormatError(str(path), rule, remedy=_TWO_COLUMNS) from error
+    if reader.format() in _TEXTS:
+        _refuse_lost_rows(path, max(points) if reader.format() == "xyz" else None)
     names = [channel.name for channel in reader.channels]
     channels = (f"its channel {reader.default_channel.name} is read, of {', '.join(names)}",) if names[1:] else ()
     return surface, channels + _stylus(surface)
@@ -122,6 +125,21 @@ def _has_numbers(path: str | Path) -> bool:
     )
 
 
+def _refuse_lost_rows(path: str | Path, points: int | None) -> None:
+    """Refuse a text with a row of anything but numbers: its reader silently leaves out that row, or all above it."""
+    columns = rows = 0
+    with open(path, encoding="latin-1") as file:  # any bytes, and the ends of lines of any system
+        for number, line in enumerate(file, 1):
+            cells = re.sub("[,;]", " ", line).encode("latin-1").split()
+            if len(cells) > 1 and all(map(_NUMBER.fullmatch, cells)) and len(cells) == (columns or len(cells)):
+                columns, rows = len(cells), rows + 1
+            elif rows and cells:
+                rule = f"must be {columns} numbers, as the rows above it"
+                raise FormatError(f"{path}, line {number}", rule, line.strip()[:40] or None, "remove or mend it")
+    if points is not None and rows != points:
+        raise FormatError(str(path), f"has {rows} rows of numbers, of which only {points} can be read", None, _HIDES)
+
+
 def _instrument_readers(path: str | Path) -> ModuleType:
     """Give the module of SurfaceTopography that opens a file by its content."""
     try:
@@ -154,7 +172,14 @@ def _invalid(path: str | Path, size: int) -> Mask:
         marked = file.readline().strip() == b"X;Y;valid"
     if not marked:
         return np.zeros(size, bool)
-    return np.loadtxt(path, delimiter=";", skiprows=2, usecols=2, ndmin=1) == 0
+    try:
+        marks = np.loadtxt(path, delimiter=";", skiprows=2, usecols=2, ndmin=1)
+    except ValueError as error:
+        rule = f"must mark each point as valid or not ({str(error)[:80]})"
+        raise FormatError(str(path), rule, remedy="mend that row, or remove it") from error
+    if marks.size != size:
+        raise ShapeError(str(path), f"must mark each of its {size} points as valid or not", f"{marks.size} marks")
+    return np.asarray(marks == 0)
 
 
 def _along(path: str | Path, surface: Any, line: str | None, notes: tuple[str, ...]) -> Measured:

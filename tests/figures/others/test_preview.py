@@ -55,6 +55,12 @@ def test_measured_nodes_lie_where_they_were_tracked(movie, profile):
     assert coloured(picture, 1)[0].size == 0  # lost
 
 
+def test_tracks_without_reasons_of_lost_frames_are_drawn(movie, profile):
+    with_reasons = next(preview.overlay(movie, profile, [1]))
+    del profile.attrs["lost"]
+    np.testing.assert_array_equal(next(preview.overlay(movie, profile, [1])), with_reasons)
+
+
 def test_frames_are_those_asked_for(movie, profile):
     pictures = list(preview.overlay(movie, profile, [0, 3, 4, 8]))
     assert [int(one[30, 200, 0]) for one in pictures] == [0, 30, 40, 80]

@@ -51,7 +51,7 @@ def test_a_bias_is_the_median_error_and_empties_the_intervals(data):
     one = data.sel(forcing="white, Eq. 5", mode=2)
     assert float(np.median(one.frequency_ratio)) == pytest.approx(0.92, abs=2e-3)
     assert float(one.frequency_held) < 0.01
-    assert "White, Eq. 5: mode 1: median error -8." in data.attrs["caption"]
+    assert "White, Eq. 5: mode 1: median error −8." in data.attrs["caption"]
 
 
 def test_intervals_of_half_the_width_hold_the_truth_in_two_thirds_of_the_sweeps():

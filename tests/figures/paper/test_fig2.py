@@ -92,8 +92,20 @@ def test_small_excursions_follow_the_linear_response(data):
     assert near < 0.02 * np.abs(data.unit_response[s]).max() < 0.2 * far
 
 
+def test_profiles_all_along_the_gap_are_those_of_their_excursions(data):
+    last = data.sizes["passage"] // 2
+    np.testing.assert_allclose(data.passage_excursion[[last - 1, last]], data.stage_excursion[1:], rtol=1e-12)
+    for passage, stage in ((last - 1, 2), (last, 3)):
+        np.testing.assert_allclose(data.passage_response[passage], data.stage_response.sel(stage=stage), atol=1e-9)
+    shaft = data.s.values >= data.attrs["contact"] + fig2.BESIDE
+    off = np.abs(data.passage_response - data.unit_response)[:, shaft].max("s").values
+    assert np.all(np.diff(off[:last]) > 0)  # the farther from the flat, the less linear
+    assert np.all(np.diff(off[last:]) < 0)
+    assert f"up to {100 * data.attrs['collapse_residual']:.0f} % of its largest" in data.attrs["caption"]
+
+
 def test_the_caption_says_where_the_paper_prints_another_sign(data):
-    assert "slope of d is +v; the paper's caption prints −v" in data.attrs["caption"]
+    assert "Its slope is +v; the paper's caption prints −v" in data.attrs["caption"]
 
 
 @pytest.mark.parametrize(("tip", "words"), [(0.05, "does not allow the jump to U₃"), (0.285, "allows the jump to U₃.")])

@@ -9,6 +9,7 @@ from refusals import refusal
 from simulated_sweeps import simulated
 
 from vibrissa.figures.paper import fig6_envelopes
+from vibrissa.figures.paper.parts.examples import alike
 from vibrissa.mechanics.across.comparison import compare_sweeps
 from vibrissa.study.paper.paper_numbers import compare
 from vibrissa.texture.surface import random_grating
@@ -40,12 +41,35 @@ def test_lag_is_near_zero_where_there_is_none(data):
     assert np.nanmedian(np.abs(data.best_lag.sel(mode=1))) < 5e-3
 
 
-def test_examples_are_of_one_whisker_and_texture_and_scaled_to_the_measurement(study, data):
+@pytest.mark.parametrize(
+    ("animals", "conditions", "shared", "owners"),
+    [
+        (1, 3, "one whisker, one texture", 1),
+        (2, 2, "whiskers of one name in several animals, one texture", 2),
+        (1, 2, "several whiskers, one texture", 3),
+    ],
+)
+def test_examples_share_a_texture_and_the_whisker_where_it_has_three(animals, conditions, shared, owners):
+    sweeps, _ = simulated(animals=animals, conditions=conditions)
+    places, words = alike(sweeps, sweeps.accepted.values)
+    some = sweeps.isel(sweep=places)
+    assert words == shared
+    assert len(places) >= 3
+    assert len(np.unique(some.texture)) == 1
+    assert len(set(zip(some.animal.values.tolist(), some.whisker_name.values.tolist(), strict=True))) == owners
+
+
+def test_examples_are_scaled_to_the_measurement_and_have_their_texture(study, data):
     sweeps = study[0]["sweeps"].sel(sweep=data.example)
-    assert len(np.unique(sweeps.whisker_name)) == len(np.unique(sweeps.texture)) == 1
     assert np.all(np.diff(data.example_correlation) >= 0)
     whole = [study[1][int(i)].envelope.values[0].mean() for i in data.example] / sweeps.length.values
     np.testing.assert_allclose(data.example_predicted.mean("distance_scanned"), whole, rtol=0.3)
+    start = np.array([0.0, 0.02, 0.9])
+    known = {i: one.assign(trough_start=("trough", start), trough_width=("trough", np.full(3, 1e-3)))
+             for i, one in study[1].items()}  # fmt: skip
+    textured = fig6_envelopes.compute(study[0], known.__getitem__)
+    np.testing.assert_array_equal(textured.trough_start, [0.02])  # the one in the distance shown
+    assert fig6_envelopes.draw(textured).axes[3].get_xlabel() == "distance scanned [mm]"
 
 
 def test_caption_tells_both_tests(data):

@@ -64,6 +64,17 @@ def test_whole_responses_do_not_collapse_in_either_form(data):
     assert "in the linear form only (22 % exact, 0 % linear)" in data.attrs["caption"]
 
 
+def test_displacement_near_the_base_starts_at_the_edge_and_is_that_of_the_modes(data):
+    before = data.edge_time.values <= 0
+    assert np.abs(data.node_displacement.values[..., before]).max() < 1e-12  # nothing moves before the edge is met
+    width = data.gap.values[:, None] / WHISKER.length
+    np.testing.assert_allclose(data.node_response.values, data.node_displacement.values / width)
+    peak = np.abs(data.node_displacement).max("edge_time") * WHISKER.length / data.gap
+    found = data.peak_over_width.sel(signal="displacement at s = 0.9")
+    np.testing.assert_allclose(peak.transpose(*found.dims), found, rtol=1e-3)  # on another grid of times
+    assert np.hypot(data.attrs["node_x"], data.attrs["node_y"]) < WHISKER.length
+
+
 def test_spreads_are_those_of_the_peaks_drawn(data):
     peak = np.abs(data.mode_displacement.sel(mode=1)).max("time") * WHISKER.length / data.gap
     np.testing.assert_allclose(data.peak_over_width.sel(signal="q + Q"), peak, rtol=1e-12)
@@ -88,9 +99,6 @@ def test_linear_gain_lies_above_the_exact_one(data):
 def test_drawing_labels_every_axis(data):
     figure = fig6_model.draw(data)
     figure.savefig(io.BytesIO())  # a warning would be an error
-    assert len(figure.axes) == 12
-    for axis in figure.axes:
-        assert axis.get_xlabel()
-        assert axis.get_title(loc="left")
-    for axis in figure.axes[::2]:
-        assert axis.get_ylabel()
+    letters = [title[0] for axis in figure.axes if (title := axis.get_title(loc="left")) and title[0].isupper()]
+    assert sorted(letters) == list("ABFGH")
+    assert all(axis.get_xlabel() for axis in figure.axes)

@@ -75,16 +75,16 @@ def test_a_threshold_that_is_not_identified_is_neither_printed_nor_drawn():
     assert "Threshold: not identified." in found.attrs["caption"]
     assert "threshold 40" not in found.attrs["caption"]
     [panel] = [axis for axis in fig8.draw(found).axes if axis.get_title(loc="left").startswith("D")]
-    assert [text.get_text() for text in panel.texts] == ["threshold not identified"]
+    assert fig8.FITTED not in [line.get_color() for line in panel.lines]
     given["unit"].attrs["fit"] = "paper2014"  # whose fit has no intervals
     assert "threshold 40.0 µm" in fig8.compute(given).attrs["caption"]
 
 
 def test_simulated_units_are_called_so_and_recorded_ones_by_their_source(data):
-    assert data.attrs["caption"].startswith("One simulated unit, 60 presentations")
+    assert data.attrs["caption"].startswith("Figure 8. One simulated unit, 60 presentations")
     recorded = fig8.compute(study(source="rat7.csv"))
-    assert recorded.attrs["caption"].startswith("One unit of rat7.csv")
-    assert fig8.draw(recorded).axes[0].get_title(loc="left") == "A  One unit"
+    assert recorded.attrs["caption"].startswith("Figure 8. One unit of rat7.csv")
+    assert "A  One unit" in [axis.get_title(loc="left") for axis in fig8.draw(recorded).axes]
 
 
 @pytest.mark.parametrize(
@@ -97,10 +97,45 @@ def test_short_records_and_silent_units_are_drawn_without_chance(unit, n_bins):
     fig8.draw(data).savefig(io.BytesIO())
 
 
+def test_the_texture_that_drove_the_unit_is_shown_and_its_absence_said(data):
+    given, time = study(), np.arange(0, 10, 1e-3)
+    given["prediction"] = dataset(time=time, point_displacement=1e-5 * np.sin(time))
+    given["apparatus"] = dataset({"speed": 0.1}, trough_start=[0.0, 0.1], trough_width=[1e-3, 1e-3])
+    found = fig8.compute(given)
+    np.testing.assert_array_equal(found.trough_start, [0.0, 0.1])
+    start, stop = found.attrs["zoom"]
+    assert start <= found.bin.values[np.argmax(found.bin_envelope.values)] <= stop <= start + fig8.ZOOM + 1e-9
+    assert "with the texture as it passes" in found.attrs["caption"]
+    assert "the texture behind the stimulus is not in these results" in data.attrs["caption"]
+    fig8.draw(found).savefig(io.BytesIO())
+
+
+def test_the_envelope_is_scaled_to_come_nearest_to_the_rate(data):
+    best = ((data.firing_rate - data.scaled_envelope) ** 2).sum()
+    for factor in (0.99, 1.01):
+        assert ((data.firing_rate - factor * data.scaled_envelope) ** 2).sum() > best
+
+
+def test_several_units_are_shown_with_the_envelopes_of_their_own_whiskers(data):
+    envelope = np.abs(np.random.default_rng(0).normal(4e-5, 1e-5, (4, 300)))
+    examples = dataset(
+        {"bin_width": 0.01, "n_trials": 40},
+        example_unit=["a", "b", "c", "d"],
+        bin=0.01 * np.arange(300),
+        example_rate=2e5 * envelope * np.arange(1, 5)[:, None],
+        example_bin_envelope=envelope,
+        example_quality=["SU", "SU", "MU", "MU"],
+        example_session=[3, 3, 3, 3],
+    )
+    found = fig8.compute(study() | {"unit_examples": examples})
+    np.testing.assert_allclose(found.together_scaled, found.together_rate)  # rates in proportion to the envelope
+    assert "2 SU and 2 MU of one session (40 presentations)" in found.attrs["caption"]
+    assert "C, several units: none is given" in data.attrs["caption"]
+    fig8.draw(found).savefig(io.BytesIO())
+
+
 def test_drawing_labels_every_axis(data):
     figure = fig8.draw(data)
     figure.savefig(io.BytesIO())
-    assert len(figure.axes) == 5
-    for axis in figure.axes:
-        assert axis.get_ylabel()
-        assert axis.get_title(loc="left")
+    assert sorted(title for axis in figure.axes if (title := axis.get_title(loc="left")[:1])) == list("AABDE")
+    assert all(axis.get_ylabel() for axis in figure.axes)

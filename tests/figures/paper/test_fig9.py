@@ -30,7 +30,7 @@ def truth():
 
 @pytest.fixture(scope="module")
 def data(truth):
-    return fig9.compute(units_of(truth), rng=RNG(2), truth=truth)
+    return fig9.compute(units_of(truth), truth=truth)
 
 
 @pytest.mark.parametrize(
@@ -57,105 +57,103 @@ def test_a_population_put_in_comes_out(data):
         np.testing.assert_allclose(here[f"{name}_sem"], paper[f"{name}_sem"], rtol=0.2)
 
 
-def test_table_shows_both_readings_and_what_was_printed(data):
-    table = data.table_text.values.tolist()
-    text = "\n".join(" | ".join(row) for row in table)
-    for told in ("170 (Results), 143 (Methods)", "344 (Results), 289 (Methods)", "printed 44 %", "45.6 % [40.5–50.9]"):
-        assert told in text
-    assert "31.5 % [24.4–39.5]" in text
-    assert "p = 0.73" in text
-
-
-def test_shares_by_sessions_are_told_only_where_resampling_tells_something(truth):
-    driven = np.array([True, True, False, True])
-    low, high = fig9._by_session(driven, np.array([0, 0, 1, 1]), RNG(0))
-    assert low == 0.5
-    assert high == 1.0
-    for alike, session in ((np.ones(4, bool), [0, 0, 1, 1]), (~np.ones(4, bool), [0, 0, 1, 1]), (driven, [0, 0, 0, 0])):
-        assert np.isnan(fig9._by_session(alike, np.array(session), RNG(0))).all()
+def test_caption_has_both_readings_and_what_was_printed(data):
+    caption = data.attrs["caption"]
+    assert "SU 26.5 % of 170 (paper 26.5 % of 170 or 31.5 % of 143, printed 26 %)" in caption
+    assert "MU 45.6 % of 344 (paper 45.6 % of 344 or 54.3 % of 289, printed 44 %)" in caption
+    assert "(paper 42.3 ± 2.1)" in caption
+    assert "(paper 0.250 ± 0.050)" in caption
+    assert "by ranks (paper 0.73)" in caption
 
 
 def test_caption_says_that_units_are_simulated_only_where_they_are(truth, data):
-    assert data.attrs["caption"].startswith("Simulated units")
-    assert "Simulated" not in fig9.compute(units_of(truth), rng=RNG(2)).attrs["caption"]
+    assert data.attrs["caption"].startswith("Figure 9. Simulated units")
+    assert "Simulated" not in fig9.compute(units_of(truth)).attrs["caption"]
 
 
 def test_unidentified_units_count_as_driven_but_not_in_the_means(truth):
     units = units_of(truth)
     first = int(np.flatnonzero(units.significant & (units.unit_quality == "SU"))[0])
     units.identified[first], units.threshold[first] = False, 1.0
-    data = fig9.compute(units, rng=RNG(0))
+    data = fig9.compute(units)
     assert data.units_driven.sel(source="here", quality="SU") == 45
     assert data.threshold_mean.sel(source="here", quality="SU") < 50e-6
     assert "202 units that pass the test, 201 have" in data.attrs["caption"]
 
 
-def test_sessions_that_agree_in_nothing_widen_the_interval(truth):
-    units = units_of(truth)
-    units["significant"] = ("unit", units.unit_session.values < 5)  # all units of some sessions, none of the others
-    table = fig9.compute(units, rng=RNG(0)).table_text.values.tolist()
-    row = next(row for row in table if row[0] == "share, 95 % by sessions")
-    low, high = (float(end) for end in row[2].strip("[]").split("–"))
-    assert high - low > 35  # Wilson's is 14 wide
-
-
-def test_a_population_of_one_quality_has_dashes_and_no_share_is_off_the_axis(truth):
+def test_a_population_of_one_quality_has_no_numbers_of_the_other_and_no_share_is_off_the_axis(truth):
     mine = np.flatnonzero(truth.unit_quality == "SU")
     units = units_of(truth).isel(unit=mine)
     units["significant"] = ("unit", np.ones(len(mine), bool))
-    data = fig9.compute(units, rng=RNG(0), truth=truth.isel(unit=mine))
-    assert not any("nan" in cell for row in data.table_text.values.tolist() for cell in row)
-    row = next(row for row in data.table_text.values.tolist() if row[0].startswith("share of N, Results"))
-    assert row[2].startswith("100.0 %")
-    assert row[4] == "–"
-    shares = next(axis for axis in fig9.draw(data).axes if axis.get_title(loc="left").startswith("E"))
+    data = fig9.compute(units, truth=truth.isel(unit=mine))
+    assert "nan" not in data.attrs["caption"]
+    assert "MU no units (paper 45.6 % of 344" in data.attrs["caption"]
+    shares = next(axis for axis in fig9.draw(data).axes if axis.get_title(loc="left").startswith("F"))
     assert shares.get_ylim()[1] > 100
 
 
-def test_the_legend_of_the_correlations_lies_above_their_bars(data):
-    figure = fig9.draw(data)
-    figure.draw_without_rendering()
-    axis = next(axis for axis in figure.axes if axis.get_title(loc="left").startswith("D"))
-    tallest = max(bar.get_height() for bar in axis.patches if hasattr(bar, "get_height"))
-    outline = max(patch.get_xy()[:, 1].max() for patch in axis.patches if not hasattr(patch, "get_height"))
-    top = axis.transData.transform((0, max(tallest, outline)))[1]
-    assert axis.get_legend().get_window_extent().y0 > top
+def test_one_unit_is_the_single_one_whose_fit_explains_most(truth):
+    units, count = units_of(truth), truth.sizes["unit"]
+    classes = np.linspace(5e-6, 95e-6, 10)
+    units["tuning_r_squared"] = ("unit", RNG(3).uniform(0.2, 0.8, count))
+    rate = 5 + units.slope.values[:, None] * np.maximum(classes - units.threshold.values[:, None], 0)
+    units["response_envelope"] = (("unit", "envelope_class"), np.tile(classes, (count, 1)))
+    units["response_rate"] = (("unit", "envelope_class"), rate)
+    units["response_rate_se"] = (("unit", "envelope_class"), np.full(rate.shape, 0.3))
+    data = fig9.compute(units)
+    able = (units.significant & (units.unit_quality == "SU")).values
+    best = int(np.argmax(np.where(able, units.tuning_r_squared, 0)))
+    np.testing.assert_allclose(data.class_rate, rate[best])
+    assert data.attrs["shown_threshold"] == float(units.threshold[best])
+    assert f"threshold {1e6 * data.attrs['shown_threshold']:.1f} µm" in data.attrs["caption"]
+    assert "its spontaneous rate is not known" in data.attrs["caption"]
+    assert fig9.draw(data).axes[0].has_data()
+
+
+def test_rates_below_the_threshold_are_held_against_the_spontaneous_ones(truth, data):
+    units, count = units_of(truth), truth.sizes["unit"]
+    rest = RNG(4).uniform(1, 9, count)
+    units["spontaneous_rate"], units["sub_threshold_rate"] = ("unit", rest), ("unit", rest + RNG(5).normal(0, 1, count))
+    found = fig9.compute(units)
+    some = (units.significant & (units.unit_quality == "MU")).values
+    expected = np.corrcoef(rest[some], units.sub_threshold_rate.values[some])[0, 1] ** 2
+    assert float(found.rest_r2.sel(quality="MU")) == pytest.approx(expected)
+    assert f"MU {expected:.2f} (paper 0.67)" in found.attrs["caption"]
+    assert "there is no window without stimulus in this study" in data.attrs["caption"]
 
 
 def test_nobody_driven_is_drawn_too(truth):
     units = units_of(truth)
     units["significant"] = ("unit", np.zeros(514, bool))
-    fig9.draw(fig9.compute(units, rng=RNG(0))).savefig(io.BytesIO())
+    fig9.draw(fig9.compute(units)).savefig(io.BytesIO())
 
 
 def test_missing_columns_and_strange_qualities_are_refused(truth):
     units = units_of(truth)
     with refusal("missing", "table of units"):
-        fig9.compute(units.drop_vars("slope"), rng=RNG(0))
+        fig9.compute(units.drop_vars("slope"))
     with refusal("unknown", "unit_quality", value="['noise']"):
-        fig9.compute(units.assign(unit_quality=("unit", ["noise"] * 514)), rng=RNG(0))
+        fig9.compute(units.assign(unit_quality=("unit", ["noise"] * 514)))
     with refusal("unknown", "truth"):
-        fig9.compute(units.isel(unit=slice(3)), rng=RNG(0), truth=truth)
+        fig9.compute(units.isel(unit=slice(3)), truth=truth)
 
 
 def test_drawing_labels_every_axis(data):
     figure = fig9.draw(data)
     figure.savefig(io.BytesIO())
-    assert len(figure.axes) == 7
-    for axis in figure.axes[:6]:
-        assert axis.get_ylabel()
-        assert axis.get_title(loc="left")
+    assert [axis.get_title(loc="left")[0] for axis in figure.axes] == list("ABCDEFG")
+    assert all(axis.get_ylabel() for axis in figure.axes if axis.axison)
 
 
 def test_caption_counts_what_passes_without_being_driven(truth):
     units = units_of(truth)
     units["significant"] = ("unit", units.significant.values | (truth.driven_by == "carrier").values)
     n = int((truth.driven_by == "carrier").sum())
-    caption = fig9.compute(units, rng=RNG(0), truth=truth).attrs["caption"]
+    caption = fig9.compute(units, truth=truth).attrs["caption"]
     assert f"Driven units that pass the test: 202 of 202. Driven by something else, and passing: {n} of {n}" in caption
     assert "Units locked to the carrier pass where the motion is lopsided" in caption
 
 
 def test_note_ends_the_caption(truth):
     units = units_of(truth).assign_attrs(note=" Stimulus: none.")
-    assert fig9.compute(units, rng=RNG(0)).attrs["caption"].endswith(" Stimulus: none.")
+    assert fig9.compute(units).attrs["caption"].endswith(" Stimulus: none.")

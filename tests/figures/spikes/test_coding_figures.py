@@ -61,5 +61,5 @@ def units():
 def test_units_are_sorted_and_counted():
     data = demodulation.compute({"demodulation": units()})
     assert data.unit_name.values.tolist() == ["e", "p", "n"]
-    assert "1 follow the envelope, 1 the phase, 0 both; 1 cannot be assigned" in data.attrs["caption"]
+    assert "follow the envelope: 1, the phase: 1, both: 0; that cannot be assigned: 1" in data.attrs["caption"]
     assert len(demodulation.draw(data).axes) == 3

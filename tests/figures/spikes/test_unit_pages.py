@@ -133,7 +133,7 @@ def test_what_is_absent_is_said_in_place_of_an_empty_frame(views, found):
     assert "no waveform in the file" in [text.get_text() for text in panel(idle, "G").texts]
     assert not panel(idle, "G").axison
     assert not panel(idle, "B").lines  # no fit
-    assert "no significant coupling" in idle.get_supxlabel().lower().replace("\n", " ")
+    assert "no significant coupling" in idle.caption.lower()
     binned = found.spikes.assign_attrs(counted_bin=0.01)
     told = UnitViews.of(found.units, binned, found.stimulus, found.how).of_unit(0)
     assert np.isnan(told.autocorrelogram.values).all()

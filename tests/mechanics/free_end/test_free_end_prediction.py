@@ -41,7 +41,7 @@ def test_one_gap_as_another_rod_of_equal_elements_has_it(tip, rod):
 
 
 def test_one_gap_as_the_rod_has_it():
-    """Largest |q₁ + Q₁| of docs/whole-whisker.md, cells and steps halved."""
+    """Largest |q₁ + Q₁| of docs/validation.md, cells and steps halved."""
     for tip, rod in ((0.289, 1.24), (0.285, 0.765), (0.28, 0.236), (0.27, 0.0355), (0.25, 0.0354), (0.15, 0.0341)):
         assert 1e3 * np.abs(moved(tip).mode_displacement(TIME)[0]).max() == pytest.approx(rod, rel=0.07)
 

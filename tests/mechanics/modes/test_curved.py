@@ -326,7 +326,7 @@ def test_an_edge_lets_go_beyond_the_fold_alone(contact, angle, friction):
 
 def test_a_stub_on_ground_of_huge_friction_flutters():
     modes = curved_modes(posture(0.8, 1.2, 10.0), 3, law="coulomb")
-    assert modes.kappa[0] == modes.kappa[1]
+    assert modes.kappa[0] == pytest.approx(modes.kappa[1], rel=1e-14)  # a conjugate pair, but for rounding
     np.testing.assert_array_equal(modes.growth > 0, [True, True, False])
     assert np.isnan(modes.base_curvature[:2]).all()
     assert np.isfinite(modes.base_force[:, 2]).all()

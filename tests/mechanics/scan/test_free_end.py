@@ -82,7 +82,7 @@ def test_after_its_verdict_a_scan_says_the_share_of_jumps_that_the_free_end_allo
     gaps = remarks(diagnostics(predict(whisker(9.6e-3), POSTURE, GAP, SCAN), TIME))
     assert gaps[1] == "the free end is 9.6 mm long and allows 0 of 1 jumps"
     assert "up to 30 times too large" in gaps[2]
-    assert "docs/peers.md" in gaps[3]
+    assert "docs/validation.md" in gaps[3]
     assert "dip by up to 59 µm" in gaps[3]
     relief = predict_relief(whisker(0.1e-3), POSTURE, HeightProfile.from_gaps(GAP), SCAN)
     ground = relief_remarks(scanned_relief(relief, 5000))

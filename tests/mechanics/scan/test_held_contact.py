@@ -77,7 +77,7 @@ def test_the_whisker_on_an_edge_is_the_one_on_the_flat_turned():
 
 
 def test_resonances_held_on_the_edge_are_those_that_two_programs_ring_at():
-    """docs/peers.md: MuJoCo and Exudyn after gaps of 0.3 and 0.6 mm at 0.3 rad; the modes of ε are 1.4 to 2.8 % off."""
+    """docs/validation.md: MuJoCo and Exudyn after gaps of 0.3, 0.6 mm, 0.3 rad; the modes of ε are 1.4 to 2.8 % off."""
     shift = held_contacts(predicted(0.3, 0.02)).held_shift.values[1:, 0]
     kappa = cone_kappa(0.3, 1)[0] * shift
     np.testing.assert_allclose(kappa, [23.98, 24.24], rtol=5e-3)

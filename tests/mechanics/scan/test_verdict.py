@@ -21,30 +21,30 @@ GOOD = {"jump_count": 20, "jumps_allowed": 20, "fold_determinant": -1.0, "lift_o
 @pytest.mark.parametrize(
     ("changed", "line"),
     [
-        ({}, "usable: free end allows 20 of 20 jumps (docs/choosing.md)"),
-        ({"jump_count": 0, "jumps_allowed": 0}, "usable: contact never jumps (docs/choosing.md)"),
-        ({"jumps_allowed": 19}, "caution: free end allows 19 of 20 jumps (docs/choosing.md)"),
-        ({"jumps_allowed": 10}, "caution: free end allows 10 of 20 jumps (docs/choosing.md)"),
-        ({"jumps_allowed": 9}, "outside the model: free end allows 9 of 20 jumps (docs/choosing.md)"),
-        ({"fold_determinant": 0.0}, "outside the model: beyond the fold (docs/choosing.md)"),
-        ({"fold_determinant": np.nan}, "outside the model: beyond the fold (docs/choosing.md)"),
-        ({"lift_off": 0.04}, "caution: contact lifts off in 4 % of the time (docs/choosing.md)"),
-        ({"slip_reversed": 0.5}, "outside the model: contact sticks in 50 % of the time (docs/choosing.md)"),
-        ({"weight_ratio": 0.3}, "caution: own weight is 0.3 of the contact force (docs/choosing.md)"),
-        ({"weight_ratio": 2.0}, "outside the model: own weight is 2 of the contact force (docs/choosing.md)"),
-        ({"valley_steps": 11}, "outside the model: 11 of 20 jumps are steps through valleys (docs/choosing.md)"),
+        ({}, "usable: free end allows 20 of 20 jumps"),
+        ({"jump_count": 0, "jumps_allowed": 0}, "usable: contact never jumps"),
+        ({"jumps_allowed": 19}, "caution: free end allows 19 of 20 jumps"),
+        ({"jumps_allowed": 10}, "caution: free end allows 10 of 20 jumps"),
+        ({"jumps_allowed": 9}, "outside the model: free end allows 9 of 20 jumps"),
+        ({"fold_determinant": 0.0}, "outside the model: beyond the fold"),
+        ({"fold_determinant": np.nan}, "outside the model: beyond the fold"),
+        ({"lift_off": 0.04}, "caution: contact lifts off in 4 % of the time"),
+        ({"slip_reversed": 0.5}, "outside the model: contact sticks in 50 % of the time"),
+        ({"weight_ratio": 0.3}, "caution: own weight is 0.3 of the contact force"),
+        ({"weight_ratio": 2.0}, "outside the model: own weight is 2 of the contact force"),
+        ({"valley_steps": 11}, "outside the model: 11 of 20 jumps are steps through valleys"),
         (
             {"lift_off": 0.04, "jumps_allowed": 0},
-            "outside the model: free end allows 0 of 20 jumps; contact lifts off in 4 % of the time (docs/choosing.md)",
+            "outside the model: free end allows 0 of 20 jumps; contact lifts off in 4 % of the time",
         ),
         (
             {"jumps_allowed": 19, "slip_reversed": 0.2},
-            "outside the model: contact sticks in 20 % of the time; free end allows 19 of 20 jumps (docs/choosing.md)",
+            "outside the model: contact sticks in 20 % of the time; free end allows 19 of 20 jumps",
         ),
     ],
 )
 def test_the_verdict_names_what_limits_a_prediction_the_worst_first(changed, line):
-    assert verdict(GOOD | changed) == line
+    assert verdict(GOOD | changed) == f"{line} (docs/when-it-holds)"
 
 
 def judged(response="exact", modes="straight", ratio=1.0, growth=0.0):
@@ -84,12 +84,12 @@ def test_a_scan_and_a_gap_carry_their_verdict(tip, start):
 
 def test_a_gap_without_a_whisker_names_the_tip_that_it_needs():
     line = crossing(Posture(contact=0.29, base_angle=0.3), 0.015).attrs["verdict"]
-    assert line == "caution: the jump needs a tip beyond s = 0.275 (docs/choosing.md)"
+    assert line == "caution: the jump needs a tip beyond s = 0.275 (docs/when-it-holds)"
 
 
 def test_a_map_is_judged_by_the_free_ends_that_could_jump():
     contact = np.array([0.1, 0.2, 0.3])
-    assert map_verdict(contact, 0.0, 0.04, 1e-3).endswith("at all contacts (docs/choosing.md)")
+    assert map_verdict(contact, 0.0, 0.04, 1e-3).endswith("at all contacts (docs/when-it-holds)")
     assert map_verdict(contact, 0.19, 0.04, 1e-3).startswith("caution: free end is longer than every gap at 1 of 3")
     assert map_verdict(contact, 0.0, 0.04, 5e-3).startswith("outside the model: free end is longer than every gap at 2")
     assert map_verdict(contact, 0.0, 0.04, 0.05).startswith("caution: free end is shorter")

@@ -127,7 +127,7 @@ def test_information_tells_bits(vibrissa, folder, tmp_path):
         (("demodulation", "--stimulus", "command.nc", "--whisker", "Z9"), "--whisker must be one of"),
         (
             ("drives", "--stimulus", "stimulus.csv", "--stimulus", "stimulus.csv"),
-            "must be given as often as each other",
+            "must be given equally often",
         ),
         (("information", "--window", "1", "6", "--bin-width", "0.03"), "must divide the window"),
         (("information", "--window", "6", "1"), "--window must start before it stops, got 6 to 1 s"),

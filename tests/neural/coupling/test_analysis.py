@@ -387,7 +387,8 @@ def at(*times, trial=0):
         (at(1.0), 0, {}, ("range", "number of trials")),
         (at(), 1, {}, ("range", "spikes")),
         (at(1.0), 1, {"window": (5.0, 12.0)}, ("range", "window")),
-        (at(1.0), 1, {"skip": 9.5}, ("too-few", "window")),
+        (at(1.0), 1, {"skip": 9.5}, ("too-few", "stimulus")),
+        (at(1.0), 1, {"skip": 9.5, "window": (0.0, 10.0)}, ("too-few", "window")),
         (at(1.0), 1, {"band": (50.0, 2000.0)}, ("range", "band")),
         (at(1.0), 1, {"bin_width": 1e-4}, ("too-few", "bin width")),
     ],
@@ -418,12 +419,12 @@ def test_who_the_units_are_goes_along_into_the_table_so_that_figure_9_can_be_mad
     units = analyse_units(known, stimulus, N_TRIALS)
     assert units.unit_quality.values.tolist() == ["SU", "MU", "SU", "MU", "MU"]
     assert units.unit_session.values.tolist() == [0, 0, 1, 1, 2]
-    assert fig9.compute(units, rng=np.random.default_rng(0)).sizes["unit"] == len(TRUTH)
+    assert fig9.compute(units).sizes["unit"] == len(TRUTH)
 
 
 def test_table_without_quality_is_told_how_to_get_one(units):
     with refusal("missing", "table of units"):
-        fig9.compute(units, rng=np.random.default_rng(0))
+        fig9.compute(units)
 
 
 def test_a_unit_observed_in_some_trials_is_analysed_over_these_alone(spikes, stimulus):

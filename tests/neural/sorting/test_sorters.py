@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from recording_folders import RATE, noise, open_ephys, spikeglx
 from refusals import refusal
 
 from vibrissa.neural.io.formats.traces import RawFormat, open_traces
@@ -16,8 +17,6 @@ from vibrissa.neural.io.recording import recorded_spikes
 from vibrissa.neural.sorting import sorters
 from vibrissa.neural.sorting.simulated import generate
 from vibrissa.neural.sorting.waveform_groups import waveform_groups
-
-RATE = 30000.0
 
 
 @pytest.fixture(scope="module")
@@ -168,12 +167,6 @@ def test_one_neuron_is_one_group_though_its_amplitude_varies():
 # Recordings
 
 
-def noise(folder, n=60000, channels=2, dtype="int16"):
-    values = (20 * np.random.default_rng(0).standard_normal((n, channels))).astype(dtype)
-    values.tofile(folder / "r.dat")
-    return folder / "r.dat"
-
-
 def test_bare_samples_are_read_as_told(tmp_path):
     path = noise(tmp_path)
     traces = open_traces(path, RawFormat(sampling_rate=RATE, channels=2, gain=1e-6, pitch=50e-6))
@@ -193,31 +186,6 @@ def test_a_folder_of_spikeinterface_is_a_recording(tmp_path):
         open_traces(tmp_path / "f", RawFormat(pitch=50e-6))
 
 
-def open_ephys(folder):
-    """A record node of two channels as the Open Ephys GUI 0.6 writes it."""
-    where = folder / "Record Node 101" / "experiment1" / "recording1"
-    (where / "continuous" / "Acq.A").mkdir(parents=True)
-    channels = [{"channel_name": f"CH{k}", "bit_volts": 0.195, "units": "uV"} for k in (1, 2)]
-    stream = {"folder_name": "Acq.A/", "sample_rate": 30000, "num_channels": 2, "channels": channels}
-    stream |= {
-        "source_processor_name": "Acq",
-        "source_processor_id": 100,
-        "stream_name": "A",
-        "recorded_processor_id": 101,
-    }
-    told = {"GUI version": "0.6.0", "continuous": [stream], "events": [], "spikes": []}
-    (where / "structure.oebin").write_text(json.dumps(told))
-    noise(folder).rename(where / "continuous" / "Acq.A" / "continuous.dat")
-    for name in ("timestamps", "sample_numbers"):
-        np.save(
-            where / "continuous" / "Acq.A" / f"{name}.npy", np.arange(60000) / (RATE if name == "timestamps" else 1)
-        )
-    (folder / "Record Node 101" / "settings.xml").write_text(
-        "<SETTINGS><INFO><VERSION>0.6.0</VERSION></INFO></SETTINGS>"
-    )
-    return folder
-
-
 def test_open_ephys_is_read(tmp_path):
     folder = open_ephys(tmp_path)
     with refusal("missing", "test_open_ephys_is_read0"):
@@ -227,20 +195,6 @@ def test_open_ephys_is_read(tmp_path):
     np.testing.assert_allclose(traces.get_channel_gains(), 0.195)
     with refusal("missing", "test_open_ephys_is_read0", value="B"):
         open_traces(folder, RawFormat(pitch=25e-6, stream="B"))
-
-
-def spikeglx(folder):
-    """A run of four channels of a Neuropixels 1.0 probe, and the line of synchronisation, as SpikeGLX writes them."""
-    where = folder / "run_g0" / "run_g0_imec0"
-    where.mkdir(parents=True)
-    noise(folder, channels=5).rename(where / "run_g0_t0.imec0.ap.bin")
-    told = "typeThis=imec\nfileName=D:/run_g0_t0.imec0.ap.bin\nnSavedChans=5\nimSampRate=30000\nimAiRangeMax=0.6\n"
-    told += "imAiRangeMin=-0.6\nimMaxInt=512\nimDatPrb_type=0\nimDatPrb_pn=NP1000\nimDatPrb_port=1\nimDatPrb_slot=2\n"
-    told += "snsApLfSy=4,0,1\nsnsSaveChanSubset=0:3,768\n~imroTbl=(0,384)"
-    told += "".join(f"({k} 0 0 500 250 1)" for k in range(384)) + "\n~snsChanMap=(384,384,1)"
-    told += "".join(f"(AP{k};{k}:{k})" for k in range(4)) + "(SY0;768:768)\n"
-    (where / "run_g0_t0.imec0.ap.meta").write_text(told)
-    return folder
 
 
 def test_spikeglx_tells_its_probe_and_gain(tmp_path):

@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 from refusals import refusal
 
+from vibrissa.figures.canvas import caption_of
 from vibrissa.figures.paper import fig8
 from vibrissa.netcdf import load, save
 from vibrissa.signals.envelope import analytic_envelope
@@ -135,15 +136,11 @@ def test_figures_8_and_9_are_made_of_what_is_saved(results, tmp_path):
     for name, data in results.items():
         save(data, tmp_path / f"{name}.nc")
     nine = figure_of("9", tmp_path)
-    assert "Simulated units" in caption(nine)
-    assert "chosen because the paper prints none; 24 presentations" in caption(nine)
-    assert "hinge seen through the bins" in caption(figure_of("8", tmp_path))
-    assert "Simulated units" in caption(figure_of("9", tmp_path / "units.nc"))
+    assert "Simulated units" in caption_of(nine)
+    assert "chosen because the paper prints none; 24 presentations" in caption_of(nine)
+    assert "the fitted threshold-linear curve, seen through the bins" in caption_of(figure_of("8", tmp_path))
+    assert "Simulated units" in caption_of(figure_of("9", tmp_path / "units.nc"))
     assert load(tmp_path / "units.nc").attrs["n_whiskers"] == 24
-
-
-def caption(figure):
-    return " ".join(text.get_text() for text in [figure._supxlabel]).replace("\n", " ")
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from vibrissa.sweep.engine import Engine
 HERE = Engine(scheduler="synchronous")
 TINY = Cortex(every=170, n_trials=12)
 TRIALS = 16
-SHOWN = ("spikes", "response", "motion", "unit")
+SHOWN = ("spikes", "response", "motion", "unit", "unit_examples")
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +61,10 @@ def test_names_of_the_only_population_are_plain_and_others_numbered(folder, tmp_
     assert names(neural=(neurons(),)) == plain
     assert names(cortex=TINY) >= {"units", "spikes", "response", "motion"}
     assert names(neural=(neurons(),), recording=UnitRecording()) == numbered
-    assert names(cortex=TINY, recording=UnitRecording()) == {"units"}  # Figure 8 is of the [recording]
+    assert names(cortex=TINY, recording=UnitRecording()) == {
+        "units",
+        "unit_examples",
+    }  # Figure 8A is of the [recording]
     both = names(cortex=TINY, neural=(neurons(),))
     assert numbered | {"units", "spikes"} <= both
     assert names(texture=read_study().texture, whisker=read_study().whisker, posture=read_study().posture,

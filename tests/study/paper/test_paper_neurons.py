@@ -60,7 +60,7 @@ def test_units_of_the_papers_numbers_are_the_same(rows):
     assert rows["driven_su"].why == "45 of 170; put in: 45, of which 45 pass"
     assert rows["threshold_mu"].here.n == 157
     assert rows["threshold_su"].origin == rows["driven_mu"].origin == "recovered"
-    assert rows["envelope_r2_su"].origin == "came out"
+    assert rows["envelope_r2_su"].origin == "result"
     assert rows["presentations"].why == ""
     assert rows["presentations_caption"].why == "other than the paper's"
 
@@ -101,7 +101,7 @@ def test_other_thresholds_or_shares_differ():
 
 def test_recorded_units_come_out_and_go_before_simulated_ones():
     own = by_id(compare({"units": drawn(), "units_1": drawn(simulated=False, seed=2)}))
-    assert own["threshold_su"].origin == own["driven_su"].origin == "came out"
+    assert own["threshold_su"].origin == own["driven_su"].origin == "result"
     assert own["driven_su"].why.endswith("45 of 170")
     assert own["stimulus_contact"].why == "not in the table of units"
     both = {"units_1": drawn(simulated=False), "units_2": drawn(simulated=False, seed=3)}

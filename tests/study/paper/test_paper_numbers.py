@@ -140,12 +140,12 @@ def test_another_whisker_material_or_gain_differs():
 def test_what_was_put_in_is_told_apart_from_what_came_out(rows):
     assert rows["modulus"].origin == "recovered"
     assert rows["frame_rate"].verdict == rows["frame_rate"].origin == "put in"
-    assert rows["variance_1"].origin == "came out"
+    assert rows["variance_1"].origin == "result"
     assert rows["textures"].why == "N conditions; other than the paper's"
     assert rows["animals"].why == "other than the paper's"  # 4, not 6
     assert rows["frame_rate"].why == rows["speeds"].why == ""
     own = only({"sweeps": simulated(virtual=False)}, "modulus")
-    assert own["modulus"].origin == "came out"
+    assert own["modulus"].origin == "result"
 
 
 def test_a_recording_tells_its_rate_pixel_field_and_frames():
@@ -311,9 +311,15 @@ def test_no_interval_leaves_the_range_of_its_number():
 
 def test_an_interval_near_one_is_not_shown_as_1_to_1(rows):
     near = rows["profile_r2"]._replace(here=MeasuredNumber(0.9999963, 0.9999951, 0.9999978, 12))
-    assert html_rows([near])[0]["here"] == "0.999996 (0.999995 to 0.999998), N = 12"
+    assert html_rows([near])[0]["here"] == "0.9999963 (0.9999951 to 0.9999978), N = 12"
     exact = rows["profile_r2"]._replace(here=MeasuredNumber(8.71925886, 8.71925886, 8.71925886))
     assert html_rows([exact])[0]["here"] == "8.719"
+
+
+def test_a_share_that_the_paper_prints_in_percent_is_in_percent_here():
+    rows = {row.paper.id: row for row in compare({})}
+    row = rows["variance_1"]._replace(here=MeasuredNumber(0.9679, 0.9444, 0.9817, 6.0), beside={})
+    assert html_rows([row])[0]["here"] == "96.8 (94.4 to 98.2) %, N = 6"
 
 
 def test_all_of_twelve_are_not_otherwise_than_161_of_165():

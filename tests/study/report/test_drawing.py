@@ -33,7 +33,7 @@ def test_results_of_one_recording_are_known_by_plain_names(folder):
 def test_what_cannot_be_drawn_gives_its_reason_whoever_draws(folder):
     drawings, told = [Drawing(number, "") for number in range(len(FIGURES))], []
     here = drawn(drawings, folder, folder, None, lambda *words: told.append(words))
-    assert all(one.left_out and not one.png for one in here)
+    assert all(one.left_out and not one.svg for one in here)
     assert told[0] == ("report", 0, len(FIGURES))
     assert told[-1] == ("report", len(FIGURES), len(FIGURES))
     with staffed(Engine(workers=2)) as engine:
@@ -47,4 +47,4 @@ def test_a_fault_in_one_figure_leaves_it_out(folder, monkeypatch):
 
     monkeypatch.setattr("vibrissa.study.report.drawing.made", broken)
     only = drawn([Drawing(0, "")], folder, folder, None, lambda *_: None)
-    assert only == [("", "it could not be drawn (ZeroDivisionError: a fault)")]
+    assert only == [("", "", "it could not be drawn (ZeroDivisionError: a fault)")]

@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 from refusals import refusal
 
+from vibrissa.figures.canvas import caption_of
 from vibrissa.netcdf import save
 from vibrissa.quantities import dataset
 from vibrissa.study.report.gallery import figure_of
@@ -47,7 +48,7 @@ def recording(folder, end, name):
 
 
 def caption(number, given):
-    return " ".join(figure_of(number, given).get_supxlabel().split())
+    return caption_of(figure_of(number, given))
 
 
 def test_of_several_recordings_one_must_be_chosen_and_is_drawn(vibrissa, tmp_path):

@@ -277,7 +277,9 @@ def test_a_stop_is_clean_and_the_run_goes_on_later(tmp_path, wait_for, send, cod
     send(run)
     _, err = run.communicate(timeout=120)
     assert run.returncode == code, err
-    line = f"vibrissa: stopped; what is done is kept in {tmp_path / 'out'}, and the same command goes on from there\n"
+    line = (
+        f"vibrissa: stopped; finished work is kept in {tmp_path / 'out'}, and the same command continues from there\n"
+    )
     *stages, last = err.splitlines(keepends=True)
     assert last == line
     assert all(one.startswith("vibrissa: 0:0") for one in stages)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 import tomllib
 from importlib import resources
 
@@ -81,8 +82,10 @@ def test_the_paper_s_projection_leans_on_the_same_motion(results, out):
 
 def test_report_is_one_file_with_its_figures_and_no_address_outside(out):
     page = (out / "report.html").read_text(encoding="utf-8")
-    assert page.count("data:image/png;base64,") == 6
-    assert "http" not in page.replace("data:image", "")
+    assert page.count("<figcaption>") == page.count("<svg ") == 6
+    assert not re.search(r'(?:src|href)="(?!#|data:)', page)
+    assert page.index("Contents") < page.index('<h2 id="section-1">')
+    assert "All data are simulated" in page
     assert "Left out" not in page
     assert "about the curved profile the first resonance is off the straight shaft's by" in page.replace("&#39;", "'")
 

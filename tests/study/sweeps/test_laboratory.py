@@ -205,6 +205,7 @@ def test_nuisances_out_of_range_are_refused(name, value):
         Nuisance(**{name: value})
 
 
-def test_a_sweep_that_would_not_fit_into_memory_is_refused_beforehand():
-    with refusal("range", "a sweep", value="60000"):
+def test_a_sweep_that_would_not_fit_into_memory_is_refused_beforehand(monkeypatch):
+    monkeypatch.setenv("VIBRISSA_MEMORY", "4")  # GB, of which a half may be taken: 60,000 frames take 2.2
+    with refusal("range", "a sweep", value="60,000 frames of 400 nodes, which need 2.16 GB"):
         dataclasses.replace(SMALL, n_frames=60_000, texture_length=6.0)

@@ -1,5 +1,6 @@
 """Studies of many sweeps and of base signals: run whole, resumed, reported; what is absent is said."""
 
+import re
 import shutil
 from pathlib import Path
 
@@ -74,7 +75,7 @@ def test_a_laboratory_is_run_to_the_report(out, page):
     for name in ("gain", "mode_shares", "sweep_verdict", "profile", "posture", "still", "modal"):
         assert (out / f"{name}.nc").is_file(), name
     for number in ("1", "3", "4", "5", "6C–D", "7A–D"):
-        assert f'<img alt="Figure {number}' in page, number
+        assert re.search(rf'<h2 id="[^"]*">Figure {number}: .*</h2>\n<figure><div class="drawn"><svg', page), number
     assert "2 sweeps of 2 whiskers of 1 animal, 2 analysed to the end" in page
     assert "Paper | here | same?" in page
     assert "Left out: no [recording], no [cortex] and no [[neural]]." in page  # Figure 8

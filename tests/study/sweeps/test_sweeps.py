@@ -13,7 +13,6 @@ from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.mechanics.inverse.stationary_posture import fit_profile
 from vibrissa.netcdf import load, save
 from vibrissa.study.movie.apparatus import true_profile
-from vibrissa.study.spec import recorded_sweeps as spec_of_sweeps
 from vibrissa.study.spec.laboratory import Laboratory
 from vibrissa.study.spec.nuisance import Nuisance
 from vibrissa.study.spec.recorded_sweeps import read_sweeps
@@ -295,8 +294,10 @@ def test_units_of_the_header_are_those_of_the_numbers(tmp_path):
     assert one.folder == tmp_path
 
 
-def test_a_recorded_sweep_that_would_not_fit_into_memory_is_rejected(recorded, tmp_path, monkeypatch):
-    monkeypatch.setattr(spec_of_sweeps, "MOST_FRAMES", 499)
+def test_a_recorded_sweep_that_would_not_fit_into_memory_is_rejected(recorded, filmed, tmp_path, monkeypatch):
+    frames, nodes = (filmed.profile.sizes[name] for name in ("time", "node"))
+    monkeypatch.setenv("VIBRISSA_MEMORY", str(2 * 80 * frames * nodes / 1e9))  # of which a half may be taken
     (tmp_path / "sweeps.csv").write_text(HEADER + f"track.nc,{recorded}\n")
     found = run_recorded(tmp_path / "sweeps.csv", tmp_path / "out", engine=ONE)
-    assert "must have at most 499 frames" in found.rejected.values[0]
+    assert f"{frames} frames of {nodes} nodes" in found.rejected.values[0]
+    assert "cut it into several" in found.rejected.values[0]

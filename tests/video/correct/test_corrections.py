@@ -9,7 +9,7 @@ from simulated_segments import Pad, score, simulate
 
 from vibrissa.video.correct.correction import Correction
 from vibrissa.video.correct.edits import Edit, LinePoint
-from vibrissa.video.link.exclusion import Solution
+from vibrissa.video.link.chains.exclusion import Solution
 from vibrissa.video.link.whisker_linking import link_segments
 
 FRAMES = 160

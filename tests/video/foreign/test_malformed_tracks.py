@@ -151,7 +151,7 @@ MEASURES = {
     "head alone": (
         b"measv3\0\0",
         ("missing", "a.measurements", "8 bytes"),
-        "must say its numbers of rows and measures",
+        "must state its numbers of rows and measures",
     ),
     "cut": (measurements(rows=2)[:-1], (*MEASURED, f"{len(measurements(rows=2)) - 1} bytes"), "must hold its 2 rows"),
     "too long": (measurements() + b"\0", (*MEASURED, f"{len(measurements()) + 1} bytes"), "must hold its 1 rows"),

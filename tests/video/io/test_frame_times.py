@@ -9,6 +9,7 @@ from pathlib import Path
 import av
 import numpy as np
 import pytest
+import tifffile
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -142,3 +143,27 @@ def test_more_or_fewer_frames_than_stamps_are_refused():
     for count in (5, 7):
         with pytest.raises(InputError, match=f"must have a time stamp for each frame, got {count} for 6"):
             list(filled(blocks, np.arange(count), "m.mkv"))
+
+
+def test_a_folder_whose_images_have_gaps_gives_missing_frames(tmp_path):
+    frames = scene(17)
+    for number in KEPT:
+        tifffile.imwrite(tmp_path / f"{number + 1:05d}.tif", frames[number])
+    kept = tracked(tmp_path, drop_frames="nan")
+    np.testing.assert_allclose(kept.time, np.arange(17) / 100)
+    assert np.isnan(kept.y.values[0, [4, 5, 11, 12, 13]]).all()
+    assert np.isfinite(kept.y.values[0, KEPT]).any(axis=1).all()
+    told = json.loads(tracked(tmp_path).attrs["remarks"])
+    assert any("numbers of the images have 2 holes, the largest of 3 frames, 5 in all" in one for one in told)
+
+
+def test_a_folder_of_lossy_images_is_tracked(tmp_path):
+    for number, image in enumerate(scene(8)):
+        with av.open(str(tmp_path / f"{number}.jpg"), "w", format="image2") as file:
+            stream = file.add_stream("mjpeg", rate=25)
+            stream.height, stream.width, stream.pix_fmt = *image.shape, "yuvj420p"
+            file.mux(stream.encode(av.VideoFrame.from_ndarray(image, format="gray")))
+            file.mux(stream.encode())
+    profile = tracked(tmp_path)
+    assert np.isfinite(profile.y.values[0]).any(axis=1).all()
+    assert any("mjpeg may have altered" in one for one in json.loads(profile.attrs["remarks"]))

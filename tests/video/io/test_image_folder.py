@@ -9,7 +9,7 @@ import pytest
 import tifffile
 from refusals import refusal
 
-from vibrissa.video.io.movie import open_movie, read_blocks
+from vibrissa.video.io.movie import frame_times_of, open_movie, read_blocks
 
 CODECS = {".png": "png", ".bmp": "bmp", ".jpg": "mjpeg"}
 
@@ -68,7 +68,6 @@ def test_other_files_and_hidden_ones_are_left_alone(tmp_path):
 @pytest.mark.parametrize(
     ("names", "message"),
     [
-        (["001.png", "002.png", "004.png"], ("format",)),
         (["1.png", "2.png", "02.png"], ("format",)),
         (["1.png", "2.bmp"], ("format",)),
         (["left1.png", "right2.png"], ("too-few",)),
@@ -114,3 +113,33 @@ def test_image_cut_in_half_is_an_error(tmp_path, suffix):
     (path / f"3{suffix}").write_bytes(whole[: len(whole) // 2])
     with refusal("format"):
         list(read_blocks(path))
+
+
+def test_a_gap_in_the_numbers_is_reported_and_can_be_kept(tmp_path):
+    written = grey(9)
+    path = folder_of(tmp_path, written, "f{:05d}.png", start=8)
+    for number in (12, 14, 15):
+        (path / f"f{number:05d}.png").unlink()
+    left = [0, 1, 2, 3, 5, 8]
+    times = frame_times_of(path)
+    np.testing.assert_array_equal(times.slots, left)
+    line = "the numbers of the images have 2 holes, the largest of 2 frames, 3 in all"
+    assert [one.partition(":")[0] for one in times.remarks(kept=False)] == [line]
+    np.testing.assert_array_equal(np.concatenate(list(read_blocks(path))), written[left])
+    kept = np.concatenate(list(read_blocks(path, 2, drop_frames="nan")))
+    np.testing.assert_array_equal(kept, written[[0, 1, 2, 3, 3, 5, 5, 5, 8]])
+
+
+def test_numbers_in_even_steps_are_all_frames_and_it_is_said(tmp_path):
+    path = folder_of(tmp_path, grey(5), "{}0.png")
+    (line,) = frame_times_of(path).remarks(kept=True)
+    assert line == "the numbers of the images rise in steps of 10: each step counts as one frame"
+    assert len(frame_times_of(path).missing) == 0
+
+
+def test_a_number_far_from_the_others_takes_no_memory(tmp_path):
+    path = folder_of(tmp_path, grey(3), "{}.png")
+    save(path / "999999999999999999.png", grey(1)[0])
+    assert "1 hole, the largest of 999999999999999995 frames" in frame_times_of(path).remarks(kept=False)[0]
+    with refusal("range", value="999999999999999995 missing, 4 there"):
+        list(read_blocks(path, drop_frames="nan"))

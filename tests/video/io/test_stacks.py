@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import tifffile
 
-from vibrissa.errors import ShapeError
+from vibrissa.errors import FormatError, ShapeError
 from vibrissa.video.io.movie import open_movie, read_blocks
 
 
@@ -50,3 +50,22 @@ def test_several_series_of_ome_are_refused(tmp_path):
             writer.write(frames(3), metadata={"axes": "TYX"})
     with pytest.raises(ShapeError, match="must have one series of images, got 2 of OME"):
         open_movie(path)
+
+
+def test_pages_of_voxels_are_refused(tmp_path):
+    path = tmp_path / "s.tif"
+    tifffile.imwrite(
+        path, np.zeros((3, 32, 32), np.uint8), volumetric=True, tile=(16, 16, 16), photometric="minisblack"
+    )
+    with pytest.raises(ShapeError, match=r"must have pages of rows and columns alone, got \(3, 32, 32\)"):
+        open_movie(path)
+
+
+def test_a_page_that_decodes_to_another_shape_is_refused(tmp_path, monkeypatch):
+    """Tifffile gives an empty array for some damaged tags; all pages alike, they would be frames without a pixel."""
+    path = tmp_path / "s.tif"
+    tifffile.imwrite(path, frames(4), compression="zlib", photometric="minisblack", metadata=None)
+    monkeypatch.setattr(tifffile.TiffPage, "asarray", lambda page: np.zeros(0, np.uint8))
+    monkeypatch.setattr(tifffile.TiffFrame, "asarray", lambda page: np.zeros(0, np.uint8))
+    with pytest.raises(FormatError, match=r"its shape is \(0,\), not \(12, 16\)"):
+        list(read_blocks(path))

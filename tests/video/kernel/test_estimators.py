@@ -107,7 +107,7 @@ def test_every_estimator_has_a_branch_of_the_kernel_and_is_described():
     rows = {name: tuple(errors(75.0, 1.77, name, NO_BACKGROUND)[0][0]) for name in ESTIMATORS}
     assert len(set(rows.values())) == len(ESTIMATORS)  # no name is read by another's branch
     assert [code_of(name) for name in ESTIMATORS] == list(range(len(ESTIMATORS)))
-    page = Path(__file__).parents[3].joinpath("docs/tracking.md").read_text(encoding="utf-8")
+    page = Path(__file__).parents[3].joinpath("docs/movies.md").read_text(encoding="utf-8")
     assert all(f"`{name}`" in page for name in ESTIMATORS)
 
 

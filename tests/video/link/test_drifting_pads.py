@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from simulated_segments import Pad, main_segment, score, simulate
 
-from vibrissa.video.link.pads import Lines
-from vibrissa.video.link.swaps import Wandering, swap_of
-from vibrissa.video.link.torn_links import torn_links
-from vibrissa.video.link.turning import learnt_lever
+from vibrissa.video.link.chains.swaps import Wandering, swap_of
+from vibrissa.video.link.chains.torn_links import torn_links
+from vibrissa.video.link.pad.pads import Lines
+from vibrissa.video.link.pad.turning import learnt_lever
 from vibrissa.video.link.whisker_linking import link_segments
 
 FIELD = {
@@ -27,7 +27,7 @@ def _lines(place):
     count = len(place)
     reach = np.tile([-1.0, 1.0], (count, 1))
     covariance = np.tile(0.01 * np.eye(3), (count, 1, 1))
-    return Lines(np.zeros(count, int), np.zeros(count, bool), place, covariance, reach, np.zeros(count))
+    return Lines(np.zeros(count, int), np.zeros(count, bool), place, covariance, reach, np.zeros((count, 2)))
 
 
 def test_the_lever_is_learnt_from_plain_links():
@@ -61,10 +61,10 @@ def test_a_swap_that_a_drift_explains_is_not_made():
     frame = np.arange(400)
     drift = 3.0 * np.cos(np.pi * frame / 400)[:, None]
     one, other = drift + rng.normal(0, 0.3, (400, 3)), rng.normal(0, 0.3, (400, 3))
-    strengths = np.tile([3.0, 3.0], (400, 1))
-    small, error = np.diag([1.0, 0.5, 1.0]), 0.09 * np.eye(3)
-    stiff = swap_of(frame, one, other, strengths, Wandering(small, np.zeros((3, 3)), error, 0.9, True))
-    loose = swap_of(frame, one, other, strengths, Wandering(small, 9 * np.eye(3), error, 0.9, True))
+    alike = np.zeros((400, 2))
+    small, error, still = np.diag([1.0, 0.5, 1.0]), 0.09 * np.eye(3), np.zeros(400)
+    stiff = swap_of(frame, one, other, alike, Wandering(small, np.zeros((3, 3)), error, 0.9, True), still, still[1:])
+    loose = swap_of(frame, one, other, alike, Wandering(small, 9 * np.eye(3), error, 0.9, True), still, still[1:])
     assert stiff is not None
     assert loose is not None
     assert np.ptp(stiff.chance) > 0.9
@@ -84,7 +84,7 @@ def test_whiskers_that_drift_as_far_as_they_are_apart_keep_their_names():
 
 
 def test_what_is_called_sure_is_right_on_drifting_pads():
-    """Of the lines of two further pads said to be at least 95 % sure, 95 % are right."""
+    """Of the lines of two further pads said to be at least 90 % sure, 95 % are right."""
     sure, right = [], []
     for seed in (21, 22):
         segments, truth = simulate([Pad(**FIELD)], seed)
@@ -97,5 +97,5 @@ def test_what_is_called_sure_is_right_on_drifting_pads():
                 sure.append(identity.segment_probability.values[mine])
                 right.append(real == np.bincount(real[real >= 0]).argmax())
     chance, hit = np.concatenate(sure), np.concatenate(right)
-    assert (chance >= 0.95).sum() > 1000
-    assert hit[chance >= 0.95].mean() > 0.95
+    assert (chance >= 0.9).sum() > 1000
+    assert hit[chance >= 0.9].mean() > 0.95

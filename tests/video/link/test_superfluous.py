@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from simulated_segments import Pad, simulate
 
-from vibrissa.video.link.pads import find_pads
-from vibrissa.video.link.pieces import pieces_of
-from vibrissa.video.link.superfluous import without_superfluous
+from vibrissa.video.link.chains.superfluous import without_superfluous
+from vibrissa.video.link.pad.pads import find_pads
+from vibrissa.video.link.pad.pieces import pieces_of
 from vibrissa.video.link.whisker_linking import link_segments
 
 FEW = {"whiskers": 5, "frames": 120, "spread": 60.0}

@@ -36,7 +36,7 @@ def neo_spikes(thing: Any) -> xr.Dataset:
     Raises
     ------
     InputError
-        If there is no train, two have one name, or only some have; as :func:`in_stretches`.
+        If there is no train, two have one name, or only some have; as ``in_stretches``.
     """
     parts = thing.segments if is_a(thing, "neo", "Block") else thing if _is_list(thing) else [thing]
     if not all(is_a(part, "neo", "Segment") for part in parts):

@@ -90,7 +90,7 @@ def as_signal(
     unit : str, optional
         Unit of numbers whose object has none: ``m``, ``um``, ``mV``; default: the SI unit of the quantity.
     quantity : str or None
-        What it is, by its name in :data:`vibrissa.quantities.QUANTITIES`, which says in which unit it must be: by
+        What it is, by its name in ``vibrissa.quantities.QUANTITIES``, which says in which unit it must be: by
         default the displacement of one point [m]. None: any signal, in its own unit.
 
     Returns

@@ -33,7 +33,7 @@ def sorted_spikes(sorting: Any) -> xr.Dataset:
     Raises
     ------
     InputError
-        If there is no unit; as :func:`in_stretches`.
+        If there is no unit; as ``in_stretches``.
     """
     units = list(sorting.unit_ids)
     if not units:

@@ -114,7 +114,7 @@ def to_movement(profile: xr.Dataset, *, unit: Literal["px", "m"] = "px", ends: b
         ``position`` (time, space, keypoints, individuals), the last two in the singular from movement 0.17 on;
         ``confidence``, NaN as a profile has none; ``x_sd`` and ``y_sd`` in the unit of the positions, where the profile
         has them; coordinate ``arc_length`` [m]. Time is in seconds, ``fps`` the frame rate. All attributes are kept:
-        :func:`as_tracks` gives the profile back.
+        ``vibrissa.api.objects.tracks.as_tracks`` gives the profile back.
 
     Raises
     ------

@@ -66,7 +66,7 @@ def gap(
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """A gap crossed: when the contact jumps, and how far the linear response is from the exact one (Eq. 11).
+    """Predict how a whisker crosses a gap: when the contact jumps, and how far the linear response is off (Eq. 11).
 
     Lengths are over the length L of the nontruncated cone. With a whisker, the first line says whether the free end
     beyond the contact allows the jump. The other models draw the gap past the whole whisker instead: how far its modes

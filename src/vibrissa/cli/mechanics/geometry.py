@@ -23,14 +23,14 @@ def whisker(
     friction: Friction = 0.4,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """Geometry of a whisker from measured diameters, or its length, timescale and stiffness from its own tracks.
+    """Estimate a whisker's geometry from its diameters, or its length, timescale and stiffness from its tracks.
 
     Parameters
     ----------
     diameters
         CSV with columns distance,diameter in metres (or distance_mm, diameter_um), from the base.
     physical_length
-        Length of the whisker itself [m], if measured; the last measured distance by default.
+        Length of the whisker from base to tip [m], if measured; the last measured distance by default.
     tracked
         Instead: profile (.nc) of one whisker from `track`, with --resonance-file.
     resonance_file
@@ -66,14 +66,14 @@ def atlas(
     resonances: Flag = False,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """Measured rat whiskers by row and column, with the first resonance of each in air.
+    """List measured rat whiskers by row and column, with the first resonance of each in air.
 
     Parameters
     ----------
     name
         One of them only: C2, beta, …
     resonances
-        Instead, the single whiskers whose resonances were measured, beside what their own geometry predicts.
+        List the single whiskers whose resonances were measured instead, with the predictions from their geometry.
     """
     from vibrissa.study.movie.geometry import atlas_dataset, measured_resonances
 

@@ -110,7 +110,7 @@ def map_(
     out: OfMap = None,
     json: Json = False,
 ) -> None:
-    """Map of the vibration that textures excite, over contact, base angle, speed, friction and seeds of gratings.
+    """Map the vibration that textures excite, over contact, base angle, speed, friction and seeds of gratings.
 
     Numbers along an axis are written FIRST:LAST:HOW-MANY (45deg:80deg:7), or as a list with commas, in any order; the
     map has them ascending. Cells without a value, beyond the fold for one, are counted by their reason.
@@ -133,7 +133,7 @@ def map_(
     response
         Quasi-static response of the profile held by the edge, or the paper's linear one.
     jump
-        What the velocity does where the contact jumps.
+        Change of the velocity where the contact jumps.
     damping
         Damping ratio of every mode.
     least_linearity

@@ -107,9 +107,9 @@ def modes(
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """Resonant modes of a whisker: pinned at a contact, or with a free tip; straight, or about its curved profile.
+    """Compute the modes of a whisker: pinned at a contact or with a free tip; straight or about its curved profile.
 
-    Modes about the profile are printed beside those of the straight shaft; the growth rate is 0 where a mode is stable.
+    Modes about the profile are printed next to those of the straight shaft; a stable mode has a growth rate of 0.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def modes(
     n_modes
         Number of modes.
     boundary
-        What holds at the contact.
+        Boundary condition at the contact.
     about
         Modes of a straight shaft (the paper's), or about the profile of a whisker pressed on flat ground, which needs
         --base-angle.

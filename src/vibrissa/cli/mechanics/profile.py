@@ -17,7 +17,7 @@ def profile(
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """Stationary profile of a whisker held at its base, its contact on the flat or on an edge (Eq. 1).
+    """Compute the stationary profile of a whisker whose contact is on the flat or on an edge (Eq. 1).
 
     Lengths are over the length L of the nontruncated cone. With a whisker, forces also in newtons.
 

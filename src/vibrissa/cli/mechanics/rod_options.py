@@ -31,7 +31,7 @@ Model = Annotated[
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class RodOptions:
-    """What the whole whisker has that the single-contact model has not; with --model rod only.
+    """Properties of the whole whisker that the single-contact model lacks; with --model rod only.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class RodOptions:
         )
 
     def _curvature(self, of: WhiskerOptions) -> float | IntrinsicCurvature:
-        """Number, table or regression, with the sign that is asked for."""
+        """Number, table or regression, with the requested sign."""
         from vibrissa.whisker import atlas_curvature, read_curvature
 
         value = number(_PER_METRE.sub("", self.intrinsic_curvature))

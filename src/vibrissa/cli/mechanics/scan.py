@@ -32,14 +32,14 @@ if TYPE_CHECKING:
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class FileOptions:
-    """How a file of a surface is read where it leaves something open.
+    """How a file of a surface is read where the file does not state it.
 
     Attributes
     ----------
     line : str, optional
         Line of a map: x:12 runs along x as number 12 along y, counted from 0; y:12 along y.
     part : str, optional
-        FIRST:LAST, the part that is wanted: distances from the file's first point [m].
+        FIRST:LAST of the part to read: distances from the file's first point [m].
     x_unit : str, optional
         Unit of the positions (m, mm, um, nm) where the file states none.
     z_unit : str, optional
@@ -47,9 +47,9 @@ class FileOptions:
     fill : bool
         Straight lines across points that were not measured.
     levelling : {"line", "none"}, optional
-        Take the tilt away, or keep it.
+        Remove the tilt, or keep it.
     reverse : bool
-        Scan in the other direction: what comes last in the file meets the contact first.
+        Scan in the other direction: the last point of the file meets the contact first.
     """
 
     line: str | None = None
@@ -61,7 +61,7 @@ class FileOptions:
     reverse: Flag = False
 
     def texture(self, path: Path, note: Callable[[str], None]) -> Gaps | HeightProfile:
-        """Gaps, or heights along the scan; what was decided of the file is noted.
+        """Gaps, or heights along the scan; every decision about the file is noted.
 
         Parameters
         ----------
@@ -106,7 +106,7 @@ class ScanOptions:
     response : {"exact", "linear"}
         Quasi-static response of the profile held by the edge, or the paper's linear one.
     jump : {"continuous", "ramp-limit", "paper2014"}
-        What the velocity does where the contact jumps.
+        Change of the velocity where the contact jumps.
     n_modes : int
         Number of modes. In the exact response the first millisecond of force and moment after a jump grows with it.
     """
@@ -159,7 +159,7 @@ def scan(
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """A texture drawn past a whisker: its vibration, what the follicle feels, and how far the assumptions hold.
+    """Predict a whisker's vibration on a texture, what the follicle feels, and how far the assumptions hold.
 
     Time 0 is the moment x = 0 meets the contact; the record ends when the ringing after the last gap has died away.
 
@@ -170,7 +170,7 @@ def scan(
         the edge of each that meets the contact first, in order of arrival. Or any surface: CSV with columns
         position_mm,height_um, two bare columns, .npy, or the file of a profilometer or microscope.
     node
-        Distance from the base of a point of the shaft whose motion is wanted [m]; once for each.
+        Distance from the base of a point of the shaft whose motion is written [m]; once for each.
     """
     from vibrissa.mechanics.rod.rod_prediction import RodPrediction
     from vibrissa.study.forward.surface import scan_surface

@@ -30,10 +30,11 @@ class SpikeOptions:
     Attributes
     ----------
     simulate_units : str, optional
-        Predict spikes too: of that many units, drawn from the paper's thresholds and slopes, or of the units in a CSV
-        with columns unit,threshold,slope,baseline,latency (m, 1/(s m), Hz, s; or threshold_um,slope_per_um,latency_ms).
+        Predict spikes too: of a number of units, drawn from the paper's thresholds and slopes, or of the units in a
+        CSV with columns unit,threshold,slope,baseline,latency (m, 1/(s m), Hz, s; or
+        threshold_um,slope_per_um,latency_ms).
     spikes_out : Path, optional
-        Write them: NAME.csv or NAME.nwb, and beside it NAME-stimulus.csv and NAME-units.csv, the units' truth.
+        Spikes to write: NAME.csv or NAME.nwb, with NAME-stimulus.csv and NAME-units.csv, the units' truth.
     trials : int
         Presentations of the stimulus: repeats of the scan.
     seed : int
@@ -93,7 +94,7 @@ class SpikeOptions:
     def added(
         self, data: xr.Dataset, prediction: PredictedMotion | RodPrediction | FreeEndPrediction, units: xr.Dataset
     ) -> xr.Dataset:
-        """The scan's dataset with the spikes, which are written too if asked.
+        """The scan's dataset with the spikes, which are written too if a file is named.
 
         Parameters
         ----------

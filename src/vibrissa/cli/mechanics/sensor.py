@@ -35,9 +35,9 @@ def sensor(
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """A signal measured at a whisker's base, a robot's or an isolated one: resonance, damping, envelope.
+    """Analyse a signal from the base of a robot's or an isolated whisker: resonance, damping, envelope.
 
-    With texture, whisker, posture and speed also what the model predicts, and how well its envelope agrees.
+    With texture, whisker, posture and speed, the model's prediction is added, and how well the envelopes agree.
 
     Parameters
     ----------
@@ -54,12 +54,12 @@ def sensor(
     column
         Column of the table, or channel of the .wav from 1.
     rest
-        Start and end of a time in which nothing touches the whisker [s]: its mean is zero.
+        Start and end of a time without touch [s], whose mean is subtracted.
     guess
         Approximate frequency of a resonance [Hz]; once for each. By default those of the whisker in its posture, or in
         air.
     n_modes
-        Number of modes whose resonances are looked for, if they are not guessed.
+        Number of modes whose resonances are fitted, without --guess.
     texture
         CSV of gaps.
     speed
@@ -72,9 +72,9 @@ def sensor(
     friction
         Coefficient of friction of the substrate.
     texture_start
-        When x = 0 of the texture meets the contact, in the file's time [s].
+        Time in the file at which x = 0 of the texture meets the contact [s].
     gratings
-        Shuffled textures whose predictions give the agreement by chance.
+        Number of shuffled textures whose predictions give the agreement by chance.
     """
     from vibrissa.mechanics.statics.profile import Posture
     from vibrissa.study.forward.base_signals import analyse_signal

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class SwingOptions:
-    """What a whole whisker whose base moves has; with --model rod only.
+    """Settings of a whole whisker whose base moves; with --model rod only.
 
     Attributes
     ----------
@@ -82,9 +82,9 @@ def whisking(
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """Gaps drawn past a whisker that whisks slowly: resonance, gain and the contact's pace change with the posture.
+    """Predict a slowly whisking whisker's vibration on gaps: resonance, gain and pace change with the posture.
 
-    Refused where the posture changes too fast for it, where the contact goes back, or no profile follows. --model rod
+    Refused where the posture changes too fast, where the contact moves back, or where no profile exists. --model rod
     moves the base of the whole whisker instead, over any surface: it may begin in the air, touch, sweep and leave.
 
     Parameters

@@ -23,7 +23,7 @@ def correct(
 ) -> None:
     """Correct by hand which line is which whisker, on a local page: join, split, swap, name, delete, mark.
 
-    Every edit is kept in a file beside PROFILE, from which correcting goes on the next time.
+    Every edit is kept in a file beside PROFILE, from which correcting continues the next time.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def correct(
         Lines of all frames: NetCDF, .whiskers of WHISK or HDF5 of WhiskiWrap. Those that PROFILE names by default; else
         they are found in MOVIE, and kept beside PROFILE.
     edits
-        File of what was done by hand (JSON); PROFILE's name with .edits.json by default.
+        File of the edits (JSON); PROFILE's name with .edits.json by default.
     polarity
         Whiskers darker or brighter than the background, where lines are found.
     page

@@ -30,9 +30,9 @@ def decompose(
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """Modal amplitudes, envelopes, resonances and damping of one tracked whisker.
+    """Compute modal amplitudes, envelopes, resonances and damping of one tracked whisker.
 
-    Resonances are fitted with the forcing taken for white (Eq. 5); a study that knows its texture does better.
+    Resonances are fitted with white forcing assumed (Eq. 5); a study that knows its texture does better.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def decompose(
     if posture is not None:
         tell(f"modes are about the profile ({modes}); {shift_remark(resonance_shift(posture, 1))}")
     if "resonance_white" in results:
-        tell("the forcing is taken for white (Eq. 5); a study that knows its texture does better")
+        tell("the forcing is assumed to be white (Eq. 5); a study that knows its texture does better")
     fitted = [f"{name}{end}" for name in ("resonant_frequency", "damping") for end in ("", "_low", "_high")]
     drawing.draw("others.contents", data)
     output.show(data, [name for name in ("kappa", "variance_explained", *fitted) if name in data])

@@ -28,7 +28,7 @@ def import_tracks(
     node_spacing: Length | None = None,
     json: Json = False,
 ) -> None:
-    """Tracks of other programs to profiles (.nc), or profiles to WHISK's .whiskers.
+    """Convert tracks of other programs to profiles (.nc), or profiles to WHISK's .whiskers.
 
     Parameters
     ----------
@@ -42,12 +42,12 @@ def import_tracks(
     pixel_size
         Side of a pixel in the plane of the whiskers [m].
     measurements
-        WHISK's .measurements; by default the one beside the file.
+        WHISK's .measurements; by default the one in the same folder.
     identity
-        Which whisker a segment is: as WHISK measured it, its number in the frame, the longest line, or linked here over
-        all frames (link).
+        Source of a segment's whisker: as WHISK measured it, its number in the frame, the longest line, or linked here
+        over all frames (link).
     only_identity
-        Identity of a whisker that is wanted; once for each, all by default.
+        Identity of a whisker to take; once for each, all by default.
     skin
         COLUMN,ROW of the point where a whisker leaves the skin [pixels]; once for each whisker.
     base

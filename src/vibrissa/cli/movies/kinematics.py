@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class ObjectOptions:
-    """What whiskers touch.
+    """The object that whiskers touch.
 
     Attributes
     ----------
@@ -36,11 +36,11 @@ class ObjectOptions:
     wall : list of str, optional
         COLUMN,ROW of a point of a wall [pixels]; twice.
     touch_distance : float, optional
-        Distance of the centreline to its surface up to which it touches [m]; two pixels by default.
+        Largest distance of a touching centreline to the surface [m]; two pixels by default.
     find_touches : bool
         Find touches from the bending of each whisker, where no object is given.
     least_frames : int
-        Frames below which a touch is left out.
+        Least length of a touch, in frames; shorter ones are left out.
     """
 
     pole: str | None = None
@@ -93,9 +93,9 @@ def kinematics(
     drawing: PictureOptions = NO_PICTURE,
     json: Json = False,
 ) -> None:
-    """Angle, whisking phase, amplitude, set point and frequency, curvature and touches of every tracked whisker.
+    """Measure angle, whisking phase, amplitude, set point, frequency, curvature and touches of tracked whiskers.
 
-    Prints a line for each whisker; --out has every frame. NaN is where the whisker was not seen.
+    Print a line for each whisker; --out has every frame. NaN where the whisker was not seen.
 
     Parameters
     ----------
@@ -112,9 +112,9 @@ def kinematics(
     whisking_band
         LOW HIGH of the band of whisking [Hz].
     bridged
-        Longest gap of frames without the whisker that is bridged for the filter; what is bridged stays NaN.
+        Longest gap of frames without the whisker that is bridged for the filter; bridged frames stay NaN.
     out
-        Every frame: a dataset (.nc), or a table (.csv) and beside it NAME-touches.csv.
+        File of every frame: a dataset (.nc), or a table (.csv) with NAME-touches.csv.
     """
     from vibrissa.measures.face import Face
     from vibrissa.measures.kinematics import KinematicsSettings, kinematics_of

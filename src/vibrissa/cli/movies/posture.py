@@ -29,7 +29,7 @@ def posture(
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """Contact, base angle and height of a tracked whisker, by Eq. 1 fitted to its mean profile, with 95 % intervals.
+    """Estimate contact, base angle and height of a tracked whisker from its mean profile (Eq. 1), with intervals.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def posture(
     which
         Number of the whisker in the file, from 0.
     fit_friction
-        Fit the coefficient of friction too; the answer may be that the profile does not determine it.
+        Fit the coefficient of friction too; the profile may not determine it.
     friction
         Coefficient of friction, if it is not fitted.
     substrate

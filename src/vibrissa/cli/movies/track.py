@@ -39,7 +39,9 @@ def track(
     polarity: Literal["dark", "bright"] = "dark",
     region: str | None = None,
     background: str = "space",
-    estimator: Annotated[Estimator, Parameter(help=f"What places the line in a column. {described()}.")] = "matched",
+    estimator: Annotated[
+        Estimator, Parameter(help=f"Method that places the line in a column. {described()}.")
+    ] = "matched",
     search: int = 4,
     least_contrast: float = 3.0,
     node_spacing: Length | None = None,
@@ -118,8 +120,8 @@ def track(
     stop
         First frame after it that is not tracked, or its time.
     drop_frames
-        Frames that the time stamps of the movie show to be missing become missing frames (NaN), so that time is right;
-        by default they are reported alone.
+        Frames that the time stamps of the movie, or the numbers of its images, show to be missing become missing frames
+        (NaN), so that time is right; by default they are reported alone.
     preview
         Picture of the tracking: .mp4 or .mkv for a movie with the nodes over it, .png for a sheet of six frames.
     segments

@@ -26,7 +26,7 @@ UNITS = {  # by SI unit, the largest first
     "m": (Shown(1, 1, "m"), Shown(1e-3, 1e-3, "mm"), Shown(1e-7, 1e-6, "µm"), Shown(0, 1e-9, "nm")),
     "m/s": (Shown(10, 1, "m/s"), Shown(1e-4, 1e-3, "mm/s"), Shown(0, 1e-6, "µm/s")),
     "s": (Shown(1, 1, "s"), Shown(1e-4, 1e-3, "ms"), Shown(0, 1e-6, "µs")),
-    "rad": (Shown(0.1, np.pi / 180, "°"), Shown(0, 1e-3, "mrad")),
+    "rad": (Shown(0.02, np.pi / 180, "°"), Shown(0, 1e-3, "mrad")),
     "Pa": (Shown(1e8, 1e9, "GPa"), Shown(1e5, 1e6, "MPa"), Shown(0, 1, "Pa")),
     "V": (Shown(1, 1, "V"), Shown(1e-3, 1e-3, "mV"), Shown(0, 1e-6, "µV")),
     "1/(s m)": (Shown(1e3, 1e6, "1/(s µm)"), Shown(0, 1, "1/(s m)")),

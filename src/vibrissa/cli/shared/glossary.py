@@ -39,13 +39,13 @@ GLOSSARY: dict[str, Option] = {
     "--name": _O("text", "Name of a whisker", "C2", arguments=("name", "names")),
     # modes, gaps, scans
     "--n-modes": _O("count", "Number of modes", "3", arguments=("n_modes", "count", "number_of_modes")),
-    "--boundary": _O("choice", "What holds at the contact", "free"),
+    "--boundary": _O("choice", "Boundary condition at the contact", "free"),
     "--about": _O("choice", "Modes of a straight shaft, or about the curved profile", "profile"),
     "--modes": _O("choice", "Modes that carry the motion: of a straight shaft, or about the curved profile", "curved"),
     "--contact-condition": _O(
-        "choice", "What the contact does in modes about the profile", "edge", arguments=("condition",)
+        "choice", "Motion of the contact in modes about the profile", "edge", arguments=("condition",)
     ),
-    "--friction-law": _O("choice", "What friction does in modes about the profile", "coulomb", arguments=("law",)),
+    "--friction-law": _O("choice", "Friction in modes about the profile", "coulomb", arguments=("law",)),
     "--gap-width": _O("over length", "Width of the gap", "0.6mm"),
     "--gap-depth": _O("length", "Depth of the gap", "35um", most=1e-2, arguments=("depth",)),
     "--texture": _O("file", "Gaps or surface that is drawn past the whisker", "grating.csv"),
@@ -55,14 +55,14 @@ GLOSSARY: dict[str, Option] = {
     ),
     "--damping": _O("number", "Damping ratio of every mode", "0.11"),
     "--response": _O("choice", "Quasi-static response of the profile: exact, or the paper's linear one", "linear"),
-    "--jump": _O("choice", "What the velocity does where the contact jumps", "paper2014"),
+    "--jump": _O("choice", "Change of the velocity where the contact jumps", "paper2014"),
     "--sampling-rate": _O("rate", "Samples per second", "20kHz", 10),
-    "--model": _O("choice", "What predicts: modes of a shaft with a single contact, or the whole whisker", "rod"),
+    "--model": _O("choice", "Model: modes of a shaft with a single contact, or the whole whisker", "rod"),
     "--intrinsic-curvature": _O("text", "Curvature of the free shaft: a number [1/m], a table of it, or atlas", "15"),
     "--flip-curvature": _O("flag", "Turn a curved whisker about its shaft: curvature of the other sign"),
     "--hold-contact": _O("flag", "Hold the base where the curved shaft touches the flat in the contact"),
     "--damping-about": _O(
-        "choice", "Whose modes have the damping ratio: in contact, or in the air", "air", arguments=("about",)
+        "choice", "Modes that have the damping ratio: in contact, or in the air", "air", arguments=("about",)
     ),
     "--surface-distance": _O("length", "Distance from the base to x = 0 of the surface", "20mm", most=1),
     "--edge-radius": _O("length", "Radius of the upper edges of gaps", "20um", most=1e-3),
@@ -72,7 +72,7 @@ GLOSSARY: dict[str, Option] = {
         "number", "Stiffness of the follicle against translation of the base, over EI/L³", "100"
     ),
     "--node": _O(
-        "length", "Distance from the base of a point whose motion is wanted", "5mm", most=0.2, arguments=("nodes",)
+        "length", "Distance from the base of a point whose motion is written", "5mm", most=0.2, arguments=("nodes",)
     ),
     "--distance": _O(
         "length",
@@ -82,13 +82,11 @@ GLOSSARY: dict[str, Option] = {
     ),
     "--reverse": _O("flag", "Scan the texture in the other direction", arguments=("flip",)),
     "--line": _O("text", "Line of a map of heights", "x:12"),
-    "--part": _O(
-        "length", "FIRST:LAST, the part of a surface that is wanted, from its first point", "60mm:90mm", most=10
-    ),
+    "--part": _O("length", "FIRST:LAST of the part of a surface to read, from its first point", "60mm:90mm", most=10),
     "--x-unit": _O("text", "Unit of the positions of a surface that states none", "mm"),
     "--z-unit": _O("text", "Unit of the heights of a surface that states none", "um"),
     "--fill": _O("flag", "Straight lines across points that were not measured"),
-    "--levelling": _O("choice", "Whether the tilt of a surface is taken away", "line", arguments=("level",)),
+    "--levelling": _O("choice", "Whether the tilt of a surface is removed", "line", arguments=("level",)),
     "--simulate-units": _O(
         "text", "Number of units that listen to the whisker, or a table of them", "50", arguments=("units",)
     ),
@@ -104,7 +102,7 @@ GLOSSARY: dict[str, Option] = {
         arguments=("mean_period", "mean_periods"),
     ),
     "--reading": _O("choice", "How the widths of a random grating are drawn", "widths"),
-    "--quantity": _O("choice", "What is mapped", "rms"),
+    "--quantity": _O("choice", "Quantity that is mapped", "rms"),
     "--point": _O(
         "over length",
         "Point of the shaft whose largest displacement is mapped, from the tip of the cone",
@@ -123,7 +121,7 @@ GLOSSARY: dict[str, Option] = {
     "--rest": _O("duration", "Start and end of a time without touch", "0s 1s"),
     "--guess": _O("rate", "Approximate frequency of a resonance", "123Hz"),
     "--texture-start": _O(
-        "duration", "When x = 0 of the texture meets the contact, in the file's time", "15ms", arguments=("start",)
+        "duration", "Time in the file at which x = 0 of the texture meets the contact", "15ms", arguments=("start",)
     ),
     "--gratings": _O("count", "Other textures whose predictions give the agreement by chance", "39"),
     # movies
@@ -135,7 +133,9 @@ GLOSSARY: dict[str, Option] = {
     ),
     "--scale-length": _O("length", "Distance between the two points of --scale-point", "10mm", most=1),
     "--drop-frames": _O(
-        "choice", "What becomes of frames that a movie's time stamps miss: nan makes them missing frames", "nan"
+        "choice",
+        "Treatment of frames that time stamps or the numbers of images miss: nan makes them missing frames",
+        "nan",
     ),
     "--seed-point": _O(
         "point", "COLUMN,ROW of a point of a whisker; once for each", "60,32", arguments=("seeds", "seed")
@@ -160,17 +160,17 @@ GLOSSARY: dict[str, Option] = {
     "--start": _O("text", "First frame that is tracked, from 0, or its time", "0.1s"),
     "--stop": _O("text", "First frame after it that is not tracked, or its time", "0.9s"),
     "--background": _O("text", "Background of the whiskers: space, mean, median or a file", "mean"),
-    "--estimator": _O("choice", "What places the line in a column", "matched"),
+    "--estimator": _O("choice", "Method that places the line in a column", "matched"),
     "--search": _O("count", "Largest distance of the line from where it is expected, in pixels", "4"),
     "--least-contrast": _O("number", "Signal to noise below which a column is lost", "3", arguments=("threshold",)),
     "--node-spacing": _O("length", "Arc length between nodes", "0.5mm", most=0.1),
     "--preview": _O("file", "Picture or movie of the tracking", "sheet.png"),
     "--page": _O("flag", "Work on a local page"),
-    "--edits": _O("file", "What was corrected by hand (JSON)", "profile.edits.json"),
+    "--edits": _O("file", "File of the edits by hand (JSON)", "profile.edits.json"),
     "--browser": _O("flag", "Open the page in the browser"),
     "--measurements": _O("file", "WHISK's .measurements", "movie.measurements"),
-    "--identity": _O("choice", "Which whisker a segment is", "longest"),
-    "--only-identity": _O("count", "Identity of a whisker that is wanted; once for each", "0", arguments=("whiskers",)),
+    "--identity": _O("choice", "Source of a segment's whisker", "longest"),
+    "--only-identity": _O("count", "Identity of a whisker to take; once for each", "0", arguments=("whiskers",)),
     "--keypoints": _O(
         "text", "Names of the keypoints of a whisker, base first, with commas between", "base,middle,tip"
     ),
@@ -193,7 +193,7 @@ GLOSSARY: dict[str, Option] = {
     "--pole": _O("point", "COLUMN,ROW of the centre of a pole", "310,120"),
     "--pole-radius": _O("length", "Radius of the pole", "0.25mm", most=0.1),
     "--wall": _O("point", "COLUMN,ROW of a point of a wall; twice", "310,0"),
-    "--touch-distance": _O("length", "Distance of the line to the object up to which it touches", "0.1mm", most=0.1),
+    "--touch-distance": _O("length", "Largest distance of a touching centreline to a surface", "0.1mm", most=0.1),
     "--find-touches": _O("flag", "Find touches from the bending of the whisker"),
     "--least-frames": _O("count", "Frames below which a touch is left out", "2"),
     # stimuli
@@ -202,10 +202,10 @@ GLOSSARY: dict[str, Option] = {
     "--low": _O("rate", "Lower corner of the stimulator's band", "0.1Hz"),
     "--high": _O("rate", "Upper corner of the stimulator's band", "83Hz"),
     "--order": _O("count", "Order of the filter", "4"),
-    "--norm": _O("choice", "What the corners mean", "mag"),
+    "--norm": _O("choice", "Meaning of the corners", "mag"),
     "--causal": _O("flag", "Filter once forwards; --zero-phase both ways"),
     "--fade": _O("duration", "Overlap of neighbouring textures", "50ms", most=60),
-    "--ramp": _O("duration", "From rest into the loop and out of it", "100ms", most=600),
+    "--ramp": _O("duration", "Time from rest into a loop, and out of it", "100ms", most=600),
     "--factor": _O("number", "Factor on the command", "0.5", arguments=("scale",)),
     "--delays": _O("text", "Delays of the copies: even, random, least, or times with commas between", "least"),
     "--separation": _O("duration", "Least time between delays", "100ms", most=60),
@@ -236,17 +236,17 @@ GLOSSARY: dict[str, Option] = {
     "--unsorted": _O("flag", "Take unsorted spikes as units"),
     "--counted-bin": _O("duration", "Width of the bins of counts by bin, trial and unit", "10ms", most=1),
     "--kept": _O("file", "Table of quality whose kept units are taken", "quality.nc"),
-    "--refractory-period": _O("duration", "Below it a single unit has no interval", "1ms", most=0.1),
+    "--refractory-period": _O("duration", "Least interval of a single unit", "1ms", most=0.1),
     "--least-rate": _O("rate", "Rate above which a unit is kept", "1Hz"),
     "--least-snr": _O("number", "Least signal to noise of a unit that is kept", "3.1"),
     "--least-presence": _O("number", "Least share of the recording in which a unit that is kept fires", "0.9"),
     "--most-violations": _O("number", "Largest share of intervals below the refractory period", "0.005"),
     "--most-contamination": _O("number", "Largest share of foreign spikes of a unit that is kept", "0.1"),
     "--most-change": _O("number", "Largest change of rate and amplitude from start to end, over their mean", "0.5"),
-    "--need-measured": _O("flag", "Leave out units for which a rule asked for is not measured"),
+    "--need-measured": _O("flag", "Leave out units for which the quantity of a rule is not measured"),
     "--envelope": _O("flag", "The stimulus is an envelope already"),
-    "--null": _O("choice", "What gives chance", "circular"),
-    "--fit": _O("choice", "What is fitted to rate against envelope", "forward"),
+    "--null": _O("choice", "Null model that gives chance", "circular"),
+    "--fit": _O("choice", "Curve that is fitted to rate against envelope", "forward"),
     "--first-segment": _O("choice", "First segment of the paper's fit", "free-first"),
     "--level": _O("number", "Largest p-value that counts as significant", "0.05"),
     "--bin-width": _O("duration", "Width of the bins", "10ms", most=1),
@@ -259,8 +259,8 @@ GLOSSARY: dict[str, Option] = {
     "--latest": _O("duration", "Longest latency searched", "30ms", most=1),
     "--reach": _O("duration", "Longest latency of a whisker's kernel", "40ms", most=1),
     "--past": _O("duration", "Longest lag of the unit's own past", "100ms", most=10),
-    "--penalty": _O("number", "On the squared coefficients of the whiskers", "10"),
-    "--choose-penalty": _O("flag", "Take the penalty that foresees unseen trials best"),
+    "--penalty": _O("number", "Penalty on the squared coefficients of whiskers", "10"),
+    "--choose-penalty": _O("flag", "Choose the penalty that predicts unseen trials best"),
     "--unit": _O("text", "One unit by its name", "broad"),
     "--textures": _O("file", "Table of the texture of every trial", "textures.csv"),
     "--code": _O("choice", "Feature of the spikes that is read", "mean rate"),
@@ -279,9 +279,9 @@ GLOSSARY: dict[str, Option] = {
     "--slope": _O("slope", "Rise of the rate above the threshold", "0.25/s/um", 100),
     "--baseline": _O("rate", "Rate below the threshold", "5Hz"),
     "--latency": _O("duration", "Delay from envelope to rate", "12ms", most=1),
-    "--threshold-within": _O("length", "Half of the 95 % interval wanted of the threshold", "4um", most=1e-2),
-    "--slope-within": _O("number", "Half of the 95 % interval wanted of the slope, over the slope", "0.2"),
-    "--latency-within": _O("duration", "Half of the 95 % interval wanted of the latency", "2ms", most=1),
+    "--threshold-within": _O("length", "Largest half of the threshold's 95 % interval", "4um", most=1e-2),
+    "--slope-within": _O("number", "Largest half of the slope's 95 % interval, over the slope", "0.2"),
+    "--latency-within": _O("duration", "Largest half of the latency's 95 % interval", "2ms", most=1),
     "--gain-sd": _O("number", "Standard deviation of a gain that multiplies a trial's rate", "0.3"),
     "--fano-factor": _O("number", "Variance over mean of the counts of a bin from trial to trial", "1.5"),
     "--settled-by": _O(
@@ -320,9 +320,9 @@ GLOSSARY: dict[str, Option] = {
     "--subject": _O("text", "Name of the animal", "rat7"),
     "--species": _O("text", "Latin name of the species", "Rattus norvegicus"),
     "--session": _O("text", "Name of the session", "day1"),
-    "--description": _O("text", "What was done", "textures replayed"),
-    "--experimenter": _O("text", "Who did it; once for each", "Doe, Jane"),
-    "--institution": _O("text", "Where it was done", "UNIC"),
+    "--description": _O("text", "Description of the experiment", "textures replayed"),
+    "--experimenter": _O("text", "Experimenter; once for each", "Doe, Jane"),
+    "--institution": _O("text", "Institution", "UNIC"),
     "--lab": _O("text", "Laboratory in which it was done", "Tactile perception"),
     "--animals": _O("file", "Table of the animals", "animals.csv"),
     "--pause": _O("duration", "Least time between two recordings on one clock", "1s"),
@@ -330,7 +330,7 @@ GLOSSARY: dict[str, Option] = {
     "--port": _O("count", "Port of 127.0.0.1", "8000"),
     # what every verb has
     "--seed": _O("count", "Seed of all that is drawn at random", "0"),
-    "--scheduler": _O("text", "What computes repeated work", "processes"),
+    "--scheduler": _O("text", "Engine for repeated work", "processes"),
     "--workers": _O("count", "Processes or threads", "4"),
     "--out": _O("file", "Where the results go: a file, or the folder of a study", "out.nc"),
     "--overwrite": _O("flag", "Replace files that exist", arguments=("overwrite", "force")),

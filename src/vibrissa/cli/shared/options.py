@@ -41,7 +41,7 @@ OfModes = Annotated[
 Scheduler = Annotated[
     str,
     Parameter(
-        help="What computes repeated work: processes, threads or synchronous, of this machine, or the address of a "
+        help="Engine for repeated work: processes, threads or synchronous, of this machine, or the address of a "
         "Dask scheduler, tcp://HOST:PORT, or its scheduler file, FILE.json. The results are the same."
     ),
 ]

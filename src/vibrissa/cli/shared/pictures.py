@@ -40,7 +40,7 @@ class PictureOptions:
             refuse_picture(self.picture)
 
     def draw(self, figure: str, *inputs: Any, **settings: Any) -> None:
-        """Compute, draw and write a figure, if a picture is asked for.
+        """Compute, draw and write a figure, if a picture is named.
 
         Parameters
         ----------
@@ -86,7 +86,7 @@ class PagesOptions:
             raise RangeError("--most-pages", "must be zero or positive", self.most_pages)
 
     def draw_units(self, found: Analysed, remarks: Sequence[str]) -> None:
-        """Draw population and units, if a picture is asked for, and say what is not drawn.
+        """Draw population and units, if a picture is named, and say what is not drawn.
 
         Parameters
         ----------
@@ -137,7 +137,7 @@ def refuse_picture(path: Path, option: str = "--picture", *, folder: bool = Fals
     if not path.absolute().parent.is_dir():
         raise MissingError(option, "must lie in an existing folder", str(path), "make it, or choose another")
     if path.exists() and path.is_dir() == bool(path.suffix):
-        raise MissingError(option, "must name what can be written", str(path), "choose another name")
+        raise MissingError(option, "must name a file that can be written", str(path), "choose another name")
 
 
 def write_picture(figure: Any, path: Path) -> None:

@@ -39,7 +39,7 @@ class TrialOptions:
         Instead, a CSV with columns start,stop [s] and more; of an NWB file also the NAME of a table of intervals in it.
         With several stimuli one for all, or once for each.
     only : list of (str, str), optional
-        COLUMN VALUE of the table of trials: the protocol wanted, where several are interleaved. With several stimuli
+        COLUMN VALUE of the trials to take, where several protocols are interleaved. With several stimuli
         one for all, or once for each.
     period : float, optional
         From one onset of the stimulus to the next [s], of spikes on the session's clock; with --trials.
@@ -228,7 +228,7 @@ class RecordingOptions:
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class SignalOptions:
-    """What the numbers of a stimulus are.
+    """Unit and kind of a stimulus.
 
     Attributes
     ----------
@@ -248,7 +248,7 @@ MOTION = SignalOptions()
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class StimulusOptions:
-    """What was presented.
+    """The stimulus that was presented.
 
     Attributes
     ----------

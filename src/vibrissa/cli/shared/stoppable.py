@@ -16,6 +16,7 @@ from vibrissa.cli.shared.output import tell
 from vibrissa.sweep.stops import STOPS
 
 LONGEST = 20.0  # [s] from the signal to the end of this process, whatever hangs
+KEPT = "finished work is kept in"  # as a run that can be continued says
 HEARD = 2.0  # [s] in which a child has ended, or is killed
 
 
@@ -43,7 +44,11 @@ def stoppable(out: Path | None = None) -> Iterator[None]:
             if signal.getsignal(number) is not signal.SIG_IGN:
                 before[number] = signal.signal(number, stop.hear)
         yield
-    except KeyboardInterrupt:
+    except BaseException as error:
+        # libraries turn an interruption into errors; a page that closes at one has ended well
+        closed = isinstance(error, SystemExit) and not error.code
+        if closed or not (stop.number or isinstance(error, KeyboardInterrupt)):
+            raise
         if out is None:
             stop.leave()
         stop.end()
@@ -105,7 +110,7 @@ class _Stop:
         if self.said:
             return
         self.said = True
-        kept = f"; what is done is kept in {self.out}, and the same command goes on from there" if self.out else ""
+        kept = f"; {KEPT} {self.out}, and the same command continues from there" if self.out else ""
         with suppress(OSError):  # of a terminal that is closed
             tell(f"stopped{kept or ' before its end'}")
             sys.stdout.flush()

@@ -36,7 +36,7 @@ def demodulation(
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """Whether each unit follows the envelope of the carrier, or its phase.
+    """Test whether each unit follows the envelope of the carrier, or its phase.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def drives(
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """Drive of each unit: which feature of the motion it follows, from several stimuli of different carriers.
+    """Find which feature of the motion each unit follows, from several stimuli of different carriers.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def drives(
     counts = counts * len(spikes) if len(counts) == 1 else counts
     if not len(spikes) == len(stimulus) == len(counts):
         often = f"{len(spikes)}, {len(stimulus)}, {len(counts)}"
-        raise ShapeError("--spikes, --stimulus and --trials", "must be given as often as each other", often)
+        raise ShapeError("--spikes, --stimulus and --trials", "must be given equally often", often)
     signal = SignalOptions(signal_unit=signal_unit)
     parts: list[tuple[xr.Dataset, xr.Dataset, int]] = []
     remarks: list[str] = []
@@ -135,7 +135,7 @@ def information(
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """Information of each unit's spikes about the stimulus, in bits: of a spike, of a second, of the count in a bin.
+    """Estimate the information of each unit's spikes about the stimulus: of a spike, of a second, of a count.
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ def discriminate(
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """Which texture each trial was, by decoders that have not seen it: from mean rate, variance or time course.
+    """Decode the texture of each trial from mean rate, rate variance, time course or pattern, with cross-validation.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def discriminate(
         CSV with columns unit,trial,spike_time: any name, from 0, seconds from the trial's onset. Or any other format
         that `vibrissa neural` reads.
     window
-        START STOP of the part of each trial that is read [s].
+        START STOP of the part of each trial that is decoded [s].
     textures
         CSV with columns trial,texture, one line for every trial, silent ones included. Without it, the column stimulus
         of the table of trials.
@@ -53,13 +53,13 @@ def discriminate(
     bin_width
         Width of the bins [s]; the window must be whole bins.
     folds
-        Each trial is read by decoders taught on the other folds.
+        Parts of the trials; each is decoded after learning from the others.
     permutations
         Random assignments of textures to trials, for the level of chance.
     level
         Largest p-value, adjusted over codes, at which textures count as discriminated.
     units
-        Also the accuracy from so many units, drawn at random; once for each number.
+        Also the accuracy from this number of units, drawn at random; once for each number.
     seed
         Seed of folds, permutations and draws.
     """

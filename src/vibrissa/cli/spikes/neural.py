@@ -37,14 +37,15 @@ def neural(
     drawing: PagesOptions = NO_PAGES,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """Whether the envelope of a stimulus drives each unit: from which threshold, how steeply, how late.
+    """Test whether the envelope of a stimulus drives each unit; estimate threshold, slope and latency.
 
     Parameters
     ----------
     null
         Chance: all circular shifts, adjusted over units, or the paper's 300 shuffles, not adjusted.
     fit
-        A hinge seen through the bins, of continuous latency, or the paper's two segments at the best whole shift.
+        Threshold-linear, averaged over the bins, of continuous latency; or the paper's two segments at the best
+        whole shift.
     first_segment
         First segment of the paper's fit: flat, or with its own slope.
     level

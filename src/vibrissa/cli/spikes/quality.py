@@ -44,7 +44,7 @@ class RuleOptions:
     Attributes
     ----------
     refractory_period : float
-        Below it a single unit has no interval [s]; whole steps of the recording's clock are counted.
+        Least interval of a single unit [s]; whole steps of the recording's clock are counted.
     least_rate : float
         Rate above which a unit is kept [Hz].
     most_violations : float
@@ -58,7 +58,7 @@ class RuleOptions:
     most_change : float, optional
         Largest change of rate and amplitude from start to end, over their mean.
     need_measured : bool
-        Leave out units for which a rule asked for is not measured.
+        Leave out units for which the quantity of a rule is not measured.
     """
 
     refractory_period: Duration = 1e-3
@@ -88,7 +88,7 @@ def quality(
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """Which units are kept, and why the others are left out: rate, refractoriness, signal to noise, stability.
+    """Judge units by rate, refractoriness, signal to noise and stability: which are kept, and why others are not.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def quality(
     trials
         Presentations of the stimulus, those without a spike included.
     window
-        START STOP of the part of each trial that is judged [s].
+        START STOP of the part of each trial that counts [s].
     duration
         Length of the recording [s], where its file does not state it; from first to last spike by default.
     """

@@ -60,7 +60,7 @@ def replay(
         One for each texture, in order: a prediction (`vibrissa scan … --node 0.005`), tracked profiles, or a CSV with
         the columns time,displacement in seconds and metres.
     out
-        Command to write: .nc, .wav, .npy or .csv, and beside it a .json that says what it holds.
+        Command to write: .nc, .wav, .npy or .csv, with a .json that describes it.
     distance
         Distance from the base of the point whose motion is replayed [m].
     which
@@ -76,13 +76,13 @@ def replay(
     order
         Order of the Bessel filter.
     norm
-        What the corners mean: midpoint of the phase, delay, or -3 dB.
+        Meaning of the corners: midpoint of the phase, delay, or -3 dB.
     causal
         Filter once forwards, with its delay; with --zero-phase forwards and backwards, without delay, the gain squared.
     fade
         Overlap of neighbouring textures [s].
     ramp
-        From rest into the loop and out of it again [s], before and after; none for a loop played on and on.
+        Time from rest into the loop, and out of it [s]; 0 for a loop that is played without end.
     factor
         Factor on the command.
     delays

@@ -25,7 +25,7 @@ def robustness(
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """Discrimination at other speeds and postures of textures learnt at one: by envelope, spectrum, rate, events.
+    """Test decoders at other speeds and postures than those of learning: envelope, spectrum, rate, events.
 
     Random gratings are scanned by the model; populations of each code answer with Poisson spikes. This takes minutes.
 
@@ -34,7 +34,7 @@ def robustness(
     speed
         Speed of the texture at which the decoders learn [m/s]. The posture given is the one in which they learn.
     speed_ratio
-        Another speed at which they are asked, over the first; once for each. Default: 0.5, 0.7, 1.4, 2.
+        Another speed at which they are tested, over the first; once for each. Default: 0.5, 0.7, 1.4, 2.
     height_ratio
         Another height of the base, over the first; once for each. Default: 0.8, 0.9, 1.1, 1.2.
     angle_ratio
@@ -46,7 +46,7 @@ def robustness(
     sets
         Sets of gratings, each with its own population; the intervals are over sets.
     trials
-        Trials of each grating to learn from, and to be asked.
+        Trials of each grating for learning, and for each test.
     seed
         Seed of gratings, units and spikes.
     """

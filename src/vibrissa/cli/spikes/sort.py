@@ -81,7 +81,7 @@ class RawOptions:
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class SimulationOptions:
-    """The recording that is simulated where none is given.
+    """The simulated recording, where no other is given.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class SimulationOptions:
     n_units : int
         Units of the simulated recording.
     keep : Path, optional
-        Folder in which it is left, as recording.dat and truth.csv.
+        Existing folder in which the simulated recording is kept, as recording.dat and truth.csv.
     """
 
     duration: Duration = 20.0
@@ -134,7 +134,9 @@ def sort(
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """Sort the spikes of a raw recording into units. Without one, a simulated recording, held against its truth.
+    """Sort the spikes of a raw recording into units.
+
+    Without a recording, simulate one and compare the units with its truth.
 
     Parameters
     ----------

@@ -39,14 +39,14 @@ def trials_needed(
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """Repeats of a stimulus until threshold, slope and latency of a unit are known as well as wanted.
+    """Plan the repeats of a stimulus until threshold, slope and latency of a unit are known well enough.
 
     With several thresholds, slopes or baselines, every combination is one unit.
 
     Parameters
     ----------
     threshold
-        Envelope above which the unit is expected to fire more, in the unit of the stimulus: 42um, 16dB, 0.1au; once for
+        Envelope above which the unit's rate rises, in the unit of the stimulus: 42um, 16dB, 0.1au; once for
         each.
     slope
         Rise of the rate above it, per unit of the stimulus: 0.25/s/um, 25/s/dB; once for each.
@@ -58,11 +58,11 @@ def trials_needed(
     latency
         Delay from envelope to rate [s].
     threshold_within
-        Half of the 95 % interval wanted of the threshold, in the unit of the stimulus.
+        Largest half of the threshold's 95 % interval, in the unit of the stimulus.
     slope_within
-        Half of the 95 % interval wanted of the slope, as a share of the slope.
+        Largest half of the slope's 95 % interval, as a share of the slope.
     latency_within
-        Half of the 95 % interval wanted of the latency [s].
+        Largest half of the latency's 95 % interval [s].
     gain_sd
         Standard deviation of a gain, of mean 1, that multiplies all of a trial's rate.
     fano_factor

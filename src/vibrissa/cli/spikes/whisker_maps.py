@@ -32,17 +32,17 @@ def surround(
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """How much every whisker drives every unit, while all replay delayed copies of one texture.
+    """Measure how much each whisker drives each unit, while all replay delayed copies of one texture.
 
     Parameters
     ----------
     command
-        What `vibrissa replay` wrote: the motion of all whiskers. Or a CSV with a column for each (time,C1_um,C2_um), or
+        Command of `vibrissa replay`: the motion of all whiskers. Or a CSV with a column for each (time,C1_um,C2_um), or
         an NWB file. `--stimulus` is the same option.
     bin_width
         Width of the bins [s].
     level
-        Largest p-value, adjusted over whiskers, at which a whisker is said to drive or to suppress.
+        Largest p-value, adjusted over whiskers, at which a whisker drives or suppresses.
     unit
         Print and draw the map of this unit alone.
     """
@@ -76,12 +76,12 @@ def glm(
     drawing: PictureOptions = NO_PICTURE,
     output: OutputOptions = PRINTED,
 ) -> None:
-    """Poisson model of each unit: every whisker at every latency, and the unit's own past.
+    """Fit a Poisson model to each unit: every whisker at every latency, and the unit's own past.
 
     Parameters
     ----------
     command
-        What `vibrissa replay` wrote: the motion of all whiskers. Or a CSV with a column for each (time,C1_um,C2_um), or
+        Command of `vibrissa replay`: the motion of all whiskers. Or a CSV with a column for each (time,C1_um,C2_um), or
         an NWB file. `--stimulus` is the same option.
     bin_width
         Width of the bins [s].
@@ -90,11 +90,11 @@ def glm(
     past
         Longest lag of the unit's own past [s]; 0 leaves it out.
     penalty
-        On the squared coefficients of the whiskers.
+        Penalty on the squared coefficients of the whiskers.
     choose_penalty
-        Take the penalty that foresees unseen trials best instead; intervals of strong kernels are then too narrow.
+        Choose the penalty that predicts unseen trials best; intervals of strong kernels are then too narrow.
     level
-        Largest p-value, adjusted over whiskers, at which a whisker is said to matter.
+        Largest p-value, adjusted over whiskers, at which a whisker matters.
     unit
         Print and draw this unit alone.
     """

@@ -8,12 +8,12 @@ from vibrissa.cli.shared.output import tell
 
 
 def explore(state: str = "", *, port: int = 0, browser: bool = True) -> None:
-    """A page on this machine alone: a whisker on its texture, live; see it, hear it, take it away.
+    """Explore a whisker on its texture on a local page: change it, see and hear the motion, download the data.
 
     Parameters
     ----------
     state
-        What the page starts with: its address of an earlier time, or the part of it behind the #.
+        State in which the page starts: an address copied from it, or the part after the #.
     port
         Port of 127.0.0.1; a free one by default.
     browser

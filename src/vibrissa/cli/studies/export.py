@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class SessionOptions:
-    """Description of a session that archives ask for.
+    """Description of a session that archives require.
 
     Attributes
     ----------
@@ -44,9 +44,9 @@ class SessionOptions:
     session : str, optional
         Name of the session; that of the folder if not given.
     description : str, optional
-        What was done; a sentence about what the folder holds if not given.
+        Description of the experiment; a sentence about the folder's contents by default.
     experimenter : list of str, optional
-        Who did it, as archives want names: "Doe, Jane"; once for each.
+        Experimenter, as archives write names: "Doe, Jane"; once for each.
     institution : str, optional
         Where it was done.
     lab : str, optional
@@ -97,7 +97,7 @@ def export(
     overwrite: Flag = False,
     json: Json = False,
 ) -> None:
-    """Results of any study as Neurodata Without Borders: tracks, modes, base signals, sweeps, units, stimulus.
+    """Write results of any study as NWB: tracks, modes, base signals, sweeps, units, stimulus.
 
     Each animal of a table of sweeps gets its own file. Recordings that are not on one clock are put on the
     session's, one after the other. Virtual data say so.
@@ -107,7 +107,7 @@ def export(
     folder
         What `run` or `recordings` wrote; or a folder with datasets of `track`, `decompose`, `neural` and others.
     out
-        NAME.nwb; or a folder, made if absent, where files are named as archives want it.
+        NAME.nwb; or a folder, made if absent, where files are named as archives require.
     spikes
         Spikes that are not in the folder, in any format that `vibrissa neural` reads.
     trials

@@ -11,7 +11,7 @@ from vibrissa.errors import MissingError
 
 
 def figure(number: str, results: Path, *, out: Out) -> None:
-    """Draw one of the paper's figures, or of the report's others, from the results of any study.
+    """Draw one of the paper's figures, or of the report's others, from the results of any study; print its caption.
 
     Parameters
     ----------
@@ -27,8 +27,10 @@ def figure(number: str, results: Path, *, out: Out) -> None:
     refuse_picture(out, "--out")
     if not results.exists():
         raise MissingError(str(results), "must be an existing folder or dataset")
+    from vibrissa.figures.canvas import caption_of
     from vibrissa.study.report.gallery import figure_of
 
     with stage(f"figure {number}"):
-        write_picture(figure_of(number, results), out)
-    tell(f"the figure is {out}")
+        drawn = figure_of(number, results)
+        write_picture(drawn, out)
+    tell(caption_of(drawn), f"the figure is {out}")

@@ -19,7 +19,7 @@ _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA
 
 
 def info(*, json: Json = False) -> None:
-    """Versions, platform, extras, threads and caches: what a report of a fault should say."""
+    """Print versions, platform, extras, threads and caches, for the report of a fault."""
     found: dict[str, Any] = {
         "vibrissa": f"{__version__}, {Path(__file__).parents[2]}",
         "python": f"{platform.python_version()}, {sys.executable}",

@@ -39,7 +39,7 @@ def run(
     dry_run: Flag = False,
     json: Json = False,
 ) -> None:
-    """Run a study: the main job. Without one, the built-in virtual experiment.
+    """Run a study; without a study file, the built-in virtual experiment.
 
     A run that was stopped, by Ctrl-C or anything else, is continued by the same command. Exit code 2: the input is bad,
     and nothing was made; 3: a part, or a sweep, could not be analysed: report and screen give the reason, and the rest
@@ -54,7 +54,7 @@ def run(
     scale
         Size of the built-in experiment: small, the default, or the paper's (582 sweeps, 514 units; more than an hour).
     dry_run
-        Do nothing, but print what would be done: stages, sizes, time, inputs, figures.
+        Print the plan only: stages, sizes, time, inputs, figures.
     """
     if study is not None and scale is not None:
         rule = "must be left out where a study is given"
@@ -84,7 +84,7 @@ def recordings(
     workers: Workers = None,
     json: Json = False,
 ) -> None:
-    """Many recorded sweeps, listed in a table: posture, modes, resonances, prediction against measurement, report.
+    """Analyse the recorded sweeps of a table: posture, modes, resonances, prediction and measurement, report.
 
     A sweep that cannot be analysed is reported with its reason, and the others are analysed; the exit code is then 3.
     Started again with the same --out, the run continues where it was stopped.
@@ -97,9 +97,9 @@ def recordings(
     out
         Folder for datasets and report; made if absent.
     gratings
-        New gratings of the textures' statistics whose predictions give the correlation by chance.
+        Number of new gratings of the textures' statistics whose predictions give the correlation by chance.
     jitter
-        Sweeps whose prediction is disturbed by jitter of the tip.
+        Number of sweeps whose prediction is disturbed by jitter of the tip.
     """
     from vibrissa.study.run.study import run_study
     from vibrissa.study.spec.comparison import Comparison

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def show(file: Path, *, plot: Flag = False, out: MaybeOut = None, json: Json = False) -> None:
-    """What any file is: a dataset, a table, a surface, a movie, an NWB session, a study, a folder of results.
+    """Describe any file: dataset, table, surface, movie, NWB session, study, folder of results.
 
     Parameters
     ----------

@@ -22,21 +22,21 @@ def study(
     out: MaybeOut = None,
     json: Json = False,
 ) -> None:
-    """Check a study file: its parts, and what those that it lacks would give. Or its schema, or one to start from.
+    """Check a study file, and list its parts and those that it lacks; or print the schema, or an example.
 
     Parameters
     ----------
     file
         Study file (TOML) to be checked.
     schema
-        Give the JSON Schema of study files, by which an editor completes keys and marks mistakes.
+        Print the JSON Schema of study files, by which an editor completes keys and marks mistakes.
     example
-        Give a study file that runs as it is: the built-in experiment's, with its comments.
+        Print a study file that runs as it is: the built-in experiment's, with its comments.
     out
         File for the schema (.json) or the example (.toml), instead of the screen.
     """
     if (file is not None) + schema + example != 1:
-        raise ConflictError("study", "must have one thing to do", remedy="a study file, --schema or --example")
+        raise ConflictError("study", "must be one of: a study file, --schema, --example")
     if file is None:
         return _give_schema(out) if schema else _give(_EXAMPLE.read_text(encoding="utf-8"), out, ".toml")
     if out is not None:

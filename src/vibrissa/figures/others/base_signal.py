@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.arrays import Array
-from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, add_caption, house_style, merged, new_figure
+from vibrissa.figures.canvas import add_caption, house_style, key_above, merged, new_figure
+from vibrissa.figures.colours import ENVELOPE, FITTED, MEASURED, PREDICTED
 from vibrissa.quantities import dataset
 from vibrissa.stats import least_p
 
@@ -119,27 +120,29 @@ def draw(data: xr.Dataset) -> Figure:
     scale, words = UNITS[name]
     top, below = axes[:, 1]
     signal = scale * (data[name] - np.nanmean(data[name].values))
-    top.plot(data.time, signal, color=FOUND, lw=0.7, label="measured")
+    top.plot(data.time, signal, color=MEASURED, lw=0.7, label="measured")
     if f"{name}_model" in data:
         late = float(data.best_lag[0])
         model = scale * (data[f"{name}_model"] - np.nanmean(data[f"{name}_model"].values))
-        top.plot(data.time + late, model, color=OTHER, lw=0.7, label=f"predicted, {1e3 * late:+.0f} ms")
-        below.plot(data.time + late, scale * data[f"{name}_envelope_model"][0], color=TRUTH, lw=2.5, label="predicted")
-    below.plot(data.time, scale * data[f"{name}_envelope"][0], color=FOUND, lw=1, label="measured")
+        top.plot(data.time + late, model, color=PREDICTED, lw=0.7, label=f"predicted, {1e3 * late:+.0f} ms")
+        below.plot(
+            data.time + late, scale * data[f"{name}_envelope_model"][0], color=PREDICTED, lw=1, label="predicted"
+        )
+    below.plot(data.time, scale * data[f"{name}_envelope"][0], color=ENVELOPE, lw=1, label="measured")
     top.set(ylabel=f"{words},\nabout its mean", title="Signal")
     below.set(xlabel="time [s]", ylabel=f"envelope of\n{words}", ylim=(0, None), title="About the first resonance")
     for axis in (top, below):
-        axis.legend(ncols=2, loc="upper right")
+        key_above(axis)
     top.set_xlim(float(data.time[0]), float(data.time[-1]))
     return add_caption(figure, data)
 
 
 def _draw_spectrum(axis: Axes, data: xr.Dataset) -> None:
-    axis.loglog(data.frequency, data.base_power, color=FOUND, lw=0.9, label="measured")
+    axis.loglog(data.frequency, data.base_power, color=MEASURED, lw=0.9, label="measured")
     for i in range(data.sizes["mode"]):
-        looks = (("base_power_white_fit", OTHER, "-", "white (Eq. 5)"), ("base_power_fit", "k", "--", "texture known"))
+        looks = (("base_power_white_fit", FITTED, "-", "white (Eq. 5)"), ("base_power_fit", "k", "--", "texture known"))
         for name, colour, style, label in looks:
             if name in data:
                 axis.loglog(data.frequency, data[name][i], style, color=colour, lw=1.2, label=label if i == 0 else None)
     axis.set(xlabel="frequency [Hz]", ylabel="power density over the variance [1/Hz]", title="Spectrum")
-    axis.legend(loc="lower left")
+    key_above(axis, columns=2)

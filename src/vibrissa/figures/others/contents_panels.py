@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.figures.canvas import FOUND, bars, spread
+from vibrissa.figures.canvas import bars, spread
+from vibrissa.figures.colours import FOUND
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.figures.canvas import add_caption, house_style, new_figure, spread
+from vibrissa.figures.canvas import add_caption, house_style, new_figure
+from vibrissa.figures.colours import FITTED, LAND, MEASURED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SHOWN = 4  # whiskers
-ANGLE, CYCLE, TOUCH = "#0072B2", "#D55E00", "#009E73"  # safe for the colour-blind
+ANGLE, CYCLE, TOUCH = MEASURED, FITTED, LAND
 
 
 def compute(kinematics: xr.Dataset) -> xr.Dataset:
@@ -28,19 +29,19 @@ def compute(kinematics: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Up to four whiskers, from the first to the last of those that were measured; with the attribute ``caption``.
+        Up to four whiskers, those measured in most frames, in their order; with the attribute ``caption``.
     """
-    measured = np.flatnonzero(np.isfinite(kinematics.whisker_angle.values).any(axis=1))
-    shown = spread(measured, SHOWN) if measured.size else np.arange(min(SHOWN, kinematics.sizes["whisker"]))
+    frames = np.isfinite(kinematics.whisker_angle.values).sum(axis=1)
+    shown = np.sort(np.argsort(-frames, kind="stable")[:SHOWN])
     low, high = kinematics.attrs["whisking_band"]
     touches = (
-        f"Green: touches, the whisker within {1e3 * kinematics.attrs['touch_distance']:.2g} mm of the object, or bent."
+        f"Grey: touches, the whisker within {1e3 * kinematics.attrs['touch_distance']:.2g} mm of the object, or bent."
         if "touching" in kinematics
         else "No touches were sought."
     )
     caption = (
-        f"{shown.size} of {kinematics.sizes['whisker']} whiskers. Top: angle at the base to "
-        f"{_line(kinematics.attrs['face_from'])} (0° caudal, 180° rostral; blue), set point (line) and amplitude "
+        f"{shown.size} of {kinematics.sizes['whisker']} whiskers, those seen in most frames. Top: angle at the base "
+        f"to {_line(kinematics.attrs['face_from'])} (0° caudal, 180° rostral; blue), set point (orange) and amplitude "
         f"(band) of whisking. Middle: phase, 0 at the most protracted (band {low:g}–{high:g} Hz). Bottom: change Δκ of "
         f"the curvature at the base against the free whisker. {touches} Gaps: not seen."
     )

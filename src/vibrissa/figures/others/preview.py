@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from vibrissa.arrays import Array
 from vibrissa.errors import MissingError, RangeError
 from vibrissa.figures.canvas import house_style, new_figure, round_length, whisker_names
+from vibrissa.figures.colours import ON_PICTURE as COLOURS
 from vibrissa.figures.others.text_strip import text_strip
 from vibrissa.quantities import dataset
 from vibrissa.quantities import measured as measured_nodes
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 Blocks = Iterable[NDArray[Any]]
 Picture = NDArray[np.uint8]
 
-COLOURS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#D55E00")  # distinct for all eyes
 WIDE = 640  # pixels a frame is magnified to, at least, by a whole factor
 INSET = 40  # side of the part that is magnified [px]
 FEW = len(COLOURS)  # whiskers up to which each has its colour; more are named at their lines
@@ -105,7 +105,8 @@ def overlay(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int]) -> Itera
         If the movie ends before the last of the frames.
     """
     columns, rows = seen(profile)
-    names, lost = whisker_names(profile), json.loads(profile.attrs["lost"])
+    names = whisker_names(profile)
+    lost = json.loads(profile.attrs.get("lost", "[]")) or [[]] * len(names)
     low, span = 0.0, 0.0
     for index, image in chosen_frames(blocks, frames):
         if not span:

@@ -10,7 +10,8 @@ import numpy as np
 from vibrissa.arrays import Array
 from vibrissa.errors import TooFewError
 from vibrissa.exact import cone_kappa
-from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, add_caption, house_style, new_figure
+from vibrissa.figures.canvas import add_caption, house_style, key_above, new_figure
+from vibrissa.figures.colours import FITTED, MEASURED, TRUTH
 from vibrissa.quantities import dataset, require
 from vibrissa.stats import wilson_interval
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 MODES = (1, 2)
 FORCINGS = {"texture known": "", "white, Eq. 5": "_white"}  # end of the table's columns
-COLOURS = dict(zip(FORCINGS, (FOUND, OTHER), strict=True))
+COLOURS = dict(zip(FORCINGS, (MEASURED, FITTED), strict=True))
 ENDS = ("", "_low", "_high")
 HALF = 1.959964  # standard errors of half a 95 % interval
 TICKS = 5  # contacts that are written below the sweeps
@@ -106,7 +107,8 @@ def _errors(found: Array, truth: Array, virtual: bool) -> dict[str, Array]:
 
 def _caption(data: xr.Dataset) -> str:
     count = data.sizes["sweep"]
-    text = f"{count} {'virtual ' if data.attrs['virtual'] else ''}sweep{'s' if count != 1 else ''} by rising contact ε"
+    text = "Figure 10, not in the paper. "
+    text += f"{count} {'virtual ' if data.attrs['virtual'] else ''}sweep{'s' if count != 1 else ''} by rising contact ε"
     text += f", {float(data.contact[0]):.2f} to {float(data.contact[-1]):.2f}; bars, 95 % intervals, cut at the edges. "
     if not data.attrs["virtual"]:
         return text + (
@@ -134,7 +136,7 @@ def _words(data: xr.Dataset, forcing: str) -> str:
         damping = 100 * float(np.nanmedian(one.damping_found / one.damping_reference - 1))
         lines.append(
             f"mode {mode}: median error {frequency:+.2f} % of the frequency ({_held(one, 'frequency')}), "
-            f"{damping:+.1f} % of the damping ({_held(one, 'damping')})"
+            f"{damping:+.1f} % of the damping ({_held(one, 'damping')})".replace("-", "−")
         )
     return f"{forcing[:1].upper()}{forcing[1:]}: {'; '.join(lines)}."
 
@@ -164,7 +166,7 @@ def draw(data: xr.Dataset) -> Figure:
         Of matplotlib.
     """
     columns = 3 if data.attrs["virtual"] else 2
-    figure, axes = new_figure(10.5, 5.6, 2, columns, width_ratios=(1.3, 1.3, 1)[:columns], sharex="col")
+    figure, axes = new_figure(9.0, 5.0, 2, columns, width_ratios=(1.3, 1.3, 1)[:columns], sharex="col")
     for row, mode in enumerate(MODES):
         one, letters = data.sel(mode=mode), "ABCDEF"[row * columns :]
         _draw_frequency(axes[row, 0], one, f"{letters[0]}  Resonance, mode {mode}")
@@ -175,9 +177,9 @@ def draw(data: xr.Dataset) -> Figure:
     for axis in axes[1, :2]:
         axis.set_xticks(places, [f"{float(data.contact[i]):.2f}" for i in places])
         axis.set_xlabel("contact ε of each sweep")
-    axes[0, 1].legend(loc="upper left", ncols=2)
+    key_above(axes[0, 1])
     if columns == 3:
-        axes[0, 2].legend(loc="lower right")
+        key_above(axes[0, 2])
     return add_caption(figure, data)
 
 

@@ -335,7 +335,7 @@ def draw(data: xr.Dataset) -> Figure:
     arms = (
         ("speed", data.tested_speed, "scanning speed [m/s]"),
         ("height", data.tested_height, "height of the base [L]"),
-        ("angle", data.tested_angle, "base angle θ_b [rad]"),
+        ("angle", data.tested_angle, "base angle θ$_b$ [rad]"),
     )
     axes = middle.subplots(1, 3)
     for letter, (arm, values, label), axis in zip("BCD", arms, axes, strict=True):

@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.arrays import Array
-from vibrissa.figures.canvas import TRUTH, bars
+from vibrissa.figures.canvas import bars, key_above
+from vibrissa.figures.colours import KINDS, TRUTH
 from vibrissa.figures.others.robustness_chain import CLAIM
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-COLOURS = {"envelope": "#0072B2", "mean rate": "0.35", "spectrum": "#E69F00", "event": "#009E73"}
-TONES = {"speed": "#D55E00", "height": "#CC79A7", "angle": "#56B4E9"}
+COLOURS = {"envelope": KINDS[0], "mean rate": "0.35", "spectrum": KINDS[1], "event": KINDS[2]}
+TONES = dict(zip(("speed", "height", "angle"), KINDS[3:], strict=True))
 STYLES = {"any gain": ("-", "o"), "time": (":", "^"), "sizes": (":", "v")}
 
 
@@ -34,7 +35,7 @@ def draw_envelopes(axis: Axes, data: xr.Dataset) -> None:
     axis : Axes
         The panel.
     data : Dataset
-        From :func:`compute`.
+        From ``compute``.
     """
     shown = data.shown_envelope / data.shown_envelope.mean("shown_place")
     for arm, tone in TONES.items():
@@ -46,7 +47,7 @@ def draw_envelopes(axis: Axes, data: xr.Dataset) -> None:
     axis.set(xlabel="distance scanned [mm]", ylabel="envelope / its mean", ylim=(0, None))
     axis.set_xlim(*(1e3 * data.shown_place.values[[0, -1]]))
     axis.set_title("A  Envelope of one grating")
-    axis.legend(loc="upper right", ncols=4)
+    key_above(axis)
 
 
 def draw_arm(axis: Axes, data: xr.Dataset, arm: str, values: Array) -> None:
@@ -57,7 +58,7 @@ def draw_arm(axis: Axes, data: xr.Dataset, arm: str, values: Array) -> None:
     axis : Axes
         The panel.
     data : Dataset
-        From :func:`compute`.
+        From ``compute``.
     arm : str
         What differs: speed, height or angle.
     values : (W,) array
@@ -83,7 +84,7 @@ def draw_kept(axis: Axes, data: xr.Dataset) -> None:
     axis : Axes
         The panel.
     data : Dataset
-        From :func:`compute`.
+        From ``compute``.
     """
     names = [str(name) for name in data.decoder.values][::-1]
     for i, arm in enumerate(data.arm.values):

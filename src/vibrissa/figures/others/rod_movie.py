@@ -18,12 +18,13 @@ from scipy.ndimage import uniform_filter1d
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import FormatError, TooFewError
+from vibrissa.figures.colours import KINDS, PREDICTED
 from vibrissa.mechanics.rod.film import Film
 from vibrissa.mechanics.rod.rod_states import STATES
 from vibrissa.video.io.colour import PLAYBACK_RATE, write_colour
 
 SUFFIXES = (".mp4", ".mkv")
-COLOURS = {"detached": "0.55", "slip": "#0072b2", "stick": "#d55e00", "bridge": "#009e73"}
+COLOURS = dict(zip(("detached", "slip", "stick", "bridge"), ("0.55", *KINDS), strict=False))
 _FRAMES, _SLOWEST = 300, 1000.0
 _NICE = np.array([1, 2, 5])
 _SIZE = (9.6, 5.4)  # [inch]
@@ -155,7 +156,7 @@ class _Scene:
         span = max(np.ptp(levels), _LEAST)
         self.close.set_ylim(1e6 * (levels.min() - 0.3 * span), 1e6 * (levels.max() + 1.5 * span))
         moment.set(xlabel="time [ms]", ylabel="moment [nN m]", xlim=1e3 * film.time[[0, -1]])
-        moment.plot(1e3 * film.time, 1e9 * film.moment, color="#0072b2", lw=0.9)
+        moment.plot(1e3 * film.time, 1e9 * film.moment, color=PREDICTED, lw=0.9)
         pace = "at its own pace" if factor == 1 else f"slowed {factor:g} times"
         figure.suptitle(f"whole whisker, {pace}", x=0.01, ha="left")
         handles = [Line2D([], [], color=colour, marker="o", ls="", label=name) for name, colour in COLOURS.items()]

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.arrays import Array
-from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, add_caption, house_style, merged, new_figure
+from vibrissa.figures.canvas import add_caption, house_style, key_above, merged, new_figure
+from vibrissa.figures.colours import KINDS, PREDICTED, ordered
 from vibrissa.quantities import dataset, require
 from vibrissa.signals.spectra import power_spectrum
 
@@ -24,7 +25,6 @@ _TOP = ("excursion", "base_moment_quasi_static")  # of a single contact
 _WHOLE = ("first_contact", "last_contact", "contact_state")  # of a whole whisker
 _BRIDGE, _DETACHED = 3, 0  # contact_state
 _ABOVE: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1, 0.95), "ncols": 2}  # clear of the lines
-COLOURS = (FOUND, OTHER, "#009E73", "#CC79A7", "#56B4E9", "#E69F00")  # safe for the colour-blind
 
 
 def compute(scan: xr.Dataset, *, shown: float = SHOWN) -> xr.Dataset:
@@ -111,14 +111,14 @@ def draw(data: xr.Dataset) -> Figure:
     um = 1e6 * data.attrs["whisker_length"]
     _draw_contact(axes[0, 0], data, um)
     for i in range(n):
-        axes[1 + i, 0].plot(data.time, 1e6 * data.envelope[i], color=TRUTH, lw=2.5, label="envelope")
-        axes[1 + i, 0].plot(data.time, um * data.mode_displacement[i], color=COLOURS[i], lw=0.7)
+        axes[1 + i, 0].plot(data.time, um * data.mode_displacement[i], color=PREDICTED, lw=0.6)
+        axes[1 + i, 0].plot(data.time, 1e6 * data.envelope[i], color=PREDICTED, lw=1.6, label="envelope")
         axes[1 + i, 0].set_ylabel(f"mode {i + 1} [µm]")
     axes[1, 0].legend(**_ABOVE)
     below = axes[n + 1, 0]
-    below.plot(data.time, 1e9 * data.base_moment, color="0.2", lw=0.7, label="moment at the base")
+    below.plot(data.time, 1e9 * data.base_moment, color=PREDICTED, lw=0.7, label="moment at the base")
     if "base_moment_quasi_static" in data:
-        below.plot(data.time, 1e9 * data.base_moment_quasi_static, color=OTHER, lw=0.9, label="quasi-static part")
+        below.plot(data.time, 1e9 * data.base_moment_quasi_static, color="0.2", lw=1.0, label="quasi-static part")
     below.set(xlabel="time [s]", ylabel="moment [nN m]", xlim=(float(data.time[0]), float(data.time[-1])))
     below.legend(**_ABOVE)
     _draw_spectra(figure.add_subplot(merged(axes[:, 1])), data)
@@ -128,12 +128,12 @@ def draw(data: xr.Dataset) -> Figure:
 def _draw_contact(axis: Axes, data: xr.Dataset, um: float) -> None:
     """How far the surface carries a single contact, or where a whole whisker touches the ground."""
     if "excursion" in data:
-        axis.plot(data.time, um * data.excursion, color="0.2", lw=0.9)
+        axis.plot(data.time, um * data.excursion, color=PREDICTED, lw=0.9)
         axis.set(ylabel="excursion [µm]", title="how far the surface carries the contact, and what follows")
         return
-    axis.plot(data.time, 1e3 * data.last_contact, color=OTHER, lw=0.7, label="last")
-    axis.plot(data.time, 1e3 * data.first_contact, color="0.2", lw=0.9, label="first")
-    for state, colour in ((_BRIDGE, "#E69F00"), (_DETACHED, "0.6")):
+    axis.plot(data.time, 1e3 * data.last_contact, color="0.2", lw=0.7, label="last")
+    axis.plot(data.time, 1e3 * data.first_contact, color=PREDICTED, lw=0.9, label="first")
+    for state, colour in ((_BRIDGE, KINDS[1]), (_DETACHED, "0.6")):
         there = data.contact_state.values == state
         axis.fill_between(
             data.time, 0, 1, where=there, color=colour, alpha=0.25, lw=0, transform=axis.get_xaxis_transform()
@@ -144,11 +144,10 @@ def _draw_contact(axis: Axes, data: xr.Dataset, um: float) -> None:
 
 def _draw_spectra(axis: Axes, data: xr.Dataset) -> None:
     scale = (1e6 * data.attrs["whisker_length"]) ** 2
-    for i in range(data.sizes["mode"]):
-        colour = COLOURS[i % len(COLOURS)]
+    for i, colour in enumerate(ordered(data.sizes["mode"])):
         axis.semilogy(data.frequency, scale * data.power[i], color=colour, lw=0.8, label=f"mode {i + 1}")
         axis.axvline(float(data.resonant_frequency[i]), color=colour, ls=":", lw=1)
     top = scale * float(np.nanmax(data.power.values))
     axis.set(xlabel="frequency [Hz]", ylabel="power [µm²/Hz]", ylim=(1e-9 * top, 3 * top), xlim=(0, None))
-    axis.set_title("spectra of the modes; dotted: resonances")
-    axis.legend(loc="upper right")
+    axis.set_title("Spectra of the modes; dotted: resonances")
+    key_above(axis)

@@ -6,14 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.figures.canvas import add_caption, bars, house_style, new_figure
+from vibrissa.figures.canvas import add_caption, bars, house_style, key_above, new_figure
+from vibrissa.figures.colours import KINDS, MULTI, SINGLE
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-COLOURS = {"good": "#0072B2", "mua": "#D55E00", "unlabelled": "#009E73"}  # safe for the colour-blind
+COLOURS = {"good": SINGLE, "mua": MULTI, "unlabelled": KINDS[0]}
 OTHERS = "0.6"
 PANELS = (
     ("unit_rate", "rate [Hz]", "contamination", "contamination"),
@@ -77,7 +78,7 @@ def draw(data: xr.Dataset) -> Figure:
     axes[0, 0].axvline(data.attrs["rule_least_rate"], color="0.5", ls="--", lw=0.8)
     axes[0, 2].axhline(0, color="0.8", lw=0.8, zorder=0)
     axes[0, 2].set_xlim(-0.03, 1.03)
-    axes[0, 0].legend(loc="center right", frameon=True)
+    key_above(axes[0, 0])
     return add_caption(figure, data)
 
 

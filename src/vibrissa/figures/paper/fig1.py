@@ -1,4 +1,4 @@
-"""Figure 1: the whisker as a truncated cone, the cones behind measured diameters, the profile at rest and Eq. 1."""
+"""Figure 1: the whisker as a truncated cone, cones through measured diameters, profiles at rest and Eq. 1."""
 
 from __future__ import annotations
 
@@ -8,34 +8,33 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.arrays import Array, Complex
-from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, add_caption, house_style, new_figure
+from vibrissa.figures.canvas import add_caption, house_style, new_figure, split
+from vibrissa.figures.paper.parts import fig1_panels as panels
+from vibrissa.figures.words import with_error
 from vibrissa.mechanics.inverse.profile_fit import mean_course
+from vibrissa.mechanics.inverse.substrate_frame import SubstrateFrame
+from vibrissa.mechanics.statics.profile import Posture, stationary_profile
 from vibrissa.quantities import dataset
+from vibrissa.quantities.kinds import Series
 from vibrissa.video.profile.tangent import parabola
-from vibrissa.whisker import Whisker, atlas, from_diameters
+from vibrissa.whisker import Whisker, from_diameters, isolated_whiskers
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
 PAPER_WHISKERS = ("beta", "C1", "C2")
+MOST = 3  # whiskers of the sweeps
 WINDOW = 3e-3  # of the visible end that the paper's polynomial is fitted to [m]
 CHORD = 1e-3  # over which the measured angle is taken [m]
 OVER_A_TEXTURE = (
-    "The mean profile is taken for the profile at rest. Over a texture the contact hangs back: in the model of one "
+    "The mean profile is assumed to be the profile at rest. Over a texture the contact hangs back: in the model of one "
     "contact and on the paper's gratings ε is then too large by some 0.003 and θ_b too small by some 0.02 rad, which "
     "the errors given do not include."
 )
+ENDS = ("", "_contact", "_r2")
 _POINTS = 60
-LINES = (  # of C, and their looks in D too
-    ("course", "-", TRUTH, 4.0, "mean profile"),
-    ("fitted", "-", FOUND, 1.2, "Eq. 1"),
-    ("parabola", "--", OTHER, 1.2, "polynomial of degree 2"),
-)
-ANGLES = (("course_s", "course_angle"), ("s", "angle"), ("parabola_s", "parabola_angle"))
-_THIN = {"arrowstyle": "-", "lw": 0.6, "color": "0.5"}
 
 
 def compute(
@@ -46,8 +45,10 @@ def compute(
     diameters: Mapping[str, xr.Dataset] | None = None,
     still: xr.Dataset | None = None,
     contact_true: float = np.nan,
+    sweeps: xr.Dataset | None = None,
+    series: Series | None = None,
 ) -> xr.Dataset:
-    """Cones and profile of the figure.
+    """Cones and profiles of the figure.
 
     Parameters
     ----------
@@ -60,12 +61,16 @@ def compute(
     whisker : Whisker
         Its cone.
     diameters : mapping, optional
-        Name → ``distance``, ``diameter`` (point), as :func:`vibrissa.whisker.read_diameters` gives them. By default β,
-        C1 and C2 of the atlas, whose mean cones are known by both ends alone.
+        Name → ``distance``, ``diameter`` (point), as ``vibrissa.whisker.read_diameters`` gives them. By default β,
+        C1 and C2 of one animal, measured at base and tip by [Hartmann2003]_.
     still : Dataset, optional
         ``image`` (image_row, image_column) of the movie; then the profile has a ``pixel_size``.
     contact_true : float
         ε, where it is known.
+    sweeps : Dataset, optional
+        Table of sweeps of several whiskers.
+    series : callable, optional
+        Number of a sweep → its ``course_along``, ``course_height``; needed with ``sweeps``.
 
     Returns
     -------
@@ -73,12 +78,15 @@ def compute(
         ``cone_distance``, ``cone_diameter`` (cone, cone_point), ``cone_length``, ``cone_base`` (cone);
         ``course_x``, ``course_y``, ``course_s``, ``course_angle`` (course_node), the mean profile; ``fitted_x``,
         ``fitted_y``, ``angle`` (s), Eq. 1; ``parabola_x`` … (parabola_point), the paper's extrapolation, empty where
-        it has no point along the substrate. Attributes: what was found, ``contact_parabola``, ``caption``.
+        it has no point along the substrate. Of up to three whiskers of the sweeps (other) ``other_course_x``,
+        ``other_course_y`` (other, other_node), ``other_fitted_x``, ``other_fitted_y`` (other, other_s), along the
+        substrate from the contact and above it, and ``other_contact``, ``other_r2``. Attributes: what was found,
+        ``contact_parabola``, ``caption``.
     """
     course = mean_course(profile)
     place = course.place.conj() if course.mirrored else course.place
     curve = found.fitted_x.values + 1j * found.fitted_y.values
-    frame = _Frame(curve)
+    frame = SubstrateFrame(curve)
     picture: dict[str, Any] = {
         name: still[name].values for name in ("image_row", "image_column", "image") if still is not None
     }
@@ -86,8 +94,10 @@ def compute(
     middle, angle = _angles(frame.from_image(place), course.arc)
     s = found.s.values
     facts = _facts(profile, found, whisker, extrapolated, contact_true, diameters is None)
+    others = {} if sweeps is None or series is None else _others(sweeps, series)
     return dataset(
-        {**facts, "caption": _caption(facts)},
+        {**facts, "caption": _caption(facts, others)},
+        **others,
         **_cones(diameters),
         **picture,
         course_x=place.real,
@@ -103,37 +113,54 @@ def compute(
     )
 
 
-class _Frame:
-    """The frame of the substrate: real along it towards the base, imaginary above it, 0 at the contact."""
-
-    def __init__(self, curve: Complex) -> None:
-        self._contact, self._along = curve[0], (curve[1] - curve[0]) / abs(curve[1] - curve[0])
-        self._mirrored = bool(((curve[-1] - curve[0]) / self._along).imag < 0)
-
-    def from_image(self, z: Complex) -> Complex:
-        turned = (z - self._contact) / self._along
-        return np.conj(turned) if self._mirrored else turned
-
-    def to_image(self, z: Complex) -> Complex:
-        return (np.conj(z) if self._mirrored else z) * self._along + self._contact
-
-
 def _cones(diameters: Mapping[str, xr.Dataset] | None) -> dict[str, Any]:
     """Diameters, padded with NaN, and the straight lines through them."""
     if diameters is None:
-        entries = [entry for entry in atlas() if entry.name in PAPER_WHISKERS]
-        names, lengths = [e.name for e in entries], [e.length for e in entries]
-        bases = [2 * e.cone_angle * e.length for e in entries]
-        rows = [([0, e.length * (1 - e.tip)], [base, base * e.tip]) for e, base in zip(entries, bases, strict=True)]
+        ends = [one for one in isolated_whiskers() if one.name in PAPER_WHISKERS]
+        names, lengths, bases = zip(*((one.name, one.length, one.base_diameter) for one in ends), strict=True)
+        rows = [(np.array([0, one.arc_length]), np.array([one.base_diameter, one.tip_diameter])) for one in ends]
     else:
         fits = [from_diameters(d.distance.values, d.diameter.values).whisker for d in diameters.values()]
         rows = [(d.distance.values, d.diameter.values) for d in diameters.values()]
-        names, lengths, bases = list(diameters), [f.length for f in fits], [2 * f.base_radius for f in fits]
+        names = tuple(diameters)
+        lengths, bases = tuple(f.length for f in fits), tuple(2 * f.base_radius for f in fits)
     points = np.full((2, len(rows), max(len(x) for x, _ in rows)), np.nan)
     for i, (x, d) in enumerate(rows):
         points[:, i, : len(x)] = x, d
     columns = {"cone_distance": points[0], "cone_diameter": points[1]}
-    return columns | {"cone": names, "cone_length": lengths, "cone_base": bases}
+    return columns | {"cone": list(names), "cone_length": list(lengths), "cone_base": list(bases)}
+
+
+def _others(sweeps: xr.Dataset, series: Series) -> dict[str, Any]:
+    """Mean profile and Eq. 1 of the first accepted sweep of each whisker; nothing where none is stored."""
+    first = {str(sweeps.whisker_name[i].values): i for i in np.flatnonzero(sweeps.accepted.values)[::-1]}
+    pairs = [(name, sweeps.isel(sweep=i), series(int(sweeps.sweep[i]))) for name, i in sorted(first.items())]
+    pairs = [(name, row, one) for name, row, one in pairs if "course_along" in one][:MOST]
+    if not pairs:
+        return {}
+    rows = [row for _, row, _ in pairs]
+    nodes = max(one.course_along.size for *_, one in pairs)
+    course = np.full((2, len(pairs), nodes), np.nan)
+    for k, (*_, one) in enumerate(pairs):
+        course[:, k, : one.course_along.size] = one.course_along, one.course_height
+    fitted = np.array([_laid_out(row) for row in rows])
+    return {
+        "other": [name for name, *_ in pairs],
+        "other_course_x": course[0],
+        "other_course_y": course[1],
+        "other_fitted_x": fitted[:, 0],
+        "other_fitted_y": fitted[:, 1],
+        "other_contact": [float(row.contact) for row in rows],
+        "other_r2": [float(row.profile_r2) for row in rows],
+    }
+
+
+def _laid_out(row: xr.Dataset) -> Array:
+    """Profile of Eq. 1 of a sweep, along the substrate from the contact and above it [m], (2, S)."""
+    posture = Posture(contact=float(row.contact), base_angle=float(row.base_angle))
+    curve = stationary_profile(posture, np.linspace(posture.contact, 1, _POINTS))
+    place = np.array([curve.profile_x.values, curve.profile_y.values])
+    return float(row.length) * (place - place[:, :1])
 
 
 def _angles(z: Complex, arc: Array) -> tuple[Array, Array]:
@@ -150,7 +177,7 @@ def _across(place: Complex, curve: Complex, s: Array, at: Array) -> Array:
     return np.asarray((np.exp(-1j * way) * (place - np.interp(at, s, curve))).imag)
 
 
-def _extrapolated(frame: _Frame, place: Complex, arc: Array, length: float) -> dict[str, Any]:
+def _extrapolated(frame: SubstrateFrame, place: Complex, arc: Array, length: float) -> dict[str, Any]:
     """The paper's polynomial from the visible end to where it runs along the substrate."""
     use = arc >= arc[-1] - WINDOW
     z = frame.from_image(place[use])
@@ -167,7 +194,7 @@ def _extrapolated(frame: _Frame, place: Complex, arc: Array, length: float) -> d
 
 
 def _facts(
-    profile: xr.Dataset, found: xr.Dataset, whisker: Whisker, line: Mapping[str, Any], true: float, of_atlas: bool
+    profile: xr.Dataset, found: xr.Dataset, whisker: Whisker, line: Mapping[str, Any], true: float, of_one_rat: bool
 ) -> dict[str, Any]:
     names = ("contact", "contact_se", "base_angle", "base_angle_se", "base_height", "profile_r2")
     return {
@@ -178,18 +205,23 @@ def _facts(
         "whisker_length": whisker.length,
         "tip": whisker.tip,
         "pixel_size": float(profile.attrs.get("pixel_size", np.nan)),
-        "of_atlas": of_atlas,
+        "of_one_rat": of_one_rat,
     }
 
 
-def _caption(facts: Mapping[str, Any]) -> str:
-    source = "both ends of the atlas's mean cones" if facts["of_atlas"] else "the points measured"
+def _caption(facts: Mapping[str, Any], others: Mapping[str, Any]) -> str:
+    source = (
+        "β, C1 and C2 of one rat, measured at two points each, base and tip (Hartmann et al. 2003; the virtual "
+        "whiskers of a study are given by L and α, not by diameters)"
+        if facts["of_one_rat"]
+        else "as measured"
+    )
     miss = (facts["contact_parabola"] - facts["contact"]) * facts["whisker_length"] * 1e3
     parabola_text = (
-        f"the second-degree polynomial through the last {WINDOW * 1e3:g} mm that are seen puts the contact "
+        f"the paper's second-degree polynomial through the last {WINDOW * 1e3:g} mm that are seen puts the contact "
         f"{abs(miss):.2f} mm {'nearer the base' if miss > 0 else 'nearer the tip'}"
         if np.isfinite(miss)
-        else "the second-degree polynomial has no point along the substrate"
+        else "the paper's second-degree polynomial has no point along the substrate"
     )
     texture = (
         f"mean profile, without the mean displacement that the texture imposes in the model of one contact (mean "
@@ -198,18 +230,35 @@ def _caption(facts: Mapping[str, Any]) -> str:
         else "mean profile"
     )
     return (
-        f"Figure 1. A, the whisker as a truncated cone (thickness not to scale). B, diameter against the distance "
-        f"from the base: straight lines through {source}, carried on (dashed) to the cone's tip, which gives L. C, "
-        f"{texture} and Eq. 1 fitted to it: ε = {facts['contact']:.4f} ± {facts['contact_se']:.1g}, θ_b = "
-        f"{facts['base_angle']:.3f} ± {facts['base_angle_se']:.1g} rad, H = {1e3 * facts['base_height']:.1f} mm; "
-        f"R² of the angle {facts['profile_r2']:.3f}; {parabola_text}. D, the same as angle to the substrate."
+        f"Figure 1. A, the whisker as a truncated cone; thickness not to scale. B, diameter against the distance from "
+        f"the base, {source}; dashed: the line through the points, continued to the cone's tip (black dot), which "
+        f"gives L, and its slope gives α. C, {texture} and Eq. 1 fitted to it: ε = "
+        f"{with_error(facts['contact'], facts['contact_se'])}, θ_b = "
+        f"{with_error(facts['base_angle'], facts['base_angle_se'])} rad, H = {1e3 * facts['base_height']:.1f} mm; R² "
+        f"of the angle {facts['profile_r2']:.3f}; {parabola_text}. {_others_words(others)} D, the profile of C as "
+        "angle to the substrate, which is 0 at the contact."
+        + _truth_words(facts["contact_true"])
         + ("" if np.isfinite(facts["mean_excursion"]) else f" {OVER_A_TEXTURE}")
+    )
+
+
+def _truth_words(true: float) -> str:
+    return f" Cross: the true contact, ε = {true:.4f}." if np.isfinite(true) else ""
+
+
+def _others_words(others: Mapping[str, Any]) -> str:
+    if not others:
+        return "One whisker is followed: there are no sweeps of others."
+    each = (f"{n} ε = {e:.3f}, R² = {r:.2f}" for n, e, r in zip(*(others[f"other{k}"] for k in ENDS), strict=True))
+    return (
+        f"Right: one sweep of each whisker ({'; '.join(each)}), mean profiles and Eq. 1 in the frame of the substrate, "
+        "each from its contact; what lies on the substrate is the free end."
     )
 
 
 @house_style
 def draw(data: xr.Dataset) -> Figure:
-    """Four panels.
+    """A and B above; C, its other whiskers if there are any, and D below.
 
     Parameters
     ----------
@@ -221,71 +270,14 @@ def draw(data: xr.Dataset) -> Figure:
     Figure
         Of matplotlib.
     """
-    figure, axes = new_figure(9.0, 6.6, 2, 2)
-    _draw_sketch(axes[0, 0], data)
-    _draw_cones(axes[0, 1], data)
-    _draw_profile(axes[1, 0], data)
-    _draw_angle(axes[1, 1], data)
-    return add_caption(figure, data, 7)
-
-
-def _draw_sketch(axis: Axes, data: xr.Dataset) -> None:
-    tip, contact = data.attrs["tip"], data.attrs["contact"]
-    axis.fill([tip, 1, 1, tip], np.array([tip, 1, -1, -tip]) / 2, color="0.85", ec="0.3", lw=0.8)
-    axis.plot([0, tip, np.nan, 0, tip], np.array([0, tip, np.nan, 0, -tip]) / 2, "--", color="0.5", lw=0.8)
-    axis.plot([0, 1], [0, 0], ":", color="0.5", lw=0.7)
-    axis.plot([contact], [-contact / 2], "^", color=OTHER, ms=6)
-    about: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "color": OTHER}
-    axis.annotate("contact, s = ε", (contact, -contact / 2), (0, -14), **about)
-    axis.annotate("", (0, -0.72), (1, -0.72), arrowprops={"arrowstyle": "<->", "lw": 0.8})
-    axis.text(0.5, -0.7, "L", ha="center", va="bottom")
-    axis.annotate("", (1.04, -0.5), (1.04, 0.5), arrowprops={"arrowstyle": "<->", "lw": 0.8})
-    axis.text(1.06, 0, "2b = 2αL", va="center")
-    axis.text(0, -0.12, "s = 0", ha="center")
-    axis.annotate("physical tip", (tip, tip / 2), (6, 26), textcoords="offset points", color="0.3", arrowprops=_THIN)
-    axis.text(1, 0.54, "s = 1, skin", ha="center")
-    axis.text(0.62, 0.06, "α", color="0.3")
-    axis.set(xlim=(-0.08, 1.28), ylim=(-0.85, 0.75), title="A  Truncated cone")
-    axis.axis("off")
-
-
-def _draw_cones(axis: Axes, data: xr.Dataset) -> None:
-    for i, name in enumerate(data.cone.values):
-        distance, diameter = 1e3 * data.cone_distance[i], 1e6 * data.cone_diameter[i]
-        (line,) = axis.plot(distance, diameter, "-o", ms=2.5, label=str(name))
-        length, base = 1e3 * float(data.cone_length[i]), 1e6 * float(data.cone_base[i])
-        axis.plot([0, length], [base, 0], "--", color=line.get_color(), lw=0.8)
-        axis.plot([length], [0], "o", color="k", ms=4, clip_on=False, zorder=3)
-    axis.set(xlabel="distance from the base [mm]", ylabel="diameter [µm]", xlim=(0, None), ylim=(0, None))
-    axis.set_title("B  Diameters and cones; black: L")
-    axis.legend()
-
-
-def _draw_profile(axis: Axes, data: xr.Dataset) -> None:
-    if known := "image" in data:
-        size = 1e3 * data.attrs["pixel_size"]
-        rows, columns = data.image.shape
-        extent = (-0.5 * size, (columns - 0.5) * size, (rows - 0.5) * size, -0.5 * size)
-        axis.imshow(data.image, extent=extent, cmap="gray")
-    for name, style, colour, width, label in LINES:
-        axis.plot(1e3 * data[f"{name}_x"], 1e3 * data[f"{name}_y"], style, color=colour, lw=width, label=label)
-    ends = np.array([1e3 * data.fitted_x.values[:2], 1e3 * data.fitted_y.values[:2]])
-    along = (ends[:, 1] - ends[:, 0]) / np.hypot(*(ends[:, 1] - ends[:, 0]))
-    line = ends[:, :1] + along[:, None] * np.array([-4.0, 8.0])
-    axis.plot(*line, color="#009E73", lw=1, label="substrate")
-    axis.plot(*ends[:, :1], "o", color=FOUND, ms=4)
-    axis.set(xlabel="x [mm]", ylabel="y [mm]", title="C  Mean profile", aspect="equal")
-    if not known:
-        axis.invert_yaxis()
-    axis.legend(loc="best", frameon=known, framealpha=0.8)
-
-
-def _draw_angle(axis: Axes, data: xr.Dataset) -> None:
-    for (_, style, colour, width, _), (s, angle) in zip(LINES, ANGLES, strict=True):
-        axis.plot(data[s], data[angle], style, color=colour, lw=width)
-    axis.axhline(0, color="0.3", lw=0.7)
-    axis.plot([data.attrs["contact"]], [0], "o", color=FOUND, ms=4, clip_on=False)
-    if np.isfinite(data.attrs["contact_true"]):
-        axis.plot([data.attrs["contact_true"]], [0], "x", color="k", ms=7, label="true contact")
-        axis.legend()
-    axis.set(xlabel="s", ylabel="θ [rad]", xlim=(0, 1), title="D  Angle to the substrate")
+    figure, axes = new_figure(9.0, 6.0, 2, 1)
+    above = split(figure, axes[0, 0], widths=[1.2, 1])
+    several = "other" in data
+    below = split(figure, axes[1, 0], widths=[1.3, 1, 1] if several else [1.4, 1])
+    panels.draw_sketch(above[0], data)
+    panels.draw_cones(above[1], data)
+    panels.draw_profile(below[0], data)
+    if several:
+        panels.draw_others(below[1], data)
+    panels.draw_angle(below[-1], data)
+    return add_caption(figure, data)

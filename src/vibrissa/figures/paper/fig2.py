@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 
 from vibrissa.arrays import Array
-from vibrissa.figures.canvas import TRUTH, add_caption, house_style, new_figure
+from vibrissa.figures.canvas import add_caption, house_style, key_above, new_figure
+from vibrissa.figures.colours import PREDICTED, ordered
 from vibrissa.mechanics.quasi_static.response import Form
 from vibrissa.mechanics.scan.free_end import TOO_LARGE, free_end_facts
 from vibrissa.mechanics.scan.scan_settings import Scan
@@ -29,9 +30,11 @@ if TYPE_CHECKING:
 FORMS = get_args(Form)
 MODES = 3
 LEAD, AFTER = 0.25, 4.0  # shown before t₁ and after t₃, in units of t₃ − t₁
-ALONG = "along the substrate, from the far edge [mm]"
+ALONG = "from the far edge [mm]"
 STRETCH = 12  # of the heights in the close-up
-BLUE, GREEN, RED = STAGES = ("#0072B2", "#009E73", "#D55E00")  # U₁, U₂, U₃ as in the paper, safe for the colour-blind
+STAGES = ordered(3)  # U₁, U₂, U₃
+BESIDE = 0.01  # of s, beside the contact: there a point passes into the free end
+PASSAGES = 5  # profiles of each ramp in C
 
 
 def compute(posture: Posture, whisker: Whisker, gap_width: float, scan: Scan, *, n_modes: int = 12) -> xr.Dataset:
@@ -50,8 +53,9 @@ def compute(posture: Posture, whisker: Whisker, gap_width: float, scan: Scan, *,
     -------
     Dataset
         ``stage_x``, ``stage_height`` (stage, s) [m], x = 0 at the far edge of the gap and λ at the near one;
-        ``stage_contact``, ``stage_excursion``, ``event_time``; ``stage_displacement`` U − U₁ and ``stage_response``
-        (U − U₁)/d beside ``unit_response`` Ū; ``excursion`` from t₁ = 0 on; ``mode_amplitude``, ``mode_displacement``
+        ``stage_contact``, ``stage_excursion``, ``event_time``; ``stage_displacement`` U − U₁, and ``stage_response``
+        (U − U₁)/d beside ``unit_response`` Ū, the same all along the gap as ``passage_response`` (passage, s) at
+        ``passage_excursion``; ``excursion`` from t₁ = 0 on; ``mode_amplitude``, ``mode_displacement``
         and ``mode_jump`` for each ``form``; ``free_end_length`` and whether it allows the jump (``jumps_allowed`` of
         1). Attribute ``caption``.
     """
@@ -61,7 +65,12 @@ def compute(posture: Posture, whisker: Whisker, gap_width: float, scan: Scan, *,
     stages = _stages(crossings[0])
     s = _points(whisker, stages)
     x, height = _on_the_substrate(stages, gap_width / whisker.length, s)
+    passed = _passages(stages, s)
+    linear = _against_linear(crossings, stages, s)
+    shaft = s >= stages[0].contact + BESIDE
+    away = np.abs(passed["passage_response"] - linear["unit_response"])[:, shaft].max()
     facts = _facts(crossings[0], stages)
+    facts["collapse_residual"] = float(away / np.abs(linear["unit_response"][shaft]).max())
     return dataset(
         {**facts, "caption": _caption(facts)},
         lead=("form",),
@@ -72,7 +81,9 @@ def compute(posture: Posture, whisker: Whisker, gap_width: float, scan: Scan, *,
         stage_excursion=[held.excursion for held in stages],
         stage_x=x * whisker.length,
         stage_height=height * whisker.length,
-        **_against_linear(crossings, stages, s),
+        passage=np.arange(2 * PASSAGES),
+        **linear,
+        **passed,
         event=np.arange(1, 4),
         event_time=events.time,
         time=t,
@@ -112,6 +123,16 @@ def _against_linear(crossings: list[Prediction], stages: list[Held], s: Array) -
     over_d = np.divide(displacement, d, out=np.full_like(displacement, np.nan), where=d != 0)
     unit = crossings[FORMS.index("linear")].response.displacement(np.ones(1), s)[0]
     return {"stage_displacement": displacement, "stage_response": over_d, "unit_response": unit}
+
+
+def _passages(stages: list[Held], s: Array) -> dict[str, Array]:
+    """(U − U₁)/d at excursions from near 0 to d₂ before the jump, and from d₂ − λ to near 0 after it."""
+    flat, before, after = stages
+    parts = np.arange(1, PASSAGES + 1) / PASSAGES
+    excursions = np.append(before.excursion * parts, after.excursion * parts[::-1])
+    held = [hold(flat, d) for d in excursions.tolist()]
+    response = [flat.displaced(*one.position(s), s) / one.excursion for one in held]
+    return {"passage_excursion": excursions, "passage_response": np.array(response)}
 
 
 def _times(events: Array) -> Array:
@@ -157,20 +178,24 @@ def _caption(facts: dict[str, float]) -> str:
         "so this free end allows the jump to U₃."
         if facts["jump_allowed"]
         else "so this free end does not allow the jump to U₃: the shaft bridges the gap, and the vibration shown is up "
-        f"to {TOO_LARGE} times too large (docs/peers.md, full length)."
+        f"to {TOO_LARGE} times too large (docs/validation.md, full length)."
     )
+    collapse = facts["collapse_residual"]
     return (
-        f"One gap of λ = {mm['gap_width']:.2g} mm, {um['gap_depth']:.0f} µm deep, crossed at "
-        f"{facts['scan_speed']:.2g} m/s by a whisker of {mm['whisker_length']:.0f} mm, ε = {facts['contact']:.2f}, "
-        f"θ_b = {facts['base_angle']:.1f} rad, ζ = {facts['damping']:.2g}. A: to scale. B: heights stretched {STRETCH} "
-        "times, the gap's true depth among them; centrelines without thickness; dots: contact; dashed: free end. "
-        "C: exact displacements over d, and the linear Ū; at U₃ the point s = ε has passed into the free end. D: the "
-        "slope of d is +v; the paper's caption prints −v, its text and the geometry give +v. The contact jumps early, "
-        f"at d₂ = {um['excursion_at_jump']:.1f} µm = {facts['excursion_at_jump'] / facts['gap_width']:.3f} λ. E: q₁ "
-        "jumps, q₁ + Q₁ does not. F: jump of q. The model has one contact. After the jump the straight free end, "
-        f"{mm['free_length']:.1f} mm long and so {free} than the gap is wide, would pass {um['dip_at_far_edge']:.0f} "
-        f"µm below the far edge, {deep} than the gap is deep, and its tip {um['dip_at_tip']:.0f} µm below the land; "
-        f"{allowed}"
+        f"Figure 2. One gap of λ = {mm['gap_width']:.2g} mm, {um['gap_depth']:.0f} µm deep, crossed at "
+        f"{facts['scan_speed']:.2g} m/s by a whisker of {mm['whisker_length']:.0f} mm (model; ε = "
+        f"{facts['contact']:.2f}, θ_b = {facts['base_angle']:.1f} rad, ζ = {facts['damping']:.2g}). A, profiles on "
+        "the flat, U₁, before the jump, U₂, and after it, U₃, to scale: they differ by less than a line is wide. B, "
+        f"close-up at the contact, heights × {STRETCH}, with the gap's true depth; centrelines without thickness; "
+        f"dots: contact; dashed: free end. C, (U − U₁)/d at {2 * PASSAGES} excursions, dark (t₁) to pale (t₃), and the "
+        f"linear response Ū (black); on the shaft the profiles differ from Ū by up to {100 * collapse:.0f} % of its "
+        "largest value. D, the excursion d(t). Its slope is +v; the paper's caption prints −v, its text and the "
+        f"geometry give +v. The contact jumps early, at d₂ = {um['excursion_at_jump']:.1f} µm = "
+        f"{facts['excursion_at_jump'] / facts['gap_width']:.3f} λ. Not in the paper: E, the vibration q₁ jumps, the "
+        "displacement q₁ + Q₁ does not. F, jump of q in both forms of the response; numbers: exact over linear. The "
+        f"model has one contact. After the jump the straight free end, {mm['free_length']:.1f} mm long and so {free} "
+        f"than the gap is wide, would pass {um['dip_at_far_edge']:.0f} µm below the far edge, {deep} than the gap is "
+        f"deep, and its tip {um['dip_at_tip']:.0f} µm below the land; {allowed}"
     )
 
 
@@ -188,7 +213,7 @@ def draw(data: xr.Dataset) -> Figure:
     Figure
         Of matplotlib.
     """
-    figure, axes = new_figure(10.5, 7.4, 2, 3, width_ratios=[1, 1, 1])
+    figure, axes = new_figure(9.0, 5.8, 2, 3)
     panels = (_draw_profiles, _draw_close_up, _draw_response, _draw_excursion, _draw_mode, _draw_jumps)
     for draw_panel, axis in zip(panels, axes.flat, strict=True):
         draw_panel(axis, data)
@@ -215,15 +240,22 @@ def _draw_substrate(axis: Axes, data: xr.Dataset, left: float, right: float, flo
 
 
 def _draw_profiles(axis: Axes, data: xr.Dataset) -> None:
+    """Whole profiles with D and H."""
     x, y = 1e3 * data.stage_x.values, 1e3 * data.stage_height.values
-    left, right = x.min() - 1.5, x.max() + 2
+    left, right, both = x.min() - 1.5, x.max() + 5, {"arrowstyle": "<->", "lw": 0.7, "shrinkA": 0, "shrinkB": 0}
     _draw_substrate(axis, data, left, right, -2.5, 1e3)
     _draw_stages(axis, data, 1e3)
-    axis.annotate("", (0.42 * right, 0.45 * y.max()), (0.0, 0.45 * y.max()), arrowprops={"arrowstyle": "->"})
-    axis.text(0.2 * right, 0.48 * y.max(), "the base moves", ha="center", color="0.3")
-    axis.set(aspect="equal", anchor="N", xlim=(left, right), ylim=(-2.5, y.max() + 1))
-    axis.set(xlabel=ALONG, ylabel="height [mm]", title="A  Profiles, free end dashed")
-    axis.legend(loc="upper left")
+    base, top = x.max(), y.max()
+    axis.annotate("", (base + 1.5, 0), (base + 1.5, top), arrowprops=both)
+    axis.text(base + 2.2, top / 2, "H", va="center")
+    axis.annotate("", (0, -4), (base, -4), arrowprops=both)
+    axis.text(base / 2, -4.4, "D", ha="center", va="top")
+    axis.annotate("", (0.55 * base, 0.72 * top), (0.1 * base, 0.72 * top), arrowprops={"arrowstyle": "->"})
+    axis.text(0.1 * base, 0.75 * top, "base, v", color="0.3")
+    axis.text(base - 0.5, top + 0.4, "θ$_b$", ha="right")
+    axis.set(aspect="equal", anchor="N", xlim=(left, right), ylim=(-8, top + 2.5))
+    axis.set(xlabel=ALONG, ylabel="height [mm]", title="A  Profiles")
+    key_above(axis)
 
 
 def _draw_close_up(axis: Axes, data: xr.Dataset) -> None:
@@ -231,9 +263,12 @@ def _draw_close_up(axis: Axes, data: xr.Dataset) -> None:
     left, right, floor = -0.75 * width, 1.9 * width, -2.0 * depth
     _draw_substrate(axis, data, left, right, floor, 1e6)
     _draw_stages(axis, data, 1e6)
-    for place, name, side, away in ((0.0, "far edge", "right", -5), (width, "near edge", "left", 5)):
+    for place, name, side, away in ((0.0, "far", "right", -5), (width, "near", "left", 5)):
         middle = (place, -depth / 2)
         axis.annotate(name, middle, (away, 0), textcoords="offset points", ha=side, va="center", color="0.3")
+    low = -1.45 * depth
+    axis.annotate("", (0, low), (width, low), arrowprops={"arrowstyle": "<->", "lw": 0.7, "shrinkA": 0, "shrinkB": 0})
+    axis.text(width / 2, low - 4, "λ", ha="center", va="top")
     axis.set(xlim=(left, right), ylim=(floor, 1.6 * depth), aspect=STRETCH / 1e3, anchor="N")
     axis.set(xlabel=ALONG, ylabel="height [µm]", title=f"B  At the contact, heights × {STRETCH}")
 
@@ -241,13 +276,13 @@ def _draw_close_up(axis: Axes, data: xr.Dataset) -> None:
 def _draw_response(axis: Axes, data: xr.Dataset) -> None:
     beyond = data.s.values >= data.attrs["contact"]
     s = data.s.values[beyond]
-    for i in (1, 2):
-        d = 1e6 * data.attrs["whisker_length"] * float(data.stage_excursion[i])
-        label = f"exact, U{'₁₂₃'[i]}: d = {d:+.0f} µm".replace("-", "−")
-        axis.plot(s, data.stage_response.values[i, beyond], color=STAGES[i], lw=1.4, label=label)
-    axis.plot(s, data.unit_response.values[beyond], "k--", label="linear, Ū")
-    axis.set(xlabel="s = distance from the cone's tip / L", ylabel="(U − U₁)/d", title="C  Displacement per excursion")
-    axis.legend()
+    for colour, line in zip(ordered(data.sizes["passage"]), data.passage_response.values[:, beyond], strict=True):
+        axis.plot(s, line, color=colour, lw=0.9)
+    axis.plot(s, data.unit_response.values[beyond], "k", lw=1.8, label="linear, Ū")
+    axis.plot([], [], color=STAGES[0], lw=0.9, label="exact, t₁")
+    axis.plot([], [], color=STAGES[2], lw=0.9, label="t₃")
+    axis.set(xlabel="s = distance from the cone's tip / L", ylabel="(U − U₁)/d", title="C  Displacement over d")
+    key_above(axis)
 
 
 def _draw_excursion(axis: Axes, data: xr.Dataset) -> None:
@@ -271,20 +306,20 @@ def _draw_excursion(axis: Axes, data: xr.Dataset) -> None:
 def _draw_mode(axis: Axes, data: xr.Dataset) -> None:
     t = 1e3 * data.time.values
     exact, linear = data.sel(form="exact"), data.sel(form="linear")
-    axis.plot(t, 1e3 * linear.mode_displacement[0], color=TRUTH, lw=2.4, label="q₁ + Q₁(d), linear")
-    axis.plot(t, 1e3 * exact.mode_displacement[0], color=BLUE, lw=1.3, label="q₁ + Q₁(d), exact")
-    axis.plot(t, 1e3 * exact.mode_amplitude[0], color=RED, lw=0.9, label="q₁, exact")
+    axis.plot(t, 1e3 * exact.mode_displacement[0], color=PREDICTED, lw=1.3, label="q₁ + Q₁, exact")
+    axis.plot(t, 1e3 * linear.mode_displacement[0], "--", color=PREDICTED, lw=0.9, label="linear")
+    axis.plot(t, 1e3 * exact.mode_amplitude[0], ":", color=PREDICTED, lw=1.3, label="q₁, exact")
     axis.set(xlim=(t[0], t[-1]), xlabel="time after t₁ [ms]", ylabel="mode 1 [10⁻³ L]", title="E  First mode")
-    axis.legend()
+    key_above(axis)
 
 
 def _draw_jumps(axis: Axes, data: xr.Dataset) -> None:
     mode, jump = data["mode"].values, 1e3 * data.mode_jump
     exact, linear = jump.sel(form="exact").values, jump.sel(form="linear").values
-    axis.bar(mode - 0.19, linear, 0.36, color=TRUTH, label="linear")
-    axis.bar(mode + 0.19, exact, 0.36, color=BLUE, label="exact, and its ratio to linear")
+    axis.bar(mode - 0.19, linear, 0.36, facecolor="white", edgecolor=PREDICTED, label="linear")
+    axis.bar(mode + 0.19, exact, 0.36, color=PREDICTED, label="exact")
     for x, value, other in zip(mode + 0.19, exact, linear, strict=True):
         axis.annotate(f"{value / other:.2f}", (x, max(value, 0)), (0, 2), textcoords="offset points", ha="center")
     axis.axhline(0, color="0.3", lw=0.7)
-    axis.set(xticks=mode, xlabel="mode", ylabel="jump of q [10⁻³ L]", title="F  Jump at t₂")
-    axis.legend()
+    axis.set(xticks=mode, xlabel="mode", ylabel="jump of q [10⁻³ L]", title="F  Jump at t₂; exact over linear")
+    key_above(axis)

@@ -16,6 +16,7 @@ from vibrissa.figures.paper.parts.fig3_caption import SHADOW, caption
 from vibrissa.figures.paper.parts.fig3_motion import (
     NodeMotion,
     between,
+    most_alike,
     motion_of_truth,
     node_motion,
     pooled_share_along,
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SHOWN = 0.3  # [s] of motion
+PATH = 0.1  # [s] of the path of one node
 NODES = 5
 FRAMES = 16  # of the field of motion
 LARGEST = 0.08  # largest motion drawn, over the length of the shaft shown
@@ -51,15 +53,17 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
         B: ``image`` (image_row, image_column); ``line_column``, ``line_row`` (whisker, node) [pixels]. C: ``motion_x``,
         ``motion_y`` (instant, field_node) of successive frames about ``mean_x``, ``mean_y`` [m]; ``along_share`` as
         tracked, ``along_share_unstretched`` as it follows from the motion across the shaft, and ``along_share_true``
-        (field_node), where arc length starts at a skin point. D: ``node_motion`` (time, trace) [m], the measured
-        coordinate about its mean, ``trace_arc``.
-        E: ``run_motion``, ``run_correlation``, ``run_correlation_others`` (repetition, run). A: as in ``apparatus``.
+        (field_node), where arc length starts at a skin point; ``path_x``, ``path_y`` (path_time) [m] of the node of
+        largest motion. D: ``run_motion``, ``run_correlation``, ``run_correlation_others`` (repetition, run), and
+        ``run_mean`` (run_time) of the repetition ``run_shown``, whose runs are most alike; E: the same correlations.
+        G: ``node_motion`` (time, trace) [m], the measured coordinate about its mean, ``trace_arc``. A: as in
+        ``apparatus``.
         Attributes: ``share_across`` (pooled over the nodes of C), ``share_across_tracked``, ``share_across_true``,
         ``exaggeration``, ``measured`` (x or y), ``no_field`` (why C and D are missing, or empty), ``caption``.
     """
     still, profile = study["still"], study["profile"]
     pixel = profile.attrs["pixel_size"]
-    attrs: dict[str, Any] = {"names": json.dumps(whisker_names(profile))}
+    attrs: dict[str, Any] = {"names": json.dumps(whisker_names(profile)), "pixel_size": pixel}
     columns: dict[str, Any] = {
         "whisker": profile.whisker.values,
         "image_row": still.image_row.values,
@@ -96,6 +100,7 @@ def _motion(study: Mapping[str, xr.Dataset]) -> tuple[dict[str, Any], dict[str, 
     if not shown.any():
         return {}, {"no_field": "no node was measured on the base side of the contact", "measured": measured}
     field, facts = _field(motion, shown)
+    field |= _path(first.time.values, motion, shown, facts)
     if first.attrs.get("arc_length_from", "skin") == "skin":
         shares, of_all = _shares(study, motion, shown)
         field, facts = field | shares, facts | of_all
@@ -127,6 +132,19 @@ def _field(motion: NodeMotion, shown: Mask) -> tuple[dict[str, Any], dict[str, A
         "motion_y": w * np.sin(angle) + u * np.cos(angle),
     }
     return columns, {"exaggeration": float(max(1, np.floor(factor / step) * step)), "shaft_shown": reach}
+
+
+def _path(time: Array, motion: NodeMotion, shown: Mask, facts: dict[str, Any]) -> dict[str, Any]:
+    """Displacements in x and y of the node that moves most; its place among the nodes shown, into the facts."""
+    facts["path_node"] = node = int(np.nanargmax(np.nanstd(motion.across[:, shown], axis=0)))
+    facts["path_arc"] = float(motion.arc[shown][node])
+    u, w, angle = motion.across[:, shown][:, node], motion.along[:, shown][:, node], motion.angle[shown][node]
+    excerpt = time - time[0] <= PATH
+    return {
+        "path_time": time[excerpt],
+        "path_x": (w * np.cos(angle) - u * np.sin(angle))[excerpt],
+        "path_y": (w * np.sin(angle) + u * np.cos(angle))[excerpt],
+    }
 
 
 def _shares(study: Mapping[str, xr.Dataset], motion: NodeMotion, shown: Mask) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -169,22 +187,25 @@ def _traces(
 
 
 def _runs(study: Mapping[str, xr.Dataset]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Columns and attributes of E."""
+    """Columns and attributes of D and E."""
     repeats = study.get("repeats")
     if repeats is None:
         return {}, {}
     runs = repeats.run_motion.values
     with_mean, with_others = run_correlations(runs)
+    shown = most_alike(with_mean)
     columns = {
         "run_time": repeats.run_time.values,
         "run_motion": runs,
+        "run_mean": runs[shown].mean(axis=0),
         "run_correlation": with_mean,
         "run_correlation_others": with_others,
     }
     if "run_motion_true" in repeats:
         columns["run_correlation_true"] = run_correlations(repeats.run_motion_true.values)[0]
+    columns |= {name: repeats[name].values for name in ("run_trough_start", "run_trough_width") if name in repeats}
     facts = {name: value for name, value in repeats.attrs.items() if name.startswith(("jitter_", "run_"))}
-    facts |= {"repetitions": runs.shape[0], "runs": runs.shape[1]}
+    facts |= {"run_shown": shown, "repetitions": runs.shape[0], "runs": runs.shape[1]}
     for name in ("run_correlation", "run_correlation_others", "run_correlation_true"):
         if name in columns:
             facts |= {f"{name}_mean": float(columns[name].mean()), f"{name}_sd": float(columns[name].std(ddof=1))}
@@ -193,7 +214,7 @@ def _runs(study: Mapping[str, xr.Dataset]) -> tuple[dict[str, Any], dict[str, An
 
 @house_style
 def draw(data: xr.Dataset) -> Figure:
-    """A set-up, B frame; C field of motion and its share along the shaft; D single nodes; E repeated runs.
+    """A set-up, B frame; C field of motion and one node; D runs over one texture, E correlations; F shares, G nodes.
 
     Parameters
     ----------
@@ -206,24 +227,24 @@ def draw(data: xr.Dataset) -> Figure:
         Of matplotlib.
     """
     given, repeated = "shaft_x" in data, "run_motion" in data
-    heights = [1.05, 1.05, 1.1, 1.15][: 3 + repeated]
-    widths = [[1, 1.7] if given else [1], [1.7, 1], [1], [2.1, 1]][: 3 + repeated]
-    figure, axes = new_figure(9.6, 2.8 * sum(heights) + 0.7, len(heights), 1, height_ratios=heights)
+    heights = [1.05, 1.1, *([1.35] * repeated), 1.0]
+    figure, axes = new_figure(9.0, 2.5 * sum(heights), len(heights), 1, height_ratios=heights)
+    widths = [[1, 1.5] if given else [1], [1.3, 1], *([[2.6, 1]] * repeated), [1, 1.9]]
     rows = [split(figure, axis, widths=row) for axis, row in zip(axes[:, 0], widths, strict=True)]
     if given:
         panels.draw_apparatus(rows[0][0], data)
     panels.draw_frame(rows[0][-1], data)
-    _draw_motion([*rows[1], *rows[2]], data)
+    _draw_motion([*rows[1], *rows[-1]], data)
     if repeated:
-        panels.draw_runs(rows[3][0], data)
-        panels.draw_correlations(rows[3][1], data)
+        panels.draw_runs(rows[2][0], data)
+        panels.draw_correlations(rows[2][1], data)
     return add_caption(figure, data)
 
 
 def _draw_motion(axes: list[Axes], data: xr.Dataset) -> None:
-    """Draw C and D, or say why not."""
-    drawn = panels.draw_field, panels.draw_shares, panels.draw_traces
-    titles = "C  Motion about the mean", "C  Share across the shaft", "D  Motion of single nodes"
+    """Draw C, F and G, or say why not."""
+    drawn = panels.draw_field, panels.draw_path, panels.draw_shares, panels.draw_traces
+    titles = "C  Motion about the mean", "C  One node", "F  Share along the shaft", "G  Several nodes"
     for axis, draw_one, title in zip(axes, drawn, titles, strict=True):
         if data.attrs["no_field"]:
             panels.without(axis, title, data.attrs["no_field"])

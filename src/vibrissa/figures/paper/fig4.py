@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibrissa.arrays import Array, Mask
 from vibrissa.errors import MissingError
-from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, add_caption, house_style, merged, new_figure
+from vibrissa.figures.canvas import add_caption, house_style, key_above, merged, new_figure
+from vibrissa.figures.colours import MEASURED, TRUTH, ordered
 from vibrissa.mechanics.inverse.decomposition import transverse_shapes
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.quantities import dataset
@@ -39,7 +41,7 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
         ``s``; ``deformation`` (s) and ``mode_part`` (mode, s) [m]; ``mode_displacement`` (mode, time) and, where known,
         ``mode_displacement_true``, over L; ``variance_explained`` (mode); with a profile ``shape_x``, ``shape_y`` (s)
         [m], its mean, and ``shape_x_instant``, ``shape_y_instant``, displaced from it ``enlarged`` times. Attributes
-        ``instant`` [s], ``enlarged``, ``caption``.
+        ``instant`` [s], ``enlarged``, ``whisker_length`` [m], ``caption``.
 
     Raises
     ------
@@ -59,7 +61,7 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     if "prediction" in study:
         true = study["prediction"].mode_displacement.values[: len(q)]
         columns["mode_displacement_true"] = (true - true.mean(axis=1, keepdims=True))[:, start:stop]
-    attrs: dict[str, Any] = {"instant": float(modal.time[instant])}
+    attrs: dict[str, Any] = {"instant": float(modal.time[instant]), "whisker_length": length}
     if "profile" in study:
         shape, attrs["enlarged"] = _shapes(study["profile"], instant, seen)
         columns |= shape
@@ -108,11 +110,18 @@ def _caption(data: xr.Dataset) -> str:
     left = data.deformation - data.mode_part.sum("mode")
     rest = 100 * float(np.nansum(left.values**2) / np.nansum(data.deformation.values**2))
     largest = 1e6 * float(np.nanmax(np.abs(data.deformation.values)))
-    shape = "A: profile at rest and at one instant. " if "shape_x" in data else ""
+    shape = (
+        f"A, the mean profile and that of one instant ({data.attrs['instant']:.3f} s), whose displacement is drawn "
+        f"{data.attrs['enlarged']:g} times too large. "
+        if "shape_x" in data
+        else "A, the profile: not given. "
+    )
+    true = "; grey: the truth" if "mode_displacement_true" in data else ""
     return (
-        f"{shape}B: its deformation, largest {largest:.0f} µm, in modes; their sum "
-        f"leaves {rest:.1f} % of its square. C: amplitudes; × marks the instant of B. Modes 1, 2, … explain {shares} % "
-        f"of the variance of this sweep (paper, over sweeps: {PAPER} %)."
+        f"Figure 4. {shape}B, the deformation u of that instant, {largest:.0f} µm where it is largest, and its modes; "
+        f"left in units of L, right in µm. Their sum leaves {rest:.1f} % of its square. C, amplitudes of the modes "
+        f"(q + Q, as a movie shows them){true}; cross: the instant of B. Modes 1, 2, … explain {shares} % of the "
+        f"variance of this sweep (paper, over sweeps: {PAPER} %)."
     )
 
 
@@ -142,7 +151,7 @@ def draw(data: xr.Dataset) -> Figure:
         Of matplotlib.
     """
     n = data.sizes["mode"]
-    figure, axes = new_figure(8.6, 1.9 + 1.2 * n, n, 2, sharex="col", width_ratios=[1, 1.4])
+    figure, axes = new_figure(9.0, 1.2 + 1.25 * n, n, 2, sharex="col", width_ratios=[1, 1.3])
     both = merged(axes[:, 0]).subgridspec(2, 1)
     if "shape_x" in data:
         _draw_profile(figure.add_subplot(both[0]), data)
@@ -150,33 +159,42 @@ def draw(data: xr.Dataset) -> Figure:
     for i, axis in enumerate(axes[:, 1]):
         if "mode_displacement_true" in data:
             axis.plot(data.time, 1e3 * data.mode_displacement_true[i], color=TRUTH, lw=2.6, label="truth")
-        axis.plot(data.time, 1e3 * data.mode_displacement[i], color=FOUND, lw=0.9, label="found")
+        axis.plot(data.time, 1e3 * data.mode_displacement[i], color=MEASURED, lw=0.9, label="measured")
         at = data.mode_displacement[i].sel(time=data.attrs["instant"], method="nearest")
         axis.plot(at.time, 1e3 * at, "kx", ms=6, mew=1.6)
         share = 100 * float(data.variance_explained[i])
         axis.set(ylabel=f"mode {i + 1}\n[10⁻³ L]", title=f"{'C  ' if i == 0 else ''}{share:.2g} % of the variance")
-    if "mode_displacement_true" in data:
-        axes[0, 1].legend(ncols=2, loc="upper right")
+    key_above(axes[0, 1])
     axes[-1, 1].set_xlabel("time [s]")
     return add_caption(figure, data)
 
 
 def _draw_profile(axis: Axes, data: xr.Dataset) -> None:
     axis.plot(1e3 * data.shape_x, 1e3 * data.shape_y, "k", lw=1.2, label="mean")
-    label = f"at {data.attrs['instant']:.3f} s, displaced × {data.attrs['enlarged']:g}"
-    axis.plot(1e3 * data.shape_x_instant, 1e3 * data.shape_y_instant, color=OTHER, lw=1.2, label=label)
+    label = f"instant, × {data.attrs['enlarged']:g}"
+    axis.plot(1e3 * data.shape_x_instant, 1e3 * data.shape_y_instant, color=MEASURED, lw=1.2, label=label)
     pairs = [(data[f"shape_{way}"].values[::12], data[f"shape_{way}_instant"].values[::12]) for way in "xy"]
-    axis.plot(*(1e3 * np.array(pair) for pair in pairs), color=OTHER, lw=0.4, alpha=0.6)
-    axis.set(xlabel="x [mm]", ylabel="y [mm]", title="A  profile")
+    axis.plot(*(1e3 * np.array(pair) for pair in pairs), color=MEASURED, lw=0.4, alpha=0.6)
+    axis.set(xlabel="x [mm]", ylabel="y, down [mm]", title="A  Profile")
     axis.set_aspect("equal", adjustable="datalim")
     axis.invert_yaxis()
-    axis.legend(fontsize=7)
+    key_above(axis)
 
 
 def _draw_modes(axis: Axes, data: xr.Dataset) -> None:
-    axis.plot(data.s, 1e6 * data.deformation, color="0.6", lw=2.5, label="tracked")
-    for i in range(data.sizes["mode"]):
-        axis.plot(data.s, 1e6 * data.mode_part[i], label=f"mode {i + 1}")
-    axis.plot(data.s, 1e6 * data.mode_part.sum("mode"), "k--", label="sum of modes")
-    axis.set(xlabel="s = distance from the cone's tip / L", ylabel="displacement [µm]", title="B  deformation")
-    axis.legend(fontsize=7)
+    axis.plot(
+        data.s,
+        1e3 * data.deformation / data.attrs["whisker_length"],
+        color=MEASURED,
+        lw=3,
+        alpha=0.45,
+        label="measured",
+    )
+    for i, colour in enumerate(ordered(data.sizes["mode"])):
+        axis.plot(data.s, 1e3 * data.mode_part[i] / data.attrs["whisker_length"], color=colour, label=f"{i + 1}")
+    axis.plot(data.s, 1e3 * data.mode_part.sum("mode") / data.attrs["whisker_length"], "k--", lw=0.9, label="sum")
+    scale = 1e3 * data.attrs["whisker_length"]
+    right = axis.secondary_yaxis("right", functions=(partial(np.multiply, scale), partial(np.multiply, 1 / scale)))
+    right.set_ylabel("[µm]")
+    axis.set(xlabel="s = distance from the cone's tip / L", ylabel="u [10⁻³ L]", title="B  Deformation, modes 1, 2, …")
+    key_above(axis)

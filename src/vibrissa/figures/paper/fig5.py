@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.arrays import Array
-from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, add_caption, house_style, merged, new_figure
+from vibrissa.figures.canvas import add_caption, house_style, key_above, new_figure, split
+from vibrissa.figures.colours import FITTED, MEASURED, TRUTH
 from vibrissa.figures.paper.parts.fig5_collapse import collapse_words, collapsed, draw_collapse, draw_modulus, each
 from vibrissa.mechanics.inverse.resonance import line_r2
 from vibrissa.quantities import dataset
@@ -128,17 +129,28 @@ def _running_mean(power: Array, half: int) -> Array:
 def _caption(data: xr.Dataset) -> str:
     """R² of the lines, the peaks at a node, and the collapse."""
     white, paper = each(data.fit_r2_white.values, ".2f"), ", ".join(map(str, PAPER_R2[: data.sizes["mode"]]))
-    parts = [f"A: R² of Eq. 5 {white} (paper {paper})"]
+    true = " grey, the true signal;" if "power_true" in data else ""
+    known = " black dashes, the line of the known texture;" if "fit_r2" in data else ""
+    parts = [
+        f"Figure 5. A, power spectra of the amplitudes of the modes, smoothed over ± {SMOOTH:g} Hz: blue, measured;"
+        f"{true}{known} orange, the paper's Lorentzian (Eq. 5). R² of Eq. 5 {white} (paper {paper})"
+    ]
     if "fit_r2" in data:
         parts.append(f"of the line of the known texture {each(data.fit_r2.values, '.3f')}")
     text = "; ".join(parts) + "."
     if _close_up(data):
         mode, node = (each(data.peak_contrast.sel(source=source).values, "+.0f") for source in ("mode", "node"))
         text += (
-            f" B: one node, s = {data.attrs['node_s']:.2f}, about each resonance, and the mode's own spectrum. Peaks"
-            f" over their flanks: {mode} dB in the modes, {node} dB at the node."
+            f" B, the whole spectrum of one node, s = {data.attrs['node_s']:.2f}, and close-ups about each resonance, "
+            f"beside the mode's own spectrum, each over its maximum there. Peaks over their flanks: {mode} dB in the "
+            f"modes, {node} dB at the node."
         )
-    return (text + (collapse_words(data) if "variant" in data.dims else "")).replace("-", "−")
+    return (text + (collapse_words(data) if "variant" in data.dims else "")).replace(" -", " −").replace("[-", "[−")
+
+
+def _near_resonances(data: xr.Dataset) -> list[int]:
+    """Modes about whose resonance there is a close-up."""
+    return np.flatnonzero(np.isfinite(data.resonant_frequency.values)).tolist()
 
 
 def _close_up(data: xr.Dataset) -> bool:
@@ -161,45 +173,56 @@ def draw(data: xr.Dataset) -> Figure:
         Of matplotlib.
     """
     n, parts = data.sizes["mode"], 1 + _close_up(data) + ("variant" in data.dims)
-    figure, axes = new_figure(9.5, 2.9 * parts + 0.9, parts, n)
-    for i, axis in enumerate(axes[0]):
+    heights = [1.0, *([0.9] * _close_up(data)), *([1.25] * ("variant" in data.dims))]
+    figure, axes = new_figure(9.0, 2.7 * sum(heights), parts, 1, height_ratios=heights)
+    places = list(axes[:, 0])
+    spectra = split(figure, places[0], widths=[1] * n)
+    for i, axis in enumerate(spectra):
         _draw_mode(axis, data, i)
-    axes[0, 0].set_ylabel("power density [L²/Hz]")
-    axes[0, 0].legend(loc="lower left", fontsize=7)
+    spectra[0].set_ylabel("power density [L²/Hz]")
+    key_above(spectra[0], columns=2)
     if _close_up(data):
-        for i, axis in enumerate(axes[1]):
+        near = _near_resonances(data)
+        whole, *others = split(figure, places[1], widths=[1.5, *([1] * len(near))])
+        _draw_whole(whole, data)
+        for axis, i in zip(others, near, strict=True):
             _draw_node(axis, data, i)
-        first = axes[1, int(np.flatnonzero(np.isfinite(data.resonant_frequency))[0])]
-        first.set(ylabel="power density / its maximum", title=f"B  {first.get_title(loc='left')}")
-        first.legend(fontsize=7)
+        key_above(others[0])
     if "variant" in data.dims:
-        grid = merged(axes[-1]).subgridspec(1, 2, width_ratios=(1.5, 1))
-        draw_collapse(figure.add_subplot(grid[0]), data)
-        draw_modulus(figure.add_subplot(grid[1]), data)
+        left, right = split(figure, places[-1], widths=[1.5, 1])
+        draw_collapse(left, data)
+        draw_modulus(right, data)
     return add_caption(figure, data)
 
 
 def _draw_mode(axis: Axes, data: xr.Dataset, i: int) -> None:
     if "power_true" in data:
         axis.loglog(data.frequency, data.power_true[i], color=TRUTH, lw=3, label="truth")
-    axis.loglog(data.frequency, data.power[i], color=FOUND, lw=0.9, label="tracked")
+    axis.loglog(data.frequency, data.power[i], color=MEASURED, lw=0.9, label="measured")
     if "power_fit" in data:
-        axis.loglog(data.frequency, data.power_fit[i], "k--", lw=1.2, label="fit, texture known")
-    axis.loglog(data.frequency, data.power_white_fit[i], color=OTHER, lw=1.2, label="fit, white (Eq. 5)")
+        axis.loglog(data.frequency, data.power_fit[i], "k--", lw=1.2, label="texture known")
+    axis.loglog(data.frequency, data.power_white_fit[i], color=FITTED, lw=1.2, label="Eq. 5")
     f, zeta = float(data.resonant_frequency[i]), float(data.damping[i])
     found = f"{f:.1f} Hz, ζ = {zeta:.3f}" if np.isfinite(f) else "resonance not determined"
     axis.axvline(f if np.isfinite(f) else 0, color="0.7", lw=0.7, zorder=0)
-    axis.set(xlabel="frequency [Hz]", xlim=(10, None), title=f"{'A  ' if i == 0 else ''}mode {i + 1}\n{found}")
+    axis.set(xlabel="frequency [Hz]", xlim=(10, None), title=f"{'A  ' if i == 0 else ''}Mode {i + 1}: {found}")
+
+
+def _draw_whole(axis: Axes, data: xr.Dataset) -> None:
+    """The whole spectrum of the node, and where the resonances are."""
+    axis.loglog(data.frequency, 1e12 * data.node_power, color=MEASURED, lw=0.9)
+    for f in data.resonant_frequency.values:
+        axis.axvline(f, color="0.7", lw=0.7, zorder=0)
+    axis.set(xlabel="frequency [Hz]", ylabel="power density [µm²/Hz]", xlim=(10, None))
+    axis.set_title(f"B  Node at s = {data.attrs['node_s']:.2f}")
 
 
 def _draw_node(axis: Axes, data: xr.Dataset, i: int) -> None:
-    """Close-up around one resonance, every line over its maximum there."""
+    """Close-up about one resonance, every line over its maximum there."""
     f = float(data.resonant_frequency[i])
-    if not np.isfinite(f):
-        axis.set_axis_off()
-        return
     near = data.sel(frequency=slice(0.5 * f, 1.6 * f))
-    for values, colour, label in ((near.power[i], FOUND, "mode"), (near.node_power, "0.2", "node")):
-        axis.plot(near.frequency, values / values.max(), lw=1.0, color=colour, label=label)
+    for values, style, label in ((near.power[i], ":", "mode"), (near.node_power, "-", "node")):
+        axis.plot(near.frequency, values / values.max(), style, lw=1.1, color=MEASURED, label=label)
     axis.axvline(f, color="0.7", lw=0.7, zorder=0)
-    axis.set(xlabel="frequency [Hz]", xlim=(0.5 * f, 1.6 * f), ylim=(0, 1.05), title=f"about mode {i + 1}")
+    axis.set(xlabel="frequency [Hz]", xlim=(0.5 * f, 1.6 * f), ylim=(0, 1.05), title=f"About mode {i + 1}")
+    axis.set_yticks([0, 1])

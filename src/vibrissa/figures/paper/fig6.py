@@ -1,4 +1,4 @@
-"""Figure 6D: envelopes predicted from the texture and found in the movie."""
+"""Figure 6C of one movie: envelopes predicted from the texture and measured, and the texture."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.figures.canvas import FOUND, TRUTH, house_style, new_figure
+from vibrissa.figures.canvas import add_caption, house_style, key_above, new_figure
+from vibrissa.figures.colours import ENVELOPE, PREDICTED
+from vibrissa.figures.paper.parts.texture_strip import draw_passing
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
 
@@ -25,30 +27,48 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     Parameters
     ----------
     study : mapping
-        ``modal`` with ``envelope``; ``prediction`` if there is one.
+        ``modal`` with ``envelope``; ``prediction`` and ``apparatus``, which has the texture, if there are any.
 
     Returns
     -------
     Dataset
-        ``envelope_found`` and, where predicted, ``envelope_predicted`` (mode, time), relative; ``correlation`` (mode).
+        ``envelope_found`` and, where predicted, ``envelope_predicted`` (mode, time), relative;
+        ``correlation`` (mode); the texture. Attribute ``caption``.
     """
     found = study["modal"].envelope.values[:MODES]
     scale = found.mean(axis=1, keepdims=True)
     columns: dict[str, Any] = {}
+    attrs: dict[str, Any] = {}
     if "prediction" in study:
         modes = study["prediction"].mode_displacement.values[: len(found)]
         predicted = study["modal"].attrs["whisker_length"] * analytic_envelope(modes)[0]
         columns["envelope_predicted"] = predicted / scale
         columns["correlation"] = np.array([np.corrcoef(a, b)[0, 1] for a, b in zip(found, predicted, strict=True)])
+    if "apparatus" in study:
+        about = study["apparatus"]
+        columns |= {name: about[name].values for name in ("trough_start", "trough_width")}
+        attrs["speed"] = about.attrs["speed"]
     modal = study["modal"]
-    return dataset(
-        mode=modal.mode.values[: len(found)], time=modal.time.values, envelope_found=found / scale, **columns
+    data = dataset(
+        attrs, mode=modal.mode.values[: len(found)], time=modal.time.values, envelope_found=found / scale, **columns
+    )
+    return data.assign_attrs(caption=_caption(data))
+
+
+def _caption(data: xr.Dataset) -> str:
+    if "correlation" not in data:
+        return "Figure 6C of one movie. Measured envelopes of the modes, over their means; no texture is known."
+    rho = ", ".join(f"{one:.4f}" for one in data.correlation.values)
+    below = " (below; pale: gaps)" if "trough_start" in data else ""
+    return (
+        f"Figure 6C of one movie. Envelopes of the modes, measured and predicted from the texture{below}, over the "
+        f"mean of the measured one. Correlation over the whole movie, mode by mode: {rho}."
     )
 
 
 @house_style
 def draw(data: xr.Dataset) -> Figure:
-    """One panel for each mode.
+    """One panel for each mode, and the texture.
 
     Parameters
     ----------
@@ -60,16 +80,25 @@ def draw(data: xr.Dataset) -> Figure:
     Figure
         Of matplotlib.
     """
-    n = data.sizes["mode"]
-    figure, axes = new_figure(7.2, 0.6 + 1.6 * n, n, 1, sharex=True)
-    for i, axis in enumerate(axes[:, 0]):
-        title = f"mode {i + 1}"
+    n, textured = data.sizes["mode"], "trough_start" in data
+    figure, axes = new_figure(
+        9.0, 0.6 + 1.6 * n, n + textured, 1, sharex=True, height_ratios=[1] * n + [0.18] * textured
+    )
+    for i, axis in enumerate(axes[:n, 0]):
+        title = f"Mode {i + 1}"
         if "envelope_predicted" in data:
-            axis.plot(data.time, data.envelope_predicted[i], color=TRUTH, lw=3, label="predicted from the texture")
-            title += f": correlation {float(data.correlation[i]):.4f} over the whole sweep"
-        axis.plot(data.time, data.envelope_found[i], color=FOUND, lw=0.9, label="found in the movie")
+            axis.plot(
+                data.time, data.envelope_predicted[i], color=PREDICTED, lw=2.2, label="predicted from the texture"
+            )
+            title += f": correlation {float(data.correlation[i]):.4f} over the whole movie"
+        axis.plot(data.time, data.envelope_found[i], color=ENVELOPE, lw=0.9, label="measured")
         axis.set(ylabel="envelope / its mean", ylim=(0, None), title=title)
-    axes[0, 0].set_xlim(float(data.time[0]), min(float(data.time[0]) + SHOWN, float(data.time[-1])))
-    axes[0, 0].legend(ncols=2, loc="upper right")
+    first, last = float(data.time[0]), min(float(data.time[0]) + SHOWN, float(data.time[-1]))
+    if textured:
+        draw_passing(axes[-1, 0], data, "", (first, last), (0.0, 1.0))
+        axes[-1, 0].set(yticks=[], ylim=(0, 1))
+        axes[-1, 0].set_ylabel("texture", rotation=0, ha="right", va="center")
+    axes[0, 0].set_xlim(first, last)
+    key_above(axes[0, 0])
     axes[-1, 0].set_xlabel("time [s]")
-    return figure
+    return add_caption(figure, data)

@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.arrays import Array, Integers, Mask
+from vibrissa.arrays import Array, Mask
 from vibrissa.errors import TooFewError
-from vibrissa.figures.canvas import (
-    FOUND,
-    OTHER,
-    P_VALUES,
-    TRUTH,
-    add_caption,
-    house_style,
-    new_figure,
-    p_words,
-    split,
-    spread,
-)
-from vibrissa.mechanics.across.gain import STEP, by_distance, effects, whisker_of_animal
-from vibrissa.quantities import dataset
+from vibrissa.figures.canvas import P_VALUES, add_caption, house_style, key_above, new_figure, p_words, split, spread
+from vibrissa.figures.colours import ENVELOPE, MEASURED, PREDICTED, ordered
+from vibrissa.figures.colours import PAPER as PAPER_COLOUR
+from vibrissa.figures.paper.parts.examples import EXAMPLES, alike, drawn_by_distance
+from vibrissa.figures.paper.parts.texture_strip import draw_scanned
+from vibrissa.mechanics.across.gain import effects, whisker_of_animal
 from vibrissa.quantities.kinds import Series
 from vibrissa.stats import LEVEL, fewest_draws, least_p, reaches, significant
 
@@ -31,8 +23,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-EXAMPLES = 3
 SHOWN = 60e-3  # [m] of the distance scanned
+PAPER_MEAN = {1: 0.25, 2: 0.24}
 PAPER = {1: "0.25 ± 0.15, 161/165", 2: "0.24 ± 0.14, 186/192"}
 
 
@@ -66,95 +58,27 @@ def compute(study: Mapping[str, xr.Dataset], series: Series) -> xr.Dataset:
         raise TooFewError("sweeps", "must have one with a prediction at least", remedy="give the texture")
     terms = {name: sweeps[name].values for name in ("contact", "base_angle", "whisker_name")}
     data = held.merge(effects(rho, terms, whisker_of_animal(sweeps)), combine_attrs="override")
-    data = data.merge(_examples(sweeps, rho, series), combine_attrs="override")
+    data = data.merge(_examples(sweeps, rho, series), combine_attrs="no_conflicts")
     if "jitter" in study:
         data = data.merge(study["jitter"], combine_attrs="override")
     return data.assign_attrs(caption=_caption(data))
 
 
-def alike(sweeps: xr.Dataset, usable: Mask) -> Integers:
-    """Sweeps of the whisker and texture that have most of them, as places in the table.
-
-    Parameters
-    ----------
-    sweeps : Dataset
-        A table of sweeps.
-    usable : (S,) array of bool
-        Sweeps that count.
-
-    Returns
-    -------
-    (N,) array of int
-        Rising.
-    """
-    key = np.char.add(whisker_of_animal(sweeps), np.char.add(" ", sweeps.texture.values.astype(str)))
-    names, counts = np.unique(key[usable], return_counts=True)
-    return np.flatnonzero(usable & (key == names[counts.argmax()]))
-
-
 def _examples(sweeps: xr.Dataset, rho: Array, series: Series) -> xr.Dataset:
-    """Sweeps of one whisker over one texture, by the distance scanned."""
-    group = alike(sweeps, np.isfinite(rho))
+    """Sweeps over one texture, by the distance scanned."""
+    group, shared = alike(sweeps, np.isfinite(rho))
     chosen = spread(group[np.argsort(rho[group])], EXAMPLES)
-    length = float(sweeps.length.values[chosen[0]])  # of the one whisker
 
-    def measured(one: xr.Dataset) -> Array:
+    def measured(one: xr.Dataset, length: float) -> Array:
         return np.asarray(one.envelope.values[0] / length)
 
-    def predicted(one: xr.Dataset) -> Array:
+    def predicted(one: xr.Dataset, length: float) -> Array:
         model = one.envelope_model.values[0]
-        return np.asarray(model * measured(one).mean() / model.mean())
+        return np.asarray(model * measured(one, length).mean() / model.mean())
 
     lines = {"example_envelope": measured, "example_predicted": predicted}
-    return drawn_by_distance(sweeps, chosen, series, SHOWN, lines, {"example_correlation": rho[chosen]})
-
-
-def drawn_by_distance(
-    sweeps: xr.Dataset,
-    chosen: Integers,
-    series: Series,
-    shown: float,
-    lines: Mapping[str, Callable[[xr.Dataset], Array]],
-    more: Mapping[str, Any],
-) -> xr.Dataset:
-    """Courses of some sweeps in time, over the distance scanned.
-
-    Parameters
-    ----------
-    sweeps : Dataset
-        The table.
-    chosen : (K,) array of int
-        Places in it.
-    series : callable
-        Number of a sweep → its time series.
-    shown : float
-        Distance [m], from where all have begun.
-    lines : mapping
-        Name of a variable → its course (T,) of one sweep's series.
-    more : mapping
-        Further columns (K,).
-
-    Returns
-    -------
-    Dataset
-        ``lines`` (example, distance_scanned), ``example_speed`` [m/s], ``example_contact`` and ``more`` (example).
-    """
-    each = [series(int(sweeps.sweep[i])) for i in chosen]
-    speed = sweeps.scan_speed.values[chosen]
-    pairs = list(zip(speed, each, strict=True))
-    x = max(v * float(one.time[0]) for v, one in pairs) + np.arange(0, shown, STEP)
-    courses: dict[str, Any] = {
-        name: np.array([by_distance(course(one), one.time.values, v, x) for v, one in pairs])
-        for name, course in lines.items()
-    }
-    return dataset(
-        example=sweeps.sweep.values[chosen],
-        distance_scanned=x,
-        example_speed=speed,
-        example_contact=sweeps.contact.values[chosen],
-        **more,
-        **courses,
-    )
+    found = drawn_by_distance(sweeps, chosen, series, SHOWN, lines, {"example_correlation": rho[chosen]})
+    return found.assign_attrs(examples=shared)
 
 
 def _caption(data: xr.Dataset) -> str:
@@ -164,11 +88,19 @@ def _caption(data: xr.Dataset) -> str:
     words = (("contact", "ε", 0.95), ("base_angle", "θ_b", 0.96), ("whisker_name", "identity", 0.40))
     each = (f"{word} {p_words(p[name])} | {p_words(clustered[name])} ({paper})" for name, word, paper in words)
     text = (
-        "C: envelopes of mode 1, one whisker, one texture; prediction to the mean of the measurement. D: correlation "
-        f"at its best lag, ≤ {1e3 * data.attrs['largest_lag']:.0f} ms. {' '.join(parts)} Correlation of mode 1 against "
-        f"(p, every sweep a draw | every whisker one; paper in brackets): {'; '.join(each)}."
+        f"Figure 6C–D. C, envelopes of mode 1, measured and predicted from the texture (below; pale: gaps), over the "
+        f"distance scanned; {data.attrs['examples']}: {_examples_words(data)}. The prediction is scaled to the mean of "
+        "the measurement. D, correlation of the two envelopes at its best lag, ≤ "
+        f"{1e3 * data.attrs['largest_lag']:.0f} ms. {' '.join(parts)} Correlation of mode 1 against (p, every sweep a "
+        f"draw | every whisker one; paper in brackets): {'; '.join(each)}."
     )
     return text + (_jitter_words(data) if "jittered_correlation" in data else "")
+
+
+def _examples_words(data: xr.Dataset) -> str:
+    """Whisker, speed and contact of each example."""
+    some = zip(data.example_whisker.values, data.example_speed.values, data.example_contact.values, strict=True)
+    return "; ".join(f"{owner}, {1e3 * speed:.0f} mm/s, ε = {contact:.2f}" for owner, speed, contact in some)
 
 
 def _mode_words(one: xr.Dataset) -> str:
@@ -197,7 +129,7 @@ def _by_gratings(one: xr.Dataset, able: Mask) -> str:
 
 
 def _able(one: xr.Dataset) -> Mask:
-    """Sweeps held against gratings enough to reach the level."""
+    """Sweeps compared with gratings enough to reach the level."""
     return np.isfinite(one.correlation.values) & reaches(one.pseudo_count.values)
 
 
@@ -206,7 +138,7 @@ def _jitter_words(data: xr.Dataset) -> str:
     rho, repeat = data.jittered_correlation.values, data.jittered_repeat.values
     allowed = np.nanmin(np.where(repeat >= 0.95, rho, np.nan))
     return (
-        f" E: jitter of the tip along the texture. Down to 0.25 (dashed) it brings the correlation "
+        f" Not in the paper: E, jitter of the tip along the texture. Down to 0.25 (dashed) it brings the correlation "
         f"{'at' if np.nanmin(rho) <= 0.25 else 'nowhere within'} {1e3 * float(data.jitter.max()):.1f} mm; jitter that "
         f"lets runs repeat at 0.95 or more (the paper's 0.96 with the mean of five) leaves it above {allowed:.2f}."
     )
@@ -227,40 +159,44 @@ def draw(data: xr.Dataset) -> Figure:
         Of matplotlib.
     """
     n, modes, jitter = data.sizes["example"], data.mode.values[:2], int("jittered_correlation" in data)
-    figure, axes = new_figure(11.5, 2.3 * max(n, len(modes) + jitter) + 0.7, 1, 2, width_ratios=(1.5, 1))
-    examples = split(figure, axes[0, 0], heights=[1] * n)
+    textured = "trough_start" in data
+    figure, axes = new_figure(9.0, 2.1 * max(n, len(modes) + jitter), 1, 2, width_ratios=(1.5, 1))
+    examples = split(figure, axes[0, 0], heights=[*([1] * n), *([0.18] * textured)])
     right = split(figure, axes[0, 1], heights=[1] * (len(modes) + jitter))
-    for k, axis in enumerate(examples):
-        _draw_example(axis, data.isel(example=k))
-    examples[0].legend(ncols=2, loc="upper right")
-    examples[-1].set_xlabel("distance scanned [mm]")
+    for k, axis in enumerate(examples[:n]):
+        _draw_example(axis, data.isel(example=k), "C  " if k == 0 else "")
+    key_above(examples[0])
+    if textured:
+        draw_scanned(examples[-1], data)
+    else:
+        examples[-1].set_xlabel("distance scanned [mm]")
     for axis, mode in zip(right, modes, strict=False):
-        _draw_distribution(axis, data.sel(mode=mode))
+        _draw_distribution(axis, data.sel(mode=mode), "D  " if mode == modes[0] else "")
     right[len(modes) - 1].set_xlabel("correlation of the envelopes")
     if jitter:
         _draw_jitter(right[-1], data)
     return add_caption(figure, data)
 
 
-def _draw_example(axis: Axes, one: xr.Dataset) -> None:
+def _draw_example(axis: Axes, one: xr.Dataset, letter: str) -> None:
     x = 1e3 * one.distance_scanned
-    axis.plot(x, 1e3 * one.example_predicted, color=TRUTH, lw=2.5, label="predicted")
-    axis.plot(x, 1e3 * one.example_envelope, color=FOUND, lw=0.9, label="measured")
-    title = f"C  ρ = {float(one.example_correlation):.2f}: ε = {float(one.example_contact):.2f}, "
-    axis.set(title=title + f"{float(one.example_speed):.2g} m/s", ylabel="envelope, mode 1 [10⁻³ L]")
-    last = float(x[np.isfinite(one.example_envelope)].max())
-    axis.set(xlim=(float(x[0]), last), ylim=(0, 1.25e3 * float(np.nanmax(one.example_envelope.values))))
+    axis.plot(x, 1e3 * one.example_predicted, color=PREDICTED, lw=1.2, label="predicted")
+    axis.plot(x, 1e3 * one.example_envelope, color=ENVELOPE, lw=0.9, label="measured")
+    title = f"{letter}ρ = {float(one.example_correlation):.2f}: {one.example_whisker.values!s}, "
+    axis.set_title(f"{title}{1e3 * float(one.example_speed):.0f} mm/s, ε = {float(one.example_contact):.2f}")
+    axis.set_ylabel("envelope [10⁻³ L]")
+    axis.set(xlim=(float(x[0]), float(x[-1])), ylim=(0, None))
 
 
-def _draw_distribution(axis: Axes, one: xr.Dataset) -> None:
-    """Histogram; white where not significant by the new gratings, grey where these are too few; or by Pearson."""
+def _draw_distribution(axis: Axes, one: xr.Dataset, letter: str) -> None:
+    """Histogram; white where not significant by the new gratings, hatched where these are too few; or by Pearson."""
     made, able, name = np.isfinite(one.correlation.values), _able(one), "new gratings"
     p = one.pseudo_p.values
     if not able.any():
         able, p, name = made, one.pearson_p.values, "Pearson"
     rho, passed = one.correlation.values, able & significant(p)
     parts = (
-        (passed, FOUND, f"p < {LEVEL} by {name}"),
+        (passed, MEASURED, f"p < {LEVEL} by {name}"),
         (able & ~passed, "white", "not"),
         (made & ~able, "0.8", "not determined"),
     )
@@ -269,20 +205,21 @@ def _draw_distribution(axis: Axes, one: xr.Dataset) -> None:
     edges = np.arange(-0.1, 1.0501, 0.05).tolist()
     axis.hist(values, edges, stacked=True, color=colours, edgecolor="0.2", lw=0.6, label=labels)
     if np.isfinite(one.chance_mean.values).any():
-        axis.axvline(np.nanmean(one.chance_mean), color=OTHER, ls=":", label="chance, mean")
-    axis.set(title=f"D  mode {int(one.mode)}, {int(made.sum())} sweeps", ylabel="sweeps", xlim=(-0.1, 1.05))
-    axis.set_ylim(0, 1.35 * axis.get_ylim()[1])  # room for the legend
-    axis.legend(loc="upper left", fontsize=7, frameon=True, framealpha=1, edgecolor="none")
+        axis.axvline(np.nanmean(one.chance_mean), color="0.3", ls=":", label="chance, mean")
+    axis.axvline(PAPER_MEAN[int(one.mode)], color=PAPER_COLOUR, ls="--", label="paper, mean")
+    axis.set(title=f"{letter}Mode {int(one.mode)}, {int(made.sum())} sweeps", ylabel="sweeps", xlim=(-0.1, 1.05))
+    key_above(axis, columns=2)
 
 
 def _draw_jitter(axis: Axes, data: xr.Dataset) -> None:
     """Correlation, full, and repeat, dotted, against jitter."""
-    for colour, one in zip((FOUND, OTHER, "#009E73"), data.transpose("jitter_time", ...).jitter_time, strict=False):
+    lines = data.transpose("jitter_time", ...).jitter_time
+    for colour, one in zip(ordered(lines.size), lines, strict=True):
         line = data.sel(jitter_time=one)
         label = f"slower than {float(one):g} s"
         axis.plot(1e6 * line.jitter, line.jittered_correlation, "o-", ms=3, color=colour, label=label)
         axis.plot(1e6 * line.jitter, line.jittered_repeat, "s:", ms=2.5, color=colour)
-    axis.axhline(0.25, color="0.3", ls="--", lw=0.8)
-    axis.set(xlabel="jitter of the tip, SD [µm]", ylabel="correlation", ylim=(0, 1.02), title="E  jitter")
-    title = "envelope — , motion of repeats ···"
-    axis.legend(title=title, title_fontsize=7, loc="lower center", ncols=3, columnspacing=1, fontsize=7)
+    axis.axhline(PAPER_MEAN[1], color=PAPER_COLOUR, ls="--", lw=0.8)
+    axis.set(xlabel="jitter of the tip, SD [µm]", ylabel="correlation", ylim=(0, 1.02))
+    axis.set_title("E  Jitter: envelope —, motion of repeats ···")
+    key_above(axis, columns=2)

@@ -1,4 +1,4 @@
-"""Figure 6A–B of the model: gaps of several widths, what collapses over λ, and the gain against speed."""
+"""Figure 6A–B of the model: gaps of several widths near the base, what collapses over λ, the gain against speed."""
 
 from __future__ import annotations
 
@@ -8,12 +8,15 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 
 from vibrissa.arrays import Array
-from vibrissa.figures.canvas import add_caption, house_style, new_figure
+from vibrissa.figures.canvas import add_caption, house_style, key_above, merged, new_figure
+from vibrissa.figures.paper.parts import fig6_model_panels as panels
+from vibrissa.figures.paper.parts.fig6_model_panels import NODE
 from vibrissa.mechanics.contact.gap_events import Events, trough_events
 from vibrissa.mechanics.quasi_static.response import Form, quasi_static
 from vibrissa.mechanics.scan.follicle import follicle_signals
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.scan.texture_prediction import Prediction, predict
+from vibrissa.mechanics.statics.edge_contact import on_the_flat
 from vibrissa.mechanics.vibration.dynamics import Drive, amplitudes
 from vibrissa.quantities import dataset
 from vibrissa.texture.surface import Gaps, Reading, random_grating
@@ -22,7 +25,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     import xarray as xr
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from vibrissa.mechanics.statics.profile import Posture
@@ -30,8 +32,8 @@ if TYPE_CHECKING:
 
 FORMS, READINGS = get_args(Form), get_args(Reading)
 GAPS = (0.3e-3, 0.6e-3, 1.0e-3)  # [m]
-NODE = 0.9  # s of the paper's Fig. 6A
 BEFORE, AFTER = 2e-3, 36e-3  # [s] shown about the jump
+SHOWN = 45e-3  # [s] shown from the first edge on
 SPEEDS = (0.05, 0.075, 0.1, 0.15, 0.2, 0.25, 0.3)  # [m/s]
 TEXTURES, GRATING = 10, 0.2  # number, and length of each [m]
 RATE, SETTLED = 4000.0, 0.05  # sampling [Hz] of the gain, from this time on [s]
@@ -44,7 +46,6 @@ SIGNALS = {  # what is compared, and the unit of its peak over λ
     "displacement at s = 0.9": "1",
 }
 OVER_L = ("q + Q", "q", "jump alone", "ramps alone")  # λ is then over L as well
-COLOURS = ("#0072B2", "#009E73", "#D55E00")  # safe for the colour-blind
 
 
 def compute(
@@ -75,9 +76,12 @@ def compute(
     Returns
     -------
     Dataset
-        For each ``form`` and ``gap``, in ``time`` from the jump t₂: ``mode_displacement``, ``mode_amplitude`` and
+        For each ``form`` and ``gap``, in ``edge_time`` from t₁, when the first edge meets the contact:
+        ``node_displacement`` at s = 0.9 and ``node_response``, the same over λ. In ``time`` from the jump t₂:
+        ``mode_displacement``, ``mode_amplitude`` and
         ``jump_response`` of mode 1, ``base_moment_vibration``. ``peak_over_width`` and ``collapse_spread`` of each
-        ``signal``. ``gain_displacement``, ``gain_vibration`` (form, reading, speed) and their standard errors.
+        ``signal``. ``shaft_x``, ``shaft_y`` (shaft),
+        the profile at t₁. ``gain_displacement``, ``gain_vibration`` (form, reading, speed) and their standard errors.
         Attribute ``caption``.
     """
     crossings = [
@@ -85,7 +89,7 @@ def compute(
         for form in FORMS
     ]
     time = np.linspace(-BEFORE, AFTER, 3801)
-    single = _single_gaps(crossings, time)
+    single = _single_gaps(crossings, time).merge(_near_the_base(crossings), combine_attrs="no_conflicts")
     gains = gain(posture, whisker, scan, rng=rng, n_textures=n_textures)
     data = single.merge(gains, combine_attrs="override")
     return data.assign_attrs(n_modes=n_modes, n_textures=n_textures, caption=_caption(data, n_modes, n_textures))
@@ -125,6 +129,28 @@ def _single_gaps(crossings: list[list[Prediction]], time: Array) -> xr.Dataset:
         signal_unit=list(SIGNALS.values()),
         peak_over_width=peak,
         collapse_spread=np.ptp(peak, axis=-1) / peak.mean(axis=-1),
+    )
+
+
+def _near_the_base(crossings: list[list[Prediction]]) -> xr.Dataset:
+    """Displacement of the node at s = 0.9 from t₁ on, whole and over λ, and the profile at t₁."""
+    first, node = crossings[0][0], np.array([NODE])
+    time = np.linspace(-BEFORE, SHOWN, 1881)
+    moved = np.array([[one.displacement(one.events.time[0] + time, node)[:, 0] for one in row] for row in crossings])
+    width = np.array([float(one.texture.width[0]) for one in crossings[0]]) / first.whisker.length
+    flat, s = on_the_flat(first.posture), np.linspace(first.whisker.tip, 1, 200)
+    (x, y), (node_x, node_y) = flat.position(s), flat.position(node)
+    length, (distance, height) = first.whisker.length, flat.base
+    return dataset(
+        {"node_x": length * float(node_x[0] + distance), "node_y": length * float(node_y[0] + height)},
+        lead=("form", "gap"),
+        form=list(FORMS),
+        gap=width * length,
+        edge_time=time,
+        node_displacement=moved,
+        node_response=moved / width[:, None],
+        shaft_x=length * (x + distance),
+        shaft_y=length * (y + height),
     )
 
 
@@ -220,23 +246,28 @@ def _caption(data: xr.Dataset, n_modes: int, n_textures: int) -> str:
 
     attrs = data.attrs
     return (
-        f"A: gaps of several widths λ at {attrs['scan_speed']:.2g} m/s; whisker of {1e3 * attrs['whisker_length']:.0f} "
-        f"mm, ε = {attrs['contact']:.2f}, θ_b = {attrs['base_angle']:.1f} rad, ζ = {attrs['damping']:.2g}, {n_modes} "
-        "modes (the burst in the moment just after the jump is the higher ones). B: the same over λ. Range of the "
-        f"peaks over λ among the gaps, over their mean: q₁ + Q₁ {percent('q + Q')}; moment of the vibration "
-        f"{percent('moment, vibration')}; the paper's displacement at s = {NODE} {percent('displacement at s = 0.9')}. "
-        f"C: what the jump alone leaves collapses, in the linear form only ({percent('jump alone')}). What the ramps "
+        f"Figure 6A–B. One gap crossed, of several widths λ (model; {attrs['scan_speed']:.2g} m/s, whisker "
+        f"of {1e3 * attrs['whisker_length']:.0f} mm, ε = {attrs['contact']:.2f}, θ_b = {attrs['base_angle']:.1f} rad, "
+        f"ζ = {attrs['damping']:.2g}, {n_modes} modes). A, transverse displacement of the node at s = {NODE}, which is "
+        "0.1 L from the base; t = 0: the first edge of the gap meets the contact; left in units of L, right in µm. "
+        "Inset: the profile at t = 0, and the node. B, the same over λ. The exact response is what the model predicts, "
+        "the linear one is the paper's (Eq. 11). Range of the largest displacement over λ among the gaps, over its "
+        f"mean: {percent(f'displacement at s = {NODE}')}; the curves collapse only in part, since the ramps kick alike "
+        "at every λ. Not in the paper: F, bending moment of the vibration at the base over λ, from the jump at t₂ on "
+        f"(range {percent('moment, vibration')}); the burst just after the jump is that of the higher modes. G, what "
+        f"the jump alone leaves of mode 1 collapses, in the linear form only ({percent('jump alone')}). What the ramps "
         f"add does not ({percent('ramps alone')}): kicks of |c₁|v/(ω₁L) = {1e3 * attrs['ramp_kick']:.2f} × 10⁻³, which "
-        "grow with v and not with λ; and the flat is reached at λ/v after t₁, in another phase for every λ. D: mean "
-        f"and standard error over {n_textures} random gratings of {GRATING:g} m; rms of q₁ + Q₁ about its mean, exact, "
-        f"from 0.1 to 0.2 m/s: {ratio('telegraph')}, {ratio('widths')}. The model has one contact: a free end longer "
-        "than a gap would meet the ground behind it, which is not resolved."
+        "grow with v and not with λ. "
+        f"H, rms of mode 1 over {n_textures} random gratings of {GRATING:g} m against the scanning speed, mean and "
+        "standard error; lines: q₁ + Q₁ about its mean, which a movie shows; from 0.1 to 0.2 m/s it changes, exact, by "
+        f"{ratio('telegraph')} and {ratio('widths')}. The model has one contact: a free end longer than a gap would "
+        "meet the ground behind it, which is not resolved."
     )
 
 
 @house_style
 def draw(data: xr.Dataset) -> Figure:
-    """Rows A and B: mode 1 and moment, exact and linear. Last row: the jump alone, and the gain.
+    """A and B, exact and linear; then moment and jump alone over λ, and the gain.
 
     Parameters
     ----------
@@ -248,40 +279,20 @@ def draw(data: xr.Dataset) -> Figure:
     Figure
         Of matplotlib.
     """
-    figure, axes = new_figure(11.5, 9.0, 3, 4)
-    per_gap = data.gap / data.attrs["whisker_length"]
-    mode, jump = data.mode_displacement.isel(mode=0), data.jump_response.isel(mode=0)
-    moment = data.base_moment_vibration
-    _draw_pair(axes[0, :2], data, 1e3 * mode, "A  q₁ + Q₁", "mode 1 [10⁻³ L]")
-    _draw_pair(axes[0, 2:], data, 1e9 * moment, "A  Moment", "base moment, vibration [nN m]")
-    _draw_pair(axes[1, :2], data, mode / per_gap, "B  (q₁ + Q₁)/λ", "mode 1 / λ")
-    _draw_pair(axes[1, 2:], data, 1e6 * moment / data.gap, "B  Moment/λ", "base moment, vibration / λ [µN]")
-    _draw_pair(axes[2, :2], data, jump / per_gap, "C  Jump alone, q₁/λ", "mode 1 / λ")
-    axes[2, 3].sharey(axes[2, 2])
-    for axis, reading in zip(axes[2, 2:], data.reading.values, strict=True):
-        _draw_gain(axis, data.sel(reading=reading), str(reading))
-    axes[2, 2].set_ylabel("rms of mode 1 [10⁻³ L]")
-    axes[0, 0].legend(title="gap λ")
-    axes[2, 2].legend(loc="lower right")
+    figure, axes = new_figure(9.0, 9.4, 4, 4)
+    first, second, last = ([figure.add_subplot(merged(axes[row, k : k + 2])) for k in (0, 2)] for row in (0, 1, 3))
+    jump = data.jump_response.isel(mode=0) / (data.gap / data.attrs["whisker_length"])
+    moment = 1e6 * data.base_moment_vibration / data.gap
+    panels.draw_node(first, data, 1e3 * data.node_displacement, "A")
+    panels.draw_node(second, data, data.node_response, "B")
+    panels.draw_pair(axes[2, :2], data, moment, "F  Moment / λ", "base moment / λ [µN]")
+    panels.draw_pair(axes[2, 2:], data, jump, "G  Jump alone / λ", "mode 1 / λ")
+    last[1].sharey(last[0])
+    for axis, reading, letter in zip(last, data.reading.values, ("H  ", ""), strict=True):
+        panels.draw_gain(axis, data.sel(reading=reading), f"{letter}{reading}")
+    last[0].set_ylabel("rms of mode 1 [10⁻³ L]")
+    panels.draw_inset(first[0], data)
+    for axis in (first[0], last[0]):
+        key_above(axis, columns=4)
+    figure.align_ylabels([first[0], second[0]])
     return add_caption(figure, data)
-
-
-def _draw_pair(axes: Sequence[Axes], data: xr.Dataset, values: xr.DataArray, title: str, unit: str) -> None:
-    """Exact on the left, linear on the right, on one scale."""
-    axes[1].sharey(axes[0])
-    for axis, form in zip(axes, data.form.values, strict=True):
-        for colour, gap in zip(COLOURS, data.gap.values, strict=True):
-            axis.plot(1e3 * data.time, values.sel(form=form, gap=gap), color=colour, label=f"{1e3 * gap:.1f} mm")
-        axis.set(xlabel="time after the jump t₂ [ms]", title=f"{title}, {form}", xlim=(-2, 30))
-    axes[0].set_ylabel(unit)
-
-
-def _draw_gain(axis: Axes, data: xr.Dataset, reading: str) -> None:
-    """Gain against speed: displacement and vibration, exact and linear."""
-    looks = (("gain_displacement", "q₁ + Q₁", COLOURS[0], "o"), ("gain_vibration", "q₁", COLOURS[2], "s"))
-    for name, label, colour, marker in looks:
-        for form, line in zip(data.form.values, ("-", "--"), strict=True):
-            rms, error = 1e3 * data[name].sel(form=form), 1e3 * data[name + "_se"].sel(form=form)
-            (points, *_) = axis.errorbar(data.speed, rms, error, color=colour, ls=line, label=f"{label}, {form}")
-            points.set(marker=marker, markersize=3.5, markerfacecolor=colour if line == "-" else "white")
-    axis.set(xlabel="speed v [m/s]", ylim=(0, None), title=f"D  Gain, {reading}")

@@ -4,26 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from itertools import combinations
+from itertools import combinations, cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibrissa.arrays import Array, Mask
 from vibrissa.errors import TooFewError
-from vibrissa.figures.canvas import (
-    FOUND,
-    OTHER,
-    P_VALUES,
-    TRUTH,
-    add_caption,
-    house_style,
-    new_figure,
-    p_words,
-    split,
-    spread,
-)
-from vibrissa.figures.paper.fig6_envelopes import alike, drawn_by_distance
+from vibrissa.figures.canvas import P_VALUES, add_caption, house_style, key_above, new_figure, p_words, split, spread
+from vibrissa.figures.colours import ENVELOPE, MEASURED, PREDICTED
+from vibrissa.figures.paper.parts.examples import EXAMPLES, Course, alike, drawn_by_distance
+from vibrissa.figures.paper.parts.texture_strip import draw_scanned
 from vibrissa.mechanics.across.gain import (
     SOURCES,
     STEP,
@@ -39,12 +30,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-EXAMPLES, SHOWN = 3, 40e-3  # [m] of the distance scanned
+SHOWN = 40e-3  # [m] of the distance scanned
 MOST_PAIRS = 40  # of each kind
 OFFSETS = np.arange(-10e-3, 10.01e-3, 50e-6)  # [m]
 PAPER = {"scan_speed": "p = .11", "contact": "p < 1e-6", "base_angle": "p < 1e-15"}
 SYMBOLS = {"scan_speed": "v", "contact": "ε", "base_angle": "θ_b"}
-COLOURS = (FOUND, OTHER, "#009E73", "#CC79A7", "#E69F00", "#56B4E9")  # safe for the colour-blind
+MARKS = "os^vDP"
 
 
 def compute(study: Mapping[str, xr.Dataset], series: Series) -> xr.Dataset:
@@ -60,7 +51,8 @@ def compute(study: Mapping[str, xr.Dataset], series: Series) -> xr.Dataset:
     Returns
     -------
     Dataset
-        ``sweep_gain`` (source, sweep), the rms of mode 1 over L, measured and of the model; ``effect_p`` … (subset,
+        ``sweep_gain`` (source, sweep), the rms of mode 1 over L, measured and of the model, and
+        ``relative_gain``, over the mean of its source; ``effect_p`` … (subset,
         source, term) of all whiskers and of β and C1; ``pair_correlogram`` (pair, offset): one whisker of one animal,
         two speeds, the same texture or two. Attribute ``caption``.
 
@@ -74,30 +66,37 @@ def compute(study: Mapping[str, xr.Dataset], series: Series) -> xr.Dataset:
     usable = sweeps.accepted.values.astype(bool)
     if not usable.any():
         raise TooFewError("sweeps", "must have one that was accepted")
+    gain = np.array([np.where(usable, sweeps[name].values[:, 0], np.nan) for name in SOURCES])
     data = dataset(
         sweep=sweeps.sweep.values,
         source=["measured", "model"],
-        sweep_gain=np.array([np.where(usable, sweeps[name].values[:, 0], np.nan) for name in SOURCES]),
+        sweep_gain=gain,
+        relative_gain=gain / np.array([[_mean(one)] for one in gain]),
     ).assign_coords({name: sweeps[name] for name in ("scan_speed", "contact", "base_angle", "whisker_name", "animal")})
     parts = (gain_table(sweeps), _examples(sweeps, usable, series), _pairs(sweeps, usable, series))
     for part in parts:
-        data = data.merge(part, combine_attrs="override")
+        data = data.merge(part, combine_attrs="drop_conflicts")
     return data.assign_attrs(caption=_caption(data))
 
 
+def _mean(values: Array) -> float:
+    """Mean of what is known; NaN where nothing is."""
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if known.size else np.nan
+
+
 def _examples(sweeps: xr.Dataset, usable: Mask, series: Series) -> xr.Dataset:
-    """Mode 1 and its envelope of up to three sweeps of one whisker over one texture, by distance."""
-    group = alike(sweeps, usable)
+    """Mode 1 and its envelope of up to three sweeps over one texture, by distance."""
+    group, shared = alike(sweeps, usable)
     group = group[np.lexsort((sweeps.scan_speed.values[group], sweeps.contact.values[group]))]
     chosen = spread(group, EXAMPLES)
-    length = float(sweeps.length.values[chosen[0]])  # of the one whisker
-    lines: dict[str, Callable[[xr.Dataset], Array]] = {
-        "example_mode": lambda one: one.mode_displacement.values[0],
-        "example_envelope": lambda one: one.envelope.values[0] / length,
+    lines: dict[str, Course] = {
+        "example_mode": lambda one, _: one.mode_displacement.values[0],
+        "example_envelope": lambda one, length: one.envelope.values[0] / length,
     }
     more = {"example_angle": sweeps.base_angle.values, "example_frequency": _first_resonance(sweeps)}
     some = {name: values[chosen] for name, values in more.items()}
-    return drawn_by_distance(sweeps, chosen, series, SHOWN, lines, some)
+    return drawn_by_distance(sweeps, chosen, series, SHOWN, lines, some).assign_attrs(examples=shared)
 
 
 def _first_resonance(sweeps: xr.Dataset) -> Array:
@@ -137,10 +136,14 @@ def _correlogram(series: Series, sweeps: xr.Dataset, i: int, j: int) -> Array:
 def _caption(data: xr.Dataset) -> str:
     """The paper's tests, here and there."""
     gain = data.sweep_gain.values[0]
-    pairs = "B: correlograms of envelopes by distance, two speeds. " if data.sizes["pair"] else ""
+    below = " (texture below; pale: gaps)" if "trough_start" in data else ""
     text = (
-        f"A: mode 1 and envelope. {pairs}C, D: rms of mode 1, mean {1e3 * np.nanmean(gain):.2f} × 10⁻³ (paper "
-        "2.64 × 10⁻³). "
+        f"Figure 7A–D. A, amplitude of mode 1 and its envelope (black) over the distance scanned{below}; "
+        f"{data.attrs['examples']}: {', '.join(dict.fromkeys(data.example_whisker.values.tolist()))}. C, rms of mode "
+        "1, measured and of the model, against the scanning speed; a mark for each whisker; mean "
+        f"{1e3 * np.nanmean(gain):.2f} × 10⁻³ L (paper 2.64 × 10⁻³). D, the same against θ_b and ε: the radius is in "
+        f"proportion to the rms over its mean. Not in the paper: F, of the model (mean {_model_words(data)}); G, H, "
+        "the rms against θ_b and ε alone. "
     )
     if not data.sizes["pair"]:
         text += "B, correlograms: no whisker met a known texture at two speeds. "
@@ -149,9 +152,17 @@ def _caption(data: xr.Dataset) -> str:
         same = data.pair_same_texture.values
         kinds = (same, ~same)
         means = (f"{np.mean(middle[kind]):.2f} ({kind.sum()} pairs)" if kind.any() else "none" for kind in kinds)
-        text += "Correlation without offset, same texture {}, two textures {}".format(*means)
+        text += "B, correlograms of envelopes by distance, of one whisker at two speeds, thick: means; without offset, "
+        text += "same texture {}, two textures {}".format(*means)
         text += f"{_peak_words(data) if same.any() else ''}. "
-    return text + " ".join(_effect_words(data.sel(source=source)) for source in data.source.values)
+    return (text + " ".join(_effect_words(data.sel(source=source)) for source in data.source.values)).replace(
+        " -", " −"
+    )
+
+
+def _model_words(data: xr.Dataset) -> str:
+    mean = _mean(data.sweep_gain.values[1])
+    return f"{1e3 * mean:.2f} × 10⁻³ L" if np.isfinite(mean) else "not known"
 
 
 def _peak_words(data: xr.Dataset) -> str:
@@ -180,7 +191,7 @@ def _effect_words(data: xr.Dataset) -> str:
 
 @house_style
 def draw(data: xr.Dataset) -> Figure:
-    """A across the left; B and C; D measured and model on one scale. What is not there takes no place.
+    """A on the left; B and C, D, F measured and model on one scale, G and H. What is not there takes no place.
 
     Parameters
     ----------
@@ -192,14 +203,17 @@ def draw(data: xr.Dataset) -> Figure:
     Figure
         Of matplotlib.
     """
-    made, n = _right(data), data.sizes["example"]
+    made, n, textured = _right(data), data.sizes["example"], "trough_start" in data
     places = [range(k, min(k + 2, len(made))) for k in range(len(made) % 2, len(made), 2)]
     places = [range(len(made) % 2), *places] if len(made) % 2 else places  # an odd one has a row of its own
-    figure, axes = new_figure(11.5, 2.5 * max(n, len(places)) + 0.7, 1, 2, width_ratios=(1.5, 2))
-    examples = split(figure, axes[0, 0], heights=[1] * n)
-    for k, axis in enumerate(examples):
+    figure, axes = new_figure(9.0, 2.3 * max(n, len(places)), 1, 2, width_ratios=(1.3, 2))
+    examples = split(figure, axes[0, 0], heights=[*([1] * n), *([0.18] * textured)])
+    for k, axis in enumerate(examples[:n]):
         _draw_example(axis, data, k)
-    examples[-1].set_xlabel("distance scanned [mm]")
+    if textured:
+        draw_scanned(examples[-1], data)
+    else:
+        examples[-1].set_xlabel("distance scanned [mm]")
     for row, place in zip(split(figure, axes[0, 1], heights=[1] * len(places)), places, strict=True):
         for k, axis in zip(place, split(figure, row, widths=[1] * len(place)), strict=True):
             made[k](axis)
@@ -207,58 +221,65 @@ def draw(data: xr.Dataset) -> Figure:
 
 
 def _right(data: xr.Dataset) -> list[Callable[[Axes], None]]:
-    """What draws B, C and D: correlograms where there are pairs, the model where a texture is known."""
-    mean = float(np.nanmean(data.sweep_gain.sel(source="measured").values))
+    """What draws B to H: correlograms where there are pairs, the model where a texture is known."""
     sources = [one for one in data.source.values if np.isfinite(data.sweep_gain.sel(source=one)).any()]
     return [
         *([partial(_draw_pairs, data=data)] if data.sizes["pair"] else []),
-        partial(_draw_relation, data=data, name="scan_speed", label="scanning speed [m/s]"),
-        partial(_draw_relation, data=data, name="base_angle", label="base angle θ_b [rad]"),
-        partial(_draw_relation, data=data, name="contact", label="contact ε"),
-        *(partial(_draw_plane, data=data.sel(source=one), mean=mean) for one in sources),
+        partial(_draw_relation, data=data, name="scan_speed", label="scanning speed [m/s]", letter="C"),
+        *(partial(_draw_plane, data=data.sel(source=one)) for one in sources),
+        partial(_draw_relation, data=data, name="base_angle", label="base angle θ$_b$ [rad]", letter="G"),
+        partial(_draw_relation, data=data, name="contact", label="contact ε", letter="H"),
     ]
 
 
 def _draw_example(axis: Axes, data: xr.Dataset, k: int) -> None:
     one, x = data.isel(example=k), 1e3 * data.distance_scanned
-    axis.plot(x, 1e3 * one.example_mode, color="0.2", lw=0.6)
-    axis.plot(x, 1e3 * one.example_envelope, color=OTHER, lw=1.2)
-    title = f"A  ε = {float(one.example_contact):.2f}, {float(one.example_speed):.2g} m/s"
+    axis.plot(x, 1e3 * one.example_mode, color=MEASURED, lw=0.6, label="mode 1")
+    axis.plot(x, 1e3 * one.example_envelope, color=ENVELOPE, lw=1.2, label="envelope")
     resonance = f", {float(one.example_frequency):.0f} Hz" if np.isfinite(one.example_frequency) else ""
-    axis.set(title=title + resonance, ylabel="mode 1 [10⁻³ L]")
+    axis.set_title(
+        f"{'A  ' if k == 0 else ''}{1e3 * float(one.example_speed):.0f} mm/s, ε = {one.example_contact:.2f}{resonance}"
+    )
+    axis.set_ylabel("mode 1 [10⁻³ L]")
     top = 1.1e3 * float(np.nanmax(data.example_envelope.values))
     axis.set(xlim=(float(x[0]), float(x[-1])), ylim=(-top, top))
+    if k == 0:
+        key_above(axis)
 
 
 def _draw_pairs(axis: Axes, data: xr.Dataset) -> None:
     """Each pair thin, their mean thick."""
-    for same, colour, label in ((False, TRUTH, "two textures"), (True, FOUND, "same texture")):
+    for same, colour, label in ((False, "0.5", "two textures"), (True, MEASURED, "same texture")):
         curves = data.pair_correlogram.values[data.pair_same_texture.values == same]
         if not len(curves):
             continue
         axis.plot(1e3 * data.offset, curves.T, color=colour, lw=0.4, alpha=0.5)
-        axis.plot(1e3 * data.offset, curves.mean(axis=0), color="0.35" if not same else colour, lw=2, label=label)
-    axis.set(xlabel="offset [mm]", ylabel="correlation", title="B  envelopes at two speeds")
-    axis.legend(fontsize=7)
+        axis.plot(1e3 * data.offset, curves.mean(axis=0), color=colour, lw=2, label=label)
+    axis.set(xlabel="offset [mm]", ylabel="correlation", title="B  Envelopes at two speeds")
+    key_above(axis)
 
 
-def _draw_relation(axis: Axes, data: xr.Dataset, name: str, label: str) -> None:
-    """Measured full, model hollow where there is one, by whisker."""
-    for colour, whisker in zip(COLOURS, np.unique(data.whisker_name), strict=False):
+def _draw_relation(axis: Axes, data: xr.Dataset, name: str, label: str, letter: str) -> None:
+    """Measured full, model hollow where there is one; a mark for each whisker."""
+    for mark, whisker in zip(cycle(MARKS), np.unique(data.whisker_name)):
         some = data.sel(sweep=data.whisker_name == whisker)
-        looks: tuple[dict[str, Any], ...] = ({"color": colour}, {"facecolors": "none", "edgecolors": colour})
-        for source, look, word in zip(data.source.values, looks, ("", " (model)"), strict=True):
+        looks: tuple[dict[str, Any], ...] = ({"color": MEASURED}, {"facecolors": "none", "edgecolors": PREDICTED})
+        for source, look in zip(data.source.values, looks, strict=True):
             gain = 1e3 * some.sweep_gain.sel(source=source)
             if np.isfinite(gain).any():
-                axis.scatter(some[name], gain, s=14, lw=0.8, label=f"{whisker}{word}", **look)
-    axis.set(xlabel=label, ylabel="rms of mode 1 [10⁻³ L]", title="C" if name == "scan_speed" else "D")
-    axis.set_ylim(0, None)
-    if name == "scan_speed":
-        axis.legend(fontsize=7, ncols=2)
+                words = str(whisker) if source == "measured" else None
+                axis.scatter(some[name], gain, s=16, lw=0.9, marker=mark, label=words, **look)
+    axis.set(xlabel=label, ylabel="rms of mode 1 [10⁻³ L]", title=letter, yscale="log")
+    if letter == "C":
+        axis.set_title("C  Blue measured, green model")
+        key_above(axis)
 
 
-def _draw_plane(axis: Axes, data: xr.Dataset, mean: float) -> None:
-    """Radius of each circle in proportion to the rms, on one scale for both."""
-    radius = data.sweep_gain.values / mean
-    axis.scatter(data.base_angle, data.contact, s=60 * radius**2, facecolors="none", edgecolors=FOUND, lw=0.9)
-    axis.set(xlabel="base angle θ_b [rad]", ylabel="contact ε", title=f"D  {data.source.values}")
+def _draw_plane(axis: Axes, data: xr.Dataset) -> None:
+    """Radius of each circle in proportion to the rms."""
+    radius, measured = data.relative_gain.values, str(data.source.values) == "measured"
+    edge = MEASURED if measured else PREDICTED
+    axis.scatter(data.base_angle, data.contact, s=60 * radius**2, facecolors="none", edgecolors=edge, lw=0.9)
+    title = "D  Measured" if measured else "F  Model"
+    axis.set(xlabel="base angle θ$_b$ [rad]", ylabel="contact ε", title=title)
+    axis.margins(0.1)

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibrissa.figures.canvas import add_caption, house_style, new_figure
+from vibrissa.figures.canvas import add_caption, house_style, key_above, new_figure
+from vibrissa.figures.colours import PAPER as PAPER_COLOUR
+from vibrissa.figures.colours import ordered
 from vibrissa.mechanics.quasi_static.response import Form
 from vibrissa.quantities import dataset
 from vibrissa.sweep.grid import Grid, Measure
@@ -28,7 +30,6 @@ CONTACTS, ANGLES = np.linspace(0.08, 0.4, 100), np.linspace(0.8, 1.5, 100)
 LINES = {"contact": (0.15, 0.2, 0.29, 0.4), "base_angle": (0.8, 1.0, 1.2, 1.4)}  # drawn as lines
 PAPER = (0.8, 1.4)  # [rad] between which the measured gain at most doubles
 WIDE, NARROW = 0.29, 0.15  # contacts between which the caption follows the gain
-COLOURS = ("#0072B2", "#009E73", "#E69F00", "#D55E00")  # safe for the colour-blind
 LEAST_CONTACT = 0.1  # of the linear form, as the paper states; its largest angle is the same 1.4 rad
 GREY = ("0.55", "0.8")  # beyond the fold; no profile across the gap
 
@@ -99,10 +100,13 @@ def _caption(whisker: Whisker, gap_width: float) -> str:
 
     over = " | ".join(f"{float(row[1]):.1f}" for row in corners["linear"] / corners["exact"])
     return (
-        f"Largest transverse displacement at s = 0.9 when one gap of {1e3 * gap_width:g} mm is crossed at {SPEED} m/s; "
-        f"cone of {1e3 * whisker.length:.0f} mm, ζ = {DAMPING}, μ = {FRICTION}, 12 modes. Dark grey: beyond the fold, "
-        "no quasi-static response; light grey: the fold is met on the way across the gap. Dotted: limits stated in the "
-        f"paper. From θ_b = 0.8 to 1.4 rad the gain grows by × {rise('linear')} (linear) and × {rise('exact')} (exact) "
+        f"Figure 7E. Largest transverse displacement at s = 0.9 when one gap of {1e3 * gap_width:g} mm is crossed at "
+        f"{1e3 * SPEED:.0f} mm/s (model; cone of {1e3 * whisker.length:.0f} mm, ζ = {DAMPING}, μ = {FRICTION}, 12 "
+        "modes), over base angle and contact. Left, the linear response of the paper; middle, the exact one; right, "
+        "exact over linear. Dark grey: beyond the fold, where there is no quasi-static response; light grey: the fold "
+        "is met on the way across the gap. Dotted: the limits of validity that the paper states. Below, lines through "
+        "the maps, exact full and linear dashed; grey band: the paper's measurement. "
+        f"From θ_b = 0.8 to 1.4 rad the gain grows by × {rise('linear')} (linear) and × {rise('exact')} (exact) "
         "at ε = 0.2 | 0.29 | 0.4; measured in the paper: up to × 2. "
         f"From ε = {WIDE} to {NARROW}, at 0.8 and 1.4 rad, it changes by × {fall('linear')} (linear) and "
         f"× {fall('exact')} (exact); measured, but as rms of mode 1: a slight rise. "
@@ -124,21 +128,23 @@ def draw(data: xr.Dataset) -> Figure:
     Figure
         Of matplotlib.
     """
-    figure, axes = new_figure(11.5, 7.2, 2, 3)
+    figure, axes = new_figure(9.0, 5.6, 2, 3)
     length = 1e6 * data.attrs["whisker_length"]
     top = length * float(np.nanmax(data.peak_displacement.sel(form="exact").values))
     for axis, form in zip(axes[0], FORMS, strict=False):
         mesh = _draw_map(axis, data, length * data.peak_displacement.sel(form=form)[0, 0], (0, top), "viridis")
-        axis.set_title(f"E  {form}")
-    figure.colorbar(mesh, ax=axes[0, 1], label="largest displacement [µm]", extend="max")
+        axis.set_title(f"E  {str(form).capitalize()}" if form == FORMS[0] else str(form).capitalize())
+    figure.colorbar(mesh, ax=axes[0, 1], label="[µm]", extend="max")
     mesh = _draw_map(axes[0, 2], data, data.exact_over_linear, (0, 1), "cividis")
-    axes[0, 2].set_title("exact over linear")
-    figure.colorbar(mesh, ax=axes[0, 2], label="exact over linear")
-    _draw_lines(axes[1, 0], data, length * data.line_gain_angle, "line_contact", "ε")
-    _draw_lines(axes[1, 1], data, length * data.line_gain_contact, "line_angle", "θ_b")
-    axes[1, 0].set(xlabel="base angle θ_b [rad]", ylim=(2, 900), title="gain at contacts ε")
-    axes[1, 1].set(xlabel="contact ε", ylim=(2, 900), title="gain at base angles θ_b [rad]")
+    axes[0, 2].set_title("Exact over linear")
+    figure.colorbar(mesh, ax=axes[0, 2])
+    _draw_lines(axes[1, 0], data, length * data.line_gain_angle, "line_contact")
+    _draw_lines(axes[1, 1], data, length * data.line_gain_contact, "line_angle")
+    axes[1, 0].set(xlabel="base angle θ$_b$ [rad]", ylim=(2, 900), title="At contacts ε")
+    axes[1, 1].set(xlabel="contact ε", ylim=(2, 900), title="At base angles θ$_b$ [rad]")
     _draw_relative(axes[1, 2], data)
+    for axis in axes[1]:
+        key_above(axis, columns=4)
     return add_caption(figure, data)
 
 
@@ -153,30 +159,28 @@ def _draw_map(axis: Axes, data: xr.Dataset, values: xr.DataArray, limits: tuple[
     mesh = axis.pcolormesh(data.base_angle, data.contact, values, cmap=colours, vmin=low, vmax=high, rasterized=True)
     axis.axvline(PAPER[1], color="black", lw=1.0, ls=":")
     axis.axhline(LEAST_CONTACT, color="black", lw=1.0, ls=":")
-    axis.set(xlabel="base angle θ_b [rad]", ylabel="contact ε")
+    axis.set(xlabel="base angle θ$_b$ [rad]", ylabel="contact ε")
     return mesh
 
 
-def _draw_lines(axis: Axes, data: xr.Dataset, values: xr.DataArray, line: str, name: str) -> None:
+def _draw_lines(axis: Axes, data: xr.Dataset, values: xr.DataArray, line: str) -> None:
     """Exact lines full, linear ones dashed."""
     along = data[str(values.dims[-1])]
-    for i, colour in enumerate(COLOURS):
+    for i, colour in enumerate(ordered(data.sizes["line"])):
         for form, style in (("exact", "-"), ("linear", "--")):
-            label = f"{name} = {float(data[line][i]):g}" if form == "exact" else None
+            label = f"{float(data[line][i]):g}" if form == "exact" else None
             axis.plot(along, values.sel(form=form)[i], style, color=colour, label=label)
     axis.set(yscale="log", ylabel="largest displacement [µm]")
-    axis.legend(title="exact — , linear - -", loc="upper left", ncols=2)
 
 
 def _draw_relative(axis: Axes, data: xr.Dataset) -> None:
     """Gain over its value at the least base angle."""
-    for i, colour in enumerate(COLOURS):
+    for i, colour in enumerate(ordered(data.sizes["line"])):
         for form, style in (("exact", "-"), ("linear", "--")):
             gain = data.line_gain_angle.sel(form=form)[i]
             axis.plot(data.base_angle, gain / gain[0], style, color=colour)
-    axis.plot(PAPER, (1, 2), color="0.3", lw=3, alpha=0.4, label="measured: up to × 2")
-    axis.set(xlabel="base angle θ_b [rad]", ylabel="gain over that at 0.8 rad", ylim=(0.9, 10), yscale="log")
+    axis.plot(PAPER, (1, 2), color=PAPER_COLOUR, lw=3, alpha=0.4, label="paper: up to × 2")
+    axis.set(xlabel="base angle θ$_b$ [rad]", ylabel="gain over that at 0.8 rad", ylim=(0.9, 10), yscale="log")
     axis.set_yticks((1, 2, 3, 5, 10), ("1", "2", "3", "5", "10"))
     axis.set_yticks((), minor=True)
-    axis.set_title("over the gain at 0.8 rad")
-    axis.legend(loc="upper left")
+    axis.set_title("Over that at 0.8 rad")

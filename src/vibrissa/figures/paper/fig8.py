@@ -1,4 +1,4 @@
-"""Figure 8: one unit's firing rate beside the envelope that drives it."""
+"""Figure 8: one unit's firing rate beside the envelope that drives it, and four units side by side."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vibrissa.arrays import Array
-from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, add_caption, house_style, merged, new_figure
+from vibrissa.figures.canvas import add_caption, house_style, key_above, new_figure, split
+from vibrissa.figures.colours import ENVELOPE, FITTED, MEASURED, OF_QUALITY, SINGLE
+from vibrissa.figures.paper.parts.texture_strip import draw_passing
 from vibrissa.neural.coupling.nulls import Circular, Record, circular_correlogram
 from vibrissa.quantities import dataset
 from vibrissa.signals.correlation import best_correlation, lagged_correlation
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+ZOOM = 0.4  # [s] about the largest envelope
+TOGETHER = 2.0  # [s] of B and C
 REACH, GUARD = 0.2, 0.06  # [s] lags shown, at most; shifts left out about 0, where the envelope is like itself
 FEWEST_BINS = 60  # below these chance is not estimated
 LEVELS = 12  # classes of the envelope, equally full
@@ -31,16 +34,18 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     Parameters
     ----------
     study : mapping
-        ``spikes`` and ``response``. Where there are any, ``motion`` (``time``, ``point_displacement``) is drawn under
-        its envelope, and the hinge of ``unit``, one row of :func:`vibrissa.neural.coupling.analysis.analyse_units`,
-        through the classes; if it is not identified, the caption says so. An attribute ``note`` of the response ends
-        the caption.
+        ``spikes`` and ``response``. Where there are any, ``motion``, or else the ``prediction`` that drove the unit
+        (``time``, ``point_displacement``), is drawn under its envelope, and with the latter the texture of
+        ``apparatus``; ``unit_examples`` are other units, side by side; and the hinge of ``unit``, one row of
+        :func:`vibrissa.neural.coupling.analysis.analyse_units`, goes through the classes; if it is not identified, the
+        caption says so. An attribute ``note`` of the response ends the caption.
 
     Returns
     -------
     Dataset
         ``response`` with ``spike_time``, ``spike_trial``; ``correlogram``; mean rate and its standard error in classes
-        of the envelope, at the best lag. Attributes ``correlation``, ``lag`` [bins], ``chance``: what the largest
+        of the envelope, at the best lag; ``scaled_envelope`` and ``together_scaled``, A times the factor that comes
+        nearest to the rate. Attributes ``correlation``, ``lag`` [bins], ``zoom`` [s], ``chance``: what the largest
         correlation within one bin exceeds in 1 % of all circular shifts.
     """
     response, spikes = study["response"], study["spikes"]
@@ -50,27 +55,74 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     origin = str(spikes.attrs.get("source", "simulated"))
     attrs = {**response.attrs, "correlation": float(r), "lag": int(lag), "chance": chance, "origin": origin}
     attrs |= _hinge(study["unit"]) if "unit" in study else {}
-    moved: dict[str, Any] = {}
-    if "point_displacement" in study.get("motion", ()):
-        moved = {name: study["motion"][name].values for name in ("time", "point_displacement")}
+    moved, about = _stimulus(study)
+    together, of_others = _side_by_side(study.get("unit_examples"))
+    attrs |= about | of_others | {"zoom": _zoom(response.bin.values, envelope)}
     levels: dict[str, Any] = _levels(*_pairs(envelope, rate, int(lag)))
     data = dataset(
         attrs,
         bin=response.bin.values,
         firing_rate=rate,
         bin_envelope=envelope,
+        scaled_envelope=_scaled(envelope, rate),
         spike_time=spikes.spike_time.values,
         spike_trial=spikes.spike_trial.values,
         correlogram_lag=lags,
         correlogram=correlogram,
         **levels,
         **moved,
+        **together,
     )
     return data.assign_attrs(caption=_caption(data) + str(study["response"].attrs.get("note", "")))
 
 
+def _stimulus(study: Mapping[str, xr.Dataset]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The displacement that was played, or that drove a simulated unit while a texture passed."""
+    for name in ("motion", "prediction"):
+        if "point_displacement" in study.get(name, ()):
+            moved = {column: study[name][column].values for column in ("time", "point_displacement")}
+            if name == "motion" or "apparatus" not in study:
+                return moved, {}
+            passed = study["apparatus"]
+            texture = {column: passed[column].values for column in ("trough_start", "trough_width")}
+            return moved | texture, {"speed": passed.attrs["speed"]}
+    return {}, {}
+
+
+def _zoom(bins: Array, envelope: Array) -> Array:
+    """Start and end of the part about the largest envelope [s]."""
+    middle = bins[int(np.nanargmax(envelope))] if np.isfinite(envelope).any() else bins[0]
+    start = max(float(bins[0]), min(float(middle) - ZOOM / 2, float(bins[-1]) - ZOOM))
+    return np.array([start, min(start + ZOOM, float(bins[-1]))])
+
+
+def _scaled(envelope: Array, rate: Array) -> Array:
+    """The envelope times the factor that makes it come nearest to the rate."""
+    known = np.isfinite(envelope) & np.isfinite(rate)
+    square = float(envelope[known] @ envelope[known])
+    return np.asarray(envelope * (float(envelope[known] @ rate[known]) / square if square > 0 else 1.0))
+
+
+def _side_by_side(examples: xr.Dataset | None) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Rates of a few units, and each one's envelope scaled to it."""
+    if examples is None or "example_rate" not in examples:
+        return {}, {}
+    shown = examples.bin.values - examples.bin.values[0] <= TOGETHER
+    rate, envelope = examples.example_rate.values, examples.example_bin_envelope.values
+    columns = {
+        "example_unit": examples.example_unit.values,
+        "example_bin": examples.bin.values[shown],
+        "together_rate": rate[:, shown],
+        "together_scaled": np.array([_scaled(*pair) for pair in zip(envelope, rate, strict=True)])[:, shown],
+        "example_quality": examples.example_quality.values,
+    }
+    sessions = len(set(examples.example_session.values.tolist()))
+    return columns, {"example_trials": examples.attrs["n_trials"], "example_sessions": sessions,
+                     "example_bin_width": examples.attrs["bin_width"]}  # fmt: skip
+
+
 def _hinge(unit: xr.Dataset) -> dict[str, Any]:
-    """The fitted hinge, as attributes; of the paper's fit, which has no intervals, as it was found."""
+    """The threshold-linear fit, as attributes; of the paper's fit, which has no intervals, as it was found."""
     known = bool(unit.get("identified", True)) or unit.attrs.get("fit") == "paper2014"
     return {name: float(unit[name]) for name in HINGE} if known else {"not_identified": "threshold"}
 
@@ -109,29 +161,51 @@ def _caption(data: xr.Dataset) -> str:
     hinge = ""
     if "threshold" in attrs:
         hinge = (
-            f" Orange, hinge seen through the bins: threshold {1e6 * attrs['threshold']:.1f} µm, slope "
-            f"{1e-6 * attrs['slope']:.2f} AP/s/µm, latency {1e3 * attrs['latency']:.1f} ms; means over classes lie off "
-            "it where the envelope changes within a bin."
+            " Orange, the fitted threshold-linear curve, seen through the bins: threshold "
+            f"{1e6 * attrs['threshold']:.1f} µm, slope {1e-6 * attrs['slope']:.2f} AP/s/µm, latency "
+            f"{1e3 * attrs['latency']:.1f} ms; means over classes lie off it where the envelope changes within a bin."
         )
     elif "not_identified" in attrs:
         hinge = " Threshold: not identified."
     chance = (
-        "dashed, what the largest of the three lags about 0 exceeds in 1 % of all circular shifts of the envelope. The "
-        "paper's null, shuffled bins, is narrower and lets more than 1 % of units pass that answer something else."
+        f"dashed, {attrs['chance']:.2f}: what the largest of the three lags about 0 exceeds in 1 % of all circular "
+        "shifts of the envelope. The paper's null, shuffled bins, is narrower and lets more than 1 % of units pass "
+        "that answer something else."
         if np.isfinite(attrs["chance"])
         else "too few bins to estimate chance."
     )
     return (
-        f"One {unit}, {attrs['n_trials']} presentations, bins of "
-        f"{1e3 * attrs['bin_width']:.0f} ms. D: rate against the envelope {attrs['lag']} bin(s) before; dots, bins; "
-        f"squares, mean ± standard error of {data.sizes['level']} equally full classes.{hinge} E: correlation at every "
-        f"lag (positive: the rate is late); {chance}"
+        f"Figure 8. One {unit}, {attrs['n_trials']} presentations, bins of {1e3 * attrs['bin_width']:.0f} ms. A, from "
+        f"top to bottom: spikes, firing rate, stimulus and its envelope A (black); right: the shaded part"
+        f"{_texture_words(data)}. B, firing rate and A, scaled to it. {_together_words(data)} Not in the paper: D, "
+        f"rate against the envelope {attrs['lag']} bin(s) before; dots, bins; squares, mean ± standard error of "
+        f"{data.sizes['level']} equally full classes.{hinge} E, correlation at every lag (positive: the rate is late); "
+        f"{chance}"
+    )
+
+
+def _texture_words(data: xr.Dataset) -> str:
+    if "trough_start" in data:
+        return ", with the texture as it passes (pale: gaps)"
+    return "; the texture behind the stimulus is not in these results"
+
+
+def _together_words(data: xr.Dataset) -> str:
+    """C: which units, and whether they were recorded together."""
+    if "together_rate" not in data:
+        return "C, several units: none is given beside this one."
+    quality = data.example_quality.values.astype(str)
+    kinds = " and ".join(f"{(quality == one).sum()} {one or 'unsorted'}" for one in dict.fromkeys(quality.tolist()))
+    together = "of one session" if data.attrs["example_sessions"] == 1 else "of several sessions"
+    return (
+        f"C, {kinds} {together} ({data.attrs['example_trials']} presentations), and the envelope at each one's whisker "
+        "(black), scaled to the rate."
     )
 
 
 @house_style
 def draw(data: xr.Dataset) -> Figure:
-    """Raster, rate and envelope over time; on the right, rate against envelope and the correlogram.
+    """A whole and close up; B; C, where there are several units; D and E on the right.
 
     Parameters
     ----------
@@ -143,46 +217,99 @@ def draw(data: xr.Dataset) -> Figure:
     Figure
         Of matplotlib.
     """
-    figure, axes = new_figure(9.6, 5.6, 3, 2, width_ratios=[2.2, 1])
-    right = merged(axes[:, 1]).subgridspec(2, 1)
-    for axis in axes[1:, 0]:
-        axis.sharex(axes[0, 0])
-    _draw_times(axes[:, 0], data)
-    _draw_levels(figure.add_subplot(right[0]), data)
-    _draw_correlogram(figure.add_subplot(right[1]), data)
+    together, rows = "together_rate" in data, [1.2, 1, 1, *([0.22] * ("trough_start" in data))]
+    figure, axes = new_figure(9.0, 8.0 if together else 7.2, 3, 1, height_ratios=[2.5, 1, 2 if together else 1.5])
+    whole, close = split(figure, axes[0, 0], widths=[1.7, 1])
+    name = "A  One unit" + (", simulated" if data.attrs["origin"] == "simulated" else "")
+    ends = float(data.bin[0]), float(data.bin[-1]) + data.attrs["bin_width"]
+    zoom = tuple(data.attrs["zoom"])
+    left = split(figure, whole, heights=rows)
+    _draw_times(left, data, ends, name)
+    for axis in left[:3]:
+        axis.axvspan(*zoom, color="0.92", lw=0, zorder=0)
+    _draw_times(split(figure, close, heights=rows), data, zoom, "A  The shaded part")
+    _draw_overlay(axes[1, 0], data)
+    *others, levels, correlogram = split(figure, axes[2, 0], widths=[*([1.7] * together), 1, 1])
+    for axis in others:
+        _draw_together(figure, axis, data)
+    _draw_levels(levels, data)
+    _draw_correlogram(correlogram, data)
     return add_caption(figure, data)
 
 
-def _draw_times(axes: NDArray[Any], data: xr.Dataset) -> None:
-    raster, rate, envelope = axes
+def _draw_times(axes: list[Axes], data: xr.Dataset, span: tuple[float, ...], title: str) -> None:
+    """Spikes, rate, stimulus and, if it is known, texture in one part of the time."""
+    raster, rate, stimulus = axes[:3]
+    inside = ((data.spike_time >= span[0]) & (data.spike_time <= span[1])).values
+    many = inside.sum() > 5000
+    size: dict[str, Any] = {
+        "ms": 0.6 if many else 1.5,
+        "mew": 0.3 if many else 0.5,
+        "color": SINGLE,
+        "rasterized": True,
+    }
+    raster.plot(data.spike_time.values[inside], data.spike_trial.values[inside], "," if many else "|", **size)
+    raster.set(ylabel="trial", title=title)
+    rate.stairs(data.firing_rate, _edges(data.bin.values, data.attrs["bin_width"]), color=SINGLE)
+    rate.set(ylabel="rate [Hz]", ylim=(0, None))
+    if "point_displacement" in data:
+        part = ((data.time >= span[0]) & (data.time <= span[1])).values
+        moved = 1e6 * data.point_displacement.values[part]
+        stimulus.plot(data.time.values[part], moved, color=MEASURED, lw=0.5)
     centre = data.bin + data.attrs["bin_width"] / 2
-    many = data.sizes["spike"] > 5000
-    size = {"ms": 0.6 if many else 1.5, "mew": 0.3 if many else 0.5}
-    raster.plot(data.spike_time, data.spike_trial, "," if many else "|", color="0.2", rasterized=True, **size)
-    raster.set(ylabel="trial", title="A  One unit" + (", simulated" if data.attrs["origin"] == "simulated" else ""))
-    rate.stairs(data.firing_rate, [*data.bin.values, data.bin.values[-1] + data.attrs["bin_width"]], color=OTHER)
-    rate.set(ylabel="rate [Hz]", ylim=(0, None), title="B  Firing rate, mean over trials")
-    if "point_displacement" in data:
-        envelope.plot(data.time, 1e6 * data.point_displacement, color=TRUTH, lw=0.4, label="displacement")
-    envelope.plot(centre, 1e6 * data.bin_envelope, color=FOUND, label="envelope")
-    envelope.set(xlabel="time [s]", ylabel="[µm]", title="C  Envelope near the whisker's base")
-    if "point_displacement" in data:
-        envelope.legend(loc="upper right", ncols=2)
-    for axis in (raster, rate):
-        axis.tick_params(labelbottom=False)
+    stimulus.plot(centre, 1e6 * data.bin_envelope, color=ENVELOPE, lw=1.0)
+    stimulus.set(ylabel="stimulus\n[µm]")
+    for axis in axes:
+        axis.set_xlim(*span)
+        axis.tick_params(labelbottom=axis is axes[-1])
+    for strip in axes[3:]:
+        draw_passing(strip, data, "", (span[0], span[1]), (0.0, 1.0))
+        strip.set(yticks=[], ylim=(0, 1))
+        strip.set_ylabel("texture", rotation=0, ha="right", va="center")
+    axes[-1].set_xlabel("time [s]")
+
+
+def _edges(bins: Array, width: float) -> list[float]:
+    return [*bins.tolist(), float(bins[-1]) + width]
+
+
+def _draw_overlay(axis: Axes, data: xr.Dataset) -> None:
+    """Rate, and the envelope scaled to it."""
+    axis.stairs(data.firing_rate, _edges(data.bin.values, data.attrs["bin_width"]), color=SINGLE, label="rate")
+    centre = data.bin + data.attrs["bin_width"] / 2
+    axis.plot(centre, data.scaled_envelope, color=ENVELOPE, lw=1.0, label="envelope, scaled")
+    first = float(data.bin[0])
+    axis.set(xlabel="time [s]", ylabel="rate [Hz]", ylim=(0, None), title="B  Rate and envelope")
+    axis.set_xlim(first, min(first + TOGETHER, float(data.bin[-1])))
+    key_above(axis)
+
+
+def _draw_together(figure: Figure, place: Axes, data: xr.Dataset) -> None:
+    """Several units, one below the other."""
+    axes = split(figure, place, heights=[1] * data.sizes["example_unit"])
+    edges = _edges(data.example_bin.values, data.attrs["example_bin_width"])
+    centre = data.example_bin + data.attrs["example_bin_width"] / 2
+    for i, axis in enumerate(axes):
+        quality = str(data.example_quality.values[i])
+        axis.stairs(data.together_rate[i], edges, color=OF_QUALITY.get(quality, SINGLE))
+        axis.plot(centre, data.together_scaled[i], color=ENVELOPE, lw=0.9)
+        axis.set(ylim=(0, None), xlim=(edges[0], edges[-1]), ylabel=quality)
+        axis.tick_params(labelbottom=axis is axes[-1])
+    axes[0].set_title("C  Rates [Hz] of several units, and envelopes")
+    axes[-1].set_xlabel("time [s]")
 
 
 def _draw_levels(axis: Axes, data: xr.Dataset) -> None:
-    """Rate against envelope, as bins, as classes, and as the hinge that was fitted."""
+    """Rate against envelope, as bins, as classes, and as the curve that was fitted."""
     before, after = _pairs(data.bin_envelope.values, data.firing_rate.values, int(data.attrs["lag"]))
-    axis.plot(1e6 * before, after, "o", ms=2, color="0.6", alpha=0.5, mew=0)
-    axis.errorbar(1e6 * data.level_envelope, data.level_rate, data.level_rate_se, fmt="s", ms=4, color=FOUND, capsize=2)
+    axis.plot(1e6 * before, after, "o", ms=2, color=SINGLE, alpha=0.5, mew=0)
+    look: dict[str, Any] = {"fmt": "s", "ms": 4, "color": SINGLE, "mec": "0.2", "capsize": 2, "ecolor": "0.2"}
+    axis.errorbar(1e6 * data.level_envelope, data.level_rate, data.level_rate_se, **look)
     if "threshold" in data.attrs:
         corner, slope, baseline = (data.attrs[name] for name in ("threshold", "slope", "baseline"))
         last = float(np.nanmax(data.bin_envelope.values))
-        axis.plot([0, 1e6 * corner, 1e6 * last], [baseline, baseline, baseline + slope * (last - corner)], color=OTHER)
-    if "not_identified" in data.attrs:
-        axis.text(0.03, 0.97, "threshold not identified", transform=axis.transAxes, va="top", color=OTHER)
+        curve = [baseline, baseline, baseline + slope * (last - corner)]
+        axis.plot([0, 1e6 * corner, 1e6 * last], curve, color=FITTED)
     axis.set(xlabel="envelope [µm]", ylabel="firing rate [Hz]", xlim=(0, None), ylim=(0, None))
     axis.set_title("D  Rate against envelope")
 
@@ -190,11 +317,9 @@ def _draw_levels(axis: Axes, data: xr.Dataset) -> None:
 def _draw_correlogram(axis: Axes, data: xr.Dataset) -> None:
     """Correlation at each lag, and the level of chance."""
     shift = 1e3 * data.attrs["lag"] * data.attrs["bin_width"]
-    axis.axvline(0, color=TRUTH, lw=0.8)
-    axis.plot(1e3 * data.correlogram_lag, data.correlogram, "-o", ms=2.5, color=FOUND)
+    axis.axvline(0, color="0.7", lw=0.8)
+    axis.plot(1e3 * data.correlogram_lag, data.correlogram, "-o", ms=2.5, color=SINGLE)
     if data.attrs["chance"] > -1:
-        axis.axhline(data.attrs["chance"], color=OTHER, ls="--", label=f"1 % by chance: {data.attrs['chance']:.2f}")
-        axis.legend(loc="upper right")
-        axis.set_ylim(None, 1.25 * max(float(np.nanmax(data.correlogram.values)), data.attrs["chance"]))
+        axis.axhline(data.attrs["chance"], color="0.3", ls="--")
     axis.set(xlabel="lag of the rate [ms]", ylabel="correlation")
     axis.set_title(f"E  r = {data.attrs['correlation']:.3f} at {shift:.0f} ms")

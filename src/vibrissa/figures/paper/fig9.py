@@ -1,4 +1,4 @@
-"""Figure 9: thresholds and slopes of a whole population, beside the numbers of the paper."""
+"""Figure 9: the threshold-linear response of one unit, thresholds and slopes of a population, beside the paper's."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import mannwhitneyu
 
-from vibrissa.arrays import Array, Mask
+from vibrissa.arrays import Array
 from vibrissa.errors import MissingError, UnknownError
-from vibrissa.figures.canvas import add_caption, house_style, merged, new_figure
+from vibrissa.figures.canvas import add_caption, house_style, key_above, new_figure, split
 from vibrissa.figures.paper.parts import fig9_panels as panels
 from vibrissa.figures.paper.parts.fig9_panels import QUALITIES, SOURCES
+from vibrissa.figures.words import with_error
 from vibrissa.quantities import dataset
 from vibrissa.stats import wilson_interval
 
@@ -27,17 +28,17 @@ PAPER: dict[str, dict[str, Any]] = {
     "SU": {"kept": (170, 143), "driven": 45, "printed": "26 %", "threshold": (42.3, 2.1), "slope": (0.25, 0.05)},
     "MU": {"kept": (344, 289), "driven": 157, "printed": "44 %", "threshold": (43.5, 0.9), "slope": (0.25, 0.02)},
 }
-PAPER_R2 = {"SU": "0.71 ± 0.03", "MU": "0.72 ± 0.01"}
+PAPER_REST = {"SU": 0.66, "MU": 0.67}  # R² of the rate below the threshold against the spontaneous one
 PAPER_P = {"threshold": "0.73", "slope": "0.06"}
+MEANS = (("threshold", "µm", 1e6), ("slope", "AP/s/µm", 1e-6))
 SHARED = (  # (source, quality)
     *("units_kept", "units_driven", "share_driven", "share_driven_low", "share_driven_high"),
     *("threshold_mean", "threshold_sem", "slope_mean", "slope_sem"),
 )
 NEEDED = ("unit_quality", "significant", "identified", "threshold", "slope", "latency", "baseline")
-RESAMPLES = 2000
 
 
-def compute(units: xr.Dataset, *, rng: np.random.Generator, truth: xr.Dataset | None = None) -> xr.Dataset:
+def compute(units: xr.Dataset, *, truth: xr.Dataset | None = None) -> xr.Dataset:
     """Distributions over the units that the envelope drives, their share, and the paper's numbers.
 
     Parameters
@@ -47,8 +48,6 @@ def compute(units: xr.Dataset, *, rng: np.random.Generator, truth: xr.Dataset | 
         [1/(s m)], ``latency`` [s], ``baseline`` [Hz]; where they are known ``envelope_correlation``,
         ``tuning_r_squared`` and ``unit_session``. Threshold and slope count where the unit is significant and they are
         identified, or were found by the paper's fit, which has no intervals. An attribute ``note`` ends the caption.
-    rng : Generator
-        Resamples the sessions.
     truth : Dataset, optional
         Of a simulated population, in the same order; see :func:`vibrissa.neural.simulated.population.draw_population`.
 
@@ -56,9 +55,11 @@ def compute(units: xr.Dataset, *, rng: np.random.Generator, truth: xr.Dataset | 
     -------
     Dataset
         ``unit_driven``, ``unit_fitted``, ``fitted_threshold``, ``fitted_slope``, ``fitted_latency``,
-        ``fitted_baseline``, ``unit_correlation`` (unit); ``share_driven`` with its Wilson interval, ``units_driven``,
-        ``units_kept``, mean and standard error of threshold and slope (source, quality); ``table_text``. Attribute
-        ``caption``.
+        ``unit_correlation`` (unit); ``share_driven`` with its Wilson interval, ``units_driven``, ``units_kept``, mean
+        and standard error of threshold and slope (source, quality). Of the fitted single unit whose fit explains most
+        ``class_envelope``, ``class_rate`` with its standard error (envelope_class), and its fit as attributes
+        ``shown_…``, where the table has the classes. ``below_rate`` and ``rest_rate`` (unit) of fitted units, and their
+        squared correlation ``rest_r2`` (quality). Attribute ``caption``.
 
     Raises
     ------
@@ -68,27 +69,29 @@ def compute(units: xr.Dataset, *, rng: np.random.Generator, truth: xr.Dataset | 
     columns = _columns(units)
     if truth is not None and not np.array_equal(truth.unit_quality.values, columns["unit_quality"]):
         raise UnknownError("truth", "must hold the same units in the same order")
-    statistics = [_statistics(columns, quality, rng) for quality in QUALITIES]
+    statistics = [_statistics(columns, quality) for quality in QUALITIES]
     known: dict[str, Any] = (
         {} if truth is None else {"true_threshold": _true(truth, "threshold"), "true_slope": _true(truth, "slope")}
     )
     several: dict[str, Any] = {name: np.array([one[name] for one in statistics]).T for name in SHARED}
+    one, facts = _one_unit(units, columns)
     data = dataset(
+        facts,
         unit_quality=columns["unit_quality"],
         unit_driven=columns["significant"],
         unit_fitted=columns["fitted"],
         fitted_threshold=columns["threshold"],
         fitted_slope=columns["slope"],
         fitted_latency=columns["latency"],
-        fitted_baseline=columns["baseline"],
         unit_correlation=columns["envelope_correlation"],
         source=list(SOURCES),
         quality=list(QUALITIES),
         **known,
         **several,
-        table_text=_table(statistics, columns),
+        **one,
+        **_at_rest(columns),
     )
-    return data.assign_attrs(caption=_caption(columns, truth) + str(units.attrs.get("note", "")))
+    return data.assign_attrs(caption=_caption(data, columns, truth) + str(units.attrs.get("note", "")))
 
 
 def _columns(units: xr.Dataset) -> Columns:
@@ -102,9 +105,8 @@ def _columns(units: xr.Dataset) -> Columns:
     if strange:
         raise UnknownError("unit_quality", "must be SU or MU", strange)
     n = len(columns["unit_quality"])
-    for name in ("envelope_correlation", "tuning_r_squared"):
+    for name in ("envelope_correlation", "tuning_r_squared", "sub_threshold_rate", "spontaneous_rate"):
         columns[name] = units[name].values if name in units else np.full(n, np.nan)
-    columns["unit_session"] = units.unit_session.values if "unit_session" in units else np.arange(n)
     columns["envelope_verdict"] = units.envelope_verdict.values if "envelope_verdict" in units else np.full(n, "")
     columns["significant"] = columns["significant"].astype(bool)
     finite = np.isfinite(columns["threshold"]) & np.isfinite(columns["slope"])
@@ -118,7 +120,7 @@ def _true(truth: xr.Dataset, name: str) -> Array:
     return np.where(truth.driven_by.values == "envelope", truth[f"true_{name}"].values, np.nan)
 
 
-def _statistics(columns: Columns, quality: str, rng: np.random.Generator) -> dict[str, Any]:
+def _statistics(columns: Columns, quality: str) -> dict[str, Any]:
     """Numbers of one quality; three sources each."""
     paper, those = PAPER[quality], columns["unit_quality"] == quality
     driven, fitted = columns["significant"] & those, columns["fitted"] & those
@@ -132,8 +134,36 @@ def _statistics(columns: Columns, quality: str, rng: np.random.Generator) -> dic
         mean, error = _mean(columns[name][fitted])
         found[f"{name}_mean"] = [scale * paper[name][0]] * 2 + [mean]
         found[f"{name}_sem"] = [scale * paper[name][1]] * 2 + [error]
-    by_session = _by_session(columns["significant"][those], columns["unit_session"][those], rng)
-    return found | {"text": (by_session, _mean(columns["tuning_r_squared"][fitted]))}
+    return found
+
+
+def _one_unit(units: xr.Dataset, columns: Columns) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Classes and fit of the fitted unit, single if there is one, whose fit explains most; nothing without classes."""
+    explained = np.where(columns["fitted"], columns["tuning_r_squared"], np.nan)
+    if "response_rate" not in units or not np.isfinite(explained).any():
+        return {}, {}
+    single = np.where(columns["unit_quality"] == "SU", explained, np.nan)
+    place = int(np.nanargmax(single if np.isfinite(single).any() else explained))
+    row = units.isel(unit=place)
+    classes = {name: row[f"response_{name}"].values for name in ("envelope", "rate", "rate_se")}
+    names = ("threshold", "slope", "baseline", "tuning_r_squared", "spontaneous_rate")
+    facts: dict[str, Any] = {f"shown_{name}": float(columns[name][place]) for name in names}
+    name = str(row.unit_name.values) if "unit_name" in row else f"number {place}"
+    facts |= {"shown_quality": str(columns["unit_quality"][place]), "shown_unit": name}
+    return {f"class_{name}": values for name, values in classes.items()}, facts
+
+
+def _at_rest(columns: Columns) -> dict[str, Any]:
+    """Rates below the threshold and spontaneous ones of fitted units, and how far the one explains the other."""
+    fitted, below, rest = columns["fitted"], columns["sub_threshold_rate"], columns["spontaneous_rate"]
+    both = fitted & np.isfinite(below) & np.isfinite(rest)
+    r2 = [_squared(below[some], rest[some]) for some in (both & (columns["unit_quality"] == one) for one in QUALITIES)]
+    return {"below_rate": np.where(both, below, np.nan), "rest_rate": np.where(both, rest, np.nan), "rest_r2": r2}
+
+
+def _squared(a: Array, b: Array) -> float:
+    """Squared correlation; NaN of fewer than three, or of values that are all alike."""
+    return float(np.corrcoef(a, b)[0, 1] ** 2) if a.size > 2 and np.ptp(a) > 0 and np.ptp(b) > 0 else np.nan
 
 
 def _mean(values: Array) -> tuple[float, float]:
@@ -144,79 +174,12 @@ def _mean(values: Array) -> tuple[float, float]:
     return float(values.mean()), float(values.std(ddof=1) / np.sqrt(values.size))
 
 
-def _by_session(driven: Mask, session: NDArray[Any], rng: np.random.Generator) -> tuple[float, float]:
-    """95 % interval of the share driven when whole sessions are resampled: their units are not independent.
-
-    NaN where it is not defined: one session, or all units alike.
-    """
-    _, index = np.unique(session, return_inverse=True)
-    n = np.bincount(index).astype(float)
-    if n.size < 2 or driven.all() or not driven.any():
-        return np.nan, np.nan
-    k = np.bincount(index, driven)
-    drawn = rng.multinomial(n.size, np.full(n.size, 1 / n.size), RESAMPLES)
-    low, high = np.quantile((drawn @ k) / (drawn @ n), (0.025, 0.975))
-    return float(low), float(high)
-
-
-def _table(statistics: list[dict[str, Any]], columns: Columns) -> list[list[str]]:
-    """Rows of text: what, SU in the paper, SU here, MU in the paper, MU here."""
-
-    def share(one: dict[str, Any], k: int) -> str:
-        if np.isnan(one["share_driven"][k]):  # no units of this quality
-            return "–"
-        low, high = (100 * one[f"share_driven_{end}"][k] for end in ("low", "high"))
-        return f"{100 * one['share_driven'][k]:.1f} % [{low:.1f}–{high:.1f}]"
-
-    def pair(one: dict[str, Any], name: str, scale: float, digits: int) -> tuple[str, str]:
-        mean, error = (scale * np.array(one[f"{name}_{part}"]) for part in ("mean", "sem"))
-        paper, here = (_with_error(mean[k], error[k], digits) for k in (0, 2))
-        return paper, here
-
-    per_quality = []
-    for quality, one in zip(QUALITIES, statistics, strict=True):
-        n, k, paper = one["units_kept"], one["units_driven"], PAPER[quality]
-        (low, high), (r2, r2_error) = one["text"]
-        per_quality.append(
-            [
-                (f"{n[0]} (Results), {n[1]} (Methods)", f"{n[2]}"),
-                (f"{k[0]}", f"{k[2]}"),
-                (f"{share(one, 0)}; printed {paper['printed']}", share(one, 2)),
-                (share(one, 1), "as above"),
-                ("not given", "–" if np.isnan(low) else f"[{100 * low:.1f}–{100 * high:.1f}]"),
-                pair(one, "threshold", 1e6, 1),
-                pair(one, "slope", 1e-6, 3),
-                (PAPER_R2[quality], _with_error(r2, r2_error, 2)),
-            ]
-        )
-    names = (
-        "units kept, N",
-        "driven by the envelope",
-        "share of N, Results [95 % Wilson]",
-        "share of N, Methods [95 % Wilson]",
-        "share, 95 % by sessions",
-        "threshold [µm], mean ± SEM",
-        "slope [AP/s/µm], mean ± SEM",
-        "R², mean ± SEM",
-    )
-    rows = [[name, *su, *mu] for name, su, mu in zip(names, *per_quality, strict=True)]
-    differences = [["SU against MU: " + name, f"p = {PAPER_P[name]}", _p(columns, name), "", ""] for name in PAPER_P]
-    return rows + differences
-
-
-def _with_error(mean: float, error: float, digits: int) -> str:
-    """Mean ± standard error as text; of one value no error, of none a dash."""
-    if np.isnan(mean):
-        return "–"
-    return f"{mean:.{digits}f}" if np.isnan(error) else f"{mean:.{digits}f} ± {error:.{digits}f}"
-
-
 def _p(columns: Columns, name: str) -> str:
     """Rank test between the qualities, as text."""
     su, mu = (columns[name][columns["fitted"] & (columns["unit_quality"] == quality)] for quality in QUALITIES)
     if min(su.size, mu.size) < 2:
-        return "–"
-    return f"p = {mannwhitneyu(su, mu).pvalue:.2f} (ranks)"
+        return "not determined"
+    return f"{mannwhitneyu(su, mu).pvalue:.2f}"
 
 
 def _truth_words(columns: Columns, truth: xr.Dataset) -> str:
@@ -240,23 +203,83 @@ def _truth_words(columns: Columns, truth: xr.Dataset) -> str:
     )
 
 
-def _caption(columns: Columns, truth: xr.Dataset | None) -> str:
+def _caption(data: xr.Dataset, columns: Columns, truth: xr.Dataset | None) -> str:
     """What the figure shows, which units count, and what disagrees in the paper."""
     driven, fitted = columns["significant"].sum(), columns["fitted"].sum()
+    means = "; ".join(_mean_words(data, columns, name, unit, scale) for name, unit, scale in MEANS)
     return (
-        ("" if truth is None else _truth_words(columns, truth))
-        + f"Of {driven} units that pass the test, {fitted} have an identified threshold and slope; A–C and F "
-        f"show these. A: their hinges above the baseline. B, C, F: distributions; black, the paper's mean ± SEM. D: "
-        f"largest correlation of rate and envelope, all units; filled, those that pass. E: share that passes, 95 % "
-        f"Wilson. The paper counts its units as 170 SU and 344 MU (Results) or 143 and 289 (Methods), both 1.19 times "
-        f"apart; its 44 % of 344 MU are 157, which is 45.6 %. With equal means, its p = 0.06 for slopes must compare "
-        f"shapes."
+        ("Figure 9. " if truth is None else f"Figure 9. {_truth_words(columns, truth)}")
+        + f"Of {driven} units that pass the test, {fitted} have an identified threshold and slope: those of A–D and G. "
+        f"{_one_words(data)} B, C, distributions of threshold and slope, single units (SU) and multi-units (MU); marks "
+        f"above: mean ± SEM here, and black the paper's. {means}. Not in the paper: D, {_rest_words(data)} E, largest "
+        f"correlation of rate and envelope, all units; filled, those that pass. F, share that passes, 95 % Wilson: "
+        f"{_share_words(data)}. G, latencies. The paper counts its units as 170 SU and 344 MU (Results) or 143 and 289 "
+        "(Methods), both 1.19 times apart; its 44 % of 344 MU are 157, which is 45.6 %. With equal means, its p = "
+        "0.06 for slopes must compare shapes."
+    )
+
+
+def _one_words(data: xr.Dataset) -> str:
+    """A: one unit and its fit."""
+    attrs = data.attrs
+    if "shown_unit" not in attrs:
+        return "A, one unit: its classes of the envelope are not in the table of units."
+    rest = (
+        f"dotted: its spontaneous rate, {attrs['shown_spontaneous_rate']:.1f} Hz"
+        if np.isfinite(attrs["shown_spontaneous_rate"])
+        else "its spontaneous rate is not known, since there is no window without stimulus"
+    )
+    return (
+        f"A, rate of one unit ({attrs['shown_unit']}, {attrs['shown_quality']}) in classes of the envelope, mean ± SEM "
+        f"over trials, and the fit of two segments: threshold {1e6 * attrs['shown_threshold']:.1f} µm, slope "
+        f"{1e-6 * attrs['shown_slope']:.2f} AP/s/µm, R² {attrs['shown_tuning_r_squared']:.2f}; {rest}."
+    )
+
+
+def _mean_words(data: xr.Dataset, columns: Columns, name: str, unit: str, scale: float) -> str:
+    """Means of SU and MU beside the paper's, and whether they differ."""
+
+    def mean(source: str, quality: str) -> str:
+        one = data.sel(source=source, quality=quality)
+        return with_error(scale * float(one[f"{name}_mean"]), scale * float(one[f"{name}_sem"]))
+
+    each = ", ".join(f"{quality} {mean('here', quality)} (paper {mean(SOURCES[0], quality)})" for quality in QUALITIES)
+    p = f"p of the difference {_p(columns, name)} by ranks (paper {PAPER_P[name]})"
+    return f"{name.capitalize()} [{unit}]: {each}; {p}"
+
+
+def _rest_words(data: xr.Dataset) -> str:
+    """D: whether the rate below the threshold is the spontaneous one."""
+    if not np.isfinite(data.rest_rate).any():
+        return (
+            "rate below the threshold against the spontaneous one: there is no window without stimulus in this study."
+        )
+    each = ", ".join(
+        f"{quality} {float(r2):.2f} (paper {PAPER_REST[quality]})"
+        for quality, r2 in zip(QUALITIES, data.rest_r2.values, strict=True)
+    )
+    return f"rate below the threshold against the spontaneous one; R²: {each}."
+
+
+def _share_words(data: xr.Dataset) -> str:
+    """Shares here, and the paper's in both readings."""
+
+    def share(source: str, quality: str) -> str:
+        one = data.sel(source=source, quality=quality)
+        if not np.isfinite(float(one.share_driven)):
+            return "no units"
+        return f"{100 * float(one.share_driven):.1f} % of {int(one.units_kept)}"
+
+    return "; ".join(
+        f"{quality} {share('here', quality)} (paper {share(SOURCES[0], quality)} or {share(SOURCES[1], quality)}, "
+        f"printed {PAPER[quality]['printed']})"
+        for quality in QUALITIES
     )
 
 
 @house_style
 def draw(data: xr.Dataset) -> Figure:
-    """A hinges, B thresholds, C slopes; D correlations, E shares, F latencies; below, the table.
+    """A one unit, B thresholds, C slopes; D rates at rest, E correlations, F shares, G latencies.
 
     Parameters
     ----------
@@ -268,16 +291,17 @@ def draw(data: xr.Dataset) -> Figure:
     Figure
         Of matplotlib.
     """
-    figure, axes = new_figure(11.5, 9.4, 3, 3, height_ratios=[1, 1, 1.05])
-    hinges, thresholds, slopes, correlations, shares, latencies = axes[:2].flat
-    panels.hinges(hinges, data)
+    figure, axes = new_figure(9.0, 5.8, 2, 1)
+    one, thresholds, slopes = split(figure, axes[0, 0], widths=[1, 1, 1])
+    rest, correlations, shares, latencies = split(figure, axes[1, 0], widths=[1, 1, 1, 1])
+    panels.one_unit(one, data)
     panels.spread(thresholds, data, "threshold", 1e6, np.arange(0, 121, 7.5))
     panels.spread(slopes, data, "slope", 1e-6, np.geomspace(0.01, 4, 20))
     thresholds.set(xlabel="threshold [µm]", title="B  Thresholds")
     slopes.set(xlabel="slope [AP s⁻¹ µm⁻¹]", title="C  Slopes", xscale="log")
+    key_above(thresholds, columns=2)
+    panels.at_rest(rest, data)
     panels.correlations(correlations, data)
     panels.shares(shares, data)
     panels.latencies(latencies, data)
-    thresholds.legend(loc="upper right")
-    panels.table(figure.add_subplot(merged(axes[2])), data)
     return add_caption(figure, data)

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, add_caption, house_style, merged, new_figure
+from vibrissa.figures.canvas import add_caption, house_style, merged, new_figure
+from vibrissa.figures.colours import MEASURED, TRUTH
 from vibrissa.quantities import dataset
 from vibrissa.signals.spectra import power_spectrum
 
@@ -80,7 +81,7 @@ def draw(data: xr.Dataset) -> Figure:
     right = merged(axes[:, 1]).subgridspec(2, 1)
     top = 1.05e6 * float(np.abs(data.command).max())
     for k, axis in enumerate(axes[:, 0]):
-        axis.plot(data.time, 1e6 * data.command.isel(whisker=k), color=FOUND, lw=0.6, rasterized=True)
+        axis.plot(data.time, 1e6 * data.command.isel(whisker=k), color=MEASURED, lw=0.6, rasterized=True)
         name, delay = data.whisker.values[k], data.attrs["delays_drawn"][k]
         title = f"{'A  Command of ' if not k else ''}{name}, delayed by {delay:.3g} s"
         axis.set(ylabel="[µm]", ylim=(-top, top), xlim=(float(data.time[0]), float(data.time[-1])), title=title)
@@ -93,7 +94,7 @@ def draw(data: xr.Dataset) -> Figure:
 
 def _draw_spectrum(axis: Axes, data: xr.Dataset) -> None:
     axis.axvspan(data.attrs["filter_low"], data.attrs["filter_high"], color=TRUTH, alpha=0.5, lw=0)
-    axis.plot(data.frequency, 1e12 * data.node_power, color=FOUND, lw=0.6, rasterized=True)
+    axis.plot(data.frequency, 1e12 * data.node_power, color=MEASURED, lw=0.6, rasterized=True)
     top = 2e12 * float(data.node_power.max())
     axis.set(
         xlabel="frequency [Hz]", ylabel="power [µm²/Hz]", yscale="log", ylim=(1e-8 * top, top), title="B  Spectrum"
@@ -102,6 +103,6 @@ def _draw_spectrum(axis: Axes, data: xr.Dataset) -> None:
 
 
 def _draw_delays(axis: Axes, data: xr.Dataset) -> None:
-    axis.plot(data.attrs["copy_delays"], data.attrs["copy_correlations"], "o", ms=3.5, color=FOUND)
-    axis.axhline(0.9, color=OTHER, ls="--", lw=0.9)
+    axis.plot(data.attrs["copy_delays"], data.attrs["copy_correlations"], "o", ms=3.5, color=MEASURED)
+    axis.axhline(0.9, color="0.2", ls="--", lw=0.9)
     axis.set(xlabel="delay [s]", ylabel="largest |r| with another", ylim=(0, 1.02), title="C  Delays of the copies")

@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, add_caption, bars, house_style, new_figure
+from vibrissa.figures.canvas import add_caption, bars, house_style, key_above, new_figure
+from vibrissa.figures.colours import KINDS, TRUTH
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-COLOURS = {"envelope": FOUND, "phase": OTHER, "both": "#009E73", "cannot tell": "0.7"}
+COLOURS = {"envelope": KINDS[0], "phase": KINDS[1], "both": KINDS[2], "cannot tell": "0.7"}
 MOST = 60  # units whose names are written
 
 
@@ -46,12 +47,12 @@ def _caption(data: xr.Dataset) -> str:
     truth = " Vertical lines: what was put in." if "true_index" in data.attrs else ""
     carrier, trials = data.carrier_frequency.values[0], data.attrs["n_trials"]
     return (
-        f"{data.sizes['unit']} units, {trials} presentations, a carrier of {carrier:.0f} Hz: {named['envelope']} "
-        f"follow the envelope, {named['phase']} the phase, {named['both']} both; {named['cannot tell']} cannot be "
-        "assigned. A: part of the rate that follows each, over the mean rate, taken between different presentations, "
-        "so that noise adds nothing. B: index (V_E − V_C)/(V_E + V_C) of the two variances; bars, 95 % intervals."
-        f"{truth} C: coherence of the mean rate with the envelope (below half the carrier's frequency) and with the "
-        "carrier (0.75 to 1.25 of it)."
+        f"{data.sizes['unit']} units, {trials} presentations, a carrier of {carrier:.0f} Hz. Units that "
+        f"follow the envelope: {named['envelope']}, the phase: {named['phase']}, both: {named['both']}; that cannot be "
+        f"assigned: {named['cannot tell']}. A: part of the rate that follows each, over the mean rate, taken between "
+        "different presentations, so that noise adds nothing. B: index (V_E − V_C)/(V_E + V_C) of the two variances; "
+        f"bars, 95 % intervals.{truth} C: coherence of the mean rate with the envelope (below half the carrier's "
+        "frequency) and with the carrier (0.75 to 1.25 of it)."
     )
 
 
@@ -72,8 +73,8 @@ def draw(data: xr.Dataset) -> Figure:
     figure, axes = new_figure(9.6, 4.2, 1, 3, width_ratios=[1, 1.2, 1])
     _draw_pair(axes[0, 0], data, "phase_modulation", "envelope_modulation", intervals=True)
     axes[0, 0].set(xlabel="part that follows the phase", ylabel="part that follows the envelope")
-    axes[0, 0].legend(loc="upper right", fontsize=7)
     axes[0, 0].set_title("A  Modulation over the mean rate")
+    key_above(axes[0, 0], columns=2)
     _draw_index(axes[0, 1], data)
     _draw_pair(axes[0, 2], data, "carrier_coherence", "envelope_coherence", intervals=False)
     axes[0, 2].set(xlabel="with the carrier", ylabel="with the envelope")

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Array
-from vibrissa.figures.canvas import TRUTH, add_caption, bars, house_style, new_figure
+from vibrissa.figures.canvas import add_caption, bars, house_style, key_above, new_figure
+from vibrissa.figures.colours import KINDS, TRUTH
 from vibrissa.neural.coding.sensitivity import roc_curve
 from vibrissa.quantities import dataset
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FALSE = np.linspace(0, 1, 101)
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")  # of the codes, safe for the colour-blind
+COLOURS = KINDS[:4]  # of the codes
 
 
 def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
@@ -94,7 +95,7 @@ def draw(data: xr.Dataset) -> Figure:
     axes[1, 0].plot([0, 1], [0, 1], color=TRUTH, zorder=0)
     axes[1, 0].set(xlabel="false alarms", ylabel="hits", xlim=(0, 1), ylim=(0, 1.01))
     axes[1, 0].set_title("C  Two textures distinguished")
-    axes[1, 0].legend(loc="lower right")
+    key_above(axes[1, 0])
     _draw_units(axes[1, 1], data) if "units_used" in data.coords else _draw_d_prime(axes[1, 1], data)
     return add_caption(figure, data)
 

@@ -1,4 +1,4 @@
-"""Which feature of the motion each unit follows: how well every drive foresees its spikes."""
+"""Which feature of the motion each unit follows: how well every drive predicts its spikes."""
 
 from __future__ import annotations
 
@@ -6,14 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.figures.canvas import TRUTH, add_caption, bars, counted, house_style, new_figure, say_absent
+from vibrissa.figures.canvas import add_caption, bars, counted, house_style, new_figure, say_absent
+from vibrissa.figures.colours import KINDS, TRUTH
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")  # of the drives, safe for the colour-blind
+COLOURS = KINDS[:4]  # of the drives
 MOST = 40  # units that are drawn
 
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibrissa.arrays import Mask
-from vibrissa.figures.canvas import FOUND, TRUTH, add_caption, bars, counted, house_style, new_figure, say_absent
+from vibrissa.figures.canvas import add_caption, bars, counted, house_style, new_figure, say_absent
+from vibrissa.figures.colours import FOUND, TRUTH
 
 if TYPE_CHECKING:
     import xarray as xr

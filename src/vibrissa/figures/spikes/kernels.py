@@ -6,24 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.figures.canvas import (
-    FOUND,
-    OTHER,
-    TRUTH,
-    add_caption,
-    bars,
-    house_style,
-    new_figure,
-    say_absent,
-    shown_in,
-)
+from vibrissa.figures.canvas import add_caption, bars, house_style, new_figure, say_absent, shown_in
+from vibrissa.figures.colours import KINDS, TRUTH
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-COLOURS = (FOUND, OTHER, "#009E73", "#CC79A7")  # of the whiskers whose kernels are drawn
+COLOURS = KINDS[:4]  # of the whiskers whose kernels are drawn
 
 
 def compute(data: xr.Dataset) -> xr.Dataset:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.figures.canvas import TRUTH, add_caption, house_style, merged, new_figure
+from vibrissa.figures.canvas import add_caption, house_style, key_above, merged, new_figure
+from vibrissa.figures.colours import TRUTH
 from vibrissa.neural.coding.planner import Wanted, plan_trials
 from vibrissa.quantities import dataset
 
@@ -56,7 +57,7 @@ def compute(
         f"A: trials until the 95 % interval is as narrow as wanted ({', '.join(asked)}), for units of baseline "
         f"{unit.baseline:g} Hz and latency {1e3 * unit.latency:g} ms under this stimulus; white: no number of trials "
         "will do, as the threshold lies where the envelope spends less than 5 % of its time. B to D: half of the "
-        "intervals to be expected of the unit at the cross. Counts are taken for Poisson"
+        "intervals to be expected of the unit at the cross. Counts are assumed to be Poisson"
         f"{f', with a gain that varies by {100 * gain_sd:g} % from trial to trial' if gain_sd else ''}."
     )
     within: dict[str, Any] = {f"{name}_within": own[f"{name}_within"].values for name in SHOWN}
@@ -106,9 +107,9 @@ def draw(data: xr.Dataset) -> Figure:
         if f"{name}_wanted" in data.attrs:
             line = data.attrs[f"{name}_wanted"] * (data.attrs["slope"] if name == "slope" else 1)
             axis.axhline(factor * line, color=TRUTH, label="wanted")
-            axis.legend(loc="upper right")
         axis.set(xscale="log", xlabel="trials", ylabel=f"± [{unit}]", ylim=(0, None))
         axis.set_title(f"{letter}  {name.capitalize()}")
+        key_above(axis)
         axis.set_xticks([10, 20, 50, 100, 200, 400], ["10", "20", "50", "100", "200", "400"])
         axis.minorticks_off()
     return add_caption(figure, data)

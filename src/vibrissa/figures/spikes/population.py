@@ -8,8 +8,6 @@ import numpy as np
 
 from vibrissa.arrays import Mask
 from vibrissa.figures.canvas import (
-    FOUND,
-    TRUTH,
     add_caption,
     bars,
     counted,
@@ -19,6 +17,7 @@ from vibrissa.figures.canvas import (
     shown_in,
     whole_numbers,
 )
+from vibrissa.figures.colours import DOUBTFUL, FOUND, TRUTH
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 OUTCOMES = ("threshold known", "threshold not known", "envelope and phase", "phase", "cannot tell", "not driven")
-DOUBTFUL = "#CC79A7"  # passes, but the trials do not determine the threshold
 
 
 def compute(units: xr.Dataset) -> xr.Dataset:
@@ -67,7 +65,7 @@ def _caption(units: xr.Dataset) -> str:
     fitted = counted(int(np.isfinite(units.threshold.values).sum()), "unit")
     return (
         f"{counted(attrs['n_trials'], 'presentation')}; a unit passes where p is at most {attrs['level']:g}, "
-        f"{adjusted}. Blue, units that pass and whose threshold the trials determine; pink, the others that pass; "
+        f"{adjusted}. Blue, units that pass and whose threshold the trials determine; pale blue, the others that pass; "
         "grey, units that do not. A: largest correlation of rate and envelope. B: thresholds, in their order, with 95 "
         f"% intervals, of {fitted} that could be fitted. C: slope against threshold. D: latencies. E: share of the "
         "variance of the rate over bins that the fit explains, against the most that any function of the stimulus "

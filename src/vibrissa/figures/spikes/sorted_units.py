@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.figures.canvas import TRUTH, add_caption, counted, house_style, new_figure, say_absent
+from vibrissa.figures.canvas import add_caption, counted, house_style, new_figure, say_absent
+from vibrissa.figures.colours import SINGLE, TRUTH
 from vibrissa.neural.coupling.unit_view import autocorrelogram
 from vibrissa.quantities import dataset
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 MOST = 12  # units that are drawn
 COLUMNS = 3  # pairs of panels beside each other
-KEPT, BROKEN = "0.2", "#D55E00"
+KEPT, BROKEN = SINGLE, "0.45"
 
 
 def compute(found: xr.Dataset) -> xr.Dataset:
@@ -50,7 +51,8 @@ def _caption(found: xr.Dataset) -> str:
     shown = f" The {MOST} of most spikes are drawn." if count > MOST else ""
     source = f"{counted(count, 'unit')} by {found.attrs['sorter']} in {found.attrs['duration']:.4g} s"
     return (
-        f"{source}; orange, those that break the rules for single units (over 1 Hz, no interval below 1 ms). Left, "
+        f"{source}; purple, units that are kept; grey, those that break the rules for single units (over 1 Hz, no "
+        "interval below 1 ms). Left, "
         "mean waveform on the unit's own electrode, 300 to 6,000 Hz; right, rate of the unit after each of its spikes; "
         f"dotted, its mean rate.{shown}"
     )

@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.errors import UnknownError
-from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, add_caption, bars, house_style, new_figure
+from vibrissa.figures.canvas import add_caption, bars, house_style, key_above, new_figure
+from vibrissa.figures.colours import KINDS, TRUTH
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-COLOURS = {"drives": FOUND, "suppresses": OTHER, "no": "0.35", "cannot tell": "0.7"}
+COLOURS = {"drives": KINDS[2], "suppresses": KINDS[0], "no": "0.35", "cannot tell": "0.7"}
 STRADDLERS = {"alpha": (0.5, 0), "beta": (1.5, 0), "gamma": (2.5, 0), "delta": (3.5, 0)}
 GREEK = dict(zip(STRADDLERS, "αβγδ", strict=True))
 PER_UM = 1e-6  # 1/(s m) to AP/s/µm
@@ -138,13 +139,13 @@ def _draw_weights(axis: Axes, data: xr.Dataset) -> None:
     axis.plot(np.zeros(blind.sum()), place_of[blind], "x", color=COLOURS["cannot tell"], ms=5)
     axis.set(yticks=place_of, ylim=(len(place_of) - 0.5, -0.5), xlabel="weight [AP/s/µm]")
     axis.set_yticklabels([str(name) for name in data.whisker.values], fontsize=7)
-    axis.legend(loc="lower right", fontsize=7)
     axis.set_title("B  Weights and intervals")
+    key_above(axis, columns=2)
 
 
 def _draw_design(axis: Axes, data: xr.Dataset) -> None:
     place_of = np.arange(data.sizes["whisker"])
     axis.barh(place_of, data.copy_likeness.values, color=TRUTH)
-    axis.axvline(0.9, color=OTHER, ls="--")
+    axis.axvline(0.9, color="0.2", ls="--")
     axis.set(xlim=(0, 1), ylim=(len(place_of) - 0.5, -0.5), xlabel="largest |r| with another", yticks=[])
     axis.set_title("C  How alike the copies are")

@@ -62,12 +62,12 @@ def _caption(view: xr.Dataset) -> str:
     p = f"p = {p_words(float(view.p_value))}, adjusted over units {tail_words(float(view.adjusted_p_value))}"
     bins = f"{counted(attrs['trials_observed'], 'presentation')}, bins of {1e3 * attrs['bin_width']:g} ms"
     return (
-        f"{bins}; grey or black, measured; blue, the envelope; orange, the fit.{_fit_words(view, factor, unit)} D: "
-        f"mean rate in {view.sizes['envelope_class']} equally full classes of the envelope at the latency, ± standard "
-        "error over trials; below, what the fit leaves. E: positive lags, the rate is late; black, the lags tested "
-        f"({tested}), {p}; band, 95 % of what {chance} give at one lag; dashed, what their largest over the lags "
-        f"tested exceeds in {100 * attrs['level']:g} %. F: rate of the unit after each of its spikes; dotted, its mean "
-        f"rate.{reason}"
+        f"{bins}; purple, firing (of a multi-unit yellow); black, the envelope; orange, the fit."
+        f"{_fit_words(view, factor, unit)} D: mean rate in {view.sizes['envelope_class']} equally full classes of the "
+        "envelope at the latency, ± standard error over trials; below, what the fit leaves. E: positive lags, the rate "
+        f"is late; black, the lags tested ({tested}), {p}; band, 95 % of what {chance} give at one lag; dashed, what "
+        f"their largest over the lags tested exceeds in {100 * attrs['level']:g} %. F: rate of the unit after each of "
+        f"its spikes; dotted, its mean rate.{reason}"
     )
 
 

@@ -7,14 +7,30 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, say_absent, shown_in, whole_numbers
+from vibrissa.figures.canvas import say_absent, shown_in, whole_numbers
+from vibrissa.figures.colours import ENVELOPE, FITTED, OF_QUALITY, SINGLE, TRUTH
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-MEASURED = "0.2"
 MANY = 3000  # spikes: more are drawn as pixels
+
+
+def ink(data: xr.Dataset) -> str:
+    """Colour of the firing of a unit.
+
+    Parameters
+    ----------
+    data : Dataset
+        From :func:`vibrissa.figures.spikes.unit_page.compute`.
+
+    Returns
+    -------
+    str
+        That of multi-units where the unit is one, else that of single units.
+    """
+    return OF_QUALITY.get(str(data.unit_quality.values) if "unit_quality" in data else "", SINGLE)
 
 
 def times(axes: Sequence[Axes], data: xr.Dataset) -> None:
@@ -32,15 +48,15 @@ def times(axes: Sequence[Axes], data: xr.Dataset) -> None:
     edges, centres = [*data.bin.values, data.bin.values[-1] + width], data.bin.values + width / 2
     many, trials = data.sizes["spike"] > MANY, int(data.attrs["n_trials"])
     size: dict[str, Any] = {"ms": max(1.0, min(8.0, 90 / trials)), "mew": 0.5 if many else 0.6}
-    raster.plot(data.spike_time, data.spike_trial, "|", color=MEASURED, rasterized=many, **size)
+    raster.plot(data.spike_time, data.spike_trial, "|", color=ink(data), rasterized=many, **size)
     raster.set(ylabel="trial", ylim=(trials - 0.5, -0.5), title="A  Spikes", xlim=(edges[0], edges[-1]))
     whole_numbers(raster.yaxis)
-    rate.stairs(data.firing_rate, edges, color=MEASURED, lw=0.8)
+    rate.stairs(data.firing_rate, edges, color=ink(data), lw=0.8)
     if np.isfinite(data.predicted_rate.values).any():
-        rate.plot(centres, data.predicted_rate, color=OTHER, lw=0.9)
+        rate.plot(centres, data.predicted_rate, color=FITTED, lw=0.9)
     rate.set(ylabel="rate [Hz]", ylim=(0, None), title="B  Mean rate over trials")
     factor, unit = shown_in(str(data.bin_envelope.attrs["units"]))
-    envelope.plot(centres, factor * data.bin_envelope, color=FOUND)
+    envelope.plot(centres, factor * data.bin_envelope, color=ENVELOPE)
     envelope.set(xlabel="time from the onset [s]", ylabel=f"envelope [{unit}]", title="C  Envelope of the stimulus")
     for axis in (raster, rate):
         axis.tick_params(labelbottom=False)
@@ -62,9 +78,9 @@ def curve(axis: Axes, data: xr.Dataset) -> None:
         return
     factor, _ = shown_in(str(data.response_envelope.attrs["units"]))
     at = factor * data.response_envelope
-    axis.errorbar(at, data.response_rate, _errors(data), fmt="s", ms=4, color=MEASURED, capsize=2)
+    axis.errorbar(at, data.response_rate, _errors(data), fmt="s", ms=4, color=ink(data), capsize=2)
     if np.isfinite(data.response_rate_fitted.values).any():
-        axis.plot(at, data.response_rate_fitted, color=OTHER)
+        axis.plot(at, data.response_rate_fitted, color=FITTED)
     axis.set(ylabel="rate [Hz]", ylim=(0, None))
     axis.tick_params(labelbottom=False)
 
@@ -87,8 +103,8 @@ def residuals(axis: Axes, data: xr.Dataset) -> None:
         axis.set(ylabel="", title="no fit: see the caption")
         axis.spines["left"].set_visible(False)
         return
-    axis.axhline(0, color=OTHER, lw=0.8)
-    axis.errorbar(factor * data.response_envelope, left, _errors(data), fmt="s", ms=4, color=MEASURED, capsize=2)
+    axis.axhline(0, color=FITTED, lw=0.8)
+    axis.errorbar(factor * data.response_envelope, left, _errors(data), fmt="s", ms=4, color=ink(data), capsize=2)
 
 
 def _errors(data: xr.Dataset) -> Any:
@@ -139,8 +155,8 @@ def own_lags(axis: Axes, data: xr.Dataset) -> None:
         say_absent(axis, "no times of spikes: the file has counts in bins" if binned else "no spike")
         return
     lag = 1e3 * data.after_spike.values
-    axis.stairs(data.autocorrelogram, [*lag, lag[-1] + lag[1] - lag[0]], color=MEASURED, fill=True, alpha=0.6)
-    axis.axhline(float(data.unit_rate), color=MEASURED, ls=":", lw=0.9)
+    axis.stairs(data.autocorrelogram, [*lag, lag[-1] + lag[1] - lag[0]], color=ink(data), fill=True, alpha=0.6)
+    axis.axhline(float(data.unit_rate), color=ink(data), ls=":", lw=0.9)
     axis.set(xlabel="time after a spike [ms]", ylabel="rate [Hz]", xlim=(0, 2 * lag[-1] - lag[-2]), ylim=(0, None))
 
 
@@ -162,5 +178,5 @@ def waveform(axis: Axes, data: xr.Dataset) -> None:
     rate = data.attrs.get("sampling_rate")
     time, label = (sample, "sample") if rate is None else (1e3 * sample / float(rate), "time [ms]")
     axis.axhline(0, color=TRUTH, lw=0.8)
-    axis.plot(time, 1e6 * data.unit_waveform, color=MEASURED)
+    axis.plot(time, 1e6 * data.unit_waveform, color=ink(data))
     axis.set(xlabel=label, ylabel="voltage [µV]")

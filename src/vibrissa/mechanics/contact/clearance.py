@@ -35,7 +35,7 @@ def least(c: Array, j: int, place: float, z: float, tables: Tables, ground: Grou
     Parameters
     ----------
     c : (n,) array
-        Profile, of :func:`curve_at`.
+        Profile, of ``curve_at``.
     j : int
         Facet.
     place, z : float
@@ -86,7 +86,7 @@ def suspect(j: int, c: Array, place: float, z: float, tables: Tables, ground: Gr
     j : int
         Facet to start from.
     c : (n,) array
-        Profile, of :func:`curve_at`.
+        Profile, of ``curve_at``.
     place, z : float
         Contact, over L.
     tables : tuple

@@ -240,7 +240,7 @@ def _rise(shaft: Shaft, edge: Support, unit: UnitResponse) -> Array:
 
 
 def _field(shaft: Shaft, rows: Array, s: Array) -> Array:
-    """Motions at points of the shaft; the free end goes on straight."""
+    """Motions at points of the shaft; the free end continues straight."""
     contact = shaft.held.contact
     out = rod_field(shaft, rows, np.maximum(s, contact))
     out[1] += np.outer(rows @ shaft.rod.contact_turn, np.minimum(s - contact, 0))

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 Model = Literal["modes", "free-end", "auto"]
 
-PAGE = "docs/whole-whisker.md"
+PAGE = "docs/when-it-holds"
 CONTACTS = (0.15, 0.4)  # ε
 FRICTIONS = (0.2, 0.6)
 SPEEDS = (0.05, 0.2)  # [m/s]
@@ -50,8 +50,8 @@ def limits(whisker: Whisker, posture: Posture, texture: Gaps | HeightProfile, sc
     """What lies outside the region in which the fast model was found to agree with the rod.
 
     There envelopes of modes 1 and 2 correlate by 0.95 or more without a lag, and their rms are within 11 % of the
-    rod's; see docs/whole-whisker.md. It holds for straight whiskers alone: 1 /m of curvature
-    takes mode 2 to 0.7 to 0.9.
+    rod's; see docs/when-it-holds.md. It holds for straight whiskers alone: 1 /m of curvature takes
+    mode 2 to 0.7 to 0.9.
 
     Parameters
     ----------

@@ -76,7 +76,7 @@ class FittedCurve:
         return np.array([self.contact, self.curve.psi[-1], self.contact * self.curve.y[-1]])
 
     def at(self, s: Array, unit: float) -> tuple[Complex, Array]:
-        """Places over ``unit`` and directions [rad] of points of the shaft; beyond the contact it goes on straight.
+        """Places over ``unit`` and directions [rad] of points of the shaft; beyond the contact it continues straight.
 
         Parameters
         ----------

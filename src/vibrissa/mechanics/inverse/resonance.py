@@ -1,4 +1,4 @@
-"""Resonance and damping of tracked modes, with the texture's forcing known or taken for white."""
+"""Resonance and damping of tracked modes, with the texture's forcing known or assumed to be white."""
 
 from __future__ import annotations
 

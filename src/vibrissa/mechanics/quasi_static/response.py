@@ -25,6 +25,7 @@ Form = Literal["exact", "linear"]
 _NODES = 12  # Chebyshev nodes of one piece
 _TAIL = 1e-10  # last coefficients over the largest, above which a piece is halved
 _NARROWEST = 1e-3  # [L] a piece is not halved below this
+_AT_ONCE = 1 << 16  # excursions worked on at once, so that what is made in between stays small
 
 
 @dataclass(frozen=True)
@@ -122,7 +123,10 @@ class Response:
 
     def __call__(self, d: Array) -> Array:
         """All rows at excursions d, (K, len(d))."""
-        return self.taylor(d)[..., 0]
+        out = np.empty((len(self.c) + len(FOLLICLE), len(d)))
+        for piece, here in self._shared(d):
+            out[:, here] = piece.coefficients @ piece.along.polynomials(d[here]).T
+        return out
 
     def taylor(self, d: Array) -> Array:
         """Coefficients of the powers of a small step from each d within the piece above it, (K, len(d), n).
@@ -138,8 +142,10 @@ class Response:
             Rows by excursion and power.
         """
         out = np.zeros((len(self.c) + len(FOLLICLE), len(d), self.pieces[0].coefficients.shape[1]))
-        for piece, here in self._shared(d):
-            out[:, here] = piece.taylor(d[here])
+        for start in range(0, len(d), _AT_ONCE):
+            some, block = d[start : start + _AT_ONCE], out[:, start : start + _AT_ONCE]
+            for piece, here in self._shared(some):
+                block[:, here] = piece.taylor(some[here])
         return out
 
     def _shared(self, d: Array) -> list[tuple[Piece, Mask]]:
@@ -203,7 +209,7 @@ class Response:
         return self.flat.displaced(*self.position(d, s), s)
 
     def _unit_at(self, s: Array) -> Array:
-        """Ū, going on straight below the contact."""
+        """Ū, continued straight below the contact."""
         contact = self.posture.contact
         unit = self.unit.displacement(np.clip(s, contact, 1))
         return np.asarray(unit + self.unit.contact_angle * np.minimum(s - contact, 0), float)

@@ -1,4 +1,4 @@
-"""Damping of the rod: the ratio that is asked for, in each of the first three modes about the equilibrium.
+"""Damping of the rod: the given ratio, in each of the first three modes about the equilibrium.
 
 Damping in proportion to mass and to stiffness gives two modes their ratio: the first and the third. The second, which
 would have less, gets the rest by a third term: C = a₀M + a₁K + c₂ (Mφ₂)(Mφ₂)ᵀ with the elastic stiffness K.

@@ -26,7 +26,7 @@ _FIRST, _GROWTH, _LAST = 0.05, 1.3, 3.0  # steps towards equilibrium, over k: in
 _GROWING = 20  # of them, while curvature and level grow
 _SETTLED = 200  # at most
 _THINNEST = 0.03  # s at which a shaft ends whose tip is thinner: what lies beyond has 3e-5 of the mass
-_STILL = 1e-8  # motion in such a step, over L: a nanometre at most
+_STILL = 1e-10  # motion in such a step, over L: a hundredth of a nanometre at most; less is creep towards it
 
 
 def resting_rod(

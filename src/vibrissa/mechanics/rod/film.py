@@ -30,7 +30,7 @@ class Film:
     contacts : (T, 2, 2) array
         The contact nearest to the base and that nearest to the tip [m]; NaN without contact.
     state : (T,) array
-        Numbers of :data:`vibrissa.mechanics.rod.rod_states.STATES`.
+        Numbers of ``vibrissa.mechanics.rod.rod_states.STATES``.
     moment : (T,) array
         At the base [N m].
     """

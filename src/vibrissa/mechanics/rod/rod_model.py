@@ -126,7 +126,7 @@ class RestingRod:
         halvings: int = _HALVINGS,
         progress: Callable[[int, int], None] | None = None,
     ) -> Record:
-        """Carry the rod through a drive; it goes on from where it was.
+        """Carry the rod through a drive; it continues from where it was.
 
         Parameters
         ----------

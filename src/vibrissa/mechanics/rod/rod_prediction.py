@@ -196,7 +196,23 @@ class RodPrediction(SpannedScan):
         """
         distances = node_distances(self.whisker, nodes)
         points = None if distances is None else 1 - distances / self.whisker.length
-        run = self.run(rate, points, progress=progress)
+        return self.labelled(self.run(rate, points, progress=progress), distances)
+
+    def labelled(self, run: RodRun, distances: Array | None = None) -> xr.Dataset:
+        """A run as a dataset.
+
+        Parameters
+        ----------
+        run : RodRun
+            Of :meth:`run`.
+        distances : (P,) array, optional
+            From the base, of the points whose motion was asked for [m].
+
+        Returns
+        -------
+        Dataset
+            As of :meth:`sampled`.
+        """
         state = self._states(run)
         more: dict[str, Any] = dict(self._signals(run))
         if distances is not None:

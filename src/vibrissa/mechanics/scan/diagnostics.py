@@ -105,7 +105,7 @@ def relief_diagnostics(prediction: ReliefPrediction, t: Array) -> xr.Dataset:
         :func:`vibrissa.mechanics.scan.free_end.relief_allows`. ``single_contact`` and ``free_end_dip`` belong to gaps,
         whose land is level; for any ground see ``free_end_depth`` (time) of
         :func:`vibrissa.mechanics.scan.sampled.scanned_relief`.
-        ``valley_steps``: how many jumps are steps through smooth valleys, see :func:`_through_valleys`, and
+        ``valley_steps``: how many jumps are steps through smooth valleys, see ``_through_valleys``, and
         ``longest_valley_step`` [m].
     """
     n, length = len(prediction.c), prediction.whisker.length
@@ -213,7 +213,7 @@ def relief_remarks(data: xr.Dataset) -> list[str]:
 
 
 def _motion_remarks(data: xr.Dataset) -> list[str]:
-    """What is said of a motion over any ground."""
+    """Diagnostics of a motion over any ground."""
     lines = []
     if data.attrs["response"] == "linear":
         off = float(data.linearity[0])

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-TOO_LARGE = 30  # times: MuJoCo with the whole length on the ground moves 3 to 6 % as far, see docs/peers.md
+TOO_LARGE = 30  # times: MuJoCo with the whole length on the ground moves 3 to 6 % as far, see docs/validation.md
 _EXCESS = f"the vibration is up to {TOO_LARGE} times too large"
 _TOUCH = 1e-9  # [m] of ground above the free end that counts as a contact: rounding is 1e-16
 
@@ -122,7 +122,7 @@ def free_end_lines(facts: Mapping[str, Any] | xr.Dataset, deepest: float = np.na
         return lines
     lines.append(f"{'elsewhere ' if allowed else ''}it bridges the gap: {_EXCESS}")
     dip = f"it would dip by up to {1e6 * deepest:.0f} µm below the land"
-    return [*lines, f"{dip if deepest >= 5e-7 else 'it is measured'} (docs/peers.md)"]
+    return [*lines, f"{dip if deepest >= 5e-7 else 'it is measured'} (docs/validation.md)"]
 
 
 def unknown_free_end(contact: float, gap_width: float) -> list[str]:

@@ -95,7 +95,7 @@ class ReliefPrediction(PredictedMotion):
         return self.episodes.contact(t * self._per_second)
 
     def where(self, t: Array) -> dict[str, Array]:
-        """Excursion and height of the contact, see :meth:`vibrissa.mechanics.scan.motion.Motion.where`."""
+        """Excursion and height of the contact, see ``vibrissa.mechanics.scan.motion.Motion.where``."""
         return dict(zip("dz", self.contact(t)[:2], strict=True))
 
     @property

@@ -11,6 +11,7 @@ import numpy as np
 
 from vibrissa.arrays import Array, Mask
 from vibrissa.errors import ConflictError, RangeError
+from vibrissa.limits import require_memory
 from vibrissa.mechanics.contact.gap_events import Events, check_gaps, drive, trough_events
 from vibrissa.mechanics.quasi_static.response import Response, quasi_static
 from vibrissa.mechanics.quasi_static.response_rows import FOLLICLE
@@ -26,6 +27,7 @@ from vibrissa.whisker import Whisker
 _FARTHEST = 50  # [L] of a texture: beyond it a unit is wrong
 _ANY_SURFACE = "for any other surface use vibrissa.mechanics.scan.relief_prediction.predict_relief"
 _NARROWEST = 1e-5  # [L] of a gap: the shaft sags into it by a thousandth of an atom
+_ROOM = 1.6  # memory that a scan takes over that of its polynomials
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ class Prediction(PredictedMotion):
         return self.texture.position, self.texture.width, self.texture.depth
 
     def where(self, t: Array) -> dict[str, Array]:
-        """Excursion of the contact, see :meth:`vibrissa.mechanics.scan.motion.Motion.where`."""
+        """Excursion of the contact, see ``vibrissa.mechanics.scan.motion.Motion.where``."""
         return {"d": self.events.excursion(t)}
 
 
@@ -171,7 +173,15 @@ def predict(
         response = quasi_static(posture, reach, form=scan.response, n_modes=n_modes, modes=scan.modes)
     elif not _serves(response, posture, scan, n_modes, reach):
         raise ConflictError("response", "must be of the same posture, form and modes, and reach as far", reach)
+    _refuse_many(texture, response)
     return Prediction(whisker, posture, scan, texture, events, response)
+
+
+def _refuse_many(texture: Gaps, response: Response) -> None:
+    """Refuse more gaps than the polynomials of their three events fit into memory, with what is derived from them."""
+    rows, powers = response.pieces[0].coefficients.shape
+    gaps = len(texture.width)
+    require_memory("texture", f"{gaps:,} gaps", 8.0 * 3 * gaps * rows * powers * _ROOM, "scan it in parts")
 
 
 def predict_all(

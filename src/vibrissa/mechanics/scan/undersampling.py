@@ -100,7 +100,7 @@ def _enough(fine: Array, rate: float) -> float:
 
 
 def _steps(samples: int) -> Array:
-    """Stretches of a record of so many samples, finely, (stretches, samples) in samples from its start."""
+    """Stretches of a record of this number of samples, finely, (stretches, samples) in samples from its start."""
     count = max(samples, 1)
     length = min(count, _LENGTH)
     starts = np.linspace(0, count - length, min(count // length, _WINDOWS)).astype(int)
@@ -115,7 +115,7 @@ def _looked_at(prediction: PredictedMotion, rate: float) -> Array:
 
 
 def _missed(fine: Array, every: int) -> float:
-    """Miss of straight lines between every so many samples, over the standard deviation."""
+    """Miss of straight lines between every n-th sample, over the standard deviation."""
     grid, worst = np.arange(fine.shape[-1]), 0.0
     for place in fine:
         moving = place[place.std(axis=-1) > _STILL]

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 USABLE, CAUTION, OUTSIDE = "usable", "caution", "outside the model"
-PAGE = "docs/choosing.md"
+PAGE = "docs/when-it-holds"
 MOST_JUMPS = 0.5  # share of jumps that are not made
 MOST_TIME = 0.1  # share of the time
 NO_TIP = "no tip was given, the atlas has it"
@@ -37,8 +37,8 @@ def verdict(facts: Mapping[str, Any] | xr.Dataset) -> str:
     *Outside the model* are predictions whose larger part is an artefact; *caution* asks for a look at what is named.
 
     - Jumps that the free end does not allow, or that are steps through smooth valleys: caution for any, outside beyond
-      half of them. At each the vibration is up to 30 times too large (docs/peers.md); beyond half, such jumps carry
-      most of the power, and the rms is wrong by √2 or more.
+      half of them. At each the vibration is up to 30 times too large (docs/validation.md); beyond half, such jumps
+      carry most of the power, and the rms is wrong by √2 or more.
     - Time in which the contact would lift off, or stick because its slip reverses: caution for any, outside beyond a
       tenth of the time. The contact that the modes assume is lost there; a tenth of the time is a tenth of the power.
     - Own weight over contact force: caution above 0.2, outside above 1, where the weight and not the surface holds the
@@ -63,9 +63,9 @@ def verdict(facts: Mapping[str, Any] | xr.Dataset) -> str:
     Examples
     --------
     >>> verdict({"jump_count": 20, "jumps_allowed": 0, "free_end_length": 11.6e-3})
-    'outside the model: free end allows 0 of 20 jumps (docs/choosing.md)'
+    'outside the model: free end allows 0 of 20 jumps (docs/when-it-holds)'
     >>> verdict({"jump_count": 20, "jumps_allowed": 20, "free_end_length": 0.1e-3})
-    'usable: free end allows 20 of 20 jumps (docs/choosing.md)'
+    'usable: free end allows 20 of 20 jumps (docs/when-it-holds)'
     """
     found = list(findings(facts))
     level = next((one for one in (OUTSIDE, CAUTION) if any(one == each.level for each in found)), USABLE)
@@ -113,7 +113,7 @@ def map_verdict(contact: Array, tip: float, length: float, widest: float) -> str
     Examples
     --------
     >>> map_verdict(np.array([0.2, 0.3]), 0.0, 0.04, 0.6e-3)
-    'outside the model: free end is longer than every gap at all contacts (docs/choosing.md)'
+    'outside the model: free end is longer than every gap at all contacts (docs/when-it-holds)'
     """
     long = (np.asarray(contact) - tip) * length >= widest
     if not long.any():
@@ -166,8 +166,8 @@ def rod_verdict(facts: Mapping[str, Any] | xr.Dataset) -> str:
         reasons.append("no physical tip was given, the shaft ends in a point")
     if 0 < (tip := float(getattr(facts, "attrs", {}).get("whisker_tip", 0))) < THIN_TIP:
         length = float(facts.attrs["whisker_length"])  # type: ignore[union-attr]
-        metres = f"a tip of {1e3 * tip:.3g} mm is {tip / length:.3g}" if tip < length else "is it in metres?"
-        reasons.append(f"the tip {tip:.3g} counts over L, and the rod ends at {THIN_TIP:g} ({metres})")
+        metres = f"if {1e3 * tip:.3g} mm were meant: {tip / length:.3g}" if tip < length else "was it given in metres?"
+        reasons.append(f"the rod ends at {THIN_TIP:g} L, short of the tip at {tip:.3g} L ({metres})")
     if (weight := _of(facts, "weight_ratio", 0)) > HEAVY:
         reasons.append(f"own weight is {weight:.2g} of the contact force")
     if (share := _of(facts, "unconverged_share", 0)) > UNCONVERGED:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from reprlib import repr as short
 from typing import TYPE_CHECKING, Any, Literal, get_args
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Array
+from vibrissa.binary import read_wav
 from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError, TooFewError, UnknownError
 from vibrissa.mechanics.scan.follicle import base_moment
 from vibrissa.quantities import dataset
@@ -138,17 +138,7 @@ def _at_rest(time: Array, raw: Array, rest: tuple[float, float]) -> float:
 
 
 def _wav(path: str | Path, unit: str, column: str | None) -> tuple[Array, Array, int]:
-    from scipy.io import wavfile
-
-    if not Path(path).is_file():
-        raise MissingError(str(path), "must be an existing file")
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", wavfile.WavFileWarning)  # chunks of notes that recorders add
-            rate, samples = wavfile.read(path)
-    except (ValueError, OSError, EOFError) as error:
-        raise FormatError(str(path), f"could not be read as .wav ({error})") from error
-    channels = samples[:, None] if samples.ndim == 1 else samples
+    rate, channels = read_wav(path)
     if len(channels) < 2:
         raise TooFewError(str(path), "must hold samples", len(channels))
     one = channels[:, _channel(path, column, channels.shape[1])]

@@ -75,7 +75,7 @@ def place_all(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def straightened(unknowns: Array, law: ContactLaw, s: Array, longest: float, x: Array, y: Array) -> None:
-    """Straight free end less Eq. 1's curve going on, (E, P) over L, at points s (E, P) that ascend to the contact.
+    """Straight free end less Eq. 1's curve continued, (E, P) over L, at points s (E, P) that ascend to the contact.
 
     Parameters
     ----------

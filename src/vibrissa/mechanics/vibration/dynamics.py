@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -58,7 +59,7 @@ class Drive:
 
     def __call__(self, t: ArrayLike) -> Array:
         """Q at ascending times t [s], (M, T) over L; at an event, its new value."""
-        return self._at(t, self.coefficients, self.before)
+        return self._at(t, [self.coefficients], self.before)
 
     def rate(self, t: ArrayLike) -> Array:
         """Q̇ at ascending times t [s], (M, T) over L [1/s]; at an event, its new value.
@@ -73,14 +74,19 @@ class Drive:
         (M, T) array
             Over L [1/s].
         """
-        return self._at(t, _derivative(self.coefficients), np.zeros_like(self.before))
+        one_by_one = (_derivative(row) for row in self.coefficients[:, None])  # all at once are as large as the drive
+        return self._at(t, one_by_one, np.zeros_like(self.before))
 
-    def _at(self, t: ArrayLike, coefficients: Array, before: Array) -> Array:
+    def _at(self, t: ArrayLike, parts: Iterable[Array], before: Array) -> Array:
         t = ascending(t)
         out = np.empty(len(before) * t.size + TABLE)
         even, first = grid(t, self.time)
         follow = follow_even if even else _follow_anywhere
-        follow(t, first, self.time, coefficients, before, out)
+        done = 0
+        for part in parts:
+            end = done + len(part)
+            follow(t, first, self.time, part, before[done:end], out[done * t.size : end * t.size + TABLE])
+            done = end
         return rows(out, len(before), t.size)
 
 

@@ -73,7 +73,7 @@ class BaseMotion:
         return place, rate, faster
 
     def _led(self, time: Array) -> tuple[Array, Array, Array]:
-        """Before the path: from rest to its first rate, smoothly; the travel goes on at its first rate."""
+        """Before the path: from rest to its first rate, smoothly; the travel continues at its first rate."""
         lasting = self.lead / self.rate
         at, rate = (self.path.spline(self.start, order)[:, None] for order in range(2))
         tau = 1 + (time - self.start) / lasting

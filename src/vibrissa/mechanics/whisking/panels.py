@@ -17,7 +17,7 @@ _HALVINGS = 60
 
 
 def panels(knots: Array, longest: float) -> Array:
-    """Knots, and so many borders between them that no panel is longer [s].
+    """Knots, and borders between them, enough that no panel is longer [s].
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ class Slow(NamedTuple):
 
     @classmethod
     def of(cls, n_modes: int, n_jump: int) -> Slow:
-        """Rows for so many modes and coefficients.
+        """Rows for this number of modes and coefficients.
 
         Parameters
         ----------

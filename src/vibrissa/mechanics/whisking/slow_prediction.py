@@ -297,7 +297,7 @@ class SlowPrediction:
             the share of a mode's ringing that the moving contact sends to other modes, which the model leaves out;
             ``ring_down_change``, relative change of mode 1's ω or c, the larger, within 1/(ζω): the model follows it,
             but beyond ``BLURRED`` a spectral line is no single posture's. The model asks that the first three be far
-            below 1: above 0.02 :func:`remarks` says so, above 0.2 :func:`predict_slow` refuses.
+            below 1: above 0.02 ``remarks`` says so, above 0.2 ``predict_slow`` refuses.
         """
         return dataset(
             {"table_error": self.table.error}, **self.advance.rates(self.scan.damping, self.advance.slow.time)

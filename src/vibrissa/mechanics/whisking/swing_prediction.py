@@ -250,7 +250,7 @@ def contact_events(time: Array, state: Integers, moment: Array) -> dict[str, Any
     time : (T,) array
         [s].
     state : (T,) array
-        Numbers of :data:`vibrissa.mechanics.rod.rod_states.STATES`.
+        Numbers of ``vibrissa.mechanics.rod.rod_states.STATES``.
     moment : (T,) array
         At the base [N m].
 

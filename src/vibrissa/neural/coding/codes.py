@@ -21,7 +21,7 @@ class Code(Protocol):
     """Drive of each unit of a population by one motion."""
 
     def drive(self, displacement: Array, sampling_rate: float, n_bins: int, /) -> Array:
-        """Drive (U, n_bins), summed over each of so many equal parts of the motion (T,) [m]; zero or more.
+        """Drive (U, n_bins), summed over each of ``n_bins`` equal parts of the motion (T,) [m]; zero or more.
 
         Parameters
         ----------

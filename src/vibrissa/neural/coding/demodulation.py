@@ -123,7 +123,7 @@ def _row(
     row |= _coherences(rate, best, shown, how)
     row["vector_strength_plain"] = float(np.abs(rate @ best.carrier) / rate.sum())
     if likeness > ALIKE:
-        row["reason"] = f"envelope and phase go together in this stimulus (r = {likeness:.2f}); give the carrier's band"
+        row["reason"] = f"envelope and phase correlate in this stimulus (r = {likeness:.2f}); give the carrier's band"
         return row
     try:
         starts = _blocks(best, counts, how)

@@ -39,7 +39,7 @@ class Discrimination:
     Attributes
     ----------
     codes : (str, ...)
-        Features of the spikes, of :data:`vibrissa.neural.coding.decoder.CODES`: ``mean rate`` (spikes of each unit
+        Features of the spikes, of ``vibrissa.neural.coding.decoder.CODES``: ``mean rate`` (spikes of each unit
         in the trial), ``rate variance`` (of its counts over bins, Poisson noise taken away), ``time course`` (counts
         in every bin), ``pattern`` (when the spikes came, given how many).
     bin_width : float
@@ -140,7 +140,7 @@ def _labels(counts: Array, textures: list[str]) -> tuple[list[str], Integers]:
         raise ShapeError("textures", "must be one for each trial", found)
     names, label = np.unique(np.array(textures, str), return_inverse=True)
     if len(names) < 2:
-        raise ShapeError("textures", "must be two different ones at least", ", ".join(names))
+        raise ShapeError("textures", "must be at least two different ones", ", ".join(names))
     return [str(name) for name in names], label
 
 
@@ -149,7 +149,7 @@ def _settings(how: Discrimination) -> dict[str, Any]:
 
 
 def _blocked(label: Integers) -> int:
-    """Whether textures came in blocks, so that a slow drift would be taken for them: 1 or 0.
+    """Whether textures came in blocks, so that a slow drift would be mistaken for them: 1 or 0.
 
     The changes of texture from trial to trial are fewer than those of 999 in 1,000 random orders.
     """
@@ -212,7 +212,7 @@ def _contrasts(scores: Array, folds: Integers, label: Integers) -> dict[str, Any
 
 
 def _gains(rights: Mask, label: Integers, how: Discrimination) -> dict[str, Any]:
-    """Accuracy of each code less that of the mean rate, trial by trial; NaN without the mean rate and of itself."""
+    """Accuracy of each code less that of the mean rate, trial by trial; NaN for the mean rate, or without it."""
     found = np.full((3, len(how.codes)), np.nan)
     weight = label.size / (np.bincount(label)[label] * (label.max() + 1))
     for k, code in enumerate(how.codes):
@@ -233,7 +233,7 @@ def accuracy_by_units(
     n_draws: int = 20,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Accuracy of decoders that read so many units, drawn at random among those there are.
+    """Accuracy of decoders that read this number of units, drawn at random among those there are.
 
     Parameters
     ----------

@@ -71,7 +71,7 @@ def compare_drives(
     n_trials: Sequence[int],
     how: DriveAnalysis | None = None,
 ) -> xr.Dataset:
-    """Fit a hinge of each drive to all stimuli but a piece, and report how well it predicts the spikes of that piece.
+    """Fit each drive to all stimuli but a piece, and report how well it predicts the spikes of that piece.
 
     One threshold, slope, latency and baseline must do for all stimuli. Envelope and speed differ by the carrier's
     frequency alone ([Arabzadeh2003]_): stimuli of one carrier cannot separate them.
@@ -127,7 +127,7 @@ def compare_drives(
 def _refuse(spikes: Sequence[xr.Dataset], stimuli: Sequence[xr.Dataset], n_trials: Sequence[int]) -> None:
     if not len(spikes) == len(stimuli) == len(n_trials) or not spikes:
         found = f"{len(spikes)}, {len(stimuli)}, {len(n_trials)}"
-        raise ShapeError("spikes, stimuli and trials", "must be as many as each other", found)
+        raise ShapeError("spikes, stimuli and trials", "must be equal in number", found)
     for table, stimulus, n in zip(spikes, stimuli, n_trials, strict=True):
         refuse_misplaced(table, stimulus, n)
     names = [sorted(map(str, table.unit_name.values)) for table in spikes]
@@ -157,7 +157,7 @@ def _pieces(shown: Stimuli) -> Integers:
 
 
 def _foreseen(grid: HingeGrid, counts: Array, trials: Array, pieces: Integers, width: float) -> tuple[Array, float]:
-    """Log-likelihood [nat] of each bin under the hinge fitted to all pieces but its own, and the latency fitted to all.
+    """Log-likelihood [nat] of each bin under the fit to all pieces but its own, and the latency fitted to all.
 
     Terms that do not depend on the drive are left out.
     """
@@ -173,7 +173,7 @@ def _foreseen(grid: HingeGrid, counts: Array, trials: Array, pieces: Integers, w
 
 
 def _fitted(grid: HingeGrid, rates: Array, weights: Array) -> tuple[Array, float]:
-    """Rate [Hz] in every bin of the hinge of weighted least squares, and its latency [s]."""
+    """Rate [Hz] in every bin of the threshold-linear fit by weighted least squares, and its latency [s]."""
     threshold, slope, latency, baseline = grid.best(rates[None], weights)[:, 0].tolist()
     return baseline + slope * grid.drive.hinged(threshold, latency), latency
 
@@ -221,7 +221,7 @@ def _ends(name: str, of_piece: Array, spikes: Array, level: float) -> dict[str, 
 
 def _verdict(row: dict[str, Any], best: int, shown: Stimuli) -> tuple[str, str]:
     if not row["drive_gain_low"][best] > 0:
-        return "cannot tell", "no drive foresees its spikes better than a steady rate"
+        return "cannot tell", "no drive predicts its spikes better than a steady rate"
     left = [name for k, name in enumerate(DRIVES) if k != best and not row["drive_loss_low"][k] > 0]
     low, high = shown.carrier.min(), shown.carrier.max()
     pair = {"envelope", "speed"}
@@ -230,5 +230,5 @@ def _verdict(row: dict[str, Any], best: int, shown: Stimuli) -> tuple[str, str]:
         text = f"carriers of {low:.0f} to {high:.0f} Hz cannot tell envelope from speed: present others"
         return "cannot tell", f"{text}; left are {', '.join([DRIVES[best], *left])}"
     if left:
-        return "cannot tell", f"{', '.join([DRIVES[best], *left])} do as well as each other: more trials or textures"
+        return "cannot tell", f"{', '.join([DRIVES[best], *left])} predict equally well: more trials or textures"
     return DRIVES[best], ""

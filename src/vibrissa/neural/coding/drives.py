@@ -75,7 +75,7 @@ class Stimuli:
         Raises
         ------
         InputError
-            If there is no stimulus, or one is too short; see :meth:`Presentation.of`.
+            If there is no stimulus, or one is too short; see ``Presentation.of``.
         """
         if not stimuli:
             raise RangeError("stimuli", "must be at least one", 0)

@@ -46,13 +46,13 @@ class Wanted:
     def __post_init__(self) -> None:
         given = [one for one in (self.threshold, self.slope, self.latency) if one is not None]
         if not given:
-            raise UnknownError("interval", "must be wanted of threshold, slope or latency", remedy="give one of them")
+            raise UnknownError("interval", "must be given for threshold, slope or latency", remedy="give one of them")
         for one in given:
             require_positive("interval wanted", one)
 
 
 def information(drive: BinnedDrive, unit: ThresholdLinearUnit) -> Array:
-    """Fisher's information of one trial on threshold, slope, latency and baseline, (4, 4) in the order of Hinge.
+    """Fisher's information of one trial on threshold, slope, latency and baseline, (4, 4) in the order of ``Hinge``.
 
     Counts are Poisson in the bins that count, of expectation λ_k w with λ = b + s·(binned hinge): Σ w ∂λ ∂λᵀ / λ.
 
@@ -77,7 +77,7 @@ def information(drive: BinnedDrive, unit: ThresholdLinearUnit) -> Array:
 def covariance(
     drive: BinnedDrive, unit: ThresholdLinearUnit, *, gain_sd: float = 0.0, fano_factor: float = 1.0
 ) -> Array:
-    """Covariance of the estimates times the number of trials, (4, 4) in the order of Hinge.
+    """Covariance of the estimates times the number of trials, (4, 4) in the order of ``Hinge``.
 
     Parameters
     ----------

@@ -284,7 +284,7 @@ def _elsewhere(coupling: Coupling, unit: int, significant: bool, how: EnvelopeAn
 
 
 def _forward(grid: HingeGrid, trial_counts: Array, how: EnvelopeAnalysis, rng: np.random.Generator) -> Row:
-    """Hinge, its intervals, and how far to trust them."""
+    """Threshold-linear fit, its intervals, and how far to trust them."""
     n, width = len(trial_counts), how.bin_width
     fit = forward_fit(grid, trial_counts.sum(0), n * width)
     rate = trial_counts.mean(0) / width

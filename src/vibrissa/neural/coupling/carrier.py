@@ -29,7 +29,7 @@ ELSEWHERE = "the correlation is largest at"  # begins a remark that leaves a uni
 VERDICTS = ("envelope", "phase", "both", "cannot tell")
 REASONS = {
     "phase": "the rate follows the carrier's phase, which the envelope of this motion carries, not the envelope",
-    "cannot tell": "cannot tell envelope from the carrier's phase, which this envelope carries; a second stimulus may",
+    "cannot tell": "cannot tell the envelope from the carrier's phase in this stimulus; a second stimulus may decide",
 }
 
 

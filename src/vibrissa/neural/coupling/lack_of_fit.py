@@ -169,7 +169,7 @@ Candidate = tuple[str, float, Array]
 
 
 def _saturation(hinges: Array, thresholds: Array) -> list[Candidate]:
-    """Hinges that are flat again above a second level."""
+    """Threshold-linear curves that are flat again above a second level."""
     pairs = [(low, high) for low in range(0, _THRESHOLDS, 2) for high in range(low + 3, _THRESHOLDS, 2)]
     return [("saturation", float(thresholds[high]), (hinges[low] - hinges[high])[None]) for low, high in pairs]
 
@@ -181,7 +181,7 @@ def _squares(drive: BinnedDrive, thresholds: Array, latency: float) -> list[Cand
 
 
 def _adaptation(hinges: Array, width: float) -> list[Candidate]:
-    """Hinges less a share of their own recent past."""
+    """Threshold-linear curves less a share of their own recent past."""
     found = []
     for hinge in hinges[::2]:
         found += [

@@ -111,10 +111,11 @@ class Presentation:
             frequency=frequency,
             known=known,
         )
-        if np.sum(presentation.rate_valid & presentation.envelope_valid) < 100:
-            rule = "must leave at least 100 bins after the skip"
+        if (left := int(np.sum(presentation.rate_valid & presentation.envelope_valid))) < 100:
+            rule = f"must leave at least 100 bins of {bin_width:g} s after the first {skip:g} s, which are skipped"
             narrower = ", narrower bins: 0.01 for 10 ms" if bin_width >= 1 else ""
-            raise TooFewError("window", rule, n_bins, f"less skip, longer window{narrower}")
+            longer = "longer stimulus" if window is None else "longer window"
+            raise TooFewError("window" if window else "stimulus", rule, left, f"less skip, {longer}{narrower}")
         return presentation
 
     def binned(self) -> Array:

@@ -87,7 +87,7 @@ def independent_blocks(*series: Array, width: float, fewest_trials: int, least: 
     n, length = series[0].size, max(_length(*series), round(least / width))
     if n < FEWEST * length:
         rule = f"must be at least {FEWEST} where trials are fewer than {fewest_trials}"
-        found = f"{n // length} of {length * width:.3g} s, twice as long as stimulus or rate stay like themselves"
+        found = f"{n // length} of {length * width:.3g} s, twice as long as the autocorrelation of stimulus or rate"
         remedy = f"present it for {FEWEST * length * width:.4g} s after the skip, or {fewest_trials} times"
         raise TooFewError("blocks of the stimulus", rule, found, remedy)
     return even_starts(n, length)
@@ -137,7 +137,7 @@ def _length(*series: Array) -> int:
 
 
 def sensitivities(drive: BinnedDrive, fit: Hinge) -> Array:
-    """Change of the rate of each bin with threshold, slope, latency and baseline, in the order of Hinge.
+    """Change of the rate of each bin with threshold, slope, latency and baseline, in the order of ``Hinge``.
 
     Parameters
     ----------

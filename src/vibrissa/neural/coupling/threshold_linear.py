@@ -1,4 +1,4 @@
-"""A hinge of the envelope seen through bins: one drive for each threshold and latency, tabulated for many units."""
+"""Threshold-linear drives averaged over bins, one for each threshold and latency, tabulated for many units."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def between_edges(time: Array, values: Array, edges: Array) -> Array:
 
 @dataclass(frozen=True, kw_only=True)
 class BinnedDrive:
-    """The envelope seen through bins: what a hinge of any threshold and latency gives in each bin.
+    """The envelope averaged over bins: the drive above any threshold, at any latency, in each bin.
 
     Attributes
     ----------
@@ -142,7 +142,7 @@ class BinnedDrive:
 
 @dataclass(frozen=True, kw_only=True)
 class HingeGrid:
-    """Binned hinges over all thresholds and latencies: made once for a stimulus, used for every unit.
+    """Binned threshold-linear drives over all thresholds and latencies: made once for a stimulus, used for every unit.
 
     Attributes
     ----------
@@ -204,12 +204,12 @@ class HingeGrid:
 
     @cached_property
     def _flat(self) -> tuple[Array, Array]:
-        """Hinges of all nodes and their squares, (M, K') each."""
+        """Drives of all nodes and their squares, (M, K') each."""
         flat = self.hinges.reshape(-1, self.hinges.shape[-1])
         return flat, flat**2
 
     def _lines(self, h: Array, hh: Array, r: Array, hr: Array) -> Surfaces:
-        """Slope and baseline from weighted means of the hinge, its square, the rate, and their product; (M, B)."""
+        """Slope and baseline from weighted means of the drive, its square, the rate, and their product; (M, B)."""
         spread = hh - h**2
         with np.errstate(invalid="ignore", divide="ignore"):
             slope = np.where(spread > 1e-12 * hh, np.maximum((hr - h * r) / spread, 0), 0.0)
@@ -222,7 +222,7 @@ class HingeGrid:
         return misfit.reshape(shape), slope.reshape(shape), baseline.reshape(shape)
 
     def best(self, rates: Array, weights: Array) -> Array:
-        """Hinges of least weighted misfit, between nodes by the parabola through the nodes around the best one.
+        """Fits of least weighted misfit, between nodes by the parabola through the nodes around the best one.
 
         Parameters
         ----------
@@ -237,7 +237,7 @@ class HingeGrid:
         return self._between_nodes(self.least_squares(rates, weights))
 
     def best_of_blocks(self, rate: Array, weights: Array, starts: Integers, drawn: Array) -> Array:
-        """Hinges of least weighted misfit to resampled blocks of the stimulus, each with its own piece of the rate.
+        """Fits of least weighted misfit to resampled blocks of the stimulus, each with its own piece of the rate.
 
         Parameters
         ----------

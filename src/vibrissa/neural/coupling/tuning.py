@@ -66,7 +66,7 @@ def poisson_line(counts: Array, hinge: Array, exposure: float) -> tuple[float, f
 
 
 def forward_fit(grid: HingeGrid, counts: Array, exposure: float) -> Hinge:
-    """Hinge of most likelihood for Poisson counts, seen through the bins.
+    """Threshold-linear fit of the largest Poisson likelihood, averaged over the bins.
 
     The rate of bin k is b + s · mean over the bin of max(A(t − τ) − θ, 0): threshold before averaging, and a latency
     that need not be a number of bins. Slope and baseline follow from θ and τ, which are searched on the grid by
@@ -113,7 +113,7 @@ def forward_fit(grid: HingeGrid, counts: Array, exposure: float) -> Hinge:
 
 
 def predicted(drive: BinnedDrive, fit: Hinge) -> Array:
-    """Rate [Hz] of a hinge in each bin that counts.
+    """Rate [Hz] of a threshold-linear fit in each bin that counts.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def _weights(drive: BinnedDrive, fit: Hinge) -> Array:
 def bootstrap_fits(
     grid: HingeGrid, trial_counts: Array, width: float, fit: Hinge, *, n_resamples: int = 400, rng: np.random.Generator
 ) -> Array:
-    """Hinges that vary as the fit does over trials and over the stimulus together.
+    """Fits that vary as the fit does over trials and over the stimulus together.
 
     Trials are drawn whole, so that whatever varies from one to the next is kept. Blocks of the stimulus are drawn with
     their own piece of the response, so that what else the unit answers to, in every trial alike, counts as well. Both

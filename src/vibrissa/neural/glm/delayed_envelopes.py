@@ -1,4 +1,4 @@
-"""Delayed copies of one texture on many whiskers, as hinges of their envelopes seen through bins."""
+"""Delayed copies of one texture on many whiskers, as threshold-linear drives averaged over bins."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Copies:
         Raises
         ------
         InputError
-            If there are fewer whiskers, or one that does not move; as :meth:`Presentation.of`.
+            If there are fewer whiskers, or one that does not move; as ``Presentation.of``.
         """
         how = how or BinnedAnalysis()
         channels = channels_of(command)

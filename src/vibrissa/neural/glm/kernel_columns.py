@@ -38,7 +38,7 @@ class KernelAnalysis(BinnedAnalysis):
         Raised cosines of the own past.
     penalty : float or None
         On the squared coefficients of the whiskers, whose columns have a spread of about 1. Where it is None, the one
-        that foresees unseen trials best is taken: it shrinks strong kernels, and their intervals are then too narrow.
+        that predicts unseen trials best is chosen: it shrinks strong kernels, and their intervals are then too narrow.
     level : float
         Largest p-value, adjusted over whiskers, at which a whisker is said to matter.
     """

@@ -186,7 +186,7 @@ def _factored(curve: Array) -> tuple[Array, bool]:
         return cho_factor(curve)
     except np.linalg.LinAlgError as error:
         remedy = "leave one out, or give a penalty"
-        raise RangeError("columns", "must not follow from one another", remedy=remedy) from error
+        raise RangeError("columns", "must be linearly independent", remedy=remedy) from error
 
 
 def _refuse_runaway(design: TrialDesign, lam: Array, b: Array, gain: float, iterations: int) -> None:

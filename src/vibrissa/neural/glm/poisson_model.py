@@ -171,7 +171,7 @@ def _row(columns: Columns, counts: Array, how: KernelAnalysis) -> dict[str, Any]
     row["trial_gain_sd"] = float(np.sqrt(varies)) if sought else np.nan
     row["n_blocks"] = 0 if design.starts is None else design.n_draws
     draws = "trials" if design.starts is None else "blocks"
-    worse = f"cannot tell: unseen {draws} are foreseen no better than by a steady rate"
+    worse = f"cannot tell: unseen {draws} are predicted no better than by a steady rate"
     return {**row, "reason": "" if foreseen.share > 0 else worse}
 
 

@@ -1,4 +1,4 @@
-"""Chance of a whisker's weight: its stimulus shifted beside the others', threshold and latency chosen anew."""
+"""Chance of a whisker's weight: its stimulus shifted beside the others', threshold and latency chosen again."""
 
 from __future__ import annotations
 

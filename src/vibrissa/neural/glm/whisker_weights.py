@@ -1,4 +1,4 @@
-"""Weights of all whiskers in the rate of one unit: a hinge of every envelope, one threshold and latency for all."""
+"""Weights of all whiskers in the rate of one unit: every envelope above one threshold, with one latency for all."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _STEPS = 8  # of Gauss and Newton from the best node; two mostly do
 
 
 class Map(NamedTuple):
-    """Weights of all whiskers for one unit, with the hinge they share.
+    """Weights of all whiskers for one unit, with the threshold and latency they share.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Map(NamedTuple):
 
 
 class SurroundGrid:
-    """Hinged envelopes of all whiskers over thresholds and latencies: made once for a stimulus, used for every unit."""
+    """Drives of all whiskers over thresholds and latencies: made once for a stimulus, used for every unit."""
 
     def __init__(self, copies: Copies, *, n_thresholds: int = 9, n_latencies: int = 13) -> None:
         self.copies = copies

@@ -38,7 +38,7 @@ LABELS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Inclusion:
-    """Rules by which units are kept. Refractoriness is asked of good and unlabelled units, the rest of multi-units too.
+    """Rules by which units are kept; multi-units are exempt from refractoriness.
 
     Attributes
     ----------

@@ -89,7 +89,7 @@ def groups_of_units(
 
 
 def _some(spikes: NDArray[Any], units: int, seed: int) -> Integers:
-    """Indices of at most so many spikes of each unit, drawn at random, ascending."""
+    """Indices of at most this number of spikes of each unit, drawn at random, ascending."""
     rng = np.random.default_rng(seed)
     every = [np.flatnonzero(spikes["unit_index"] == k) for k in range(units)]
     some = [one if one.size <= MOST_SPIKES else rng.choice(one, MOST_SPIKES, replace=False) for one in every]

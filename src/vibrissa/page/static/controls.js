@@ -15,6 +15,14 @@ export function addressOf(state, table) {
   return `#${changed.length ? new URLSearchParams(changed) : `hold=${table.hold.default}`}`; // an empty one is the first preset
 }
 
+export function nameOf(letter, value) { // what a texture is, in a few words
+  const kind = value(`${letter}.kind`), um = name => `${rounded(1e6 * value(`${letter}.${name}`))} µm`;
+  if (kind === "rough") return `roughness of ${um("rms")}`;
+  if (kind === "wave") return `wave of ${um("amplitude")}`;
+  if (kind === "periodic") return `grating, a gap each ${rounded(1e3 * value(`${letter}.period`))} mm`;
+  return kind === "file" ? "dropped file" : `random grating, seed ${value(`${letter}.seed`)}`;
+}
+
 const tag = (name, set = {}, ...inside) => {
   const made = Object.assign(document.createElement(name), set);
   made.append(...inside);

@@ -3,7 +3,8 @@
 const $ = id => document.getElementById(id);
 const tag = (name, set) => Object.assign(document.createElement(name), set);
 const FILES = ["picture.png", "picture.svg", "data.nc", "signals.csv", "sound.wav", "texture.csv", "study.zip"];
-const PICTURES = { whole: "Whisker", close: "Contact", excursion: "Excursion", modes: "Modes", "moment-view": "Moment at the base", spectrogram: "Spectrogram", resonance: "Resonance", firing: "Firing", contrast: "A or B" };
+const COMPARED = ["cut-close", "free-close", "bridge-trace"]; // pictures of the whole whisker alone
+const PICTURES = { whole: "Whisker", close: "Contact", excursion: "Excursion", modes: "Modes", "moment-view": "Moment at the base", spectrogram: "Spectrogram", resonance: "Resonance", firing: "Firing", contrast: "A or B", "cut-close": "Cut at the contact", "free-close": "With its free end", "bridge-trace": "Both in time" };
 const COPIES = { "copy-command": "command.txt", "copy-python": "script.py" };
 let query = "";
 
@@ -13,6 +14,10 @@ export function setQuery(text) { // the state behind the #
 }
 
 function link() {
+  const rod = /(^|&)model=rod/.test(query);
+  for (const one of $("picture").options) one.hidden = one.disabled = COMPARED.includes(one.value) && !rod;
+  if (!rod && COMPARED.includes($("picture").value)) $("picture").value = "whole";
+  for (const one of $("exports").children) one.hidden = one.textContent === "study.zip" && rod; // a study's movie has one contact
   for (const one of $("exports").children) one.href = `export/${$("letter").value}/${one.textContent}?${query}`;
 }
 

@@ -32,6 +32,7 @@ function go(to) {
   const on = step >= 0 && step < TOUR.length, last = step === TOUR.length - 1;
   const opened = on && $("tour").hidden;
   $("tour").hidden = !on;
+  document.body.classList.toggle("touring", on);
   if (!on) { $("tour-start").focus(); return; }
   $("tour-text").textContent = TOUR[step][1];
   $("tour-back").disabled = step === 0;
@@ -42,6 +43,7 @@ function go(to) {
 }
 
 export function glossary(symbols) {
+  for (const one of document.querySelectorAll("abbr")) one.title = symbols[one.dataset.term ?? one.textContent];
   $("symbols").append(...Object.entries(symbols).flatMap(([name, text]) => [tag("dt", { textContent: name }), tag("dd", { textContent: text })]));
 }
 

@@ -1,28 +1,29 @@
 // The page: state, questions to the server one at a time, and what comes back.
-import { addressOf, build, LONGEST_ADDRESS, show, stateFrom } from "./controls.js";
+import { bridgeMoment, drawBridge, showBridge } from "./bridge.js";
+import { addressOf, build, LONGEST_ADDRESS, nameOf, show, stateFrom } from "./controls.js";
 import { keeping, setQuery } from "./keep.js";
 import { glossary, presets, unjudged, verdict } from "./lesson.js";
 import { unpacked } from "./messages.js";
 import { forgetInks } from "./plots.js";
 import * as sound from "./sound.js";
 import { contrast, drawAll, drawing } from "./views.js";
-import { describeMotion, drawMotion } from "./whisker.js";
+import { describeMotion, drawMotion, goodMoment, nextJump } from "./whisker.js";
 
 const $ = id => document.getElementById(id);
-const TIMED = ["excursion", "modes", "moment-view", "spectrogram", "firing"], RIGHT = { "moment-view": 52, spectrogram: 64 };
+const TIMED = ["bridge-trace", "excursion", "modes", "moment-view", "spectrogram", "firing"], RIGHT = { "moment-view": 52, spectrogram: 64 };
 const REST = 150; // [ms] without a move until the hands are said to rest
 
 let table, made, state, first, data = null, other = null, playing = null;
 let time = 0, last = null, paused = matchMedia("(prefers-reduced-motion: reduce)").matches;
 let cursors = [], socket = null, flying = null, waiting = null, count = 0, idle = 0, addressing = 0;
-let shownCount = 0, lasting = "", touched = 0;
+let shownCount = 0, lasting = "", touched = 0, computing = false, fresh = true;
 const latencies = [], wholes = []; // [ms] from the hand to the pictures in sight, and to all
 
 // Questions
 
 function ask(want) {
   waiting = { want, since: performance.now() };
-  if (flying?.want !== "live") send(); // what takes longer is given up for it
+  if (flying?.want !== "live" || computing) send(); // what takes longer is given up for it
 }
 
 function send() {
@@ -37,7 +38,7 @@ function connect() {
   socket.binaryType = "arraybuffer";
   socket.onopen = () => { lost(false); flying = null; ask("live"); };
   socket.onmessage = event => received(typeof event.data === "string" ? JSON.parse(event.data) : unpacked(event.data));
-  socket.onclose = () => { lost(true); flying = null; setTimeout(connect, 2000); };
+  socket.onclose = () => { lost(true); progress({}); flying = null; setTimeout(connect, 2000); };
 }
 
 function lost(is) { // greyed out, with the command that starts it again
@@ -52,12 +53,16 @@ function received(answer) {
   const asked = flying;
   if (answer.id !== undefined && answer.id !== null && answer.id !== asked?.id) return; // nobody waits for it any longer
   flying = null;
+  progress(answer);
+  if (answer.progress !== undefined) { waiting ??= { want: answer.want, since: asked.since }; send(); return; }
   if (answer.want === "live" && !answer.error) {
+    if (fresh) time = answer.model === "rod" ? bridgeMoment(answer) : goodMoment(answer);
+    fresh = false;
     data = answer;
     redraw(() => framed(() => wholes.push(performance.now() - asked.since)));
     framed(() => { latencies.push(performance.now() - asked.since); shownCount += 1; });
   } else if (answer.want === "notes" && !answer.error) verdict(answer.notes);
-  else if (answer.want === "contrast" && !answer.error) { other = answer; $("play-b").disabled = false; contrast(other); replay(); }
+  else if (answer.want === "contrast" && !answer.error) { other = answer; $("contrast").parentElement.classList.remove("stale"); $("play-b").disabled = false; contrast(other, names()); replay(); }
   if (answer.want === "live" || !answer.want) say(answer.error || lasting);
   else if (answer.want === "contrast") say(answer.error || "", "index");
   if (answer.want === "live") $("views").classList.toggle("stale", Boolean(answer.error));
@@ -68,6 +73,16 @@ function next(want) { // when the hands rest: what takes longer
   clearTimeout(idle);
   if (want === "live") idle = setTimeout(() => ask("notes"), 200);
   else if (want === "notes") idle = setTimeout(() => ask("contrast"), 10);
+}
+
+function progress({ want, progress: share }) { // the pictures pale and stay until those of the new state are there
+  computing = share !== undefined;
+  $("computing").hidden = !computing;
+  if (computing) $("computing-what").textContent = want === "contrast" ? "Computing texture B too" : "Computing the whole whisker";
+  $("share").value = share ?? 0;
+  if (!computing) return;
+  if (want === "live") { $("views").classList.add("stale"); $("index").textContent = ""; }
+  $("contrast").parentElement.classList.add("stale"); // of an older state until its own answer is there
 }
 
 const framed = then => requestAnimationFrame(() => setTimeout(then)); // once the next frame is painted
@@ -90,6 +105,7 @@ function changed(name, value) {
 
 function chosen(preset) {
   lasting = "";
+  fresh = true;
   state = new Map(Object.entries(preset));
   settle();
 }
@@ -129,6 +145,7 @@ async function dropped(letter, file, settled) {
 
 function redraw(done = () => {}) {
   if (!data) return;
+  if (showBridge(data)) cursors = [];
   drawAll(data, Math.max(0, touched + REST - performance.now()), done);
   describeMotion(data);
   time = Math.min(time, end());
@@ -138,10 +155,12 @@ function redraw(done = () => {}) {
   replay();
 }
 
+const names = () => [..."ab"].map(letter => nameOf(letter, name => state.get(name) ?? table[name].default));
 const end = () => (data.excursion.length - 1) / data.rate;
 
 function motion() {
   drawMotion(data, time, Number($("magnify").value));
+  drawBridge(data, time);
   $("moment").value = Math.round(1000 * time / end());
   $("moment").setAttribute("aria-valuetext", `${(1e3 * time).toFixed(1)} ms`);
   $("clock").textContent = `${(1e3 * time).toFixed(1)} ms`;
@@ -194,9 +213,11 @@ function replay() { // what sounds follows what is set
 function keys(event) {
   if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches("select, input:not([type=range], [type=checkbox])")) return;
   const seed = step => changed("a.seed", Math.max(0, Number(state.get("a.seed") ?? table["a.seed"].default) + step));
-  const act = { a: () => toggle("a"), b: () => toggle("b"), p: pause, "[": () => seed(-1), "]": () => seed(1) }[event.key];
+  const act = { a: () => toggle("a"), b: () => toggle("b"), p: pause, j: jump, "[": () => seed(-1), "]": () => seed(1) }[event.key];
   if (act) { event.preventDefault(); act(); }
 }
+
+function jump() { if (data) { paused = true; showPause(); time = nextJump(data, time); motion(); } }
 
 function pause() { paused = !paused; showPause(); }
 function showPause() { $("pause").setAttribute("aria-pressed", String(paused)); $("pause").textContent = paused ? "Go on" : "Pause"; }
@@ -206,12 +227,13 @@ function bind() {
   $("play-b").disabled = true;
   for (const id of ["octave", "loop"]) $(id).onchange = replay;
   $("pause").onclick = pause;
+  $("jump").onclick = jump;
   showPause();
   $("moment").oninput = () => { paused = true; showPause(); time = $("moment").valueAsNumber / 1000 * end(); motion(); };
   $("magnify").onchange = () => data && motion();
   document.addEventListener("keydown", keys);
   new ResizeObserver(() => { layCursors(); redraw(); }).observe($("views"));
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { forgetInks(); redraw(); if (other) contrast(other); });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { forgetInks(); redraw(); if (other) contrast(other, names()); });
   document.addEventListener("dragover", event => { event.preventDefault(); document.body.classList.add("over"); });
   document.addEventListener("dragleave", () => document.body.classList.remove("over"));
   document.addEventListener("drop", event => { event.preventDefault(); document.body.classList.remove("over"); const file = event.dataTransfer.files[0]; if (file) made["a.file"].take(file); });

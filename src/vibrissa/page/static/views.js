@@ -1,4 +1,5 @@
 // The views of one prediction; `data` holds facts and float32 arrays as vibrissa.page.signals names them.
+import { bridgeTrace } from "./bridge.js";
 import { palette } from "./palette.js";
 import { axes, boxOf, inks, MARGIN, opened, path, range, ticks, rounded, trace } from "./plots.js";
 
@@ -8,7 +9,7 @@ const row = (array, i, n) => array.subarray(i * n, (i + 1) * n);
 const step = (data, values) => data.excursion.length / values.length / data.rate; // [s] of what may be sketched: fewer samples
 const say = (id, text) => $(id).setAttribute("aria-label", text);
 
-const VIEWS = { excursion, modes, "moment-view": moment, spectrogram, resonance, firing };
+const VIEWS = { "bridge-trace": bridgeTrace, excursion, modes, "moment-view": moment, spectrogram, resonance, firing };
 const inSight = id => { const box = $(id).getBoundingClientRect(); return box.bottom > 0 && box.top < innerHeight; };
 let later = [], rest = 0;
 
@@ -40,15 +41,20 @@ function modes(data, end) {
     const values = row(data.modes, i, n), envelope = row(data.envelopes, i, n), middle = data.mean[i];
     const top = 1.08e6 * Math.max(1e-12, extremes(envelope)[1], extremes(values)[1] - middle, middle - extremes(values)[0]);
     const box = { ...whole, top: whole.top + i * whole.height / 3, height: whole.height / 3 - 8 };
-    const far = ticks([0, 0.9 * top], 2).at(-1), steps = far ? [-far, 0, far] : [0];
+    const far = ticks([0, 0.9 * top], 3).at(-1), steps = [-far, 0, far];
     const map = axes(place, box, [0, end], [-top, top], { x: i === 2 ? "time [s]" : "", y: `q${"₁₂₃"[i]} [µm]`, ySteps: steps });
     for (const sign of [1, -1]) trace(place, map, envelope, step(data, envelope), ink.pale, { width: 1, scale: sign * 1e6 });
     trace(place, map, values, step(data, values), ink[MODES[i]], { width: 1, scale: 1e6, offset: middle });
-    place.ctx.fillStyle = ink.ink; place.ctx.textAlign = "right"; place.ctx.textBaseline = "top";
-    place.ctx.fillText(`${rounded(data.frequency[i])} Hz`, box.left + box.width, box.top);
+    tagged(place.ctx, box.left + box.width, box.top, `mode ${i + 1}${data.rod_frequency ? "" : `, ${rounded(data.frequency[i])} Hz`}`);
     said.push(`mode ${i + 1} at ${rounded(data.frequency[i])} hertz, rms ${rounded(1e6 * data.rms[i])} micrometres`);
   }
   say("modes", said.join("; "));
+}
+
+function tagged(ctx, right, top, text) { // on the colour of the card, so that it is read over a curve
+  const width = ctx.measureText(text).width;
+  ctx.globalAlpha = 0.75; ctx.fillStyle = inks().card; ctx.fillRect(right - width - 2, top - 1, width + 4, 14); ctx.globalAlpha = 1;
+  ctx.fillStyle = inks().ink; ctx.textAlign = "right"; ctx.textBaseline = "top"; ctx.fillText(text, right, top);
 }
 
 function moment(data, end) {
@@ -81,12 +87,20 @@ function spectrogram(data, end) {
   const { ctx } = place, half = columns > 1 ? (last - first) / (columns - 1) / 2 : end / 2;
   const left = map.X(Math.max(0, first - half)), right = map.X(Math.min(end, last + half));
   ctx.drawImage(sheet, left, box.top, right - left, box.height);
-  ctx.fillStyle = inks().ink;
-  for (const hertz of data.frequency) { ctx.fillRect(box.left + box.width - 3, map.Y(hertz) - 1, 8, 2); } // the resonances
+  (data.rod_frequency ?? data.frequency).forEach((hertz, i) => resonanceLine(ctx, box, map.Y(hertz), `mode ${i + 1}: ${rounded(hertz)} Hz`));
   scaleBar(ctx, box, high);
   let strongest = 0;
   for (let k = 0; k < data.spectrogram.length; k++) if (data.spectrogram[k] > data.spectrogram[strongest]) strongest = k;
   say("spectrogram", `Spectrogram up to ${rounded(top)} hertz, strongest at ${rounded(Math.floor(strongest / columns) * top / (bins - 1))} hertz`);
+}
+
+function resonanceLine(ctx, box, y, text) { // its colours do not depend on the light: those of the picture do not either
+  const right = box.left + box.width, width = ctx.measureText(text).width;
+  if (y < box.top) return;
+  ctx.strokeStyle = "rgb(255 255 255 / 60%)"; ctx.lineWidth = 1; ctx.setLineDash([2, 4]);
+  ctx.beginPath(); ctx.moveTo(box.left, y); ctx.lineTo(right, y); ctx.stroke(); ctx.setLineDash([]);
+  ctx.fillStyle = "rgb(0 20 50 / 80%)"; ctx.fillRect(right - width - 10, y - 9, width + 8, 18);
+  ctx.fillStyle = "#fff"; ctx.textAlign = "right"; ctx.textBaseline = "middle"; ctx.fillText(text, right - 6, y);
 }
 
 function scaleBar(ctx, box, high) {
@@ -102,7 +116,7 @@ function scaleBar(ctx, box, high) {
 
 function resonance(data) {
   const place = opened($("resonance")), n = data.resonance.length / 4, ink = inks(), contacts = [...row(data.resonance, 0, n)];
-  const margin = { ...MARGIN, right: 56 }, box = boxOf(place, margin), toKappa = 2 * Math.PI * data.timescale;
+  const margin = { ...MARGIN, right: 104 }, box = boxOf(place, margin), toKappa = 2 * Math.PI * data.timescale;
   const shown = contacts.map((c, i) => [c, i]).filter(([c]) => c <= 0.7).map(([, i]) => i);
   const steps = [5, 10, 20, 50, 100, 200, 500, 1000];
   const map = axes(place, box, [0, 0.7], [8, 1500], { x: "contact ε", y: "κ", log: true, ySteps: steps.filter(v => v >= 8) });
@@ -115,7 +129,7 @@ function resonance(data) {
     ctx.fillStyle = ink.ink;
     ctx.beginPath(); ctx.arc(map.X(data.contact), y, 4, 0, 7); ctx.fill();
     ctx.textAlign = "left"; ctx.textBaseline = "middle";
-    ctx.fillText(`${rounded(data.frequency[i])} Hz`, box.left + box.width + 3, Math.max(box.top + 6, y));
+    ctx.fillText(`mode ${i + 1}: ${rounded(data.frequency[i])} Hz`, box.left + box.width + 3, Math.max(box.top + 6, y));
   }
   place.ctx.strokeStyle = ink.ink; place.ctx.lineWidth = 1; place.ctx.setLineDash([4, 4]);
   place.ctx.beginPath(); place.ctx.moveTo(map.X(data.contact), box.top); place.ctx.lineTo(map.X(data.contact), box.top + box.height); place.ctx.stroke();
@@ -166,16 +180,16 @@ function raster({ ctx }, map, { spikes }) {
   ctx.stroke();
 }
 
-export function contrast(data) {
+export function contrast(data, names) { // names: what the textures are
   const place = opened($("contrast")), ink = inks(), bins = data.counts_a.length, box = boxOf(place);
   const rates = ["a", "b"].map(letter => data[`counts_${letter}`].map(c => c / 0.01));
-  const map = axes(place, box, [0, Math.max(0.01, bins * 0.01)], [0, 1.1 * Math.max(1, ...rates[0], ...rates[1])], { x: "time [s]", y: "rate [Hz]" });
+  const map = axes(place, box, [0, Math.max(0.01, bins * 0.01)], [0, 1.5 * Math.max(1, ...rates[0], ...rates[1])], { x: "time [s]", y: "rate [Hz]" });
   rates.forEach((values, k) => trace(place, map, values, 0.01, ink[MODES[k]], { width: 2, dash: k ? [6, 3] : [] }));
   place.ctx.textAlign = "right"; place.ctx.textBaseline = "top";
-  ["A —", "B - -"].forEach((name, k) => { place.ctx.fillStyle = ink[MODES[k]]; place.ctx.fillText(name, box.left + box.width - 50 * (1 - k), box.top); });
+  ["A —", "B - -"].forEach((sign, k) => { place.ctx.fillStyle = ink[MODES[k]]; place.ctx.fillText(`${sign} ${names[k]}`, box.left + box.width, box.top + 16 * k); });
   const text = `One neuron, one scan of ${rounded(data.duration)} s, tells them apart ${apart(data.by_course)} by when it fires (d′ = ${rounded(data.by_course)}) and ${apart(data.by_count)} by how often (d′ = ${rounded(data.by_count)}).`;
   $("index").textContent = text;
   say("contrast", text);
 }
 
-const apart = d => d > 2 ? "clearly" : d > 1 ? "fairly well" : d > 0.5 ? "poorly" : "hardly"; // an ideal observer errs in 16, 31, 40 %
+const apart = d => d > 2 ? "clearly" : d > 1 ? "fairly well" : d > 0.5 ? "poorly" : d > 0.05 ? "hardly" : "not at all"; // an ideal observer errs in 16, 31, 40 %

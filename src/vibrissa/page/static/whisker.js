@@ -4,6 +4,7 @@ import { inks, opened, rounded } from "./plots.js";
 const $ = id => document.getElementById(id);
 const TAPER = [0.5, 1.3, 2.1, 3, 4];
 const CLOSE = 1.6e-3, LEFT = 0.3; // [m] across the near view, and the share of it before the contact on the flat
+const JUMP = 2e-5, GOOD = 3e-4, SHOWN = 6e-3; // [m] least jump that is told, and one that is seen well; [s] for which its arrow is seen
 
 export function surfaceAt(data, place) { // height of the surface [m]
   const { surface } = data, n = surface.length / 2;
@@ -46,7 +47,7 @@ export function freeEndDepth(data, time, { x, y }, contact) {
 
 const between = (values, at) => { const i = Math.min(values.length - 2, Math.floor(at)); return values[i] + (at - i) * (values[i + 1] - values[i]); };
 
-function drawShaft(ctx, { x, y }, contact, X, Y, touching, width, steps = [1]) { // steps: how much wider each part is on the way to the base, in pixels
+function drawShaft(ctx, { x, y }, contact, X, Y, touching, width, steps = [1], dash = [5, 3]) { // steps: how much wider each part is on the way to the base, in pixels
   const ink = inks(), split = [X(between(x, contact)), Y(between(y, contact))];
   const run = (points, paint, dash, line) => {
     ctx.strokeStyle = paint; ctx.lineWidth = line; ctx.setLineDash(dash);
@@ -55,10 +56,12 @@ function drawShaft(ctx, { x, y }, contact, X, Y, touching, width, steps = [1]) {
     ctx.stroke(); ctx.setLineDash([]);
   };
   const all = Array.from(x, (v, i) => [X(v), Y(y[i])]), first = Math.floor(contact) + 1;
-  run([...all.slice(0, first), split], touching ? ink.bad : ink.two, [5, 3], touching ? width + 1 : width);
+  run([...all.slice(0, first), split], touching ? ink.bad : ink.two, dash, touching || !dash.length ? width + 1 : width);
   const held = [split, ...all.slice(first)], at = i => Math.round(i * (held.length - 1) / steps.length);
   steps.forEach((more, i) => run(held.slice(at(i), at(i + 1) + 1), ink.one, [], width + more));
 }
+
+const dashOf = data => data.model === "rod" ? [] : [5, 3]; // of the free end: dashed where the model leaves it out
 
 function drawGround(ctx, data, time, X, Y, bottom, from, to) { // between two places from the base [m]
   const ink = inks(), shift = data.speed * time + data.distance, { surface } = data, n = surface.length / 2;
@@ -81,7 +84,7 @@ function whole(data, time, pose, rest, magnify, contact, touching) {
   drawGround(ctx, data, time, X, Y, height, (15 - width) / scale, 21 / scale);
   if (data.gaps) barcode(ctx, data, time, X, Y(-data.height) + 6, scale, width);
   const large = { x: pose.x.map((v, i) => rest.x[i] + magnify * (v - rest.x[i])), y: pose.y.map((v, i) => rest.y[i] + magnify * (v - rest.y[i])) };
-  drawShaft(ctx, large, contact, X, Y, touching, 1.5, TAPER);
+  drawShaft(ctx, large, contact, X, Y, touching, 1.5, TAPER, dashOf(data));
   ctx.fillStyle = ink.ink; ctx.fillRect(X(0) - 2, Y(0) - 8, 14, 16);
   rule(ctx, 10, 14, 5e-3 * scale, "5 mm");
   if (height > 180) named(ctx, data, large, contact, X, Y, width);
@@ -113,29 +116,65 @@ function rule(ctx, x, y, length, text) {
   ctx.textAlign = "left"; ctx.textBaseline = "top"; ctx.fillText(text, x, y + 4);
 }
 
-function close(data, time, pose, d, contact, touching, depth) {
-  const place = opened($("close")), { ctx, width, height } = place, ink = inks(), scale = width / CLOSE;
-  const X = v => width * LEFT + (v + data.distance) * scale, Y = v => height * 0.6 - (v + data.height) * scale;
-  const at = pixel => (pixel - width * LEFT) / scale - data.distance;
+const NEAR = { canvas: "close", across: CLOSE, left: LEFT, stretch: 1, title: "" };
+
+export function close(data, time, { pose, d, contact, touching, depth }, { canvas, across, left, stretch, title } = NEAR) {
+  const place = opened($(canvas)), { ctx, width, height } = place, ink = inks(), scale = width / across;
+  const X = v => width * left + (v + data.distance) * scale, Y = v => height * 0.6 - (v + data.height) * scale * stretch;
+  const at = pixel => (pixel - width * left) / scale - data.distance;
   drawGround(ctx, data, time, X, Y, height, at(-3), at(width + 3));
-  drawShaft(ctx, pose, contact, X, Y, touching, 2);
-  const ground = surfaceAt(data, data.speed * time - d - 1e-9);
-  const held = data.gaps ? Math.max(0, ground) : ground; // an edge of a gap carries it at the height of the land
+  drawShaft(ctx, pose, contact, X, Y, touching, 2, [1], dashOf(data));
+  const where = { x: X(-data.distance - d), y: Y(-data.height + heldAt(data, time, d)) };
   ctx.fillStyle = ink.ink;
-  ctx.beginPath(); ctx.arc(X(-data.distance - d), Y(-data.height + held), 4.5, 0, 7); ctx.fill();
-  rule(ctx, 10, 14, 3e-4 * scale, "0.3 mm, true proportions");
+  if (Number.isFinite(d)) { ctx.beginPath(); ctx.arc(where.x, where.y, 4.5, 0, 7); ctx.fill(); }
+  rule(ctx, 10, 14, 3e-4 * scale, stretch === 1 ? "0.3 mm, true proportions" : `0.3 mm, heights × ${stretch}`);
+  jumpArrow(ctx, data, time, where, X);
   if (height > 180) {
     ctx.textAlign = "center"; ctx.textBaseline = "bottom"; ctx.fillStyle = ink.ink;
-    ctx.fillText("contact", X(-data.distance - d), Y(-data.height + held) - 8);
+    if (Number.isFinite(d)) ctx.fillText("contact", where.x, where.y - 8);
     if (data.gaps) gapNames(ctx, data, time, X, Y, width);
   }
-  if (touching) {
-    ctx.textAlign = "left"; ctx.textBaseline = "bottom";
-    const lines = wrapped(ctx, `free end ${rounded(1e6 * depth, 2)} µm below ground: a second contact, not modelled`, width - 12);
-    ctx.fillStyle = ink.card; ctx.fillRect(0, height - 8 - 14 * lines.length, 8 + Math.max(...lines.map(line => ctx.measureText(line).width)), 8 + 14 * lines.length);
-    ctx.fillStyle = ink.bad;
-    lines.reverse().forEach((line, i) => ctx.fillText(line, 4, height - 4 - 14 * i));
-  }
+  if (title) { ctx.font = "600 12px system-ui, sans-serif"; ctx.textAlign = "right"; ctx.textBaseline = "top"; ctx.fillStyle = ink.ink; ctx.fillText(title, width - 8, 10); }
+  if (touching) warned(ctx, `free end ${rounded(1e6 * depth, 2)} µm below ground: a second contact, not modelled`, width, height);
+}
+
+function heldAt(data, time, d) { // height of the contact [m]
+  const ground = surfaceAt(data, data.speed * time - d - 1e-9);
+  return data.gaps ? Math.max(0, ground) : ground; // an edge of a gap carries it at the height of the land
+}
+
+function warned(ctx, text, width, height) {
+  ctx.textAlign = "left"; ctx.textBaseline = "bottom";
+  const lines = wrapped(ctx, text, width - 12), ink = inks();
+  ctx.fillStyle = ink.card; ctx.fillRect(0, height - 8 - 14 * lines.length, 8 + Math.max(...lines.map(line => ctx.measureText(line).width)), 8 + 14 * lines.length);
+  ctx.fillStyle = ink.bad;
+  lines.reverse().forEach((line, i) => ctx.fillText(line, 4, height - 4 - 14 * i));
+}
+
+// Jumps of the contact: places in the record where it moves farther in one sample than the surface carries it.
+export function jumpsOf(data) {
+  return data.jumps ??= Array.from(data.excursion.keys()).filter(i => i && Math.abs(data.excursion[i] - data.excursion[i - 1]) > 3 * data.speed / data.rate + JUMP);
+}
+
+export function nextJump(data, time) { // [s] just after it, around the end
+  const after = jumpsOf(data).find(i => i / data.rate > time + 1e-9);
+  return after === undefined ? (jumpsOf(data)[0] ?? 0) / data.rate : after / data.rate;
+}
+
+export function goodMoment(data) { // [s] at a jump of ordinary size, where one sees what the page is about
+  const size = i => Math.abs(Math.abs(data.excursion[i] - data.excursion[i - 1]) - GOOD), all = [...jumpsOf(data)].sort((a, b) => size(a) - size(b));
+  const best = all.find(i => !posed(data, i / data.rate).touching) ?? all[0];
+  return (best ?? 0) / data.rate;
+}
+
+function jumpArrow(ctx, data, time, { y }, X) { // for some milliseconds after a jump: from where to where
+  const now = time * data.rate + 1e-6, i = jumpsOf(data).findLast(one => one <= now);
+  if (i === undefined || now - i > SHOWN * data.rate) return;
+  const from = X(-data.distance - data.excursion[i - 1]), to = X(-data.distance - data.excursion[i]), high = y - 30, side = Math.sign(to - from);
+  if (Math.abs(to - from) < 8) return;
+  ctx.strokeStyle = ctx.fillStyle = inks().bad; ctx.lineWidth = 2;
+  ctx.beginPath(); ctx.moveTo(from, high); ctx.lineTo(to, high); ctx.moveTo(to - 6 * side, high - 4); ctx.lineTo(to, high); ctx.lineTo(to - 6 * side, high + 4); ctx.stroke();
+  ctx.textAlign = "center"; ctx.textBaseline = "bottom"; ctx.fillText("jump", (from + to) / 2, high - 3);
 }
 
 function gapNames(ctx, data, time, X, Y, width) { // below each gap that is in sight
@@ -156,18 +195,22 @@ function wrapped(ctx, text, width) { // lines of whole words
   return lines;
 }
 
+export function posed(data, time) { // shaft, contact, and whether the free end lies below ground
+  const pose = shaftAt(data, time), d = data.excursion[Math.min(data.excursion.length - 1, Math.round(time * data.rate))];
+  const contact = Number.isFinite(d) ? contactAt(pose, -data.distance - d) : 0;
+  const depth = data.model === "rod" ? 0 : freeEndDepth(data, time, pose, contact); // the rod touches wherever it reaches the ground
+  return { pose, d, contact, depth, touching: depth > 2e-6 };
+}
+
 export function drawMotion(data, time, magnify) {
-  const pose = shaftAt(data, time), points = data.shaft.length;
+  const points = data.shaft.length, is = posed(data, time);
   const rest = { x: data.shaft_x.subarray(0, points), y: data.shaft_y.subarray(0, points) };
-  const d = data.excursion[Math.min(data.excursion.length - 1, Math.round(time * data.rate))];
-  const contact = contactAt(pose, -data.distance - d), depth = freeEndDepth(data, time, pose, contact), touching = depth > 2e-6;
-  whole(data, time, pose, rest, magnify, contact, touching);
-  close(data, time, pose, d, contact, touching, depth);
+  whole(data, time, is.pose, rest, magnify, is.contact, is.touching);
+  close(data, time, is);
 }
 
 export function describeMotion(data) {
   const text = `H ${rounded(1e3 * data.height)} mm, contact at ε = ${rounded(data.contact)}, scanned at ${rounded(1e3 * data.speed)} mm/s`;
-  $("motion-about").textContent = text;
   $("whole").setAttribute("aria-label", `Whisker and texture: ${text}`);
   $("close").setAttribute("aria-label", "The contact from near by, jumping from edge to edge");
 }

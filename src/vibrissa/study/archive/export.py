@@ -159,7 +159,7 @@ def _files(parts: Datasets, details: SessionDetails) -> list[tuple[str | None, D
         if details.subject is None:
             raise MissingError("subject", "must be given", remedy=f"of which animal {', '.join(sorted(rest))} is")
         if details.subject in files and not set(rest).isdisjoint(ONE_MOVIE):
-            rule = "must be a name of its own: a movie that is none of the sweeps goes into a file of its own"
+            rule = "must differ from those of the sweeps: a movie that is not a sweep goes into a file of its own"
             raise FormatError("subject", rule, details.subject, names)
         files.setdefault(details.subject, {}).update(rest)
     return list(files.items())

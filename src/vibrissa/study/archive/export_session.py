@@ -33,7 +33,7 @@ OfAnimals = Mapping[str, Mapping[str, str]]
 
 @dataclass(frozen=True, kw_only=True)
 class SessionDetails:
-    """What only the experimenter knows, as words; what is not given is None.
+    """What only the experimenter knows, as words; None where it is not given.
 
     Attributes
     ----------

@@ -64,7 +64,7 @@ def analyse_signal(signal: BaseSignal, folder: Path) -> xr.Dataset:
     columns = fitted_columns(found["resonance_white"], "_white")
     if prediction is not None:
         columns |= fitted_columns(found["resonance"], "") | _modelled(found, guess, others)
-    absent = "" if prediction is not None else "no texture: nothing is predicted, the forcing is taken for white"
+    absent = "" if prediction is not None else "no texture: nothing is predicted, the forcing is assumed to be white"
     absent = "; ".join(filter(None, [absent, _without_line(columns, guess)]))
     attrs = {name: follicle.attrs[name] for name in ("kind", "unit", "calibration", "zero", "clipped")}
     labelled = dataset(mode=found["envelope"].mode.values, time=follicle.time.values, **columns)

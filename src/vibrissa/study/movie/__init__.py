@@ -1,1 +1,1 @@
-"""One movie: predicted, filmed, analysed, held against its truth."""
+"""One movie: predicted, filmed, analysed, compared with its truth."""

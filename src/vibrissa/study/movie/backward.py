@@ -74,7 +74,7 @@ def analyse(
     modes: Modes = "straight",
     posture: Posture | None = None,
 ) -> dict[str, xr.Dataset]:
-    """Modal amplitudes of one tracked whisker, their envelopes, and resonances with the forcing taken for white.
+    """Modal amplitudes of one tracked whisker, their envelopes, and resonances with white forcing assumed.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ def fit_dataset(path: Path, physical_length: float | None = None) -> xr.Dataset:
     Parameters
     ----------
     path : Path
-        See :func:`vibrissa.whisker.read_diameters`.
+        See ``vibrissa.whisker.read_diameters``.
     physical_length : float, optional
         Length of the whisker itself [m].
 

@@ -22,9 +22,15 @@ from vibrissa.video.checks.trial_led import led_frame, with_led
 from vibrissa.video.find.head_finding import find_head
 from vibrissa.video.foreign.head_points import read_head
 from vibrissa.video.io.about import IN_COLOUR, Movie
-from vibrissa.video.io.container import key_frames
 from vibrissa.video.io.frame_times import FrameTimes
-from vibrissa.video.io.movie import frame_times_of, frames_within, open_movie, read_blocks, sure_frame_times
+from vibrissa.video.io.movie import (
+    frame_times_of,
+    frames_within,
+    key_frames_of,
+    open_movie,
+    read_blocks,
+    sure_frame_times,
+)
 from vibrissa.video.linked.line_marks import LineMark
 from vibrissa.video.linked.linked_tracking import track_linked
 from vibrissa.video.profile.ends import ends
@@ -192,7 +198,9 @@ def track_in_memory(plan: TrackPlan, frames: Frames, segments: Path | None = Non
 def _refuse_segments(segments: Path | None) -> None:
     """Refuse to write lines that are not sought."""
     if segments is not None:
-        raise ConflictError("segments", "must be left out where whiskers are followed", str(segments))
+        raise ConflictError(
+            "segments", "must be left out where whiskers are followed", str(segments), "or `tracking='link'`"
+        )
 
 
 def _followed(
@@ -271,7 +279,7 @@ class _Watched:
     def begin(self) -> None:
         """Begin with the first frame."""
         if self._about.lossy:
-            keys = key_frames(self._about.path)
+            keys = key_frames_of(self._about.path)
             keys = self._times.slots[keys] if self._times is not None and self._kept else keys
             self._pumping = GopArtifactWatch(self._frame_rate, keys)
 

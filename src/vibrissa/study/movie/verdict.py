@@ -86,7 +86,7 @@ def _resonance_rows(study: Study, prediction: PredictedMotion, results: dict[str
             exact, words, key = float(results["resonance_true"][name][i]), f"{label}, mode {i + 1}", f"{name}_{i + 1}"
             rows.append(VerdictRow(key, words, unit, truth, *found))
             rows.append(VerdictRow(f"{key}_tracked", f"{words}, against the true signal", unit, exact, found[0]))
-            rows.append(VerdictRow(f"{key}_white", f"{words}, forcing taken for white", unit, truth, *white))
+            rows.append(VerdictRow(f"{key}_white", f"{words}, white forcing assumed", unit, truth, *white))
     return rows
 
 

@@ -21,7 +21,7 @@ from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.stimulus.array import replay_command
 from vibrissa.stimulus.band import Band
 from vibrissa.stimulus.waveform import PointMotion
-from vibrissa.study.neurons.shown_unit import best_unit, shown_unit
+from vibrissa.study.neurons.shown_unit import EXAMPLES, best_unit, example_units, shown_unit, unit_examples
 from vibrissa.study.spec.cortex import LEAD, Cortex
 from vibrissa.texture.surface import random_grating
 
@@ -106,7 +106,8 @@ def gathered(cortex: Cortex, blocks: Sequence[xr.Dataset]) -> Datasets:
     Returns
     -------
     dict of Datasets
-        ``units``: what was found of each unit, and its truth, as Figure 9 needs both. For Figure 8 ``spikes``,
+        ``units``: what was found of each unit, and its truth, as Figure 9 needs both. For Figure 8 ``unit_examples``,
+        rates of up to four units of one session, and ``spikes``,
         ``response``, ``motion`` and ``unit`` of the single unit whose fit explains most among those of a usual
         threshold.
     """
@@ -122,7 +123,16 @@ def gathered(cortex: Cortex, blocks: Sequence[xr.Dataset]) -> Datasets:
     motion = motion_of(cortex, int(truth.unit_whisker[place]))
     shown = shown_unit(spikes, units.isel(unit=place), motion, cortex.n_trials, analysis(cortex))
     shown["response"].attrs["note"] = note(cortex)
-    return {"units": units, **shown}
+    return {"units": units, EXAMPLES: _examples(cortex, units), **shown}
+
+
+def _examples(cortex: Cortex, units: xr.Dataset) -> xr.Dataset:
+    """The rates of a few units of one session."""
+    places = example_units(units)
+    spikes = recorded(cortex, np.array(places, int)) if places else units
+    whisker = population(cortex).unit_whisker.values
+    how: tuple[int, EnvelopeAnalysis] = (cortex.n_trials, analysis(cortex))
+    return unit_examples(spikes, units, places, lambda place: motion_of(cortex, int(whisker[place])), *how)
 
 
 def told_of(cortex: Cortex) -> dict[str, str | int | float]:

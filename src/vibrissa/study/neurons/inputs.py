@@ -77,7 +77,7 @@ def read_recording(
     around : (float, float), optional
         Window that is kept as well as the stimulus [s]: one without stimulus, for the spontaneous rate.
     channels, band
-        As in :func:`read_stimulus`.
+        As in ``read_stimulus``.
     progress : callable, optional
         Called with (stage, done, total).
 

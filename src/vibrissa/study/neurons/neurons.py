@@ -16,7 +16,7 @@ from vibrissa.neural.coupling.carrier import share_remark
 from vibrissa.neural.io.tables.stimuli import presented
 from vibrissa.quantities.kinds import Progress
 from vibrissa.study.neurons.inputs import read_recording
-from vibrissa.study.neurons.shown_unit import best_unit, shown_unit
+from vibrissa.study.neurons.shown_unit import EXAMPLES, best_unit, example_units, shown_unit, unit_examples
 from vibrissa.study.neurons.trial_stimuli import end_to_end
 from vibrissa.study.spec.neurons import Neurons, Window
 
@@ -89,8 +89,8 @@ def neuron_results(neurons: Neurons, folder: Path = Path(), progress: Progress |
     Returns
     -------
     dict of Datasets
-        ``units``, with the attributes ``label``, ``source``, ``remarks`` (JSON); for Figure 8 ``spikes``, ``response``,
-        ``motion`` and, if it is driven, ``unit`` of the unit whose fit explains most.
+        ``units``, with the attributes ``label``, ``source``, ``remarks`` (JSON); for Figure 8 ``unit_examples``,
+        ``spikes``, ``response``, ``motion`` and, if it is driven, ``unit`` of the unit whose fit explains most.
 
     Raises
     ------
@@ -109,6 +109,9 @@ def neuron_results(neurons: Neurons, folder: Path = Path(), progress: Progress |
     shown = shown_unit(found.spikes, unit, found.stimulus, found.n_trials, found.how)
     shown["spikes"].attrs.setdefault("source", Path(neurons.spikes).name)
     shown["response"].attrs["note"] = f" Of {found.units.sizes['unit']} units, {_chosen(unit)}."
+    how: tuple[int, EnvelopeAnalysis] = (found.n_trials, found.how)
+    places = example_units(found.units)
+    shown[EXAMPLES] = unit_examples(found.spikes, found.units, places, lambda _: found.stimulus, *how)
     return {"units": found.units.assign_attrs(attrs), **shown}
 
 
@@ -134,7 +137,7 @@ def _presented_once(units: xr.Dataset, n_trials: int) -> list[str]:
     """Say why a recording of one presentation gives no interval."""
     if n_trials > 1 or not units.significant.any():
         return []
-    why = "intervals come from trials drawn anew, and how a unit varies from one to the next is not known"
+    why = "intervals come from resampled trials, and how a unit varies from one to the next is not known"
     return [f"one presentation: no interval of threshold, slope or latency; {why}"]
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from vibrissa.quantities.kinds import Datasets, Progress
 from vibrissa.study.neurons.cortex import analyse_block, command_of, gathered, stimulated
 from vibrissa.study.neurons.neurons import neuron_results
+from vibrissa.study.neurons.shown_unit import EXAMPLES
 from vibrissa.study.spec.cortex import Cortex
 from vibrissa.study.store.result_store import StoredWork, finished, made_of
 
@@ -59,8 +60,8 @@ def simulated_results(run: Run) -> Datasets:
     Returns
     -------
     dict of Datasets
-        ``units``; ``spikes``, ``response``, ``motion`` and ``unit`` of the one that Figure 8 shows, unless the study
-        has a [recording], whose neuron is then that of Figure 8.
+        ``units`` and ``unit_examples``; ``spikes``, ``response``, ``motion`` and ``unit`` of the one that Figure 8
+        shows, unless the study has a [recording], whose neuron is then that of Figure 8.
 
     Raises
     ------
@@ -70,7 +71,7 @@ def simulated_results(run: Run) -> Datasets:
     if run.study.cortex is None:
         return {}
     found = kept_cortex(run.study.cortex, run.out, run.engine, run.progress)
-    return {name: data for name, data in found.items() if run.study.recording is None or name == "units"}
+    return {name: data for name, data in found.items() if run.study.recording is None or name in ("units", EXAMPLES)}
 
 
 def recorded_results(run: Run) -> Datasets:

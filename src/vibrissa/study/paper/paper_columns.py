@@ -1,4 +1,4 @@
-"""The columns of *paper | here | same?*: the paper's model held against itself, against the rod, and the rod's own."""
+"""The columns of *paper | here | same?*: the paper's model against itself and against the rod, and the rod's own."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ def _gain(term: str, sweeps: xr.Dataset, names: tuple[str, ...] = ()) -> Measure
 
 
 def _gain_ratio(name: str, sweeps: xr.Dataset) -> MeasuredNumber:
-    """How much larger the gain is at 1.4 than at 0.8 rad, ε held: the logarithm taken for linear in the angle."""
+    """How much larger the gain is at 1.4 than at 0.8 rad, ε held: the logarithm taken to be linear in the angle."""
     terms = {term: column(sweeps, term) for term in ("contact", "base_angle")}
     whisker = whiskers_of(sweeps)
     angle = clustered_model(np.log(column(sweeps, name, 1)), terms, whisker)[1]
@@ -90,7 +90,7 @@ def _over_air(sweeps: xr.Dataset) -> MeasuredNumber:
 def _with_comparison(measure: Callable[[xr.Dataset, xr.Dataset], MeasuredNumber]) -> Measure:
     def on(results: Results) -> MeasuredNumber:
         if "comparison" not in results:
-            return MeasuredNumber(note="no prediction was held against the sweeps")
+            return MeasuredNumber(note="no prediction was compared with the sweeps")
         held = results["comparison"]
         return of_sweeps(lambda sweeps: measure(sweeps, held.sel(sweep=sweeps.sweep.values)))(results)
 
@@ -109,7 +109,7 @@ def _significant(mode: int, sweeps: xr.Dataset, held: xr.Dataset) -> MeasuredNum
 
 
 def _by_gratings(mode: int, held: xr.Dataset) -> str:
-    """How many are significant against predictions for new gratings, of those held against enough of them."""
+    """How many are significant against predictions for new gratings, of those compared with enough of them."""
     count = held["pseudo_count"].values
     able = np.isfinite(column(held, "correlation", mode)) & reaches(count)
     if not able.any():

@@ -110,7 +110,7 @@ def _of_units(measure: Callable[[xr.Dataset], MeasuredNumber]) -> Measure:
 
 def _fitted(quality: str, name: str, units: xr.Dataset) -> MeasuredNumber:
     """Mean of the units that Figure 9 shows."""
-    shown = fig9.compute(units, rng=np.random.default_rng(0))
+    shown = fig9.compute(units)
     kept = shown.unit_fitted.values.astype(bool) & (units.unit_quality.values == quality)
     if not np.isfinite(values := np.where(kept, units[name].values, np.nan)).any():
         return MeasuredNumber(note=f"no {quality} of known threshold and slope")
@@ -126,7 +126,7 @@ def _driven(quality: str, units: xr.Dataset) -> MeasuredNumber:
     note = f"{int(passed.sum())} of {passed.size}"
     if "envelope_verdict" in those:
         decided = (passed > 0) & ~np.isin(those.envelope_verdict.values, ["phase", "cannot tell"])
-        note += f"; {int(decided.sum())} without those that follow the carrier's phase or cannot be told"
+        note += f"; {int(decided.sum())} without those that follow the carrier's phase or are undecided"
     if is_simulated(units):
         driven = those.driven_by.values == "envelope"
         note += f"; put in: {driven.sum()}, of which {int(passed[driven].sum())} pass"
@@ -139,7 +139,7 @@ def _kept(quality: str, units: xr.Dataset) -> MeasuredNumber:
 
 def _difference(name: str, units: xr.Dataset) -> MeasuredNumber:
     """p-value of single against multi-units, by ranks."""
-    shown = fig9.compute(units, rng=np.random.default_rng(0))
+    shown = fig9.compute(units)
     kept = shown.unit_fitted.values.astype(bool)
     su, mu = (units[name].values[kept & (units.unit_quality.values == one)] for one in ("SU", "MU"))
     if min(su.size, mu.size) < _FEWEST:

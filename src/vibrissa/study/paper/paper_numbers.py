@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 import numpy as np
 
 from vibrissa.errors import MissingError
+from vibrissa.figures.words import decimals
 from vibrissa.quantities.kinds import Datasets
 from vibrissa.stats import Scale
 from vibrissa.study.paper import paper_measures, paper_neurons
@@ -94,7 +95,7 @@ def compare(results: Mapping[str, xr.Dataset]) -> list[ComparedNumber]:
     -------
     list of ComparedNumber
         One for each of :func:`paper_numbers`, in their order, none without a verdict; the rule is
-        :data:`vibrissa.study.paper.paper_rule.RULE`.
+        ``vibrissa.study.paper.paper_rule.RULE``.
     """
     sweeps = "sweeps" in results and is_virtual(results["sweeps"])
     units = any(is_simulated(one) for one in populations(results).values())
@@ -116,7 +117,7 @@ def _with_columns(row: ComparedNumber, columns: Mapping[str, Datasets]) -> Compa
 
 
 def _row(number: PaperNumber, results: Mapping[str, xr.Dataset], virtual: bool) -> ComparedNumber:
-    origin: Origin = "came out" if number.origin == "recovered" and not virtual else number.origin
+    origin: Origin = "result" if number.origin == "recovered" and not virtual else number.origin
     if number.why:
         return ComparedNumber(number, MeasuredNumber(), origin, "not comparable", number.why)
     here = MEASURES[number.id](results) if number.id in MEASURES else MeasuredNumber(note="not in the table of sweeps")
@@ -147,7 +148,7 @@ def _absent(number: PaperNumber, results: Mapping[str, xr.Dataset]) -> str:
 
 
 def _set_otherwise(number: PaperNumber, here: MeasuredNumber) -> str:
-    """Say where a setting is none of the paper's."""
+    """Say where a setting is not the paper's."""
     theirs = np.array(number.interval if np.isfinite(number.interval).any() else (number.value, number.value))
     low, high = np.where(np.isfinite(theirs), theirs, (-np.inf, np.inf)) * (1 - 1e-6, 1 + 1e-6)
     least, most = (here.low, here.high) if np.isfinite(here.low) else (here.value, here.value)
@@ -208,7 +209,7 @@ def html_rows(rows: list[ComparedNumber]) -> list[dict[str, Any]]:
         {
             "figure": row.paper.figure,
             "paper": row.paper.text,
-            "here": _both(row.here, row.paper.unit),
+            "here": _both(row.here, _unit(row.paper)),
             "origin": row.origin,
             "verdict": row.verdict,
             "class": _CLASSES.get(row.verdict, ""),
@@ -227,11 +228,20 @@ def _column(row: ComparedNumber, heading: str) -> dict[str, str]:
     one = FoundNumber(row.here, row.verdict) if heading in (HERE, ROD) else row.beside.get(heading)
     if one is None:
         return {"here": "", "verdict": "", "class": ""}
-    return {"here": _both(one.here, row.paper.unit), "verdict": one.verdict, "class": _CLASSES.get(one.verdict, "")}
+    return {"here": _both(one.here, _unit(row.paper)), "verdict": one.verdict, "class": _CLASSES.get(one.verdict, "")}
 
 
-SCALED = {"m": (1e3, "mm"), "Pa": (1e-9, "GPa"), "m/s": (1e3, "mm/s"), "s": (1e3, "ms"), "1/(s m)": (1e-6, "AP/s/µm")}
+SCALED = {"m": (1e3, "mm"), "Pa": (1e-9, "GPa"), "m/s": (1e3, "mm/s"), "s": (1e3, "ms"), "1/(s m)": (1e-6, "AP/s/µm"),
+          "%": (100.0, "%")}  # fmt: skip
 _SMALL = 5e-4  # [m] lengths below it are shown in µm
+
+
+def _unit(paper: PaperNumber) -> str:
+    """Unit in which the paper prints a number: shares of which it prints the percentage are percentages here too."""
+    return "%" if paper.unit == "1" and " %" in paper.text else paper.unit
+
+
+_LEAST = 1e-9  # of a number: below it an interval is one of rounding
 
 
 def _both(here: MeasuredNumber, unit: str) -> str:
@@ -250,12 +260,9 @@ def _shown(here: MeasuredNumber, unit: str) -> str:
         factor, name = 1e6, "µm"
     if unit == "s" and abs(here.value) >= 1:
         factor, name = 1.0, "s"
-    digits = _digits(here.low, here.high)
-    ends = f" ({factor * here.low:.{digits}g} to {factor * here.high:.{digits}g})" if here.low < here.high else ""
+    value, low, high = factor * here.value, factor * here.low, factor * here.high
     n = f", N = {here.n:.0f}" if np.isfinite(here.n) else ""
-    return f"{factor * here.value:.{digits}g}{ends} {name}".strip() + n
-
-
-def _digits(low: float, high: float) -> int:
-    """Digits that distinguish the ends of an interval, four at least; an R² of 0.999995 to 0.999998 is not 1 to 1."""
-    return next((digits for digits in range(4, 9) if f"{low:.{digits}g}" != f"{high:.{digits}g}"), 4)
+    if not high - low > _LEAST * abs(value):
+        return f"{value:.4g} {name}".strip() + n
+    form = f".{decimals((high - low) / 2)}f"
+    return f"{value:{form}} ({low:{form}} to {high:{form}}) {name}".strip() + n

@@ -13,7 +13,7 @@ from vibrissa.stats import LEVEL, RANGES, Scale, significant, wilson_interval
 from vibrissa.study.paper.sweep_measures import MeasuredNumber
 
 Kind = Literal["setting", "mean", "share", "value", "range", "bound", "p"]
-Origin = Literal["put in", "recovered", "came out"]
+Origin = Literal["put in", "recovered", "result"]
 Verdict = Literal["same", "differs", "cannot tell", "put in", "not comparable", "not measured"]
 
 WHISKERS = 13  # the paper's: where it counts sweeps, these are its independent draws
@@ -34,7 +34,7 @@ class PaperNumber(NamedTuple):
     ``low`` and ``high`` are the ends of a range, or of what rounds to the printed value; NaN where there are none.
     ``direction`` is 1 where an effect is said to rise, −1 where it falls, else NaN. ``origin`` says how the number
     enters virtual sweeps; ``reading`` what else the paper says of it; ``why`` that it cannot be compared, and the
-    reason. ``scale`` is that of :func:`vibrissa.stats.jackknife_interval`, whose range no interval leaves.
+    reason. ``scale`` is that of ``vibrissa.stats.jackknife_interval``, whose range no interval leaves.
     """
 
     id: str

@@ -1,4 +1,4 @@
-"""Means, shares and p-values of a table of sweeps, whole whiskers taken for the draws."""
+"""Means, shares and p-values of a table of sweeps, whole whiskers as the draws."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def mean(values: Array, clusters: NDArray[Any], note: str = "", scale: Scale = "
     note : str
         What a reader must know of it.
     scale : Scale
-        On which the interval is symmetric; see :func:`vibrissa.stats.jackknife_interval`.
+        On which the interval is symmetric; see ``vibrissa.stats.jackknife_interval``.
 
     Returns
     -------
@@ -209,7 +209,7 @@ def mean_of(name: str, mode: int | None = None, scale: Scale = "plain") -> Measu
     mode : int, optional
         Counted from 1.
     scale : Scale
-        On which the interval is symmetric; see :func:`vibrissa.stats.jackknife_interval`.
+        On which the interval is symmetric; see ``vibrissa.stats.jackknife_interval``.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""A page served on this machine alone: for who knows its address, and for its own requests only."""
+"""A page served on this machine alone: for those who know its address, and for its own requests only."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ class LocalHandler(BaseHTTPRequestHandler):
         return None
 
     def _body(self, length: int) -> bytes | None:
-        """Body of so many bytes; None where it breaks off, or is too slow."""
+        """Body of this number of bytes; None where it breaks off, or is too slow."""
         end, body = monotonic() + PATIENCE, b""
         with suppress(TimeoutError):
             while len(body) < length and monotonic() < end and (part := self.rfile.read1(length - len(body))):

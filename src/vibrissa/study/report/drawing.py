@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import base64
-import io
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+from vibrissa.figures.canvas import caption_of
 from vibrissa.quantities.kinds import Progress
 from vibrissa.study.report.gallery import made
+from vibrissa.study.report.pages import svg_of
 from vibrissa.study.report.stored_results import StoredResults
 from vibrissa.study.stages.figure_table import FIGURES
 from vibrissa.study.sweeps.sweeps import read_series
 from vibrissa.sweep.engine import Engine, each
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 class Drawing(NamedTuple):
@@ -36,9 +33,10 @@ class Drawing(NamedTuple):
 
 
 class Picture(NamedTuple):
-    """A figure as PNG in base64, or why it cannot be made."""
+    """A figure as SVG and its caption, or why it cannot be made."""
 
-    png: str
+    svg: str
+    caption: str
     left_out: str
 
 
@@ -75,26 +73,6 @@ def _picture(drawing: Drawing, folder: Path, sweeps: Path) -> Picture:
     """One figure; a fault in its drawing leaves it out, and the run whole."""
     try:
         figure = made(FIGURES[drawing.figure], StoredResults(folder, drawing.end), partial(read_series, sweeps))
-        return Picture("", figure) if isinstance(figure, str) else Picture(png_of(figure), "")
+        return Picture("", "", figure) if isinstance(figure, str) else Picture(svg_of(figure), caption_of(figure), "")
     except Exception as error:
-        return Picture("", f"it could not be drawn ({type(error).__name__}: {' '.join(str(error).split())})")
-
-
-def png_of(figure: Figure) -> str:
-    """PNG of a figure in base64, drawn once: ``savefig`` draws a first time for the layout, which the second one makes.
-
-    Parameters
-    ----------
-    figure : Figure
-        Of matplotlib.
-
-    Returns
-    -------
-    str
-        Base64.
-    """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    buffer = io.BytesIO()
-    FigureCanvasAgg(figure).print_png(buffer, metadata={"Software": None})  # type: ignore[no-untyped-call]
-    return base64.b64encode(buffer.getvalue()).decode()
+        return Picture("", "", f"it could not be drawn ({type(error).__name__}: {' '.join(str(error).split())})")

@@ -39,16 +39,44 @@ def headlines(results: Results) -> list[str]:
     list of str
         Lines of at most 80 characters. Of several parts, the first has most of the numbers and each other has one.
     """
+    rows = headline_rows(results)
+    return [done(results), *(_table(rows) if rows else [])]
+
+
+def headline_rows(results: Results) -> list[VerdictRow]:
+    """The headline numbers.
+
+    Parameters
+    ----------
+    results : mapping of Datasets
+        Of a study.
+
+    Returns
+    -------
+    list of VerdictRow
+        Five at most: of several parts, the first has most of the numbers and each other has one.
+    """
     makers = (_movie_rows, _sweep_rows, _unit_rows, _surface_rows, _base_rows)
     parts = [rows for rows in (make(results) for make in makers) if rows]
     if not parts:
-        return [_done(results)]
+        return []
     first, *others = parts
-    return [_done(results), *_table([*first[: MOST - len(others)], *(part[0] for part in others)])]
+    return [*first[: MOST - len(others)], *(part[0] for part in others)]
 
 
-def _done(results: Results) -> str:
-    """Say what the run has analysed."""
+def done(results: Results) -> str:
+    """Say what the run has analysed.
+
+    Parameters
+    ----------
+    results : mapping of Datasets
+        Of a study.
+
+    Returns
+    -------
+    str
+        Without a full stop.
+    """
     words = []
     if _has_movie(results):
         size = results["profile"].sizes
@@ -72,12 +100,12 @@ def _counted(count: int, noun: str) -> str:
 
 
 def _has_movie(results: Results) -> bool:
-    """Whether there is a movie by itself: that of a sweep which is shown is none."""
+    """Whether there is a single movie; the movie of a sweep that is shown does not count."""
     return "profile" in results and "sweep" not in results.get("posture", results["profile"]).attrs
 
 
 def _movie_rows(results: Results) -> list[VerdictRow]:
-    """Of one movie: held against its truth, or as recorded."""
+    """Of one movie: compared with its truth, or as recorded."""
     if "verdict" in results:
         known = {row.row_key: row for row in rows_of(results["verdict"])}
         return [*(known[key] for key in _OF_MOVIE if key in known), *_contact(results)]

@@ -7,19 +7,23 @@ import re
 from collections.abc import Iterable, Sequence
 from hashlib import sha256
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vibrissa import __version__
+from vibrissa.figures.canvas import caption_of
 from vibrissa.files import written_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CLOCK: dict[str, Any] = {"png": {"Software": None}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}  # left out
+_LETTERS, _LINE = 16.5, 0.14  # letters of 8 points in an inch; height of a line [inch]
 FINE = 200  # dots per inch of what is drawn as pixels within vectors
 _NUMBERED = re.compile(r' id="[A-Za-z][\w.]*_\d{1,4}"')  # names of matplotlib's groups, the same in every figure
 _CLIP = re.compile(r'<clipPath id="(\w+)">(.*?)</clipPath>', re.DOTALL)
 _CLIPPED = re.compile(r"\bp[0-9a-f]{10}\b")
+_PLAIN = {"Date": None, "Creator": None}
 INDEX = "index.html"
 
 
@@ -45,18 +49,22 @@ class Page(NamedTuple):
 def write_picture(figure: Figure, path: Path) -> None:
     """Write a figure, whole or not at all, without the time of day in it.
 
+    Its caption is text below it in HTML and PDF; a PNG or SVG has it in its metadata.
+
     Parameters
     ----------
     figure : Figure
-        Drawn; written as HTML it loses title and caption, which become text of the page.
+        Drawn; written as HTML it loses its title, which becomes text of the page.
     path : Path
         Ends in .png, .svg, .pdf or .html.
     """
     if path.suffix == ".html":
         page = page_of(figure, "")
         return _write(path, title=page.heading or path.stem, shown=[page])
+    kind, words = path.suffix[1:], caption_of(figure)
+    about = CLOCK[kind] if kind == "pdf" or not words else CLOCK[kind] | {"Description": words}
     with written_whole(path) as temporary:
-        figure.savefig(temporary, metadata=CLOCK[path.suffix[1:]])
+        (_with_caption(figure) if kind == "pdf" else figure).savefig(temporary, metadata=about)
 
 
 def page_of(figure: Figure, name: str) -> Page:
@@ -65,7 +73,7 @@ def page_of(figure: Figure, name: str) -> Page:
     Parameters
     ----------
     figure : Figure
-        Drawn; title and caption are taken out of it.
+        Drawn; its title is taken out of it.
     name : str
         Of the page.
 
@@ -74,10 +82,10 @@ def page_of(figure: Figure, name: str) -> Page:
     Page
         Whose texts are not escaped yet, but for those in the SVG.
     """
-    heading, caption = figure.get_suptitle(), " ".join(figure.get_supxlabel().split())
-    figure.suptitle("")
-    figure.supxlabel("")
-    return Page(name, heading, caption, svg_of(figure))
+    heading = figure.get_suptitle()
+    if heading:
+        figure.suptitle("")
+    return Page(name, heading, caption_of(figure), svg_of(figure))
 
 
 def svg_of(figure: Figure) -> str:
@@ -94,10 +102,12 @@ def svg_of(figure: Figure) -> str:
         From ``<svg`` on, without names that another figure of the page has as well.
     """
     from matplotlib import rc_context
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     buffer = io.StringIO()
-    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "vibrissa"}):
-        figure.savefig(buffer, format="svg", dpi=FINE, metadata={"Date": None, "Creator": None})
+    figure.set_dpi(FINE)
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "vibrissa"}):  # drawn once: savefig does it twice
+        FigureCanvasSVG(figure).print_svg(buffer, metadata=_PLAIN)  # type: ignore[no-untyped-call]
     text = buffer.getvalue()
     return _named_clips(_NUMBERED.sub("", text[text.index("<svg") :]))
 
@@ -122,7 +132,16 @@ def write_pdf(path: Path, figures: Iterable[Figure]) -> None:
 
     with written_whole(path) as temporary, PdfPages(temporary, metadata=CLOCK["pdf"]) as pdf:
         for figure in figures:
-            pdf.savefig(figure, dpi=FINE)
+            pdf.savefig(_with_caption(figure), dpi=FINE)
+
+
+def _with_caption(figure: Figure) -> Figure:
+    """The figure made taller, with its caption as text below the panels."""
+    words = fill(caption_of(figure), int(_LETTERS * figure.get_figwidth()))
+    if words:
+        figure.set_figheight(figure.get_figheight() + _LINE * (2 + words.count("\n")))
+        figure.supxlabel(words, x=0.01, ha="left", fontsize=8, parse_math=False)
+    return figure
 
 
 def write_html(path: Path, table: dict[str, Any], first: Page, pages: Iterable[Page], remarks: Sequence[str]) -> None:

@@ -11,15 +11,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa import __version__
+from vibrissa.figures.words import decimals
 from vibrissa.mechanics.modes.shift import resonance_shift, shift_remark
 from vibrissa.quantities import measured_sd
 from vibrissa.quantities.kinds import Progress, Results
 from vibrissa.study.forward.surface import surface_rows
 from vibrissa.study.movie.backward import followed
-from vibrissa.study.movie.verdict import rows_of
+from vibrissa.study.movie.verdict import VerdictRow, rows_of
 from vibrissa.study.paper.paper_numbers import compare, page_of
 from vibrissa.study.report.drawing import Drawing, drawn
 from vibrissa.study.report.gallery import label_of
+from vibrissa.study.report.overview import anchored, overview
 from vibrissa.study.report.report_neurons import neurons_of, tables_of
 from vibrissa.study.report.report_sweeps import base_rows, sweeps_of
 from vibrissa.study.report.validity import validity
@@ -39,6 +41,7 @@ OF_MODES = {  # results of one movie that need its modes
     if stage.part == "movie" and "modal" in {*stage.inputs, *(output.name for output in stage.outputs)}
     for output in stage.outputs
 }
+_AMPLITUDE = "rms displacement over L"  # of the rows that are printed in 10⁻³ L
 
 
 def write_report(
@@ -71,38 +74,53 @@ def write_report(
         Called with ("report", figures drawn, figures in all).
     """
     from jinja2 import Environment, PackageLoader, select_autoescape
+    from markupsafe import Markup
 
-    rows = _verdict(results) if "verdict" in results else []
     figures = list(_figures(results))
     drawings = [Drawing(FIGURES.index(entry), end) for _, entry, end in figures]
     pictures = drawn(drawings, folder, sweeps, engine, progress or (lambda *_: None))
+    compared = page_of(compare(results)) if "sweeps" in results or tables_of(results) else {}
+    lines = validity(results)
     environment = Environment(loader=PackageLoader("vibrissa.study"), autoescape=select_autoescape())
+    body, contents = anchored(
+        environment.get_template("report_body.html").render(
+            study=study,
+            validity=lines,
+            not_analysed=not_analysed,
+            pictures=[
+                {**one._asdict(), "heading": heading, "left_out": _left_out(study, results, entry, one.left_out)}
+                for (heading, entry, _), one in zip(figures, pictures, strict=True)
+            ],
+            **_tables(study, results),
+            **compared,
+        )
+    )
     page = environment.get_template("report.html").render(
         study=study,
-        validity=validity(results),
         version=__version__,
-        not_analysed=not_analysed,
-        verdict=[row for row in rows if not row["key"].endswith("_white")],
-        white=[row for row in rows if row["key"].endswith("_white")],
-        tracks=_tracks(results["profile"]) if "profile" in results else [],
-        contacts=_contacts(results["profile"]) if "profile" in results else [],
-        remarks=_remarks(study, results),
-        sweeps=sweeps_of(results),
-        shown_sweep=results["posture"].attrs.get("sweep") if "posture" in results else None,
-        base_signals=base_rows(results),
-        surface=surface_rows(results["scan"]) if "scan" in results else [],
-        neurons=neurons_of(results),
-        pictures=[
-            {
-                "heading": heading,
-                "png": one.png,
-                "left_out": one.left_out and _left_out(study, results, entry, one.left_out),
-            }
-            for (heading, entry, _), one in zip(figures, pictures, strict=True)
-        ],
-        **(page_of(compare(results)) if "sweeps" in results or tables_of(results) else {}),
+        overview=overview(study, results, lines, dict(compared.get("paper_counts", ())), len(not_analysed)),
+        contents=contents,
+        body=Markup(body),
+        sortable=bool(tables_of(results)),
     )
     (folder / "report.html").write_text(page, encoding="utf-8")
+
+
+def _tables(study: Study, results: Results) -> dict[str, Any]:
+    """Cells of the tables, by the names of the template."""
+    rows = _verdict(results) if "verdict" in results else []
+    return {
+        "verdict": [row for row in rows if not row["key"].endswith("_white")],
+        "white": [row for row in rows if row["key"].endswith("_white")],
+        "tracks": _tracks(results["profile"]) if "profile" in results else [],
+        "contacts": _contacts(results["profile"]) if "profile" in results else [],
+        "remarks": _remarks(study, results),
+        "sweeps": sweeps_of(results),
+        "shown_sweep": results["posture"].attrs.get("sweep") if "posture" in results else None,
+        "base_signals": base_rows(results),
+        "surface": surface_rows(results["scan"]) if "scan" in results else [],
+        "neurons": neurons_of(results),
+    }
 
 
 def _figures(results: Results) -> Iterator[tuple[str, FigureEntry, str]]:
@@ -115,7 +133,9 @@ def _figures(results: Results) -> Iterator[tuple[str, FigureEntry, str]]:
 
 
 def _left_out(study: Study, results: Results, entry: FigureEntry, reason: str) -> str:
-    """Say why a figure is left out: of one movie without modes, what the modes lack."""
+    """Say why a figure is left out: of one movie without modes, what the modes lack; nothing of one that is drawn."""
+    if not reason:
+        return ""
     one_movie = study.movie is not None or study.film is not None
     lacks = "modal" not in results or "left_out" in results["modal"].attrs
     why = why_no_modes(study, results) if one_movie and lacks and set(entry.needs) & OF_MODES else reason
@@ -159,24 +179,34 @@ def why_no_modes(study: Study, results: Results) -> str:
 
 def _verdict(results: Results) -> list[dict[str, Any]]:
     """Rows of truth, found and relative error; ``inside`` says whether the interval holds the truth."""
-    return [
-        {
-            "key": key,
-            "quantity": quantity,
-            "unit": "" if unit == "1" else unit,
-            "truth": f"{truth:.5g}",
-            "found": f"{found:.5g}" if np.isfinite(found) else "no fit",
-            "error": f"{100 * (found / truth - 1):+.2f} %" if np.isfinite(found) else "",
-            "interval": f"{low:.5g} – {high:.5g}" if np.isfinite(low) else "",
-            "inside": "" if not np.isfinite(low) else "yes" if low <= truth <= high else "no",
-        }
-        for key, quantity, unit, truth, found, low, high in rows_of(results["verdict"])
-    ]
+    return [_verdict_row(row) for row in rows_of(results["verdict"])]
+
+
+def _verdict_row(row: VerdictRow) -> dict[str, Any]:
+    """Cells of one row; found and interval have the digits of the interval, amplitudes are all in 10⁻³ L."""
+    key, quantity, unit, *numbers = row
+    scale = 1e3 if quantity.startswith(_AMPLITUDE) else 1.0
+    truth, found, low, high = (scale * one for one in numbers)
+    known = np.isfinite(low)
+    form = f".{decimals((high - low) / 2)}f" if known and high > low else ".5g"
+    return {
+        "key": key,
+        "quantity": quantity.replace(_AMPLITUDE, "rms displacement") if scale > 1 else quantity,
+        "unit": "10⁻³ L" if scale > 1 else "" if unit == "1" else unit,
+        "truth": f"{truth:.5g}",
+        "found": f"{found:{form}}" if np.isfinite(found) else "no fit",
+        "error": f"{100 * (found / truth - 1):+.2f} %".replace("-", "−") if np.isfinite(found) else "",
+        "interval": f"{low:{form}} – {high:{form}}" if known else "",
+        "inside": "" if not known else "yes" if low <= truth <= high else "no",
+    }
 
 
 def _tracks(profile: xr.Dataset) -> list[dict[str, Any]]:
     """How far each whisker was followed, and which frames were lost and why."""
-    table, lost = followed(profile), json.loads(profile.attrs["lost"])
+    table = followed(profile)
+    lost = (
+        json.loads(profile.attrs.get("lost", "[]")) or [[]] * profile.sizes["whisker"]
+    )  # other programs give no reasons
     return [
         {
             "name": name,

@@ -110,7 +110,7 @@ def _absent(units: xr.Dataset) -> list[str]:
             "numbers. Give the table of spikes a column quality, SU or MU."
         )
     if not np.isfinite(units.spontaneous_rate.values).any():
-        lines.append("No window without stimulus: rates below the threshold are not held against spontaneous ones.")
+        lines.append("No window without stimulus: rates below the threshold are not compared with spontaneous ones.")
     if "stimulus_unit" in units.attrs:
         unit = units.attrs["stimulus_unit"]
         lines.append(f"Thresholds and slopes are in {unit}, not in µm: they have no means here.")

@@ -56,7 +56,7 @@ def _words(sweeps: xr.Dataset) -> str:
     counts = {name: sweeps.attrs.get(f"impossible_{name}", 0) for name in ("height", "contact", "fold")}
     if any(counts.values()):
         text += (
-            f" Conditions drawn anew, for they cannot be: {counts['height']} out of the whisker's reach, "
+            f" Conditions drawn again, because they cannot be: {counts['height']} out of the whisker's reach, "
             f"{counts['contact']} with a contact that is not looked at, {counts['fold']} beyond the fold."
         )
     return text
@@ -69,7 +69,7 @@ def _lacking(sweeps: xr.Dataset) -> str:
     lacking = ", ".join(f"mode {mode} in {count}" for mode, count in pairs if count)
     if not lacking:
         return ""
-    return f" Not fitted with the forcing taken for white: {lacking}; the file of each sweep says why (not_fitted)."
+    return f" Not fitted with white forcing assumed: {lacking}; the file of each sweep says why (not_fitted)."
 
 
 def _counted(number: int, noun: str) -> str:
@@ -133,7 +133,7 @@ _BY_MODE = ("share_paper", "share_paper_sd", "share_found", "share_found_sd", "s
 
 def _shares_words(shares: xr.Dataset) -> str:
     if not np.isfinite(shares.share_true.values).all():
-        return "The paper's shares beside those of these sweeps, as tracked; what they are without noise is not known."
+        return "The paper's shares beside those of these sweeps, as tracked; their values without noise are not known."
     noise, repeat = float(shares.noise_share), float(shares.noise_repeat)
     text = (
         "Nothing is tuned to the paper's 66, 19 and 6 %. Noise that each node has by itself, the tracker's or the "

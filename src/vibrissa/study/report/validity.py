@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _NAMES = ("jump_count", "jumps_allowed")
 _CONSEQUENCE = (
     "Elsewhere the shaft bridges the gap, and the vibration of the one-contact model is up to "
-    f"{TOO_LARGE} times too large (MuJoCo with the whole length on the ground: docs/peers.md, full length). "
+    f"{TOO_LARGE} times too large (MuJoCo with the whole length on the ground: docs/validation.md, full length). "
     "Amplitudes, gains and envelopes of the model are those of a whisker whose shaft ends at its contact."
 )
 

@@ -90,7 +90,7 @@ def plan_study(study: Study, *, kept: int = 0, workers: int = 1) -> Plan:
     Returns
     -------
     Plan
-        From the table :data:`vibrissa.study.stages.stages.STAGES`.
+        From the table ``vibrissa.study.stages.stages.STAGES``.
 
     Raises
     ------

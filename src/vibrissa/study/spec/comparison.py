@@ -1,4 +1,4 @@
-"""The part ``[comparison]`` of a study: how prediction is held against measurement in many sweeps."""
+"""The part ``[comparison]`` of a study: how prediction is compared with measurement in many sweeps."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ MOST = 10_000
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """How prediction is held against measurement.
+    """How prediction is compared with measurement.
 
     Attributes
     ----------

@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 
 from vibrissa.errors import ConflictError, FormatError, InputError, MissingError, RangeError, ShapeError, UnknownError
+from vibrissa.limits import require_memory
 from vibrissa.mechanics.scan.scan_settings import FASTEST
 from vibrissa.tables.reader import read_table
 from vibrissa.tables.text import as_number
 from vibrissa.tables.units import PURE, TEXT, to_si
 from vibrissa.whisker import Whisker, atlas_whisker
 
-MOST_FRAMES = 48_000  # 28,000 of 400 nodes are analysed in 1.3 GiB
+PER_NODE, NODES = 90.0, 400  # bytes that the analysis takes for each node of each frame; nodes of a usual whisker
 UNKNOWN = "unknown"
 NUMBERS = {  # each with its SI unit
     "scan_speed": "m/s",
@@ -196,19 +197,19 @@ def _whisker(here: str, name: str, values: dict[str, Any]) -> Whisker:
         raise UnknownError(here, f"has no whisker: {error}") from error
 
 
-def refuse_long(frames: int) -> None:
-    """Refuse a sweep of more frames than are analysed in 2 GiB of memory.
+def refuse_long(frames: int, nodes: int = NODES) -> None:
+    """Refuse a sweep of more frames than can be analysed in the memory of this machine.
 
     Parameters
     ----------
     frames : int
         Number of frames.
+    nodes : int
+        Nodes of its whisker.
 
     Raises
     ------
     InputError
         If it has more.
     """
-    if frames > MOST_FRAMES:
-        rule = f"must have at most {MOST_FRAMES} frames, to be analysed in 2 GiB of memory"
-        raise RangeError("a sweep", rule, frames, "cut it into several")
+    require_memory("a sweep", f"{frames:,} frames of {nodes} nodes", PER_NODE * frames * nodes, "cut it into several")

@@ -65,7 +65,7 @@ class MovieFile:
     threshold : float
         Signal to noise of the contrast below which a column is lost.
     estimator : str
-        What places the line in a column; see :class:`vibrissa.video.follow.search.Search`.
+        Method that places the line in a column; see :class:`vibrissa.video.follow.search.Search`.
     node_spacing : float, optional
         Arc length between nodes [m]; 5 pixels by default.
     whisking : Whisking, optional
@@ -81,8 +81,8 @@ class MovieFile:
         First frame that is tracked, from 0, and the first after it that is not; all by default. Points are of frame
         ``start``; times count from the movie's first frame.
     drop_frames : {"nan"}, optional
-        Frames that the movie's time stamps show to be missing become missing frames of the profile; by default they are
-        reported, and frames are taken as evenly spaced.
+        Frames that the movie's time stamps, or the numbers of its images, show to be missing become missing frames of
+        the profile; by default they are reported, and frames are taken as evenly spaced.
     tracking : {"auto", "follow", "link"}
         Whiskers followed from the first frame on, or found in every frame and linked, see
         :func:`vibrissa.video.linked.tracking_way.choose_way`.
@@ -186,7 +186,7 @@ class UnitRecording:
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """What a study file says. Any part may be absent; what there is must be able to go on.
+    """What a study file says. Any part may be absent; what there is must be complete.
 
     One movie is a ``movie`` or a ``film``. A ``film``, and a ``texture`` without a movie, need what makes the motion:
     ``whisker``, ``posture``, ``scan`` and ``texture``.

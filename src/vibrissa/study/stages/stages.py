@@ -10,8 +10,6 @@ from collections.abc import Iterator
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from vibrissa.figures.others import base_signal as base_figure
 from vibrissa.figures.others import recovery
 from vibrissa.figures.others import scan as scan_figure
@@ -54,7 +52,7 @@ from vibrissa.study.neurons.populations import (
     recorded_results,
     simulated_results,
 )
-from vibrissa.study.neurons.shown_unit import shown_unit
+from vibrissa.study.neurons.shown_unit import EXAMPLES, shown_unit, unit_examples
 from vibrissa.study.neurons.stimuli import read_stimulus
 from vibrissa.study.paper.mode_shares import mode_shares
 from vibrissa.study.paper.paper_columns import MODELLED, OWNED
@@ -94,7 +92,7 @@ _surface, _fitted = _has("only_surface"), _all(_movie, _has("whisker"), _has("po
 
 
 def _compared(study: Study) -> bool:
-    """Whether a prediction can be held against the sweeps: a texture is known."""
+    """Whether a prediction can be compared with the sweeps: a texture is known."""
     return _virtual(study) or any(one.texture is not None for one in table_of(study))
 
 
@@ -136,17 +134,18 @@ def _drawn(module: ModuleType, name: str) -> Make:
     return lambda results, _: module.draw(results[name])
 
 
-def _first(results: Results, _: Series) -> Figure:
+def _first(results: Results, series: Series) -> Figure:
     attrs = results["posture"].attrs
     whisker = Whisker(length=attrs["whisker_length"], cone_angle=attrs["cone_angle"], tip=attrs["tip"])
     profile, still = at_rest(results["profile"].isel(whisker=0), results["posture"]), results.get("still")
-    known: dict[str, Any] = {"still": still, "contact_true": attrs["contact_true"]}
+    known: dict[str, Any] = {"still": still, "contact_true": attrs["contact_true"], "sweeps": results.get("sweeps")}
+    known["series"] = series
     return fig1.draw(fig1.compute(profile, results["posture"], whisker, **known))
 
 
 def _ninth(results: Results, _: Series) -> Figure:
     units = results["units"]  # of simulated ones the truth is drawn beside what was found
-    return fig9.draw(fig9.compute(units, rng=np.random.default_rng(0), truth=units if "driven_by" in units else None))
+    return fig9.draw(fig9.compute(units, truth=units if "driven_by" in units else None))
 
 
 _NO_NEURONS = "no [recording], no [cortex] and no [[neural]]"
@@ -176,7 +175,7 @@ STAGES = (
                                _computed(recovery), optional=True),)),
     Stage("comparison", _all(_sweeps, _compared), sweep_pipeline.compare_with_prediction,
           (Output("comparison", compare_sweeps, ("comparison/",),
-                  absent="no texture of a sweep is known: nothing to hold against the measurement"),
+                  absent="no texture of a sweep is known: nothing to compare with the measurement"),
            Output(f"comparison{OWNED}", compare_sweeps, ("comparison/",), when=has_rod),
            Output(f"comparison{MODELLED}", compare_sweeps, ("comparison/",), when=_by_modes)),
           inputs=_SWEPT, part="comparison", after=("sweeps",), follows=True, cost=costs.comparison,
@@ -261,6 +260,7 @@ STAGES = (
     Stage("simulated units", _has("cortex"), simulated_results,
           (Output("units", analyse_units,
                   absent="no table of units: no [cortex] and no [[neural]], or see the verb neural"),
+           Output(EXAMPLES, unit_examples, ("units", "study")),
            *(Output(name, made_by, made_from, when=lambda study: study.recording is None)
              for name, made_by, made_from in (
                  ("spikes", cortex.recorded, ("study",)), ("response", shown_unit, ("spikes", "study")),
@@ -272,7 +272,7 @@ STAGES = (
           tuple(Output(name, made_by, made_from, ends=ends_of_recordings) for name, made_by, made_from in (
               ("units", analyse_units, ("inputs", "study")), ("spikes", recorded_spikes, ("inputs",)),
               ("response", shown_unit, ("spikes", "inputs")), ("motion", read_stimulus, ("inputs",)),
-              ("unit", shown_unit, ("units", "spikes")))),
+              (EXAMPLES, unit_examples, ("units", "inputs")), ("unit", shown_unit, ("units", "spikes")))),
           cost=costs.recorded_neurons),
 )  # fmt: skip
 

@@ -19,7 +19,7 @@ _NAMED = 5  # sweeps of one reason that are named one by one
 
 
 def attempting(study: Study, failed: Failures) -> Attempt:
-    """How the parts of a study are done: where one cannot be, the others go on, and the reason is noted.
+    """How the parts of a study are done: where one cannot be, the others continue, and the reason is noted.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def not_fitted(results: Mapping[str, xr.Dataset]) -> list[str]:
     list of str
         One for each line.
     """
-    forcings = {"resonance": "with the texture's forcing", "resonance_white": "with the forcing taken for white"}
+    forcings = {"resonance": "with the texture's forcing", "resonance_white": "with white forcing assumed"}
     why = {how: results[name].attrs.get("left_out") for name, how in forcings.items() if name in results}
     return [f"Not fitted {how}: {reason}." for how, reason in why.items() if reason]
 

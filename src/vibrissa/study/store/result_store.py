@@ -219,7 +219,9 @@ def _refuse_machine(error: Exception) -> None:
     if isinstance(error, MemoryError):
         raise MachineError("a worker", "has too little memory", None, "try fewer `workers`") from error
     if isinstance(error, OSError) and error.errno in _PASSING:
-        raise MachineError("a worker", "could not go on", error.strerror, "then give the same command again") from error
+        raise MachineError(
+            "a worker", "could not continue", error.strerror, "then give the same command again"
+        ) from error
 
 
 def kept_row(folder: Path, address: str) -> SweepRow | None:

@@ -43,7 +43,7 @@ def recorded_sweep(sweep: RecordedSweep) -> tuple[SweepRow, xr.Dataset]:
     if sweep.movie is not None and (sweep.folder / sweep.movie).exists():
         refuse_long(open_movie(sweep.folder / sweep.movie).frame_count)
     profile, known = known_sweep(sweep)
-    refuse_long(profile.sizes["time"])
+    refuse_long(profile.sizes["time"], profile.sizes["node"])
     followed_throughout(profile)
     return analyse_sweep(since_start(profile, sweep), known)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.figures.canvas import spread
-from vibrissa.figures.paper.parts.fig3_motion import run_correlations
+from vibrissa.figures.paper.parts.fig3_motion import most_alike, run_correlations
 from vibrissa.mechanics.scan.texture_prediction import Prediction, predict
 from vibrissa.quantities import dataset
 from vibrissa.quantities.kinds import Progress
@@ -56,8 +56,8 @@ def repeats_of(
     -------
     Dataset or None
         ``run_motion`` and ``run_motion_true`` (repetition, run, run_time) [m], cut to the shortest, ``run_correlation``
-        and ``run_correlation_others`` (repetition, run), of whole runs; see
-        :func:`vibrissa.study.sweeps.repeats.film_repeats`. None if no sweep was accepted.
+        and ``run_correlation_others`` (repetition, run), of whole runs; texture, speed and node of the experiment whose
+        runs are most alike; see :func:`vibrissa.study.sweeps.repeats.film_repeats`. None if no sweep was accepted.
 
     Raises
     ------
@@ -71,10 +71,13 @@ def repeats_of(
     jobs = [_job(laboratory, planned[i]) for i in spread(able, count).tolist()]
     made = finished(jobs, out / FOLDER, "repeated runs", engine, progress)
     found = [run_correlations(one.run_motion.values) for one in made]
+    shown = made[most_alike(np.concatenate([with_mean for with_mean, _ in found]))]
     shortest = min((one.run_time.values for one in made), key=len)
     return dataset(
-        {name: value for name, value in made[0].attrs.items() if name.startswith("jitter_")},
+        {name: value for name, value in shown.attrs.items() if name.startswith(("jitter_", "run_"))},
         run_time=shortest,
+        run_trough_start=shown.run_trough_start.values,
+        run_trough_width=shown.run_trough_width.values,
         run_motion=np.concatenate([one.run_motion.values[..., : len(shortest)] for one in made]),
         run_motion_true=np.concatenate([one.run_motion_true.values[..., : len(shortest)] for one in made]),
         run_correlation=np.concatenate([with_mean for with_mean, _ in found]),
@@ -145,7 +148,8 @@ def film_repeats(
     -------
     Dataset
         ``run_motion`` as tracked and ``run_motion_true`` (repetition, run, run_time): y of the node about its mean,
-        down the image [m]. Attributes: the jitter, ``run_arc`` [m], ``speed`` [m/s].
+        down the image [m]; ``run_trough_start``, ``run_trough_width`` (run_trough), the texture. Attributes: the
+        jitter, ``run_arc`` [m], ``run_speed`` [m/s].
     """
     jitter = jitter or Jitter()
     found, true = [], []
@@ -159,8 +163,11 @@ def film_repeats(
         true.append(exact - exact.mean())
     shape = n_repetitions, n_runs, film.n_frames
     attrs = {f"jitter_{name}": value for name, value in asdict(jitter).items()}
+    start, width, _ = prediction.gaps
     return dataset(
-        attrs | {"run_arc": arc, "speed": prediction.scan.speed, "frame_rate": film.camera.frame_rate},
+        attrs | {"run_arc": arc, "run_speed": prediction.scan.speed, "frame_rate": film.camera.frame_rate},
+        run_trough_start=start,
+        run_trough_width=width,
         run_time=np.arange(film.n_frames) / film.camera.frame_rate,
         run_motion=np.reshape(found, shape),
         run_motion_true=np.reshape(true, shape),

@@ -10,9 +10,11 @@ import numpy as np
 from vibrissa.arrays import Array
 from vibrissa.errors import TooFewError
 from vibrissa.mechanics.inverse.decomposition import decompose
+from vibrissa.mechanics.inverse.profile_fit import mean_course
 from vibrissa.mechanics.inverse.resonance import fit_modes, line_r2, widened
 from vibrissa.mechanics.inverse.spectral_line import PARTS, moments
 from vibrissa.mechanics.inverse.stationary_posture import Line
+from vibrissa.mechanics.inverse.substrate_frame import SubstrateFrame
 from vibrissa.mechanics.modes.straight import resonances
 from vibrissa.mechanics.scan.contact_travel import contact_travel
 from vibrissa.mechanics.scan.scan_settings import Scan
@@ -22,7 +24,7 @@ from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.study.forward.base_signals import fitted_columns
 from vibrissa.study.movie.backward import analyse
-from vibrissa.study.movie.resting import posture_at_rest
+from vibrissa.study.movie.resting import at_rest, posture_at_rest
 from vibrissa.study.store.result_store import SweepRow
 from vibrissa.study.sweeps.sweep_table import N_MODES
 from vibrissa.study.sweeps.truth import TrueMotion
@@ -100,7 +102,9 @@ def analyse_sweep(profile: xr.Dataset, known: SweepFacts) -> tuple[SweepRow, xr.
         For :func:`vibrissa.study.sweeps.sweep_table.sweep_table`.
     series : Dataset
         ``mode_displacement`` over L and ``envelope`` [m] (mode, time); ``mode_displacement_model`` and
-        ``envelope_model`` if there is a prediction, and ``power``, ``power_fit`` (mode, frequency), the fit to it.
+        ``envelope_model`` if there is a prediction, and ``power``, ``power_fit`` (mode, frequency), the fit to it;
+        ``trough_start``, ``trough_width`` (trough) of a texture that is known; ``course_along``, ``course_height``
+        (course_node), the mean profile, where Eq. 1 was fitted to it.
         The attribute ``not_fitted`` says which modes lack the fit of white forcing, and why.
 
     Raises
@@ -109,7 +113,8 @@ def analyse_sweep(profile: xr.Dataset, known: SweepFacts) -> tuple[SweepRow, xr.
         If the whisker was lost in more than a tenth of the frames, or in the midst of the sweep, or its posture is one
         that the model refuses.
     """
-    row = _posture(profile, known)
+    rest = _at_rest(profile, known)
+    row = _posture(rest, known)
     found = analyse(profile, known.whisker, row["contact"], n_modes=N_MODES)
     modal = found["modal"]
     if "left_out" in modal.attrs:
@@ -120,7 +125,9 @@ def analyse_sweep(profile: xr.Dataset, known: SweepFacts) -> tuple[SweepRow, xr.
         **_resonance(found["resonance_white"], found["spectra_white"], "_white"),
     }
     series: dict[str, Any] = {name: modal[name].values for name in ("mode_displacement", "envelope")}
+    series |= {} if rest is None else _course(profile, rest)
     if known.texture is not None:
+        series |= {"trough_start": known.texture.position, "trough_width": known.texture.width}
         predicted, spectra = _predicted(profile, modal, known, row)
         series |= {name: spectra[name].values for name in ("frequency", "power", "power_fit")}
         row["mode_rms_model"] = predicted.std(axis=1)
@@ -130,15 +137,29 @@ def analyse_sweep(profile: xr.Dataset, known: SweepFacts) -> tuple[SweepRow, xr.
     return row, dataset(why, mode=modal.mode.values, time=modal.time.values, **series)
 
 
-def _posture(profile: xr.Dataset, known: SweepFacts) -> SweepRow:
-    """Contact, base angle, their errors and R² of the mean profile."""
+def _at_rest(profile: xr.Dataset, known: SweepFacts) -> xr.Dataset | None:
+    """Eq. 1 fitted to the mean profile; None where the posture was given."""
     if known.contact is not None and known.base_angle is not None:
-        return {"contact": known.contact, "base_angle": known.base_angle}
+        return None
     scan = None if known.texture is None else Scan(speed=known.scan_speed, damping=DAMPING)
     how: dict[str, Any] = {"substrate": known.substrate, "friction": known.friction}
-    found = posture_at_rest(profile, known.whisker, **how, texture=known.texture, scan=scan)
+    return posture_at_rest(profile, known.whisker, **how, texture=known.texture, scan=scan)
+
+
+def _posture(rest: xr.Dataset | None, known: SweepFacts) -> SweepRow:
+    """Contact, base angle, their errors and R² of the mean profile."""
+    if rest is None:
+        return {"contact": known.contact, "base_angle": known.base_angle}
     names = ("contact", "contact_se", "base_angle", "base_angle_se", "posture_correlation", "profile_r2")
-    return {name: float(found[name]) for name in names}
+    return {name: float(rest[name]) for name in names}
+
+
+def _course(profile: xr.Dataset, rest: xr.Dataset) -> dict[str, Array]:
+    """The mean profile to which Eq. 1 was fitted, along the substrate from the contact found and above it."""
+    course = mean_course(at_rest(profile, rest))
+    place = course.place.conj() if course.mirrored else course.place
+    met = SubstrateFrame(rest.fitted_x.values + 1j * rest.fitted_y.values).from_image(place)
+    return {"course_along": met.real, "course_height": met.imag}
 
 
 def _resonance(fit: xr.Dataset, spectra: xr.Dataset, forcing: str) -> SweepRow:

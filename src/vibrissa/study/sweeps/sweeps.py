@@ -79,7 +79,7 @@ def run_laboratory(
 
 
 def laboratory_jobs(laboratory: Laboratory) -> tuple[list[StoredWork], dict[str, int]]:
-    """Sweeps of a laboratory, and how many conditions were drawn anew, by reason.
+    """Sweeps of a laboratory, and how many conditions were drawn again, by reason.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def _row(*values: Any) -> dict[str, Any]:
 def run_recorded(
     table: str | Path, out: str | Path, *, engine: Engine | None = None, progress: Progress | None = None
 ) -> xr.Dataset:
-    """Analyse a user's sweeps, listed in a table; a bad one is reported, and the others go on.
+    """Analyse a user's sweeps, listed in a table; a bad one is reported, and the others continue.
 
     Parameters
     ----------

@@ -108,7 +108,7 @@ class RodMotion(TrueMotion):
         return self.run.rod.modes.kappa / (2 * np.pi * self.prediction.whisker.timescale)
 
     def position(self, t: Array, s: Array) -> tuple[Array, Array]:
-        """See :meth:`TrueMotion.position`; inside the follicle the shaft goes on straight."""
+        """See :meth:`TrueMotion.position`; inside the follicle the shaft continues straight."""
         shaft = self.run.rod.shaft.s
         x, y = self._nodes(t)
         out = np.empty((2, len(t), len(s)))

@@ -147,14 +147,14 @@ def virtual_sweep(laboratory: Laboratory, sweep: VirtualSweep) -> tuple[SweepRow
     Returns
     -------
     row, series
-        As :func:`analyse_sweep`, with the truth: ``contact_true``, ``mode_rms_true`` … and ``mode_displacement_true``
+        As ``analyse_sweep``, with the truth: ``contact_true``, ``mode_rms_true`` … and ``mode_displacement_true``
         (mode, time), of the motion over the surface, without hum, drift and friction noise;
         ``variance_explained_true`` of its profile at the nodes that were tracked, that is, without the tracker's noise.
 
     Raises
     ------
     InputError
-        As :func:`filmed_sweep` and :func:`analyse_sweep`.
+        As :func:`filmed_sweep` and ``analyse_sweep``.
     """
     filmed = filmed_sweep(laboratory, sweep)
     known, motion = filmed.known, filmed.motion

@@ -19,7 +19,7 @@ WHITE = 255  # eight bits
 
 
 class Rule(NamedTuple):
-    """A rule for the fields of a dataclass, and how it is said."""
+    """A rule for the fields of a dataclass, and its words."""
 
     holds: Callable[[Any], bool]
     words: str
@@ -135,7 +135,7 @@ def _whole(value: object) -> bool:
 
 
 def exposure_times(camera: Camera, n_frames: int, subframes: int = 1) -> Array:
-    """Instants at which :func:`render` wants the curves: midpoints of equal parts of each exposure.
+    """Instants at which ``render`` wants the curves: midpoints of equal parts of each exposure.
 
     Parameters
     ----------

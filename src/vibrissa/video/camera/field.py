@@ -38,12 +38,12 @@ def empty_field(camera: Camera, scenery: Scenery) -> Array:
 
 
 def render_background(camera: Camera, scenery: Scenery | None = None) -> Frames:
-    """:func:`empty_field` without noise, as a user would record it by averaging a field without whiskers.
+    """``empty_field`` without noise, as a user would record it by averaging a field without whiskers.
 
     Parameters
     ----------
     camera, scenery
-        As in :func:`empty_field`; by default nothing is in the field.
+        As in ``empty_field``; by default nothing is in the field.
 
     Returns
     -------

@@ -52,7 +52,7 @@ class Named(NamedTuple):
 
 
 class _Moment(NamedTuple):
-    """After so many edits: chains and names of the linker, decisions, and those that the linker has not heard of."""
+    """Chains and names of the linker after a number of edits, decisions, and those not yet given to the linker."""
 
     chains: Chains
     linked: Linked

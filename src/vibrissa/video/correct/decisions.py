@@ -53,7 +53,7 @@ class Lying(NamedTuple):
 
 
 def undecided(count: int) -> Decisions:
-    """Decisions before the first one, of so many segments."""
+    """Decisions before the first one, of this number of segments."""
     return Decisions(np.full(count, OPEN), np.full(count, -1))
 
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from vibrissa.arrays import Integers
 from vibrissa.video.correct.decisions import NOBODY, Linked
-from vibrissa.video.link.exclusion import Solution
-from vibrissa.video.link.held_lines import with_marks
+from vibrissa.video.link.chains.exclusion import Solution
+from vibrissa.video.link.chains.held_lines import with_marks
 from vibrissa.video.link.identities import names_of
 from vibrissa.video.link.whisker_linking import Linking
 

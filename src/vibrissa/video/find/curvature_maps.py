@@ -1,4 +1,4 @@
-"""Second derivatives of an image smoothed by a Gaussian: what a line of about that width stands out in.
+"""Second derivatives of an image smoothed by a Gaussian: in which a line of about that width is clear.
 
 Lines are detected by the larger principal curvature of the smoothed image, as in [Steger1998]_. All maps are of the
 image in which lines are darker than their sides: the second derivative across a line is positive.
@@ -49,7 +49,7 @@ def _add(source: Single, weight: np.float32, out: Single) -> None:
 
 @njit(cache=True, nogil=True)
 def second_derivatives(grey: Single, taps: Single, rows: Maps, out: Maps) -> None:
-    """Second derivatives of the smoothed image; beyond its edges the outermost pixels go on.
+    """Second derivatives of the smoothed image; beyond its edges the outermost pixels are repeated.
 
     Parameters
     ----------

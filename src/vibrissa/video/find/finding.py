@@ -210,7 +210,7 @@ def _joined(lines: list[Rows]) -> list[Rows]:
 
 
 def _gap(one: Rows, other: Rows) -> float:
-    """Distance from the end of one line to the beginning of another that goes on in its direction, else infinite."""
+    """Distance from the end of one line to the beginning of another that continues in its direction, else infinite."""
     n = LEAVING
     across = other[0, :2] - one[-1, :2]
     gap = float(np.hypot(*across))

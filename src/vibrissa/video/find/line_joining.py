@@ -64,7 +64,7 @@ def join_lines(
     out: Array,
     start: Places,
 ) -> int:
-    """Join lines that go on beyond a gap.
+    """Join lines that continue beyond a gap.
 
     Parameters
     ----------

@@ -258,7 +258,7 @@ def trace_lines(
     body, taken : (height, width) arrays of uint8
         Where no whisker can be seen; room for what is taken.
     place : (cells,) array
-        Seeds, from :func:`find_seeds`.
+        Seeds, from ``find_seeds``.
     seeds : int
         How many.
     rule : TraceRule

@@ -132,7 +132,7 @@ class Reader:
         return self.read(expected, GROW_REACH)
 
     def grown(self, line: Rows) -> Rows:
-        """A line carried on to both ends.
+        """A line continued to both ends.
 
         Parameters
         ----------

@@ -36,7 +36,7 @@ class Search:
     threshold : float
         Signal to noise of the five-pixel contrast, averaged over 7 columns, below which a column is lost.
     estimator : str
-        What places the line in a column, one of :data:`vibrissa.video.kernel.estimator_table.ESTIMATORS`.
+        Method that places the line in a column, one of ``vibrissa.video.kernel.estimator_table.ESTIMATORS``.
     """
 
     polarity: Literal["dark", "bright"] = "dark"

@@ -87,7 +87,7 @@ def _weight(line: Rows, contrast: Rows, seed: tuple[float, float]) -> float:
 
 
 def _carried_on(reader: Reader, line: Rows, strength: Rows) -> tuple[Rows, Rows]:
-    """A short line and its contrast, carried on to both ends."""
+    """A short line and its contrast, continued to both ends."""
     if np.count_nonzero(~np.isnan(line)) <= SMOOTH // 2:
         return line, strength
     for way in (1, -1):
@@ -114,7 +114,7 @@ def _carry(reader: Reader, found: tuple[Rows, Rows], way: int) -> None:
 
 
 def _course(line: Rows, strength: Rows, way: int) -> tuple[Rows, float]:
-    """Where a line goes on beyond its end, in all columns, and its contrast there."""
+    """Where a line continues beyond its end, in all columns, and its contrast there."""
     known = np.flatnonzero(~np.isnan(line))[::-way]
     near = known[np.abs(known - known[0]) < COURSE]
     fit = np.polyfit(near - known[0], line[near], 2 if np.ptp(near) > BENT else 1)

@@ -176,7 +176,7 @@ def read_measurements(path: str | Path) -> Table:
         remedy = "convert it with WHISK's measurements_convert to v3"
         raise FormatError(str(path), "must be a .measurements file of kind measv3", repr(data[:8]), remedy)
     if len(data) < 16:
-        raise MissingError(str(path), "must say its numbers of rows and measures", f"{len(data)} bytes", damaged)
+        raise MissingError(str(path), "must state its numbers of rows and measures", f"{len(data)} bytes", damaged)
     rows, measures = np.frombuffer(data, "<i4", 2, 8).tolist()
     if rows < 0 or measures != len(COLUMNS):
         raise FormatError(str(path), f"must have rows of {len(COLUMNS)} measures", f"{rows} of {measures}", damaged)

@@ -134,7 +134,7 @@ def profile_from_whisk(
 def _identified(
     source: str, segments: Sequence[Segment], known: Mapping[tuple[int, int], KnownSegment] | None, identity: Identity
 ) -> dict[int, list[Segment]]:
-    """Segments by who they are."""
+    """Segments by their whisker."""
     if identity == "longest":
         return {0: _longest(segments)} if segments else {}
     if identity not in ("measured", "number"):
@@ -230,7 +230,7 @@ def write_whiskers(profile: xr.Dataset, path: str | Path) -> Path:
         raise FormatError(str(path), "must end in .whiskers")
     require(profile, "x", "y", "arc_length")
     if profile.attrs.get("frame") != "image" or "pixel_size" not in profile.attrs:
-        rule = "must be of an image and know its pixel_size"
+        rule = "must be of an image, with its pixel_size"
         raise MissingError("profile", rule, remedy="give one of vibrissa track")
     segments, starts = _segments(profile)
     if not segments:

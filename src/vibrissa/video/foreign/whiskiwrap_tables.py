@@ -25,7 +25,7 @@ def _tables(path: Path) -> dict[str, Any]:
 
 
 def _rows(path: Path, table: Any) -> np.ndarray:
-    """All rows of a table, unless it counts more of them than the file has bytes: damaged counts take for ever."""
+    """All rows of a table, unless it counts more of them than the file has bytes: damaged counts would take hours."""
     if len(table.shape) != 1 or table.size > path.stat().st_size:
         raise ValueError(f"{table.name} has the shape {table.shape}, more than the file can hold")
     return table[:]

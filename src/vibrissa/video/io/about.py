@@ -1,4 +1,4 @@
-"""What a movie file says of itself, whatever its format."""
+"""What a movie file states, whatever its format."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ IN_COLOUR = "the movie is in colour: its luma is read as grey levels"
 
 @dataclass(frozen=True, kw_only=True)
 class Movie:
-    """What a movie file says of itself.
+    """What a movie file states.
 
     Attributes
     ----------

@@ -9,9 +9,12 @@ from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
+
 from vibrissa.errors import FormatError, ShapeError, TooFewError
 from vibrissa.video.io import container, tiff
 from vibrissa.video.io.about import Movie, Opened, empty_block, opened_runs
+from vibrissa.video.io.frame_times import FrameTimes, numbered
 from vibrissa.video.io.grey import Frames
 
 KINDS = {".png": "PNG", ".tif": "TIFF", ".tiff": "TIFF", ".jpg": "JPEG", ".jpeg": "JPEG", ".bmp": "BMP"}
@@ -34,17 +37,38 @@ def opened(path: Path) -> Iterator[Opened]:
     Raises
     ------
     InputError
-        If there are no images, images of several types, names that are not one series of numbers without a gap, or
-        the first image is no grey image; also if one is cut off or damaged, or of another size or type than the first.
+        If there are no images, images of several types, names that are not one series of numbers, or the first image
+        is no grey image; also if one is cut off or damaged, or of another size or type than the first.
     """
-    images = _numbered(path)
+    images, _ = _numbered(path)
     with _opened(images[0]) as (first, _):
         movie = replace(first, path=path, frame_count=len(images), frame_count_is_estimate=False)
     yield opened_runs(movie, lambda start, stop: _block(images[start:stop], movie))
 
 
-def _numbered(path: Path) -> list[Path]:
-    """Images of a folder in the order of their numbers: the last digits of each name. Other files are left alone."""
+def frame_numbers(path: Path) -> FrameTimes:
+    """Places of the frames on an even time axis, by the numbers of the images.
+
+    Parameters
+    ----------
+    path : Path
+        The folder.
+
+    Returns
+    -------
+    FrameTimes
+        A number that is left out is a missing frame.
+
+    Raises
+    ------
+    InputError
+        If the names are not one series of numbers.
+    """
+    return numbered(np.array(_numbered(path)[1], np.int64))
+
+
+def _numbered(path: Path) -> tuple[list[Path], list[int]]:
+    """Images of a folder in the order of their numbers, the last digits of each name; other files are left alone."""
     images = [one for one in path.iterdir() if one.suffix.lower() in KINDS and not one.name.startswith(".")]
     if not images:
         raise FormatError(str(path), "must hold PNG, TIFF, JPEG or BMP images")
@@ -59,10 +83,7 @@ def _numbered(path: Path) -> list[Path]:
     for (number, one), (following, other) in pairwise(order):
         if following == number:
             raise FormatError(str(path), "must have each number once", f"{one.name} and {other.name}")
-        if following > number + 1:
-            rule = "must be numbered without a gap"
-            raise FormatError(str(path), rule, f"{other.name} after {one.name}", "a missing frame shifts time")
-    return [one for _, one in order]
+    return [one for _, one in order], [number for number, _ in order]
 
 
 def _number(image: Path) -> tuple[str, int, str]:
@@ -87,7 +108,8 @@ def _block(images: list[Path], movie: Movie) -> Frames:
         if more:
             raise TooFewError(str(image), "must hold one frame", f"{len(more) + 1}")
         if (frame.shape, frame.dtype) != (slot.shape, slot.dtype):
-            found = f"{frame.shape[1]}×{frame.shape[0]} {frame.dtype} after {movie.width}×{movie.height} {movie.dtype}"
+            size = "×".join(map(str, reversed(frame.shape)))
+            found = f"{size} {frame.dtype} after {movie.width}×{movie.height} {movie.dtype}"
             raise ShapeError(str(image), "must be of the size and type of the first image", found)
         slot[:] = frame
     return block

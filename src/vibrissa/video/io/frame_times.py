@@ -1,4 +1,4 @@
-"""Time stamps of a movie's frames: holes, where frames were dropped, and jitter."""
+"""Time stamps of a movie's frames, or the numbers of its images: holes, where frames were dropped, and jitter."""
 
 from __future__ import annotations
 
@@ -28,11 +28,17 @@ class FrameTimes:
         Intervals that are no whole number of frames.
     jitter : float
         By how much the worst of them is off [frames].
+    source : str
+        What shows it, for the messages.
+    stride : int
+        By how much the numbers of images rise from frame to frame.
     """
 
     slots: Integers
     irregular: int
     jitter: float
+    source: str = "time stamps"
+    stride: int = 1
 
     @property
     def missing(self) -> Integers:
@@ -57,9 +63,13 @@ class FrameTimes:
             count = int(np.count_nonzero(holes))
             found = f"{count} hole{'s' * (count > 1)}, the largest of {holes.max()} frames, {holes.sum()} in all"
             then = (
-                "missing frames are NaN" if kept else "later frames are timed too early; `drop_frames='nan'` mends it"
+                "missing frames are NaN"
+                if kept
+                else "later frames are timed too early; `drop_frames='nan'` corrects this"
             )
-            lines.append(f"the time stamps have {found}: {then}")
+            lines.append(f"the {self.source} have {found}: {then}")
+        if self.stride > 1:
+            lines.append(f"the {self.source} rise in steps of {self.stride}: each step counts as one frame")
         if self.irregular:
             off = f"{self.irregular} intervals are off by up to {self.jitter:.2g} of a frame"
             lines.append(f"the time stamps jitter: {off}; frames are taken as evenly spaced")
@@ -78,12 +88,13 @@ class FrameTimes:
         InputError
             If they jitter too much, or more frames are missing than there are.
         """
+        absent = int(self.slots[-1]) + 1 - len(self.slots)
         if self.jitter > _UNSURE:
             rule = f"must have time stamps that jitter by {_UNSURE} of a frame at most, to find missing frames"
             raise RangeError(name, rule, f"{self.jitter:.2g}", "leave `drop_frames` out")
-        if len(self.missing) > len(self.slots):
-            found = f"{len(self.missing)} missing, {len(self.slots)} there"
-            raise RangeError(name, "must have more frames than holes between them", found, "are its time stamps right?")
+        if absent > len(self.slots):
+            found = f"{absent} missing, {len(self.slots)} there"
+            raise RangeError(name, "must have more frames than are missing", found, f"are its {self.source} right?")
 
 
 def frame_times(time: Array, tick: float, rate: float) -> FrameTimes:
@@ -116,6 +127,24 @@ def frame_times(time: Array, tick: float, rate: float) -> FrameTimes:
     irregular = off > _OFF + rounding / interval
     jitter = float(off.max()) if irregular.any() else 0.0
     return FrameTimes(np.concatenate([[0], np.cumsum(whole)]), int(np.count_nonzero(irregular)), jitter)
+
+
+def numbered(numbers: Integers) -> FrameTimes:
+    """Places of frames by the numbers of their images.
+
+    Parameters
+    ----------
+    numbers : (T,) array of int, rising
+        Of the images.
+
+    Returns
+    -------
+    FrameTimes
+        A frame is the largest step that divides all others.
+    """
+    steps = numbers - numbers[0]
+    stride = max(int(np.gcd.reduce(steps)), 1)
+    return FrameTimes(steps // stride, 0, 0.0, "numbers of the images", stride)
 
 
 def _whole(steps: Array, rounding: float) -> Integers:

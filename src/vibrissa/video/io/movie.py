@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from vibrissa.arrays import Integers
 from vibrissa.errors import ConflictError, FormatError, RangeError, ShapeError, UnknownError
 from vibrissa.files import existing, written_whole
 from vibrissa.video.io import container, encoder, folder, npy, photron, tiff
@@ -66,8 +67,8 @@ def read_blocks(
         First frame that is wanted, from 0, and the first after it that is not; all by default. Earlier frames are
         decoded all the same.
     drop_frames : {"nan"}, optional
-        Give, for each frame that the time stamps show to be missing, the one before it again, so that frames are even
-        in time; :func:`frame_times_of` gives the numbers of these.
+        Give, for each frame that time stamps or image numbers show to be missing, the one before it again, so that
+        frames are even in time; ``frame_times_of`` gives the numbers of these.
 
     Yields
     ------
@@ -87,7 +88,7 @@ def read_blocks(
 
 
 def frame_times_of(path: str | Path) -> FrameTimes | None:
-    """Places of the frames on an even time axis, by the time stamps of a container.
+    """Places of the frames on an even time axis, by the time stamps of a container or the numbers of images.
 
     Parameters
     ----------
@@ -97,18 +98,42 @@ def frame_times_of(path: str | Path) -> FrameTimes | None:
     Returns
     -------
     FrameTimes or None
-        None of formats without time stamps.
+        None of formats without either.
 
     Raises
     ------
     InputError
         As :func:`open_movie`.
     """
-    return container.time_stamps(existing(path)) if _reader(path) is container else None
+    reader = _reader(path)
+    if reader is folder:
+        return folder.frame_numbers(Path(path))
+    return container.time_stamps(existing(path)) if reader is container else None
+
+
+def key_frames_of(path: str | Path) -> Integers:
+    """Numbers of the key frames of a container; none of formats in which each frame is a picture of its own.
+
+    Parameters
+    ----------
+    path : path
+        The movie, or a folder of numbered images.
+
+    Returns
+    -------
+    (n,) array of int, rising
+        Numbers from 0.
+
+    Raises
+    ------
+    InputError
+        As :func:`open_movie`.
+    """
+    return container.key_frames(existing(path)) if _reader(path) is container else np.empty(0, np.int64)
 
 
 def sure_frame_times(path: str | Path) -> FrameTimes:
-    """Places of the frames, where time stamps show which are missing.
+    """Places of the frames, where time stamps or the numbers of images show which are missing.
 
     Parameters
     ----------
@@ -123,7 +148,7 @@ def sure_frame_times(path: str | Path) -> FrameTimes:
     Raises
     ------
     InputError
-        If it has no time stamps, or they do not show it.
+        If it has neither, or they do not show it.
     """
     times = frame_times_of(path)
     if times is None:
@@ -167,7 +192,7 @@ def _blocks(path: str | Path, frames: int) -> Iterator[Frames]:
 
 def _filled_blocks(path: str | Path, frames: int) -> Iterator[Frames]:
     slots = sure_frame_times(path).slots
-    with container.opened(existing(path), holes=True) as (_, blocks):
+    with _opened(path, holes=True) as (_, blocks):
         yield from filled(blocks(frames), slots, str(path))
 
 
@@ -224,8 +249,10 @@ def write_movie(path: str | Path, blocks: Iterable[Frames], codec: str = "ffv1",
             encoder.write(temporary, _uniform(blocks), codec, playback_rate)
 
 
-def _opened(path: str | Path) -> AbstractContextManager[Opened]:
+def _opened(path: str | Path, holes: bool = False) -> AbstractContextManager[Opened]:
     reader = _reader(path)
+    if holes and reader is container:
+        return container.opened(existing(path), holes=True)
     return reader.opened(Path(path) if reader is folder else existing(path))
 
 

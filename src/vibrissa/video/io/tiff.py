@@ -86,6 +86,8 @@ def _described(file: Any, path: Path) -> Movie:
         found = getattr(first.photometric, "name", str(first.photometric)).lower()
         raise FormatError(str(path), "must be grey, with black as 0", found)
     _refuse_stack(file, path)
+    if first.shape != (first.imagelength, first.imagewidth):
+        raise ShapeError(str(path), "must have pages of rows and columns alone", first.shape)
     if first.dtype not in (np.dtype(np.uint8), np.dtype(np.uint16)):
         raise RangeError(str(path), "must have 8 to 16 bits, unsigned", first.dtype)
     for i, page in enumerate(pages):
@@ -127,6 +129,14 @@ def _refuse_stack(file: Any, path: Path) -> None:
         raise ShapeError(str(path), "must have one series of images", f"{len(file.series)} of OME", remedy)
 
 
+def _image(page: Any) -> Frames:
+    """Grey levels of a page; a damaged tag gives them another shape than the page has."""
+    image: Frames = page.asarray()
+    if image.shape != page.shape:
+        raise ValueError(f"its shape is {image.shape}, not {page.shape}")
+    return image
+
+
 def _is_whole(page: Any, size: int) -> bool:
     """Whether all of a page is in a file of this size."""
     return all(at + length <= size for at, length in zip(page.dataoffsets, page.databytecounts, strict=True))
@@ -150,7 +160,7 @@ def _block(file: Any, path: Path, start: int, stop: int) -> Frames:
         run = file.filehandle.read_array(stored, (stop - start) * first.size, offset)
         return run.reshape(stop - start, *first.shape).astype(first.dtype, copy=False)
     try:
-        return np.stack([file.pages[i].asarray() for i in range(start, stop)]).astype(first.dtype, copy=False)
+        return np.stack([_image(file.pages[i]) for i in range(start, stop)]).astype(first.dtype, copy=False)
     except Exception as error:  # each decompressor has its own exception
         rule = f"could not be decoded ({error}) at frames {start} to {stop - 1}"
         raise FormatError(str(path), rule, remedy="save it uncompressed") from error

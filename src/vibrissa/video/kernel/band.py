@@ -60,7 +60,7 @@ def fetch(image: Image, expected: Rows, reach: int) -> int:
 
 @njit(cache=True, nogil=True)
 def _straighten(image: Image, centre: Places, first: int, half: int) -> Image:
-    """Band (2 half + 1, n) of an image around the rows ``centre`` of the columns from ``first``; its edges go on."""
+    """Band (2 half + 1, n) of an image around the rows ``centre`` from the column ``first``; its edges are repeated."""
     height, width = image.shape
     n = centre.size
     band = np.empty((2 * half + 1, n), image.dtype)
@@ -268,7 +268,7 @@ def levels(image: Image, background: Single, sign: Image, centre: Places, first:
 
 @njit(cache=True, nogil=True)
 def _given(background: Single, centre: Places, first: int, sign: int, level: Image) -> None:
-    """A given background in the band; its edges go on."""
+    """A given background in the band; its edges are repeated."""
     height, width = background.shape
     for k in range(level.shape[0]):
         for j in range(centre.size):

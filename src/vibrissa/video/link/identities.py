@@ -7,11 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.arrays import Array, Integers
-from vibrissa.video.link.exclusion import Solution
-from vibrissa.video.link.pads import Lines
-from vibrissa.video.link.swap_moves import best_lines, swap_doubt, unswap
-from vibrissa.video.link.torn_links import torn_links
+from vibrissa.arrays import Array, Integers, Mask
+from vibrissa.video.link.certainty import WHOLE, certainty, evidence
+from vibrissa.video.link.chains.exclusion import Solution
+from vibrissa.video.link.chains.swap_moves import best_lines, swap_doubt, unswap
+from vibrissa.video.link.chains.torn_links import torn_links
+from vibrissa.video.link.pad.pads import Lines
 
 REASONS = (
     "",
@@ -21,7 +22,7 @@ REASONS = (
     "names leave plain lines",
 )
 ABSENT, UNSURE, SHARED, TORN = 1, 2, 3, 4
-SURE = 0.9  # probability from which on a line is called a whisker's
+SURE = 0.7  # probability from which on a line is called a whisker's
 AGREES = 3.0  # standard deviations within which a further piece lies on a whisker
 OVERLAP = 0.25  # share of a further piece that may lie beside the main one
 ONE_LINE = 2.2  # distance of two whiskers that are seen as one line, at the middle and the outer radius [°]
@@ -42,6 +43,8 @@ class Names(NamedTuple):
         Probability that what is said of the whisker in the frame is right; NaN where it is lost.
     reason : (whisker, frame) array of int
         Place in ``REASONS``; 0 where the whisker is followed.
+    evidence : (S, 6) array
+        What ``sure`` is made of, see :func:`evidence`; NaN for all but main segments.
     """
 
     whisker: Integers
@@ -50,6 +53,7 @@ class Names(NamedTuple):
     main: Integers
     chance: Array
     reason: Integers
+    evidence: Array
 
 
 def names_of(solution: Solution, lever: Array) -> Names:
@@ -73,6 +77,7 @@ def names_of(solution: Solution, lever: Array) -> Names:
     count, frames = doubt.shape
     whisker, also = np.full((2, solution.frame.size), -1)
     sure, chance = np.zeros(solution.frame.size), np.full((count, frames), np.nan)
+    known = np.full((solution.frame.size, WHOLE.size), np.nan)
     main, reason = best_lines(view), np.full((count, frames), ABSENT, np.int64)
     table = np.zeros((count, solution.frame.size))
     for n, one in enumerate(view.labels):
@@ -85,30 +90,24 @@ def names_of(solution: Solution, lever: Array) -> Names:
     for n in range(count):
         whisker[main[n, main[n] >= 0]] = n
     torn = torn_links(view.frame, view.tracklet, whisker, count)
-    # a whisker whose names leave no plain lines is not in doubt for those of others
-    torn = np.minimum(torn, torn.mean()) if count else torn
     for n in range(count):
         here = np.flatnonzero(main[n] >= 0)
         seen = main[n, here]
-        raw = table[n, seen] * (1 - doubt[n, here])
-        sure[seen] = chance[n, here] = calibrated(raw, float(torn[n]))
-        unsure = np.where(calibrated(raw) >= SURE, TORN, UNSURE)
+        own = table[n, seen] * (1 - doubt[n, here])
+        found = known[seen] = evidence(view, n, seen, own, float(torn[n]))
+        sure[seen] = chance[n, here] = np.where(_marked(view, n, seen), own, certainty(found))
+        unsure = np.where(certainty(found * WHOLE) >= SURE, TORN, UNSURE)
         reason[n, here] = np.where(sure[seen] >= SURE, 0, unsure)
     _join(view, main, whisker, sure)
     _share(view, main, also, reason)
-    return Names(whisker, also, sure, main, chance, reason)
+    return Names(whisker, also, sure, main, chance, reason, known)
 
 
-def calibrated(raw: Array, torn: float = 0.0) -> Array:
-    """Share of right names of this probability, of a whisker with this rate of torn links, as in simulated pads."""
-    logit = np.log(np.clip(raw, 1e-6, 1 - 1e-6) / (1 - np.clip(raw, 1e-6, 1 - 1e-6)))
-    found = 1 / (1 + np.exp(-(OFFSET + SLOPE * logit - TEAR * torn)))
-    return np.asarray(found if torn <= TORN_MOST else np.minimum(found, UNKNOWN))
-
-
-OFFSET, SLOPE, TEAR = 2.5, 0.41, 55.0  # of the logarithm of the odds: docs/linking.md
-TORN_MOST = 0.015  # rate of torn links up to which that was measured
-UNKNOWN = 0.5  # probability at most beyond
+def _marked(solution: Solution, whisker: int, seen: Integers) -> Mask:
+    """Lines that are marked as this whisker's, or go on plainly from one that is."""
+    marks = np.array([s for s, k in solution.marks.items() if k == whisker], np.int64)
+    plain = solution.tracklet[seen]
+    return np.asarray(np.isin(seen, marks) | ((plain >= 0) & np.isin(plain, solution.tracklet[marks])))
 
 
 def _expected(solution: Solution, n: int, lines: Lines, main: Integers) -> Array:

@@ -14,9 +14,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
 from vibrissa.arrays import Array, Integers
-from vibrissa.video.link.chain_kernel import TAILS
-from vibrissa.video.link.pads import Lines
-from vibrissa.video.link.whisker_models import prior_spread
+from vibrissa.video.link.chains.chain_kernel import TAILS
+from vibrissa.video.link.chains.whisker_models import prior_spread
+from vibrissa.video.link.pad.pads import Lines
 
 WIDTH = 30.0  # place across the pad that counts as 1 [°]
 LEAST = 4  # lines of a tracklet that is joined
@@ -117,7 +117,7 @@ def _ends(frame: Integers, name: Integers, lines: Lines, motion: Array) -> Ends:
             error[side, n] = np.linalg.inv(weight.sum(axis=0))
             place[side, n] = error[side, n] @ np.einsum("nij,nj->i", weight, rest)
     first, last = (np.array([frame[p[at]] for p in parts], np.int64) for at in (0, -1))
-    strength = np.array([np.median(lines.strength[p]) for p in parts])
+    strength = np.array([np.median(lines.look[p, 0]) for p in parts])
     return Ends(np.array([name[p[0]] for p in parts], np.int64), first, last, across, strength, place, error)
 
 

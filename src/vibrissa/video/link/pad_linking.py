@@ -6,14 +6,16 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from vibrissa.arrays import Array, Integers, Mask
-from vibrissa.video.link.common_swing import OWN, common_swing, lever, pairs_of
-from vibrissa.video.link.drift import with_drift
-from vibrissa.video.link.exclusion import Solution
+from vibrissa.video.link.chains.drift import with_drift
+from vibrissa.video.link.chains.exclusion import Solution
+from vibrissa.video.link.chains.superfluous import without_superfluous
+from vibrissa.video.link.chains.swap_moves import best_lines, unswap
+from vibrissa.video.link.chains.torn_links import torn_links
+from vibrissa.video.link.chains.whisker_models import Model, deviations, prior_spread, refit
 from vibrissa.video.link.joined_tracklets import carried, joined
-from vibrissa.video.link.pads import HIDDEN, SHORTEST, Lines, Pad
-from vibrissa.video.link.superfluous import without_superfluous
-from vibrissa.video.link.swap_moves import best_lines, unswap
-from vibrissa.video.link.torn_links import torn_links
+from vibrissa.video.link.pad.common_swing import OWN, calmness, common_swing, lever, pairs_of, weight_of
+from vibrissa.video.link.pad.pads import HIDDEN, SHORTEST, Lines, Pad
+from vibrissa.video.link.pad.turning import learnt_lever
 from vibrissa.video.link.tracklets import (
     expected,
     gain_at,
@@ -22,7 +24,6 @@ from vibrissa.video.link.tracklets import (
     smoothed_phase,
     tracklets,
 )
-from vibrissa.video.link.turning import learnt_lever
 from vibrissa.video.link.whisker_discovery import (
     LEAST,
     SAME,
@@ -32,7 +33,6 @@ from vibrissa.video.link.whisker_discovery import (
     models_of,
     tracklet_table,
 )
-from vibrissa.video.link.whisker_models import Model, deviations, prior_spread, refit
 
 LEVERS = 2  # times that the pad's lever is learnt
 ROUNDS = 4  # in which phase, whiskers and lines are estimated in turn
@@ -71,12 +71,13 @@ def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) 
     usable &= lines.reach[:, 0] < 2.0
     who, gain = np.flatnonzero(usable), lever(pad.inner, pad.centre, pad.outer, HIDDEN)
     across = np.where(usable, lines.place[:, 1], 0.0)
+    calm = 1.0
     for _ in range(LEVERS):
-        pairs = pairs_of(frames, frame, who, lines.place, lines.covariance, lines.strength, gain)
+        pairs = pairs_of(frames, frame, who, lines, gain, calm)
         swing = common_swing(frames, frame, pairs, across)
-        off = (pairs.swing - expected(frame, pairs, swing, across)) / pairs.sd
-        name = tracklets(frame, pairs, 0.5 * (pairs.unlike + off**2), usable)
-        gain = learnt_lever(frame, name, lines, gain)
+        off = pairs.swing - expected(frame, pairs, swing, across)
+        name = tracklets(frame, pairs, 0.5 * (pairs.unlike + (off / pairs.sd) ** 2), usable)
+        gain, calm = learnt_lever(frame, name, lines, gain), calmness(frame, pairs, off, name)
     whole = joined(frame, name, lines, carried(frames, frame, name, lines, swing, gain), gain)
     # one whisker too many is a part of another one; then, whichever start leaves plain links whole
     both = [_solved(frames, frame, lines, who, start, name, swing, gain) for start in (name, whole)]
@@ -106,11 +107,11 @@ def _solved(
 ) -> Solution:
     """Whiskers of a pad from tracklets ``name``, of which ``plain`` are certain."""
     across, growth = np.where(np.isfinite(lines.place[:, 1]), lines.place[:, 1], 0.0), growth_of(swing)
-    phase, _ = phase_of_tracklets(frames, frame, name, across, swing, growth, LEAST)
+    phase, _ = phase_of_tracklets(frames, frame, name, across, swing, growth, LEAST, weight_of(lines.reach))
     solution = Solution(frames, frame, lines, who, phase[frame], gain, plain)
-    place, strength = tracklet_table(name, lines, solution.phase, gain, growth)
-    start = groups(frame, name, place, strength, prior_spread(gain), LEAST)
-    models = models_of(start, name, place, strength, gain, growth, SUPPORT * frames)
+    place, look = tracklet_table(name, lines, solution.phase, gain, growth)
+    start = groups(frame, name, place, look, prior_spread(gain), LEAST)
+    models = models_of(start, name, place, look, gain, growth, SUPPORT * frames)
     for again in range(ROUNDS):
         solution.place(models)
         solution.settle()
@@ -138,8 +139,13 @@ def _phase(solution: Solution, frames: int, swing: Array) -> Array:
         seen, model = one.seen[clear], one.model
         gain = model.gain[1]
         precision = gain**2 / (solution.lines.covariance[seen, 1, 1] + model.spread[1, 1])
-        # a line that is far off counts little
-        w = one.chance[clear] * precision / (1 + (one.x[clear, 1] / (3 * OWN)) ** 2)
+        # a line that is far off counts little, and a hair
+        w = (
+            weight_of(solution.lines.reach[seen])
+            * one.chance[clear]
+            * precision
+            / (1 + (one.x[clear, 1] / (3 * OWN)) ** 2)
+        )
         np.add.at(weight, solution.frame[seen], w)
         off = deviations(model, solution.lines.place[seen], solution.phase[seen], solution.frame[seen])[:, 1]
         np.add.at(top, solution.frame[seen], w * (off / gain + solution.phase[seen]))
@@ -208,7 +214,7 @@ def _same(one: Model, other: Model, here: Mask, there: Mask) -> bool:
         return False
     off = one.place - other.place
     far = off @ np.linalg.solve((one.spread + other.spread) / 2, off)
-    far += (one.strength - other.strength) ** 2 / (one.strength_sd * other.strength_sd)
+    far += ((one.look - other.look) ** 2 / (one.look_sd * other.look_sd)).sum()
     in_turn = here.sum() * there.sum() / here.size > IN_TURN
     return bool(far < (2 * SAME if in_turn else SAME / 2))
 
@@ -223,6 +229,6 @@ def _born(solution: Solution, name: Integers, gain: Array, growth: float, frames
     free = np.where((name >= 0) & (share[np.maximum(name, 0)] < UNOWNED), name, -1)
     if not (free >= 0).any():
         return []
-    place, strength = tracklet_table(name, solution.lines, solution.phase, gain, growth)
-    found = groups(solution.frame, free, place, strength, prior_spread(gain), LEAST)
-    return models_of(found, free, place, strength, gain, growth, SUPPORT * frames)
+    place, look = tracklet_table(name, solution.lines, solution.phase, gain, growth)
+    found = groups(solution.frame, free, place, look, prior_spread(gain), LEAST)
+    return models_of(found, free, place, look, gain, growth, SUPPORT * frames)

@@ -8,12 +8,13 @@ from scipy.sparse import coo_array
 from scipy.sparse.linalg import spsolve
 
 from vibrissa.arrays import Array, Integers, Mask
-from vibrissa.video.link.common_swing import REACH, Pairs
+from vibrissa.video.link.pad.common_swing import REACH, Pairs
 
 WORST = 9.0  # cost of a plain link at most
 MARGIN = 2.5  # by which every other link of either line costs more
 SWING_ERROR = 0.7  # standard deviation of the pad's swing in a frame [°]
 LITTLE = 100.0  # sum of squared swings below which nothing is known of its growth [°²]
+LEAST_WEIGHT = 1e-3  # of a line for its tracklet's place
 GAINS = 0.3, 2.0  # least and largest gain that is expected of a whisker
 OWN = 1.5  # standard deviation of a whisker about the pad's phase [°]
 
@@ -28,7 +29,7 @@ def expected(frame: Integers, pairs: Pairs, swing: Array, across: Array) -> Arra
     pairs : Pairs
         Lines.
     swing : (frames − 1, 2) array
-        Of :func:`vibrissa.video.link.common_swing.common_swing`.
+        Of :func:`vibrissa.video.link.pad.common_swing.common_swing`.
     across : (S,) array
         Place of each line at the middle radius [°].
 
@@ -96,7 +97,7 @@ def tracklets(frame: Integers, pairs: Pairs, cost: Array, usable: Mask) -> Integ
 
 
 def phase_of_tracklets(
-    frames: int, frame: Integers, name: Integers, across: Array, swing: Array, growth: float, least: int
+    frames: int, frame: Integers, name: Integers, across: Array, swing: Array, growth: float, least: int, weight: Array
 ) -> tuple[Array, Array]:
     """Phase A of the pad in each frame and place of each tracklet m, so that its lines are at m + A (1 + β m).
 
@@ -112,6 +113,8 @@ def phase_of_tracklets(
         Growth β of the gain along the pad [1/°], see :func:`growth_of`.
     least : int
         Frames of the tracklets that count.
+    weight : (S,) array
+        How much each segment says of the phase, 0 to 1.
 
     Returns
     -------
@@ -126,12 +129,12 @@ def phase_of_tracklets(
     n, steps = use.size, np.arange(frames - 1)
     rows = np.concatenate([np.arange(n)] * 2 + [n + steps] * 2 + [[n + frames - 1]])
     cols = np.concatenate([frame[use], column, steps, steps + 1, [0]])
-    w, v = 1 / OWN, 1 / SWING_ERROR
+    w, v = np.sqrt(np.maximum(weight[use], LEAST_WEIGHT)) / OWN, 1 / SWING_ERROR
     middles = np.bincount(column - frames, across[use], minlength=kept.size) / np.maximum(
         np.bincount(column - frames, minlength=kept.size), 1
     )
     gain = gain_at(middles, growth)[column - frames]
-    data = np.concatenate([gain * w, np.full(n, w), np.full(frames - 1, -v), np.full(frames - 1, v), [1e-3]])
+    data = np.concatenate([gain * w, w, np.full(frames - 1, -v), np.full(frames - 1, v), [1e-3]])
     middle = across[use].mean() if n else 0.0
     right = np.concatenate([(across[use] - middle) * w, swing[:, 0] * v, [0.0]])
     left = coo_array((data, (rows, cols)), shape=(n + frames, frames + kept.size)).tocsr()

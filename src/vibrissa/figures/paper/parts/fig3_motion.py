@@ -197,3 +197,19 @@ def run_correlations(runs: Array) -> tuple[Array, Array]:
 def _pearson(a: Array, b: Array) -> Array:
     a, b = a - a.mean(axis=-1, keepdims=True), b - b.mean(axis=-1, keepdims=True)
     return (a * b).sum(axis=-1) / np.sqrt((a * a).sum(axis=-1) * (b * b).sum(axis=-1))
+
+
+def most_alike(correlation: Array) -> int:
+    """The experiment whose runs are most alike, which Figure 3D shows.
+
+    Parameters
+    ----------
+    correlation : (R, N) array
+        Of each run of each experiment with the mean of its runs.
+
+    Returns
+    -------
+    int
+        Its place.
+    """
+    return int(correlation.mean(axis=1).argmax())

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, round_length
+from vibrissa.figures.canvas import key_above, round_length
+from vibrissa.figures.colours import GAP, LAND, MEASURED, PAPER, TRUTH
+from vibrissa.figures.paper.parts.texture_strip import draw_passing
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,10 +21,10 @@ EVERY = 3  # frames from one line to the next in the field of motion
 PATHS = 12  # nodes whose paths are drawn
 SHOWN_RUNS = 0.15  # [s]
 PAPER_MEAN, PAPER_SD = 0.96, 0.05  # correlation of a run with the mean of five, four whiskers
-LAND, GAP = "0.35", "0.85"
+CLEAR: dict[str, Any] = {"bbox": {"fc": "w", "ec": "none", "alpha": 0.8, "pad": 1}}  # letters on any image
 BESIDE: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "va": "center"}
-SOURCES = {"run_correlation": ("all", FOUND), "run_correlation_others": ("others", OTHER),
-           "run_correlation_true": ("all, no\nnoise", "0.45")}  # fmt: skip
+SOURCES = {"run_correlation": ("all", MEASURED, "o"), "run_correlation_others": ("others", MEASURED, "x"),
+           "run_correlation_true": ("all, no\nnoise", TRUTH, "o")}  # fmt: skip
 
 
 def without(axis: Axes, title: str, why: str) -> None:
@@ -50,11 +52,11 @@ def draw_apparatus(axis: Axes, data: xr.Dataset) -> None:
     axis : Axes
         The panel.
     data : Dataset
-        From :func:`compute`.
+        From ``compute``.
     """
     x, y, facts = 1e3 * data.shaft_x.values, 1e3 * data.shaft_y.values, data.attrs
-    axis.fill(1e3 * data.field_x, 1e3 * data.field_y, facecolor="#56B4E9", alpha=0.13, lw=0)
-    axis.fill(1e3 * data.field_x, 1e3 * data.field_y, fill=False, edgecolor="#56B4E9", lw=0.8, ls="--")
+    axis.fill(1e3 * data.field_x, 1e3 * data.field_y, facecolor=MEASURED, alpha=0.1, lw=0)
+    axis.fill(1e3 * data.field_x, 1e3 * data.field_y, fill=False, edgecolor=MEASURED, lw=0.8, ls="--")
     axis.plot(x, y, color="k", lw=1.8)
     base = int(np.argmax(y))
     axis.plot(x[base], y[base], "o", color="k", ms=5)
@@ -73,25 +75,34 @@ def draw_apparatus(axis: Axes, data: xr.Dataset) -> None:
     axis.text(x[base], y[base] + 1.2, "skin", ha="right")
     axis.set(xlabel="along the substrate [mm]", ylabel="height [mm]", aspect="equal", xlim=(left, right))
     axis.set(ylim=(-5.5, max(1e3 * data.field_y.values.max(), height) + 1.5))
-    axis.set_title(f"A  Set-up, from the camera ({facts['frame_rate']:g} Hz; blue: its field)")
+    axis.set_title(f"A  Set-up, from the camera ({facts['frame_rate']:g} Hz)")
 
 
 def draw_frame(axis: Axes, data: xr.Dataset) -> None:
-    """First frame with the centrelines found in it.
+    """First frame with the centrelines found in it; a square about what C shows.
 
     Parameters
     ----------
     axis : Axes
         The panel.
     data : Dataset
-        From :func:`compute`.
+        From ``compute``.
     """
     axis.imshow(data.image, vmin=0, aspect="equal")
     for i, name in enumerate(json.loads(data.attrs["names"])):
-        label = name if np.isfinite(data.line_row[i]).any() else f"{name} (not seen in this frame)"
-        axis.plot(data.line_column[i], data.line_row[i], ":", color=f"C{(i + 1) % 6}", lw=1.6, label=label)
-    axis.set(xlabel="column [pixel]", ylabel="row [pixel]", title="B  First frame and its centrelines")
-    axis.legend(loc="upper right", labelcolor="0.1", framealpha=0.7, frameon=True)
+        seen = np.flatnonzero(np.isfinite(data.line_row[i].values))
+        if not seen.size:
+            axis.text(0.02, 0.94 - 0.1 * i, f"{name}: not in this frame", transform=axis.transAxes, va="top", **CLEAR)
+            continue
+        axis.plot(data.line_column[i], data.line_row[i], ":", color=MEASURED, lw=1.6)
+        end = data.line_column[i].values[seen[-1]], data.line_row[i].values[seen[-1]]
+        axis.annotate(name, end, (6, 0), textcoords="offset points", va="center", **CLEAR)
+    if "mean_x" in data and "pixel_size" in data.attrs:
+        x, y = (data[f"mean_{a}"].values / data.attrs["pixel_size"] for a in "xy")
+        corners = [x.min(), x.max(), x.max(), x.min(), x.min()], [y.min(), y.min(), y.max(), y.max(), y.min()]
+        axis.plot(*corners, color="w", lw=2.4)
+        axis.plot(*corners, color="k", lw=0.8)
+    axis.set(xlabel="column [pixel]", ylabel="row [pixel]", title="B  First frame, centrelines dotted")
 
 
 def draw_field(axis: Axes, data: xr.Dataset) -> None:
@@ -102,7 +113,7 @@ def draw_field(axis: Axes, data: xr.Dataset) -> None:
     axis : Axes
         The panel.
     data : Dataset
-        From :func:`compute`.
+        From ``compute``.
     """
     factor = data.attrs["exaggeration"]
     x, y = (1e3 * (data[f"mean_{a}"] + factor * data[f"motion_{a}"]).transpose("instant", ...).values for a in "xy")
@@ -116,9 +127,29 @@ def draw_field(axis: Axes, data: xr.Dataset) -> None:
         axis.plot(x[:, node], y[:, node], color="k", lw=0.8)
     axis.plot([], [], color="k", lw=0.8, label="paths of nodes")
     axis.plot([], [], color=colormaps["viridis"](0.5), lw=0.9, label=f"every {EVERY}rd frame of {len(x)}")
+    node = data.attrs["path_node"]
+    axis.plot(1e3 * data.mean_x[node], 1e3 * data.mean_y[node], "o", color=MEASURED, ms=4, label="node at the right")
     axis.invert_yaxis()
     axis.set(xlabel="x [mm]", ylabel="y, down [mm]", aspect="equal", title=f"C  Motion about the mean, × {factor:g}")
-    axis.legend(loc="best")
+    key_above(axis, columns=2)
+
+
+def draw_path(axis: Axes, data: xr.Dataset) -> None:
+    """Displacements in x and y of the highlighted node.
+
+    Parameters
+    ----------
+    axis : Axes
+        The panel.
+    data : Dataset
+        From ``compute``.
+    """
+    time = 1e3 * (data.path_time - data.path_time[0])
+    axis.plot(time, 1e6 * data.path_y, color=MEASURED, label="y, down")
+    axis.plot(time, 1e6 * data.path_x, "--", color=MEASURED, lw=0.8, label="x")
+    axis.set(xlabel="time [ms]", ylabel="displacement [µm]", xlim=(0, None))
+    axis.set_title(f"C  The node {1e3 * data.attrs['path_arc']:.1f} mm from the skin")
+    key_above(axis)
 
 
 def draw_shares(axis: Axes, data: xr.Dataset) -> None:
@@ -129,19 +160,19 @@ def draw_shares(axis: Axes, data: xr.Dataset) -> None:
     axis : Axes
         The panel.
     data : Dataset
-        From :func:`compute`.
+        From ``compute``.
     """
     if "along_share" not in data:
-        without(axis, "C  Share across the shaft", "not known: without a skin point no node is fixed to the shaft")
+        without(axis, "F  Share along the shaft", "not known: without a skin point no node is fixed to the shaft")
         return
     arc = 1e3 * data.field_arc
     if "along_share_true" in data:
         axis.plot(arc, 100 * data.along_share_true, color=TRUTH, lw=3.5, label="truth")
-    axis.plot(arc, 100 * data.along_share, ":", color=OTHER, lw=1.4, label="nodes, with noise")
-    axis.plot(arc, 100 * data.along_share_unstretched, color=FOUND, label="from motion across")
+    axis.plot(arc, 100 * data.along_share, ":", color=MEASURED, lw=1.4, label="nodes, with noise")
+    axis.plot(arc, 100 * data.along_share_unstretched, color=MEASURED, label="from motion across")
     axis.set(xlabel="arc length from the skin [mm]", ylabel="power along the shaft [%]", ylim=(0, 100))
-    axis.set_title(f"C  {100 * data.attrs['share_across']:.0f} % of the power is across the shaft")
-    axis.legend(loc="upper left")
+    axis.set_title("F  Motion along the shaft")
+    key_above(axis, columns=2)
 
 
 def draw_traces(axis: Axes, data: xr.Dataset) -> None:
@@ -152,7 +183,7 @@ def draw_traces(axis: Axes, data: xr.Dataset) -> None:
     axis : Axes
         The panel.
     data : Dataset
-        From :func:`compute`.
+        From ``compute``.
     """
     motion = 1e6 * data.node_motion.values
     seen = [trace[np.isfinite(trace)] for trace in motion.T]
@@ -163,50 +194,64 @@ def draw_traces(axis: Axes, data: xr.Dataset) -> None:
             label = "truth" if i == 0 else None
             true = 1e6 * data.node_motion_true[:, i] - level[i]
             axis.plot(data.time, true + i * step, color=TRUTH, lw=2.6, label=label)
-        axis.plot(data.time, motion[:, i] - level[i] + i * step, color=f"C{i}", lw=0.9)
-        axis.annotate(f"{1e3 * arc:.1f} mm", (1.005, i * step), color=f"C{i}", **BESIDE)
-    name = json.loads(data.attrs["names"])[0]
+        label = "tracked" if i == 0 else None
+        axis.plot(data.time, motion[:, i] - level[i] + i * step, color=MEASURED, lw=0.9, label=label)
+        axis.annotate(f"{1e3 * arc:.1f} mm", (1.005, i * step), **BESIDE)
     sense = {"x": "x, to the right", "y": "y, down"}[data.attrs["measured"]]
-    bar = round_length(0.6 * step)
-    axis.plot([data.time[0]] * 2, [step / 2 - bar / 2, step / 2 + bar / 2], color="k", lw=3, solid_capstyle="butt")
-    axis.text(data.time[0], step / 2, f"  {bar:g} µm", va="center")
+    draw_scale(axis, float(data.time[0]), step / 2, 0.6 * step)
     axis.set(xlabel="time [s]", ylabel=sense, xlim=(data.time[0], data.time[-1]), yticks=[])
     axis.spines["left"].set_visible(False)
-    axis.set_title(f"D  Motion of single nodes of {name}, shifted; at the right their arc length")
-    if "node_motion_true" in data:
-        axis.legend(loc="upper right")
+    axis.set_title("G  Nodes, and their distance from the skin")
+    key_above(axis)
+
+
+def draw_scale(axis: Axes, x: float, middle: float, most: float) -> None:
+    """Upright scale bar of a round length.
+
+    Parameters
+    ----------
+    axis : Axes
+        In micrometres.
+    x, middle : float
+        Its place.
+    most : float
+        Largest length.
+    """
+    bar = round_length(most)
+    axis.plot([x] * 2, [middle - bar / 2, middle + bar / 2], color="k", lw=3, solid_capstyle="butt")
+    axis.text(x, middle, f"  {bar:g} µm", va="center")
 
 
 def draw_runs(axis: Axes, data: xr.Dataset) -> None:
-    """The runs of one experiment one upon the other, how each differs from their mean below, and the texture.
+    """The runs of one experiment one below the other, their mean in black and the texture at the bottom.
 
     Parameters
     ----------
     axis : Axes
         The panel.
     data : Dataset
-        From :func:`compute`.
+        From ``compute``.
     """
     shown = data.run_time.values - data.run_time.values[0] <= SHOWN_RUNS
-    time, runs = data.run_time.values[shown], 1e6 * data.run_motion.values[0][:, shown]
-    own = runs - runs.mean(axis=0)
-    below = runs.min() - 1.15 * max(own.max(), 0.1 * np.ptp(runs))
-    for i, (run, rest) in enumerate(zip(runs, own, strict=True)):
-        label = f"run {i + 1}, ρ = {float(data.run_correlation[0, i]):.3f}"
-        axis.plot(time, run, color=f"C{i % 6}", lw=0.9, label=label)
-        axis.plot(time, rest + below, color=f"C{i % 6}", lw=0.7)
-    axis.annotate("run − mean", (1.005, below), **BESIDE)
-    if "trough_start" in data:
-        bottom = below + own.min() - 0.16 * np.ptp(runs)
-        start, width = (data[f"trough_{x}"].values / data.attrs["speed"] for x in ("start", "width"))
-        inside = start < time[-1]
-        axis.broken_barh([(time[0], np.ptp(time))], (bottom, 0.08 * np.ptp(runs)), color=LAND)
-        axis.broken_barh(np.stack([start, width], axis=1)[inside], (bottom, 0.08 * np.ptp(runs)), color=GAP)
-        axis.annotate("texture", (1.005, bottom + 0.04 * np.ptp(runs)), **BESIDE)
+    time, runs = data.run_time.values[shown], 1e6 * data.run_motion.values[data.attrs["run_shown"]][:, shown]
+    step, mean = 0.75 * np.ptp(runs), 1e6 * data.run_mean.values[shown]
+    for i, run in enumerate(runs):
+        axis.plot(time, run - i * step, color=MEASURED, lw=0.9)
+        axis.annotate(
+            f"{float(data.run_correlation[data.attrs['run_shown'], i]):.3f}", (-0.01, -i * step), ha="right", **BESIDE
+        )
+    below = -len(runs) * step
+    axis.plot(time, mean + below, color="k", lw=1.1)
+    axis.annotate("mean", (-0.01, below), ha="right", **BESIDE)
+    if "run_trough_start" in data:
+        bottom = below + mean.min() - 0.55 * step
+        draw_passing(axis, data, "run_", (time[0], time[-1]), (bottom, 0.2 * step))
+        axis.annotate("texture", (-0.01, bottom + 0.1 * step), ha="right", **BESIDE)
+    draw_scale(axis, float(time[-1]), 0.0, 0.5 * step)
+    axis.set(xlabel="time [s]", xlim=(time[0], time[-1]), yticks=[])
+    axis.spines["left"].set_visible(False)
     arc = f", {1e3 * data.attrs['run_arc']:.1f} mm from the skin" if "run_arc" in data.attrs else ""
-    axis.set(xlabel="time [s]", ylabel="y, down, about its mean [µm]", xlim=(time[0], time[-1]))
-    axis.set_title(f"E  {len(runs)} runs over one texture{arc}")
-    axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    axis.set_title(f"D  One node{arc}: y in {len(runs)} runs over one texture")
 
 
 def draw_correlations(axis: Axes, data: xr.Dataset) -> None:
@@ -217,16 +262,16 @@ def draw_correlations(axis: Axes, data: xr.Dataset) -> None:
     axis : Axes
         The panel.
     data : Dataset
-        From :func:`compute`.
+        From ``compute``.
     """
     known = [name for name in SOURCES if name in data]
     for at, name in enumerate(known):
         values = np.sort(data[name].values.ravel())
         aside = np.linspace(-0.3, 0.3, len(values)) if len(values) > 1 else [0.0]
-        axis.plot(at + np.asarray(aside), values, ".", color=SOURCES[name][1], ms=3)
+        axis.plot(at + np.asarray(aside), values, SOURCES[name][2], color=SOURCES[name][1], ms=3)
         axis.plot(at, np.median(values), "s", color="w", mec="k", ms=6)
-    axis.errorbar(len(known), PAPER_MEAN, PAPER_SD, fmt="o", color="k", capsize=3, ms=4)
+    axis.errorbar(len(known), PAPER_MEAN, PAPER_SD, fmt="D", color=PAPER, capsize=3, ms=4)
     axis.axhline(1, color="0.7", lw=0.7, zorder=0)
     axis.set_xticks(range(len(known) + 1), [*(SOURCES[name][0] for name in known), "paper\n(all)"])
-    axis.set(ylabel="correlation of a run with the mean of", xlim=(-0.5, len(known) + 0.5))
-    axis.set_title("Every run; squares: medians")
+    axis.set(ylabel="correlation with the mean of", xlim=(-0.5, len(known) + 0.5))
+    axis.set_title("E  Every run; squares: medians")

@@ -11,7 +11,9 @@ import numpy as np
 from vibrissa.arrays import Array
 from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.exact import cone_kappa
-from vibrissa.figures.canvas import FOUND, OTHER, P_VALUES, TRUTH, bars, p_words
+from vibrissa.figures.canvas import P_VALUES, bars, key_above, p_words
+from vibrissa.figures.colours import MEASURED, PAPER, PREDICTED, TRUTH
+from vibrissa.figures.words import with_interval
 from vibrissa.mechanics.across.collapse import USED, Forcing, collapse, expected_kappa
 from vibrissa.mechanics.modes.basis import Modes
 from vibrissa.quantities import dataset
@@ -133,11 +135,12 @@ def collapse_words(data: xr.Dataset) -> str:
     pairs = zip(data.identity.values, data.identity_modulus.values, strict=True)
     names = "; ".join(f"{name} {_gpa(value)}" for name, value in pairs)
     count = int(np.isfinite(data.kappa.values[:, 0]).sum())
-    modulus = f"{_gpa(data.youngs_modulus)} GPa [{_gpa(data.youngs_modulus_low)}, {_gpa(data.youngs_modulus_high)}]"
+    ends = (1e-9 * float(data[f"youngs_modulus{end}"]) for end in ("", "_low", "_high"))
     return (
-        f" C: κ = kω with one E for {count} sweep{'s' * (count != 1)}, R² {r2} (paper 0.98, 0.97). D: E = {modulus} "
-        f"(95 %, whiskers the draws; paper 3.74).{more} By identity: {names}; p = {p_words(p[0])} with every sweep a "
-        f"draw, {p_words(p[1])} with every whisker one."
+        f" C, κ = kω with one E for {count} sweep{'s' * (count != 1)}, R² {r2} (paper 0.98, 0.97); lines: the model; "
+        f"arrows: the free cone, {AIR[0]} and {AIR[1]}. Not in the paper: D, E = {with_interval(*ends)} GPa (95 %, "
+        f"whiskers the draws; paper 3.74), by forcing and modes, and by identity.{more} By identity: {names}; p = "
+        f"{p_words(p[0])} with every sweep a draw, {p_words(p[1])} with every whisker one."
     )
 
 
@@ -155,22 +158,22 @@ def draw_collapse(axis: Axes, data: xr.Dataset) -> None:
     data : Dataset
         With what :func:`collapsed` gives.
     """
-    look: dict[str, Any] = {"color": FOUND, "mfc": "none", "ms": 4, "ls": "none"}
+    look: dict[str, Any] = {"color": MEASURED, "mfc": "none", "ms": 4, "ls": "none"}
     for i, mark in enumerate("ox"):
         axis.plot(data.contact, data.kappa[:, i], mark, label=f"mode {i + 1}", **look)
         left = float(data.curve_contact[0])
         axis.annotate("", (left, AIR[i]), (left - 0.02, AIR[i]), arrowprops={"arrowstyle": "->"})
-    words = ("κ(ε), straight shaft", f"curved, θ_b = {float(data.base_angle):.2f}")
-    for name, colour, label in zip(("curve_kappa", "curve_kappa_curved"), ("k", OTHER), words, strict=True):
-        axis.plot(data.curve_contact, data[name][0], color=colour, label=label)
-        axis.plot(data.curve_contact, data[name][1], color=colour, ls="--")
+    words = ("κ(ε), straight", f"curved, θ$_b$ = {float(data.base_angle):.2f}")
+    for name, width, label in zip(("curve_kappa", "curve_kappa_curved"), (1.4, 0.7), words, strict=True):
+        axis.plot(data.curve_contact, data[name][0], color=PREDICTED, lw=width, label=label)
+        axis.plot(data.curve_contact, data[name][1], color=PREDICTED, lw=width, ls="--")
     whisker = replace(atlas_whisker(RIGHT), youngs_modulus=float(data.youngs_modulus))
     scale = 1 / (2 * np.pi * whisker.timescale)
     right = axis.secondary_yaxis("right", functions=(partial(np.multiply, scale), partial(np.multiply, 1 / scale)))
     right.set_ylabel(f"an average {RIGHT} [Hz]")
-    axis.set(xlabel="contact ε", ylabel="κ = kω", title="C  collapse (arrows: free cone)")
+    axis.set(xlabel="contact ε", ylabel="κ = kω", title="C  Collapse; arrows: free cone")
     axis.set_ylim(0, 1.1 * float(np.nanmax(data.kappa)))
-    axis.legend(fontsize=7)
+    key_above(axis)
 
 
 def draw_modulus(axis: Axes, data: xr.Dataset) -> None:
@@ -191,12 +194,18 @@ def draw_modulus(axis: Axes, data: xr.Dataset) -> None:
     y, first = np.arange(len(labels))[::-1], data.sizes["variant"]
     reach = np.nan_to_num(bars(values, low, high))
     for k, place in enumerate(y):
-        look: dict[str, Any] = {"fmt": "o", "color": FOUND if k < first else "0.2", "ms": 4, "capsize": 2}
+        look: dict[str, Any] = {
+            "fmt": "o",
+            "color": MEASURED,
+            "mfc": "none" if k < first else MEASURED,
+            "ms": 4,
+            "capsize": 2,
+        }
         axis.errorbar(values[k], place, xerr=reach[:, [k]], **look)
-    axis.axvline(1e-9 * YOUNGS_MODULUS, color="0.5", ls=":", lw=0.8)
-    axis.text(1e-9 * YOUNGS_MODULUS, len(labels) - 0.5, " paper 3.74", fontsize=7, color="0.4")
+    axis.axvline(1e-9 * YOUNGS_MODULUS, color=PAPER, ls=":", lw=0.8)
+    axis.text(1e-9 * YOUNGS_MODULUS, len(labels) - 0.5, " paper 3.74", color=PAPER)
     if "identity_modulus_true" in data:
         axis.plot(1e-9 * data.identity_modulus_true, y[first:], "|", color=TRUTH, ms=14, mew=3, zorder=0)
-    axis.set_yticks(y, labels, fontsize=7)
+    axis.set_yticks(y, labels)
     axis.set(xlabel="E [GPa]", title="D  Young's modulus", ylim=(-0.6, len(labels) - 0.1))
     axis.set_xlim(0.6 * np.nanmin(values), 1.6 * np.nanmax(values))  # two animals say little about one identity

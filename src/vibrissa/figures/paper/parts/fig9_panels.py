@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.arrays import Array
-from vibrissa.figures.canvas import FOUND, OTHER, TRUTH, bars
+from vibrissa.figures.canvas import bars, key_above, say_absent
+from vibrissa.figures.colours import FITTED, OF_QUALITY, PAPER, TRUTH
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -15,15 +16,15 @@ if TYPE_CHECKING:
 
 QUALITIES = ("SU", "MU")
 SOURCES = ("paper, N of Results", "paper, N of Methods", "here")
-COLOURS = dict(zip(QUALITIES, (FOUND, OTHER), strict=True))
+COLOURS = OF_QUALITY
 
 
 def _of(data: xr.Dataset, quality: str, *, mask: str = "unit_fitted") -> xr.Dataset:
     return data.isel(unit=np.flatnonzero((data.unit_quality == quality) & data[mask]))
 
 
-def hinges(axis: Axes, data: xr.Dataset) -> None:
-    """Every fitted hinge above its baseline.
+def one_unit(axis: Axes, data: xr.Dataset) -> None:
+    """Rate of one unit in classes of the envelope, its two segments and its spontaneous rate.
 
     Parameters
     ----------
@@ -32,15 +33,43 @@ def hinges(axis: Axes, data: xr.Dataset) -> None:
     data : Dataset
         From :func:`vibrissa.figures.paper.fig9.compute`.
     """
-    envelope = np.linspace(0, 150e-6, 151)
-    for quality in QUALITIES[::-1]:
-        units = _of(data, quality)
-        above = np.maximum(envelope[:, None] - units.fitted_threshold.values, 0) * units.fitted_slope.values
-        axis.plot(1e6 * envelope, above, color=COLOURS[quality], lw=0.5, alpha=0.35)
-        axis.plot([], [], color=COLOURS[quality], label=f"{quality}, n = {units.sizes['unit']}")
-    axis.set(xlabel="envelope [µm]", ylabel="rate above the baseline [Hz]", ylim=(0, 80), xlim=(0, 150))
-    axis.set_title("A  Fitted hinges")
-    axis.legend(loc="upper left")
+    axis.set_title("A  One unit")
+    if "class_rate" not in data:
+        say_absent(axis, "the table of units has no classes of the envelope")
+        return
+    attrs = data.attrs
+    look: dict[str, Any] = {"fmt": "o", "ms": 3.5, "color": COLOURS[attrs["shown_quality"]], "capsize": 2}
+    axis.errorbar(1e6 * data.class_envelope, data.class_rate, data.class_rate_se, **look)
+    corner, slope, baseline = (attrs[f"shown_{name}"] for name in ("threshold", "slope", "baseline"))
+    last = float(data.class_envelope.max())
+    curve = [baseline, baseline, baseline + slope * max(last - corner, 0)]
+    axis.plot([0, 1e6 * corner, 1e6 * max(last, corner)], curve, color=FITTED)
+    if np.isfinite(attrs["shown_spontaneous_rate"]):
+        axis.axhline(attrs["shown_spontaneous_rate"], color="0.3", ls=":")
+    axis.set(xlabel="envelope [µm]", ylabel="firing rate [Hz]", xlim=(0, None), ylim=(0, None))
+
+
+def at_rest(axis: Axes, data: xr.Dataset) -> None:
+    """Rate below the threshold against the spontaneous rate.
+
+    Parameters
+    ----------
+    axis : Axes
+        The panel.
+    data : Dataset
+        From :func:`vibrissa.figures.paper.fig9.compute`.
+    """
+    axis.set_title("D  Below threshold")
+    if not np.isfinite(data.rest_rate).any():
+        say_absent(axis, "no window without stimulus in this study")
+        return
+    for quality, mark in zip(QUALITIES, "os", strict=True):
+        some = _of(data, quality)
+        axis.plot(some.rest_rate, some.below_rate, mark, color=COLOURS[quality], ms=3, label=quality)
+    most = float(np.nanmax([data.rest_rate.max(), data.below_rate.max()]))
+    axis.plot([0, most], [0, most], color="0.7", lw=0.8, zorder=0)
+    axis.set(xlabel="spontaneous rate [Hz]", ylabel="below threshold [Hz]", xlim=(0, None), ylim=(0, None))
+    key_above(axis)
 
 
 def spread(axis: Axes, data: xr.Dataset, name: str, scale: float, edges: Array) -> None:
@@ -70,7 +99,7 @@ def spread(axis: Axes, data: xr.Dataset, name: str, scale: float, edges: Array) 
         height = _draw_shares(axis, values, edges, color=COLOURS[quality], label=quality)
         tallest = max(tallest, height)
     for row, quality in enumerate(QUALITIES):
-        for source, colour, shift in (("here", COLOURS[quality], 0.0), (SOURCES[0], "black", 0.05)):
+        for source, colour, shift in (("here", COLOURS[quality], 0.0), (SOURCES[0], PAPER, 0.05)):
             mean, error = (scale * data[f"{name}_{x}"].sel(source=source, quality=quality) for x in ("mean", "sem"))
             height_here = tallest * (1.12 + 0.13 * row + shift)
             axis.errorbar(mean, height_here, xerr=error, fmt="os"[row], color=colour, ms=3.5, capsize=2)
@@ -97,13 +126,12 @@ def correlations(axis: Axes, data: xr.Dataset) -> None:
     for quality in QUALITIES[::-1]:
         every = data.unit_correlation.values[(data.unit_quality == quality).values]
         driven = _of(data, quality, mask="unit_driven").unit_correlation.values
-        axis.hist(every[np.isfinite(every)], edges, histtype="step", color=COLOURS[quality], label=f"{quality}, all")
-        axis.hist(driven[np.isfinite(driven)], edges, color=COLOURS[quality], alpha=0.45, label=f"{quality}, driven")
-    axis.set(xlabel="largest correlation with the envelope", ylabel="units", title="D  Correlations")
-    axis.set_ylim(0, 1.35 * axis.get_ylim()[1])  # room for the legend above the bars
+        axis.hist(every[np.isfinite(every)], edges, histtype="step", color=COLOURS[quality], label=quality)
+        axis.hist(driven[np.isfinite(driven)], edges, color=COLOURS[quality], alpha=0.45, label="driven")
+    axis.set(xlabel="largest correlation", ylabel="units", title="E  Correlations")
     if not np.isfinite(data.unit_correlation).any():
         axis.text(0.5, 0.5, "not in the table of units", ha="center", transform=axis.transAxes)
-    axis.legend(loc="upper right", ncols=2)
+    key_above(axis, columns=2)
 
 
 def shares(axis: Axes, data: xr.Dataset) -> None:
@@ -122,10 +150,10 @@ def shares(axis: Axes, data: xr.Dataset) -> None:
         look: dict[str, Any] = {"fmt": "os"[row], "color": COLOURS[quality], "capsize": 3, "ms": 5}
         reach = np.maximum(bars(share, *ends), 0)  # of a share of all, the upper end may round to just below it
         axis.errorbar(at, share, reach, label=quality, **look)
-    axis.set_xticks(range(len(SOURCES)), [name.replace(", ", ",\n") for name in SOURCES])
+    axis.set_xticks(range(len(SOURCES)), ["paper\nRes.", "paper\nMeth.", "here"])
     top = max(75.0, 1.05 * float(np.nanmax(100 * data.share_driven_high)))
-    axis.set(ylabel="driven by the envelope [%]", ylim=(0, top), xlim=(-0.6, 2.6), title="E  Share of driven units")
-    axis.legend(loc="upper left")
+    axis.set(ylabel="driven [%]", ylim=(0, top), xlim=(-0.6, 2.6), title="F  Share driven")
+    key_above(axis)
 
 
 def latencies(axis: Axes, data: xr.Dataset) -> None:
@@ -142,26 +170,5 @@ def latencies(axis: Axes, data: xr.Dataset) -> None:
     for quality in QUALITIES:
         values = 1e3 * _of(data, quality).fitted_latency.values
         axis.hist(values[np.isfinite(values)], edges, histtype="step", color=COLOURS[quality], label=quality)
-    axis.set(xlabel="latency [ms]", ylabel="units", title="F  Latencies (none in the paper)")
-    axis.legend(loc="upper right")
-
-
-def table(axis: Axes, data: xr.Dataset) -> None:
-    """The paper's numbers beside those found.
-
-    Parameters
-    ----------
-    axis : Axes
-        The panel.
-    data : Dataset
-        From :func:`vibrissa.figures.paper.fig9.compute`.
-    """
-    from matplotlib.transforms import Bbox
-
-    axis.axis("off")
-    head = ["", "SU, paper", "SU, here", "MU, paper", "MU, here"]
-    look: dict[str, Any] = {"cellLoc": "left", "bbox": Bbox.unit(), "edges": "horizontal"}
-    cells, widths = data.table_text.values.tolist(), [0.2, 0.24, 0.16, 0.24, 0.16]
-    table = axis.table(cells, colLabels=head, colWidths=widths, **look)
-    table.auto_set_font_size(False)
-    table.set_fontsize(8)
+    axis.set(xlabel="latency [ms]", ylabel="units", title="G  Latencies")
+    key_above(axis)

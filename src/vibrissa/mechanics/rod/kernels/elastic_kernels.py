@@ -37,7 +37,7 @@ class Segments(NamedTuple):
 
 
 def segments(count: int) -> Segments:
-    """Work space of a rod of so many segments.
+    """Work space of a rod of this number of segments.
 
     Parameters
     ----------

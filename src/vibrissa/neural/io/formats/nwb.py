@@ -15,6 +15,7 @@ from vibrissa.errors import FormatError, MissingError
 from vibrissa.neural.io.formats.foreign import one_line, optional_module
 from vibrissa.neural.io.tables.spikes import table_of_trains, with_intervals
 from vibrissa.neural.io.tables.trials import rows_with, trial_table
+from vibrissa.reader_process import refuse_endless
 from vibrissa.tables.table import LONGEST
 
 UNIT_COLUMNS = {  # of the file, and the variable of a unit each is
@@ -243,5 +244,6 @@ def opened(path: str | Path) -> Iterator[Any]:
     pynwb = pynwb_module()
     if not Path(path).is_file():
         raise MissingError(str(path), "must be an existing file")
+    refuse_endless(Path(path))
     with one_line(str(path), "must be a whole NWB file"), pynwb.NWBHDF5IO(str(path), "r") as io:
         yield io.read()

@@ -63,7 +63,7 @@ def add_units(file: Any, spikes: xr.Dataset, session: Session) -> None:
     Parameters
     ----------
     file : NWBFile
-        From :func:`session_file`.
+        From ``session_file``.
     spikes : Dataset
         As in :func:`write_nwb`. Variables (unit) that the reader knows no other name for keep theirs.
     session : Session

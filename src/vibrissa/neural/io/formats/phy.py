@@ -1,4 +1,4 @@
-"""Sorted units from a folder of phy: whom its user called good, or the groups that are asked for."""
+"""Sorted units from a folder of phy: the clusters labelled good, or the groups that are requested."""
 
 from __future__ import annotations
 

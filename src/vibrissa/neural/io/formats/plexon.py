@@ -34,7 +34,7 @@ PLX_HEADER, PLX_CHANNELS, PLX_COUNTS, PLX_CHANNEL_HEADERS = 7504, 140, 256, (102
 PLX_BLOCK = Struct("<HHIHHHH")
 NEX_HEADER, NEX_VARIABLE = 544, 208  # bytes of a .nex file's first header, and of that of a variable
 EVER = 1e9  # [s] neo leaves out what comes after the last block of a file unless given a stop
-BROKEN, DAMAGED = "is truncated or damaged", "copy it again from where it was recorded, or export it anew"
+BROKEN, DAMAGED = "is truncated or damaged", "copy it again from where it was recorded, or export it again"
 
 
 def read_plexon(

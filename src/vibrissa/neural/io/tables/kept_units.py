@@ -37,7 +37,7 @@ def of_kept_units(spikes: xr.Dataset, path: str | Path) -> xr.Dataset:
     kept = dict(zip(quality.unit_name.values.astype(str), quality.kept.values.astype(bool), strict=True))
     names = [str(name) for name in spikes.unit_name.values]
     if strangers := [name for name in names if name not in kept]:
-        raise ShapeError(str(path), "must list every unit of the spikes", f"no unit {strangers[0]}", "measure it anew")
+        raise ShapeError(str(path), "must list every unit of the spikes", f"no unit {strangers[0]}", "measure it again")
     places = [k for k, name in enumerate(names) if kept[name]]
     if not places:
         raise TooFewError(str(path), "must keep at least one unit of the spikes", 0)

@@ -61,7 +61,7 @@ def spikes_of_table(table: Table, source: str, *, all_trials: bool = False) -> x
     Parameters
     ----------
     table : Table
-        With the columns of :data:`NEEDED`, maybe those of :data:`OPTIONAL`.
+        With the columns of ``NEEDED``, maybe those of ``OPTIONAL``.
     source : str
         Where it is from.
     all_trials : bool

@@ -113,7 +113,7 @@ def name_of(stimulus: xr.Dataset) -> str:
     Returns
     -------
     str
-        One of :data:`NAMES`.
+        One of ``NAMES``.
 
     Raises
     ------

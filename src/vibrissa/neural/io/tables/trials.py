@@ -87,7 +87,7 @@ def trials_of_table(table: Table, source: str, *, only: tuple[str, str] | None =
     Parameters
     ----------
     table : Table
-        With the columns of :data:`NEEDED`, maybe those of :data:`OPTIONAL`.
+        With the columns of ``NEEDED``, maybe those of ``OPTIONAL``.
     source : str
         Where it is from.
     only : (column, value), optional

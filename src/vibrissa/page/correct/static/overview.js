@@ -5,6 +5,7 @@ const LEFT = 46, BOTTOM = 20, RIGHT = 8, TOP = 6; // [CSS px] room for the axes
 const NARROWEST = 20; // frames that are shown at least
 const NEAR = 14; // [CSS px] a line is hit
 const BRIDGED = 4; // frames over which a piece is drawn on
+const STRETCH = 16; // lines of a piece that are drawn as one path
 
 export class Overview {
   constructor(canvas, tracks) {
@@ -106,11 +107,13 @@ export class Overview {
       pen.strokeStyle = colour(k);
       pen.globalAlpha = k === -2 ? 0.25 : k < 0 ? 0.6 : 1;
       pen.lineWidth = (k >= 0 ? 1.7 : 1.1) * ratio;
-      for (const p of paths.get(k)) { // one by one: a path of all of them takes longer
+      for (const p of paths.get(k)) {
         const lines = tracks.main(p);
-        pen.beginPath();
-        this.polyline(pen, lines);
-        pen.stroke();
+        for (let i = 0; i === 0 || i < lines.length - 1; i += STRETCH) { // long paths take more than their parts
+          pen.beginPath();
+          this.polyline(pen, lines.slice(i, i + STRETCH + 1));
+          pen.stroke();
+        }
         if (k >= 0) labels.push(lines[0]);
       }
       pen.globalAlpha = 1;

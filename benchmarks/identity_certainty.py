@@ -1,0 +1,126 @@
+"""Weights of the certainty of names, from movies whose whiskers are known.
+
+    .venv/bin/python benchmarks/identity_certainty.py FOLDER [--seeds 50] [--frames 200] [--kinds paw,pole]
+
+The movies are those of ``whisking_movies.py``. What speaks for each name of a whisker, and whether it is right by the
+rule of ``identity_scores.py``, goes to FOLDER/<kind>-<seed>.npz; what is there is not made again. Names of hairs are
+left out, and each movie counts alike. Printed are the weights of ``video/link/certainty.py``, and what they come to in
+movies of other seeds than those that they were fitted to (five parts): of all names the share that is called at least
+so sure, and of these the share that is right.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from identity_scores import SHARE, hairs, lines_of, matched, named_table, whisker_of
+from scipy.optimize import minimize
+from whisking_movies import KINDS, scene_of
+
+from vibrissa.video.camera.pad.filming import film
+from vibrissa.video.camera.pad.truth import scene_truth
+from vibrissa.video.find.movie_segments import LineSearch, find_segments
+from vibrissa.video.link.certainty import certainty
+from vibrissa.video.link.whisker_linking import link_segments
+
+PARTS, LEVELS = 5, (0.8, 0.9, 0.95, 0.99)
+RIDGE = 1e-3  # of the squared weights of evidence in units of its scatter
+
+
+class Claims(NamedTuple):
+    """Names of one movie: kind, seed, evidence (n, 6), and whether each is right (n,)."""
+
+    kind: str
+    seed: int
+    evidence: np.ndarray
+    right: np.ndarray
+
+
+def claims(segments: xr.Dataset, truth: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """Evidence for the names that the linker gives, and whether they are right."""
+    linking = link_segments(segments)
+    names = linking.names()
+    found, true = lines_of(segments, linking.identity()), lines_of(truth)
+    match = matched(found, true, int(true.whisker.max()) + 1)
+    right, given = named_table(found, match, int(truth.attrs["frames"]))
+    hair = hairs(found, match, len(given))
+    right[hair] = False
+    known = np.nansum([one.evidence for one in names], axis=0)
+    some = np.flatnonzero(np.isfinite([one.evidence[:, 0] for one in names]).any(axis=0))
+    some = some[~hair[found.whisker[some]]]
+    mine = whisker_of(right)[found.whisker[some]]
+    return known[some], (mine >= 0) & (match.at[some, mine] >= SHARE * np.diff(found.ends)[some])
+
+
+def stored(folder: Path, kind: str, seed: int, frames: int) -> Claims:
+    """Claims of a movie, made if they are not there."""
+    path = folder / f"{kind}-{seed}.npz"
+    if not path.is_file():
+        scene = scene_of(kind, seed)
+        truth = scene_truth(scene, frames, least_contrast=0.0).segments
+        movie = np.concatenate(list(film(scene, frames)))
+        evidence, right = claims(find_segments(movie, LineSearch(polarity=scene.polarity)), truth)
+        np.savez(path, evidence=evidence, right=right)
+        print(path, file=sys.stderr)
+    with np.load(path) as file:
+        return Claims(kind, seed, file["evidence"], file["right"])
+
+
+def fitted(some: list[Claims]) -> np.ndarray:
+    """Weights (7,) of largest likelihood."""
+    right = np.concatenate([one.right for one in some])
+    weight = np.concatenate([np.full(one.right.size, 1 / one.right.size / len(some)) for one in some])
+    terms = np.concatenate([one.evidence for one in some])
+    scale = terms.std(axis=0)
+    terms = np.column_stack([np.ones(right.size), terms / scale])
+
+    def cost(weights: np.ndarray) -> tuple[float, np.ndarray]:
+        odds, ridge = terms @ weights, RIDGE * np.append(0, weights[1:])
+        of = np.logaddexp(0, np.where(right, -odds, odds))
+        return weight @ of + ridge @ weights, terms.T @ (weight * (1 / (1 + np.exp(-odds)) - right)) + 2 * ridge
+
+    best = minimize(cost, np.zeros(terms.shape[1]), jac=True, method="L-BFGS-B").x
+    return best / np.append(1, scale)
+
+
+def held_out(every: list[Claims]) -> list[np.ndarray]:
+    """Certainty of each movie's names by the weights of movies of other seeds."""
+    weights = [fitted([one for one in every if one.seed % PARTS != part]) for part in range(PARTS)]
+    return [certainty(one.evidence, weights[one.seed % PARTS]) for one in every]
+
+
+def row(name: str, sure: np.ndarray, right: np.ndarray) -> str:
+    """A line of the table."""
+    entries = [f"{right.size}", f"{sure.mean():.3f}", f"{right.mean():.3f}"]
+    for level in LEVELS:
+        of = right[sure >= level]
+        entries.append(f"{of.size / right.size:.2f}: {of.mean():.3f}" if of.size else "–")
+    return "| " + " | ".join([name, *entries]) + " |"
+
+
+def main() -> None:
+    """Make what is missing, fit, and print."""
+    words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    words.add_argument("folder", type=Path)
+    words.add_argument("--seeds", type=int, default=50)
+    words.add_argument("--frames", type=int, default=200)
+    words.add_argument("--kinds", default=",".join(KINDS))
+    asked = words.parse_args()
+    asked.folder.mkdir(parents=True, exist_ok=True)
+    kinds = asked.kinds.split(",")
+    every = [stored(asked.folder, kind, seed, asked.frames) for kind in kinds for seed in range(asked.seeds)]
+    print(f"WEIGHTS = [{', '.join(f'{one:.3g}' for one in fitted(every))}]", "", sep="\n")
+    levels = " | ".join(f"from {one}" for one in LEVELS)
+    print(f"| movies | names | mean certainty | right | {levels} |", (4 + len(LEVELS)) * "|---" + "|", sep="\n")
+    sure = held_out(every)
+    for kind in kinds:
+        mine = [n for n, one in enumerate(every) if one.kind == kind]
+        print(row(kind, np.concatenate([sure[n] for n in mine]), np.concatenate([every[n].right for n in mine])))
+    print(row("all", np.concatenate(sure), np.concatenate([one.right for one in every])))
+
+
+if __name__ == "__main__":
+    main()

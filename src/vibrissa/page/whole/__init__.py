@@ -1,0 +1,1 @@
+"""The whole whisker on the page: scans by the rod, computed in a process apart."""

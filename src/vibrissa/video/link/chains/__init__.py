@@ -1,0 +1,1 @@
+"""Each whisker a chain over time: which line is whose, and where two have exchanged their names."""

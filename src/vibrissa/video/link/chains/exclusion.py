@@ -1,0 +1,184 @@
+"""All whiskers of a pad at once: each is a chain over time, and a line belongs to one of them.
+
+The chains exchange messages until they agree (belief propagation): each says how much it wants a line, and hears how
+much the others do. One more constraint changes few messages: only the chains that hear of a change are run again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vibrissa.arrays import Array, Integers
+from vibrissa.video.link.chains.chain_kernel import LEAVES, LOSE, chances, edges, stationary
+from vibrissa.video.link.chains.swaps import Swap
+from vibrissa.video.link.chains.whisker_models import Model, candidates, deviations, worth
+from vibrissa.video.link.pad.pads import Lines
+
+SWEEPS = 6  # rounds of messages at most
+SMALL = 0.15  # change of a message that does not count
+MARKED = 60.0  # logarithm by which a mark outweighs everything
+WANT = 1e6  # bound of a message
+DAMPED = 0.7  # share of a new message
+
+
+@dataclass
+class ChainLabel:
+    """A whisker, its candidate lines, and the messages.
+
+    Attributes
+    ----------
+    model : Model
+        The whisker.
+    seen, x, again, leaves, gain : (n,) arrays
+        Candidate segments, their deviations (n, 3), log chances to come back there and to be lost from there, worth.
+    steps : tuple of arrays
+        Of :func:`vibrissa.video.link.chains.chain_kernel.edges`.
+    chance, want : (n,) arrays
+        Probabilities, and how much the chain wants each candidate.
+    """
+
+    model: Model
+    seen: Integers
+    x: Array
+    again: Array
+    leaves: Array
+    gain: Array
+    steps: tuple[Integers, Integers, Array]
+    chance: Array
+    want: Array
+
+
+@dataclass
+class Solution:
+    """Whiskers of one pad and who wants which line; :meth:`settle` brings it to agreement.
+
+    Attributes
+    ----------
+    frames : int
+        Frames of the movie.
+    frame : (S,) array
+        Frame of each segment.
+    lines : Lines
+        All lines.
+    who : (n,) array
+        Segments of this pad.
+    phase : (S,) array
+        Phase of the pad in the frame of each segment [°].
+    lever : (3,) array
+        Expected gain of the pad's whiskers at the three radii.
+    tracklet : (S,) array of int
+        Stretch of plain links that each segment is in; −1 for none.
+    labels : list of ChainLabel
+        The whiskers.
+    wanted : (S,) array
+        Sum of the messages of all whiskers.
+    marks : dict
+        Whisker that a segment was marked as.
+    decided : dict
+        Where two whiskers may be swapped, by their numbers and lines.
+    before, after : (S,) arrays of int
+        Segment that plainly precedes and follows each; −1 for none.
+    """
+
+    frames: int
+    frame: Integers
+    lines: Lines
+    who: Integers
+    phase: Array
+    lever: Array
+    tracklet: Integers
+    labels: list[ChainLabel] = field(default_factory=list)
+    wanted: Array = field(default_factory=lambda: np.zeros(0))
+    marks: dict[int, int] = field(default_factory=dict)
+    decided: dict[tuple[int, int, int], Swap | None] = field(default_factory=dict)
+    before: Integers = field(init=False, repr=False)
+    after: Integers = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Find the neighbours of each line in its plain stretch."""
+        order = np.lexsort((self.frame, self.tracklet))
+        order = order[self.tracklet[order] >= 0]
+        plain = self.tracklet[order[1:]] == self.tracklet[order[:-1]]
+        self.before, self.after = np.full((2, self.frame.size), -1)
+        self.before[order[1:][plain]], self.after[order[:-1][plain]] = order[:-1][plain], order[1:][plain]
+
+    def place(self, models: Sequence[Model]) -> None:
+        """Set the whiskers."""
+        self.labels = [self._label(number, model) for number, model in enumerate(models)]
+        self.wanted = np.zeros(self.frame.size)
+        self.decided = {}
+
+    def _label(self, number: int, model: Model) -> ChainLabel:
+        seen, x, again = candidates(model, self.lines, self.who, self.phase, self.frame)
+        missing = np.setdiff1d([s for s, k in self.marks.items() if k == number], seen).astype(np.int64)
+        if missing.size:
+            more = deviations(model, self.lines.place[missing], self.phase[missing], self.frame[missing])
+            there = stationary(more, self.lines.covariance[missing], model.spread)
+            seen, x, again = np.append(seen, missing), np.concatenate([x, more]), np.append(again, there)
+            order = np.argsort(seen)
+            seen, x, again = seen[order], x[order], again[order]
+        before, after = self.before[seen], self.after[seen]
+        steps = edges(seen, self.frame, x, self.lines.covariance[seen], model.spread, model.keep, before, after)
+        again, leaves = again - LEAVES * (before >= 0), LOSE - LEAVES * (after >= 0)
+        gain = worth(model, self.lines.look[seen])
+        return ChainLabel(model, seen, x, again, leaves, gain, steps, np.zeros(seen.size), np.zeros(seen.size))
+
+    def _run(self, number: int) -> Integers:
+        """Run one chain with what the others want; give the segments that it now wants otherwise."""
+        one = self.labels[number]
+        if not one.seen.size:
+            return one.seen
+        others = np.maximum(self.wanted[one.seen] - one.want, 0.0)
+        heard = -np.log1p(others)
+        for s, k in self.marks.items():
+            at = np.flatnonzero(one.seen == s)
+            heard[at] = MARKED if k == number else -MARKED
+        missed = np.log(one.model.missed)
+        one.chance = np.clip(
+            chances(self.frames, self.frame[one.seen], one.gain + heard, one.again, one.leaves, *one.steps, missed),
+            0,
+            1,
+        )
+        odds = np.minimum(one.chance / np.maximum(1 - one.chance, 1e-12), 1e12)
+        want = np.clip(odds / np.exp(heard), 0, WANT)
+        want = np.exp(DAMPED * np.log1p(want) + (1 - DAMPED) * np.log1p(one.want)) - 1
+        changed = one.seen[np.abs(np.log1p(want) - np.log1p(one.want)) > SMALL]
+        self.wanted[one.seen] += want - one.want
+        one.want = want
+        return np.asarray(changed)
+
+    def settle(self, first: Sequence[int] | None = None, sweeps: int = SWEEPS) -> None:
+        """Exchange messages until they hardly change.
+
+        Parameters
+        ----------
+        first : sequence of int, optional
+            Whiskers that have changed; all if not given.
+        sweeps : int
+            Rounds at most.
+        """
+        due = set(range(len(self.labels)) if first is None else first)
+        for _ in range(sweeps):
+            heard: set[int] = set()
+            for number in sorted(due):
+                changed = self._run(number)
+                for other, label in enumerate(self.labels):
+                    if other != number and np.isin(changed, label.seen, assume_unique=True).any():
+                        heard.add(other)
+            due = heard
+            if not due:
+                return
+
+    def mark(self, segment: int, whisker: int) -> None:
+        """Fix one segment as a whisker's, and settle what that changes."""
+        self.marks[segment] = whisker
+        old = [n for n, one in enumerate(self.labels) if segment in one.seen]
+        label = self._label(whisker, self.labels[whisker].model)
+        before = self.labels[whisker]
+        at = np.searchsorted(label.seen, before.seen)
+        label.want[at], label.chance[at] = before.want, before.chance
+        self.labels[whisker] = label
+        self.settle(sorted({whisker, *old}))

@@ -1,0 +1,125 @@
+"""Names of whiskers exchanged where the whole movie speaks for it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibrissa.arrays import Array, Integers, Mask
+from vibrissa.video.link.chains.chain_kernel import LEAVES
+from vibrissa.video.link.chains.exclusion import Solution
+from vibrissa.video.link.chains.swaps import Swap, Wandering, confusable, swap_of, swapped
+from vibrissa.video.link.chains.whisker_models import prior_spread
+
+
+def best_lines(solution: Solution) -> Integers:
+    """Likeliest segment of each whisker in each frame (whisker, frame), −1 where it has probably none."""
+    out = np.full((len(solution.labels), solution.frames), -1)
+    for n, one in enumerate(solution.labels):
+        order = np.argsort(one.chance, kind="stable")
+        order = order[one.chance[order] > 0.4]
+        out[n, solution.frame[one.seen[order]]] = one.seen[order]
+    return out
+
+
+def swap_between(
+    solution: Solution, best: Integers, pair: tuple[int, int], lever: Array, cautious: bool = False
+) -> Swap | None:
+    """Where two whiskers may have changed names; cautiously: as far as it is sure."""
+    a, b = best[pair[0]], best[pair[1]]
+    frame = np.flatnonzero((a >= 0) & (b >= 0))
+    if not frame.size:
+        return None
+    one, other = a[frame], b[frame]
+    lines, models = solution.lines, [solution.labels[n].model for n in pair]
+    gain = (models[0].gain + models[1].gain) / 2
+    places = [lines.place[s] - solution.phase[s, None] * gain for s in (one, other)]
+    error = lines.covariance[np.concatenate([one, other])].mean(axis=0)
+    keep = min(max(model.keep for model in models), 0.92)
+    marked = _marked(solution, frame, np.stack([one, other]), pair)
+    slow = np.diag(np.mean([model.slow for model in models], axis=0))
+    usual = prior_spread(lever)
+    spread = (models[0].spread + models[1].spread) / 2 if cautious else usual
+    known = Wandering(spread, slow, error, keep, not cautious)
+    plain = sum(LEAVES * (solution.after[s[:-1]] == s[1:]) for s in (one, other))
+    return swap_of(
+        frame, places[0], places[1], lines.look[one] - lines.look[other], known, solution.phase[one], plain, marked
+    )
+
+
+def _marked(solution: Solution, frame: Integers, segments: Array, pair: tuple[int, int]) -> Array:
+    """What marks say of the names of two whiskers in frames in which they have these segments (2, n)."""
+    out = np.zeros(frame.size)
+    for segment, whisker in solution.marks.items():
+        if whisker in pair:
+            at = np.flatnonzero(frame == solution.frame[segment])
+            for side in range(2):
+                if at.size and segments[side, at[0]] == segment:
+                    out[at[0]] = 1.0 if pair[side] == whisker else -1.0
+    return out
+
+
+def unswap(solution: Solution, lever: Array) -> None:
+    """Exchange probabilities of two whiskers in the frames in which they are likelier swapped.
+
+    Parameters
+    ----------
+    solution : Solution
+        Its labels are changed.
+    lever : (3,) array
+        Expected gain of the pad's whiskers.
+    """
+    if len(solution.labels) < 2:
+        return
+    best, every = best_lines(solution), np.arange(solution.frames)
+    place = np.array([one.model.place for one in solution.labels])
+    for a, b in confusable(place, prior_spread(lever)):
+        # what has not changed since the last time is not done again
+        marks = frozenset((s, k) for s, k in solution.marks.items() if k in (a, b))
+        key = (a, b, hash((best[a].tobytes(), best[b].tobytes(), marks)))
+        if key not in solution.decided:
+            solution.decided[key] = swap_between(solution, best, (a, b), lever)
+        found = solution.decided[key]
+        if found is None:
+            continue
+        if swapped(found.chance).any():
+            when = np.interp(every, found.frames, swapped(found.chance)) > 0.5
+            _exchange(solution, (a, b), when)
+            best[a], best[b] = np.where(when, best[b], best[a]), np.where(when, best[a], best[b])
+
+
+def swap_doubt(solution: Solution, lever: Array) -> Array:
+    """Probability that the name is another one's, (whisker, frame), as far as evidence is independent.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of which :func:`unswap` has been taken.
+    lever : (3,) array
+        Expected gain of the pad's whiskers.
+    """
+    doubt = np.zeros((len(solution.labels), solution.frames))
+    if len(solution.labels) < 2:
+        return doubt
+    best, every = best_lines(solution), np.arange(solution.frames)
+    place = np.array([one.model.place for one in solution.labels])
+    for a, b in confusable(place, prior_spread(lever)):
+        found = swap_between(solution, best, (a, b), lever, cautious=True)
+        if found is not None:
+            # nothing is known between the last frame before a meeting and the first after it but that it is one of them
+            left = np.interp(every, found.frames, np.minimum(found.chance, 1 - found.chance))
+            doubt[[a, b]] = 1 - (1 - doubt[[a, b]]) * (1 - left)
+    return doubt
+
+
+def _exchange(solution: Solution, pair: tuple[int, int], when: Mask) -> None:
+    """Exchange the probabilities of two whiskers in some frames."""
+    one, other = (solution.labels[n] for n in pair)
+    chance = np.zeros((2, solution.frame.size))
+    for n, label in enumerate((one, other)):
+        chance[n, label.seen] = label.chance
+    now = when[solution.frame]
+    chance = np.where(now, chance[::-1], chance)
+    for n, label in enumerate((one, other)):
+        seen = np.flatnonzero(chance[n] > 0.01)
+        x = np.zeros((seen.size, 3))
+        label.seen, label.chance, label.x = seen, chance[n, seen], x
