@@ -208,7 +208,7 @@ def test_the_spectrogram_reaches_just_beyond_the_third_mode(view, served, length
     assert 1.15 < top / third <= 1.25
 
 
-ENGLISH = "a and are as at by cut end gap go how in is it its map of on one or pad per the tip to up"
+ENGLISH = "a all and are as at by cut end gap go how in is it its map not of on one or pad per the tip to up"
 # What is no English word on the page: Greek, single letters, units; and the glossary's word for it.
 SYMBOLS = {
     "θ_b": "θ_b", "ε": "ε", "ζ": "ζ", "μ": "μ", "α": "α", "ρ": "E, ρ", "κ": "κ", "d′": "d′", "d": "d", "H": "H",
