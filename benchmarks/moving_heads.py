@@ -23,10 +23,10 @@ from simulated_segments import Pad, score, simulate
 
 from vibrissa.head_pose import HeadPose, with_head
 from vibrissa.quantities import dataset
+from vibrissa.quantities.identity import SURE
 from vibrissa.video.camera.pad.filming import film
 from vibrissa.video.find.head_finding import find_head
 from vibrissa.video.foreign.head_points import smoothed
-from vibrissa.video.link.identities import SURE
 from vibrissa.video.link.whisker_linking import link_segments
 
 FRAMES = 150

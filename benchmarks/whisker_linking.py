@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "helpers"))
 
 from simulated_segments import Pad, Truth, main_segment, nearest_angle, score, simulate
 
-from vibrissa.video.link.identities import SURE
+from vibrissa.quantities.identity import SURE
 from vibrissa.video.link.whisker_linking import link_segments
 
 KINDS = {

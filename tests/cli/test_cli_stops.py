@@ -133,6 +133,32 @@ cli.main()
     assert (done.returncode, done.stderr) == (143, "vibrissa: stopped before its end\n")
 
 
+@pytest.mark.parametrize(
+    ("before", "code", "says"),
+    [
+        ("atexit.register(signal.raise_signal, signal.SIGINT)", 0, ""),  # the command has ended, Python not yet
+        ("sys.meta_path.insert(0, stopping)", 130, "vibrissa: stopped\n"),  # while it is loaded
+    ],
+)
+def test_ctrl_c_before_and_after_the_work_is_no_traceback(before, code, says):
+    run = f"""
+import atexit, signal, sys
+from types import SimpleNamespace
+from vibrissa.__main__ import command
+
+def find_spec(name, *_):
+    if name.startswith("vibrissa.cli"):
+        signal.raise_signal(signal.SIGINT)
+
+stopping = SimpleNamespace(find_spec=find_spec)
+{before}
+sys.argv = ["vibrissa", "--version"]
+command()
+"""
+    done = subprocess.run([sys.executable, "-c", HEARD + run], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (code, says)
+
+
 def test_a_signal_that_is_ignored_stays_so():
     code = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n" + RUN.format(
         hang="signal.raise_signal(signal.SIGHUP); print('went on')"

@@ -14,6 +14,7 @@ from vibrissa.api.progress import notebook_bar
 from vibrissa.api.remarks import remark
 from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError
 from vibrissa.netcdf import load
+from vibrissa.quantities.identity import SURE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,6 +48,7 @@ def track(
     search: int = 4,
     least_contrast: float = 3.0,
     node_spacing: float | None = None,
+    least_probability: float = SURE,
     substrate: tuple[Point, Point] | None = None,
     whisker_length: float | None = None,
     start: int = 0,
@@ -95,6 +97,9 @@ def track(
         an image or movie without whiskers.
     estimator, search, node_spacing
         As of :func:`vibrissa.video.tracking.track`.
+    least_probability : float
+        Of whiskers that are linked: probability of a name from which on a line is called that whisker's. A higher one
+        leaves fewer frames and fewer wrong names.
     least_contrast : float
         Signal to noise of the contrast below which a column is lost.
     substrate : ((column, row), (column, row)), optional
@@ -154,6 +159,7 @@ def track(
         search=search,
         threshold=least_contrast,
         node_spacing=node_spacing,
+        least_probability=least_probability,
         substrate=substrate,
         whisker_length=whisker_length,
         start=start,

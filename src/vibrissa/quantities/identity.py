@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from vibrissa.quantities.quantity import Quantity
 
+SURE = 0.7  # probability from which on a line is called a whisker's, unless asked otherwise
 IDENTITY: dict[str, Quantity] = {
     "segment_whisker": Quantity(("segment",), "1", "whisker of the segment, −1 for none"),
     "segment_other": Quantity(("segment",), "1", "another whisker that runs along the same line, −1 for none"),

@@ -7,13 +7,19 @@ import numpy as np
 import pytest
 from refusals import refusal
 from scipy.spatial import cKDTree
+from simulated_segments import Pad, simulate
 
+from vibrissa.errors import InputError
 from vibrissa.quantities import require
+from vibrissa.study.movie.track_plan import plan_of
+from vibrissa.study.spec.settings import MovieFile
 from vibrissa.video.camera.camera import Camera
 from vibrissa.video.camera.pad.filming import film
 from vibrissa.video.camera.pad.settings import Head, WhiskingScene
 from vibrissa.video.camera.pad.truth import scene_truth
+from vibrissa.video.link.whisker_linking import link_segments
 from vibrissa.video.linked.line_marks import LineMark, snapped
+from vibrissa.video.linked.linked_profile import profile_from_linking
 from vibrissa.video.linked.linked_tracking import track_linked
 from vibrissa.video.tracking import Calibration
 
@@ -102,6 +108,30 @@ def test_what_is_not_seen_is_nan_and_says_why(tracked):
             gone[first : last + 1] = True
             assert reason
         np.testing.assert_array_equal(gone, ~seen[whisker])
+
+
+def test_a_higher_probability_leaves_the_surer_names_and_says_what_is_gone():
+    linking = link_segments(simulate([Pad(whiskers=6, frames=150, broken=0.1)], 2)[0])
+    calibration = Calibration(frame_rate=500.0, pixel_size=SIDE)
+    loose, strict = (
+        profile_from_linking(linking, calibration, source="pad", least_probability=least) for least in (0.0, 0.95)
+    )
+    assert (loose.sizes["whisker"], strict.attrs["least_probability"]) == (6, 0.95)
+    chance = loose.whisker_probability.values
+    same = strict.whisker_probability.values
+    assert (chance < 0.95).any()
+    np.testing.assert_array_equal(same, np.where(chance >= 0.95, chance, np.nan))
+    reasons = {reason for runs in json.loads(strict.attrs["lost"]) for *_, reason in runs}
+    assert "which line it is cannot be decided" in reasons
+    assert "which line it is cannot be decided" not in loose.attrs["lost"]
+
+
+@pytest.mark.parametrize("least", [-0.1, 1.5, float("nan")])
+def test_a_probability_is_from_0_to_1_and_of_whiskers_that_are_linked(least):
+    movie = MovieFile(path="frames", pixel_size=SIDE, least_probability=0.9)
+    assert plan_of(movie, list).remarks == ("tracking 'link': least_probability given",)
+    with pytest.raises(InputError, match="least_probability must be from 0 to 1"):
+        plan_of(dataclasses.replace(movie, least_probability=least), list)
 
 
 def place(profile, whisker, frame, node):

@@ -16,6 +16,7 @@ from vibrissa.cli.shared.progress import progress_bars, stage
 from vibrissa.cli.shared.refusals import in_options
 from vibrissa.cli.shared.units import Length, Rate
 from vibrissa.errors import FormatError
+from vibrissa.quantities.identity import SURE
 from vibrissa.quantities.kinds import Method
 from vibrissa.video.kernel.estimator_table import Estimator, described
 
@@ -44,6 +45,7 @@ def track(
     ] = "matched",
     search: int = 4,
     least_contrast: float = 3.0,
+    least_probability: float = SURE,
     node_spacing: Length | None = None,
     substrate: list[str] | None = None,
     whisker_length: Annotated[Length | None, Parameter(name="--whisker.length")] = None,
@@ -104,6 +106,9 @@ def track(
         Largest distance of the line from where it is expected, in one column [pixels].
     least_contrast
         Signal to noise of the contrast below which a column is lost.
+    least_probability
+        Probability of a name from which on a linked line is called that whisker's; a higher one leaves fewer frames and
+        fewer wrong names.
     node_spacing
         Arc length between nodes [m]; 5 pixels by default.
     substrate
@@ -152,6 +157,7 @@ def track(
         search=search,
         threshold=least_contrast,
         estimator=estimator,
+        least_probability=least_probability,
         node_spacing=node_spacing,
         substrate=line_of(substrate, "--substrate"),
         whisker_length=whisker_length,

@@ -163,6 +163,7 @@ GLOSSARY: dict[str, Option] = {
     "--estimator": _O("choice", "Method that places the line in a column", "matched"),
     "--search": _O("count", "Largest distance of the line from where it is expected, in pixels", "4"),
     "--least-contrast": _O("number", "Signal to noise below which a column is lost", "3", arguments=("threshold",)),
+    "--least-probability": _O("number", "Probability of a name from which on a linked line has it", "0.9"),
     "--node-spacing": _O("length", "Arc length between nodes", "0.5mm", most=0.1),
     "--preview": _O("file", "Picture or movie of the tracking", "sheet.png"),
     "--page": _O("flag", "Work on a local page"),

@@ -43,7 +43,9 @@ if TYPE_CHECKING:
 TRACKED = (  # settings of a movie that the tracker takes as they are
     "seeds", "skin", "polarity", "background", "region", "search", "threshold", "estimator", "node_spacing", "whisking",
 )  # fmt: skip
-LINKED = ("polarity", "background", "region", "node_spacing", "skin", "drop_frames", "start", "stop")
+LINKED = (
+    "polarity", "background", "region", "node_spacing", "least_probability", "skin", "drop_frames", "start", "stop",
+)  # fmt: skip
 
 
 def counted(blocks: Iterable[Frames], stage: str, total: int, progress: Progress) -> Iterator[Frames]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from vibrissa.arrays import Frames
+from vibrissa.errors import RangeError
 from vibrissa.study.spec.settings import MovieFile
 from vibrissa.video.io.movie import frames_within, open_movie, read_blocks
 from vibrissa.video.linked.tracking_way import choose_way
@@ -74,8 +75,10 @@ def plan_of(movie: MovieFile, blocks: Callable[[], Iterable[Frames]]) -> TrackPl
     Raises
     ------
     InputError
-        If settings exclude each other, or no whisker is found that could be followed.
+        If a setting is out of range, settings exclude each other, or no whisker is found that could be followed.
     """
+    if not 0 <= movie.least_probability <= 1:
+        raise RangeError("least_probability", "must be from 0 to 1", movie.least_probability)
     way = choose_way(
         blocks,
         movie.tracking,
@@ -112,4 +115,5 @@ def _linking(movie: MovieFile) -> list[str]:
     """Settings that only linking takes."""
     given = {"marks": bool(movie.marks), "head": movie.head is not None}
     given["background 'median'"] = movie.background == "median"
+    given["least_probability"] = movie.least_probability != MovieFile.least_probability
     return [name for name, there in given.items() if there]

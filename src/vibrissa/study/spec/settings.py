@@ -14,6 +14,7 @@ from vibrissa.limits import require_memory
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.statics.profile import Posture, check_tip
 from vibrissa.neural.simulated.virtual import NEURON_MODELS, NeuronModel, ThresholdLinearUnit
+from vibrissa.quantities.identity import SURE
 from vibrissa.quantities.kinds import Method
 from vibrissa.study.spec.base_signal import BaseSignal
 from vibrissa.study.spec.checked import check_keys, validated
@@ -92,6 +93,8 @@ class MovieFile:
         File with the head in every frame, or "find": linked lines are linked in coordinates that move with it.
     head_points : (str, str)
         Names of a caudal and of a rostral keypoint of the head in that file; by default its two.
+    least_probability : float
+        Probability of a name from which on a linked line is called that whisker's.
     """
 
     path: str
@@ -119,6 +122,7 @@ class MovieFile:
     marks: tuple[tuple[int, float, float, str], ...] = ()
     head: str | None = None
     head_points: tuple[str, ...] = ()
+    least_probability: float = SURE
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,8 +9,9 @@ import numpy as np
 
 from vibrissa.arrays import Integers
 from vibrissa.quantities import dataset
+from vibrissa.quantities.identity import SURE
 from vibrissa.video.correct.correction import Correction
-from vibrissa.video.link.identities import ABSENT, REASONS, SHARED, SURE, UNSURE
+from vibrissa.video.link.identities import ABSENT, REASONS, SHARED, UNSURE
 from vibrissa.video.link.whisker_linking import Linking
 
 if TYPE_CHECKING:

@@ -12,6 +12,7 @@ from vibrissa.errors import ConflictError, FormatError
 from vibrissa.head_pose import head_of, with_head
 from vibrissa.netcdf import load, save
 from vibrissa.quantities import dataset, require
+from vibrissa.quantities.identity import SURE
 from vibrissa.quantities.kinds import Progress
 from vibrissa.video.correct.corrected_linking import corrected_linking
 from vibrissa.video.correct.correction import Correction
@@ -159,6 +160,7 @@ def corrected_profile(opened: OpenedTracks) -> xr.Dataset:
         calibration_of(before, "profile"),
         source=opened.movie.name,
         node_spacing=float(np.nanmedian(spacing)) if np.isfinite(spacing).any() else None,
+        least_probability=float(before.attrs.get("least_probability", SURE)),
         attrs=attrs,
     )
 

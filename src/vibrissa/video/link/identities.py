@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibrissa.arrays import Array, Integers, Mask
+from vibrissa.quantities.identity import SURE
 from vibrissa.video.link.certainty import WHOLE, certainty, evidence
 from vibrissa.video.link.chains.exclusion import Solution
 from vibrissa.video.link.chains.swap_moves import best_lines, swap_doubt, unswap
@@ -22,7 +23,6 @@ REASONS = (
     "names leave plain lines",
 )
 ABSENT, UNSURE, SHARED, TORN = 1, 2, 3, 4
-SURE = 0.7  # probability from which on a line is called a whisker's
 AGREES = 3.0  # standard deviations within which a further piece lies on a whisker
 OVERLAP = 0.25  # share of a further piece that may lie beside the main one
 ONE_LINE = 2.2  # distance of two whiskers that are seen as one line, at the middle and the outer radius [°]

@@ -14,7 +14,8 @@ from vibrissa.arrays import Integers
 from vibrissa.errors import ShapeError, TooFewError
 from vibrissa.head_pose import HeadPose, with_head
 from vibrissa.quantities import dataset
-from vibrissa.video.link.identities import REASONS, SURE
+from vibrissa.quantities.identity import SURE
+from vibrissa.video.link.identities import REASONS, TORN, UNSURE
 from vibrissa.video.link.pad.pieces import Pieces
 from vibrissa.video.link.whisker_linking import Linking
 from vibrissa.video.linked.traces import Losses, Trace, profile_of
@@ -54,7 +55,7 @@ def profile_from_linking(
     skin : sequence of (column, row), optional
         Where whiskers leave the skin [px], as of :func:`skin_of`.
     least_probability : float
-        Segments less probable are left out.
+        Segments less probable are left out, from 0 to 1; 0.7 if not given.
     first : sequence of int
         Whiskers of the linking that come first, in this order, as far as they are seen; the others follow in the order
         of their pads.
@@ -82,7 +83,8 @@ def profile_from_linking(
         use &= head.known[linking.pieces.frame]
     found = np.unique(whisker[use])
     if not found.size:
-        raise TooFewError(source, "must show whiskers that can be linked over its frames", "none found")
+        rule = f"must show whiskers whose names are at least {least_probability:g} sure"
+        raise TooFewError(source, rule, "none found", "a lower probability, marks, or a part of the image")
     front = [one for one in first if one in found]
     kept = [*front, *np.setdiff1d(found, front).tolist()]
     place = np.full(linking.whiskers, -1)
@@ -93,8 +95,9 @@ def profile_from_linking(
         "identity_from": "link",
         "identities": json.dumps(kept),
         "identity_probability": json.dumps(np.round(identity.identity_probability.values[kept], 4).tolist()),
+        "least_probability": least_probability,
     }
-    losses = _losses(identity.lost_reason.values[kept].astype(np.int8), head)
+    losses = _losses(_reasons(identity, least_probability)[kept], head)
     profile = profile_of(
         source,
         traces,
@@ -145,6 +148,13 @@ def skin_of(traces: Sequence[Trace], whiskers: int, skin: Sequence[tuple[float, 
     for w, k in zip(*linear_sum_assignment(off), strict=True):
         places[w] = (float(skin[k][0]), float(skin[k][1]))
     return places
+
+
+def _reasons(identity: xr.Dataset, least: float) -> NDArray[np.int8]:
+    """Why whiskers (whisker, frame) are lost, where lines of less than this probability are left out."""
+    code, chance = identity.lost_reason.values.astype(np.int8), identity.whisker_probability.values
+    unsure = np.isin(code, (0, UNSURE, TORN)) & np.isfinite(chance)
+    return np.where(unsure, np.where(chance >= least, 0, np.where(code > 0, code, UNSURE)), code).astype(np.int8)
 
 
 def _losses(code: NDArray[np.int8], head: HeadPose | None) -> Losses:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from vibrissa.errors import TooFewError
 from vibrissa.head_pose import HeadPose, with_head
 from vibrissa.quantities import dataset
+from vibrissa.quantities.identity import SURE
 from vibrissa.quantities.kinds import Progress
 from vibrissa.video.find.movie_segments import Background, LineSearch, find_segments
 from vibrissa.video.follow.background import reference
@@ -47,6 +48,7 @@ def track_linked(
     background: str | Path | Frames = "space",
     region: Region | None = None,
     node_spacing: float | None = None,
+    least_probability: float = SURE,
     head: HeadPose | None = None,
     skin: Sequence[tuple[float, float]] | None = None,
     drop_frames: Literal["nan"] | None = None,
@@ -75,6 +77,8 @@ def track_linked(
         Part of the image that is searched [px].
     node_spacing : float, optional
         Arc length between nodes [m]; 5 pixels if not given.
+    least_probability : float
+        Probability of a name from which on a line is called that whisker's.
     head : HeadPose, optional
         The head in every frame that is tracked: lines are linked in coordinates that move with it.
     skin : sequence of (column, row), optional
@@ -124,6 +128,7 @@ def track_linked(
         calibration,
         source=str(movie) if isinstance(movie, str | Path) else "movie",
         node_spacing=node_spacing,
+        least_probability=least_probability,
         skin=skin,
         first=list(named.values()),
         attrs=asked,
