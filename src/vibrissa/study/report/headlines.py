@@ -10,6 +10,7 @@ import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.errors import InputError
+from vibrissa.figures.words import decimals
 from vibrissa.mechanics.across.collapse import collapse
 from vibrissa.quantities.kinds import Results
 from vibrissa.study.movie.verdict import VerdictRow, rows_of
@@ -218,7 +219,10 @@ def _table(rows: Sequence[VerdictRow]) -> list[str]:
 
 
 def _cells(row: VerdictRow) -> list[str]:
+    """Half the interval has two digits, as in the report."""
     label = row.quantity if row.quantity_unit == "1" else f"{row.quantity} [{row.quantity_unit}]"
-    interval = f"{row.found_low:.6g} to {row.found_high:.6g}" if np.isfinite(row.found_low) else ""
-    truth = f"{row.truth:.6g}" if np.isfinite(row.truth) else ""
-    return [label, truth, f"{row.found:.6g}" if np.isfinite(row.found) else "no fit", interval]
+    half = (row.found_high - row.found_low) / 2
+    form = f".{decimals(half)}f" if half > 1e-6 * abs(row.found) else ".6g"
+    interval = f"{row.found_low:{form}} to {row.found_high:{form}}" if np.isfinite(row.found_low) else ""
+    truth = f"{row.truth:{form}}" if np.isfinite(row.truth) else ""
+    return [label, truth, f"{row.found:{form}}" if np.isfinite(row.found) else "no fit", interval]
