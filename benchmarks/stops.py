@@ -89,8 +89,10 @@ class Disturbed:
         except subprocess.TimeoutExpired:
             run.kill()
             wrong.append("had to be killed")
+        if run.wait() == 0:  # it had said its last word
+            return False
         took, last = time.monotonic() - begin, self.log.read_bytes().decode().splitlines()[-1:]
-        wrong += [] if run.wait() == STOPS[how] else [f"exit code {run.returncode}"]
+        wrong += [] if run.returncode == STOPS[how] else [f"exit code {run.returncode}"]
         wrong += [] if last and last[0].startswith(f"vibrissa: stopped; {KEPT}") else [f"said {last}"]
         wrong += [] if took < IN_TIME else [f"took {took:.0f} s"]
         wrong += [f"left {path.name}" for path, _ in hidden(self.out) - before]
