@@ -10,7 +10,7 @@ import sys
 import zlib
 from pathlib import Path
 
-from docutils.nodes import SkipNode
+from docutils.nodes import SkipNode, Text
 from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.addnodes import toctree
 from sphinx.errors import ExtensionError
@@ -187,6 +187,14 @@ def stop_gallery(app, exception):
         app.gallery.terminate()
 
 
+def shorten_remarks(app, doctree):
+    """Leave out of what notebooks print where in a file a remark was issued."""
+    for block in doctree.findall(lambda node: node.tagname == "literal_block" and "Remark: " in node.astext()):
+        text = re.sub(r"^\S+:\d+: (Remark: .*)\n(?:[ ]+.*\n?)?", r"\1\n", block.astext(), flags=re.MULTILINE)
+        block.rawsource, block.children = text, []
+        block += Text(text)
+
+
 def mathml(*, block):
     """Give what writes a formula as MathML."""
 
@@ -208,6 +216,7 @@ def setup(app):
     app.connect("figures-wanted", end_gallery)
     app.connect("build-finished", stop_gallery)
     app.connect("html-page-context", contents)
+    app.connect("doctree-read", shorten_remarks)
     app.connect("autodoc-process-docstring", bars)
     app.connect("autodoc-process-docstring", lead_to_theory)
     app.connect("autodoc-process-docstring", cite)

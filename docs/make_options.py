@@ -18,9 +18,9 @@ from vibrissa.cli.shared.units import DIMENSIONS
 DOCS = Path(__file__).parent
 HEAD = """# Every option
 
-An option has one name and one meaning in all commands. A quantity is a number with its unit, `40mm`, `70deg`, `100mm/s`,
-`95um` (or `95µm`), `2kHz`, `10ms`; a bare number is in SI units. Where the package takes a share of the length L of the
-nontruncated cone, a bare number is that share, and a length is divided by L, so a whisker must be given
+An option has one name and one meaning in all commands. A quantity is a number with its unit, `40mm`, `70deg`,
+`100mm/s`, `95um` (or `95µm`), `2kHz`, `10ms`; a bare number is in SI units. Where the package takes a share of the
+length L of the nontruncated cone, a bare number is that share, and a length is divided by L, so a whisker must be given
 (`--whisker.length` or `--atlas`). A map takes `FIRST:LAST:HOW-MANY` or a list with commas, `45deg:80deg:7`.
 
 The last column is the argument's name in Python, and the key in a study file where it has one.
