@@ -77,6 +77,12 @@ ACCENTED = re.compile(  # what tex2mathml makes of an accent with a subscript: i
     re.DOTALL,
 )
 EQUATION = re.compile(r"Eqs?\.\s+\((\d+)\)\s+of\s+\[Boubenec2014\]_")
+UPPER = re.compile(  # the upper limit of an integral, which browsers put on its slanted sign
+    r"(<msubsup>\s*<mo>∫</mo>\s*(?:<m[ino]>[^<]*</m[ino]>|<mrow>.*?</mrow>)\s*)"
+    r"(<m[ino]>[^<]*</m[ino]>|<mrow>.*?</mrow>)(\s*</msubsup>)",
+    re.DOTALL,
+)
+FUNCTION = re.compile(r"<m[io][^>]*>(?:sin|cos|det)</m[io]>(?!\s*<mo[^>]*>\()")  # of what no bracket separates it from
 PICTURES = os.environ.get("VIBRISSA_GALLERY") != "0"  # without them, notebooks are not run either
 HERE = Path(__file__).parent
 GALLERY, MADE_BY = HERE / "_build" / "gallery", "made-by.txt"
@@ -200,6 +206,9 @@ def mathml(*, block):
 
     def visit(self, node):
         formula = tex2mathml(node.astext(), as_block=block)
+        formula = formula.replace("<mo>'</mo>", '<mo lspace="0" rspace="0.04em">′</mo>')
+        formula = FUNCTION.sub(r'\g<0><mspace width="0.1667em"></mspace>', formula)
+        formula = UPPER.sub(r'\1<mrow><mspace width="0.7em"></mspace>\2</mrow>\3', formula)
         formula = formula.replace('display="block"', 'display="block" style="margin: 0.8em 0"')
         self.body.append(ACCENTED.sub(r'<msub><mover accent="true">\1\3</mover>\2</msub>', formula))
         raise SkipNode
