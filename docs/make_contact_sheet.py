@@ -1,8 +1,7 @@
-"""Sixty evenly spaced frames of a tracked movie: python make_contact_sheet.py STUDY.toml PROFILE.nc OUT.jpg."""
+"""Twelve evenly spaced frames of a tracked movie: python make_contact_sheet.py STUDY.toml PROFILE.nc OUT.jpg."""
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from vibrissa.video.io.movie import read_blocks
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-FRAMES, ACROSS = 60, 6
+FRAMES, ACROSS, WIDE = 12, 3, 3.3  # inches of a frame
 COLOURS = ("red", "deepskyblue", "lime", "orange", "magenta")
 EVERY = 3  # nodes between two dots, so that the whisker stays visible
 BOX = {"facecolor": "white", "edgecolor": "none", "pad": 1}  # behind the number, where the arm is black
@@ -31,10 +30,9 @@ def sheet(study: str, profile: str, out: str, chosen: list[int] | None = None) -
     frames = chosen or np.linspace(0, x.shape[1] - 1, FRAMES).round().astype(int).tolist()
     left, right = np.nanmin(x) - 5, np.nanquantile(x, 0.98) + 5
     top, bottom = np.nanquantile(y, 0.005) - 5, np.nanmax(y) + 5
-    names = json.loads(data.attrs.get("names", "[]")) or [str(w) for w in data.whisker.values]
     down = -(-len(frames) // ACROSS)
-    tall = 2.4 * (bottom - top) / (right - left)
-    figure, axes = plt.subplots(down, ACROSS, figsize=(ACROSS * 2.4, down * tall + 0.4))
+    tall = WIDE * (bottom - top) / (right - left)
+    figure, axes = plt.subplots(down, ACROSS, figsize=(ACROSS * WIDE, down * tall))
     wanted = iter(sorted(set(frames)))
     images, done, frame = {}, 0, next(wanted)
     for block in read_blocks(Path(settings.folder) / settings.movie.path):
@@ -46,14 +44,12 @@ def sheet(study: str, profile: str, out: str, chosen: list[int] | None = None) -
         grey = gaussian_filter(images[f].astype(float), 0.7) + 10
         axis.imshow(grey / gaussian_filter(grey, 8), cmap="gray", vmin=0.82, vmax=1.06)
         for w, colour in zip(range(x.shape[0]), COLOURS, strict=False):
-            axis.plot(x[w, f, ::EVERY], y[w, f, ::EVERY], ".", color=colour, markersize=3.2, markeredgewidth=0)
+            axis.plot(x[w, f, ::EVERY], y[w, f, ::EVERY], ".", color=colour, markersize=6, markeredgewidth=0)
         axis.set(xlim=(left, right), ylim=(bottom, top))
         axis.text(right - 4, top + 4, str(f), color="blue", fontsize=8, ha="right", va="top", bbox=BOX)
     for axis in axes.flat:
         axis.axis("off")
-    title = ", ".join(f"{colour}: {name}" for name, colour in zip(names, COLOURS, strict=False))
-    figure.suptitle(f"{settings.name} — {title}", fontsize=10, y=0.997, va="top")
-    figure.subplots_adjust(0, 0, 1, 1 - 0.3 / (down * tall + 0.4), 0.01, 0.01)
+    figure.subplots_adjust(0, 0, 1, 1, 0.01, 0.01)
     figure.savefig(out, dpi=150, pil_kwargs={"quality": 82})
 
 
