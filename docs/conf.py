@@ -67,10 +67,11 @@ suppress_warnings = [
 html_theme = "pydata_sphinx_theme"
 html_title = f"vibrissa {release}"
 html_show_sourcelink = False
-html_theme_options = {"navbar_center": [], "show_prev_next": False}
+html_theme_options = {"navbar_center": [], "show_prev_next": True}
 html_math_renderer = "mathml"  # every browser draws it, with the font beside it; MathJax would come from elsewhere
 html_static_path = ["_static"]
 html_css_files = ["style.css"]
+html_js_files = ["enlarge.js"]
 
 ACCENTED = re.compile(  # what tex2mathml makes of an accent with a subscript: it puts the subscript under the letter
     r"<munderover>\s*(<mi>[^<]*</mi>)\s*(<m(?:i|row)>.*?</m(?:i|row)>)\s*(<mo[^>]*>[¨˙ˆ¯]</mo>)\s*</munderover>",
