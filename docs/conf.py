@@ -12,6 +12,9 @@ from pathlib import Path
 
 from docutils.nodes import SkipNode, Text
 from docutils.utils.math.latex2mathml import tex2mathml
+from pybtex.plugin import register_plugin
+from pybtex.style.formatting.unsrt import Style as UnsrtStyle
+from pybtex.style.labels import BaseLabelStyle
 from sphinx.addnodes import toctree
 from sphinx.errors import ExtensionError
 from sphinx.pycode.parser import Parser
@@ -24,6 +27,27 @@ sys.path.insert(0, str(Path(__file__).parent))  # of the directive ``pictured``
 project = "vibrissa"
 author = "The vibrissa developers"
 release = __version__
+
+
+class AuthorYear(BaseLabelStyle):
+    """Label a work by its authors and its year, as the text names it."""
+
+    def format_labels(self, entries):
+        """Give the label of each work."""
+        for entry in entries:
+            names = [" ".join(person.last_names) for person in entry.persons["author"]]
+            shown = names[0] if len(names) == 1 else " and ".join(names) if len(names) == 2 else f"{names[0]} et al."
+            yield f"{shown} {entry.fields['year']}"
+
+
+class References(UnsrtStyle):
+    """The list of references, by author."""
+
+    default_sorting_style = "author_year_title"
+    default_label_style = AuthorYear
+
+
+register_plugin("pybtex.style.formatting", "author_year_labels", References)
 
 extensions = [
     "myst_nb",
@@ -45,6 +69,7 @@ nb_merge_streams = True
 copybutton_prompt_text = "$ "
 bibtex_bibfiles = ["references.bib"]
 bibtex_reference_style = "author_year"
+bibtex_default_style = "author_year_labels"
 myst_heading_anchors = 3
 autosummary_generate = True
 shutil.rmtree(Path(__file__).parent / "_build" / "api", ignore_errors=True)  # it may hold modules that are gone
