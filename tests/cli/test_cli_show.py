@@ -111,6 +111,7 @@ def test_kinds_are_not_shadowed_by_those_before_them():
     ("words", "message"),
     [
         (("absent.nc",), "absent.nc must be an existing file or folder"),
+        ((".",), ". must hold PNG"),
         (("text.md",), "text.md must be a dataset, a table, a surface"),
         (("bare.txt",), "as a surface it must state its units\n"),  # no option of another verb
         (("robot.toml", "--plot"), "--plot must be left out: nothing of a study can be drawn"),

@@ -29,7 +29,7 @@ def show(file: Path, *, plot: Flag = False, out: MaybeOut = None, json: Json = F
     """
     if out is not None and not plot:
         raise ConflictError("--out", "must go with --plot", str(out))
-    picture = out or Path(file.stem).with_suffix(".png")
+    picture = out or Path(f"{file.absolute().stem}.png")
     if plot:
         refuse_picture(picture, "--out")
     from vibrissa.study.run.contents import contents
@@ -38,7 +38,7 @@ def show(file: Path, *, plot: Flag = False, out: MaybeOut = None, json: Json = F
     if json:
         print_json({"kind": found.kind, "facts": found.facts, "variables": _variables(found.data)})
     else:
-        say([f"{file.name}: {found.kind}", *hanging([_line(*fact) for fact in found.facts.items()])])
+        say([f"{file.absolute().name}: {found.kind}", *hanging([_line(*fact) for fact in found.facts.items()])])
         say(_table(found.data))
     if plot:
         _draw(found.kind, found.data, picture)
