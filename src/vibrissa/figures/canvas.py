@@ -291,7 +291,7 @@ def whisker_names(profile: xr.Dataset) -> list[str]:
     list of str
         One for each whisker.
     """
-    return json.loads(profile.attrs.get("names", "[]")) or [f"whisker {i}" for i in range(profile.sizes["whisker"])]
+    return json.loads(profile.attrs.get("names", "[]")) or [f"whisker {k}" for k in profile.whisker.values]
 
 
 def spread(places: Integers, count: int) -> Integers:
