@@ -158,7 +158,7 @@ def test_pad_taper_direction_contact_and_gaps_are_named_in_the_drawing(view, ser
     written = view.evaluate("written")
     words = {text for name, text, *_ in written if name == "whole"}
     assert {"whisker pad", "thick base", "thin tip", "free end", "contact ↓"} <= words
-    assert "← surface moves; white: its gaps" in words
+    assert "← the surface moves; its gaps are white" in words
     width = view.evaluate("document.getElementById('whole').clientWidth")
     assert all(0 <= x <= width and y > 0 for name, _, x, y in written if name == "whole")
     assert {"contact", "gap"} <= {text for name, text, *_ in written if name == "close"}

@@ -48,12 +48,12 @@ PRESETS = (
     ),
     Preset(
         "Smooth against rough",
-        "Texture A is a tenth as rough as texture B: play both, and compare their rates in the last picture.",
+        "Texture A is a tenth as rough as texture B: listen to both, and compare their rates in the last picture.",
         {**CLEAN, **ROUGH, "a.rms": 5e-7, "b.rms": 5e-6},
     ),
     Preset(
         "Long whisker",
-        "A whisker of 55 mm rings slowly, like a long string. Compare the short one.",
+        "A whisker of 55 mm rings slowly; the short one, of the same shape, rings 2.5 times as fast.",
         {**CLEAN, "length": 0.055, "cone_angle": 2.4e-3},
     ),
     Preset(

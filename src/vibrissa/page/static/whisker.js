@@ -34,6 +34,8 @@ export function contactAt({ x }, place) {
   return i - 1 + Math.min(1, Math.max(0, (place - x[i - 1]) / (x[i] - x[i - 1])));
 }
 
+const LEAST_END = 2e-4; // [m] below which a shaft has no free end to speak of
+
 // How deep the free end lies below the ground at its worst [m]; the model has one contact and does not resolve it.
 export function freeEndDepth(data, time, { x, y }, contact) {
   let worst = 0;
@@ -98,7 +100,7 @@ function named(ctx, data, { x, y }, contact, X, Y, width) { // what is what in t
   say("thin tip", Math.max(4, X(x[0]) - 8), ground - 12, "left");
   if (free) say("free end", (X(x[0]) + X(between(x, contact))) / 2, ground - 28, "center");
   say("contact ↓", X(between(x, contact)) + 3, ground - (free ? 44 : 28), "center");
-  say(data.gaps ? "← surface moves; white: its gaps" : "← surface moves", width - 8, ground + 26);
+  say(data.gaps ? "← the surface moves; its gaps are white" : "← surface moves", width - 8, ground + 26);
 }
 
 function barcode(ctx, data, time, X, top, scale, width) { // gaps are too shallow to be seen at this scale
@@ -162,7 +164,8 @@ export function nextJump(data, time) { // [s] just after it, around the end
 }
 
 export function goodMoment(data) { // [s] at a jump of ordinary size, where one sees what the page is about
-  const size = i => Math.abs(Math.abs(data.excursion[i] - data.excursion[i - 1]) - GOOD), all = [...jumpsOf(data)].sort((a, b) => size(a) - size(b));
+  const size = i => Math.abs(Math.abs(data.excursion[i] - data.excursion[i - 1]) - GOOD), jumps = [...jumpsOf(data)], early = jumps.filter(i => i < data.excursion.length / 3);
+  const all = (early.length ? early : jumps).sort((a, b) => size(a) - size(b));
   const best = all.find(i => !posed(data, i / data.rate).touching) ?? all[0];
   return (best ?? 0) / data.rate;
 }
@@ -199,7 +202,8 @@ export function posed(data, time) { // shaft, contact, and whether the free end 
   const pose = shaftAt(data, time), d = data.excursion[Math.min(data.excursion.length - 1, Math.round(time * data.rate))];
   const contact = Number.isFinite(d) ? contactAt(pose, -data.distance - d) : 0;
   const depth = data.model === "rod" ? 0 : freeEndDepth(data, time, pose, contact); // the rod touches wherever it reaches the ground
-  return { pose, d, contact, depth, touching: depth > 2e-6 };
+  const length = between(pose.x, contact) - pose.x[0]; // of the free end; a contact at the tip moves by some micrometres
+  return { pose, d, contact, depth, touching: depth > 2e-6 && length > LEAST_END };
 }
 
 export function drawMotion(data, time, magnify) {
