@@ -119,8 +119,11 @@ def _mode_words(one: xr.Dataset) -> str:
     made, able = np.isfinite(one.correlation.values), _able(one)
     rho, n = one.correlation.values[made], int(made.sum())
     pearson = int(significant(one.pearson_p.values).sum())
-    mode, mean = int(one.mode), f"{rho.mean():.2f} ± {rho.std(ddof=1):.2f}" if n > 1 else f"{rho[0]:.2f}"
-    return f"Mode {mode}: {mean} (mean ± SD; paper {PAPER[mode]}); p < {LEVEL} {pearson}/{n} by Pearson{_by_gratings(one, able)}."
+    mean = f"{rho.mean():.2f}" + (f" ± {rho.std(ddof=1):.2f}" if n > 1 else "")
+    text = (
+        f"Mode {int(one.mode)}: {mean} (mean ± SD; paper {PAPER[int(one.mode)]}); p < {LEVEL} {pearson}/{n} by Pearson"
+    )
+    return f"{text}{_by_gratings(one, able)}."
 
 
 def _by_gratings(one: xr.Dataset, able: Mask) -> str:
@@ -228,12 +231,12 @@ def _draw_jitter(axis: Axes, data: xr.Dataset) -> None:
     lines = data.transpose("jitter_time", ...).jitter_time
     for colour, one in zip(ordered(lines.size), lines, strict=True):
         line = data.sel(jitter_time=one)
-        label = f"changing within {float(one):g} s"
+        label = f"{float(one):g} s"
         axis.plot(1e6 * line.jitter, line.jittered_correlation, "o-", ms=3, color=colour, label=label)
         axis.plot(1e6 * line.jitter, line.jittered_repeat, "s:", ms=2.5, color=colour)
     axis.axhline(PAPER_MEAN[1], color=PAPER_COLOUR, ls="--", lw=0.8)
     axis.set(xlabel="jitter of the tip, SD [µm]", ylabel="correlation", ylim=(0, 1.02))
     axis.plot([], [], "k-o", ms=3, label="envelopes")
     axis.plot([], [], "k:s", ms=2.5, label="repeated runs")
-    axis.set_title("E  Jitter of the tip")
-    key_above(axis, columns=2)
+    axis.set_title("E  Jitter of the tip, with periods above …")
+    key_above(axis, columns=3)

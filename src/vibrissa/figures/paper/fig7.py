@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 SHOWN = 40e-3  # [m] of the distance scanned
 MOST_PAIRS = 40  # of each kind
 OFFSETS = np.arange(-10e-3, 10.01e-3, 50e-6)  # [m]
-PAPER = {"scan_speed": "p = 0.11", "contact": "p < 1e-6", "base_angle": "p < 1e-15"}
+PAPER = {"scan_speed": "p = 0.11", "contact": "p < 10⁻⁶", "base_angle": "p < 10⁻¹⁵"}
 SYMBOLS = {"scan_speed": "v", "contact": "ε", "base_angle": "θ_b"}
 PAPER_MEAN = 2.64e-3  # rms of mode 1 over L
 APART = 2.5  # [mm/s] between the marks of two whiskers at one speed
@@ -155,8 +155,8 @@ def _caption(data: xr.Dataset, source: str) -> str:
         text += "same texture {}, two textures {}".format(*means)
         text += f"{_peak_words(data) if same.any() else ''}. "
     text += (
-        "C, rms of mode 1, measured and of the model, against the scanning speed; a mark for each whisker, those of one "
-        f"speed side by side. {_mean_words(data)} D, the same against θ_b and ε: the radius is in proportion to the "
+        "C, rms of mode 1, measured and of the model, against the scanning speed; a mark for each whisker. "
+        f"{_mean_words(data)} D, the same against θ_b and ε: the radius is in proportion to the "
         f"rms over its mean. Not in the paper: F, of the model (mean {_model_words(data)}); G, H, the rms against θ_b "
         "and ε alone. "
     )
