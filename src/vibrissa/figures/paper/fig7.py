@@ -199,7 +199,7 @@ def _effect_words(data: xr.Dataset) -> str:
     parts = []
     for term in data.term.values:
         one = data.sel(term=term)
-        ends = (float(one[f"effect_{name}"][0]) for name in ("slope", "low", "high"))
+        ends = (round(float(one[f"effect_{name}"][0]), 2) + 0.0 for name in ("slope", "low", "high"))
         slope = "{:+.2f} [{:+.2f}, {:+.2f}]".format(*ends).replace("-", "−")
         p = " | ".join(p_words(float(one[name][k])) for k in range(2) for name in P_VALUES)
         parts.append(f"{SYMBOLS[term]} {slope}, p = {p} (paper {PAPER[term]})")

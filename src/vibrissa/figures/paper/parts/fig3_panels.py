@@ -23,8 +23,8 @@ SHOWN_RUNS = 0.15  # [s]
 PAPER_MEAN, PAPER_SD = 0.96, 0.05  # correlation of a run with the mean of five, four whiskers
 CLEAR: dict[str, Any] = {"bbox": {"fc": "w", "ec": "none", "alpha": 0.8, "pad": 1}}  # letters on any image
 BESIDE: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "va": "center"}
-SOURCES = {"run_correlation": ("all runs", MEASURED, "o"), "run_correlation_others": ("other\nruns", MEASURED, "x"),
-           "run_correlation_true": ("all runs,\nno noise", TRUTH, "o")}  # fmt: skip
+SOURCES = {"run_correlation": ("all", MEASURED, "o"), "run_correlation_others": ("others", MEASURED, "x"),
+           "run_correlation_true": ("all, no\nnoise", TRUTH, "o")}  # fmt: skip
 
 
 def without(axis: Axes, title: str, why: str) -> None:
@@ -274,6 +274,6 @@ def draw_correlations(axis: Axes, data: xr.Dataset) -> None:
             axis.plot(place, values, SOURCES[name][2], color=SOURCES[name][1], ms=3)
     axis.errorbar(len(known), PAPER_MEAN, PAPER_SD, fmt="D", color=PAPER, capsize=3, ms=4)
     axis.axhline(1, color="0.7", lw=0.7, zorder=0)
-    axis.set_xticks(range(len(known) + 1), [*(SOURCES[name][0] for name in known), "paper,\nall runs"])
-    axis.set(xlabel="compared with the mean of", ylabel="correlation of one run", xlim=(-0.5, len(known) + 0.5))
+    axis.set_xticks(range(len(known) + 1), [*(SOURCES[name][0] for name in known), "all\n(paper)"])
+    axis.set(xlabel="with the mean of … runs", ylabel="correlation of one run", xlim=(-0.5, len(known) + 0.5))
     axis.set_title("E  Every run; squares: medians")
