@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
     from matplotlib.gridspec import SubplotSpec
 
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")  # digits of an exponent
 _ROW = 11.5  # height of a row of a legend [point]
 P_VALUES = ("effect_p", "effect_p_clustered")  # every sweep a draw, every whisker one
 F = TypeVar("F", "Figure", "SubFigure")
@@ -240,9 +241,14 @@ def p_words(value: float) -> str:
     Returns
     -------
     str
-        Two digits; from 0.01 down one, with its power of ten.
+        Two digits; from 0.01 down one, from 0.0001 down with its power of ten.
     """
-    return "not determined" if not np.isfinite(value) else f"{value:.2f}" if value >= 0.01 else f"{value:.0e}"
+    if not np.isfinite(value):
+        return "not determined"
+    if value >= 1e-4:
+        return f"{value:.2f}" if value >= 0.01 else f"{value:.1g}"
+    digit, power = f"{value:.0e}".split("e")
+    return f"{digit} × 10{str(int(power)).translate(_RAISED)}"
 
 
 def tail_words(value: float) -> str:
@@ -258,7 +264,7 @@ def tail_words(value: float) -> str:
     str
         As :func:`p_words`; below a millionth that it is less.
     """
-    return "< 1e-6" if value < 1e-6 else p_words(value)
+    return "< 10⁻⁶" if value < 1e-6 else p_words(value)
 
 
 def round_length(most: float) -> float:

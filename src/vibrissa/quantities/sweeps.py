@@ -107,6 +107,7 @@ SWEEPS: dict[str, Quantity] = {
     "example_whisker": Quantity(("example",), "1", "animal and whisker"),
     "example_angle": Quantity(("example",), "rad", "base angle θ_b"),
     "example_frequency": Quantity(("example",), "Hz", "resonant frequency of mode 1 found"),
+    "example_scale": Quantity(("example",), "1", "factor on the predicted envelope that gives it the measured mean"),
     "example_correlation": Quantity(("example",), "1", "correlation of predicted and measured envelope of mode 1"),
     "example_mode": Quantity(("example", "distance_scanned"), "1", "displacement of mode 1, over L"),
     "example_envelope": Quantity(("example", "distance_scanned"), "1", "envelope of mode 1 found, over L"),

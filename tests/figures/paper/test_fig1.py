@@ -94,6 +94,6 @@ def test_one_sweep_of_each_whisker_is_shown_with_its_curve(profile, data):
     for k in range(2):  # the nodes lie on the curve of their own posture
         height = np.interp(more.other_course_x[k], more.other_fitted_x[k], more.other_fitted_y[k])
         np.testing.assert_allclose(height, more.other_course_y[k], atol=5e-6)
-    assert "one sweep of each whisker (C1 ε = 0.200, R² = 0.90; beta" in more.attrs["caption"]
+    assert "one sweep of each whisker (C1 ε = 0.200, R² = 0.90; β" in more.attrs["caption"]
     assert "One whisker is followed" in data.attrs["caption"]
     assert len(fig1.draw(more).axes) == 5

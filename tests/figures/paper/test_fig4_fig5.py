@@ -170,7 +170,7 @@ def test_one_sweep_alone_tells_no_number_that_is_none(results, sweeps):
     alone["resonant_frequency"][:, 1:] = np.nan
     caption = fig5.compute({**results, "sweeps": alone}).attrs["caption"]
     assert not re.search(r"\bnan\b", caption)
-    assert "with one E for 1 sweep, R² –, –" in caption
+    assert "with one E for 1 sweep, R² of modes 1, 2: –, –" in caption
 
 
 def test_figures_are_drawn(results, sweeps):

@@ -75,7 +75,7 @@ def test_examples_are_scaled_to_the_measurement_and_have_their_texture(study, da
 def test_caption_tells_both_tests(data):
     assert "p < 0.05" in data.attrs["caption"]
     assert "by Pearson" in data.attrs["caption"]
-    assert "by new gratings (the least p of 24 new gratings is 0.04; 20 at least" in data.attrs["caption"]
+    assert "by new gratings (the least p of 24 new gratings is 0.04; at least 20 are needed" in data.attrs["caption"]
 
 
 def test_nineteen_gratings_cannot_reach_the_level_and_the_report_says_as_the_caption(study):

@@ -77,7 +77,7 @@ def test_without_a_texture_neither_the_model_nor_correlograms_take_a_place(told)
     assert all(axis.axison and axis.has_data() for axis in figure.axes)
     assert not any("nan" in title for title in titles)
     shown = [text.get_text() for axis in figure.axes if axis.get_legend() for text in axis.get_legend().get_texts()]
-    assert shown == ["mode 1", "envelope", "C1", "C2", "beta"]
+    assert shown == ["mode 1", "envelope", "C1", "C2", "β", "the mean"]
 
 
 def test_one_sweep_is_drawn_and_tells_no_effect(told):

@@ -12,6 +12,7 @@ from vibrissa.errors import TooFewError
 from vibrissa.exact import cone_kappa
 from vibrissa.figures.canvas import add_caption, house_style, key_above, new_figure
 from vibrissa.figures.colours import FITTED, MEASURED, TRUTH
+from vibrissa.figures.sources import of_sweeps
 from vibrissa.quantities import dataset, require
 from vibrissa.stats import wilson_interval
 
@@ -79,7 +80,7 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
         **columns,
         **errors,
     ).assign_coords(contact=table.contact)
-    return data.assign_attrs(caption=_caption(data))
+    return data.assign_attrs(caption=_caption(data, of_sweeps(sweeps)))
 
 
 def _columns(table: xr.Dataset, name: str) -> Array:
@@ -105,18 +106,20 @@ def _errors(found: Array, truth: Array, virtual: bool) -> dict[str, Array]:
     return {"z": unknown * z.transpose(0, 2, 1), "held": unknown * held}
 
 
-def _caption(data: xr.Dataset) -> str:
-    count = data.sizes["sweep"]
-    text = "Figure 10, not in the paper. "
-    text += f"{count} {'virtual ' if data.attrs['virtual'] else ''}sweep{'s' if count != 1 else ''} by rising contact ε"
-    text += f", {float(data.contact[0]):.2f} to {float(data.contact[-1]):.2f}; bars, 95 % intervals, cut at the edges. "
+def _caption(data: xr.Dataset, source: str) -> str:
+    text = f"Figure 10, not in the paper. {source.capitalize()}, N = {data.sizes['sweep']}, one beside the other by "
+    text += (
+        f"rising contact ε, {float(data.contact[0]):.2f} to {float(data.contact[-1]):.2f}; bars, 95 % intervals, cut "
+    )
+    text += "at the edges. "
     if not data.attrs["virtual"]:
         return text + (
             "Frequencies over κ_i(ε)/2πk with the nominal Young's modulus: a common factor is that of √E. No truth is "
             "known, so no errors are shown."
         )
     text += "Frequencies over the true ones; grey, the true damping ratio; right, errors over their standard errors "
-    text += "beside the standard normal distribution, which they follow where intervals are right. "
+    text += "beside the standard normal distribution, which they follow where intervals are right; "
+    text += f"those beyond ± {WIDEST:g} are drawn at the edge. "
     return text + " ".join(_words(data, forcing) for forcing in FORCINGS if _known(data, forcing))
 
 
@@ -176,10 +179,15 @@ def draw(data: xr.Dataset) -> Figure:
     places = np.unique(np.linspace(0, data.sizes["sweep"] - 1, TICKS).round().astype(int))
     for axis in axes[1, :2]:
         axis.set_xticks(places, [f"{float(data.contact[i]):.2f}" for i in places])
-        axis.set_xlabel("contact ε of each sweep")
-    key_above(axes[0, 1])
+        axis.set_xlabel("sweeps by rising contact ε")
+    key_above(axes[0, 0])
     if columns == 3:
         key_above(axes[0, 2])
+        axes[1, 2].set_xlabel("error over its standard error")
+        ticks = np.linspace(-WIDEST, WIDEST, 5)
+        axes[1, 2].set_xticks(
+            ticks, [f"≤ −{WIDEST:g}", *(f"{one:g}".replace("-", "−") for one in ticks[1:-1]), f"≥ {WIDEST:g}"]
+        )
     return add_caption(figure, data)
 
 
@@ -234,4 +242,3 @@ def _draw_errors(axis: Axes, one: xr.Dataset, title: str) -> None:
     axis.plot([], [], "k-", label="frequency")
     axis.plot([], [], "k--", label="damping")
     axis.set(xlim=(-WIDEST, WIDEST), ylim=(0, 1), ylabel="share of the sweeps", title=title)
-    axis.set_xlabel("error over its standard error")

@@ -10,6 +10,7 @@ import numpy as np
 from vibrissa.arrays import Array, Complex
 from vibrissa.figures.canvas import add_caption, house_style, new_figure, split
 from vibrissa.figures.paper.parts import fig1_panels as panels
+from vibrissa.figures.sources import MODEL, MOVIE, of_sweeps, printed_name
 from vibrissa.figures.words import with_error
 from vibrissa.mechanics.inverse.profile_fit import mean_course
 from vibrissa.mechanics.inverse.substrate_frame import SubstrateFrame
@@ -96,7 +97,7 @@ def compute(
     facts = _facts(profile, found, whisker, extrapolated, contact_true, diameters is None)
     others = {} if sweeps is None or series is None else _others(sweeps, series)
     return dataset(
-        {**facts, "caption": _caption(facts, others)},
+        {**facts, "caption": _caption(facts, others, of_sweeps(sweeps))},
         **others,
         **_cones(diameters),
         **picture,
@@ -206,13 +207,14 @@ def _facts(
         "tip": whisker.tip,
         "pixel_size": float(profile.attrs.get("pixel_size", np.nan)),
         "of_one_rat": of_one_rat,
+        "source": MODEL if np.isfinite(true) else MOVIE,
     }
 
 
-def _caption(facts: Mapping[str, Any], others: Mapping[str, Any]) -> str:
+def _caption(facts: Mapping[str, Any], others: Mapping[str, Any], of_others: str) -> str:
     source = (
-        "β, C1 and C2 of one rat, measured at two points each, base and tip (Hartmann et al. 2003; the virtual "
-        "whiskers of a study are given by L and α, not by diameters)"
+        "β, C1 and C2 of one rat, measured at two points each, base and tip, so that they do not test whether the "
+        "whisker is a cone (Hartmann et al. 2003; the whiskers of a virtual study are given by L and α)"
         if facts["of_one_rat"]
         else "as measured"
     )
@@ -221,7 +223,7 @@ def _caption(facts: Mapping[str, Any], others: Mapping[str, Any]) -> str:
         f"the paper's second-degree polynomial through the last {WINDOW * 1e3:g} mm that are seen puts the contact "
         f"{abs(miss):.2f} mm {'nearer the base' if miss > 0 else 'nearer the tip'}"
         if np.isfinite(miss)
-        else "the paper's second-degree polynomial has no point along the substrate"
+        else "the paper's polynomial of degree 2 is not drawn: it is nowhere tangent to the substrate"
     )
     texture = (
         f"mean profile, without the mean displacement that the texture imposes in the model of one contact (mean "
@@ -230,16 +232,21 @@ def _caption(facts: Mapping[str, Any], others: Mapping[str, Any]) -> str:
         else "mean profile"
     )
     return (
-        f"Figure 1. A, the whisker as a truncated cone; thickness not to scale. B, diameter against the distance from "
-        f"the base, {source}; dashed: the line through the points, continued to the cone's tip (black dot), which "
-        f"gives L, and its slope gives α. C, {texture} and Eq. 1 fitted to it: ε = "
+        f"Figure 1. C{', left,' if others else ''} and D: {facts['source']}; {_of_others(others, of_others)}B: "
+        "measured. A, the whisker as a truncated cone; thickness not to scale. B, diameter against the distance from "
+        f"the base, {source}; dashed: the line continued beyond the last point to the cone's tip (black dot), which "
+        f"gives L, and its slope gives α; inset: the longest whiskers there. C, {texture} and Eq. 1 fitted to it: ε = "
         f"{with_error(facts['contact'], facts['contact_se'])}, θ_b = "
         f"{with_error(facts['base_angle'], facts['base_angle_se'])} rad, H = {1e3 * facts['base_height']:.1f} mm; R² "
-        f"of the angle {facts['profile_r2']:.3f}; {parabola_text}. {_others_words(others)} D, the profile of C as "
-        "angle to the substrate, which is 0 at the contact."
+        f"of the angle {facts['profile_r2']:.3f}; {parabola_text}. {_others_words(others)} Not in the "
+        "paper: D, the profile of C as angle to the substrate, which is 0 at the contact."
         + _truth_words(facts["contact_true"])
         + ("" if np.isfinite(facts["mean_excursion"]) else f" {OVER_A_TEXTURE}")
     )
+
+
+def _of_others(others: Mapping[str, Any], source: str) -> str:
+    return f"C, right: {source}; " if others else ""
 
 
 def _truth_words(true: float) -> str:
@@ -249,7 +256,10 @@ def _truth_words(true: float) -> str:
 def _others_words(others: Mapping[str, Any]) -> str:
     if not others:
         return "One whisker is followed: there are no sweeps of others."
-    each = (f"{n} ε = {e:.3f}, R² = {r:.2f}" for n, e, r in zip(*(others[f"other{k}"] for k in ENDS), strict=True))
+    each = (
+        f"{printed_name(n)} ε = {e:.3f}, R² = {r:.2f}"
+        for n, e, r in zip(*(others[f"other{k}"] for k in ENDS), strict=True)
+    )
     return (
         f"Right: one sweep of each whisker ({'; '.join(each)}), mean profiles and Eq. 1 in the frame of the substrate, "
         "each from its contact; what lies on the substrate is the free end."

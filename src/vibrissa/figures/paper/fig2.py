@@ -182,14 +182,14 @@ def _caption(facts: dict[str, float]) -> str:
     )
     collapse = facts["collapse_residual"]
     return (
-        f"Figure 2. One gap of λ = {mm['gap_width']:.2g} mm, {um['gap_depth']:.0f} µm deep, crossed at "
-        f"{facts['scan_speed']:.2g} m/s by a whisker of {mm['whisker_length']:.0f} mm (model; ε = "
-        f"{facts['contact']:.2f}, θ_b = {facts['base_angle']:.1f} rad, ζ = {facts['damping']:.2g}). A, profiles on "
-        "the flat, U₁, before the jump, U₂, and after it, U₃, to scale: they differ by less than a line is wide. B, "
+        f"Figure 2. Computed with the one-contact model: one gap of λ = {mm['gap_width']:.2g} mm, "
+        f"{um['gap_depth']:.0f} µm deep, crossed at {mm['scan_speed']:.0f} mm/s by a whisker of "
+        f"{mm['whisker_length']:.0f} mm (ε = {facts['contact']:.2f}, θ_b = {facts['base_angle']:.1f} rad, ζ = "
+        f"{facts['damping']:.2g}). A, profiles on the flat, U₁, before the jump, U₂, and after it, U₃, to scale. B, "
         f"close-up at the contact, heights × {STRETCH}, with the gap's true depth; centrelines without thickness; "
         f"dots: contact; dashed: free end. C, (U − U₁)/d at {2 * PASSAGES} excursions, dark (t₁) to pale (t₃), and the "
-        f"linear response Ū (black); on the shaft the profiles differ from Ū by up to {100 * collapse:.0f} % of its "
-        "largest value. D, the excursion d(t). Its slope is +v; the paper's caption prints −v, its text and the "
+        f"linear response Ū (black dashes); on the shaft the profiles differ from Ū by up to {100 * collapse:.0f} % of "
+        "its largest value. D, the excursion d(t). Its slope is +v; the paper's caption prints −v, its text and the "
         f"geometry give +v. The contact jumps early, at d₂ = {um['excursion_at_jump']:.1f} µm = "
         f"{facts['excursion_at_jump'] / facts['gap_width']:.3f} λ. Not in the paper: E, the vibration q₁ jumps, the "
         "displacement q₁ + Q₁ does not. F, jump of q in both forms of the response; numbers: exact over linear. The "
@@ -251,7 +251,7 @@ def _draw_profiles(axis: Axes, data: xr.Dataset) -> None:
     axis.annotate("", (0, -4), (base, -4), arrowprops=both)
     axis.text(base / 2, -4.4, "D", ha="center", va="top")
     axis.annotate("", (0.55 * base, 0.72 * top), (0.1 * base, 0.72 * top), arrowprops={"arrowstyle": "->"})
-    axis.text(0.1 * base, 0.75 * top, "base, v", color="0.3")
+    axis.text(0.1 * base, 0.78 * top, "base, v", color="0.3")
     axis.text(base - 0.5, top + 0.4, "θ$_b$", ha="right")
     axis.set(aspect="equal", anchor="N", xlim=(left, right), ylim=(-8, top + 2.5))
     axis.set(xlabel=ALONG, ylabel="height [mm]", title="A  Profiles")
@@ -268,7 +268,7 @@ def _draw_close_up(axis: Axes, data: xr.Dataset) -> None:
         axis.annotate(name, middle, (away, 0), textcoords="offset points", ha=side, va="center", color="0.3")
     low = -1.45 * depth
     axis.annotate("", (0, low), (width, low), arrowprops={"arrowstyle": "<->", "lw": 0.7, "shrinkA": 0, "shrinkB": 0})
-    axis.text(width / 2, low - 4, "λ", ha="center", va="top")
+    axis.text(width / 2, low - 4, "λ", ha="center", va="top", bbox={"fc": "0.88", "ec": "none", "pad": 0.5}, zorder=4)
     axis.set(xlim=(left, right), ylim=(floor, 1.6 * depth), aspect=STRETCH / 1e3, anchor="N")
     axis.set(xlabel=ALONG, ylabel="height [µm]", title=f"B  At the contact, heights × {STRETCH}")
 
@@ -278,10 +278,10 @@ def _draw_response(axis: Axes, data: xr.Dataset) -> None:
     s = data.s.values[beyond]
     for colour, line in zip(ordered(data.sizes["passage"]), data.passage_response.values[:, beyond], strict=True):
         axis.plot(s, line, color=colour, lw=0.9)
-    axis.plot(s, data.unit_response.values[beyond], "k", lw=1.8, label="linear, Ū")
+    axis.plot(s, data.unit_response.values[beyond], "k--", lw=1.1, label="linear, Ū")
     axis.plot([], [], color=STAGES[0], lw=0.9, label="exact, t₁")
     axis.plot([], [], color=STAGES[2], lw=0.9, label="t₃")
-    axis.set(xlabel="s = distance from the cone's tip / L", ylabel="(U − U₁)/d", title="C  Displacement over d")
+    axis.set(xlabel="s, from the cone's tip on", ylabel="(U − U₁)/d", title="C  Displacement over d")
     key_above(axis)
 
 
@@ -307,10 +307,10 @@ def _draw_mode(axis: Axes, data: xr.Dataset) -> None:
     t = 1e3 * data.time.values
     exact, linear = data.sel(form="exact"), data.sel(form="linear")
     axis.plot(t, 1e3 * exact.mode_displacement[0], color=PREDICTED, lw=1.3, label="q₁ + Q₁, exact")
-    axis.plot(t, 1e3 * linear.mode_displacement[0], "--", color=PREDICTED, lw=0.9, label="linear")
+    axis.plot(t, 1e3 * linear.mode_displacement[0], "--", color=PREDICTED, lw=0.9, label="q₁ + Q₁, linear")
     axis.plot(t, 1e3 * exact.mode_amplitude[0], ":", color=PREDICTED, lw=1.3, label="q₁, exact")
     axis.set(xlim=(t[0], t[-1]), xlabel="time after t₁ [ms]", ylabel="mode 1 [10⁻³ L]", title="E  First mode")
-    key_above(axis)
+    key_above(axis, columns=2)
 
 
 def _draw_jumps(axis: Axes, data: xr.Dataset) -> None:
@@ -318,8 +318,9 @@ def _draw_jumps(axis: Axes, data: xr.Dataset) -> None:
     exact, linear = jump.sel(form="exact").values, jump.sel(form="linear").values
     axis.bar(mode - 0.19, linear, 0.36, facecolor="white", edgecolor=PREDICTED, label="linear")
     axis.bar(mode + 0.19, exact, 0.36, color=PREDICTED, label="exact")
-    for x, value, other in zip(mode + 0.19, exact, linear, strict=True):
-        axis.annotate(f"{value / other:.2f}", (x, max(value, 0)), (0, 2), textcoords="offset points", ha="center")
+    for x, value, other in zip(mode + 0.03, exact, linear, strict=True):
+        words = f"{value / other:.2f}".replace("-", "−")
+        axis.annotate(words, (x, max(value, 0)), (0, 3), textcoords="offset points")
     axis.axhline(0, color="0.3", lw=0.7)
     axis.set(xticks=mode, xlabel="mode", ylabel="jump of q [10⁻³ L]", title="F  Jump at t₂; exact over linear")
     key_above(axis)

@@ -23,6 +23,7 @@ from vibrissa.figures.paper.parts.fig3_motion import (
     run_correlations,
     share_along,
 )
+from vibrissa.figures.sources import of_movie, of_sweeps
 from vibrissa.quantities import dataset, measured_sd
 
 if TYPE_CHECKING:
@@ -64,6 +65,7 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     still, profile = study["still"], study["profile"]
     pixel = profile.attrs["pixel_size"]
     attrs: dict[str, Any] = {"names": json.dumps(whisker_names(profile)), "pixel_size": pixel}
+    attrs |= {"of_movie": of_movie(study), "of_runs": of_sweeps(study.get("sweeps"))}
     columns: dict[str, Any] = {
         "whisker": profile.whisker.values,
         "image_row": still.image_row.values,

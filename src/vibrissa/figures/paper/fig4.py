@@ -12,6 +12,7 @@ from vibrissa.arrays import Array, Mask
 from vibrissa.errors import MissingError
 from vibrissa.figures.canvas import add_caption, house_style, key_above, merged, new_figure
 from vibrissa.figures.colours import MEASURED, TRUTH, ordered
+from vibrissa.figures.sources import of_movie
 from vibrissa.mechanics.inverse.decomposition import transverse_shapes
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.quantities import dataset
@@ -76,7 +77,7 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
         variance_explained=modal.variance_explained.values,
         **columns,
     )
-    return data.assign_attrs(caption=_caption(data) + _validity(study.get("apparatus")))
+    return data.assign_attrs(caption=_caption(data, of_movie(study)) + _validity(study.get("apparatus")))
 
 
 def _modes_at(modal: xr.Dataset, s: Array) -> Array:
@@ -104,7 +105,7 @@ def _shapes(profile: xr.Dataset, instant: int, seen: Mask) -> tuple[dict[str, Ar
     return dict(zip(names, [*mean, *moved], strict=True)), enlarged
 
 
-def _caption(data: xr.Dataset) -> str:
+def _caption(data: xr.Dataset, source: str) -> str:
     """Panels, and the modes' shares here and in the paper."""
     shares = ", ".join(f"{100 * share:.1f}" for share in data.variance_explained.values)
     left = data.deformation - data.mode_part.sum("mode")
@@ -112,13 +113,14 @@ def _caption(data: xr.Dataset) -> str:
     largest = 1e6 * float(np.nanmax(np.abs(data.deformation.values)))
     shape = (
         f"A, the mean profile and that of one instant ({data.attrs['instant']:.3f} s), whose displacement is drawn "
-        f"{data.attrs['enlarged']:g} times too large. "
+        f"{data.attrs['enlarged']:g} times too large (thin lines: of single points). "
         if "shape_x" in data
         else "A, the profile: not given. "
     )
     true = "; grey: the truth" if "mode_displacement_true" in data else ""
     return (
-        f"Figure 4. {shape}B, the deformation u of that instant, {largest:.0f} µm where it is largest, and its modes; "
+        f"Figure 4. {source.capitalize()}. {shape}B, the deformation u of that instant, {largest:.0f} µm where it is "
+        "largest, and its modes; "
         f"left in units of L, right in µm. Their sum leaves {rest:.1f} % of its square. C, amplitudes of the modes "
         f"(q + Q, as a movie shows them){true}; cross: the instant of B. Modes 1, 2, … explain {shares} % of the "
         f"variance of this sweep (paper, over sweeps: {PAPER} %)."
@@ -163,8 +165,9 @@ def draw(data: xr.Dataset) -> Figure:
         at = data.mode_displacement[i].sel(time=data.attrs["instant"], method="nearest")
         axis.plot(at.time, 1e3 * at, "kx", ms=6, mew=1.6)
         share = 100 * float(data.variance_explained[i])
-        axis.set(ylabel=f"mode {i + 1}\n[10⁻³ L]", title=f"{'C  ' if i == 0 else ''}{share:.2g} % of the variance")
+        axis.set(ylabel=f"mode {i + 1}\n[10⁻³ L]", title=f"{'C  ' if i == 0 else ''}{share:.1f} % of the variance")
     key_above(axes[0, 1])
+    figure.align_ylabels(axes[:, 1])
     axes[-1, 1].set_xlabel("time [s]")
     return add_caption(figure, data)
 

@@ -11,6 +11,7 @@ from vibrissa.arrays import Array
 from vibrissa.figures.canvas import add_caption, house_style, key_above, new_figure, split
 from vibrissa.figures.colours import FITTED, MEASURED, TRUTH
 from vibrissa.figures.paper.parts.fig5_collapse import collapse_words, collapsed, draw_collapse, draw_modulus, each
+from vibrissa.figures.sources import of_movie, of_sweeps
 from vibrissa.mechanics.inverse.resonance import line_r2
 from vibrissa.quantities import dataset
 from vibrissa.signals.spectra import power_spectrum
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 SMOOTH = 5.0  # [Hz] half width of the running mean that shows a periodogram
 PEAK, FLANKS = 0.1, (0.65, 1.4)  # of the resonance: half width of its peak; where the power on either side is read
+RAISED = 10  # times, the line of the known texture: it would hide the measured one
 PAPER_R2 = (0.55, 0.73, 0.73)
 
 
@@ -63,7 +65,7 @@ def compute(study: Mapping[str, xr.Dataset], series: Callable[[int], xr.Dataset]
         facts |= _contrasts(white.frequency.values, white.power.values, node, best.resonant_frequency.values)
     smoothed: dict[str, Any] = {name: _running_mean(values, half) for name, values in columns.items()}
     data = dataset(
-        {"forcing": best.attrs["forcing"], **attrs},
+        {"forcing": best.attrs["forcing"], "of_movie": of_movie(study), **attrs},
         mode=white.mode.values,
         frequency=white.frequency.values,
         resonant_frequency=best.resonant_frequency.values,
@@ -73,6 +75,7 @@ def compute(study: Mapping[str, xr.Dataset], series: Callable[[int], xr.Dataset]
     )
     if "sweeps" in study:
         data = data.merge(collapsed(study["sweeps"]).reindex(mode=data.mode), combine_attrs="override")
+        data = data.assign_attrs(of_sweeps=of_sweeps(study["sweeps"]))
     return data.assign_attrs(caption=_caption(data))
 
 
@@ -130,10 +133,14 @@ def _caption(data: xr.Dataset) -> str:
     """R² of the lines, the peaks at a node, and the collapse."""
     white, paper = each(data.fit_r2_white.values, ".2f"), ", ".join(map(str, PAPER_R2[: data.sizes["mode"]]))
     true = " grey, the true signal;" if "power_true" in data else ""
-    known = " black dashes, the line of the known texture;" if "fit_r2" in data else ""
+    known = f" black, the line of the known texture, raised × {RAISED};" if "fit_r2" in data else ""
+    forcing = "the known texture" if "fit_r2" in data else "Eq. 5"
+    source = f"A, B: {data.attrs['of_movie']}"
+    source += f"; C, D: {data.attrs['of_sweeps']}" if "of_sweeps" in data.attrs else ""
     parts = [
-        f"Figure 5. A, power spectra of the amplitudes of the modes, smoothed over ± {SMOOTH:g} Hz: blue, measured;"
-        f"{true}{known} orange, the paper's Lorentzian (Eq. 5). R² of Eq. 5 {white} (paper {paper})"
+        f"Figure 5. {source}. A, power spectra of the amplitudes of the modes, smoothed over ± {SMOOTH:g} Hz: blue, "
+        f"measured;{true}{known} orange, the paper's Lorentzian (Eq. 5); grey vertical, the resonance found with "
+        f"{forcing}. R² of Eq. 5 {white} (paper {paper})"
     ]
     if "fit_r2" in data:
         parts.append(f"of the line of the known texture {each(data.fit_r2.values, '.3f')}")
@@ -200,7 +207,7 @@ def _draw_mode(axis: Axes, data: xr.Dataset, i: int) -> None:
         axis.loglog(data.frequency, data.power_true[i], color=TRUTH, lw=3, label="truth")
     axis.loglog(data.frequency, data.power[i], color=MEASURED, lw=0.9, label="measured")
     if "power_fit" in data:
-        axis.loglog(data.frequency, data.power_fit[i], "k--", lw=1.2, label="texture known")
+        axis.loglog(data.frequency, RAISED * data.power_fit[i], "k", lw=0.8, label=f"texture known, × {RAISED}")
     axis.loglog(data.frequency, data.power_white_fit[i], color=FITTED, lw=1.2, label="Eq. 5")
     f, zeta = float(data.resonant_frequency[i]), float(data.damping[i])
     found = f"{f:.1f} Hz, ζ = {zeta:.3f}" if np.isfinite(f) else "resonance not determined"
@@ -226,3 +233,5 @@ def _draw_node(axis: Axes, data: xr.Dataset, i: int) -> None:
     axis.axvline(f, color="0.7", lw=0.7, zorder=0)
     axis.set(xlabel="frequency [Hz]", xlim=(0.5 * f, 1.6 * f), ylim=(0, 1.05), title=f"About mode {i + 1}")
     axis.set_yticks([0, 1])
+    if i == 0:
+        axis.set_ylabel("over the maximum", labelpad=0)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.figures.canvas import add_caption, house_style, key_above, new_figure
-from vibrissa.figures.colours import ENVELOPE, PREDICTED
+from vibrissa.figures.colours import MEASURED, PREDICTED
 from vibrissa.figures.paper.parts.texture_strip import draw_passing
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
@@ -91,7 +91,7 @@ def draw(data: xr.Dataset) -> Figure:
                 data.time, data.envelope_predicted[i], color=PREDICTED, lw=2.2, label="predicted from the texture"
             )
             title += f": correlation {float(data.correlation[i]):.4f} over the whole movie"
-        axis.plot(data.time, data.envelope_found[i], color=ENVELOPE, lw=0.9, label="measured")
+        axis.plot(data.time, data.envelope_found[i], color=MEASURED, lw=0.9, label="measured")
         axis.set(ylabel="envelope / its mean", ylim=(0, None), title=title)
     first, last = float(data.time[0]), min(float(data.time[0]) + SHOWN, float(data.time[-1]))
     if textured:

@@ -10,10 +10,11 @@ import numpy as np
 from vibrissa.arrays import Array, Mask
 from vibrissa.errors import TooFewError
 from vibrissa.figures.canvas import P_VALUES, add_caption, house_style, key_above, new_figure, p_words, split, spread
-from vibrissa.figures.colours import ENVELOPE, MEASURED, PREDICTED, ordered
+from vibrissa.figures.colours import MEASURED, PREDICTED, ordered
 from vibrissa.figures.colours import PAPER as PAPER_COLOUR
 from vibrissa.figures.paper.parts.examples import EXAMPLES, alike, drawn_by_distance
 from vibrissa.figures.paper.parts.texture_strip import draw_scanned
+from vibrissa.figures.sources import of_sweeps, printed_name
 from vibrissa.mechanics.across.gain import effects, whisker_of_animal
 from vibrissa.quantities.kinds import Series
 from vibrissa.stats import LEVEL, fewest_draws, least_p, reaches, significant
@@ -56,12 +57,13 @@ def compute(study: Mapping[str, xr.Dataset], series: Series) -> xr.Dataset:
     rho = held.correlation.values[:, 0]
     if not np.isfinite(rho).any():
         raise TooFewError("sweeps", "must have one with a prediction at least", remedy="give the texture")
-    terms = {name: sweeps[name].values for name in ("contact", "base_angle", "whisker_name")}
-    data = held.merge(effects(rho, terms, whisker_of_animal(sweeps)), combine_attrs="override")
+    owner = whisker_of_animal(sweeps)
+    terms = {name: sweeps[name].values for name in ("contact", "base_angle")} | {"whisker": owner}
+    data = held.merge(effects(rho, terms, owner), combine_attrs="override")
     data = data.merge(_examples(sweeps, rho, series), combine_attrs="no_conflicts")
     if "jitter" in study:
         data = data.merge(study["jitter"], combine_attrs="override")
-    return data.assign_attrs(caption=_caption(data))
+    return data.assign_attrs(caption=_caption(data, of_sweeps(sweeps)))
 
 
 def _examples(sweeps: xr.Dataset, rho: Array, series: Series) -> xr.Dataset:
@@ -73,26 +75,33 @@ def _examples(sweeps: xr.Dataset, rho: Array, series: Series) -> xr.Dataset:
         return np.asarray(one.envelope.values[0] / length)
 
     def predicted(one: xr.Dataset, length: float) -> Array:
-        model = one.envelope_model.values[0]
-        return np.asarray(model * measured(one, length).mean() / model.mean())
+        return np.asarray(one.envelope_model.values[0] / length * _scale(one))
 
     lines = {"example_envelope": measured, "example_predicted": predicted}
-    found = drawn_by_distance(sweeps, chosen, series, SHOWN, lines, {"example_correlation": rho[chosen]})
+    scales = [_scale(series(int(sweeps.sweep[i]))) for i in chosen]
+    more = {"example_correlation": rho[chosen], "example_scale": scales}
+    found = drawn_by_distance(sweeps, chosen, series, SHOWN, lines, more)
     return found.assign_attrs(examples=shared)
 
 
-def _caption(data: xr.Dataset) -> str:
+def _scale(one: xr.Dataset) -> float:
+    """Factor that gives the predicted envelope the mean of the measured one."""
+    return float(one.envelope.values[0].mean() / one.envelope_model.values[0].mean())
+
+
+def _caption(data: xr.Dataset, source: str) -> str:
     """Everything the paper prints for 6C–D, here and there."""
     parts = [_mode_words(data.sel(mode=mode)) for mode in data.mode.values]
     p, clustered = (dict(zip(data.term.values, data[name].values, strict=True)) for name in P_VALUES)
-    words = (("contact", "ε", 0.95), ("base_angle", "θ_b", 0.96), ("whisker_name", "identity", 0.40))
-    each = (f"{word} {p_words(p[name])} | {p_words(clustered[name])} ({paper})" for name, word, paper in words)
+    words = (("contact", "ε", 0.95), ("base_angle", "θ_b", 0.96), ("whisker", "whisker", 0.40))
+    each = (f"{word} {p_words(p[name])} | {p_words(clustered[name])} ({paper:.2f})" for name, word, paper in words)
     text = (
-        f"Figure 6C–D. C, envelopes of mode 1, measured and predicted from the texture (below; pale: gaps), over the "
-        f"distance scanned; {data.attrs['examples']}: {_examples_words(data)}. The prediction is scaled to the mean of "
-        "the measurement. D, correlation of the two envelopes at its best lag, ≤ "
-        f"{1e3 * data.attrs['largest_lag']:.0f} ms. {' '.join(parts)} Correlation of mode 1 against (p, every sweep a "
-        f"draw | every whisker one; paper in brackets): {'; '.join(each)}."
+        f"Figure 6C–D. Measured: {source}; predicted: by the one-contact model. C, envelopes of mode 1, measured and "
+        f"predicted from the texture (below; pale: gaps), over the distance scanned; {data.attrs['examples']}: "
+        f"{_examples_words(data)}. The prediction is scaled to the mean of the measurement by the factor in the title. "
+        "D, correlation of the two envelopes at its best lag, ≤ "
+        f"{1e3 * data.attrs['largest_lag']:.0f} ms. {' '.join(parts)} Effect on the correlation of mode 1, p with "
+        f"every sweep a draw | with every whisker of every animal one (paper): {'; '.join(each)}."
     )
     return text + (_jitter_words(data) if "jittered_correlation" in data else "")
 
@@ -100,7 +109,9 @@ def _caption(data: xr.Dataset) -> str:
 def _examples_words(data: xr.Dataset) -> str:
     """Whisker, speed and contact of each example."""
     some = zip(data.example_whisker.values, data.example_speed.values, data.example_contact.values, strict=True)
-    return "; ".join(f"{owner}, {1e3 * speed:.0f} mm/s, ε = {contact:.2f}" for owner, speed, contact in some)
+    return "; ".join(
+        f"{printed_name(owner)}, {1e3 * speed:.0f} mm/s, ε = {contact:.2f}" for owner, speed, contact in some
+    )
 
 
 def _mode_words(one: xr.Dataset) -> str:
@@ -108,8 +119,11 @@ def _mode_words(one: xr.Dataset) -> str:
     made, able = np.isfinite(one.correlation.values), _able(one)
     rho, n = one.correlation.values[made], int(made.sum())
     pearson = int(significant(one.pearson_p.values).sum())
-    mode, mean = int(one.mode), f"{rho.mean():.2f} ± {rho.std():.2f}"
-    return f"Mode {mode}: {mean} (paper {PAPER[mode]}); p < {LEVEL} {pearson}/{n} by Pearson{_by_gratings(one, able)}."
+    mean = f"{rho.mean():.2f}" + (f" ± {rho.std(ddof=1):.2f}" if n > 1 else "")
+    text = (
+        f"Mode {int(one.mode)}: {mean} (mean ± SD; paper {PAPER[int(one.mode)]}); p < {LEVEL} {pearson}/{n} by Pearson"
+    )
+    return f"{text}{_by_gratings(one, able)}."
 
 
 def _by_gratings(one: xr.Dataset, able: Mask) -> str:
@@ -123,8 +137,8 @@ def _by_gratings(one: xr.Dataset, able: Mask) -> str:
     passed = int(significant(one.pseudo_p.values[able]).sum())
     chance = np.nanmean(one.chance_mean.values)
     return (
-        f", {passed}/{int(able.sum())} by new gratings ({least}; {fewest_draws()} at least that the posture can "
-        f"cross), with which it is {chance:.2f} on average"
+        f", {passed}/{int(able.sum())} by new gratings ({least}; at least {fewest_draws()} are needed), with which the "
+        f"correlation is {chance:.2f} on average"
     )
 
 
@@ -181,9 +195,10 @@ def draw(data: xr.Dataset) -> Figure:
 def _draw_example(axis: Axes, one: xr.Dataset, letter: str) -> None:
     x = 1e3 * one.distance_scanned
     axis.plot(x, 1e3 * one.example_predicted, color=PREDICTED, lw=1.2, label="predicted")
-    axis.plot(x, 1e3 * one.example_envelope, color=ENVELOPE, lw=0.9, label="measured")
-    title = f"{letter}ρ = {float(one.example_correlation):.2f}: {one.example_whisker.values!s}, "
-    axis.set_title(f"{title}{1e3 * float(one.example_speed):.0f} mm/s, ε = {float(one.example_contact):.2f}")
+    axis.plot(x, 1e3 * one.example_envelope, color=MEASURED, lw=0.9, label="measured")
+    title = f"{letter}ρ = {float(one.example_correlation):.2f}: {printed_name(str(one.example_whisker.values))}, "
+    title += f"{1e3 * float(one.example_speed):.0f} mm/s, ε = {float(one.example_contact):.2f}"
+    axis.set_title(f"{title}; prediction × {float(one.example_scale):.2g}")
     axis.set_ylabel("envelope [10⁻³ L]")
     axis.set(xlim=(float(x[0]), float(x[-1])), ylim=(0, None))
 
@@ -216,10 +231,12 @@ def _draw_jitter(axis: Axes, data: xr.Dataset) -> None:
     lines = data.transpose("jitter_time", ...).jitter_time
     for colour, one in zip(ordered(lines.size), lines, strict=True):
         line = data.sel(jitter_time=one)
-        label = f"slower than {float(one):g} s"
+        label = f"{float(one):g} s"
         axis.plot(1e6 * line.jitter, line.jittered_correlation, "o-", ms=3, color=colour, label=label)
         axis.plot(1e6 * line.jitter, line.jittered_repeat, "s:", ms=2.5, color=colour)
     axis.axhline(PAPER_MEAN[1], color=PAPER_COLOUR, ls="--", lw=0.8)
     axis.set(xlabel="jitter of the tip, SD [µm]", ylabel="correlation", ylim=(0, 1.02))
-    axis.set_title("E  Jitter: envelope —, motion of repeats ···")
-    key_above(axis, columns=2)
+    axis.plot([], [], "k-o", ms=3, label="envelopes")
+    axis.plot([], [], "k:s", ms=2.5, label="repeated runs")
+    axis.set_title("E  Jitter of the tip, with periods above …")
+    key_above(axis, columns=3)

@@ -45,6 +45,7 @@ SIGNALS = {  # what is compared, and the unit of its peak over λ
     "moment, vibration": "N",
     "displacement at s = 0.9": "1",
 }
+TITLES = {"telegraph": "edges at random places", "widths": "Gaussian widths"}  # of gratings
 OVER_L = ("q + Q", "q", "jump alone", "ramps alone")  # λ is then over L as well
 
 
@@ -242,12 +243,13 @@ def _caption(data: xr.Dataset, n_modes: int, n_textures: int) -> str:
 
     def ratio(reading: str) -> str:
         rms = data.gain_displacement.sel(reading=reading, form="exact")
-        return f"{reading} × {float(rms.sel(speed=0.2) / rms.sel(speed=0.1)):.2f}"
+        return f"× {float(rms.sel(speed=0.2) / rms.sel(speed=0.1)):.2f} ({TITLES[reading]})"
 
     attrs = data.attrs
     return (
-        f"Figure 6A–B. One gap crossed, of several widths λ (model; {attrs['scan_speed']:.2g} m/s, whisker "
-        f"of {1e3 * attrs['whisker_length']:.0f} mm, ε = {attrs['contact']:.2f}, θ_b = {attrs['base_angle']:.1f} rad, "
+        "Figure 6A–B. Computed with the one-contact model: one gap crossed, of several widths λ "
+        f"({1e3 * attrs['scan_speed']:.0f} mm/s, whisker of {1e3 * attrs['whisker_length']:.0f} mm, ε = "
+        f"{attrs['contact']:.2f}, θ_b = {attrs['base_angle']:.1f} rad, "
         f"ζ = {attrs['damping']:.2g}, {n_modes} modes). A, transverse displacement of the node at s = {NODE}, which is "
         "0.1 L from the base; t = 0: the first edge of the gap meets the contact; left in units of L, right in µm. "
         "Inset: the profile at t = 0, and the node. B, the same over λ. The exact response is what the model predicts, "
@@ -256,10 +258,11 @@ def _caption(data: xr.Dataset, n_modes: int, n_textures: int) -> str:
         "at every λ. Not in the paper: F, bending moment of the vibration at the base over λ, from the jump at t₂ on "
         f"(range {percent('moment, vibration')}); the burst just after the jump is that of the higher modes. G, what "
         f"the jump alone leaves of mode 1 collapses, in the linear form only ({percent('jump alone')}). What the ramps "
-        f"add does not ({percent('ramps alone')}): kicks of |c₁|v/(ω₁L) = {1e3 * attrs['ramp_kick']:.2f} × 10⁻³, which "
-        "grow with v and not with λ. "
-        f"H, rms of mode 1 over {n_textures} random gratings of {GRATING:g} m against the scanning speed, mean and "
-        "standard error; lines: q₁ + Q₁ about its mean, which a movie shows; from 0.1 to 0.2 m/s it changes, exact, by "
+        f"add does not ({percent('ramps alone')}): each start and end of a ramp kicks mode 1 by "
+        f"{1e3 * attrs['ramp_kick']:.2f} × 10⁻³ L, which grows with the speed and not with λ. "
+        f"H, rms of mode 1 over {n_textures} random gratings of {GRATING:g} m, in the two readings of the paper, "
+        "against the scanning speed, mean and standard error; q₁, the vibration; q₁ + Q₁, with the quasi-static "
+        "displacement, as a movie shows it, about its mean; from 100 to 200 mm/s this changes, exact, by "
         f"{ratio('telegraph')} and {ratio('widths')}. The model has one contact: a free end longer than a gap would "
         "meet the ground behind it, which is not resolved."
     )
@@ -289,7 +292,8 @@ def draw(data: xr.Dataset) -> Figure:
     panels.draw_pair(axes[2, 2:], data, jump, "G  Jump alone / λ", "mode 1 / λ")
     last[1].sharey(last[0])
     for axis, reading, letter in zip(last, data.reading.values, ("H  ", ""), strict=True):
-        panels.draw_gain(axis, data.sel(reading=reading), f"{letter}{reading}")
+        words = TITLES[str(reading)]
+        panels.draw_gain(axis, data.sel(reading=reading), f"{letter}{words[0].upper()}{words[1:]}")
     last[0].set_ylabel("rms of mode 1 [10⁻³ L]")
     panels.draw_inset(first[0], data)
     for axis in (first[0], last[0]):

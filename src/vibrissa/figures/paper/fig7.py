@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from itertools import combinations, cycle
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from vibrissa.figures.canvas import P_VALUES, add_caption, house_style, key_abov
 from vibrissa.figures.colours import ENVELOPE, MEASURED, PREDICTED
 from vibrissa.figures.paper.parts.examples import EXAMPLES, Course, alike, drawn_by_distance
 from vibrissa.figures.paper.parts.texture_strip import draw_scanned
+from vibrissa.figures.sources import of_sweeps, printed_name, whisker_marks
 from vibrissa.mechanics.across.gain import (
     SOURCES,
     STEP,
@@ -33,9 +34,11 @@ if TYPE_CHECKING:
 SHOWN = 40e-3  # [m] of the distance scanned
 MOST_PAIRS = 40  # of each kind
 OFFSETS = np.arange(-10e-3, 10.01e-3, 50e-6)  # [m]
-PAPER = {"scan_speed": "p = .11", "contact": "p < 1e-6", "base_angle": "p < 1e-15"}
+PAPER = {"scan_speed": "p = 0.11", "contact": "p < 10⁻⁶", "base_angle": "p < 10⁻¹⁵"}
 SYMBOLS = {"scan_speed": "v", "contact": "ε", "base_angle": "θ_b"}
-MARKS = "os^vDP"
+PAPER_MEAN = 2.64e-3  # rms of mode 1 over L
+APART = 2.5  # [mm/s] between the marks of two whiskers at one speed
+AREA = 60  # of the circle of the mean rms [square points]
 
 
 def compute(study: Mapping[str, xr.Dataset], series: Series) -> xr.Dataset:
@@ -76,7 +79,7 @@ def compute(study: Mapping[str, xr.Dataset], series: Series) -> xr.Dataset:
     parts = (gain_table(sweeps), _examples(sweeps, usable, series), _pairs(sweeps, usable, series))
     for part in parts:
         data = data.merge(part, combine_attrs="drop_conflicts")
-    return data.assign_attrs(caption=_caption(data))
+    return data.assign_attrs(caption=_caption(data, of_sweeps(sweeps)))
 
 
 def _mean(values: Array) -> float:
@@ -133,17 +136,13 @@ def _correlogram(series: Series, sweeps: xr.Dataset, i: int, j: int) -> Array:
     return np.interp(OFFSETS, offset, rho)
 
 
-def _caption(data: xr.Dataset) -> str:
+def _caption(data: xr.Dataset, source: str) -> str:
     """The paper's tests, here and there."""
-    gain = data.sweep_gain.values[0]
     below = " (texture below; pale: gaps)" if "trough_start" in data else ""
+    owners = ", ".join(printed_name(one) for one in dict.fromkeys(data.example_whisker.values.tolist()))
     text = (
-        f"Figure 7A–D. A, amplitude of mode 1 and its envelope (black) over the distance scanned{below}; "
-        f"{data.attrs['examples']}: {', '.join(dict.fromkeys(data.example_whisker.values.tolist()))}. C, rms of mode "
-        "1, measured and of the model, against the scanning speed; a mark for each whisker; mean "
-        f"{1e3 * np.nanmean(gain):.2f} × 10⁻³ L (paper 2.64 × 10⁻³). D, the same against θ_b and ε: the radius is in "
-        f"proportion to the rms over its mean. Not in the paper: F, of the model (mean {_model_words(data)}); G, H, "
-        "the rms against θ_b and ε alone. "
+        f"Figure 7A–D. Measured: {source}; model: computed from their textures. A, amplitude of mode 1 and its "
+        f"envelope (black) over the distance scanned{below}; {data.attrs['examples']}: {owners}. "
     )
     if not data.sizes["pair"]:
         text += "B, correlograms: no whisker met a known texture at two speeds. "
@@ -155,9 +154,27 @@ def _caption(data: xr.Dataset) -> str:
         text += "B, correlograms of envelopes by distance, of one whisker at two speeds, thick: means; without offset, "
         text += "same texture {}, two textures {}".format(*means)
         text += f"{_peak_words(data) if same.any() else ''}. "
+    text += (
+        "C, rms of mode 1, measured and of the model, against the scanning speed; a mark for each whisker. "
+        f"{_mean_words(data)} D, the same against θ_b and ε: the radius is in proportion to the "
+        f"rms over its mean. Not in the paper: F, of the model (mean {_model_words(data)}); G, H, the rms against θ_b "
+        "and ε alone. "
+    )
+    if np.isfinite(data.effect_p.values).any():
+        text += "Slopes per SD over the mean [95 %, by whisker]; p of all whiskers, with every sweep a draw | with "
+        text += "every whisker one, then of β and C1 alone. "
     return (text + " ".join(_effect_words(data.sel(source=source)) for source in data.source.values)).replace(
         " -", " −"
     )
+
+
+def _mean_words(data: xr.Dataset) -> str:
+    """Mean measured gain beside the paper's."""
+    mean = _mean(data.sweep_gain.values[0])
+    paper = f"the paper's {1e3 * PAPER_MEAN:.2f} × 10⁻³ L"
+    ratio = PAPER_MEAN / mean
+    beside = f"{ratio:.0f} times below {paper}" if ratio > 2 else f"for comparison: {paper}"
+    return f"Measured mean {1e3 * mean:.2f} × 10⁻³ L, {beside}."
 
 
 def _model_words(data: xr.Dataset) -> str:
@@ -168,7 +185,8 @@ def _model_words(data: xr.Dataset) -> str:
 def _peak_words(data: xr.Dataset) -> str:
     """Where the mean correlogram of one texture peaks: the envelope lags the texture by a time, not by a distance."""
     mean = data.pair_correlogram.values[data.pair_same_texture.values].mean(axis=0)
-    return f"; of the same texture largest, {mean.max():.2f}, at {1e3 * float(data.offset[mean.argmax()]):.2f} mm"
+    offset = round(1e3 * float(data.offset[mean.argmax()]), 2) + 0.0  # without a sign where it is 0
+    return f"; of the same texture largest, {mean.max():.2f}, at {offset:.2f} mm"
 
 
 def _effect_words(data: xr.Dataset) -> str:
@@ -181,12 +199,11 @@ def _effect_words(data: xr.Dataset) -> str:
     parts = []
     for term in data.term.values:
         one = data.sel(term=term)
-        ends = (float(one[f"effect_{name}"][0]) for name in ("slope", "low", "high"))
-        slope = "{:+.2f} [{:+.2f}, {:+.2f}]".format(*ends)
+        ends = (round(float(one[f"effect_{name}"][0]), 2) + 0.0 for name in ("slope", "low", "high"))
+        slope = "{:+.2f} [{:+.2f}, {:+.2f}]".format(*ends).replace("-", "−")
         p = " | ".join(p_words(float(one[name][k])) for k in range(2) for name in P_VALUES)
         parts.append(f"{SYMBOLS[term]} {slope}, p = {p} (paper {PAPER[term]})")
-    head = "slope per SD over the mean [95 %, by whisker]; p of all whiskers, by sweep | by whisker, then of β and C1"
-    return f"{source.capitalize()}: {'; '.join(parts)}." + (f" ({head}.)" if source == "measured" else "")
+    return f"{source.capitalize()}: {'; '.join(parts)}."
 
 
 @house_style
@@ -225,10 +242,10 @@ def _right(data: xr.Dataset) -> list[Callable[[Axes], None]]:
     sources = [one for one in data.source.values if np.isfinite(data.sweep_gain.sel(source=one)).any()]
     return [
         *([partial(_draw_pairs, data=data)] if data.sizes["pair"] else []),
-        partial(_draw_relation, data=data, name="scan_speed", label="scanning speed [m/s]", letter="C"),
+        partial(_draw_relation, data=data, name="scan_speed", label="scanning speed [mm/s]", title="C  Scanning speed"),
         *(partial(_draw_plane, data=data.sel(source=one)) for one in sources),
-        partial(_draw_relation, data=data, name="base_angle", label="base angle θ$_b$ [rad]", letter="G"),
-        partial(_draw_relation, data=data, name="contact", label="contact ε", letter="H"),
+        partial(_draw_relation, data=data, name="base_angle", label="base angle θ$_b$ [rad]", title="G  Base angle"),
+        partial(_draw_relation, data=data, name="contact", label="contact ε", title="H  Contact"),
     ]
 
 
@@ -259,27 +276,32 @@ def _draw_pairs(axis: Axes, data: xr.Dataset) -> None:
     key_above(axis)
 
 
-def _draw_relation(axis: Axes, data: xr.Dataset, name: str, label: str, letter: str) -> None:
+def _draw_relation(axis: Axes, data: xr.Dataset, name: str, label: str, title: str) -> None:
     """Measured full, model hollow where there is one; a mark for each whisker."""
-    for mark, whisker in zip(cycle(MARKS), np.unique(data.whisker_name)):
+    names, speed = np.unique(data.whisker_name).tolist(), name == "scan_speed"
+    marks = whisker_marks(names)
+    for k, whisker in enumerate(names):
         some = data.sel(sweep=data.whisker_name == whisker)
         looks: tuple[dict[str, Any], ...] = ({"color": MEASURED}, {"facecolors": "none", "edgecolors": PREDICTED})
+        place = 1e3 * some[name] + APART * (k - (len(names) - 1) / 2) if speed else some[name]
         for source, look in zip(data.source.values, looks, strict=True):
             gain = 1e3 * some.sweep_gain.sel(source=source)
             if np.isfinite(gain).any():
-                words = str(whisker) if source == "measured" else None
-                axis.scatter(some[name], gain, s=16, lw=0.9, marker=mark, label=words, **look)
-    axis.set(xlabel=label, ylabel="rms of mode 1 [10⁻³ L]", title=letter, yscale="log")
-    if letter == "C":
-        axis.set_title("C  Blue measured, green model")
-        key_above(axis)
+                words = f"{printed_name(whisker)}{', model' * (source != 'measured')}"
+                axis.scatter(place, gain, s=16, lw=0.9, marker=marks[whisker], label=words, **look)
+    axis.set(xlabel=label, ylabel="rms of mode 1 [10⁻³ L]", title=title, yscale="log")
+    if speed:
+        key_above(axis, columns=3, handletextpad=0.1)
 
 
 def _draw_plane(axis: Axes, data: xr.Dataset) -> None:
     """Radius of each circle in proportion to the rms."""
     radius, measured = data.relative_gain.values, str(data.source.values) == "measured"
     edge = MEASURED if measured else PREDICTED
-    axis.scatter(data.base_angle, data.contact, s=60 * radius**2, facecolors="none", edgecolors=edge, lw=0.9)
+    look: dict[str, Any] = {"facecolors": "none", "edgecolors": edge, "lw": 0.9}
+    axis.scatter(data.base_angle, data.contact, s=AREA * radius**2, **look)
+    axis.scatter([], [], s=AREA, label="the mean", **look)
     title = "D  Measured" if measured else "F  Model"
     axis.set(xlabel="base angle θ$_b$ [rad]", ylabel="contact ε", title=title)
     axis.margins(0.1)
+    key_above(axis)

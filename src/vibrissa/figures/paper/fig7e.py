@@ -19,6 +19,7 @@ from vibrissa.texture.surface import Gaps
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
+    from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
 
     from vibrissa.whisker import Whisker
@@ -31,6 +32,7 @@ LINES = {"contact": (0.15, 0.2, 0.29, 0.4), "base_angle": (0.8, 1.0, 1.2, 1.4)} 
 PAPER = (0.8, 1.4)  # [rad] between which the measured gain at most doubles
 WIDE, NARROW = 0.29, 0.15  # contacts between which the caption follows the gain
 LEAST_CONTACT = 0.1  # of the linear form, as the paper states; its largest angle is the same 1.4 rad
+LOOKS = (("exact", "-"), ("linear", "--"))  # of lines
 GREY = ("0.55", "0.8")  # beyond the fold; no profile across the gap
 
 
@@ -100,9 +102,10 @@ def _caption(whisker: Whisker, gap_width: float) -> str:
 
     over = " | ".join(f"{float(row[1]):.1f}" for row in corners["linear"] / corners["exact"])
     return (
-        f"Figure 7E. Largest transverse displacement at s = 0.9 when one gap of {1e3 * gap_width:g} mm is crossed at "
-        f"{1e3 * SPEED:.0f} mm/s (model; cone of {1e3 * whisker.length:.0f} mm, ζ = {DAMPING}, μ = {FRICTION}, 12 "
-        "modes), over base angle and contact. Left, the linear response of the paper; middle, the exact one; right, "
+        f"Figure 7E. Computed with the one-contact model (cone of {1e3 * whisker.length:.0f} mm, ζ = {DAMPING}, μ = "
+        f"{FRICTION}, 12 modes). Largest transverse displacement at s = 0.9 when one gap of {1e3 * gap_width:g} mm is "
+        f"crossed at {1e3 * SPEED:.0f} mm/s, over base angle and contact; one logarithmic scale of colours for both "
+        "responses. Left, the linear response of the paper; middle, the exact one; right, "
         "exact over linear. Dark grey: beyond the fold, where there is no quasi-static response; light grey: the fold "
         "is met on the way across the gap. Dotted: the limits of validity that the paper states. Below, lines through "
         "the maps, exact full and linear dashed; grey band: the paper's measurement. "
@@ -128,38 +131,41 @@ def draw(data: xr.Dataset) -> Figure:
     Figure
         Of matplotlib.
     """
+    from matplotlib.colors import LogNorm, Normalize
+
     figure, axes = new_figure(9.0, 5.6, 2, 3)
     length = 1e6 * data.attrs["whisker_length"]
-    top = length * float(np.nanmax(data.peak_displacement.sel(form="exact").values))
+    both = LogNorm(*(length * float(end) for end in (data.peak_displacement.min(), data.peak_displacement.max())))
     for axis, form in zip(axes[0], FORMS, strict=False):
-        mesh = _draw_map(axis, data, length * data.peak_displacement.sel(form=form)[0, 0], (0, top), "viridis")
+        mesh = _draw_map(axis, data, length * data.peak_displacement.sel(form=form)[0, 0], both, "viridis")
         axis.set_title(f"E  {str(form).capitalize()}" if form == FORMS[0] else str(form).capitalize())
-    figure.colorbar(mesh, ax=axes[0, 1], label="[µm]", extend="max")
-    mesh = _draw_map(axes[0, 2], data, data.exact_over_linear, (0, 1), "cividis")
+    figure.colorbar(mesh, ax=axes[0, :2].tolist(), label="largest displacement [µm]")
+    mesh = _draw_map(axes[0, 2], data, data.exact_over_linear, Normalize(0, 1), "cividis")
     axes[0, 2].set_title("Exact over linear")
     figure.colorbar(mesh, ax=axes[0, 2])
+    axes[0, 0].set_ylabel("contact ε")
+    axes[1, 1].sharey(axes[1, 0])
     _draw_lines(axes[1, 0], data, length * data.line_gain_angle, "line_contact")
     _draw_lines(axes[1, 1], data, length * data.line_gain_contact, "line_angle")
-    axes[1, 0].set(xlabel="base angle θ$_b$ [rad]", ylim=(2, 900), title="At contacts ε")
-    axes[1, 1].set(xlabel="contact ε", ylim=(2, 900), title="At base angles θ$_b$ [rad]")
+    axes[1, 0].set(xlabel="base angle θ$_b$ [rad]", title="At contacts ε")
+    axes[1, 1].set(xlabel="contact ε", title="At base angles θ$_b$ [rad]")
     _draw_relative(axes[1, 2], data)
     for axis in axes[1]:
         key_above(axis, columns=4)
     return add_caption(figure, data)
 
 
-def _draw_map(axis: Axes, data: xr.Dataset, values: xr.DataArray, limits: tuple[float, float], colours: str) -> Any:
+def _draw_map(axis: Axes, data: xr.Dataset, values: xr.DataArray, scale: Normalize, colours: str) -> Any:
     """One map; grey where there is no value."""
     from matplotlib.colors import ListedColormap
 
     reason = data.cell_reason.sel(form="exact")[0]
     shade = np.where(reason == REASONS.index("beyond the fold"), 0.0, np.where(reason == 0, np.nan, 1.0))
     axis.pcolormesh(data.base_angle, data.contact, shade, cmap=ListedColormap(GREY), vmin=0, vmax=1, rasterized=True)
-    low, high = limits
-    mesh = axis.pcolormesh(data.base_angle, data.contact, values, cmap=colours, vmin=low, vmax=high, rasterized=True)
+    mesh = axis.pcolormesh(data.base_angle, data.contact, values, cmap=colours, norm=scale, rasterized=True)
     axis.axvline(PAPER[1], color="black", lw=1.0, ls=":")
     axis.axhline(LEAST_CONTACT, color="black", lw=1.0, ls=":")
-    axis.set(xlabel="base angle θ$_b$ [rad]", ylabel="contact ε")
+    axis.set(xlabel="base angle θ$_b$ [rad]")
     return mesh
 
 
@@ -167,7 +173,7 @@ def _draw_lines(axis: Axes, data: xr.Dataset, values: xr.DataArray, line: str) -
     """Exact lines full, linear ones dashed."""
     along = data[str(values.dims[-1])]
     for i, colour in enumerate(ordered(data.sizes["line"])):
-        for form, style in (("exact", "-"), ("linear", "--")):
+        for form, style in LOOKS:
             label = f"{float(data[line][i]):g}" if form == "exact" else None
             axis.plot(along, values.sel(form=form)[i], style, color=colour, label=label)
     axis.set(yscale="log", ylabel="largest displacement [µm]")
@@ -176,11 +182,13 @@ def _draw_lines(axis: Axes, data: xr.Dataset, values: xr.DataArray, line: str) -
 def _draw_relative(axis: Axes, data: xr.Dataset) -> None:
     """Gain over its value at the least base angle."""
     for i, colour in enumerate(ordered(data.sizes["line"])):
-        for form, style in (("exact", "-"), ("linear", "--")):
+        for form, style in LOOKS:
             gain = data.line_gain_angle.sel(form=form)[i]
             axis.plot(data.base_angle, gain / gain[0], style, color=colour)
+    for form, style in LOOKS:
+        axis.plot([], [], style, color="k", label=form)
     axis.plot(PAPER, (1, 2), color=PAPER_COLOUR, lw=3, alpha=0.4, label="paper: up to × 2")
     axis.set(xlabel="base angle θ$_b$ [rad]", ylabel="gain over that at 0.8 rad", ylim=(0.9, 10), yscale="log")
     axis.set_yticks((1, 2, 3, 5, 10), ("1", "2", "3", "5", "10"))
     axis.set_yticks((), minor=True)
-    axis.set_title("Over that at 0.8 rad")
+    axis.set_title("Gain over that at 0.8 rad")

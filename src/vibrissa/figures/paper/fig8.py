@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.arrays import Array
-from vibrissa.figures.canvas import add_caption, house_style, key_above, new_figure, split
+from vibrissa.figures.canvas import add_caption, counted, house_style, key_above, new_figure, split
 from vibrissa.figures.colours import ENVELOPE, FITTED, MEASURED, OF_QUALITY, SINGLE
 from vibrissa.figures.paper.parts.texture_strip import draw_passing
 from vibrissa.neural.coupling.nulls import Circular, Record, circular_correlogram
@@ -85,7 +85,7 @@ def _stimulus(study: Mapping[str, xr.Dataset]) -> tuple[dict[str, Any], dict[str
                 return moved, {}
             passed = study["apparatus"]
             texture = {column: passed[column].values for column in ("trough_start", "trough_width")}
-            return moved | texture, {"speed": passed.attrs["speed"]}
+            return moved | texture, {"speed": passed.attrs["speed"], "stimulus": "computed with the one-contact model"}
     return {}, {}
 
 
@@ -169,19 +169,28 @@ def _caption(data: xr.Dataset) -> str:
         hinge = " Threshold: not identified."
     chance = (
         f"dashed, {attrs['chance']:.2f}: what the largest of the three lags about 0 exceeds in 1 % of all circular "
-        "shifts of the envelope. The paper's null, shuffled bins, is narrower and lets more than 1 % of units pass "
-        "that answer something else."
+        "shifts of the envelope. The paper's null, shuffled bins, is narrower: of units that do not follow the "
+        "envelope more than 1 % exceed it."
         if np.isfinite(attrs["chance"])
         else "too few bins to estimate chance."
     )
     return (
-        f"Figure 8. One {unit}, {attrs['n_trials']} presentations, bins of {1e3 * attrs['bin_width']:.0f} ms. A, from "
-        f"top to bottom: spikes, firing rate, stimulus and its envelope A (black); right: the shaded part"
+        f"Figure 8. One {unit}, {attrs['n_trials']} presentations, bins of {1e3 * attrs['bin_width']:.0f} ms"
+        f"{_stimulus_words(data)}. A, from top to bottom: spikes, firing rate, stimulus and its envelope A (black; the "
+        "mean in each bin, so below the peaks); right: the shaded part"
         f"{_texture_words(data)}. B, firing rate and A, scaled to it. {_together_words(data)} Not in the paper: D, "
-        f"rate against the envelope {attrs['lag']} bin(s) before; dots, bins; squares, mean ± standard error of "
+        f"rate against the envelope {counted(attrs['lag'], 'bin')} before; dots, bins; squares, mean ± SEM of "
         f"{data.sizes['level']} equally full classes.{hinge} E, correlation at every lag (positive: the rate is late); "
         f"{chance}"
     )
+
+
+def _stimulus_words(data: xr.Dataset) -> str:
+    """Where the stimulus is from, and how large it is."""
+    if "stimulus" not in data.attrs:
+        return ""
+    text = f"; stimulus: motion {data.attrs['stimulus']}, A up to {1e6 * float(np.nanmax(data.bin_envelope)):.0f} µm"
+    return text + "; that of C and of Figure 9 is scaled to larger motion" * ("together_rate" in data)
 
 
 def _texture_words(data: xr.Dataset) -> str:
@@ -218,7 +227,7 @@ def draw(data: xr.Dataset) -> Figure:
         Of matplotlib.
     """
     together, rows = "together_rate" in data, [1.2, 1, 1, *([0.22] * ("trough_start" in data))]
-    figure, axes = new_figure(9.0, 8.0 if together else 7.2, 3, 1, height_ratios=[2.5, 1, 2 if together else 1.5])
+    figure, axes = new_figure(9.0, 9.6 if together else 7.2, 3, 1, height_ratios=[2.5, 1, 3.4 if together else 1.5])
     whole, close = split(figure, axes[0, 0], widths=[1.7, 1])
     name = "A  One unit" + (", simulated" if data.attrs["origin"] == "simulated" else "")
     ends = float(data.bin[0]), float(data.bin[-1]) + data.attrs["bin_width"]
@@ -229,9 +238,12 @@ def draw(data: xr.Dataset) -> Figure:
         axis.axvspan(*zoom, color="0.92", lw=0, zorder=0)
     _draw_times(split(figure, close, heights=rows), data, zoom, "A  The shaded part")
     _draw_overlay(axes[1, 0], data)
-    *others, levels, correlogram = split(figure, axes[2, 0], widths=[*([1.7] * together), 1, 1])
-    for axis in others:
-        _draw_together(figure, axis, data)
+    if together:
+        others, right = split(figure, axes[2, 0], widths=[1.7, 1])
+        levels, correlogram = split(figure, right, heights=[1, 1])
+        _draw_together(figure, others, data)
+    else:
+        levels, correlogram = split(figure, axes[2, 0], widths=[1, 1])
     _draw_levels(levels, data)
     _draw_correlogram(correlogram, data)
     return add_caption(figure, data)
@@ -243,9 +255,9 @@ def _draw_times(axes: list[Axes], data: xr.Dataset, span: tuple[float, ...], tit
     inside = ((data.spike_time >= span[0]) & (data.spike_time <= span[1])).values
     many = inside.sum() > 5000
     size: dict[str, Any] = {
-        "ms": 0.6 if many else 1.5,
-        "mew": 0.3 if many else 0.5,
-        "color": SINGLE,
+        "ms": 0.6 if many else 1.8,
+        "mew": 0.4 if many else 0.9,
+        "color": "0.15",
         "rasterized": True,
     }
     raster.plot(data.spike_time.values[inside], data.spike_trial.values[inside], "," if many else "|", **size)
@@ -291,9 +303,9 @@ def _draw_together(figure: Figure, place: Axes, data: xr.Dataset) -> None:
     centre = data.example_bin + data.attrs["example_bin_width"] / 2
     for i, axis in enumerate(axes):
         quality = str(data.example_quality.values[i])
-        axis.stairs(data.together_rate[i], edges, color=OF_QUALITY.get(quality, SINGLE))
+        axis.stairs(data.together_rate[i], edges, color=OF_QUALITY.get(quality, SINGLE), fill=True, alpha=0.6)
         axis.plot(centre, data.together_scaled[i], color=ENVELOPE, lw=0.9)
-        axis.set(ylim=(0, None), xlim=(edges[0], edges[-1]), ylabel=quality)
+        axis.set(ylim=(0, None), xlim=(edges[0], edges[-1]), ylabel=str(data.example_unit.values[i]))
         axis.tick_params(labelbottom=axis is axes[-1])
     axes[0].set_title("C  Rates [Hz] of several units, and envelopes")
     axes[-1].set_xlabel("time [s]")

@@ -183,39 +183,25 @@ def _p(columns: Columns, name: str) -> str:
 
 
 def _truth_words(columns: Columns, truth: xr.Dataset) -> str:
-    """That the units are simulated, and which of those the envelope does not drive pass its test."""
-    role, passed = truth.driven_by.values, columns["significant"]
-    driven = role == "envelope"
-    others = [f"{np.sum(passed & (role == one))} of {np.sum(role == one)} {one}" for one in np.unique(role[~driven])]
-    locked = role == "carrier"
-    decided = ~np.isin(columns["envelope_verdict"], ["phase", "cannot tell"])
-    surprise = (
-        "Units locked to the carrier pass where the motion is lopsided: its phase then goes with its broad-band "
-        f"envelope; finer bins leave {np.sum(passed & locked & decided)} of them. "
-        if np.sum(passed & locked) > 0.2 * np.sum(locked)
-        else ""
-    )
+    """That the units are simulated, and how many of those that pass the envelope drives."""
+    driven, passed = truth.driven_by.values == "envelope", columns["significant"]
     return (
-        "Simulated units: thresholds and slopes were put in with the paper's means and spreads, so that agreement with "
-        "the paper tests the analysis, not the brain; grey, the truth put in. Driven units that pass the test: "
-        f"{np.sum(passed & driven)} of {driven.sum()}. Driven by something else, and passing: {', '.join(others)}. "
-        f"{surprise}"
+        "Simulated units: thresholds and slopes were put in with the paper's means and spreads, so that agreement "
+        f"tests the analysis, not the brain; grey, the truth. The envelope drives {driven.sum()} units, of which "
+        f"{np.sum(passed & driven)} pass the test; {np.sum(passed & ~driven)} pass without it. "
     )
 
 
 def _caption(data: xr.Dataset, columns: Columns, truth: xr.Dataset | None) -> str:
-    """What the figure shows, which units count, and what disagrees in the paper."""
-    driven, fitted = columns["significant"].sum(), columns["fitted"].sum()
+    """What the figure shows, which units count, and the paper's means."""
+    passed, fitted = columns["significant"].sum(), columns["fitted"].sum()
     means = "; ".join(_mean_words(data, columns, name, unit, scale) for name, unit, scale in MEANS)
     return (
         ("Figure 9. " if truth is None else f"Figure 9. {_truth_words(columns, truth)}")
-        + f"Of {driven} units that pass the test, {fitted} have an identified threshold and slope: those of A–D and G. "
-        f"{_one_words(data)} B, C, distributions of threshold and slope, single units (SU) and multi-units (MU); marks "
-        f"above: mean ± SEM here, and black the paper's. {means}. Not in the paper: D, {_rest_words(data)} E, largest "
-        f"correlation of rate and envelope, all units; filled, those that pass. F, share that passes, 95 % Wilson: "
-        f"{_share_words(data)}. G, latencies. The paper counts its units as 170 SU and 344 MU (Results) or 143 and 289 "
-        "(Methods), both 1.19 times apart; its 44 % of 344 MU are 157, which is 45.6 %. With equal means, its p = "
-        "0.06 for slopes must compare shapes."
+        + f"{_one_words(data)} B, C, threshold and slope of each of the {fitted} units, of {passed} that pass, where "
+        "both are identified (SU, single units; MU, multi-units); marks above: mean ± SEM, here and (black) in the "
+        f"paper. {means}. Not in the paper: {_rest_words(data)}E, largest correlation of rate and envelope; filled, "
+        "units that pass. F, share that passes, 95 % Wilson, beside both counts of the paper. G, latencies."
     )
 
 
@@ -227,7 +213,7 @@ def _one_words(data: xr.Dataset) -> str:
     rest = (
         f"dotted: its spontaneous rate, {attrs['shown_spontaneous_rate']:.1f} Hz"
         if np.isfinite(attrs["shown_spontaneous_rate"])
-        else "its spontaneous rate is not known, since there is no window without stimulus"
+        else "its spontaneous rate is not known: no window without stimulus"
     )
     return (
         f"A, rate of one unit ({attrs['shown_unit']}, {attrs['shown_quality']}) in classes of the envelope, mean ± SEM "
@@ -239,47 +225,30 @@ def _one_words(data: xr.Dataset) -> str:
 def _mean_words(data: xr.Dataset, columns: Columns, name: str, unit: str, scale: float) -> str:
     """Means of SU and MU beside the paper's, and whether they differ."""
 
-    def mean(source: str, quality: str) -> str:
-        one = data.sel(source=source, quality=quality)
+    def mean(quality: str) -> str:
+        one = data.sel(source="here", quality=quality)
         return with_error(scale * float(one[f"{name}_mean"]), scale * float(one[f"{name}_sem"]))
 
-    each = ", ".join(f"{quality} {mean('here', quality)} (paper {mean(SOURCES[0], quality)})" for quality in QUALITIES)
-    p = f"p of the difference {_p(columns, name)} by ranks (paper {PAPER_P[name]})"
-    return f"{name.capitalize()} [{unit}]: {each}; {p}"
+    paper = {quality: "{:g} ± {:g}".format(*PAPER[quality][name]) for quality in QUALITIES}
+    each = ", ".join(f"{quality} {mean(quality)} (paper {paper[quality]})" for quality in QUALITIES)
+    p = f"p of SU against MU {_p(columns, name)} by ranks (paper {PAPER_P[name]})"
+    return f"{name.capitalize()} [{unit}]: {each}, {p}"
 
 
 def _rest_words(data: xr.Dataset) -> str:
-    """D: whether the rate below the threshold is the spontaneous one."""
+    """D: whether the rate below the threshold is the spontaneous one; nothing where that is not known."""
     if not np.isfinite(data.rest_rate).any():
-        return (
-            "rate below the threshold against the spontaneous one: there is no window without stimulus in this study."
-        )
+        return ""
     each = ", ".join(
         f"{quality} {float(r2):.2f} (paper {PAPER_REST[quality]})"
         for quality, r2 in zip(QUALITIES, data.rest_r2.values, strict=True)
     )
-    return f"rate below the threshold against the spontaneous one; R²: {each}."
-
-
-def _share_words(data: xr.Dataset) -> str:
-    """Shares here, and the paper's in both readings."""
-
-    def share(source: str, quality: str) -> str:
-        one = data.sel(source=source, quality=quality)
-        if not np.isfinite(float(one.share_driven)):
-            return "no units"
-        return f"{100 * float(one.share_driven):.1f} % of {int(one.units_kept)}"
-
-    return "; ".join(
-        f"{quality} {share('here', quality)} (paper {share(SOURCES[0], quality)} or {share(SOURCES[1], quality)}, "
-        f"printed {PAPER[quality]['printed']})"
-        for quality in QUALITIES
-    )
+    return f"D, rate below the threshold against the spontaneous one; R²: {each}. "
 
 
 @house_style
 def draw(data: xr.Dataset) -> Figure:
-    """A one unit, B thresholds, C slopes; D rates at rest, E correlations, F shares, G latencies.
+    """A one unit, B thresholds, C slopes; D rates at rest if they are known, E correlations, F shares, G latencies.
 
     Parameters
     ----------
@@ -291,16 +260,23 @@ def draw(data: xr.Dataset) -> Figure:
     Figure
         Of matplotlib.
     """
+    from matplotlib.ticker import LogLocator, NullFormatter
+
     figure, axes = new_figure(9.0, 5.8, 2, 1)
     one, thresholds, slopes = split(figure, axes[0, 0], widths=[1, 1, 1])
-    rest, correlations, shares, latencies = split(figure, axes[1, 0], widths=[1, 1, 1, 1])
+    known = bool(np.isfinite(data.rest_rate).any())
+    *rest, correlations, shares, latencies = split(figure, axes[1, 0], widths=[1] * (3 + known))
     panels.one_unit(one, data)
-    panels.spread(thresholds, data, "threshold", 1e6, np.arange(0, 121, 7.5))
-    panels.spread(slopes, data, "slope", 1e-6, np.geomspace(0.01, 4, 20))
-    thresholds.set(xlabel="threshold [µm]", title="B  Thresholds")
+    panels.spread(thresholds, data, "threshold", 1e6)
+    panels.spread(slopes, data, "slope", 1e-6)
+    thresholds.set(xlabel="threshold [µm]", title="B  Thresholds", xlim=(0, None))
     slopes.set(xlabel="slope [AP s⁻¹ µm⁻¹]", title="C  Slopes", xscale="log")
-    key_above(thresholds, columns=2)
-    panels.at_rest(rest, data)
+    slopes.xaxis.set_major_locator(LogLocator(subs=(1, 3)))
+    slopes.xaxis.set_major_formatter("{x:g}")
+    slopes.xaxis.set_minor_formatter(NullFormatter())
+    key_above(thresholds)
+    for axis in rest:
+        panels.at_rest(axis, data)
     panels.correlations(correlations, data)
     panels.shares(shares, data)
     panels.latencies(latencies, data)

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibrissa.figures.canvas import key_above
 from vibrissa.figures.colours import FITTED, LAND, MEASURED
+from vibrissa.figures.sources import printed_name, whisker_marks
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-MARKS = "os^v"
 LINES = (  # of C, and their looks in D too
     ("course", "-", MEASURED, 3.0, "mean profile"),
     ("fitted", "-", FITTED, 1.2, "Eq. 1"),
@@ -48,7 +47,9 @@ def draw_sketch(axis: Axes, data: xr.Dataset) -> None:
     axis.text(0, -0.12, "s = 0", ha="center")
     axis.annotate("physical tip", (tip, tip / 2), (6, 26), textcoords="offset points", color="0.3", arrowprops=_THIN)
     axis.text(1, 0.54, "s = 1, skin", ha="center")
-    axis.text(0.62, 0.06, "α", color="0.3")
+    arc = 0.45 * np.exp(1j * np.linspace(0, np.arctan(0.5), 20))  # the cone rises by 1/2 in this sketch
+    axis.plot(arc.real, arc.imag, color="0.5", lw=0.7)
+    axis.text(0.47, 0.09, "α", color="0.3")
     axis.set(xlim=(-0.08, 1.28), ylim=(-0.85, 0.75), title="A  Truncated cone")
     axis.axis("off")
 
@@ -63,12 +64,21 @@ def draw_cones(axis: Axes, data: xr.Dataset) -> None:
     data : Dataset
         From :func:`vibrissa.figures.paper.fig1.compute`.
     """
-    for i, (name, mark) in enumerate(zip(data.cone.values, cycle(MARKS))):
-        distance, diameter = 1e3 * data.cone_distance[i], 1e6 * data.cone_diameter[i]
-        axis.plot(distance, diameter, "-", marker=mark, color=MEASURED, ms=4.5, label=str(name))
-        length = 1e3 * float(data.cone_length[i])
-        axis.plot([0, length], [1e6 * float(data.cone_base[i]), 0], "--", color=FITTED, lw=0.8, zorder=1)
-        axis.plot([length], [0], "o", color="k", ms=4, clip_on=False, zorder=3)
+    inset, names = axis.inset_axes((0.68, 0.55, 0.32, 0.45)), data.cone.values.tolist()
+    apex = 1e3 * float(data.cone_length.max())
+    for panel in (axis, inset):
+        for i, name in enumerate(names):
+            distance, diameter = 1e3 * data.cone_distance[i], 1e6 * data.cone_diameter[i]
+            look: dict[str, Any] = {"marker": whisker_marks(names)[name], "ms": 4.5, "label": printed_name(name)}
+            panel.plot(distance, diameter, color=MEASURED, **look)
+            length = 1e3 * float(data.cone_length[i])
+            beyond = np.array([float(distance.max()), length])  # from the last point to the apex
+            line = 1e6 * float(data.cone_base[i]) * (1 - beyond / length)
+            panel.plot(beyond, line, "--", color=FITTED, lw=1.4, zorder=2.5)
+            panel.plot([length], [0], "o", color="k", ms=4, clip_on=panel is inset, zorder=3)
+    inset.set(
+        xlim=(0.95 * apex, 1.01 * apex), ylim=(-1, 65e3 * float(data.cone_base.max())), xlabel="close to the tips"
+    )
     axis.set(xlabel="distance from the base [mm]", ylabel="diameter [µm]", xlim=(0, None), ylim=(0, None))
     axis.set_title("B  Measured diameters; black: L")
     key_above(axis)
@@ -90,6 +100,8 @@ def draw_profile(axis: Axes, data: xr.Dataset) -> None:
         extent = (-0.5 * size, (columns - 0.5) * size, (rows - 0.5) * size, -0.5 * size)
         axis.imshow(data.image, extent=extent, cmap="gray")
     for name, style, colour, width, label in LINES:
+        if not data[f"{name}_x"].size:
+            continue
         axis.plot(1e3 * data[f"{name}_x"], 1e3 * data[f"{name}_y"], style, color=colour, lw=width, label=label)
     ends = np.array([1e3 * data.fitted_x.values[:2], 1e3 * data.fitted_y.values[:2]])
     along = (ends[:, 1] - ends[:, 0]) / np.hypot(*(ends[:, 1] - ends[:, 0]))
@@ -113,13 +125,14 @@ def draw_others(axis: Axes, data: xr.Dataset) -> None:
         From :func:`vibrissa.figures.paper.fig1.compute`.
     """
     axis.axhspan(-1, 0, color=LAND, lw=0)
-    for k, (name, mark) in enumerate(zip(data.other.values, cycle(MARKS))):
+    marks = whisker_marks(data.other.values.tolist())
+    for k, name in enumerate(data.other.values.tolist()):
         x, y = 1e3 * data.other_course_x.values[k], 1e3 * data.other_course_y.values[k]
         axis.plot(x, y, color=MEASURED, lw=3.0)
         fitted = 1e3 * data.other_fitted_x.values[k], 1e3 * data.other_fitted_y.values[k]
-        axis.plot(*fitted, color=FITTED, lw=1.2, marker=mark, markevery=[-1], ms=4.5, label=str(name))
+        axis.plot(*fitted, color=FITTED, lw=1.2, marker=marks[name], markevery=[-1], ms=4.5, label=printed_name(name))
     axis.plot([0], [0], "o", color=FITTED, ms=4)
-    axis.set(xlabel="from the contact [mm]", ylabel="height [mm]", title="C  One of each whisker", aspect="equal")
+    axis.set(xlabel="from the contact [mm]", ylabel="height [mm]", title="C  One sweep of each whisker", aspect="equal")
     axis.set_ylim(-1, None)
     key_above(axis)
 

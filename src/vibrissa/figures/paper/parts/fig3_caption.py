@@ -27,7 +27,7 @@ def caption(facts: Mapping[str, Any]) -> str:
     str
         The caption.
     """
-    parts = ["Figure 3."]
+    parts = [_sources(facts)]
     if "base_height" in facts:
         scale = f"A, the set-up, to scale but for the depth of the grating, {1e6 * facts['depth']:.0f} µm; pale: its"
         parts.append(f"{scale} gaps; blue: the field of the camera, which looks along their edges.")
@@ -42,12 +42,21 @@ def caption(facts: Mapping[str, Any]) -> str:
     return " ".join(parts)
 
 
+def _sources(facts: Mapping[str, Any]) -> str:
+    """What moved in each panel."""
+    if "runs" not in facts:
+        return f"Figure 3. {facts['of_movie'].capitalize()}."
+    less = ", which move less since their free end bridges the gaps" if facts["of_runs"].endswith("rods") else ""
+    return f"Figure 3. A–C, F, G: {facts['of_movie']}; D, E: {facts['of_runs']}{less}."
+
+
 def _of_frame(facts: Mapping[str, Any]) -> str:
     names = json.loads(facts["names"])
     those = (
         f"whisker{'s' * (len(names) > 1)} {', '.join(names)}" if len(names) > 1 else "the only whisker of this movie"
     )
-    return f"B, one frame; dotted: the centreline found of {those}; square: the region of C."
+    free = "; pale: the free end, which lies on the substrate" if "base_height" in facts else ""
+    return f"B, one frame; dotted: the centreline found of {those}; rectangle: the region of C{free}."
 
 
 def _of_motion(facts: Mapping[str, Any]) -> str:
@@ -63,8 +72,8 @@ def _of_shares(facts: Mapping[str, Any]) -> str:
     """F and G: not the paper's."""
     if "share_across" not in facts:
         return (
-            "Not in the paper: F, which point of the line a node is would follow from its arc length, but that has no "
-            "skin point to start from. G, motion of some nodes."
+            "Not in the paper: F, motion along the shaft would follow from that across it, but no skin point is known, "
+            "where it starts. G, motion of some nodes."
         )
     known = [name for name in facts if name.startswith("share_across")]
     percent = {name: f"{100 * facts[name]:.1f}\N{NO-BREAK SPACE}%" for name in known}
@@ -76,8 +85,8 @@ def _of_shares(facts: Mapping[str, Any]) -> str:
         else ""
     )
     return (
-        "Not in the paper: F, which point of the line a node is follows from its arc length; so the motion across the "
-        "mean profile is measured, and the motion along it is what a shaft that does not stretch must do, dw = u dφ. "
+        "Not in the paper: F, the tracker measures motion u across the mean profile; motion w along it is computed, as "
+        "the shaft does not stretch: dw = u dφ, with φ the direction of the profile. "
         f"Over the {1e3 * facts['shaft_shown']:.1f} mm shown, {percent['share_across']} of the power is across "
         f"({percent['share_across_tracked']} with the noise of the nodes{true}).{lit} G, motion of some nodes."
     )
@@ -96,12 +105,18 @@ def _of_runs(facts: Mapping[str, Any]) -> str:
     true = f" ({found['run_correlation_true']} without noise)" if "run_correlation_true" in found else ""
     return (
         f"D, y of one node in {n} runs over one texture (below; pale: gaps), their mean in black; left: the "
-        f"correlation of a run with that mean. E, these correlations of all {facts['repetitions']} × {n} runs; "
-        f"squares: medians. {_jitter(facts)}Mean ± SD: with the mean of all runs "
+        f"correlation of a run with that mean{_chosen(facts)}. E, these correlations of all {facts['repetitions']} × "
+        f"{n} runs, side by side by experiment; squares: medians. {_jitter(facts)}Mean ± SD: with the mean of all runs "
         f"{found['run_correlation']}{true}, which holds the run itself, so that runs with nothing in common reach "
         f"{1 / np.sqrt(n):.2f}; with the mean of the others {found['run_correlation_others']}. "
         f"The paper's {PAPER_MEAN} would be {others:.2f} with the others, and {alike:.2f} between two runs."
     )
+
+
+def _chosen(facts: Mapping[str, Any]) -> str:
+    """How D was chosen."""
+    number = facts["repetitions"]
+    return f"; of the {number} experiments, the one whose runs are most alike" if number > 1 else ""
 
 
 def _jitter(facts: Mapping[str, Any]) -> str:

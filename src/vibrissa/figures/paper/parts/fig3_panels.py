@@ -71,11 +71,11 @@ def draw_apparatus(axis: Axes, data: xr.Dataset) -> None:
     axis.plot([x[base], x[base] + 10], [y[base], y[base]], color="0.5", lw=0.6, ls=":")
     axis.text(x[base] + 9.6, height / 2, f"H = {height:.1f} mm", rotation=90, va="center")
     axis.annotate("", (left + 1, -3.4), (left + 11, -3.4), arrowprops={"arrowstyle": "->", "lw": 1.2})
-    axis.text(left + 12, -3.4, f"$v_{{scan}}$ = {1e3 * facts['speed']:.0f} mm/s", va="center")
+    axis.text(left + 12, -3.4, f"$v_{{scan}}$ = {1e3 * facts['speed']:.0f} mm/s", va="center", **CLEAR)
     axis.text(x[base], y[base] + 1.2, "skin", ha="right")
     axis.set(xlabel="along the substrate [mm]", ylabel="height [mm]", aspect="equal", xlim=(left, right))
     axis.set(ylim=(-5.5, max(1e3 * data.field_y.values.max(), height) + 1.5))
-    axis.set_title(f"A  Set-up, from the camera ({facts['frame_rate']:g} Hz)")
+    axis.set_title(f"A  Set-up; camera: {facts['frame_rate']:g} frames/s")
 
 
 def draw_frame(axis: Axes, data: xr.Dataset) -> None:
@@ -126,7 +126,7 @@ def draw_field(axis: Axes, data: xr.Dataset) -> None:
     for node in np.linspace(0, x.shape[1] - 1, PATHS).astype(int):
         axis.plot(x[:, node], y[:, node], color="k", lw=0.8)
     axis.plot([], [], color="k", lw=0.8, label="paths of nodes")
-    axis.plot([], [], color=colormaps["viridis"](0.5), lw=0.9, label=f"every {EVERY}rd frame of {len(x)}")
+    axis.plot([], [], color=colormaps["viridis"](0.5), lw=0.9, label=f"every {EVERY}rd frame of {len(x)}, dark to pale")
     node = data.attrs["path_node"]
     axis.plot(1e3 * data.mean_x[node], 1e3 * data.mean_y[node], "o", color=MEASURED, ms=4, label="node at the right")
     axis.invert_yaxis()
@@ -198,7 +198,7 @@ def draw_traces(axis: Axes, data: xr.Dataset) -> None:
         axis.plot(data.time, motion[:, i] - level[i] + i * step, color=MEASURED, lw=0.9, label=label)
         axis.annotate(f"{1e3 * arc:.1f} mm", (1.005, i * step), **BESIDE)
     sense = {"x": "x, to the right", "y": "y, down"}[data.attrs["measured"]]
-    draw_scale(axis, float(data.time[0]), step / 2, 0.6 * step)
+    draw_scale(axis, float(data.time[0] + 0.01 * np.ptp(data.time.values)), step / 2, 0.5 * step)
     axis.set(xlabel="time [s]", ylabel=sense, xlim=(data.time[0], data.time[-1]), yticks=[])
     axis.spines["left"].set_visible(False)
     axis.set_title("G  Nodes, and their distance from the skin")
@@ -218,8 +218,9 @@ def draw_scale(axis: Axes, x: float, middle: float, most: float) -> None:
         Largest length.
     """
     bar = round_length(most)
-    axis.plot([x] * 2, [middle - bar / 2, middle + bar / 2], color="k", lw=3, solid_capstyle="butt")
-    axis.text(x, middle, f"  {bar:g} µm", va="center")
+    axis.plot([x] * 2, [middle - bar / 2, middle + bar / 2], color="k", lw=2, solid_capstyle="butt", clip_on=False)
+    beside: dict[str, Any] = {"textcoords": "offset points", "va": "center", "annotation_clip": False}
+    axis.annotate(f"{bar:g} µm", (x, middle), (6, 0), **beside, **CLEAR)
 
 
 def draw_runs(axis: Axes, data: xr.Dataset) -> None:
@@ -247,7 +248,7 @@ def draw_runs(axis: Axes, data: xr.Dataset) -> None:
         bottom = below + mean.min() - 0.55 * step
         draw_passing(axis, data, "run_", (time[0], time[-1]), (bottom, 0.2 * step))
         axis.annotate("texture", (-0.01, bottom + 0.1 * step), ha="right", **BESIDE)
-    draw_scale(axis, float(time[-1]), 0.0, 0.5 * step)
+    draw_scale(axis, float(time[-1] + 0.01 * np.ptp(time)), 0.0, 0.5 * step)
     axis.set(xlabel="time [s]", xlim=(time[0], time[-1]), yticks=[])
     axis.spines["left"].set_visible(False)
     arc = f", {1e3 * data.attrs['run_arc']:.1f} mm from the skin" if "run_arc" in data.attrs else ""
@@ -266,12 +267,13 @@ def draw_correlations(axis: Axes, data: xr.Dataset) -> None:
     """
     known = [name for name in SOURCES if name in data]
     for at, name in enumerate(known):
-        values = np.sort(data[name].values.ravel())
-        aside = np.linspace(-0.3, 0.3, len(values)) if len(values) > 1 else [0.0]
-        axis.plot(at + np.asarray(aside), values, SOURCES[name][2], color=SOURCES[name][1], ms=3)
-        axis.plot(at, np.median(values), "s", color="w", mec="k", ms=6)
+        experiments = np.sort(data[name].values, axis=1)
+        for values, left in zip(experiments, np.linspace(-0.35, 0.35, len(experiments) + 1)[:-1], strict=True):
+            place = at + left + np.linspace(0.1, 0.9, len(values)) * 0.7 / len(experiments)
+            axis.plot(place.mean(), np.median(values), "s", color="w", mec="k", ms=6)
+            axis.plot(place, values, SOURCES[name][2], color=SOURCES[name][1], ms=3)
     axis.errorbar(len(known), PAPER_MEAN, PAPER_SD, fmt="D", color=PAPER, capsize=3, ms=4)
     axis.axhline(1, color="0.7", lw=0.7, zorder=0)
-    axis.set_xticks(range(len(known) + 1), [*(SOURCES[name][0] for name in known), "paper\n(all)"])
-    axis.set(ylabel="correlation with the mean of", xlim=(-0.5, len(known) + 0.5))
+    axis.set_xticks(range(len(known) + 1), [*(SOURCES[name][0] for name in known), "all\n(paper)"])
+    axis.set(xlabel="with the mean of … runs", ylabel="correlation of one run", xlim=(-0.5, len(known) + 0.5))
     axis.set_title("E  Every run; squares: medians")

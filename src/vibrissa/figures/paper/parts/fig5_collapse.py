@@ -13,6 +13,7 @@ from vibrissa.errors import ConvergenceError, InputError
 from vibrissa.exact import cone_kappa
 from vibrissa.figures.canvas import P_VALUES, bars, key_above, p_words
 from vibrissa.figures.colours import MEASURED, PAPER, PREDICTED, TRUTH
+from vibrissa.figures.sources import printed_name
 from vibrissa.figures.words import with_interval
 from vibrissa.mechanics.across.collapse import USED, Forcing, collapse, expected_kappa
 from vibrissa.mechanics.modes.basis import Modes
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 FORCINGS: tuple[Forcing, ...] = ("texture", "white")
+WORDS = {"texture": "the texture known", "white": "Eq. 5"}
 KINDS: tuple[Modes, ...] = ("straight", "curved")
 VARIANTS = {f"{forcing}, {modes}": (forcing, modes) for modes in KINDS for forcing in FORCINGS}
 AIR = (8.72, 21.15)  # κ of the free cone, as the paper prints them
@@ -126,21 +128,27 @@ def collapse_words(data: xr.Dataset) -> str:
     str
         Of the caption.
     """
-    r2 = each(data.collapse_r2.values[:USED], ".3f")
+    r2 = "; ".join(
+        f"{each(one.variant_r2.values[:USED], '.2f')} with {WORDS[forcing]}"
+        for forcing in FORCINGS
+        for one in [data.sel(variant=name) for name in data.variant.values if name == f"{forcing}, straight"]
+    )
     p = [float(data[name].sel(term="whisker_name")) if "whisker_name" in data.term else np.nan for name in P_VALUES]
     kinds = np.array([str(one).rpartition(" ")[2] for one in data.variant.values])
     straight, curved = (data.variant_modulus.values[kinds == kind] for kind in KINDS)
     known = curved.size and np.isfinite(curved[0] / straight[0])
     more = f" Curved modes: {_gpa(curved[0])} GPa, {100 * (curved[0] / straight[0] - 1):+.0f} %." if known else ""
     pairs = zip(data.identity.values, data.identity_modulus.values, strict=True)
-    names = "; ".join(f"{name} {_gpa(value)}" for name, value in pairs)
+    names = "; ".join(f"{printed_name(str(name))} {_gpa(value)}" for name, value in pairs)
+    true = "; grey, the truth" if "identity_modulus_true" in data else ""
     count = int(np.isfinite(data.kappa.values[:, 0]).sum())
     ends = (1e-9 * float(data[f"youngs_modulus{end}"]) for end in ("", "_low", "_high"))
     return (
-        f" C, κ = kω with one E for {count} sweep{'s' * (count != 1)}, R² {r2} (paper 0.98, 0.97); lines: the model; "
-        f"arrows: the free cone, {AIR[0]} and {AIR[1]}. Not in the paper: D, E = {with_interval(*ends)} GPa (95 %, "
-        f"whiskers the draws; paper 3.74), by forcing and modes, and by identity.{more} By identity: {names}; p = "
-        f"{p_words(p[0])} with every sweep a draw, {p_words(p[1])} with every whisker one."
+        f" C, κ = kω with one E for {count} sweep{'s' * (count != 1)}, R² of modes 1, 2: {r2} (paper 0.98, 0.97); "
+        f"lines: the model, full for mode 1, dashed for mode 2; arrows: the free cone, {AIR[0]} and {AIR[1]}. Not in "
+        f"the paper: D, E = {with_interval(*ends)} GPa (95 %, whiskers the draws; paper 3.74); open, all sweeps, by "
+        f"forcing (texture known; white, Eq. 5) and modes; full, by identity{true}.{more} By identity: {names}, p "
+        f"of a difference {p_words(p[0])} with every sweep a draw, {p_words(p[1])} with every whisker one."
     )
 
 
@@ -186,7 +194,7 @@ def draw_modulus(axis: Axes, data: xr.Dataset) -> None:
     data : Dataset
         With what :func:`collapsed` gives.
     """
-    labels = [*data.variant.values, *data.identity.values]
+    labels = [*data.variant.values, *(printed_name(str(one)) for one in data.identity.values)]
     values, low, high = (
         1e-9 * np.concatenate([data[f"variant_modulus{end}"].values, data[f"identity_modulus{end}"].values])
         for end in ("", "_low", "_high")
@@ -203,9 +211,10 @@ def draw_modulus(axis: Axes, data: xr.Dataset) -> None:
         }
         axis.errorbar(values[k], place, xerr=reach[:, [k]], **look)
     axis.axvline(1e-9 * YOUNGS_MODULUS, color=PAPER, ls=":", lw=0.8)
-    axis.text(1e-9 * YOUNGS_MODULUS, len(labels) - 0.5, " paper 3.74", color=PAPER)
+    place = (1e-9 * YOUNGS_MODULUS, len(labels) - 0.5)
+    axis.annotate("paper 3.74", place, (4, 0), textcoords="offset points", color=PAPER)
     if "identity_modulus_true" in data:
         axis.plot(1e-9 * data.identity_modulus_true, y[first:], "|", color=TRUTH, ms=14, mew=3, zorder=0)
     axis.set_yticks(y, labels)
     axis.set(xlabel="E [GPa]", title="D  Young's modulus", ylim=(-0.6, len(labels) - 0.1))
-    axis.set_xlim(0.6 * np.nanmin(values), 1.6 * np.nanmax(values))  # two animals say little about one identity
+    axis.set_xlim(0, 1.05 * np.nanmax(np.concatenate([values, high])))

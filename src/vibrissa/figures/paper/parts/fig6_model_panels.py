@@ -38,11 +38,13 @@ def draw_node(axes: list[Axes], data: xr.Dataset, values: xr.DataArray, letter: 
             axis.plot(1e3 * data.edge_time, line, color=colour, label=f"λ = {1e3 * gap:.1f} mm")
         axis.axhline(0, color="0.8", lw=0.6, zorder=0)
         axis.set(xlabel="time after t₁ [ms]", xlim=(-2, 45))
-        axis.set_title(f"{letter}  {str(form).capitalize()} response" if axis is axes[0] else f"{form} response")
+        axis.set_title(
+            f"{letter}  {str(form).capitalize()} response" if axis is axes[0] else f"{str(form).capitalize()} response"
+        )
     if letter == "B":
-        axes[0].set_ylabel(f"at s = {NODE}, over λ")
+        axes[0].set_ylabel("displacement / λ")
         return
-    axes[0].set_ylabel(f"at s = {NODE} [10⁻³ L]")
+    axes[0].set_ylabel("displacement [10⁻³ L]")
     scale = 1e3 * data.attrs["whisker_length"]
     right = axes[1].secondary_yaxis("right", functions=(partial(np.multiply, scale), partial(np.multiply, 1 / scale)))
     right.set_ylabel("[µm]")
@@ -89,7 +91,9 @@ def draw_pair(axes: Sequence[Axes], data: xr.Dataset, values: xr.DataArray, titl
         for colour, gap in zip(ordered(data.sizes["gap"]), data.gap.values, strict=True):
             axis.plot(1e3 * data.time, values.sel(form=form, gap=gap), color=colour)
         axis.set(
-            xlabel="time after t₂ [ms]", title=f"{title}\n{form}" if axis is axes[0] else f"\n{form}", xlim=(-2, 30)
+            xlabel="time after t₂ [ms]",
+            title=f"{title}\n{str(form).capitalize()}" if axis is axes[0] else f"\n{str(form).capitalize()}",
+            xlim=(-2, 30),
         )
     axes[0].set_ylabel(unit)
 
@@ -111,6 +115,6 @@ def draw_gain(axis: Axes, data: xr.Dataset, title: str) -> None:
         for form, line in zip(data.form.values, ("-", "--"), strict=True):
             rms, error = 1e3 * data[name].sel(form=form), 1e3 * data[name + "_se"].sel(form=form)
             look: dict[str, Any] = {"color": PREDICTED, "ls": line, "label": f"{label}, {form}"}
-            (points, *_) = axis.errorbar(data.speed, rms, error, **look)
+            (points, *_) = axis.errorbar(1e3 * data.speed, rms, error, **look)
             points.set(marker=marker, markersize=3.5, markerfacecolor=PREDICTED if line == "-" else "white")
-    axis.set(xlabel="scanning speed [m/s]", ylim=(0, None), title=title)
+    axis.set(xlabel="scanning speed [mm/s]", ylim=(0, None), title=title)

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.arrays import Array
 from vibrissa.figures.canvas import bars, key_above, say_absent
 from vibrissa.figures.colours import FITTED, OF_QUALITY, PAPER, TRUTH
 
@@ -60,9 +59,6 @@ def at_rest(axis: Axes, data: xr.Dataset) -> None:
         From :func:`vibrissa.figures.paper.fig9.compute`.
     """
     axis.set_title("D  Below threshold")
-    if not np.isfinite(data.rest_rate).any():
-        say_absent(axis, "no window without stimulus in this study")
-        return
     for quality, mark in zip(QUALITIES, "os", strict=True):
         some = _of(data, quality)
         axis.plot(some.rest_rate, some.below_rate, mark, color=COLOURS[quality], ms=3, label=quality)
@@ -72,8 +68,8 @@ def at_rest(axis: Axes, data: xr.Dataset) -> None:
     key_above(axis)
 
 
-def spread(axis: Axes, data: xr.Dataset, name: str, scale: float, edges: Array) -> None:
-    """Share of the units in each bin, SU and MU, with the means here and in the paper above.
+def spread(axis: Axes, data: xr.Dataset, name: str, scale: float) -> None:
+    """Each unit, joined to its truth, by rising value; above, the means here and in the paper.
 
     Parameters
     ----------
@@ -85,35 +81,31 @@ def spread(axis: Axes, data: xr.Dataset, name: str, scale: float, edges: Array) 
         ``threshold`` or ``slope``.
     scale : float
         From SI units to those shown.
-    edges : array
-        Of the bins, in the units shown.
     """
-    tallest = 0.0
-    for row, quality in enumerate(QUALITIES):
-        values = np.clip(scale * _of(data, quality)[f"fitted_{name}"].values, edges[0], edges[-1])
+    labels = []
+    for row, (quality, mark) in enumerate(zip(QUALITIES, "os", strict=True)):
+        some = _of(data, quality)
+        some = some.isel(unit=np.argsort(some[f"fitted_{name}"].values))
+        values, place = scale * some[f"fitted_{name}"].values, np.linspace(0.1, 0.6, some.sizes["unit"]) - row
         if f"true_{name}" in data:
-            true = scale * data[f"true_{name}"].values[(data.unit_quality == quality).values]
-            true = np.clip(true[np.isfinite(true)], edges[0], edges[-1])
-            style: dict[str, Any] = {"color": TRUTH, "lw": 2.5, "ls": ("-", ":")[row], "zorder": 0.5}
-            _draw_shares(axis, true, edges, label=f"truth, {quality}", **style)
-        height = _draw_shares(axis, values, edges, color=COLOURS[quality], label=quality)
-        tallest = max(tallest, height)
-    for row, quality in enumerate(QUALITIES):
-        for source, colour, shift in (("here", COLOURS[quality], 0.0), (SOURCES[0], PAPER, 0.05)):
-            mean, error = (scale * data[f"{name}_{x}"].sel(source=source, quality=quality) for x in ("mean", "sem"))
-            height_here = tallest * (1.12 + 0.13 * row + shift)
-            axis.errorbar(mean, height_here, xerr=error, fmt="os"[row], color=colour, ms=3.5, capsize=2)
-    axis.set(ylabel="share of units", ylim=(0, 1.4 * tallest if tallest else 1))
-
-
-def _draw_shares(axis: Axes, values: Array, edges: Array, **style: Any) -> float:
-    """Draw the share of the values in each bin; the height of the tallest."""
-    weights = np.full(values.size, 1 / max(values.size, 1))
-    return float(np.max(axis.hist(values, edges.tolist(), weights=weights, histtype="step", **style)[0]))
+            true = scale * some[f"true_{name}"].values
+            axis.plot([values, true], [place, place], color=TRUTH, lw=0.8, zorder=0)
+            axis.plot(true, place, "|", color=TRUTH, ms=8, mew=2, label="truth" if row == 0 else None)
+        axis.plot(values, place, mark, color=COLOURS[quality], ms=3)
+        for source, colour, height in (("here", COLOURS[quality], 0.72), (SOURCES[0], PAPER, 0.84)):
+            mean, error = (
+                scale * float(data[f"{name}_{x}"].sel(source=source, quality=quality)) for x in ("mean", "sem")
+            )
+            axis.errorbar(mean, height - row, xerr=error, fmt=mark, color=colour, ms=4.5, capsize=2)
+        beside: dict[str, Any] = {"textcoords": "offset points", "va": "center", "fontsize": 8}
+        axis.annotate("paper", (mean + error, height - row), (5, 0), color=PAPER, **beside)
+        labels.append(f"{quality}\nN = {some.sizes['unit']}")
+    axis.set_yticks([0.4, -0.6], labels)
+    axis.set(ylim=(-1, 1), ylabel="units in order")
 
 
 def correlations(axis: Axes, data: xr.Dataset) -> None:
-    """Correlations of all units, driven ones filled.
+    """Correlations of all units; filled, those that pass the test.
 
     Parameters
     ----------
@@ -123,11 +115,11 @@ def correlations(axis: Axes, data: xr.Dataset) -> None:
         From :func:`vibrissa.figures.paper.fig9.compute`.
     """
     edges = np.linspace(-0.2, 1, 31).tolist()
-    for quality in QUALITIES[::-1]:
+    for quality in QUALITIES:
         every = data.unit_correlation.values[(data.unit_quality == quality).values]
         driven = _of(data, quality, mask="unit_driven").unit_correlation.values
         axis.hist(every[np.isfinite(every)], edges, histtype="step", color=COLOURS[quality], label=quality)
-        axis.hist(driven[np.isfinite(driven)], edges, color=COLOURS[quality], alpha=0.45, label="driven")
+        axis.hist(driven[np.isfinite(driven)], edges, color=COLOURS[quality], alpha=0.45, label=f"{quality}, pass")
     axis.set(xlabel="largest correlation", ylabel="units", title="E  Correlations")
     if not np.isfinite(data.unit_correlation).any():
         axis.text(0.5, 0.5, "not in the table of units", ha="center", transform=axis.transAxes)
@@ -135,7 +127,7 @@ def correlations(axis: Axes, data: xr.Dataset) -> None:
 
 
 def shares(axis: Axes, data: xr.Dataset) -> None:
-    """Share of driven units, in both readings of the paper and here.
+    """Share of units that pass the test, in both readings of the paper and here.
 
     Parameters
     ----------
@@ -150,9 +142,9 @@ def shares(axis: Axes, data: xr.Dataset) -> None:
         look: dict[str, Any] = {"fmt": "os"[row], "color": COLOURS[quality], "capsize": 3, "ms": 5}
         reach = np.maximum(bars(share, *ends), 0)  # of a share of all, the upper end may round to just below it
         axis.errorbar(at, share, reach, label=quality, **look)
-    axis.set_xticks(range(len(SOURCES)), ["paper\nRes.", "paper\nMeth.", "here"])
+    axis.set_xticks(range(len(SOURCES)), ["paper,\nResults", "paper,\nMethods", "here"])
     top = max(75.0, 1.05 * float(np.nanmax(100 * data.share_driven_high)))
-    axis.set(ylabel="driven [%]", ylim=(0, top), xlim=(-0.6, 2.6), title="F  Share driven")
+    axis.set(ylabel="pass the test [%]", ylim=(0, top), xlim=(-0.6, 2.6), title="F  Share that passes")
     key_above(axis)
 
 
