@@ -27,12 +27,12 @@ from vibrissa.study.report.overview import anchored, overview, seeds_of
 from vibrissa.study.report.report_neurons import neurons_of, tables_of
 from vibrissa.study.report.report_sweeps import base_rows, sweeps_of
 from vibrissa.study.report.validity import validity
-from vibrissa.study.run.provenance import source_digest
 from vibrissa.study.spec.settings import Study
 from vibrissa.study.stages.figure_table import FIGURES, best_entry, left_out, served
 from vibrissa.study.stages.stage import FigureEntry
 from vibrissa.study.stages.stages import STAGES
 from vibrissa.study.store.outcome import not_fitted
+from vibrissa.study.store.source import source_digest
 from vibrissa.sweep.engine import Engine
 
 if TYPE_CHECKING:
