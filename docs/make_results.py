@@ -9,7 +9,8 @@ from pathlib import Path
 
 from vibrissa.files import written_whole
 from vibrissa.netcdf import load
-from vibrissa.study.paper.paper_numbers import compare, headings, html_rows
+from vibrissa.study.paper.paper_numbers import compare
+from vibrissa.study.paper.paper_table import headings, html_rows
 
 VALIDATION = Path(__file__).parent / "validation"
 

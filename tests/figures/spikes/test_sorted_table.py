@@ -47,10 +47,10 @@ def test_cells_hold_what_is_read_and_what_is_sorted():
     assert [cell.text for cell in column("threshold [µm]")] == ["9", "", "12", "-3"]
     assert [cell.order for cell in column("threshold [µm]")] == ["9", "", "12", "-3"]
     assert [cell.order for cell in column("p")] == ["0.5", "0.001", "", "2e-12"]
-    assert [cell.interval for cell in column("threshold [µm]")] == ["8 to 11", "", "", ""]
+    assert [cell.interval for cell in column("threshold [µm]")] == ["[8, 11]", "", "", ""]
     assert [cell.text for cell in column("lag of its peak [ms]")] == ["-40", "", "", ""]
     assert [cell.link for cell in column("unit")] == ["#unit-0001", "", "", ""]
-    assert [cell.text for cell in column("driven by")] == ["envelope", "nothing found", "phase", "both"]
+    assert [cell.text for cell in column("follows")] == ["envelope", "nothing found", "phase", "both"]
 
 
 @pytest.fixture(scope="module")

@@ -51,7 +51,7 @@ def test_verdicts_are_those_of_the_truth(units):
 
 def test_the_share_is_given_with_and_without_them(units):
     n = int(units.significant.sum())
-    assert f"{100 * n / 6:.1f} % of 6 are driven with them, 50.0 % without" in share_remark(units)
+    assert f"{100 * n / 6:.1f} % of 6 pass with them, 50.0 % without" in share_remark(units)
     assert share_remark(units.isel(unit=slice(0, 3))) == ""
     assert share_remark(units.drop_vars("envelope_verdict")) == ""
 

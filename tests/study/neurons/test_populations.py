@@ -98,7 +98,7 @@ def test_a_study_of_one_recording_ends_in_a_report(folder, tmp_path):
     assert low < ThresholdLinearUnit().threshold < high
     page = (tmp_path / "out/report.html").read_text(encoding="utf-8")
     for text in (
-        *("Units: spikes", "2 units of spikes.csv, 16 presentations, 1 driven", "Figure 9: the population"),
+        *("Units: spikes", "2 units of spikes.csv, 16 presentations, 1 pass", "Figure 9: the population"),
         *("Paper | here | same?", "no sweeps: the study has no [laboratory]", "No window without stimulus"),
     ):
         assert text in page, text

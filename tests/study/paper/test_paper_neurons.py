@@ -6,7 +6,8 @@ import xarray as xr
 from scipy.stats import t
 
 from vibrissa.study.paper.paper_neurons import MEASURES, NO_UNITS, pooled
-from vibrissa.study.paper.paper_numbers import NO_SWEEPS, compare, html_rows, paper_numbers
+from vibrissa.study.paper.paper_numbers import NO_SWEEPS, compare, paper_numbers
+from vibrissa.study.paper.paper_table import html_rows
 
 COUNTS = {"SU": (170, 45, 42.3e-6, 14.1e-6), "MU": (344, 157, 43.5e-6, 11.3e-6)}
 
@@ -57,7 +58,7 @@ def test_units_of_the_papers_numbers_are_the_same(rows):
     for name in ("slope_su", "slope_mu"):  # the paper's own interval, of 15 sessions, reaches beyond half
         assert rows[name].verdict == "cannot tell", (name, rows[name])
     assert rows["driven_su"].here.value == 45 / 170
-    assert rows["driven_su"].why == "45 of 170; put in: 45, of which 45 pass"
+    assert rows["driven_su"].why == "45 of 170 pass; driven, as put in: 45, of which 45 pass"
     assert rows["threshold_mu"].here.n == 157
     assert rows["threshold_su"].origin == rows["driven_mu"].origin == "recovered"
     assert rows["envelope_r2_su"].origin == "result"
@@ -102,7 +103,7 @@ def test_other_thresholds_or_shares_differ():
 def test_recorded_units_come_out_and_go_before_simulated_ones():
     own = by_id(compare({"units": drawn(), "units_1": drawn(simulated=False, seed=2)}))
     assert own["threshold_su"].origin == own["driven_su"].origin == "result"
-    assert own["driven_su"].why.endswith("45 of 170")
+    assert own["driven_su"].why.endswith("45 of 170 pass")
     assert own["stimulus_contact"].why == "not in the table of units"
     both = {"units_1": drawn(simulated=False), "units_2": drawn(simulated=False, seed=3)}
     assert pooled(both).sizes["unit"] == 2 * 514

@@ -1,6 +1,7 @@
 """The table paper | here | same?: no number without a verdict, and the verdicts right on sweeps of known truth."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -11,15 +12,9 @@ from vibrissa.exact import cone_kappa
 from vibrissa.stats import RANGES, share_interval
 from vibrissa.study.paper import paper_numbers as module
 from vibrissa.study.paper.paper_columns import MODEL, OWN, ROD, own_sweeps
-from vibrissa.study.paper.paper_numbers import (
-    ComparedNumber,
-    compare,
-    headings,
-    html_rows,
-    page_of,
-    paper_numbers,
-)
+from vibrissa.study.paper.paper_numbers import ComparedNumber, compare, paper_numbers
 from vibrissa.study.paper.paper_rule import RULE, verdict
+from vibrissa.study.paper.paper_table import headings, html_rows, page_of, tally
 from vibrissa.study.paper.sweep_measures import MeasuredNumber
 
 PAPER_E, NOMINAL_E = 3.74e9, 3.74e9
@@ -153,6 +148,7 @@ def test_a_recording_tells_its_rate_pixel_field_and_frames():
     still = xr.Dataset(coords={"image_column": np.arange(480), "image_row": np.arange(300)})
     names = ("frame_rate", "pixel", "field", "frames", "exposure")
     found = only({"sweeps": simulated(virtual=False), "profile": profile, "still": still}, *names)
+    assert found["field"].here.text == "480 × 300 pixels"
     told = {name: found[name].here.value for name in names[:-1]}
     assert told == pytest.approx({"frame_rate": 1000, "pixel": 9e-5, "field": 480, "frames": 3500})
     assert found["pixel"].why.startswith("of the sweep shown")
@@ -209,8 +205,40 @@ def test_the_table_of_the_report_holds_every_row_the_rule_and_the_counts(rows):
     page = page_of(list(rows.values()))
     assert len(page["paper"]) == len(rows)
     assert page["paper_rule"] is RULE
-    assert sum(one["class"] == "unknown" for one in page["paper"]) == dict(page["paper_counts"])["cannot tell"]
-    assert sum(count for _, count in page["paper_counts"]) == len(rows)
+    unknown = [row for row in rows.values() if row.verdict == "cannot tell"]
+    assert sum(one["class"] == "unknown" for one in page["paper"]) == len(unknown)
+
+
+def test_a_quantity_of_several_readings_counts_once_and_conditions_apart(rows):
+    words = tally(
+        [rows[name] for name in ("modulus", "modulus_bracket", "modulus_literature", "variance_1", "animals")]
+    )
+    assert words.startswith("Quantities of the paper, several readings of one counted once: 2 same. ")
+    assert words.endswith("1 conditions were put in, 0 of them not comparable.")
+
+
+def test_a_standard_deviation_has_the_unit_of_its_row_and_the_papers_interval_is_printed(rows):
+    number = rows["threshold_su"]._replace(here=MeasuredNumber(51.9e-6, 46.7e-6, 57.1e-6, 4, sd=3.24e-6))
+    (shown,) = html_rows([number])
+    assert "SD 3.2 µm" in shown["why"]
+    assert shown["paper_interval"] == "[34.5, 50.1] µm"  # 42.3 ± 2.1 of 45 units in 15 sessions
+    (small,) = html_rows([rows["gain_mean"]._replace(here=MeasuredNumber(4.3e-5, 1.1e-5, 7.5e-5, 12))])
+    assert small["here"] == "0.043 [0.011, 0.075] × 10⁻³, N = 12"
+
+
+def test_a_range_of_settings_is_no_interval(rows):
+    shown = {one["paper"]: one["here"] for one in html_rows(list(rows.values()))}
+    assert re.fullmatch(r"median 150, 100 to 200 mm/s, N = 288", shown["scanning speeds 100–200 mm/s"])
+    assert shown["frame rate 2 kHz"] == "2 kHz"
+    exact = rows["shadow"]._replace(here=MeasuredNumber(0.0))
+    assert html_rows([exact])[0]["here"] == "0 mm"
+
+
+def test_p_values_have_two_digits(rows):
+    (shown,) = html_rows([rows["gain_speed"]._replace(here=MeasuredNumber(0.80491, n=12))])
+    assert shown["here"] == "p = 0.80, N = 12"
+    (small,) = html_rows([rows["gain_speed"]._replace(here=MeasuredNumber(0.0007066, n=12))])
+    assert small["here"] == "p = 0.00071, N = 12"
 
 
 def test_an_interval_too_wide_to_differ_cannot_tell():
@@ -218,7 +246,7 @@ def test_an_interval_too_wide_to_differ_cannot_tell():
     two = next(number for number in paper_numbers() if number.id == "gain_ratio")
     assert verdict(two, MeasuredNumber(6.1, 2.1, 18, 12, draws=6)) == (
         "cannot tell",
-        "the interval here reaches 8.00 of the paper's number away from it",
+        "the interval here reaches 8 of the paper's number away from it",
     )
     assert verdict(two, MeasuredNumber(2.0, 1.6, 2.4, 12, draws=6))[0] == "same"
     assert verdict(two, MeasuredNumber(4.2, 3.7, 4.8, 12, draws=6))[0] == "differs"
@@ -311,7 +339,7 @@ def test_no_interval_leaves_the_range_of_its_number():
 
 def test_an_interval_near_one_is_not_shown_as_1_to_1(rows):
     near = rows["profile_r2"]._replace(here=MeasuredNumber(0.9999963, 0.9999951, 0.9999978, 12))
-    assert html_rows([near])[0]["here"] == "0.9999963 (0.9999951 to 0.9999978), N = 12"
+    assert html_rows([near])[0]["here"] == "0.9999963 [0.9999951, 0.9999978], N = 12"
     exact = rows["profile_r2"]._replace(here=MeasuredNumber(8.71925886, 8.71925886, 8.71925886))
     assert html_rows([exact])[0]["here"] == "8.719"
 
@@ -319,7 +347,7 @@ def test_an_interval_near_one_is_not_shown_as_1_to_1(rows):
 def test_a_share_that_the_paper_prints_in_percent_is_in_percent_here():
     rows = {row.paper.id: row for row in compare({})}
     row = rows["variance_1"]._replace(here=MeasuredNumber(0.9679, 0.9444, 0.9817, 6.0), beside={})
-    assert html_rows([row])[0]["here"] == "96.8 (94.4 to 98.2) %, N = 6"
+    assert html_rows([row])[0]["here"] == "96.8 [94.4, 98.2] %, N = 6"
 
 
 def test_all_of_twelve_are_not_otherwise_than_161_of_165():
@@ -336,8 +364,7 @@ def test_e_and_damping_are_shown_for_both_forcings_in_one_row(rows):
     assert here.informed.value == pytest.approx(1.05**2 * here.value, rel=1e-9)
     assert rows["modulus"].why.endswith("with the texture's forcing: differs")
     shown = {one["paper"]: one["here"] for one in html_rows(list(rows.values()))}
-    assert "GPa, N = 288 by Eq. 5; 4.0" in shown["Young's modulus 3.74 GPa"]
-    assert shown["Young's modulus 3.74 GPa"].endswith("with the texture's forcing")
+    assert re.fullmatch(r"Eq. 5: 3.7.* GPa; texture: 4.* GPa, N = 288", shown["Young's modulus 3.74 GPa"])
     assert rows["damping_1"].here.informed.value == rows["damping_1"].here.value  # as simulated
     own = only({"sweeps": simulated().drop_vars("resonant_frequency")}, "modulus")["modulus"]
     assert own.here.informed is None

@@ -12,11 +12,12 @@ from refusals import refusal
 from vibrissa.netcdf import load
 from vibrissa.study.forward import model_figures
 from vibrissa.study.paper.paper_measures import MEASURES
-from vibrissa.study.run.provenance import REPORT, results_made, source_digest
+from vibrissa.study.run.provenance import REPORT, results_made
 from vibrissa.study.run.study import run_study
 from vibrissa.study.spec.inputs import input_files
 from vibrissa.study.spec.settings import read_study
 from vibrissa.study.stages.stages import STAGES, outputs_of
+from vibrissa.study.store.source import source_digest
 from vibrissa.sweep.engine import Engine
 
 STUDY = """

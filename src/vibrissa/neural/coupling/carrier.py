@@ -157,7 +157,7 @@ class PhaseTest:
 
 
 def share_remark(units: xr.Dataset) -> str:
-    """Share of units driven, with and without those that follow the phase or are undecided; empty without any.
+    """Share of units that pass, with and without those that follow the phase or are undecided; empty without any.
 
     Parameters
     ----------
@@ -175,11 +175,11 @@ def share_remark(units: xr.Dataset) -> str:
     phase, open_ = (int(np.sum(passed & (verdict == one))) for one in ("phase", "cannot tell"))
     if not phase + open_:
         return ""
-    driven = int(passed.sum())
+    count = int(passed.sum())
     return (
-        f"of {driven} units that pass the test of the envelope, {phase} follow the carrier's phase and {open_} are "
-        f"undecided: {100 * driven / n:.1f} % of {n} are driven with them, "
-        f"{100 * (driven - phase - open_) / n:.1f} % without"
+        f"of {count} units that pass the test of the envelope, {phase} follow the carrier's phase and {open_} are "
+        f"undecided: {100 * count / n:.1f} % of {n} pass with them, "
+        f"{100 * (count - phase - open_) / n:.1f} % without"
     )
 
 

@@ -174,6 +174,16 @@ def _setting(*path: str) -> Measure:
     return of
 
 
+def _written(setting: Measure, text: Callable[[float], str]) -> Measure:
+    """A setting as the paper writes it."""
+
+    def of(results: Results) -> MeasuredNumber:
+        found = setting(results)
+        return found._replace(text=text(found.value)) if np.isfinite(found.value) else found
+
+    return of
+
+
 def _of_recording(setting: Measure, found: Callable[[Results], float]) -> Measure:
     """A setting of the virtual laboratory; of recorded sweeps, that of the one shown."""
 
@@ -194,8 +204,16 @@ def _pixel_of_profile(results: Results) -> float:
     return float(results["profile"].attrs.get("pixel_size", np.nan))
 
 
-def _field_of_still(results: Results) -> float:
-    return float(results["still"].sizes["image_column"]) if "still" in results else np.nan
+def _field(results: Results) -> MeasuredNumber:
+    camera = _laboratory(results).get("camera") or {}
+    width, height = camera.get("width"), camera.get("height")
+    note = ""
+    if width is None and {"profile", "still"} <= set(results):
+        width, height = (results["still"].sizes[f"image_{axis}"] for axis in ("column", "row"))
+        note = "of the sweep shown"
+    if width is None or height is None:
+        return MeasuredNumber(note=UNKNOWN)
+    return MeasuredNumber(float(width), note=note, text=f"{width:.0f} × {height:.0f} pixels")
 
 
 def _frames_of_profile(results: Results) -> float:
@@ -224,9 +242,9 @@ MEASURES: dict[str, Measure] = {
     "plate_length": _setting("texture_length"),
     "period": _setting("mean_period"),
     "frame_rate": _of_recording(_setting("camera", "frame_rate"), _rate_of_profile),
-    "exposure": _setting("camera", "exposure"),
+    "exposure": _written(_setting("camera", "exposure"), lambda value: f"1/{1 / value:.0f} s"),
     "pixel": _of_recording(_setting("camera", "pixel_size"), _pixel_of_profile),
-    "field": _of_recording(_setting("camera", "width"), _field_of_still),
+    "field": _field,
     "shadow": _setting("shadow"),
     "frames": _of_recording(_frames, _frames_of_profile),
     "density": _setting("density"),

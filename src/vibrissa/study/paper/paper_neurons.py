@@ -123,13 +123,13 @@ def _driven(quality: str, units: xr.Dataset) -> MeasuredNumber:
     if not those.sizes["unit"]:
         return MeasuredNumber(note=f"no {quality}")
     passed = those.significant.values.astype(float)
-    note = f"{int(passed.sum())} of {passed.size}"
+    note = f"{int(passed.sum())} of {passed.size} pass"
     if "envelope_verdict" in those:
         decided = (passed > 0) & ~np.isin(those.envelope_verdict.values, ["phase", "cannot tell"])
         note += f"; {int(decided.sum())} without those that follow the carrier's phase or are undecided"
     if is_simulated(units):
         driven = those.driven_by.values == "envelope"
-        note += f"; put in: {driven.sum()}, of which {int(passed[driven].sum())} pass"
+        note += f"; driven, as put in: {driven.sum()}, of which {int(passed[driven].sum())} pass"
     return share(passed, those.unit_session.values, note)
 
 
@@ -216,8 +216,16 @@ def _rats(units: xr.Dataset) -> MeasuredNumber:
 
 
 def _lags(units: xr.Dataset) -> MeasuredNumber:
-    low, high = (float(units.attrs[name] * units.attrs["bin_width"]) for name in ("lag_low", "lag_high"))
-    return MeasuredNumber(high, low, high, note="" if low < 0 else "only responses after their stimulus")
+    first, last = (int(units.attrs[name]) for name in ("lag_low", "lag_high"))
+    low, high = (float(lag * units.attrs["bin_width"]) for lag in (first, last))
+    note = "" if low < 0 else "only responses after their stimulus"
+    return MeasuredNumber(high, low, high, note=note, text=f"{first} to {last} bins".replace("-", "−"))
+
+
+def _percentile(units: xr.Dataset) -> MeasuredNumber:
+    level = float(units.attrs["level"])
+    note = "adjusted over the units of a whisker, or of the recording"
+    return MeasuredNumber(level, note=note, text=f"{100 * (1 - level):g}th percentile")
 
 
 def _band(units: xr.Dataset) -> MeasuredNumber:
@@ -248,7 +256,7 @@ MEASURES: dict[str, Measure] = {
     "stimulus_band": _of_settings(_band),
     "response_bins": _attribute("bin_width"),
     "shuffles": _of_settings(_shuffles),
-    "percentile": _attribute("level", "adjusted over the units of a whisker, or of the recording"),
+    "percentile": _of_settings(_percentile),
     "lags": _of_settings(_lags),
     **{name: _attribute("n_trials") for name in ("presentations", "presentations_caption")},
     **{f"{name}_difference": _of_units(partial(_difference, name)) for name in ("threshold", "slope")},

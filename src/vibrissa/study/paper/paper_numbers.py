@@ -6,18 +6,17 @@ from collections.abc import Mapping
 from functools import cache
 from importlib.resources import as_file, files
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple, get_args
+from typing import TYPE_CHECKING, NamedTuple, get_args
 
 import numpy as np
 
 from vibrissa.errors import MissingError
-from vibrissa.figures.words import decimals
 from vibrissa.quantities.kinds import Datasets
 from vibrissa.stats import Scale
 from vibrissa.study.paper import paper_measures, paper_neurons
-from vibrissa.study.paper.paper_columns import HERE, MODEL, OWN, ROD, columns_of, main_column
+from vibrissa.study.paper.paper_columns import columns_of, main_column
 from vibrissa.study.paper.paper_neurons import NO_UNITS, is_simulated, populations
-from vibrissa.study.paper.paper_rule import RULE, Kind, Origin, PaperNumber, Verdict, verdict
+from vibrissa.study.paper.paper_rule import Kind, Origin, PaperNumber, Verdict, verdict
 from vibrissa.study.paper.sweep_measures import MeasuredNumber, is_virtual
 from vibrissa.tables.reader import read_table
 
@@ -148,121 +147,12 @@ def _absent(number: PaperNumber, results: Mapping[str, xr.Dataset]) -> str:
 
 
 def _set_otherwise(number: PaperNumber, here: MeasuredNumber) -> str:
-    """Say where a setting is not the paper's."""
-    theirs = np.array(number.interval if np.isfinite(number.interval).any() else (number.value, number.value))
-    low, high = np.where(np.isfinite(theirs), theirs, (-np.inf, np.inf)) * (1 - 1e-6, 1 + 1e-6)
+    """Say where a setting is not the paper's: not within its range, or two standard deviations."""
+    around = number.value + 2 * np.nan_to_num(number.sd) * np.array([-1, 1])
+    theirs = np.array(number.interval) if np.isfinite(number.interval).any() else around
+    low, high = np.where(np.isfinite(theirs), theirs, (-np.inf, np.inf)) + 1e-6 * np.abs(theirs) * (-1, 1)
     least, most = (here.low, here.high) if np.isfinite(here.low) else (here.value, here.value)
-    return "other than the paper's" if least > high or most < low else ""
+    return "other than the paper's" if least < low or most > high else ""
 
 
 INFORMED = "with the texture's forcing"
-
-
-def page_of(rows: list[ComparedNumber]) -> dict[str, Any]:
-    """What the template ``paper_table.html`` shows: the table, its rule, and how many rows have each verdict.
-
-    Parameters
-    ----------
-    rows : list of ComparedNumber
-        From :func:`compare`.
-
-    Returns
-    -------
-    dict
-        By the names of the template.
-    """
-    counts = [(verdict, sum(row.verdict == verdict for row in rows)) for verdict in get_args(Verdict)]
-    return {"paper": html_rows(rows), "paper_columns": headings(rows), "paper_rule": RULE, "paper_counts": counts}
-
-
-def headings(rows: list[ComparedNumber]) -> list[str]:
-    """Headings of the columns of ours, from left to right; the verdicts counted are those of the middle one of three.
-
-    Parameters
-    ----------
-    rows : list of ComparedNumber
-        From :func:`compare`.
-
-    Returns
-    -------
-    list of str
-        One without the rod, else two or three.
-    """
-    others = {heading for row in rows for heading in row.beside}
-    return [heading for heading in (MODEL, ROD, OWN) if heading in others | {ROD}] if others else [HERE]
-
-
-def html_rows(rows: list[ComparedNumber]) -> list[dict[str, Any]]:
-    """Cells of the report's table as text.
-
-    Parameters
-    ----------
-    rows : list of ComparedNumber
-        From :func:`compare`.
-
-    Returns
-    -------
-    list of dict
-        One for each row.
-    """
-    return [
-        {
-            "figure": row.paper.figure,
-            "paper": row.paper.text,
-            "here": _both(row.here, _unit(row.paper)),
-            "origin": row.origin,
-            "verdict": row.verdict,
-            "class": _CLASSES.get(row.verdict, ""),
-            "columns": [_column(row, heading) for heading in headings(rows)],
-            "why": "; ".join(part for part in (row.why, row.paper.reading) if part),
-        }
-        for row in rows
-    ]
-
-
-_CLASSES = {"differs": "no", "cannot tell": "unknown"}
-
-
-def _column(row: ComparedNumber, heading: str) -> dict[str, str]:
-    """Number, verdict and its class in one column; empty where the number does not depend on it."""
-    one = FoundNumber(row.here, row.verdict) if heading in (HERE, ROD) else row.beside.get(heading)
-    if one is None:
-        return {"here": "", "verdict": "", "class": ""}
-    return {"here": _both(one.here, _unit(row.paper)), "verdict": one.verdict, "class": _CLASSES.get(one.verdict, "")}
-
-
-SCALED = {"m": (1e3, "mm"), "Pa": (1e-9, "GPa"), "m/s": (1e3, "mm/s"), "s": (1e3, "ms"), "1/(s m)": (1e-6, "AP/s/µm"),
-          "%": (100.0, "%")}  # fmt: skip
-_SMALL = 5e-4  # [m] lengths below it are shown in µm
-
-
-def _unit(paper: PaperNumber) -> str:
-    """Unit in which the paper prints a number: shares of which it prints the percentage are percentages here too."""
-    return "%" if paper.unit == "1" and " %" in paper.text else paper.unit
-
-
-_LEAST = 1e-9  # of a number: below it an interval is one of rounding
-
-
-def _both(here: MeasuredNumber, unit: str) -> str:
-    """A number, and the same with the texture's forcing where this one is by Eq. 5."""
-    if here.informed is None or not np.isfinite(here.value) or here.informed.value == here.value:
-        return _shown(here, unit)
-    informed = f"{_shown(here.informed, unit)} {INFORMED}" if np.isfinite(here.informed.value) else "not measured"
-    return f"{_shown(here, unit)} by Eq. 5; {informed}"
-
-
-def _shown(here: MeasuredNumber, unit: str) -> str:
-    if not np.isfinite(here.value):
-        return ""
-    factor, name = SCALED.get(unit, (1.0, "" if unit == "1" else unit))
-    if unit == "m" and abs(here.value) < _SMALL:
-        factor, name = 1e6, "µm"
-    if unit == "s" and abs(here.value) >= 1:
-        factor, name = 1.0, "s"
-    value, low, high = factor * here.value, factor * here.low, factor * here.high
-    n = f", N = {here.n:.0f}" if np.isfinite(here.n) else ""
-    if not high - low > _LEAST * abs(value):
-        return f"{value:.4g} {name}".strip() + n
-    form = f".{decimals((high - low) / 2)}f"
-    return f"{value:{form}} ({low:{form}} to {high:{form}}) {name}".strip() + n

@@ -128,7 +128,7 @@ def _of_interval(number: PaperNumber, here: MeasuredNumber) -> tuple[Verdict, st
     for whose, a, b in (("paper's own interval", low, high), ("interval here", here.low, here.high)):
         reach = max(least - a, b - most)
         if reach > AGREEMENT * size * (1 + 1e-9):
-            return "cannot tell", f"the {whose} reaches {reach / size:.2f} of the paper's number away from it"
+            return "cannot tell", f"the {whose} reaches {reach / size:.2g} of the paper's number away from it"
     return "same", ""
 
 

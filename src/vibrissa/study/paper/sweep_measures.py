@@ -25,7 +25,7 @@ class MeasuredNumber(NamedTuple):
 
     Its 95 % interval; how many values it is of; what must be known; the slope of an effect; how many independent draws
     (whiskers, sessions, repeated experiments) the interval rests on; the same number with the texture's forcing, where
-    this one is by Eq. 5.
+    this one is by Eq. 5; the standard deviation of its values; how a setting is written that is no plain number.
     """
 
     value: float = np.nan
@@ -36,6 +36,8 @@ class MeasuredNumber(NamedTuple):
     slope: float = np.nan
     draws: float = np.nan
     informed: MeasuredNumber | None = None
+    sd: float = np.nan
+    text: str = ""
 
 
 Measure = Callable[[Results], MeasuredNumber]
@@ -124,7 +126,7 @@ def of_sweeps(measure: Callable[[xr.Dataset], MeasuredNumber]) -> Measure:
 
 
 def mean(values: Array, clusters: NDArray[Any], note: str = "", scale: Scale = "plain") -> MeasuredNumber:
-    """Mean of the values measured, with the interval by cluster; the note begins with their standard deviation.
+    """Mean of the values measured, with the interval by cluster and their standard deviation.
 
     Parameters
     ----------
@@ -146,8 +148,8 @@ def mean(values: Array, clusters: NDArray[Any], note: str = "", scale: Scale = "
     if not made.any():
         return MeasuredNumber(note="not measured in any sweep")
     ends = jackknife_interval(values, clusters=clusters, scale=scale)
-    spread = f"SD {values[made].std(ddof=1):.3g}" if made.sum() > 1 else ""
-    return _found(values, clusters, ends, "; ".join(part for part in (spread, note) if part))
+    spread = float(values[made].std(ddof=1)) if made.sum() > 1 else np.nan
+    return _found(values, clusters, ends, note)._replace(sd=spread)
 
 
 def share(passed: Array, clusters: NDArray[Any], note: str = "") -> MeasuredNumber:

@@ -10,10 +10,11 @@ import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.errors import InputError
-from vibrissa.figures.words import decimals
 from vibrissa.mechanics.across.collapse import collapse
 from vibrissa.quantities.kinds import Results
 from vibrissa.study.movie.verdict import VerdictRow, rows_of
+from vibrissa.study.paper.paper_neurons import is_simulated
+from vibrissa.study.paper.printed import printed
 from vibrissa.study.report.report_neurons import UNITS, mean_of_fitted, tables_of
 from vibrissa.study.report.summary import base_lines
 
@@ -24,6 +25,7 @@ MOST = 5  # numbers
 _line = partial(VerdictRow, "")  # of no table: without a key
 _RESONANCE, _DAMPING = "resonant frequency, mode 1", "damping ratio, mode 1"
 _ZETA = ("damping", _DAMPING, "1")
+MODULUS = "Young's modulus"
 _OF_MOVIE = ("resonant_frequency_1", "damping_1", "envelope_correlation_1")
 
 
@@ -87,13 +89,23 @@ def done(results: Results) -> str:
         accepted = results["sweeps"].accepted.values
         words.append(f"{int(accepted.sum())} of {_counted(accepted.size, 'sweep')} analysed")
     if tables := tables_of(results).values():
-        driven = sum(int(units.significant.values.sum()) for units in tables)
-        words.append(f"{driven} of {_counted(sum(units.sizes['unit'] for units in tables), 'unit')} driven")
+        words.append(_passed(list(tables)))
     if "scan" in results:
         words.append("a surface scanned")
     if count := sum(name.startswith("base_signal_") for name in results):
         words.append(f"{_counted(count, 'base signal')} analysed")
     return ", ".join(words) or "nothing could be analysed"
+
+
+def _passed(tables: Sequence[xr.Dataset]) -> str:
+    """How many units pass the test; of simulated ones, how many of those are driven by the envelope."""
+    passed = sum(int(units.significant.values.sum()) for units in tables)
+    text = f"{passed} of {_counted(sum(units.sizes['unit'] for units in tables), 'unit')} pass the test"
+    if not all(map(is_simulated, tables)):
+        return text
+    driven = sum(int((units.driven_by.values == "envelope").sum()) for units in tables)
+    found = sum(int(units.significant.values[units.driven_by.values == "envelope"].sum()) for units in tables)
+    return f"{text} ({found} of the {driven} driven, {passed - found} others)"
 
 
 def _counted(count: int, noun: str) -> str:
@@ -152,7 +164,7 @@ def _modulus(sweeps: xr.Dataset) -> list[VerdictRow]:
         return []
     true = float(np.median(sweeps.youngs_modulus_true)) if "youngs_modulus_true" in sweeps else np.nan
     values = (1e-9 * value for value in (true, *_found(found, "youngs_modulus")))
-    return [_line(f"Young's modulus, of {_counted(found.sizes['sweep'], 'sweep')}", "GPa", *values)]
+    return [_line(f"{MODULUS}, of {_counted(found.sizes['sweep'], 'sweep')}", "GPa", *values)]
 
 
 def _median(sweeps: xr.Dataset, name: str, words: str, unit: str = "1") -> VerdictRow:
@@ -177,8 +189,9 @@ def _unit_rows(results: Results) -> list[VerdictRow]:
     for name, unit in UNITS.items():
         for units in tables_of(results).values():
             count, *numbers = mean_of_fitted(units, name)
+            noun = "driven unit" if is_simulated(units) else "unit"
             if count:
-                rows.append(_line(f"{name}, mean of {_counted(count, 'driven unit')}", unit, *numbers))
+                rows.append(_line(f"{name}, mean of {_counted(count, noun)}", unit, *numbers))
     return rows
 
 
@@ -221,8 +234,5 @@ def _table(rows: Sequence[VerdictRow]) -> list[str]:
 def _cells(row: VerdictRow) -> list[str]:
     """Half the interval has two digits, as in the report."""
     label = row.quantity if row.quantity_unit == "1" else f"{row.quantity} [{row.quantity_unit}]"
-    half = (row.found_high - row.found_low) / 2
-    form = f".{decimals(half)}f" if half > 1e-6 * abs(row.found) else ".6g"
-    interval = f"{row.found_low:{form}} to {row.found_high:{form}}" if np.isfinite(row.found_low) else ""
-    truth = f"{row.truth:{form}}" if np.isfinite(row.truth) else ""
-    return [label, truth, f"{row.found:{form}}" if np.isfinite(row.found) else "no fit", interval]
+    text = printed(*row[3:])
+    return [label, text.truth, text.found, f"{text.low} to {text.high}" if text.low else ""]

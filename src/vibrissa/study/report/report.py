@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -11,17 +12,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa import __version__
-from vibrissa.figures.words import decimals
 from vibrissa.mechanics.modes.shift import resonance_shift, shift_remark
 from vibrissa.quantities import measured_sd
 from vibrissa.quantities.kinds import Progress, Results
 from vibrissa.study.forward.surface import surface_rows
 from vibrissa.study.movie.backward import followed
 from vibrissa.study.movie.verdict import VerdictRow, rows_of
-from vibrissa.study.paper.paper_numbers import compare, page_of
+from vibrissa.study.paper.paper_numbers import compare
+from vibrissa.study.paper.paper_table import page_of
+from vibrissa.study.paper.printed import plain, printed
 from vibrissa.study.report.drawing import Drawing, drawn
 from vibrissa.study.report.gallery import label_of
-from vibrissa.study.report.overview import anchored, overview
+from vibrissa.study.report.overview import anchored, overview, seeds_of
 from vibrissa.study.report.report_neurons import neurons_of, tables_of
 from vibrissa.study.report.report_sweeps import base_rows, sweeps_of
 from vibrissa.study.report.validity import validity
@@ -30,6 +32,7 @@ from vibrissa.study.stages.figure_table import FIGURES, best_entry, left_out, se
 from vibrissa.study.stages.stage import FigureEntry
 from vibrissa.study.stages.stages import STAGES
 from vibrissa.study.store.outcome import not_fitted
+from vibrissa.study.store.source import source_digest
 from vibrissa.sweep.engine import Engine
 
 if TYPE_CHECKING:
@@ -41,6 +44,8 @@ OF_MODES = {  # results of one movie that need its modes
     if stage.part == "movie" and "modal" in {*stage.inputs, *(output.name for output in stage.outputs)}
     for output in stage.outputs
 }
+_BROKEN = re.compile(r"(\[[−\d.]+,) (?=[−\d.]+\])")  # an interval: lines break before it, not within it
+_WHITE, _TRACKED = "_white", "_tracked"  # ends of the keys of rows: of Eq. 5; against the signal of a perfect tracker
 _AMPLITUDE = "rms displacement over L"  # of the rows that are printed in 10⁻³ L
 
 
@@ -98,20 +103,20 @@ def write_report(
     page = environment.get_template("report.html").render(
         study=study,
         version=__version__,
-        overview=overview(study, results, lines, dict(compared.get("paper_counts", ())), len(not_analysed)),
+        overview=overview(study, results, lines, compared.get("paper_tally", ""), len(not_analysed)),
+        source=source_digest()[:12],
+        seeds=seeds_of(study),
         contents=contents,
         body=Markup(body),
         sortable=bool(tables_of(results)),
     )
-    (folder / "report.html").write_text(page, encoding="utf-8")
+    (folder / "report.html").write_text(_BROKEN.sub("\\1\N{NO-BREAK SPACE}", page), encoding="utf-8")
 
 
 def _tables(study: Study, results: Results) -> dict[str, Any]:
     """Cells of the tables, by the names of the template."""
-    rows = _verdict(results) if "verdict" in results else []
     return {
-        "verdict": [row for row in rows if not row["key"].endswith("_white")],
-        "white": [row for row in rows if row["key"].endswith("_white")],
+        **_verdict(results),
         "tracks": _tracks(results["profile"]) if "profile" in results else [],
         "contacts": _contacts(results["profile"]) if "profile" in results else [],
         "remarks": _remarks(study, results),
@@ -177,27 +182,34 @@ def why_no_modes(study: Study, results: Results) -> str:
     return str(results["modal"].attrs["left_out"]) if "modal" in results else "the movie could not be analysed"
 
 
-def _verdict(results: Results) -> list[dict[str, Any]]:
-    """Rows of truth, found and relative error; ``inside`` says whether the interval holds the truth."""
-    return [_verdict_row(row) for row in rows_of(results["verdict"])]
+def _verdict(results: Results) -> dict[str, Any]:
+    """Rows of truth, found and error: of the fits, of those with white forcing, and the error of a perfect tracker."""
+    if "verdict" not in results:
+        return {"verdict": [], "white": [], "perfect": ""}
+    rows = rows_of(results["verdict"])
+    truths = {row.row_key: row.truth for row in rows}
+    perfect = [abs(row.truth / truths[key] - 1) for row in rows if (key := row.row_key.removesuffix(_TRACKED)) in truths
+               and key != row.row_key]  # fmt: skip
+    return {
+        "verdict": [_verdict_row(row) for row in rows if not row.row_key.endswith((_WHITE, _TRACKED))],
+        "white": [_verdict_row(row) for row in rows if row.row_key.endswith(_WHITE)],
+        "perfect": f"{max(0.01, 100 * max(perfect)):.2g} %" if perfect else "",
+    }
 
 
 def _verdict_row(row: VerdictRow) -> dict[str, Any]:
-    """Cells of one row; found and interval have the digits of the interval, amplitudes are all in 10⁻³ L."""
-    key, quantity, unit, *numbers = row
+    """Cells of one row; truth, found and interval have the digits of the interval, amplitudes are all in 10⁻³ L."""
+    _, quantity, unit, *numbers = row
     scale = 1e3 if quantity.startswith(_AMPLITUDE) else 1.0
     truth, found, low, high = (scale * one for one in numbers)
-    known = np.isfinite(low)
-    form = f".{decimals((high - low) / 2)}f" if known and high > low else ".5g"
+    text = printed(truth, found, low, high)
+    unit, quantity = ("10⁻³ L", quantity.replace(_AMPLITUDE, "rms displacement")) if scale > 1 else (unit, quantity)
     return {
-        "key": key,
-        "quantity": quantity.replace(_AMPLITUDE, "rms displacement") if scale > 1 else quantity,
-        "unit": "10⁻³ L" if scale > 1 else "" if unit == "1" else unit,
-        "truth": f"{truth:.5g}",
-        "found": f"{found:{form}}" if np.isfinite(found) else "no fit",
-        "error": f"{100 * (found / truth - 1):+.2f} %".replace("-", "−") if np.isfinite(found) else "",
-        "interval": f"{low:{form}} – {high:{form}}" if known else "",
-        "inside": "" if not known else "yes" if low <= truth <= high else "no",
+        "quantity": quantity if unit == "1" else f"{quantity} [{unit}]",
+        "truth": text.truth,
+        "found": text.with_interval,
+        "error": plain(100 * (found / truth - 1), "+.2f") if np.isfinite(found) else "",
+        "inside": "" if not text.low else "yes" if low <= truth <= high else "no",
     }
 
 

@@ -15,6 +15,7 @@ from vibrissa.quantities import dataset
 from vibrissa.quantities.kinds import Results
 from vibrissa.stats import jackknife_interval, wilson_interval
 from vibrissa.study.paper.paper_neurons import is_simulated
+from vibrissa.study.paper.printed import Printed, plain
 from vibrissa.study.report.unit_table import unit_table
 
 if TYPE_CHECKING:
@@ -96,8 +97,9 @@ def _words(units: xr.Dataset) -> str:
     draws = "sessions are the" if "unit_session" in units else "units are taken for"
     return (
         f"{count} unit{'s' if count != 1 else ''}{source}, {attrs['n_trials']} presentations, {_passed(units).sum()} "
-        f"driven by the envelope (p at most {attrs['level']:g}, {adjusted}). {simulated if is_simulated(units) else ''}"
-        f"Means with 95 % intervals, of the units whose threshold the trials determine; {draws} independent draws."
+        f"pass the test of the envelope (p at most {attrs['level']:g}, {adjusted}). "
+        f"{simulated if is_simulated(units) else ''}Means with 95 % intervals, of the units whose threshold the trials "
+        f"determine; {draws} independent draws."
     )
 
 
@@ -115,11 +117,11 @@ def _absent(units: xr.Dataset) -> list[str]:
         unit = units.attrs["stimulus_unit"]
         lines.append(f"Thresholds and slopes are in {unit}, not in µm: they have no means here.")
     elif not _passed(units).any():
-        lines.append("No unit is driven: no threshold, slope and latency.")
+        lines.append("No unit passes the test: no threshold, slope and latency.")
     elif unknown := int((_passed(units) & ~_fitted(units)).sum()):
         lines.append(
-            f"The trials do not determine the threshold of {unknown} of the {_passed(units).sum()} driven units; the "
-            "table says why."
+            f"The trials do not determine the threshold of {unknown} of the {_passed(units).sum()} units that pass; "
+            "the table of units says why."
         )
     if remark := share_remark(units):
         lines.append(f"{remark[0].upper()}{remark[1:]}.")
@@ -129,17 +131,17 @@ def _absent(units: xr.Dataset) -> list[str]:
 
 
 def _qualities(units: xr.Dataset) -> list[list[str]]:
-    """Rows: quality, units, driven, share with Wilson's interval, fitted, means with intervals."""
+    """Rows: quality, units, passing, share with Wilson's interval, fitted, means with intervals."""
     quality = units.unit_quality.values if "unit_quality" in units else np.full(units.sizes["unit"], "all")
     rows = []
     for name in dict.fromkeys(quality.tolist()):
         some = units.isel(unit=np.flatnonzero(quality == name))
-        driven, count = int(_passed(some).sum()), some.sizes["unit"]
-        low, high = wilson_interval(driven, count)
+        passed, count = int(_passed(some).sum()), some.sizes["unit"]
+        low, high = wilson_interval(passed, count)
         fitted = np.flatnonzero(_fitted(some))
-        share = f"{100 * driven / count:.1f} ({100 * low:.1f} to {100 * high:.1f})"
+        share = f"{100 * passed / count:.0f} [{100 * low:.0f}, {100 * high:.0f}]"
         means = [_mean(some.isel(unit=fitted), name, scale) for name, scale in FITTED.items()]
-        rows.append([str(name), str(count), str(driven), share, str(len(fitted)), *means])
+        rows.append([str(name), str(count), str(passed), share, str(len(fitted)), *means])
     return rows
 
 
@@ -152,8 +154,8 @@ def _mean(units: xr.Dataset, name: str, scale: float) -> str:
 
 def _with_ends(name: str, value: float, low: float, high: float) -> str:
     """A fitted parameter and its interval, in the units shown."""
-    form = FORMS[name]
-    return f"{value:{form}}" + (f" ({low:{form}} to {high:{form}})" if np.isfinite(low) else "")
+    texts = [plain(one, FORMS[name]) for one in (value, low, high)]
+    return Printed("", *texts).with_interval if np.isfinite(low) else texts[0]
 
 
 def mean_of_fitted(units: xr.Dataset, name: str) -> tuple[int, float, float, float, float]:
@@ -187,15 +189,15 @@ def mean_of_fitted(units: xr.Dataset, name: str) -> tuple[int, float, float, flo
 def _truth(units: xr.Dataset) -> list[list[str]]:
     """Rows: of what, put in, found, error and coverage of the intervals."""
     driven, passed = units.driven_by.values == "envelope", _passed(units)
-    rows = [["driven units that pass", f"{driven.sum()}", f"{(passed & driven).sum()}", "", ""]]
+    rows = [["driven by the envelope, and passing", f"{driven.sum()}", f"{(passed & driven).sum()}", "", ""]]
     for role in sorted(set(units.driven_by.values[~driven].tolist())):
         of = units.driven_by.values == role
         rows.append([f"driven by {role}, and passing", f"{of.sum()}", f"{(passed & of).sum()}", "", ""])
     if "envelope_verdict" in units:
         decided = passed & ~np.isin(units.envelope_verdict.values, ["phase", "cannot tell"])
         counts = f"{driven.sum()}", f"{(decided & driven).sum()}"
-        rows.append(["driven units that pass, by the envelope and not the phase", *counts, "", ""])
-        rows.append(["others that pass so", f"{(~driven).sum()}", f"{(decided & ~driven).sum()}", "", ""])
+        rows.append(["driven by the envelope, and passing as such, not as driven by the phase", *counts, "", ""])
+        rows.append(["others, and passing as such", f"{(~driven).sum()}", f"{(decided & ~driven).sum()}", "", ""])
     known = units.isel(unit=np.flatnonzero(_fitted(units) & driven))
     alone = known.isel(unit=np.flatnonzero(known.surround_gain.values == 0))  # others raise the rate of the rest
     fitted = [(name, known, unit, "those determined") for name, unit in UNITS.items()]
@@ -212,12 +214,12 @@ def _error(units: xr.Dataset, name: str) -> list[str]:
     held = (units[f"{name}_low"].values <= true) & (true <= units[f"{name}_high"].values)
     low, high = wilson_interval(int(held.sum()), held.size)
     form = FORMS[name]
-    spread = f" ± {error.std(ddof=1):{form}}" if error.size > 1 else ""
+    spread = f" ± {plain(error.std(ddof=1), form)}" if error.size > 1 else ""
     return [
         f"{scale * true.mean():{form}}",
         f"{scale * found.mean():{form}}",
-        f"{error.mean():+{form}}{spread}",
-        f"{held.sum()} of {held.size}, {100 * held.mean():.0f} % ({100 * low:.0f} to {100 * high:.0f})",
+        f"{plain(error.mean(), f'+{form}')}{spread}",
+        f"{held.sum()} of {held.size}, {100 * held.mean():.0f} [{100 * low:.0f}, {100 * high:.0f}] %",
     ]
 
 

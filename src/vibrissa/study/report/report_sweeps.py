@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibrissa.figures.words import decimals
 from vibrissa.quantities.kinds import Results
 from vibrissa.stats import least_p
 from vibrissa.study.paper.mode_shares import repeat_with_noise
 from vibrissa.study.paper.paper_numbers import paper_number
+from vibrissa.study.paper.printed import plain
 from vibrissa.study.paper.sweep_measures import whiskers_of
 from vibrissa.study.report.summary import sweep_lines
-from vibrissa.study.report.validity import allowed_jumps
+from vibrissa.study.report.validity import BIASED, allowed_jumps, is_biased
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,6 +44,7 @@ def sweeps_of(results: Results) -> dict[str, Any]:
         "words": _words(sweeps),
         "rejected": rejected.most_common(),
         "conditions": _conditions(sweeps, results.get("comparison")),
+        "biased": BIASED if is_biased(results) else "",
         "verdict": _verdict(results["sweep_verdict"]) if "sweep_verdict" in results else [],
         "shares": [] if shares is None else _shares(shares),
         "shares_words": "" if shares is None else _shares_words(shares),
@@ -56,8 +59,8 @@ def _words(sweeps: xr.Dataset) -> str:
     counts = {name: sweeps.attrs.get(f"impossible_{name}", 0) for name in ("height", "contact", "fold")}
     if any(counts.values()):
         text += (
-            f" Conditions drawn again, because they cannot be: {counts['height']} out of the whisker's reach, "
-            f"{counts['contact']} with a contact that is not looked at, {counts['fold']} beyond the fold."
+            f" Conditions drawn again, because they are impossible: {counts['height']} out of the whisker's reach, "
+            f"{counts['contact']} with a contact outside the range that is analysed, {counts['fold']} beyond the fold."
         )
     return text
 
@@ -78,7 +81,7 @@ def _counted(number: int, noun: str) -> str:
 
 _COLUMNS = {  # of the table of conditions: scale and form of each mean
     "scan_speed": (1e3, ".0f"), "base_height": (1e3, ".1f"), "contact": (1, ".3f"), "base_angle": (1, ".2f"),
-    "first_resonance": (1, ".1f"), "first_damping": (1, ".3f"), "first_rms": (1e3, ".2f"),
+    "first_resonance": (1, ".1f"), "first_damping": (1, ".3f"), "first_rms": (1e3, ".3f"),
     "first_correlation": (1, ".2f"),
 }  # fmt: skip
 
@@ -104,12 +107,13 @@ def _verdict(table: xr.Dataset) -> list[list[str]]:
     for i in range(table.sizes["entry"]):
         one = table.isel(entry=i)
         unit = str(one.error_unit.values)
-        scale, unit, form = (100.0, "%", "+.3f") if unit == "1" else (1.0, unit, "+.5f")
+        scale, unit = (100.0, "%") if unit == "1" else (1.0, unit)
         median, spread = (scale * float(one[name]) for name in ("error_median", "error_spread"))
         held, low, high = (100 * float(one[name]) for name in ("covered", "covered_low", "covered_high"))
-        covered = f"{held:.0f} % ({low:.0f} to {high:.0f})" if np.isfinite(held) else ""
-        cells = [format(median, form), format(spread, form[1:]), unit] if np.isfinite(median) else ["no fit", "", ""]
-        rows.append([str(one.quantity.values), *cells, covered, str(int(one.entry_count))])
+        covered = f"{held:.0f} [{low:.0f}, {high:.0f}] %" if np.isfinite(held) else ""
+        form = f".{decimals(spread)}f" if spread > 0 else ".2g"
+        cells = [plain(median, f"+{form}"), plain(spread, form)] if np.isfinite(median) else ["no fit", ""]
+        rows.append([f"{one.quantity.values} [{unit}]", *cells, covered, str(int(one.entry_count))])
     return rows
 
 
@@ -118,12 +122,11 @@ def _shares(shares: xr.Dataset) -> list[list[str]]:
     rows = []
     for mode in shares.mode.values.tolist():
         one = {name: 100 * float(shares[name].sel(mode=mode)) for name in _BY_MODE}
-        spread = f" ± {one['share_found_sd']:.2f}" if np.isfinite(one["share_found_sd"]) else ""  # one sweep has none
-        paper, found = (
-            f"{one['share_paper']:.1f} ± {one['share_paper_sd']:.1f} %",
-            f"{one['share_found']:.2f}{spread} %",
-        )
-        model = [f"{one['share_true']:.2f} %", f"{one['share_noisy']:.2f} %"] if known else ["not known", ""]
+        spread = one["share_found_sd"]
+        form = f".{decimals(spread)}f" if spread > 0 else ".2g"  # one sweep has none
+        paper = f"{one['share_paper']:.1f} ± {one['share_paper_sd']:.1f} %"
+        found = f"{one['share_found']:{form}}{f' ± {spread:{form}}' if spread > 0 else ''} %"
+        model = [f"{one['share_true']:{form}} %", f"{one['share_noisy']:{form}} %"] if known else ["not known", ""]
         rows.append([str(mode), paper, found, *model])
     return rows
 
@@ -144,7 +147,7 @@ def _shares_words(shares: xr.Dataset) -> str:
         return text
     left = 1 - paper_number("variance_sum").value
     return text + (
-        f"Repeated runs would correlate at {repeat:.3f} with the mean of five, where the paper's correlate at 0.96; "
+        f"Repeated runs would correlate at {repeat:.2f} with the mean of five, where the paper's correlate at 0.96; "
         f"noise of {100 * left:.1f} %, all that three modes leave there, gives {repeat_with_noise(left):.2f}. So such "
         "noise does not explain the paper's shares: its modes 2 and 3 are mostly motion. What could make it, and is "
         "not in the model, moves the whisker as a whole or in its upper modes: the pad, friction that fluctuates, the "
@@ -174,7 +177,7 @@ def _base_row(one: xr.Dataset, attrs: Mapping[str, Any]) -> dict[str, str]:
 
     def found(name: str, form: str) -> str:
         value, low, high = (float(one[f"{name}{end}{part}"]) for part in ("", "_low", "_high"))
-        return f"{value:{form}} ({low:{form}} to {high:{form}})" if np.isfinite(value) else "no maximum"
+        return f"{value:{form}} [{low:{form}}, {high:{form}}]" if np.isfinite(value) else "no maximum"
 
     agreed = "correlation" in one
     p = f"{float(one.pseudo_p):.2g} (least {float(least_p(one.pseudo_count)):.2g})" if agreed else ""

@@ -64,7 +64,7 @@ def unit_table(units: xr.Dataset, places: Sequence[int], links: Mapping[int, str
         "p" if circular else "p, not adjusted": _numbers(
             some["adjusted_p_value" if circular else "p_value"].values, tail_words
         ),
-        "driven by": _words(_drives(some)),
+        "follows": _words(_drives(some)),
         "correlation": _numbers(some.envelope_correlation.values),
         **({"lag of its peak [ms]": _numbers(1e3 * elsewhere)} if np.isfinite(elsewhere).any() else {}),
         f"threshold [{unit}]": _with_intervals(some, "threshold", factor),
@@ -96,6 +96,6 @@ def _with_intervals(units: xr.Dataset, name: str, factor: float) -> list[Cell]:
     low, high = (factor * units[f"{name}_{end}"].values for end in ("low", "high"))
     cells = zip(_numbers(factor * units[name].values), low.tolist(), high.tolist(), strict=True)
     return [
-        cell._replace(interval=f"{first:.3g} to {last:.3g}") if np.isfinite(first) else cell
+        cell._replace(interval=f"[{first:.3g}, {last:.3g}]") if np.isfinite(first) else cell
         for cell, first, last in cells
     ]

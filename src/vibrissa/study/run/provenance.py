@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import platform
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, is_dataclass
-from functools import cache, partial
-from importlib import metadata, resources
+from functools import partial
+from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +24,7 @@ from vibrissa.study.paper.sweep_measures import MeasuredNumber
 from vibrissa.study.spec.inputs import input_files
 from vibrissa.study.stages.stages import STAGES, outputs_of
 from vibrissa.study.store.result_store import path_of
+from vibrissa.study.store.source import source_digest
 from vibrissa.study.sweeps.sweeps import FOLDER
 
 if TYPE_CHECKING:
@@ -102,15 +102,6 @@ def earlier_results(study: Study, out: Path) -> set[str]:
         remedy = "choose another folder, or remove this one"
         raise ConflictError("out", "must hold no results of another study", f"{out} with those of {name!r}", remedy)
     return made
-
-
-@cache
-def source_digest() -> str:
-    """SHA-256 of this package's modules and data, names included."""
-    root = Path(str(resources.files("vibrissa")))
-    parts = sorted(path for path in root.rglob("*") if path.suffix in (".py", ".toml", ".csv"))
-    text = "\n".join(f"{path.relative_to(root).as_posix()} {digest(path)}" for path in parts)
-    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def libraries() -> dict[str, str]:
