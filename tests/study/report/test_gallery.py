@@ -27,7 +27,7 @@ def units():
 
 def test_a_table_of_units_is_known_by_what_it_holds(tmp_path):
     save(units(), tmp_path / "mouse_7.nc")
-    assert len(figure_of("9", tmp_path / "mouse_7.nc").axes) == 7
+    assert len(figure_of("9", tmp_path / "mouse_7.nc").axes) == 6  # without D: nothing was recorded before the stimulus
 
 
 def test_a_file_that_does_not_serve_is_refused_by_its_name(tmp_path):
