@@ -32,8 +32,7 @@ def existing(path: str | Path) -> Path:
         If no file is there.
     """
     if not Path(path).is_file():
-        rule = "must be a file, and is a folder" if Path(path).is_dir() else "must be an existing file"
-        raise MissingError(str(path), rule)
+        raise MissingError(str(path), "must be an existing file")
     return Path(path)
 
 

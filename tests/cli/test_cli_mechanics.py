@@ -62,9 +62,9 @@ def test_gap_prints_where_the_contact_jumps_and_how_linear_it_is(vibrissa):
     ("words", "first"),
     [
         ((), "caution: the jump needs a tip beyond s = 0.275"),
-        (("--whisker.tip", "0.05"), "outside the model: free end allows 0 of 1 jumps"),
-        (("--whisker.tip", "11.4mm"), "usable: free end allows 1 of 1 jumps"),
-        (("--whisker.tip", "0.285", "--gap-depth", "10um"), "outside the model: free end allows 0 of 1 jumps"),
+        (("--whisker.tip", "0.05"), "outside the model: free end prevents 1 of 1 jumps"),
+        (("--whisker.tip", "11.4mm"), "usable: free end prevents 0 of 1 jumps"),
+        (("--whisker.tip", "0.285", "--gap-depth", "10um"), "outside the model: free end prevents 1 of 1 jumps"),
     ],
 )
 def test_gap_says_first_whether_it_is_usable(vibrissa, words, first):
@@ -81,7 +81,7 @@ def test_scan_writes_vibration_and_what_the_follicle_feels(vibrissa, troughs, tm
     words = ("scan", troughs, *POSTURE, *SCAN, "--sampling-rate", "20000", "--response", "linear", *CONE, "--out", out)
     code, _, err = vibrissa(*words)
     assert code == 0
-    assert err.startswith("vibrissa: outside the model: free end allows 0 of 3 jumps;")
+    assert err.startswith("vibrissa: outside the model: free end prevents 3 of 3 jumps;")
     assert "vibrissa: the free end is 11.6 mm long" in err.splitlines()[1]
     assert "the response is linear; mode 1 jumps 0.8" in err
     data = load(out)

@@ -33,7 +33,7 @@ def test_a_relief_of_gaps_is_scanned_as_the_gaps(vibrissa, gaps):
         code, _, err = vibrissa("scan", gaps / f"{name}.csv", *options)
         assert code == 0, err
         assert "about the curved profile the first resonance is off" in err
-        assert err.startswith("vibrissa: outside the model: free end allows 0 of ")
+        assert err.startswith("vibrissa: outside the model: free end prevents ")
     assert "the contact sticks" in err
     one, other = load(gaps / "gaps.nc"), load(gaps / "relief.nc")
     n = min(one.sizes["time"], other.sizes["time"])
@@ -61,7 +61,7 @@ def test_whisk_tells_how_slow_the_posture_changes(vibrissa, gaps, path):
     assert code == 0, err
     assert "where the base is steepest, about the curved profile the first resonance is off" in err
     assert 0 < json.loads(text)["gain_rate"] < 0.02
-    assert err.startswith("vibrissa: outside the model: free end allows 0 of ")
+    assert err.startswith("vibrissa: outside the model: free end prevents ")
     assert json.loads(text)["jumps_allowed"] == 0 < json.loads(text)["jump_count"]
     angle = load(out).moment_base_angle.values
     assert angle.max() == pytest.approx(1.15, abs=2e-3)

@@ -144,7 +144,7 @@ def test_a_scan_that_lasts_too_long_is_refused():
 
 def test_the_free_end_is_told_of():
     told = notes(session().predict(read_state(SHORT)))
-    assert re.fullmatch(r"the free end is [\d.]+ mm long and allows 0 of \d+ jumps", told[1])
+    assert re.fullmatch(r"the free end is [\d.]+ mm long and prevents (\d+) of \1 jumps", told[1])
     assert "bridges the gap" in told[2]
 
 

@@ -80,13 +80,13 @@ def test_a_free_end_touches_a_peak_however_narrow_and_only_as_far_as_it_reaches(
 
 def test_after_its_verdict_a_scan_says_the_share_of_jumps_that_the_free_end_allows():
     gaps = remarks(diagnostics(predict(whisker(9.6e-3), POSTURE, GAP, SCAN), TIME))
-    assert gaps[1] == "the free end is 9.6 mm long and allows 0 of 1 jumps"
+    assert gaps[1] == "the free end is 9.6 mm long and prevents 1 of 1 jumps"
     assert "up to 30 times too large" in gaps[2]
     assert "docs/validation.md" in gaps[3]
     assert "dip by up to 59 µm" in gaps[3]
     relief = predict_relief(whisker(0.1e-3), POSTURE, HeightProfile.from_gaps(GAP), SCAN)
     ground = relief_remarks(scanned_relief(relief, 5000))
-    assert ground[1] == "the free end is 0.1 mm long and allows 1 of 1 jumps"
+    assert ground[1] == "the free end is 0.1 mm long and prevents 0 of 1 jumps"
     assert not any("bridges" in line for line in ground)
     assert max(len(line) for line in gaps[1:4]) <= 70
 

@@ -21,11 +21,11 @@ GOOD = {"jump_count": 20, "jumps_allowed": 20, "fold_determinant": -1.0, "lift_o
 @pytest.mark.parametrize(
     ("changed", "line"),
     [
-        ({}, "usable: free end allows 20 of 20 jumps"),
+        ({}, "usable: free end prevents 0 of 20 jumps"),
         ({"jump_count": 0, "jumps_allowed": 0}, "usable: contact never jumps"),
-        ({"jumps_allowed": 19}, "caution: free end allows 19 of 20 jumps"),
-        ({"jumps_allowed": 10}, "caution: free end allows 10 of 20 jumps"),
-        ({"jumps_allowed": 9}, "outside the model: free end allows 9 of 20 jumps"),
+        ({"jumps_allowed": 19}, "caution: free end prevents 1 of 20 jumps"),
+        ({"jumps_allowed": 10}, "caution: free end prevents 10 of 20 jumps"),
+        ({"jumps_allowed": 9}, "outside the model: free end prevents 11 of 20 jumps"),
         ({"fold_determinant": 0.0}, "outside the model: beyond the fold"),
         ({"fold_determinant": np.nan}, "outside the model: beyond the fold"),
         ({"lift_off": 0.04}, "caution: contact lifts off in 4 % of the time"),
@@ -35,11 +35,11 @@ GOOD = {"jump_count": 20, "jumps_allowed": 20, "fold_determinant": -1.0, "lift_o
         ({"valley_steps": 11}, "outside the model: 11 of 20 jumps are steps through valleys"),
         (
             {"lift_off": 0.04, "jumps_allowed": 0},
-            "outside the model: free end allows 0 of 20 jumps; contact lifts off in 4 % of the time",
+            "outside the model: free end prevents 20 of 20 jumps; contact lifts off in 4 % of the time",
         ),
         (
             {"jumps_allowed": 19, "slip_reversed": 0.2},
-            "outside the model: contact sticks in 20 % of the time; free end allows 19 of 20 jumps",
+            "outside the model: contact sticks in 20 % of the time; free end prevents 1 of 20 jumps",
         ),
     ],
 )
@@ -70,7 +70,7 @@ def whisker(tip):
 GAPS = Gaps(position=np.array([1e-3, 2e-3]), width=np.array([0.6e-3, 0.5e-3]))
 
 
-@pytest.mark.parametrize(("tip", "start"), [(0.0, "outside the model: free end allows 0 of "), (0.2899, "usable: ")])
+@pytest.mark.parametrize(("tip", "start"), [(0.0, "outside the model: free end prevents "), (0.2899, "usable: ")])
 def test_a_scan_and_a_gap_carry_their_verdict(tip, start):
     gentle = Posture(contact=0.29, base_angle=0.6)
     scan = Scan(speed=0.05, damping=0.11)

@@ -59,15 +59,16 @@ def _caption(view: xr.Dataset) -> str:
     reason = f" {why[0].upper()}{why[1:]}." if why else ""
     tested = f"{1e3 * attrs['lag_low'] * attrs['bin_width']:g} to {1e3 * attrs['lag_high'] * attrs['bin_width']:g} ms"
     chance = "all circular shifts" if attrs["null"] == "circular" else "the paper's shuffles"
-    p = f"p = {p_words(float(view.p_value))}, adjusted over units {tail_words(float(view.adjusted_p_value))}"
+    tail = f"extrapolated and adjusted over units: {tail_words(float(view.adjusted_p_value))}"
     bins = f"{counted(attrs['trials_observed'], 'presentation')}, bins of {1e3 * attrs['bin_width']:g} ms"
+    colour = "yellow" if "unit_quality" in view and str(view.unit_quality.values) == "MU" else "purple"
     return (
-        f"{bins}; purple, firing (of a multi-unit yellow); black, the envelope; orange, the fit."
-        f"{_fit_words(view, factor, unit)} D: mean rate in {view.sizes['envelope_class']} equally full classes of the "
-        "envelope at the latency, ± standard error over trials; below, what the fit leaves. E: positive lags, the rate "
-        f"is late; black, the lags tested ({tested}), {p}; band, 95 % of what {chance} give at one lag; dashed, what "
-        f"their largest over the lags tested exceeds in {100 * attrs['level']:g} %. F: rate of the unit after each of "
-        f"its spikes; dotted, its mean rate.{reason}"
+        f"{bins}; {colour}, firing; black, the envelope; orange, the fit.{_fit_words(view, factor, unit)} D: mean rate "
+        f"in {view.sizes['envelope_class']} quantile bins of the envelope at the latency, ± standard error of trials; "
+        "below, the residual. E: correlation of rate and envelope by lag; positive, the rate follows; black, the lags "
+        f"tested ({tested}), p = {p_words(float(view.p_value))} against {chance} ({tail}); band, 95 % of chance at one "
+        f"lag; dashed, the {100 * (1 - attrs['level']):g}th percentile of the largest correlation by chance. F: rate "
+        f"of the unit after each of its spikes; dotted, its mean rate.{reason}"
     )
 
 
@@ -84,8 +85,8 @@ def _fit_words(view: xr.Dataset, factor: float, unit: str) -> str:
         explained.append(f"where any function of the stimulus could explain about {ceiling:.2f}")
     return (
         f" Threshold {ends('threshold', factor, '.3g')} {unit}, slope {ends('slope', 1 / factor, '.3g')} AP/s/{unit}, "
-        f"latency {ends('latency', 1e3, '.1f')} ms, baseline {ends('baseline', 1, '.3g')} Hz, with 95 % intervals "
-        f"where the trials give them; {' '.join(explained)}."
+        f"latency {ends('latency', 1e3, '.1f')} ms, baseline {ends('baseline', 1, '.3g')} Hz [95 % intervals]; "
+        f"{' '.join(explained)}."
     )
 
 

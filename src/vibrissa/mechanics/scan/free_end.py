@@ -117,7 +117,7 @@ def free_end_lines(facts: Mapping[str, Any] | xr.Dataset, deepest: float = np.na
     length, count, allowed = (float(facts[name]) for name in ("free_end_length", "jump_count", "jumps_allowed"))
     if not count:
         return [f"the free end is {1e3 * length:.3g} mm long; the contact never jumps"]
-    lines = [f"the free end is {1e3 * length:.3g} mm long and allows {allowed:.0f} of {count:.0f} jumps"]
+    lines = [f"the free end is {1e3 * length:.3g} mm long and prevents {count - allowed:.0f} of {count:.0f} jumps"]
     if allowed == count:
         return lines
     lines.append(f"{'elsewhere ' if allowed else ''}it bridges the gap: {_EXCESS}")

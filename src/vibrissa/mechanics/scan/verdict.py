@@ -63,9 +63,9 @@ def verdict(facts: Mapping[str, Any] | xr.Dataset) -> str:
     Examples
     --------
     >>> verdict({"jump_count": 20, "jumps_allowed": 0, "free_end_length": 11.6e-3})
-    'outside the model: free end allows 0 of 20 jumps (docs/when-it-holds)'
+    'outside the model: free end prevents 20 of 20 jumps (docs/when-it-holds)'
     >>> verdict({"jump_count": 20, "jumps_allowed": 20, "free_end_length": 0.1e-3})
-    'usable: free end allows 20 of 20 jumps (docs/when-it-holds)'
+    'usable: free end prevents 0 of 20 jumps (docs/when-it-holds)'
     """
     found = list(findings(facts))
     level = next((one for one in (OUTSIDE, CAUTION) if any(one == each.level for each in found)), USABLE)
@@ -247,7 +247,8 @@ def _of(facts: Mapping[str, Any] | xr.Dataset, name: str, absent: float = np.nan
 
 
 def _jumps(facts: Mapping[str, Any] | xr.Dataset) -> str:
-    return f"free end allows {_of(facts, 'jumps_allowed', 0):.0f} of {_of(facts, 'jump_count', 0):.0f} jumps"
+    count = _of(facts, "jump_count", 0)
+    return f"free end prevents {count - _of(facts, 'jumps_allowed', 0):.0f} of {count:.0f} jumps"
 
 
 def _well(facts: Mapping[str, Any] | xr.Dataset) -> str:
