@@ -78,7 +78,9 @@ def test_a_laboratory_is_run_to_the_report(out, page):
         assert re.search(rf'<h2 id="[^"]*">Figure {number}: .*</h2>\n<figure><div class="drawn"><svg', page), number
     assert "2 sweeps of 2 whiskers of 1 animal, 2 analysed to the end" in page
     assert "Paper | here | same?" in page
-    assert "Left out: no [recording], no [cortex] and no [[neural]]." in page  # Figure 8
+    assert (
+        "Left out: no [recording], no [cortex] and no [[neural]] whose stimulus is a displacement" in page
+    )  # Figure 8
 
 
 def test_the_sweep_shown_is_the_tables(out):

@@ -61,11 +61,12 @@ def _caption(view: xr.Dataset) -> str:
     chance = "all circular shifts" if attrs["null"] == "circular" else "the paper's shuffles"
     tail = f"extrapolated and adjusted over units: {tail_words(float(view.adjusted_p_value))}"
     bins = f"{counted(attrs['trials_observed'], 'presentation')}, bins of {1e3 * attrs['bin_width']:g} ms"
+    errors = ", ± standard error of trials" if np.isfinite(view.response_rate_se).any() else ""
     colour = "yellow" if "unit_quality" in view and str(view.unit_quality.values) == "MU" else "purple"
     return (
         f"{bins}; {colour}, firing; black, the envelope; orange, the fit.{_fit_words(view, factor, unit)} D: mean rate "
-        f"in {view.sizes['envelope_class']} quantile bins of the envelope at the latency, ± standard error of trials; "
-        "below, the residual. E: correlation of rate and envelope by lag; positive, the rate follows; black, the lags "
+        f"in {view.sizes['envelope_class']} quantile bins of the envelope at the latency{errors}; below, the "
+        "residual. E: correlation of rate and envelope by lag; positive, the rate follows; black, the lags "
         f"tested ({tested}), p = {p_words(float(view.p_value))} against {chance} ({tail}); band, 95 % of chance at one "
         f"lag; dashed, the {100 * (1 - attrs['level']):g}th percentile of the largest correlation by chance. F: rate "
         f"of the unit after each of its spikes; dotted, its mean rate.{reason}"
@@ -85,8 +86,8 @@ def _fit_words(view: xr.Dataset, factor: float, unit: str) -> str:
         explained.append(f"where any function of the stimulus could explain about {ceiling:.2f}")
     return (
         f" Threshold {ends('threshold', factor, '.3g')} {unit}, slope {ends('slope', 1 / factor, '.3g')} AP/s/{unit}, "
-        f"latency {ends('latency', 1e3, '.1f')} ms, baseline {ends('baseline', 1, '.3g')} Hz [95 % intervals]; "
-        f"{' '.join(explained)}."
+        f"latency {ends('latency', 1e3, '.1f')} ms, baseline {ends('baseline', 1, '.3g')} Hz"
+        f"{' [95 % intervals]' if np.isfinite(float(view.threshold_low)) else ''}; {' '.join(explained)}."
     )
 
 

@@ -168,9 +168,7 @@ def unit_information(
     """
     require(spikes, "spike_time", "spike_trial", "spike_unit", "unit_name")
     if n_trials < 2:
-        remedy = (
-            "information is estimated from repeats; `drives` and `glm` give bits for each spike of one presentation"
-        )
+        remedy = "repeats are needed; of one presentation `glm`, and of a motion `drives`, give bits per spike"
         raise RangeError("number of trials", "must be at least 2", n_trials, remedy)
     counts = psth(spikes, bin_edges(*window, bin_width), n_trials=n_trials).spike_count.values
     rows = [_unit_row(own, bin_width) for own in counts]
