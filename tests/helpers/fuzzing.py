@@ -18,7 +18,6 @@ import tempfile
 import warnings
 from collections import Counter
 from collections.abc import Iterator
-from math import ceil
 from pathlib import Path
 
 from fuzzed_readers import READERS, Reader
@@ -37,10 +36,10 @@ def kept(name: str) -> list[bytes]:
     return [path.read_bytes() for path in sorted((CORPUS / name).glob("*"))]
 
 
-def changed(name: str, whole: bytes, seed: int, times: float) -> Iterator[bytes]:
+def changed(name: str, whole: bytes, seed: int, times: int) -> Iterator[bytes]:
     """Copies of a whole file with changes that are the same every time."""
     chance = random.Random(f"{seed} {name}")
-    for _ in range(ceil(READERS[name].cases * times)):
+    for _ in range(READERS[name].cases * times):
         yield mutated(whole, chance, READERS[name].text)
 
 
@@ -132,7 +131,7 @@ def main() -> None:
     asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     asked.add_argument("readers", nargs="*")
     asked.add_argument("--seed", type=int, default=0)
-    asked.add_argument("--times", type=float, default=1.0, help="cases, over those of each reader")
+    asked.add_argument("--times", type=int, default=1, help="cases, over those of the tests")
     asked.add_argument("--keep", action="store_true", help="add what goes wrong to the corpus")
     given = asked.parse_args()
     failed = 0

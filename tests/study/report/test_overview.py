@@ -3,8 +3,10 @@
 import os
 
 import numpy as np
+import xarray as xr
 
 from vibrissa.quantities import dataset
+from vibrissa.study.report.headlines import done, driven
 from vibrissa.study.report.overview import MOST, anchored, coverage, data_date, overview, seeds_of
 from vibrissa.study.report.validity import BIASED, validity
 from vibrissa.study.spec.settings import read_study
@@ -31,6 +33,15 @@ def test_eleven_lines_at_most_say_what_was_done_and_how_far_to_trust_it():
         "2 parts of the study could not be analysed; see below.",
     ]
     assert "resonant frequency, mode 1, median [Hz]" in [row["quantity"] for row in top.rows]
+
+
+def test_simulated_units_that_pass_are_told_from_those_that_are_driven():
+    columns = {"significant": [True, True, False, True], "driven_by": ["envelope", "phase", "envelope", "nothing"]}
+    units = xr.Dataset({name: ("unit", values) for name, values in columns.items()})
+    assert done({"units": units}) == "3 of 4 units pass"
+    assert driven({"units": units}) == "Of 2 units that the envelope drives, 1 pass its test; 2 others pass too"
+    recorded = {"units": units.drop_vars("driven_by")}
+    assert (done(recorded), driven(recorded), driven({})) == ("3 of 4 units pass", "", "")
 
 
 def test_a_study_of_nothing_but_a_surface_has_no_remark_of_the_paper():

@@ -11,9 +11,7 @@ GLOSSARY: dict[str, Option] = {
         "length", "Length L of the nontruncated cone", "40mm", arguments=("length", "whisker_length")
     ),
     "--whisker.cone-angle": _O("angle", "Cone angle α, base radius over L", "1.5mrad", arguments=("cone_angle",)),
-    "--whisker.tip": _O(
-        "over length", "Position of the physical tip, from the tip of the cone", "2mm", arguments=("tip",)
-    ),
+    "--whisker.tip": _O("over length", "Position of the physical tip, from the cone's", "2mm", arguments=("tip",)),
     "--whisker.youngs-modulus": _O("pressure", "Young's modulus", "3.74GPa", 1e3, arguments=("youngs_modulus",)),
     "--whisker.density": _O("density", "Density", "1.14g/cm^3", 10, arguments=("density",)),
     "--atlas": _O("text", "A measured rat whisker by its name instead of its numbers", "C2"),

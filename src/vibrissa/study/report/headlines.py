@@ -98,14 +98,31 @@ def done(results: Results) -> str:
 
 
 def _passed(tables: Sequence[xr.Dataset]) -> str:
-    """How many units pass the test; of simulated ones, how many of those are driven by the envelope."""
+    """How many units pass the test of the envelope; a line of the screen has no room for more."""
     passed = sum(int(units.significant.values.sum()) for units in tables)
-    text = f"{passed} of {_counted(sum(units.sizes['unit'] for units in tables), 'unit')} pass the test"
-    if not all(map(is_simulated, tables)):
-        return text
-    driven = sum(int((units.driven_by.values == "envelope").sum()) for units in tables)
-    found = sum(int(units.significant.values[units.driven_by.values == "envelope"].sum()) for units in tables)
-    return f"{text} ({found} of the {driven} driven, {passed - found} others)"
+    return f"{passed} of {_counted(sum(units.sizes['unit'] for units in tables), 'unit')} pass"
+
+
+def driven(results: Results) -> str:
+    """Say how many of the simulated units that the envelope drives pass its test.
+
+    Parameters
+    ----------
+    results : mapping of Datasets
+        Of a study.
+
+    Returns
+    -------
+    str
+        Without a full stop; empty where units are recorded, or there are none.
+    """
+    tables = tables_of(results).values()
+    if not tables or not all(map(is_simulated, tables)):
+        return ""
+    passed = np.concatenate([units.significant.values for units in tables]).astype(bool)
+    true = np.concatenate([units.driven_by.values for units in tables]) == "envelope"
+    found, others = (passed & true).sum(), (passed & ~true).sum()
+    return f"Of {true.sum()} units that the envelope drives, {found} pass its test; {others} others pass too"
 
 
 def _counted(count: int, noun: str) -> str:

@@ -16,7 +16,7 @@ from vibrissa.study.paper.paper_columns import own_sweeps, truth_of
 from vibrissa.study.paper.paper_modulus import modulus_here
 from vibrissa.study.paper.printed import plain, printed
 from vibrissa.study.paper.sweep_measures import accepted
-from vibrissa.study.report.headlines import MODULUS, done, headline_rows
+from vibrissa.study.report.headlines import MODULUS, done, driven, headline_rows
 from vibrissa.study.spec.inputs import input_files
 from vibrissa.study.spec.settings import Study
 
@@ -69,9 +69,11 @@ def overview(study: Study, results: Results, validity: Sequence[str], tally: str
     """
     missing = f"{failed} part{'s' * (failed > 1)} of the study could not be analysed; see below." if failed else ""
     remarks = filter(None, (*validity[:1], coverage(results), tally, missing))
-    words = done(results)
+    words, share = done(results), driven(results)
     rows = [_row(row, results) for row in headline_rows(results)]
-    return Overview(f"{words[:1].upper()}{words[1:]}.", data_date(study), rows, list(remarks))
+    return Overview(
+        f"{words[:1].upper()}{words[1:]}.{f' {share}.' * bool(share)}", data_date(study), rows, list(remarks)
+    )
 
 
 def _row(row: VerdictRow, results: Results) -> dict[str, str]:
