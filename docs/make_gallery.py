@@ -2,28 +2,33 @@
 
 python docs/make_gallery.py [FOLDER]
 
-By the same calls as ``vibrissa run`` and ``vibrissa figure``.
+By the same calls as ``vibrissa run``, without its report, and ``vibrissa figure``.
 """
 
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from vibrissa.netcdf import save
 from vibrissa.study.report.gallery import figure_of
 from vibrissa.study.report.pages import write_picture
-from vibrissa.study.run.study import run_study
+from vibrissa.study.run.parts import do_parts
 from vibrissa.study.spec.settings import read_study
 from vibrissa.study.stages.figure_table import figures_of
-from vibrissa.study.stages.stages import expected
+from vibrissa.study.store.run_state import Run
+from vibrissa.sweep.engine import Engine, staffed
+from vibrissa.sweep.threads import single_threaded
 
 
 def figures():
     """Give number and figure, one after the other."""
-    with TemporaryDirectory() as folder:
-        study = read_study()
-        run_study(study, Path(folder) / "out")
-        for entry, _ in figures_of(study, expected(study)):
-            yield entry.number, figure_of(entry.number, Path(folder) / "out")
+    with TemporaryDirectory() as folder, single_threaded(), staffed(Engine()) as engine:
+        run = Run(read_study(), Path(folder), Path(folder), engine, lambda *_: None)
+        do_parts(run)
+        for name, data in run.results.items():
+            save(data, run.work / f"{name}.nc")
+        for entry, _ in figures_of(run.study, run.results):
+            yield entry.number, figure_of(entry.number, folder)
 
 
 def make(folder):

@@ -145,6 +145,7 @@ FIGURES: dict[str, Quantity] = {
     "after_spike": Quantity(("after_spike",), "s", "lag after a spike of the unit, start of the bin"),
     "autocorrelogram": Quantity(("after_spike",), "Hz", "rate of the unit at a lag after one of its spikes"),
     "expected_rate": Quantity(("bin",), "Hz", "rate that a simulated unit was given, mean over the bin"),
+    "shown_stimulus": Quantity(("time",), "1", "stimulus, in the unit of the attribute shown_unit"),
     "level_envelope": Quantity(("level",), "m", "mean envelope of a class of bins"),
     "level_rate": Quantity(("level",), "Hz", "mean rate in a class of bins"),
     "level_rate_se": Quantity(("level",), "Hz", "standard error of the mean rate in a class of bins"),

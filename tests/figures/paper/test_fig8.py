@@ -62,7 +62,7 @@ def test_hinge_and_motion_are_drawn_where_they_are_known(data):
     given["unit"] = xr.Dataset({name: getattr(UNIT, name) for name in ("threshold", "slope", "latency", "baseline")})
     given["motion"] = dataset(time=np.arange(4.0), point_displacement=np.zeros(4))
     told = fig8.compute(given)
-    assert "threshold 40.0 µm, slope 0.25 AP/s/µm, latency 10.0 ms" in told.attrs["caption"]
+    assert "threshold 40 µm, slope 0.25 AP/s/µm, latency 10.0 ms" in told.attrs["caption"]
     assert told.sizes["time"] == 4
     assert "threshold" not in data.attrs
     fig8.draw(told).savefig(io.BytesIO())
@@ -77,7 +77,7 @@ def test_a_threshold_that_is_not_identified_is_neither_printed_nor_drawn():
     [panel] = [axis for axis in fig8.draw(found).axes if axis.get_title(loc="left").startswith("D")]
     assert fig8.FITTED not in [line.get_color() for line in panel.lines]
     given["unit"].attrs["fit"] = "paper2014"  # whose fit has no intervals
-    assert "threshold 40.0 µm" in fig8.compute(given).attrs["caption"]
+    assert "threshold 40 µm" in fig8.compute(given).attrs["caption"]
 
 
 def test_simulated_units_are_called_so_and_recorded_ones_by_their_source(data):

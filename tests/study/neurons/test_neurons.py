@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 
+from vibrissa.figures.paper import fig8
 from vibrissa.netcdf import load
 from vibrissa.neural.simulated.virtual import ThresholdLinearUnit, simulate_spikes
 from vibrissa.quantities import dataset
@@ -64,6 +65,23 @@ def asked(**changed):
 @pytest.fixture(scope="module")
 def results(folder):
     return neuron_results(asked(), folder)
+
+
+def test_an_envelope_in_arbitrary_units_is_shown_in_its_own_unit(folder, results):
+    """The same envelope, a million times as large: the same correlation and lag, a threshold of as many units."""
+    time, moved = ringing()
+    values = 1e6 * analytic_envelope(moved)[0]
+    rows = "".join(f"{t!r},{one!r}\n" for t, one in zip(time.tolist(), values.tolist(), strict=True))
+    (folder / "level.csv").write_text(f"time,envelope_au\n{rows}")
+    shown = neuron_results(asked(stimulus="level.csv"), folder)
+    data, one = fig8.compute(shown), shown["unit"]
+    assert (data.attrs["shown_unit"], data.attrs["shown_factor"]) == ("a.u.", 1.0)
+    assert data.bin_envelope.attrs["units"] == "a.u."
+    assert data.attrs["lag"] == round(float(one.envelope_lag) / data.attrs["bin_width"])
+    assert data.attrs["correlation"] == pytest.approx(float(one.envelope_correlation), abs=0.01)  # of all bins
+    assert float(one.threshold) == pytest.approx(1e6 * float(results["unit"].threshold), rel=0.05)
+    assert "envelope [a.u.]" in [axis.get_xlabel() for axis in fig8.draw(data).axes]
+    assert "threshold [a.u.]" in neurons_of(shown)[0]["heads"]
 
 
 def test_what_was_put_into_the_spikes_comes_out(results):

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.arrays import Array
-from vibrissa.figures.canvas import add_caption, counted, house_style, key_above, new_figure, split
+from vibrissa.figures.canvas import add_caption, counted, house_style, key_above, new_figure, shown_in, split
 from vibrissa.figures.colours import ENVELOPE, FITTED, MEASURED, OF_QUALITY, SINGLE
 from vibrissa.figures.paper.parts.texture_strip import draw_passing
 from vibrissa.neural.coupling.nulls import Circular, Record, circular_correlogram
+from vibrissa.neural.io.tables.stimuli import NAMES, in_unit_of, presented
 from vibrissa.quantities import dataset
-from vibrissa.signals.correlation import best_correlation, lagged_correlation
+from vibrissa.signals.correlation import lagged_correlation
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,31 +35,37 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     Parameters
     ----------
     study : mapping
-        ``spikes`` and ``response``. Where there are any, ``motion``, or else the ``prediction`` that drove the unit
-        (``time``, ``point_displacement``), is drawn under its envelope, and with the latter the texture of
-        ``apparatus``; ``unit_examples`` are other units, side by side; and the hinge of ``unit``, one row of
-        :func:`vibrissa.neural.coupling.analysis.analyse_units`, goes through the classes; if it is not identified, the
-        caption says so. An attribute ``note`` of the response ends the caption.
+        ``spikes`` and ``response``, whose envelope may be in any unit. Where there are any, the stimulus ``motion`` (as
+        in :func:`vibrissa.neural.io.tables.stimuli.presented`), or else the ``prediction`` that drove the unit, is
+        drawn under its envelope, and with the latter the texture of ``apparatus``; ``unit_examples`` are other units,
+        side by side; and the hinge of ``unit``, one row of :func:`vibrissa.neural.coupling.analysis.analyse_units`,
+        goes through the classes; the caption says so if it is not identified, and ends in the response's attribute
+        ``note``.
 
     Returns
     -------
     Dataset
         ``response`` with ``spike_time``, ``spike_trial``; ``correlogram``; mean rate and its standard error in classes
         of the envelope, at the best lag; ``scaled_envelope`` and ``together_scaled``, A times the factor that comes
-        nearest to the rate. Attributes ``correlation``, ``lag`` [bins], ``zoom`` [s], ``chance``: what the largest
-        correlation within one bin exceeds in 1 % of all circular shifts.
+        nearest to the rate; ``shown_stimulus`` [``shown_unit``]. Attributes ``correlation``, ``lag`` [bins], ``zoom``
+        [s], ``shown_unit``, ``shown_factor`` (of the stimulus), ``chance``: what the largest correlation at the lags
+        tested exceeds in 1 % of all circular shifts. The lags tested are those of the response (``lag_low``,
+        ``lag_high``), or ±1 bin as in the paper.
     """
     response, spikes = study["response"], study["spikes"]
     rate, envelope, width = response.firing_rate.values, response.bin_envelope.values, response.attrs["bin_width"]
-    lag, r = best_correlation(rate, envelope, 1)
-    lags, correlogram, chance = _correlogram(rate, envelope, width)
+    tested = int(response.attrs.get("lag_low", -1)), int(response.attrs.get("lag_high", 1))
+    lag, r = _largest(rate, envelope, tested)
+    lags, correlogram, chance = _correlogram(rate, envelope, width, tested)
     origin = str(spikes.attrs.get("source", "simulated"))
-    attrs = {**response.attrs, "correlation": float(r), "lag": int(lag), "chance": chance, "origin": origin}
+    factor, unit = shown_in(str(response.bin_envelope.attrs.get("units", "m")))
+    attrs = {**response.attrs, "correlation": r, "lag": lag, "chance": chance, "lags_tested": tested, "origin": origin}
+    attrs |= {"shown_factor": factor, "shown_unit": unit}
     attrs |= _hinge(study["unit"]) if "unit" in study else {}
-    moved, about = _stimulus(study)
+    moved, about = _stimulus(study, factor)
     together, of_others = _side_by_side(study.get("unit_examples"))
     attrs |= about | of_others | {"zoom": _zoom(response.bin.values, envelope)}
-    levels: dict[str, Any] = _levels(*_pairs(envelope, rate, int(lag)))
+    levels: dict[str, Any] = _levels(*_pairs(envelope, rate, lag))
     data = dataset(
         attrs,
         bin=response.bin.values,
@@ -73,20 +80,22 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
         **moved,
         **together,
     )
+    data = in_unit_of(data, study["motion"]) if "motion" in study else data
     return data.assign_attrs(caption=_caption(data) + str(study["response"].attrs.get("note", "")))
 
 
-def _stimulus(study: Mapping[str, xr.Dataset]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The displacement that was played, or that drove a simulated unit while a texture passed."""
-    for name in ("motion", "prediction"):
-        if "point_displacement" in study.get(name, ()):
-            moved = {column: study[name][column].values for column in ("time", "point_displacement")}
-            if name == "motion" or "apparatus" not in study:
-                return moved, {}
-            passed = study["apparatus"]
-            texture = {column: passed[column].values for column in ("trough_start", "trough_width")}
-            return moved | texture, {"speed": passed.attrs["speed"], "stimulus": "computed with the one-contact model"}
-    return {}, {}
+def _stimulus(study: Mapping[str, xr.Dataset], factor: float) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What was presented, or the motion that drove a simulated unit while a texture passed."""
+    name = next((name for name in ("motion", "prediction") if any(one in study.get(name, ()) for one in NAMES)), "")
+    if not name:
+        return {}, {}
+    time, values, *_ = presented(study[name])
+    moved = {"time": time, "shown_stimulus": factor * values}
+    if name == "motion" or "apparatus" not in study:
+        return moved, {}
+    passed = study["apparatus"]
+    texture = {column: passed[column].values for column in ("trough_start", "trough_width")}
+    return moved | texture, {"speed": passed.attrs["speed"], "stimulus": "computed with the one-contact model"}
 
 
 def _zoom(bins: Array, envelope: Array) -> Array:
@@ -105,7 +114,7 @@ def _scaled(envelope: Array, rate: Array) -> Array:
 
 def _side_by_side(examples: xr.Dataset | None) -> tuple[dict[str, Any], dict[str, Any]]:
     """Rates of a few units, and each one's envelope scaled to it."""
-    if examples is None or "example_rate" not in examples:
+    if examples is None or examples.sizes.get("example_unit", 0) < 2:
         return {}, {}
     shown = examples.bin.values - examples.bin.values[0] <= TOGETHER
     rate, envelope = examples.example_rate.values, examples.example_bin_envelope.values
@@ -127,15 +136,22 @@ def _hinge(unit: xr.Dataset) -> dict[str, Any]:
     return {name: float(unit[name]) for name in HINGE} if known else {"not_identified": "threshold"}
 
 
-def _correlogram(rate: Array, envelope: Array, width: float) -> tuple[Array, Array, float]:
-    """Lags [s], correlation at each, and the 99th percentile of the largest of three lags under circular shifts."""
+def _largest(rate: Array, envelope: Array, tested: tuple[int, int]) -> tuple[int, float]:
+    """Lag [bins] of the largest correlation among the lags tested, and that; 0 and NaN where there is none."""
+    lags, r = lagged_correlation(rate, envelope, max(map(abs, tested)))
+    r = r[(lags >= tested[0]) & (lags <= tested[1])]
+    return (0, np.nan) if np.isnan(r).all() else (tested[0] + int(np.nanargmax(r)), float(np.nanmax(r)))
+
+
+def _correlogram(rate: Array, envelope: Array, width: float, tested: tuple[int, int]) -> tuple[Array, Array, float]:
+    """Lags [s], correlation at each, and the 99th percentile of the largest of those tested under circular shifts."""
     n = len(rate)
     lags, correlogram = lagged_correlation(rate, envelope, min(round(REACH / width), max(1, n // 4)))
     chance = np.array([np.nan])
     if n >= FEWEST_BINS and np.isfinite(correlogram).all():
         record = Record.whole(rate, envelope)
         around = circular_correlogram(record.rates, record.rate_valid, envelope, record.envelope_valid)[0]
-        chance = Circular(guard=max(1, round(GUARD / width))).values(record, 0, around, (-1, 1))
+        chance = Circular(guard=max(1, round(GUARD / width))).values(record, 0, around, tested)
     return np.asarray(lags * width, float), correlogram, float(np.quantile(chance, 0.99))
 
 
@@ -156,28 +172,29 @@ def _levels(envelope: Array, rate: Array) -> dict[str, Array]:
 
 
 def _caption(data: xr.Dataset) -> str:
-    attrs = data.attrs
-    unit = "simulated unit" if attrs["origin"] == "simulated" else f"unit of {attrs['origin']}"
+    attrs, factor, unit = data.attrs, data.attrs["shown_factor"], data.attrs["shown_unit"]
+    neuron = "simulated unit" if attrs["origin"] == "simulated" else f"unit of {attrs['origin']}"
     hinge = ""
     if "threshold" in attrs:
         hinge = (
             " Orange, the fitted threshold-linear curve, seen through the bins: threshold "
-            f"{1e6 * attrs['threshold']:.1f} µm, slope {1e-6 * attrs['slope']:.2f} AP/s/µm, latency "
+            f"{factor * attrs['threshold']:.3g} {unit}, slope {attrs['slope'] / factor:.3g} AP/s/{unit}, latency "
             f"{1e3 * attrs['latency']:.1f} ms; means over classes lie off it where the envelope changes within a bin."
         )
     elif "not_identified" in attrs:
         hinge = " Threshold: not identified."
+    low, high = (1e3 * attrs["bin_width"] * lag for lag in attrs["lags_tested"])
     chance = (
-        f"dashed, {attrs['chance']:.2f}: what the largest of the three lags about 0 exceeds in 1 % of all circular "
-        "shifts of the envelope. The paper's null, shuffled bins, is narrower: of units that do not follow the "
-        "envelope more than 1 % exceed it."
+        f"dashed, {attrs['chance']:.2f}: what the largest of the lags tested ({low:g} to {high:g} ms) exceeds in 1 % "
+        "of all circular shifts of the envelope. The paper's null, shuffled bins, is narrower: of units that do not "
+        "follow the envelope more than 1 % exceed it."
         if np.isfinite(attrs["chance"])
         else "too few bins to estimate chance."
     )
     return (
-        f"Figure 8. One {unit}, {attrs['n_trials']} presentations, bins of {1e3 * attrs['bin_width']:.0f} ms"
-        f"{_stimulus_words(data)}. A, from top to bottom: spikes, firing rate, stimulus and its envelope A (black; the "
-        "mean in each bin, so below the peaks); right: the shaded part"
+        f"Figure 8. One {neuron}, {counted(attrs['n_trials'], 'presentation')}, bins of "
+        f"{1e3 * attrs['bin_width']:.0f} ms{_stimulus_words(data)}. A, from top to bottom: spikes, firing rate, "
+        "stimulus and its envelope A (black; the mean in each bin, so below the peaks); right: the shaded part"
         f"{_texture_words(data)}. B, firing rate and A, scaled to it. {_together_words(data)} Not in the paper: D, "
         f"rate against the envelope {counted(attrs['lag'], 'bin')} before; dots, bins; squares, mean ± SEM of "
         f"{data.sizes['level']} equally full classes.{hinge} E, correlation at every lag (positive: the rate is late); "
@@ -262,15 +279,16 @@ def _draw_times(axes: list[Axes], data: xr.Dataset, span: tuple[float, ...], tit
     }
     raster.plot(data.spike_time.values[inside], data.spike_trial.values[inside], "," if many else "|", **size)
     raster.set(ylabel="trial", title=title)
+    if int(data.attrs["n_trials"]) == 1:
+        raster.set(ylabel="spikes", yticks=[])
     rate.stairs(data.firing_rate, _edges(data.bin.values, data.attrs["bin_width"]), color=SINGLE)
     rate.set(ylabel="rate [Hz]", ylim=(0, None))
-    if "point_displacement" in data:
+    if "shown_stimulus" in data:
         part = ((data.time >= span[0]) & (data.time <= span[1])).values
-        moved = 1e6 * data.point_displacement.values[part]
-        stimulus.plot(data.time.values[part], moved, color=MEASURED, lw=0.5)
+        stimulus.plot(data.time.values[part], data.shown_stimulus.values[part], color=MEASURED, lw=0.5)
     centre = data.bin + data.attrs["bin_width"] / 2
-    stimulus.plot(centre, 1e6 * data.bin_envelope, color=ENVELOPE, lw=1.0)
-    stimulus.set(ylabel="stimulus\n[µm]")
+    stimulus.plot(centre, data.attrs["shown_factor"] * data.bin_envelope, color=ENVELOPE, lw=1.0)
+    stimulus.set(ylabel=f"stimulus\n[{data.attrs['shown_unit']}]")
     for axis in axes:
         axis.set_xlim(*span)
         axis.tick_params(labelbottom=axis is axes[-1])
@@ -313,16 +331,18 @@ def _draw_together(figure: Figure, place: Axes, data: xr.Dataset) -> None:
 
 def _draw_levels(axis: Axes, data: xr.Dataset) -> None:
     """Rate against envelope, as bins, as classes, and as the curve that was fitted."""
-    before, after = _pairs(data.bin_envelope.values, data.firing_rate.values, int(data.attrs["lag"]))
-    axis.plot(1e6 * before, after, "o", ms=2, color=SINGLE, alpha=0.5, mew=0)
+    factor = data.attrs["shown_factor"]
+    before, after = _pairs(data.bin_envelope.values, data.firing_rate.values, data.attrs["lag"])
+    axis.plot(factor * before, after, "o", ms=2, color=SINGLE, alpha=0.5, mew=0)
     look: dict[str, Any] = {"fmt": "s", "ms": 4, "color": SINGLE, "mec": "0.2", "capsize": 2, "ecolor": "0.2"}
-    axis.errorbar(1e6 * data.level_envelope, data.level_rate, data.level_rate_se, **look)
+    axis.errorbar(factor * data.level_envelope, data.level_rate, data.level_rate_se, **look)
+    unit, envelope = data.attrs["shown_unit"], data.bin_envelope.values
+    first, last = float(np.nanmin(envelope)) if unit == "dB" else 0.0, float(np.nanmax(envelope))
     if "threshold" in data.attrs:
         corner, slope, baseline = (data.attrs[name] for name in ("threshold", "slope", "baseline"))
-        last = float(np.nanmax(data.bin_envelope.values))
-        curve = [baseline, baseline, baseline + slope * (last - corner)]
-        axis.plot([0, 1e6 * corner, 1e6 * last], curve, color=FITTED)
-    axis.set(xlabel="envelope [µm]", ylabel="firing rate [Hz]", xlim=(0, None), ylim=(0, None))
+        at = np.array([first, max(corner, first), last])
+        axis.plot(factor * at, baseline + slope * np.maximum(at - corner, 0), color=FITTED)
+    axis.set(xlabel=f"envelope [{unit}]", ylabel="firing rate [Hz]", xlim=(factor * first, None), ylim=(0, None))
     axis.set_title("D  Rate against envelope")
 
 

@@ -102,13 +102,12 @@ def neuron_results(neurons: Neurons, folder: Path = Path(), progress: Progress |
     except InputError as error:
         raise error.renamed(f"[[neural]] {neurons.label}: {error.quantity}") from error
     attrs = {"label": neurons.label, "source": Path(neurons.spikes).name, "remarks": json.dumps(found.remarks)}
-    if presented(found.stimulus).unit != "m":  # the figures are in micrometres
-        return {"units": found.units.assign_attrs(attrs)}
     place = best_unit(found.units)
     unit = found.units.isel(unit=place)
     shown = shown_unit(found.spikes, unit, found.stimulus, found.n_trials, found.how)
     shown["spikes"].attrs.setdefault("source", Path(neurons.spikes).name)
-    shown["response"].attrs["note"] = f" Of {found.units.sizes['unit']} units, {_chosen(unit)}."
+    if found.units.sizes["unit"] > 1:
+        shown["response"].attrs["note"] = f" Of {found.units.sizes['unit']} units, {_chosen(unit)}."
     how: tuple[int, EnvelopeAnalysis] = (found.n_trials, found.how)
     places = example_units(found.units)
     shown[EXAMPLES] = unit_examples(found.spikes, found.units, places, lambda _: found.stimulus, *how)

@@ -79,9 +79,8 @@ def shown_unit(
         was fitted, ``unit``.
     """
     own, edges, rate, envelope = _binned(spikes, str(unit.unit_name.values), stimulus, n_trials, how)
-    response = dataset(
-        {"bin_width": how.bin_width, "n_trials": n_trials}, bin=edges[:-1], firing_rate=rate, bin_envelope=envelope
-    )
+    about = {"bin_width": how.bin_width, "n_trials": n_trials, "lag_low": how.lags[0], "lag_high": how.lags[1]}
+    response = dataset(about, bin=edges[:-1], firing_rate=rate, bin_envelope=envelope)
     response, motion = in_unit_of(response, stimulus), stimulus[[name_of(stimulus)]]
     fitted = {"unit": unit} if np.isfinite(float(unit.threshold)) else {}
     return {"spikes": own, "response": response, "motion": motion, **fitted}

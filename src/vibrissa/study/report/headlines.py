@@ -209,7 +209,24 @@ def _unit_rows(results: Results) -> list[VerdictRow]:
             noun = "driven unit" if is_simulated(units) else "unit"
             if count:
                 rows.append(_line(f"{name}, mean of {_counted(count, noun)}", unit, *numbers))
-    return rows
+    return rows or _test_rows(results)
+
+
+def _test_rows(results: Results) -> list[VerdictRow]:
+    """Of units that pass the test, but have no threshold in metres: how they follow the envelope."""
+    tables = [units.isel(unit=np.flatnonzero(units.significant.values)) for units in tables_of(results).values()]
+    rows = (
+        ("correlation with the envelope", "1", 1.0, "envelope_correlation"),
+        ("lag of it", "ms", 1e3, "envelope_lag"),
+    )
+    known = [np.concatenate([units[name].values for units in tables]) if tables else np.array([]) for *_, name in rows]
+    return [
+        _line(
+            f"{words}, median of {_counted(values.size, 'unit')}", unit, np.nan, float(f"{scale * _middle(values):.3g}")
+        )
+        for (words, unit, scale, _), values in zip(rows, known, strict=True)
+        if values.size
+    ]
 
 
 def _surface_rows(results: Results) -> list[VerdictRow]:

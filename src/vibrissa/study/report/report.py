@@ -81,10 +81,10 @@ def write_report(
     from jinja2 import Environment, PackageLoader, select_autoescape
     from markupsafe import Markup
 
-    figures = list(_figures(results))
+    figures = list(_figures(study, results))
     drawings = [Drawing(FIGURES.index(entry), end) for _, entry, end in figures]
     pictures = drawn(drawings, folder, sweeps, engine, progress or (lambda *_: None))
-    compared = page_of(compare(results)) if "sweeps" in results or tables_of(results) else {}
+    compared = page_of(compare(results)) if _comparable(results) else {}
     lines = validity(results)
     environment = Environment(loader=PackageLoader("vibrissa.study"), autoescape=select_autoescape())
     body, contents = anchored(
@@ -113,6 +113,12 @@ def write_report(
     (folder / "report.html").write_text(_BROKEN.sub("\\1\N{NO-BREAK SPACE}", page), encoding="utf-8")
 
 
+def _comparable(results: Results) -> bool:
+    """Whether the study has what the paper has numbers of: sweeps, or single and multi-units of a motion."""
+    populations = (units for units in tables_of(results).values() if "unit_quality" in units)
+    return "sweeps" in results or any("stimulus_unit" not in units.attrs for units in populations)
+
+
 def _tables(study: Study, results: Results) -> dict[str, Any]:
     """Cells of the tables, by the names of the template."""
     return {
@@ -128,13 +134,16 @@ def _tables(study: Study, results: Results) -> dict[str, Any]:
     }
 
 
-def _figures(results: Results) -> Iterator[tuple[str, FigureEntry, str]]:
-    """Heading, entry and end of the names of every figure that the results serve, and of those that are left out."""
+def _figures(study: Study, results: Results) -> Iterator[tuple[str, FigureEntry, str]]:
+    """Heading, entry and end of the names of every figure that the results serve, and of those asked for in vain."""
     for one in served(results, partial(label_of, results)):
         yield one.heading, one.entry, one.end
+    parts = {stage.part for stage in STAGES if stage.asked(study)}
+    asked = {entry.number for stage in STAGES if stage.part in parts for entry in stage.figures}
     for number, _ in left_out(results):
-        entry = best_entry(number, results)
-        yield entry.heading, entry, ""
+        if number in asked:
+            entry = best_entry(number, results)
+            yield entry.heading, entry, ""
 
 
 def _left_out(study: Study, results: Results, entry: FigureEntry, reason: str) -> str:

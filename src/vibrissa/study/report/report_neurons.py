@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Mask
+from vibrissa.figures.canvas import counted, shown_in
 from vibrissa.neural.coupling.carrier import share_remark
 from vibrissa.quantities import dataset
 from vibrissa.quantities.kinds import Results
@@ -61,6 +62,7 @@ def neurons_of(results: Results) -> list[dict[str, Any]]:
             "words": _words(units),
             "remarks": json.loads(units.attrs.get("remarks", "[]")),
             "absent": _absent(units),
+            "heads": _heads(units),
             "qualities": _qualities(units),
             "truth": _truth(units) if is_simulated(units) else [],
             "units": unit_table(units, np.flatnonzero(_passed(units)).tolist()),
@@ -74,12 +76,15 @@ def _passed(units: xr.Dataset) -> Mask:
     return units.significant.values.astype(bool)
 
 
-def _fitted(units: xr.Dataset) -> Mask:
-    """Units whose threshold and slope count, as in Figure 9; none of a stimulus that is not in metres."""
-    if "stimulus_unit" in units.attrs:
-        return np.zeros(units.sizes["unit"], bool)
+def _determined(units: xr.Dataset) -> Mask:
+    """Units whose threshold and slope count, as in Figure 9."""
     finite = np.isfinite(units.threshold.values) & (units.slope.values > 0)
     return _passed(units) & finite & (units.identified.values.astype(bool) | (units.attrs.get("fit") == "paper2014"))
+
+
+def _fitted(units: xr.Dataset) -> Mask:
+    """The same; none of a stimulus that is not in metres, whose numbers cannot be pooled with others."""
+    return _determined(units) & ("stimulus_unit" not in units.attrs)
 
 
 def _sessions(units: xr.Dataset) -> NDArray[Any]:
@@ -95,8 +100,9 @@ def _words(units: xr.Dataset) -> str:
         "analysis and not the brain. "
     )
     draws = "sessions are the" if "unit_session" in units else "units are taken for"
+    presentations = counted(int(attrs["n_trials"]), "presentation")
     return (
-        f"{count} unit{'s' if count != 1 else ''}{source}, {attrs['n_trials']} presentations, {_passed(units).sum()} "
+        f"{counted(count, 'unit')}{source}, {presentations}, {_passed(units).sum()} "
         f"pass the test of the envelope (p at most {attrs['level']:g}, {adjusted}). "
         f"{simulated if is_simulated(units) else ''}Means with 95 % intervals, of the units whose threshold the trials "
         f"determine; {draws} independent draws."
@@ -113,12 +119,9 @@ def _absent(units: xr.Dataset) -> list[str]:
         )
     if not np.isfinite(units.spontaneous_rate.values).any():
         lines.append("No window without stimulus: rates below the threshold are not compared with spontaneous ones.")
-    if "stimulus_unit" in units.attrs:
-        unit = units.attrs["stimulus_unit"]
-        lines.append(f"Thresholds and slopes are in {unit}, not in µm: they have no means here.")
-    elif not _passed(units).any():
+    if not _passed(units).any():
         lines.append("No unit passes the test: no threshold, slope and latency.")
-    elif unknown := int((_passed(units) & ~_fitted(units)).sum()):
+    elif unknown := int((_passed(units) & ~_determined(units)).sum()):
         lines.append(
             f"The trials do not determine the threshold of {unknown} of the {_passed(units).sum()} units that pass; "
             "the table of units says why."
@@ -130,6 +133,17 @@ def _absent(units: xr.Dataset) -> list[str]:
     return lines
 
 
+def _shown(units: xr.Dataset) -> dict[str, tuple[float, str]]:
+    """Factor and unit of each fitted parameter."""
+    factor, unit = shown_in(str(units.threshold.attrs["units"]))
+    return {"threshold": (factor, unit), "slope": (1 / factor, f"AP/s/{unit}"), "latency": (1e3, "ms")}
+
+
+def _heads(units: xr.Dataset) -> list[str]:
+    means = (f"{name} [{unit}]" for name, (_, unit) in _shown(units).items())
+    return ["quality", "units", "pass", "share [%]", "fitted", *means]
+
+
 def _qualities(units: xr.Dataset) -> list[list[str]]:
     """Rows: quality, units, passing, share with Wilson's interval, fitted, means with intervals."""
     quality = units.unit_quality.values if "unit_quality" in units else np.full(units.sizes["unit"], "all")
@@ -138,9 +152,9 @@ def _qualities(units: xr.Dataset) -> list[list[str]]:
         some = units.isel(unit=np.flatnonzero(quality == name))
         passed, count = int(_passed(some).sum()), some.sizes["unit"]
         low, high = wilson_interval(passed, count)
-        fitted = np.flatnonzero(_fitted(some))
+        fitted = np.flatnonzero(_determined(some))
         share = f"{100 * passed / count:.0f} [{100 * low:.0f}, {100 * high:.0f}]"
-        means = [_mean(some.isel(unit=fitted), name, scale) for name, scale in FITTED.items()]
+        means = [_mean(some.isel(unit=fitted), name, scale) for name, (scale, _) in _shown(units).items()]
         rows.append([str(name), str(count), str(passed), share, str(len(fitted)), *means])
     return rows
 
@@ -154,7 +168,8 @@ def _mean(units: xr.Dataset, name: str, scale: float) -> str:
 
 def _with_ends(name: str, value: float, low: float, high: float) -> str:
     """A fitted parameter and its interval, in the units shown."""
-    texts = [plain(one, FORMS[name]) for one in (value, low, high)]
+    form = FORMS[name] if abs(value) >= 1 or name == "slope" else ".3g"  # a threshold of 0.08 in arbitrary units
+    texts = [plain(one, form) for one in (value, low, high)]
     return Printed("", *texts).with_interval if np.isfinite(low) else texts[0]
 
 
