@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 
 from vibrissa.cli.shared.axes import axis_of, values_of
 from vibrissa.cli.shared.glossary import GLOSSARY
-from vibrissa.cli.shared.units import DIMENSIONS, in_si, number, written
+from vibrissa.cli.shared.units import DIMENSIONS, in_si, written
 from vibrissa.netcdf import load
+from vibrissa.tables.quantity import number
 from vibrissa.whisker import Whisker
 
 pytest.importorskip("pint")

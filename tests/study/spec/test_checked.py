@@ -4,6 +4,7 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pytest
 from refusals import refusal
 
@@ -178,3 +179,56 @@ def test_a_number_of_thousands_of_digits_is_one_line_and_a_mark_of_byte_order_is
     path.write_bytes(b"\xef\xbb\xbf[whisker]\nlength = 0.04\ncone_angle = 1.5e-3\nage = 3\n")
     with pytest.raises(InputError, match="age"):
         read_study(path)
+
+
+WITH_UNITS = """
+name = "units"
+[whisker]
+length = "40 mm"
+cone_angle = "1.5 mrad"
+[posture]
+contact = 0.29
+base_angle = "70deg"
+[scan]
+speed = "100 mm/s"
+damping = 0.1
+[film]
+n_frames = 100
+[film.camera]
+frame_rate = "2 kHz"
+pixel_size = "95um"
+[texture]
+length = "35 cm"
+[[neural]]
+spikes = "spikes.csv"
+stimulus = "stimulus.csv"
+bin_width = "5 ms"
+spontaneous = ["-500 ms", 0.0]
+delay = ["20ms"]
+"""
+
+
+def test_quantities_may_have_their_unit():
+    """Every key whose docstring states a unit takes one, alone, in a list and in a list of parts."""
+    study = validated_study(tomllib.loads(WITH_UNITS), "study.toml", Path())
+    assert (study.whisker.length, study.whisker.cone_angle, study.scan.speed) == (0.04, 1.5e-3, 0.1)
+    assert study.posture.base_angle == pytest.approx(np.deg2rad(70), rel=1e-15)
+    assert (study.film.camera.frame_rate, study.film.camera.pixel_size, study.texture.length) == (2000.0, 95e-6, 0.35)
+    [neural] = study.neural
+    assert (neural.bin_width, neural.spontaneous, neural.delay) == (5e-3, (-0.5, 0.0), (0.02,))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "rule"),
+    [
+        ('"95um"', '"95 Hz"', "must be a number [m], or have a unit like it"),
+        ('"95um"', '"95"', "must be a number"),
+        ('"95um"', '"a few"', "must be a number"),
+        ("contact = 0.29", 'contact = "11 mm"', "must be a number"),
+        ('["20ms"]', '["20 mm"]', "must be a number [s], or have a unit like it"),
+    ],
+)
+def test_what_is_no_quantity_of_the_kind_is_refused(old, new, rule):
+    with refusal("format") as caught:
+        validated_study(tomllib.loads(WITH_UNITS.replace(old, new)), "study.toml", Path())
+    assert rule in str(caught.value)

@@ -10,7 +10,8 @@ from refusals import refusal
 
 import vibrissa
 from vibrissa.study.spec.checked import keys_of, parts_of
-from vibrissa.study.spec.schema import described, study_schema
+from vibrissa.study.spec.described import described
+from vibrissa.study.spec.schema import study_schema
 from vibrissa.study.spec.settings import Study, read_study
 from vibrissa.texture.surface import random_grating
 
@@ -90,3 +91,10 @@ def test_descriptions_carry_units_and_follow_references():
     assert "mN m" in tell["BaseSignal"]["unit"]["description"]  # what the function says that its docstring names
     assert tell["Film"]["subframes"]["default"] == 3
     assert described(random_grating)["depth"] == "Depth of the gaps [m]."
+
+
+def test_an_editor_takes_a_quantity_with_its_unit_and_no_other_text(validator):
+    study = {"name": "x", "whisker": {"length": "40 mm", "cone_angle": 1.5e-3}}
+    validator.validate(study)
+    study["whisker"]["length"] = "long"
+    assert [list(error.absolute_path) for error in validator.iter_errors(study)] == [["whisker", "length"]]

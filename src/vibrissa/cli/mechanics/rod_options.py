@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from vibrissa.cli.shared.options import Flag, WhiskerOptions
-from vibrissa.cli.shared.units import Length, number
+from vibrissa.cli.shared.units import Length
 from vibrissa.errors import ConflictError
+from vibrissa.tables.quantity import number
 
 if TYPE_CHECKING:
     from vibrissa.mechanics.rod.rod_settings import Rod

@@ -6,8 +6,9 @@ from math import ceil, isfinite, isnan
 from pathlib import Path
 from typing import Literal
 
-from vibrissa.cli.shared.units import in_si, number
+from vibrissa.cli.shared.units import in_si
 from vibrissa.errors import FormatError, MissingError, RangeError, ShapeError
+from vibrissa.tables.quantity import number
 
 Side = Literal["left", "right", "top", "bottom"]
 Point = tuple[float, float]

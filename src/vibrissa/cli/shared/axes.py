@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from vibrissa.cli.shared.units import Metres, in_si, length_of, number, reader, share
+from vibrissa.cli.shared.units import Metres, in_si, length_of, reader, share
 from vibrissa.errors import ShapeError
+from vibrissa.tables.quantity import number
 
 if TYPE_CHECKING:
     from vibrissa.whisker import Whisker

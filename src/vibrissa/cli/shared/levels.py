@@ -6,8 +6,9 @@ import re
 from typing import Annotated
 
 from vibrissa.cli.shared.glossary import GLOSSARY
-from vibrissa.cli.shared.units import in_si, number, reader
+from vibrissa.cli.shared.units import in_si, reader
 from vibrissa.errors import ConflictError
+from vibrissa.tables.quantity import number
 from vibrissa.tables.units import in_si as of_stimulus
 from vibrissa.tables.units import is_unit
 

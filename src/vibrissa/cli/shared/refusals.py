@@ -6,8 +6,9 @@ import re
 from collections.abc import Collection, Sequence
 
 from vibrissa.cli.shared.glossary import GLOSSARY
-from vibrissa.cli.shared.units import DIMENSIONS, number, option_of, written
+from vibrissa.cli.shared.units import DIMENSIONS, option_of, written
 from vibrissa.errors import InputError, RangeError
+from vibrissa.tables.quantity import number
 
 _ARGUMENT = re.compile(r"`(\w+)(?:=([^`]*))?`")  # as the package writes them: `workers`, `level='line'`
 _NAME = re.compile(r"(?:[A-Z]\w*\.)?[a-z][\w ]*(?:\[0\])?")

@@ -1,16 +1,12 @@
 """Quantities of the command line: ``40mm``, ``70deg``, ``100mm/s``; a bare number is SI, or over L where it says so.
 
-A type for each dimension annotates an option. Pint, with a registry of the few units here, is imported where a value is
-no bare number.
+A type for each dimension annotates an option.
 """
 
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Sequence
-from decimal import Decimal
-from functools import cache
 from inspect import signature
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
@@ -18,6 +14,7 @@ from cyclopts import Parameter, Token
 
 from vibrissa.cli.shared.glossary import GLOSSARY, SHARES
 from vibrissa.errors import FormatError, MissingError, RangeError
+from vibrissa.tables.quantity import QUANTITY, converted, number
 
 if TYPE_CHECKING:
     from vibrissa.whisker import Whisker
@@ -42,26 +39,6 @@ DIMENSIONS = {
     "voltage": Dimension("a voltage", "V"),
     "slope": Dimension("a rate per length", "1/(s m)"),
 }
-UNITS = """
-    metre = [length] = m = meter
-    second = [time] = s
-    gram = [mass] = g
-    volt = [voltage] = V
-    radian = [angle] = rad
-    degree = 0.017453292519943295 radian = deg = °
-    minute = 60 second = min
-    hertz = 1 / second = Hz
-    newton = 1000 gram * metre / second ** 2 = N
-    pascal = newton / metre ** 2 = Pa
-    nano- = 1e-9 = n-
-    micro- = 1e-6 = µ- = μ- = u-
-    milli- = 1e-3 = m-
-    centi- = 1e-2 = c-
-    kilo- = 1e3 = k-
-    mega- = 1e6 = M-
-    giga- = 1e9 = G-
-"""
-_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµμ°/][\w°²³/*^()· -]*?)\s*")
 _HAS_METAVAR = "metavar" in signature(Parameter).parameters  # of later versions of cyclopts
 _METAVARS = {"over length": "share|length"}
 
@@ -71,25 +48,6 @@ class Metres:
 
     def __init__(self, value: float) -> None:
         self.value = value
-
-
-def number(text: str) -> float | None:
-    """The number of a text that has no unit; None of any other text.
-
-    Parameters
-    ----------
-    text : str
-        As typed.
-
-    Returns
-    -------
-    float or None
-        0.04 of ``0.04``, None of ``40mm``.
-    """
-    try:
-        return float(text)
-    except ValueError:
-        return None
 
 
 def written(option: str, text: str = "") -> str:
@@ -107,8 +65,8 @@ def written(option: str, text: str = "") -> str:
     str
         ``--base-angle 70deg``.
     """
-    example = _QUANTITY.fullmatch(GLOSSARY[option].example.split(":")[0].split(" ")[0])
-    typed = _QUANTITY.fullmatch(text)
+    example = QUANTITY.fullmatch(GLOSSARY[option].example.split(":")[0].split(" ")[0])
+    typed = QUANTITY.fullmatch(text)
     if example is None:
         return f"{option} {GLOSSARY[option].example}"
     value = typed[1] if typed else text if number(text) is not None else example[1]
@@ -140,7 +98,7 @@ def in_si(text: str, option: str, kind: str) -> float:
     if bare is not None:
         _refuse_unlikely(text, bare, option, unit)
         return bare
-    value = _converted(text, unit)
+    value = converted(text, unit)
     if value is None:
         raise FormatError(
             option, f"must be {words}", repr(text), f"write {written(option, text)}, or the number in {unit}"
@@ -204,32 +162,6 @@ def _refuse_unlikely(text: str, value: float, option: str, unit: str) -> None:
         raise RangeError(option, f"must have its unit above {most:g} {unit}", text, f"write {written(option, text)}")
     if least is not None and 0 < value < least:
         raise RangeError(option, f"must have its unit below {least:g} {unit}", text, f"write {written(option, text)}")
-
-
-def _converted(text: str, unit: str) -> float | None:
-    """A number with its unit, in another; None if it is no quantity, or of another dimension."""
-    if (parts := _QUANTITY.fullmatch(text)) is None:
-        return None
-    try:
-        given, wanted = (_registry().parse_expression(_plain(one)) for one in (parts[2], unit))
-        return float(Decimal(parts[1]) * given.to(wanted.units).magnitude)
-    except Exception:  # pint's parser fails in a dozen ways
-        return None
-
-
-def _plain(unit: str) -> str:
-    unit = unit.replace("²", "**2").replace("³", "**3").replace("^", "**").replace("·", "*")
-    return f"1{unit}" if unit.startswith("/") else unit.replace("(s m)", "s/m")
-
-
-@cache
-def _registry() -> Any:
-    from pint import UnitRegistry
-
-    registry: Any = UnitRegistry(None, non_int_type=Decimal)  # 95um is 95e-6 to the last bit
-    for line in UNITS.strip().splitlines():
-        registry.define(line.strip())
-    return registry
 
 
 Reader = Callable[[Any, Sequence[Token]], Any]
@@ -300,7 +232,7 @@ def share(text: str, option: str) -> float | Metres:
     bare = number(text)
     if bare is not None:
         return bare
-    value = _converted(text, "m")
+    value = converted(text, "m")
     if value is None:
         remedy = f"write {option} {SHARES[option]}, over L, or {written(option, text)}"
         raise FormatError(option, "must be a share of L, or a length", repr(text), remedy)

@@ -10,6 +10,8 @@ from reprlib import repr as short
 from typing import Any
 
 from vibrissa.errors import FormatError, RangeError, UnknownError, did_you_mean
+from vibrissa.study.spec.described import units_of
+from vibrissa.tables.quantity import QUANTITY, converted, number
 
 HIDDEN = frozenset({"folder"})  # fields that no file gives
 
@@ -100,8 +102,8 @@ def refuse_outside(part: Any, names: Iterable[str], rule: str, holds: Callable[[
             raise RangeError(f"{type(part).__name__}.{name}", rule, value)
 
 
-def check_keys(cls: Any, table: dict[str, Any], source: str) -> None:
-    """Refuse a key that no field has, at any depth, and name the nearest right one, or the part that has it.
+def checked_table(cls: Any, table: dict[str, Any], source: str) -> dict[str, Any]:
+    """Refuse a key that no field has, at any depth, and give quantities that have their unit in SI.
 
     Parameters
     ----------
@@ -112,17 +114,24 @@ def check_keys(cls: Any, table: dict[str, Any], source: str) -> None:
     source : str
         Names the file in errors.
 
+    Returns
+    -------
+    dict
+        The same table, with ``"95 um"`` as 9.5e-5 where the docstring of the field states a unit.
+
     Raises
     ------
     InputError
-        At the first such key; or where a part is no table, or a list of parts no list.
+        At the first such key, with the nearest right one, or the part that has it; where a part is no table, or a list
+        of parts no list; or where a quantity has the unit of another kind.
     """
-    _check_part(cls, table, source, (), dict(_sections(cls, ())))
+    return _checked_part(cls, table, source, (), dict(_sections(cls, ())))
 
 
-def _check_part(
+def _checked_part(
     cls: Any, table: dict[str, Any], source: str, under: tuple[str, ...], all_parts: dict[Any, Any]
-) -> None:
+) -> dict[str, Any]:
+    made: dict[str, Any] = {}
     where = f"{source}: [{'.'.join(under)}]" if under else source
     hints = typing.get_type_hints(cls)
     for key, value in table.items():
@@ -132,14 +141,29 @@ def _check_part(
             raise RangeError(f"{where}: {key}", "must be 0 or a positive whole number", value)
         kinds, many = parts_of(hints[key])
         if not kinds:
+            made[key] = _in_si(cls, key, value, where) if "float" in str(hints[key]) else value
             continue
         written = ".".join((*under, key))
         if many and not (isinstance(value, list) and all(isinstance(one, dict) for one in value)):
             raise FormatError(f"{where}: {key}", "must be a list of tables", short(value), f"written [[{written}]]")
         if not many and not isinstance(value, dict):
             raise FormatError(f"{where}: {key}", "must be a table", short(value), f"written [{written}]")
-        for one in value if many else [value]:
-            _check_part(_meant(kinds, one, f"{source}: [{written}]"), one, source, (*under, key), all_parts)
+        parts = [_checked_part(_meant(kinds, one, f"{source}: [{written}]"), one, source, (*under, key), all_parts)
+                 for one in (value if many else [value])]  # fmt: skip
+        made[key] = parts if many else parts[0]
+    return made
+
+
+def _in_si(cls: Any, key: str, value: Any, where: str) -> Any:
+    """A number that is text with its unit, in SI, and each one of a list; anything else stays as it is."""
+    if isinstance(value, list):
+        return [_in_si(cls, key, one, where) for one in value]
+    with_unit = isinstance(value, str) and number(value) is None and QUANTITY.fullmatch(value)
+    units = units_of(cls, key) if with_unit else []
+    found = [one for unit in units if (one := converted(value, unit)) is not None]
+    if units and not found:
+        raise FormatError(f"{where}: {key}", f"must be a number [{units[0]}], or have a unit like it", short(value))
+    return found[0] if found else value
 
 
 def _meant(kinds: list[Any], table: dict[str, Any], where: str) -> Any:

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import importlib
 import inspect
-import re
 import typing
 from typing import Any
 
 from vibrissa.study.spec.checked import HIDDEN, keys_of, parts_of
+from vibrissa.study.spec.described import described, plain, units_of
 from vibrissa.study.spec.settings import Study
 
 DRAFT = "http://json-schema.org/draft-07/schema#"  # the one that every editor reads
 TITLE = "Study of vibrissa"
-
-_ROLE = re.compile(r":\w+:`~?([\w.]+)`")
-_ENTRY = re.compile(r"^(?P<names>\w+(?:, \w+)*)(?: : .*)?$")
+WITH_UNIT = r"^\s*[+-]?[0-9.]+([eE][+-]?[0-9]+)?\s*[A-Za-zµμ°].*$"  # "95 um"
 
 
 def study_schema() -> dict[str, Any]:
@@ -46,10 +43,24 @@ def _part(made: dict[str, Any], kind: type) -> dict[str, Any]:
     """Schema of one table of a file."""
     meant = described(kind)
     keys = {name: made["properties"][name] for name in keys_of(kind)}
-    properties = {name: {"description": meant[name], **_value(value)} for name, value in keys.items()}
+    values = {name: _quantity(_value(one)) if units_of(kind, name) else _value(one) for name, one in keys.items()}
+    properties = {name: {"description": meant[name], **value} for name, value in values.items()}
     needed = [name for name in made.get("required", []) if name not in HIDDEN]
-    schema = {"description": _plain((inspect.getdoc(kind) or "").partition("\n\n")[0]), "type": "object"}
+    schema = {"description": plain((inspect.getdoc(kind) or "").partition("\n\n")[0]), "type": "object"}
     return schema | {"properties": properties, "additionalProperties": False} | ({"required": needed} if needed else {})
+
+
+def _quantity(made: Any) -> Any:
+    """Schema of numbers, each of which may be text with its unit instead."""
+    if isinstance(made, list):
+        return [_quantity(one) for one in made]
+    if not isinstance(made, dict):
+        return made
+    if made.get("type") == "number":
+        rest = {key: value for key, value in made.items() if key in ("default", "description")}
+        number = {key: value for key, value in made.items() if key not in rest}
+        return rest | {"anyOf": [number, {"type": "string", "pattern": WITH_UNIT}]}
+    return {key: value if key == "default" else _quantity(value) for key, value in made.items()}
 
 
 def _value(made: Any) -> Any:
@@ -67,48 +78,3 @@ def _value(made: Any) -> Any:
     if "$ref" in schema:
         return {"allOf": [{"$ref": schema.pop("$ref")}], **schema}
     return schema | (some[0] if len(some) == 1 else {"anyOf": some} if some else {})
-
-
-def described(kind: Any) -> dict[str, str]:
-    """What a docstring says of each attribute or parameter, in plain text.
-
-    Parameters
-    ----------
-    kind : class or function
-        With a section *Attributes* or *Parameters*. Where an attribute says "See" and names a function, the
-        text is that of the function's parameters.
-
-    Returns
-    -------
-    dict of str
-        By attribute.
-    """
-    meanings: dict[str, str] = {}
-    for names, text in _entries(inspect.getdoc(kind) or ""):
-        meanings |= dict.fromkeys(names, _plain(text))
-        if text.startswith("See ") and (role := _ROLE.search(text)):
-            meanings |= {name: more for name, more in described(_named(role[1])).items() if name in names}
-    return meanings
-
-
-def _entries(doc: str) -> list[tuple[list[str], str]]:
-    """Names and text of each entry of the docstring's section."""
-    parts = re.split(r"^(?:Attributes|Parameters)\n-+\n", doc, maxsplit=1, flags=re.MULTILINE)
-    lines = re.split(r"^\w+\n-+$", parts[1], maxsplit=1, flags=re.MULTILINE)[0].splitlines() if len(parts) > 1 else []
-    entries: list[tuple[list[str], str]] = []
-    for line in lines:
-        if line[:1].strip() and (head := _ENTRY.match(line)):
-            entries.append((head["names"].split(", "), ""))
-        elif line.strip():
-            names, text = entries[-1]
-            entries[-1] = names, f"{text} {line.strip()}".strip()
-    return entries
-
-
-def _plain(text: str) -> str:
-    return _ROLE.sub(r"\1", " ".join(text.split())).replace("``", "")
-
-
-def _named(path: str) -> Any:
-    module, _, name = path.rpartition(".")
-    return getattr(importlib.import_module(module), name)

@@ -17,7 +17,7 @@ from vibrissa.neural.simulated.virtual import NEURON_MODELS, NeuronModel, Thresh
 from vibrissa.quantities.identity import SURE
 from vibrissa.quantities.kinds import Method
 from vibrissa.study.spec.base_signal import BaseSignal
-from vibrissa.study.spec.checked import check_keys, validated
+from vibrissa.study.spec.checked import checked_table, validated
 from vibrissa.study.spec.comparison import Comparison
 from vibrissa.study.spec.cortex import Cortex
 from vibrissa.study.spec.laboratory import Laboratory
@@ -336,7 +336,7 @@ def validated_study(table: dict[str, Any], source: str, folder: Path) -> Study:
     InputError
         As :func:`read_study`.
     """
-    check_keys(Study, table, source)
+    table = checked_table(Study, table, source)
     if isinstance(table.get("texture"), dict):  # its own first: of two kinds the errors of both would be reported
         kind: type = TextureFile if "file" in table["texture"] else Grating
         validated(kind, table["texture"], source, ("texture",))
