@@ -26,10 +26,18 @@ length L of the nontruncated cone, a bare number is that share, and a length is 
 The last column is the argument's name in Python, and the key in a study file where it has one.
 
 *Made from the glossary by `docs/make_options.py`.*
-
+"""
+TABLE = """
 | option | meaning | written | commands | in Python |
 |---|---|---|---|---|
 """
+ROOMS = {  # of the commands that have an option
+    "mechanics": "Whiskers, surfaces and sensors",
+    "movies": "Movies",
+    "spikes": "Spikes",
+    "studies": "Studies",
+    "several": "Commands of several kinds",
+}
 PLAIN = {float: "number", int: "count", str: "text", bool: "flag", Path: "file"}
 
 
@@ -57,9 +65,19 @@ def kind(hint):
 
 
 def page():
-    """Give the page, in the order of the glossary."""
+    """Give the page: a table for each kind of command, in the order of the glossary."""
     found = options()
-    return HEAD + "".join(line(name, sorted(found[name])) for name in GLOSSARY)
+    parts = {room: [name for name in GLOSSARY if room_of(found[name]) == room] for room in ROOMS}
+    return HEAD + "".join(
+        f"\n## {ROOMS[room]}\n{TABLE}" + "".join(line(name, sorted(found[name])) for name in names)
+        for room, names in parts.items()
+    )
+
+
+def room_of(verbs):
+    """Give the kind of the commands that have an option; "several" if they are of more than one."""
+    rooms = {app[verb].default_command.__module__.split(".")[2] for verb in verbs}
+    return rooms.pop() if len(rooms) == 1 else "several"
 
 
 def line(name, verbs):
