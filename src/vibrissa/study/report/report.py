@@ -138,12 +138,9 @@ def _figures(study: Study, results: Results) -> Iterator[tuple[str, FigureEntry,
     """Heading, entry and end of the names of every figure that the results serve, and of those asked for in vain."""
     for one in served(results, partial(label_of, results)):
         yield one.heading, one.entry, one.end
-    parts = {stage.part for stage in STAGES if stage.asked(study)}
-    asked = {entry.number for stage in STAGES if stage.part in parts for entry in stage.figures}
-    for number, _ in left_out(results):
-        if number in asked:
-            entry = best_entry(number, results)
-            yield entry.heading, entry, ""
+    for number, _ in left_out(study, results):
+        entry = best_entry(number, results)
+        yield entry.heading, entry, ""
 
 
 def _left_out(study: Study, results: Results, entry: FigureEntry, reason: str) -> str:

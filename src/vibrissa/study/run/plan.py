@@ -109,7 +109,7 @@ def plan_study(study: Study, *, kept: int = 0, workers: int = 1) -> Plan:
         inputs=inputs(study),
         stages=[Planned(name, cost) for name, cost in stages if cost is not None],
         figures=figures,
-        left_out=left_out(names),
+        left_out=left_out(study, names),
         kept=kept,
         workers=workers,
         unstored=sizes.unstored,

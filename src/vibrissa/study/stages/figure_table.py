@@ -148,11 +148,13 @@ def served(names: Collection[str], label: Callable[[str], str]) -> Iterator[Serv
                         for end in ends_of(other, names))  # fmt: skip
 
 
-def left_out(names: Collection[str]) -> list[tuple[str, str]]:
-    """Number and reason of each figure that cannot be made of results of these names, the optional ones aside.
+def left_out(study: Study, names: Collection[str]) -> list[tuple[str, str]]:
+    """Number and reason of each figure of a study's parts that cannot be made of its results, the optional ones aside.
 
     Parameters
     ----------
+    study : Study
+        Of a study without sweeps, say, their figures are not missed.
     names : collection of str
         Names of results.
 
@@ -161,7 +163,9 @@ def left_out(names: Collection[str]) -> list[tuple[str, str]]:
     list of (str, str)
         In the order of the numbers.
     """
-    best = [best_entry(number, names) for number in numbers()]
+    parts = {stage.part for stage in STAGES if stage.asked(study)}
+    asked = {entry.number for stage in STAGES if stage.part in parts for entry in stage.figures}
+    best = [best_entry(number, names) for number in numbers() if number in asked]
     reasons = [(entry.number, missing(entry, names)) for entry in best if not entry.optional]
     made = {one.entry.number for one in served(names, str)}
     return [(number, reason) for number, reason in reasons if reason and number not in made]

@@ -148,7 +148,7 @@ def _ninth(results: Results, _: Series) -> Figure:
     return fig9.draw(fig9.compute(units, truth=units if "driven_by" in units else None))
 
 
-_NO_NEURONS = "no [recording], no [cortex] and no [[neural]] whose stimulus is a displacement in metres"
+_NO_NEURONS = "no [recording], no [cortex] and no [[neural]]"
 _MODEL = "made of [laboratory], sweeps or a surface alone"
 
 _SWEPT = ("sweeps", "mode_shares")  # of sweeps of which any was accepted
