@@ -84,14 +84,20 @@ def test_the_page_opens_at_the_clean_preset_with_its_caveats_folded_under_a_plai
     assert view.inner_text("#notes li >> nth=0").startswith("usable")
 
 
+def pressed(view):
+    return view.locator("#presets [aria-pressed=true]").all_inner_texts()
+
+
 def test_presets_and_reset_set_their_states(view, served):
     opened(view, served.root)
     for preset in PRESETS[1:]:
         acted(view, lambda one=preset: view.get_by_role("button", name=one.name, exact=True).click())
         assert set_to(view) == read_state(preset.state).values
         assert view.inner_text("#preset-about") == preset.about
+        assert pressed(view) == [preset.name]
     acted(view, lambda: view.locator("[id='c-damping-slider']").press("ArrowRight"))
     assert view.inner_text("#preset-about") == ""  # what it says holds of its own state alone
+    assert pressed(view) == []
     acted(view, lambda: view.locator("#reset").press("Enter"))
     assert set_to(view) == read_state(CLEAN).values
 

@@ -13,15 +13,22 @@ const TOUR = [
 let step = -1;
 
 export function presets(list, apply) {
-  const press = one => { apply(one.state); $("preset-about").textContent = one.about; };
+  const press = one => { apply(one.state); stand(one); };
   const buttons = list.map(one => tag("button", { type: "button", textContent: one.name, title: one.about, onclick: () => press(one) }));
   const reset = tag("button", { type: "button", id: "reset", textContent: "Reset", title: "Back to the first state", onclick: () => press(list[0]) });
   const tour = tag("button", { type: "button", id: "tour-start", textContent: "Tour", title: "Five steps through the page", onclick: () => go(0) });
+  for (const button of buttons) button.setAttribute("aria-pressed", "false");
   $("presets").append(tour, ...buttons, reset);
   $("tour-back").onclick = () => go(step - 1);
   $("tour-next").onclick = () => go(step + 1);
   $("tour-end").onclick = () => go(TOUR.length);
   $("tour").addEventListener("keydown", event => { if (event.key === "Escape") go(TOUR.length); });
+}
+
+// Say which preset the page shows, if any.
+export function stand(one) {
+  $("preset-about").textContent = one ? one.about : "";
+  for (const button of $("presets").querySelectorAll("[aria-pressed]")) button.setAttribute("aria-pressed", String(button.textContent === one?.name));
 }
 
 function target(id) { return id.endsWith("-figure") ? $(id.slice(0, -7)).closest("figure") : $(id); }

@@ -2,7 +2,7 @@
 import { bridgeMoment, drawBridge, showBridge } from "./bridge.js";
 import { addressOf, build, LONGEST_ADDRESS, nameOf, show, stateFrom } from "./controls.js";
 import { keeping, setQuery } from "./keep.js";
-import { glossary, presets, unjudged, verdict } from "./lesson.js";
+import { glossary, presets, stand, unjudged, verdict } from "./lesson.js";
 import { unpacked } from "./messages.js";
 import { forgetInks } from "./plots.js";
 import * as sound from "./sound.js";
@@ -97,7 +97,7 @@ function say(line, id = "error") {
 
 function changed(name, value) {
   lasting = "";
-  if ($("preset-about").textContent) $("preset-about").textContent = ""; // no longer that state
+  if ($("preset-about").textContent) stand(); // no longer that state
   for (const key of [...state.keys()]) if (!(key in table)) state.delete(key);
   state.set(name, value);
   settle();
@@ -242,8 +242,9 @@ function bind() {
 }
 
 function read(hash) {
-  lasting = $("preset-about").textContent = "";
-  try { state = stateFrom(hash); if (!state.size) { state = new Map(Object.entries(first.state)); $("preset-about").textContent = first.about; } } catch (error) { state = new Map(); lasting = error.message; }
+  lasting = "";
+  stand();
+  try { state = stateFrom(hash); if (!state.size) { state = new Map(Object.entries(first.state)); stand(first); } } catch (error) { state = new Map(); lasting = error.message; }
   say(lasting);
   settle();
 }
