@@ -100,6 +100,12 @@ def test_a_tip_that_may_be_in_metres_is_remarked_on():
     )
 
 
+def test_a_thin_tip_of_the_atlas_needs_no_caution():
+    """Its 0.0218 of L, read as metres, would be 0.6 of the whisker: nobody meant that."""
+    judged = vb.gap(vb.atlas("C2"), POSTURE, width=0.4e-3, model="rod").attrs["verdict"]
+    assert judged.startswith("usable")
+
+
 def test_units_listen_to_the_rod():
     motion = vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1, model="rod")
     assert vb.simulate_units(motion, 2, n_trials=2).sizes["unit"] == 2

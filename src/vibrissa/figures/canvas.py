@@ -225,9 +225,9 @@ def bars(value: ArrayLike, low: ArrayLike, high: ArrayLike) -> Array:
     Returns
     -------
     (2, …) array
-        As ``Axes.errorbar`` takes them.
+        As ``Axes.errorbar`` takes them; 0 where an end is beyond the value, as by round-off of an accuracy of 1.
     """
-    return np.array([np.subtract(value, low), np.subtract(high, value)])
+    return np.maximum([np.subtract(value, low), np.subtract(high, value)], 0.0)
 
 
 def p_words(value: float) -> str:

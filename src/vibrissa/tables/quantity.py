@@ -68,8 +68,8 @@ def converted(text: str, unit: str) -> float | None:
 
     Examples
     --------
-    >>> converted("95um", "m"), converted("2 kHz", "m")
-    (9.5e-05, None)
+    >>> converted("95um", "m"), converted("2 kHz", "m"), converted("1150kg/m3", "kg/m³")
+    (9.5e-05, None, 1150.0)
     """
     if (parts := QUANTITY.fullmatch(text)) is None:
         return None
@@ -81,6 +81,7 @@ def converted(text: str, unit: str) -> float | None:
 
 
 def _plain(unit: str) -> str:
+    unit = re.sub(r"m([23])\b", r"m**\1", unit)  # of m3, cm2
     unit = unit.replace("²", "**2").replace("³", "**3").replace("^", "**").replace("·", "*")
     return f"1{unit}" if unit.startswith("/") else unit.replace("(s m)", "s/m")
 

@@ -13,6 +13,7 @@ from vibrissa.texture.relief import SHORTEST as SMALLEST
 
 SHORTEST_SCAN = 0.3e-3  # [m] a mean gap of the paper; at 0.1 m/s a third of one period of the first resonance
 ALIKE = 0.5  # correlation of neighbouring heights of a wave with six points to its length; white noise has none
+_SPEED = 0.1  # [m/s] the paper's, as an example
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -241,7 +242,8 @@ class Measured:
         notes = [f"{self.position.size} points over {span * 1e3:.4g} mm, one every {step * 1e6:.3g} µm"]
         if step > SMALLEST:
             notes.append(
-                f"nothing finer than {2 * step * 1e6:.3g} µm is in the file, nor in what the whisker will feel"
+                f"nothing finer than {2 * step * 1e6:.3g} µm is in the file, nor in what the whisker will feel; lines "
+                f"between points give a frequency of their own, {_SPEED / step:.3g} Hz at {_SPEED * 1e3:g} mm/s"
             )
         z = self.levelled().height
         likeness = float((z[1:] * z[:-1]).sum() / max((z * z).sum(), np.finfo(float).tiny))

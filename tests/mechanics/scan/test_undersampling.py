@@ -71,3 +71,12 @@ def test_the_surface_under_a_whole_whisker_is_judged_by_its_finest_part():
     assert surface_remarks(fine, SPEED, enough) == []
     assert surface_remarks(coarse, SPEED, RATE) == []
     assert surface_remarks(vb.HeightProfile.from_gaps(fine), SPEED, RATE)[0][:40] == line[:40]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_rate_that_is_named_for_a_rough_surface_is_enough(seed):
+    """A self-affine surface is alike at every scale; each rate once named the next."""
+    rough = vb.self_affine(length=5e-3, hurst=0.1, rms=5e-6, longest=1e-3, shortest=1e-6, spacing=2.5e-7, rng=seed)
+    [line] = surface_remarks(rough, 0.1, 20e3)
+    named = float(line.rpartition("; ")[2].split()[0])
+    assert surface_remarks(rough, 0.1, named) == []

@@ -91,7 +91,7 @@ def test_what_cannot_be_felt_is_told(texture, units):
     spikes = forward(
         texture, WHISKER, POSTURE, SCAN, units, TrialSettings(n_trials=1, distance=0.5e-3), sampling_rate=RATE
     )
-    assert "it is above the threshold of 16 of 16 units in less than 1 % of the time" in remarks(spikes)[0]
+    assert "the thresholds of 16 of 16 units are exceeded in less than 1 % of the time" in remarks(spikes)[0]
     assert spikes.attrs["motion_scale"] == 1
 
 

@@ -55,7 +55,7 @@ GLOSSARY: dict[str, Option] = {
     "--response": _O("choice", "Quasi-static response of the profile: exact, or the paper's linear one", "linear"),
     "--jump": _O("choice", "Change of the velocity where the contact jumps", "paper2014"),
     "--sampling-rate": _O("rate", "Samples per second", "20kHz", 10),
-    "--model": _O("choice", "Model: modes of a shaft with a single contact, or the whole whisker", "rod"),
+    "--model": _O("choice", "Modes of a shaft with one contact, also of its free end, or the whole whisker", "rod"),
     "--intrinsic-curvature": _O("text", "Curvature of the free shaft: a number [1/m], a table of it, or atlas", "15"),
     "--flip-curvature": _O("flag", "Turn a curved whisker about its shaft: curvature of the other sign"),
     "--hold-contact": _O("flag", "Hold the base where the curved shaft touches the flat in the contact"),

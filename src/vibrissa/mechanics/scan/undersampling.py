@@ -10,7 +10,8 @@ from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import Gaps
 
 _FINER = 64  # samples that are looked at for each one of the record
-_WINDOWS, _LENGTH = 24, 64  # stretches of the record that are looked at, and samples of each at most
+_WINDOWS, _LENGTH = 24, 64  # stretches of the record that are looked at, and samples of each at least
+_LASTS = 3.2e-3  # [s] of a stretch at least: within shorter ones a rough surface is alike, however finely it is sampled
 _LOST = 0.35  # share of the contact's motion that may lie between samples: 8 for each period of a sawtooth, 4 of a sine
 _STILL = 1e-12  # [L] a contact that moves by less is at rest
 
@@ -84,7 +85,7 @@ def surface_remarks(surface: Gaps | HeightProfile, speed: float, rate: float) ->
         (surface.at, surface.position) if isinstance(surface, HeightProfile) else (surface.height, surface.end)
     )
     start = float(surface.position[0])
-    steps = _steps(int((float(end[-1]) - start) / speed * rate))
+    steps = _steps(int((float(end[-1]) - start) / speed * rate), rate)
     needed = _enough(heights(start + steps.ravel() * speed / rate).reshape(1, *steps.shape), rate)
     if needed == rate:
         return []
@@ -99,17 +100,17 @@ def _enough(fine: Array, rate: float) -> float:
     return next((rate * k for k in finer if _missed(fine, _FINER // k) < _LOST), np.inf)
 
 
-def _steps(samples: int) -> Array:
+def _steps(samples: int, rate: float) -> Array:
     """Stretches of a record of this number of samples, finely, (stretches, samples) in samples from its start."""
     count = max(samples, 1)
-    length = min(count, _LENGTH)
+    length = min(count, max(_LENGTH, round(_LASTS * rate)))
     starts = np.linspace(0, count - length, min(count // length, _WINDOWS)).astype(int)
     return np.asarray(starts[:, None] + np.arange(length * _FINER + 1) / _FINER)
 
 
 def _looked_at(prediction: PredictedMotion, rate: float) -> Array:
     """Place of the contact in stretches of the record, finely sampled, (places, stretches, samples) over L."""
-    steps = _steps(int(prediction.end * rate))
+    steps = _steps(int(prediction.end * rate), rate)
     where = prediction.where(steps.ravel() / rate)
     return np.array([where[one].reshape(steps.shape) for one in where])
 

@@ -122,6 +122,7 @@ def map_verdict(contact: Array, tip: float, length: float, widest: float) -> str
     return f"{OUTSIDE if long.mean() > MOST_JUMPS else CAUTION}: free end is longer than every gap at {where} ({PAGE})"
 
 
+_MOST_TIP = 0.5  # over L: a tip that would be beyond if it were in metres was not meant in metres
 THIN_TIP = 0.03  # over L: where the rod ends if its tip is thinner
 
 
@@ -147,7 +148,7 @@ def rod_verdict(facts: Mapping[str, Any] | xr.Dataset) -> str:
     """Verdict on a scan by the rod, which includes the free end: which input is missing, and what the rod leaves out.
 
     *Caution*: no physical tip was given, so that the shaft ends in a point that no whisker has, or one thinner than the
-    rod can end in, which may be a length in metres; own weight above 0.2 of
+    rod can end in, which would do as a length in metres; own weight above 0.2 of
     the contact force, which the rod leaves out; more than one step in a thousand did not converge; off the ground for
     more than a tenth of the time. *Outside the model*: off the ground for more than half of it.
 
@@ -166,8 +167,9 @@ def rod_verdict(facts: Mapping[str, Any] | xr.Dataset) -> str:
         reasons.append("no physical tip was given, the shaft ends in a point")
     if 0 < (tip := float(getattr(facts, "attrs", {}).get("whisker_tip", 0))) < THIN_TIP:
         length = float(facts.attrs["whisker_length"])  # type: ignore[union-attr]
-        metres = f"if {1e3 * tip:.3g} mm were meant: {tip / length:.3g}" if tip < length else "was it given in metres?"
-        reasons.append(f"the rod ends at {THIN_TIP:g} L, short of the tip at {tip:.3g} L ({metres})")
+        if tip < _MOST_TIP * length:
+            metres = f"if {1e3 * tip:.3g} mm were meant: {tip / length:.3g}"
+            reasons.append(f"the rod ends at {THIN_TIP:g} L, short of the tip at {tip:.3g} L ({metres})")
     if (weight := _of(facts, "weight_ratio", 0)) > HEAVY:
         reasons.append(f"own weight is {weight:.2g} of the contact force")
     if (share := _of(facts, "unconverged_share", 0)) > UNCONVERGED:

@@ -165,5 +165,5 @@ def remarks(spikes: xr.Dataset) -> list[str]:
     ]
     if silent:
         share = f"less than {SELDOM:.0%} of the time".replace("%", " %")
-        lines[0] += f"; it is above the threshold of {silent} of {spikes.sizes['unit']} units in {share}"
+        lines[0] += f"; the thresholds of {silent} of {spikes.sizes['unit']} units are exceeded in {share}"
     return lines

@@ -43,7 +43,14 @@ def headlines(results: Results) -> list[str]:
         Lines of at most 80 characters. Of several parts, the first has most of the numbers and each other has one.
     """
     rows = headline_rows(results)
-    return [done(results), *(_table(rows) if rows else [])]
+    return [done(results), *_verdict_of_model(results), *(_table(rows) if rows else [])]
+
+
+def _verdict_of_model(results: Results) -> list[str]:
+    """Whether the model holds on a surface, with its first reason."""
+    if "scan" not in results or "verdict" not in results["scan"].attrs:
+        return []
+    return [f"{str(results['scan'].attrs['verdict']).partition(';')[0]}; see the report"]
 
 
 def headline_rows(results: Results) -> list[VerdictRow]:

@@ -10,7 +10,7 @@ from reprlib import repr as short
 from typing import Any
 
 from vibrissa.errors import FormatError, RangeError, UnknownError, did_you_mean
-from vibrissa.study.spec.described import units_of
+from vibrissa.study.spec.described import described, units_of
 from vibrissa.tables.quantity import QUANTITY, converted, number
 
 HIDDEN = frozenset({"folder"})  # fields that no file gives
@@ -159,11 +159,14 @@ def _in_si(cls: Any, key: str, value: Any, where: str) -> Any:
     if isinstance(value, list):
         return [_in_si(cls, key, one, where) for one in value]
     with_unit = isinstance(value, str) and number(value) is None and QUANTITY.fullmatch(value)
-    units = units_of(cls, key) if with_unit else []
+    if not with_unit:
+        return value
+    if not (units := units_of(cls, key)):
+        raise FormatError(f"{where}: {key}", "must be a number without a unit", short(value), described(cls)[key])
     found = [one for unit in units if (one := converted(value, unit)) is not None]
-    if units and not found:
+    if not found:
         raise FormatError(f"{where}: {key}", f"must be a number [{units[0]}], or have a unit like it", short(value))
-    return found[0] if found else value
+    return found[0]
 
 
 def _meant(kinds: list[Any], table: dict[str, Any], where: str) -> Any:
