@@ -55,6 +55,19 @@ def test_a_table_of_frames_and_one_of_touches(vibrissa, tracks, tmp_path):
     assert (touches["touch_offset_s"] >= touches["touch_onset_s"]).all()
 
 
+def test_names_of_marks_are_kept_and_numbers_are_those_of_the_tracks(vibrissa, tracks, tmp_path):
+    profile = load(tracks)
+    save(profile.assign_attrs(names=json.dumps(["C2"])), tmp_path / "named.nc")
+    code, _, err = vibrissa("kinematics", tmp_path / "named.nc", *FACE, *POLE, "--out", tmp_path / "named.csv")
+    assert code == 0, err
+    with (tmp_path / "named.csv").open() as file:
+        row = next(csv.DictReader(file))
+    assert (row["whisker"], row["label"]) == ("0", "C2")
+    assert (
+        ",C2," in (tmp_path / "named-touches.csv").read_text() or "C2," in (tmp_path / "named-touches.csv").read_text()
+    )
+
+
 def test_the_dataset_is_that_of_python(vibrissa, tracks, tmp_path):
     out = tmp_path / "k.nc"
     code, _, err = vibrissa("kinematics", tracks, *FACE, *POLE, "--base-part", "0mm", "3mm", "--out", out)

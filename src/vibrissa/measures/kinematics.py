@@ -121,7 +121,7 @@ def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Datas
     bases = np.array([_mean_base(one) for one in whiskers])
     face = _face(settings, head, bases, down)
     turned = np.zeros(whole.sizes["time"]) if head is None else head.turned()
-    names = whisker_names(bases, face, settings.dorsal, downwards=down)
+    names = _names(profile, whisker_names(bases, face, settings.dorsal, downwards=down))
     time, near = np.asarray(whole.time.values, float), _touch_distance(profile, settings)
     part = settings.base_part or (0.0, SHARE * max(float(np.nanmax(one["arc_length"])) for one in whiskers))
     rows = [_of_whisker(time, one, face, turned, part, settings, near) for one in whiskers]
@@ -141,6 +141,17 @@ def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Datas
         **{name: values for name, values in columns.items() if near is not None or name not in NEEDS_TOUCH},
         **touches,
     )
+
+
+def _names(profile: xr.Dataset, by_place: list[str]) -> list[str]:
+    """Names that were given to whiskers; of the others those by their place, if no two are the same then."""
+    given = json.loads(profile.attrs.get("names", "[]"))
+    if len(given) != len(by_place):
+        return by_place
+    names = [
+        other if one == f"whisker {k}" else one for k, (one, other) in enumerate(zip(given, by_place, strict=True))
+    ]
+    return names if len(set(names)) == len(names) else by_place
 
 
 def _face(settings: KinematicsSettings, head: HeadPose | None, bases: Array, down: bool) -> Face:

@@ -50,13 +50,14 @@ def frame_columns(data: xr.Dataset) -> dict[str, Any]:
     Returns
     -------
     dict of arrays
-        ``whisker`` (its name), ``frame``, ``time_s``, then angles and phases in degrees, curvatures in 1/mm, lengths in
-        mm; the unit ends the name.
+        ``whisker`` (its number among the tracks), ``label`` (its name), ``frame``, ``time_s``, then angles and
+        phases in degrees, curvatures in 1/mm, lengths in mm; the unit ends the name.
     """
     whiskers, frames = data.sizes["whisker"], data.sizes["time"]
     series = [str(name) for name in data.data_vars if data[name].dims == ("whisker", "time")]
     return {
-        "whisker": np.repeat(data.whisker_label.values, frames),
+        "whisker": np.repeat(data.whisker.values, frames),
+        "label": np.repeat(data.whisker_label.values, frames),
         "frame": np.tile(np.arange(frames), whiskers),
         "time_s": np.tile(data.time.values, whiskers),
         **dict(_column(data, name) for name in series),

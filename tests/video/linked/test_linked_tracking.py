@@ -166,6 +166,14 @@ def test_marked_whiskers_have_their_names_and_come_first(movie, tracked):
     assert "from 30 to 149" in str(caught.value)
 
 
+def test_marks_that_contradict_one_another_are_reported(movie, tracked):
+    """Two whiskers of one frame under one name: one of them cannot be it."""
+    marks = [LineMark(90, *place(tracked.profile, k, 90, 8), "C1") for k in (0, 2)]
+    profile, _ = track_linked(movie, calibration=CALIBRATION, marks=marks)
+    [line] = json.loads(profile.attrs["remarks"])
+    assert line.startswith("1 of 2 marks are not kept: C1 in frame 90 (")
+
+
 @pytest.mark.parametrize(
     ("mark", "said"),
     [

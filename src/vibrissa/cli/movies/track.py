@@ -202,13 +202,15 @@ def remarks_on(profile: xr.Dataset) -> None:
         What was tracked.
     """
     noted = {name: json_text.loads(profile.attrs.get(name, "[]")) for name in ("lost", "remarks", "rejected")}
+    names = json_text.loads(profile.attrs.get("names", "[]"))
     for whisker, runs in enumerate(noted["lost"]):
         lost: Counter[str] = Counter()
         for first, last, reason in runs:
             lost[reason] += last - first + 1
         if 2 * lost.total() > profile.sizes["time"]:
             [(most, _)] = lost.most_common(1)
-            tell(f"whisker {whisker} was lost in {lost.total()} of {profile.sizes['time']} frames, mostly: {most}")
+            name = names[whisker] if whisker < len(names) else f"whisker {whisker}"
+            tell(f"{name} was lost in {lost.total()} of {profile.sizes['time']} frames, mostly: {most}")
     tell(*map(in_options, noted["remarks"]))
     tell(*(f"whisker {k} is rejected: {reason}" for k, reason in enumerate(noted["rejected"]) if reason))
     if "led_frame" in profile.attrs:

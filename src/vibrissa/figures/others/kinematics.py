@@ -77,7 +77,7 @@ def draw(data: xr.Dataset) -> Figure:
         axes[2, k].plot(one.time, one.curvature_change / 1e3, color=ANGLE, lw=0.8)
         for axis in axes[:, k]:
             _touches(axis, one)
-        axes[0, k].set_title(f"whisker {one.whisker_label.item()}")
+        axes[0, k].set_title(f"whisker {one.whisker.item()}, label {one.whisker_label.item()}")
         axes[2, k].set_xlabel("time [s]")
     for axis, label in zip(axes[:, 0], ("angle [°]", "phase [rad]", "Δκ [1/mm]"), strict=True):
         axis.set_ylabel(label)

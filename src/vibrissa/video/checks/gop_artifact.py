@@ -26,6 +26,7 @@ SHORTEST = 4  # [frames] period; two and three are those of interlaced fields an
 PERIODS = 8  # of one pumping that must pass before it is looked for
 NEIGHBOURS = 41  # bins by whose median the power of a bin is judged
 SURE = 1e-4  # chance of finding pumping in a movie that has none
+_SEEN = 0.05  # [grey levels] rms: a weaker beat is not remarked on
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,7 +112,7 @@ class GopArtifactWatch:
     def remark(self) -> str | None:
         """One sentence on the pumping found, None if there is none."""
         found = self.found()
-        if found is None:
+        if found is None or found.amplitude < _SEEN:
             return None
         cause = "the codec's key frames" if found.at_key_frames else "key frames of a lossy codec, or a flickering lamp"
         return (

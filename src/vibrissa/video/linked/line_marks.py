@@ -88,7 +88,7 @@ def _written(mark: LineMark) -> str:
 def apply_marks(linking: Linking, segments: xr.Dataset, marks: Sequence[LineMark]) -> dict[str, int]:
     """Give names to the whiskers of a linking, and correct it where the marks say otherwise.
 
-    Each name goes to the whisker that has most of its marks; the lines of its other marks are then fixed as that
+    Each name goes to the whisker that has most of its marks; the lines of all its marks are then fixed as that
     whisker's.
 
     Parameters
@@ -125,13 +125,11 @@ def apply_marks(linking: Linking, segments: xr.Dataset, marks: Sequence[LineMark
             rule, remedy = "must be on a whisker that was linked and has no other name", "mark it in another frame"
             raise ConflictError("mark", rule, _written(mark), remedy)
     first = int(segments.attrs.get("first_frame", 0))
-    for mark, who in zip(marks, whisker, strict=True):
-        mine = owner[names.index(mark.whisker)]
-        if who != mine:
-            try:
-                linking.mark(WhiskerMark(mark.frame - first, mark.column, mark.row, mine))
-            except RangeError:
-                raise RangeError("mark", "must be on a line of the pad of its whisker", _written(mark)) from None
+    for mark in marks:
+        try:
+            linking.mark(WhiskerMark(mark.frame - first, mark.column, mark.row, owner[names.index(mark.whisker)]))
+        except RangeError:
+            raise RangeError("mark", "must be on a line of the pad of its whisker", _written(mark)) from None
     return dict(zip(names, owner, strict=True))
 
 

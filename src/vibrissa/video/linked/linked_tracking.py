@@ -20,7 +20,7 @@ from vibrissa.video.find.movie_segments import Background, LineSearch, find_segm
 from vibrissa.video.follow.background import reference
 from vibrissa.video.io.movie import read_blocks
 from vibrissa.video.link.whisker_linking import Linking, link_segments
-from vibrissa.video.linked.line_marks import LineMark, apply_marks
+from vibrissa.video.linked.line_marks import LineMark, apply_marks, snapped
 from vibrissa.video.linked.linked_profile import profile_from_linking
 from vibrissa.video.profile.turning import Region
 from vibrissa.video.tracking import Calibration
@@ -135,6 +135,8 @@ def track_linked(
     )
     if named:
         profile.attrs["names"] = json.dumps(_names(profile, named))
+        if unkept := _unkept(profile, linking, segments, marks, named):
+            profile.attrs["remarks"] = json.dumps(unkept)
     return LinkedTracks(profile, _identified(segments, linking, calibration.frame_rate))
 
 
@@ -175,6 +177,22 @@ def _names(profile: xr.Dataset, named: dict[str, int]) -> list[str]:
     """Names of all whiskers of a profile, those without a mark by their number."""
     numbers = {who: name for name, who in named.items()}
     return [numbers.get(who, f"whisker {k}") for k, who in enumerate(json.loads(profile.attrs["identities"]))]
+
+
+def _unkept(
+    profile: xr.Dataset, linking: Linking, segments: xr.Dataset, marks: Sequence[LineMark], named: dict[str, int]
+) -> list[str]:
+    """Say which marked lines are not their whisker's in the end, and why."""
+    lost, whose = json.loads(profile.attrs["lost"]), linking.identity().segment_whisker.values
+    first, names, lines = int(segments.attrs.get("first_frame", 0)), list(named), []
+    for mark in marks:
+        frame, whisker = mark.frame - first, names.index(mark.whisker)
+        reasons = [why for begin, end, why in lost[whisker] if begin <= frame <= end]
+        if whose[snapped(segments, mark)] != named[mark.whisker]:
+            reasons = ["another line there is this whisker's"]
+        lines += [f"{mark.whisker} in frame {mark.frame} ({reasons[0]})"] if reasons else []
+    text = f"{len(lines)} of {len(marks)} marks are not kept: {', '.join(lines)}; marks may contradict one another"
+    return [text] if lines else []
 
 
 def _identified(segments: xr.Dataset, linking: Linking, frame_rate: float) -> xr.Dataset:
