@@ -285,7 +285,8 @@ def verdict(data: xr.Dataset) -> list[str]:
             words.append(f"not surely above chance in {lost.sizes['tested']} of {own.sizes['tested']} conditions")
         for word, behind in (("less", over.arm_lead_high < 0), ("more", over.arm_lead_low > 0)):
             names = [str(name) for name in data.decoder.values[behind.values]]
-            words += [f"{word} accurate than {', '.join(names)}"] if names else []
+            quoted = ", ".join(f"“{name}”" for name in names)
+            words += [f"{word} accurate than {quoted}"] if names else []
         lines.append("; ".join(words) + ".")
     return lines
 

@@ -178,7 +178,7 @@ def _caption(facts: dict[str, float]) -> str:
         "so this free end allows the jump to U₃."
         if facts["jump_allowed"]
         else "so this free end does not allow the jump to U₃: the shaft bridges the gap, and the vibration shown is up "
-        f"to {TOO_LARGE} times too large (docs/validation.md, full length)."
+        f"to {TOO_LARGE} times too large."
     )
     collapse = facts["collapse_residual"]
     return (

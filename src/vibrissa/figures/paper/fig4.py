@@ -134,7 +134,7 @@ def _validity(film: xr.Dataset | None) -> str:
     free = f"a free end of {1e3 * float(film.free_end_length):.3g} mm"
     return (
         f" The film is of the model of one contact: {free} allows {int(film.jumps_allowed)} of its "
-        f"{int(film.jump_count)} jumps. Elsewhere a whisker would bridge the gap and not dive as in B."
+        f"{int(film.jump_count)} jumps. At the others a whole whisker would bridge the gap and not dive as in B."
     )
 
 

@@ -161,8 +161,9 @@ def _caption(data: xr.Dataset, source: str) -> str:
         "and ε alone. "
     )
     if np.isfinite(data.effect_p.values).any():
-        text += "Slopes per SD over the mean [95 %, by whisker]; p of all whiskers, with every sweep a draw | with "
-        text += "every whisker one, then of β and C1 alone. "
+        text += (
+            "Slopes per SD over the mean [95 %, by whisker]; p with every sweep a draw, and with every whisker one. "
+        )
     return (text + " ".join(_effect_words(data.sel(source=source)) for source in data.source.values)).replace(
         " -", " −"
     )
@@ -201,8 +202,8 @@ def _effect_words(data: xr.Dataset) -> str:
         one = data.sel(term=term)
         ends = (round(float(one[f"effect_{name}"][0]), 2) + 0.0 for name in ("slope", "low", "high"))
         slope = "{:+.2f} [{:+.2f}, {:+.2f}]".format(*ends).replace("-", "−")
-        p = " | ".join(p_words(float(one[name][k])) for k in range(2) for name in P_VALUES)
-        parts.append(f"{SYMBOLS[term]} {slope}, p = {p} (paper {PAPER[term]})")
+        p = [" and ".join(p_words(float(one[name][k])) for name in P_VALUES) for k in range(2)]
+        parts.append(f"{SYMBOLS[term]} {slope}, p = {p[0]}, of β and C1 alone {p[1]} (paper {PAPER[term]})")
     return f"{source.capitalize()}: {'; '.join(parts)}."
 
 

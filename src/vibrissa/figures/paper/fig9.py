@@ -188,7 +188,7 @@ def _truth_words(columns: Columns, truth: xr.Dataset) -> str:
     return (
         "Simulated units: thresholds and slopes were put in with the paper's means and spreads, so that agreement "
         f"tests the analysis, not the brain; grey, the truth. The envelope drives {driven.sum()} units, of which "
-        f"{np.sum(passed & driven)} pass the test; {np.sum(passed & ~driven)} pass without it. "
+        f"{np.sum(passed & driven)} pass the test; of the {np.sum(~driven)} others {np.sum(passed & ~driven)} pass. "
     )
 
 
