@@ -135,8 +135,8 @@ def track_linked(
     )
     if named:
         profile.attrs["names"] = json.dumps(_names(profile, named))
-        if unkept := _unkept(profile, linking, segments, marks, named):
-            profile.attrs["remarks"] = json.dumps(unkept)
+    if remarks := [*_unkept(profile, linking, segments, marks, named), *_head_remarks(linking.head)]:
+        profile.attrs["remarks"] = json.dumps(remarks)
     return LinkedTracks(profile, _identified(segments, linking, calibration.frame_rate))
 
 
@@ -177,6 +177,13 @@ def _names(profile: xr.Dataset, named: dict[str, int]) -> list[str]:
     """Names of all whiskers of a profile, those without a mark by their number."""
     numbers = {who: name for name, who in named.items()}
     return [numbers.get(who, f"whisker {k}") for k, who in enumerate(json.loads(profile.attrs["identities"]))]
+
+
+def _head_remarks(head: HeadPose | None) -> list[str]:
+    """Say in how many frames the head is not known."""
+    if head is None or head.known.all():
+        return []
+    return [f"the head is known in {head.known.sum()} of {head.known.size} frames; in the others whiskers are lost"]
 
 
 def _unkept(
