@@ -35,6 +35,7 @@ class Pad:
     opening: float = 0.15  # growth of the gain from the middle of the pad to its edge
     drift: float = 0.0  # standard deviation of a slow motion of each whisker, and of the width of the fan [°]
     carried: float = 0.0  # px by which follicles move along the snout when the pad swings by 1°
+    lag: float = 0.0  # of a whisker at the edge of the pad behind the middle one [rad of a whisk]
 
 
 class Truth(NamedTuple):
@@ -61,6 +62,7 @@ def _angles(pad: Pad, rng: np.random.Generator) -> np.ndarray:
     strength = np.clip(0.7 + 0.4 * _smooth_noise(rng, (pad.frames,), 0.5 * pad.rate), 0, 1.2)
     whisk = strength * np.sin(2 * np.pi * 8 * t + rng.uniform(0, 6)) + 0.3 * _smooth_noise(rng, (pad.frames,), pad.rate)
     across = np.linspace(-1, 1, k)[:, None]
+    whisk = np.stack([np.interp(t - pad.lag * late / (2 * np.pi * 8), t, whisk) for late in across[:, 0]])
     gain = rng.normal(1, 0.1, k)[:, None] * (1 + pad.opening * across)
     own = pad.own * _smooth_noise(rng, (k, pad.frames), 0.05 * pad.rate)
     if pad.drift:

@@ -62,9 +62,9 @@ def test_a_swap_that_a_drift_explains_is_not_made():
     drift = 3.0 * np.cos(np.pi * frame / 400)[:, None]
     one, other = drift + rng.normal(0, 0.3, (400, 3)), rng.normal(0, 0.3, (400, 3))
     alike = np.zeros((400, 2))
-    small, error, still = np.diag([1.0, 0.5, 1.0]), 0.09 * np.eye(3), np.zeros(400)
-    stiff = swap_of(frame, one, other, alike, Wandering(small, np.zeros((3, 3)), error, 0.9, True), still, still[1:])
-    loose = swap_of(frame, one, other, alike, Wandering(small, 9 * np.eye(3), error, 0.9, True), still, still[1:])
+    small, error, phase, plain = np.diag([1.0, 0.5, 1.0]), 0.09 * np.eye(3), np.zeros((400, 2)), np.zeros(399)
+    stiff = swap_of(frame, one, other, alike, Wandering(small, np.zeros((3, 3)), error, 0.9, True), phase, plain)
+    loose = swap_of(frame, one, other, alike, Wandering(small, 9 * np.eye(3), error, 0.9, True), phase, plain)
     assert stiff is not None
     assert loose is not None
     assert np.ptp(stiff.chance) > 0.9

@@ -117,11 +117,10 @@ def _expected(solution: Solution, n: int, lines: Lines, main: Integers) -> Array
     out = np.full((main.size, 3), np.nan)
     if here.size < 2:
         return out
-    phase = np.full(main.size, np.nan)
-    phase[solution.frame] = solution.phase
-    known = np.flatnonzero(np.isfinite(phase))
-    phase = np.interp(np.arange(main.size), known, phase[known])
-    x = lines.place[main[here]] - model.place - phase[here, None] * model.gain
+    known, at = np.unique(solution.frame, return_index=True)
+    phase = np.stack([np.interp(np.arange(main.size), known, one) for one in solution.phase[at].T], axis=1)
+    swung = model.place + phase @ model.gain
+    x = lines.place[main[here]] - swung[here]
     # a piece that shows only a part of the whisker says less of the rest
     trust = model.spread.diagonal() / (model.spread.diagonal() + np.diagonal(lines.covariance[main[here]], 0, 1, 2))
     for m in range(3):
@@ -130,7 +129,7 @@ def _expected(solution: Solution, n: int, lines: Lines, main: Integers) -> Array
         np.arange(main.size)[:, None]
         - here[np.clip(np.searchsorted(here, np.arange(main.size)), 0, here.size - 1)][:, None]
     )
-    return np.where(gap <= 5, out + model.place + phase[:, None] * model.gain, np.nan)
+    return np.where(gap <= 5, out + swung, np.nan)
 
 
 def _join(solution: Solution, main: Integers, whisker: Integers, sure: Array) -> None:

@@ -15,11 +15,10 @@ from vibrissa.video.link.chains.whisker_models import Model, deviations, prior_s
 from vibrissa.video.link.joined_tracklets import carried, joined
 from vibrissa.video.link.pad.common_swing import OWN, calmness, common_swing, lever, pairs_of, weight_of
 from vibrissa.video.link.pad.pads import HIDDEN, SHORTEST, Lines, Pad
+from vibrissa.video.link.pad.phase import Along, along_of, gains_at, quartered
 from vibrissa.video.link.pad.turning import learnt_lever
 from vibrissa.video.link.tracklets import (
     expected,
-    gain_at,
-    growth_of,
     phase_of_tracklets,
     smoothed_phase,
     tracklets,
@@ -106,28 +105,28 @@ def _solved(
     gain: Array,
 ) -> Solution:
     """Whiskers of a pad from tracklets ``name``, of which ``plain`` are certain."""
-    across, growth = np.where(np.isfinite(lines.place[:, 1]), lines.place[:, 1], 0.0), growth_of(swing)
-    phase, _ = phase_of_tracklets(frames, frame, name, across, swing, growth, LEAST, weight_of(lines.reach))
+    across, along = np.where(np.isfinite(lines.place[:, 1]), lines.place[:, 1], 0.0), along_of(swing)
+    phase = phase_of_tracklets(frames, frame, name, across, swing, along, LEAST, weight_of(lines.reach))
     solution = Solution(frames, frame, lines, who, phase[frame], gain, plain)
-    place, look = tracklet_table(name, lines, solution.phase, gain, growth)
+    place, look = tracklet_table(name, lines, solution.phase, gain, along)
     start = groups(frame, name, place, look, prior_spread(gain), LEAST)
-    models = models_of(start, name, place, look, gain, growth, SUPPORT * frames)
+    models = models_of(start, name, place, look, gain, along, SUPPORT * frames)
     for again in range(ROUNDS):
         solution.place(models)
         solution.settle()
-        solution.phase = _phase(solution, frames, swing)[frame]
+        solution.phase = quartered(_phase(solution, frames, swing), along)[frame]
         solution.lines = _steadied(solution, lines, gain, frames)
         unswap(solution, gain)
-        models = _refitted(solution, gain, growth)
+        models = _refitted(solution, gain, along)
         if again >= SETTLED:
             models = with_drift(solution, models)
         if again < ROUNDS - 1:
             models = _thinned(solution, models, frames)
-            models += _born(solution, name, gain, growth, frames)
+            models += _born(solution, name, gain, along, frames)
     kept = _thinned(solution, models, frames)
     solution.place([kept[i] for i in np.argsort([one.place[1] for one in kept])])
     solution.settle()
-    without_superfluous(solution, lambda: _refitted(solution, gain, growth))
+    without_superfluous(solution, lambda: _refitted(solution, gain, along))
     return solution
 
 
@@ -137,7 +136,7 @@ def _phase(solution: Solution, frames: int, swing: Array) -> Array:
     for one in solution.labels:
         clear = one.chance > 0.3
         seen, model = one.seen[clear], one.model
-        gain = model.gain[1]
+        gain = model.gain[0, 1]
         precision = gain**2 / (solution.lines.covariance[seen, 1, 1] + model.spread[1, 1])
         # a line that is far off counts little, and a hair
         w = (
@@ -148,7 +147,7 @@ def _phase(solution: Solution, frames: int, swing: Array) -> Array:
         )
         np.add.at(weight, solution.frame[seen], w)
         off = deviations(model, solution.lines.place[seen], solution.phase[seen], solution.frame[seen])[:, 1]
-        np.add.at(top, solution.frame[seen], w * (off / gain + solution.phase[seen]))
+        np.add.at(top, solution.frame[seen], w * (off / gain + solution.phase[seen, 0]))
     found = smoothed_phase(top / np.maximum(weight, 1e-9), weight, swing[:, 0])
     return np.asarray(found - found.mean())
 
@@ -167,13 +166,13 @@ def _steadied(solution: Solution, lines: Lines, gain: Array, frames: int) -> Lin
         np.add.at(right, solution.frame[seen], terms[:, :, None] * off[:, None])
     left, right = (gaussian_filter1d(x, SLOW, axis=0, mode="nearest") for x in (left, right))
     drift = np.linalg.solve(left + STEADY * np.eye(2), right)
-    where = lines.place[:, 1] - solution.phase
+    where = lines.place[:, 1] - solution.phase[:, 0]
     at = np.clip(where / scale, -1.5, 1.5)[:, None] ** np.arange(2)
     common = np.einsum("si,sij->sj", at, drift[solution.frame])
     return lines._replace(place=lines.place - common)
 
 
-def _refitted(solution: Solution, gain: Array, growth: float) -> list[Model]:
+def _refitted(solution: Solution, gain: Array, along: Along) -> list[Model]:
     """Models from the lines that are probably theirs."""
     return [
         refit(
@@ -183,7 +182,7 @@ def _refitted(solution: Solution, gain: Array, growth: float) -> list[Model]:
             one.chance,
             solution.phase,
             solution.frame,
-            gain * gain_at(one.model.place[1:2], growth),
+            gains_at(one.model.place[1:2], along).T * gain,
         )
         for one in solution.labels
     ]
@@ -196,11 +195,11 @@ def _thinned(solution: Solution, models: list[Model], frames: int) -> list[Model
     for i, one in enumerate(labels):
         seen[i, solution.frame[one.seen[one.chance > 0.5]]] = True
     support = seen.sum(axis=1)
-    swinging = np.std(solution.phase) > SWINGING
+    swinging = np.std(solution.phase[:, 0]) > SWINGING
     kept: list[int] = []
     for i in np.argsort(-support, kind="stable"):
         model = models[i]
-        if support[i] < SUPPORT * frames or (swinging and model.gain[1] < STILL):
+        if support[i] < SUPPORT * frames or (swinging and model.gain[0, 1] < STILL):
             continue
         if not any(_same(model, models[j], seen[i], seen[j]) for j in kept):
             kept.append(int(i))
@@ -219,7 +218,7 @@ def _same(one: Model, other: Model, here: Mask, there: Mask) -> bool:
     return bool(far < (2 * SAME if in_turn else SAME / 2))
 
 
-def _born(solution: Solution, name: Integers, gain: Array, growth: float, frames: int) -> list[Model]:
+def _born(solution: Solution, name: Integers, gain: Array, along: Along, frames: int) -> list[Model]:
     """Models of whiskers that nobody has found yet: tracklets that are nobody's."""
     owned = np.zeros(solution.frame.size)
     for one in solution.labels:
@@ -229,6 +228,6 @@ def _born(solution: Solution, name: Integers, gain: Array, growth: float, frames
     free = np.where((name >= 0) & (share[np.maximum(name, 0)] < UNOWNED), name, -1)
     if not (free >= 0).any():
         return []
-    place, look = tracklet_table(name, solution.lines, solution.phase, gain, growth)
+    place, look = tracklet_table(name, solution.lines, solution.phase, gain, along)
     found = groups(solution.frame, free, place, look, prior_spread(gain), LEAST)
-    return models_of(found, free, place, look, gain, growth, SUPPORT * frames)
+    return models_of(found, free, place, look, gain, along, SUPPORT * frames)

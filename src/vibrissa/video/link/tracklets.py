@@ -9,13 +9,12 @@ from scipy.sparse.linalg import spsolve
 
 from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.video.link.pad.common_swing import REACH, Pairs
+from vibrissa.video.link.pad.phase import Along, gains_at, quartered
 
 WORST = 9.0  # cost of a plain link at most
 MARGIN = 2.5  # by which every other link of either line costs more
 SWING_ERROR = 0.7  # standard deviation of the pad's swing in a frame [°]
-LITTLE = 100.0  # sum of squared swings below which nothing is known of its growth [°²]
 LEAST_WEIGHT = 1e-3  # of a line for its tracklet's place
-GAINS = 0.3, 2.0  # least and largest gain that is expected of a whisker
 OWN = 1.5  # standard deviation of a whisker about the pad's phase [°]
 
 
@@ -97,9 +96,9 @@ def tracklets(frame: Integers, pairs: Pairs, cost: Array, usable: Mask) -> Integ
 
 
 def phase_of_tracklets(
-    frames: int, frame: Integers, name: Integers, across: Array, swing: Array, growth: float, least: int, weight: Array
-) -> tuple[Array, Array]:
-    """Phase A of the pad in each frame and place of each tracklet m, so that its lines are at m + A (1 + β m).
+    frames: int, frame: Integers, name: Integers, across: Array, swing: Array, along: Along, least: int, weight: Array
+) -> Array:
+    """Phase A of the pad in each frame, so that lines of a tracklet at m are at m + A (1 + β m) + A' λ m.
 
     Parameters
     ----------
@@ -109,8 +108,8 @@ def phase_of_tracklets(
         Frame and tracklet of each segment, its place at the middle radius [°].
     swing : (frames − 1, 2) array
         Swing of the pad from each frame to the next.
-    growth : float
-        Growth β of the gain along the pad [1/°], see :func:`growth_of`.
+    along : Along
+        Growth β of the gain and λ of the lead along the pad; A' is the quarter of the phase.
     least : int
         Frames of the tracklets that count.
     weight : (S,) array
@@ -118,12 +117,23 @@ def phase_of_tracklets(
 
     Returns
     -------
-    (frames,) array, (tracklets,) array
-        Phase, mean 0 [°]; places [°], NaN of tracklets that do not count.
+    (frames, 2) array
+        Phase, mean 0, and its quarter [°].
     """
+    phase, place = _phase_and_places(frames, frame, name, across, swing, along, least, weight)
+    lead = gains_at(place, along)[:, 1][name] * quartered(phase, along)[frame, 1]
+    across = across - np.where(name >= 0, lead, 0.0)
+    phase, _ = _phase_and_places(frames, frame, name, across, swing, along, least, weight)
+    return quartered(phase, along)
+
+
+def _phase_and_places(
+    frames: int, frame: Integers, name: Integers, across: Array, swing: Array, along: Along, least: int, weight: Array
+) -> tuple[Array, Array]:
+    """Phase (frames,) as if no whisker lagged, and places (tracklets,), 0 of tracklets that do not count."""
     sizes = np.bincount(name[name >= 0], minlength=1)
     use = np.flatnonzero((name >= 0) & (sizes[np.maximum(name, 0)] >= least))
-    place = np.full(sizes.size, np.nan)
+    place = np.zeros(sizes.size)
     kept = np.unique(name[use])
     column = frames + np.searchsorted(kept, name[use])
     n, steps = use.size, np.arange(frames - 1)
@@ -133,25 +143,16 @@ def phase_of_tracklets(
     middles = np.bincount(column - frames, across[use], minlength=kept.size) / np.maximum(
         np.bincount(column - frames, minlength=kept.size), 1
     )
-    gain = gain_at(middles, growth)[column - frames]
+    gains = gains_at(middles, along)[:, 0]
+    gain = gains[column - frames]
     data = np.concatenate([gain * w, w, np.full(frames - 1, -v), np.full(frames - 1, v), [1e-3]])
     middle = across[use].mean() if n else 0.0
     right = np.concatenate([(across[use] - middle) * w, swing[:, 0] * v, [0.0]])
     left = coo_array((data, (rows, cols)), shape=(n + frames, frames + kept.size)).tocsr()
     found = np.atleast_1d(spsolve((left.T @ left).tocsc(), left.T @ right))
     phase = found[:frames]
-    place[kept] = found[frames:] + phase.mean() * gain_at(middles, growth) + middle
+    place[kept] = found[frames:] + phase.mean() * gains + middle
     return phase - phase.mean(), place
-
-
-def growth_of(swing: Array) -> float:
-    """Growth of the gain along a pad [1/°]: how b goes with a in the swing (a, b), (frames − 1, 2)."""
-    return float((swing[:, 0] @ swing[:, 1]) / (swing[:, 0] @ swing[:, 0] + LITTLE))
-
-
-def gain_at(place: Array, growth: float) -> Array:
-    """Gain of whiskers at places (n,) [°] on the phase of the pad."""
-    return np.asarray(np.clip(1 + growth * place, *GAINS))
 
 
 def smoothed_phase(measured: Array, weight: Array, swing: Array) -> Array:

@@ -7,7 +7,7 @@ import numpy as np
 from vibrissa.arrays import Array, Integers
 from vibrissa.video.link.chains.whisker_models import KEEP, LOOK, Model, prior_spread
 from vibrissa.video.link.pad.pads import Lines
-from vibrissa.video.link.tracklets import gain_at
+from vibrissa.video.link.pad.phase import Along, gains_at
 
 LEAST = 8  # frames of a tracklet from which on a whisker may be found
 SAME = 14.0  # squared distance of two tracklets of one whisker at most
@@ -16,11 +16,14 @@ TOGETHER = 0.05  # share of the frames of a whisker in which another one, if it 
 SLACK = 2  # frames in which two tracklets of one whisker may overlap
 
 
-def tracklet_table(name: Integers, lines: Lines, phase: Array, lever: Array, growth: float) -> tuple[Array, Array]:
-    """Median place at phase 0 (n, 3) and look (n, 2) of each tracklet; ``phase`` is that of each segment."""
+def tracklet_table(name: Integers, lines: Lines, phase: Array, lever: Array, along: Along) -> tuple[Array, Array]:
+    """Median place at phase 0 (n, 3) and look (n, 2) of each tracklet; ``phase`` (S, 2) is that of each segment."""
     count = int(name.max(initial=-1)) + 1
-    middle = lines.place[:, 1] - phase * gain_at(lines.place[:, 1] - phase, growth)
-    rest = lines.place - (phase * gain_at(middle, growth))[:, None] * lever
+    middle = lines.place[:, 1] - phase[:, 0]
+    for _ in range(2):
+        swung = (phase * gains_at(middle, along)).sum(axis=1)
+        middle = lines.place[:, 1] - swung
+    rest = lines.place - swung[:, None] * lever
     order = np.argsort(name, kind="stable")
     parts = np.split(order, np.searchsorted(name[order], np.arange(count)))[1:]
     place = np.array([np.median(rest[one], axis=0) for one in parts]).reshape(-1, 3)
@@ -79,7 +82,7 @@ def models_of(
     place: Array,
     look: Array,
     lever: Array,
-    growth: float,
+    along: Along,
     least: float,
 ) -> list[Model]:
     """First models of groups that are seen in enough frames."""
@@ -91,6 +94,6 @@ def models_of(
         weight = sizes[group].astype(float)
         middle = np.average(place[group], axis=0, weights=weight)
         usual = np.average(look[group], axis=0, weights=weight)
-        gain = lever * gain_at(middle[1:2], growth)
+        gain = gains_at(middle[1:2], along).T * lever
         models.append(Model(middle, gain, prior_spread(lever), KEEP, 0.2, usual, 1.5 * LOOK))
     return models

@@ -65,8 +65,8 @@ class Solution:
         All lines.
     who : (n,) array
         Segments of this pad.
-    phase : (S,) array
-        Phase of the pad in the frame of each segment [°].
+    phase : (S, 2) array
+        Phase of the pad in the frame of each segment, and its quarter [°].
     lever : (3,) array
         Expected gain of the pad's whiskers at the three radii.
     tracklet : (S,) array of int

@@ -58,10 +58,10 @@ def _renewed(solution: Solution, number: int) -> ChainLabel:
 
 def _model(solution: Solution, segments: Integers, lever: Array) -> Model:
     """A new whisker from lines of it; it swings like the whisker nearest to it."""
-    place, phase = solution.lines.place[segments], solution.phase[segments, None]
-    middle = np.median(place - phase * lever, axis=0)[1]
+    place, phase = solution.lines.place[segments], solution.phase[segments]
+    middle = np.median(place - phase[:, :1] * lever, axis=0)[1]
     near = sorted(solution.labels, key=lambda one: abs(float(one.model.place[1]) - middle))
-    gain = near[0].model.gain if near else lever
+    gain = near[0].model.gain if near else np.stack([lever, np.zeros(3)])
     look = np.median(solution.lines.look[segments], axis=0)
-    where = np.asarray(np.median(place - phase * gain, axis=0))
+    where = np.asarray(np.median(place - phase @ gain, axis=0))
     return Model(where, gain, prior_spread(lever), KEEP, MISSED, look, 1.5 * LOOK)

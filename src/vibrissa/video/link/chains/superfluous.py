@@ -1,7 +1,8 @@
 """Whiskers too many: those whose lines the others of the pad explain when they are taken away.
 
 Where two whiskers touch, pieces of their lines look different from either, and may have been taken for a third one.
-A whisker that exists is seen beside all others, which have lines of their own then: nobody else explains its lines.
+A whisker that exists is seen beside all others, which have lines of their own then: nobody else explains its lines. Two
+that are seen in turn, or as pieces of one line, are one if a whisker fitted to the lines of both explains them.
 """
 
 from __future__ import annotations
@@ -17,6 +18,10 @@ from vibrissa.video.link.chains.whisker_models import Model
 LEFT = 0.5  # share of its lines that nobody else explains, below which a whisker is superfluous
 TRIED = 0.7  # the same before the others have been fitted to these lines
 CLEAR = 0.5  # probability from which on a line is a whisker's
+TOGETHER = 0.05  # share of the frames of a whisker in which another one, if it is the same, is seen too
+BY_CHANCE = 15.0  # frames in which two whiskers would be seen together by chance, from which on that says something
+OVERLAP = 0.25  # share of the shorter of two lines that may lie beside the other, if they are pieces of one
+NEAREST = 2  # whiskers that are tried as one with it
 
 
 def without_superfluous(solution: Solution, refitted: Callable[[], list[Model]]) -> None:
@@ -42,6 +47,48 @@ def without_superfluous(solution: Solution, refitted: Callable[[], list[Model]])
                 left.remove(whisker)
                 continue
         solution.labels, solution.wanted = before, wanted
+        if any(_are_one(solution, number, other, refitted) for other in _in_turn(solution, number)):
+            left.remove(whisker)
+
+
+def _in_turn(solution: Solution, number: int) -> list[int]:
+    """Whiskers that are hardly ever seen beside one, though by chance they would be; the nearest first."""
+    own = solution.labels[number]
+    count = np.array([_support(one) for one in solution.labels])
+    beside = np.array([_both(solution, own, one)[1] for one in solution.labels])
+    off = np.array([abs(one.model.place[1] - own.model.place[1]) for one in solution.labels])
+    turns = (beside <= TOGETHER * np.minimum(count, count[number])) & (np.arange(count.size) != number)
+    found = np.flatnonzero(turns & (count * count[number] > BY_CHANCE * solution.frames))
+    return [int(n) for n in found[np.argsort(off[found], kind="stable")][:NEAREST]]
+
+
+def _both(solution: Solution, one: ChainLabel, other: ChainLabel) -> tuple[int, int]:
+    """Frames in which two whiskers are seen, and those in which they are seen beside one another, not as two pieces."""
+    lines = np.full((2, solution.frames), -1)
+    for n, label in enumerate((one, other)):
+        seen = label.seen[label.chance > CLEAR]
+        lines[n, solution.frame[seen]] = seen
+    first, second = (solution.lines.reach[line] for line in lines[:, (lines >= 0).all(axis=0)])
+    common = np.minimum(first[:, 1], second[:, 1]) - np.maximum(first[:, 0], second[:, 0])
+    shorter = np.minimum(np.diff(first)[:, 0], np.diff(second)[:, 0])
+    return len(first), int(np.count_nonzero(common > OVERLAP * shorter))
+
+
+def _are_one(solution: Solution, number: int, other: int, refitted: Callable[[], list[Model]]) -> bool:
+    """Make two whiskers one if that one has most of the lines of both; the solution is changed only then."""
+    before, wanted = [replace(one) for one in solution.labels], solution.wanted
+    most, gone, kept = _explained(solution), before[number], solution.labels[other]
+    pieces, few = _both(solution, gone, kept)[0], min(_support(gone), _support(kept))
+    kept.seen, at = np.unique(np.concatenate([gone.seen, kept.seen]), return_inverse=True)
+    kept.chance = np.zeros(kept.seen.size)
+    np.maximum.at(kept.chance, at, np.concatenate([gone.chance, before[other].chance]))
+    solution.labels.pop(number)
+    solution.place(refitted())
+    solution.settle()
+    if most - pieces - _explained(solution) < LEFT * few:
+        return True
+    solution.labels, solution.wanted, solution.decided = before, wanted, {}
+    return False
 
 
 def _support(one: ChainLabel) -> float:

@@ -32,7 +32,7 @@ def swap_between(
     one, other = a[frame], b[frame]
     lines, models = solution.lines, [solution.labels[n].model for n in pair]
     gain = (models[0].gain + models[1].gain) / 2
-    places = [lines.place[s] - solution.phase[s, None] * gain for s in (one, other)]
+    places = [lines.place[s] - solution.phase[s] @ gain for s in (one, other)]
     error = lines.covariance[np.concatenate([one, other])].mean(axis=0)
     keep = min(max(model.keep for model in models), 0.92)
     marked = _marked(solution, frame, np.stack([one, other]), pair)

@@ -20,7 +20,7 @@ MARKED = 60.0  # log odds that a mark gives
 LASTS = 60  # frames over which a slow drift is one and the same
 FEW = 6  # frames of both whiskers below which nothing is tried
 APART = np.array([0.3, 0.4])  # standard deviation of the two parts of a line's look
-UNLIKE = np.diag([1e-6] * 3 + [1 / 0.25**2] * 3 + [1e-6] * 2)  # prior of the difference: that of the gains is 0.25
+UNLIKE = np.diag([1e-6] * 3 + [1 / 0.25**2] * 6 + [1e-6] * 2)  # prior of the difference: that of the gains is 0.25
 
 
 class Swap(NamedTuple):
@@ -118,8 +118,8 @@ def swap_of(
         Difference of the looks of their lines.
     known : Wandering
         How the whiskers stray.
-    phase : (n,) array
-        Phase of the pad [°]: whiskers of unlike gains cross as it goes up and down.
+    phase : (n, 2) array
+        Phase of the pad and its quarter [°]: whiskers of unlike gains cross as it goes up and down.
     plain : (n − 1,) array
         Log odds against a swap that the lines' plain links add between each frame and the next.
     marked : (n,) array, optional
@@ -149,13 +149,13 @@ def swap_of(
 
 
 class Blocks(NamedTuple):
-    """What the frames between two meetings say of the difference d + g φ of two whiskers, their looks' last.
+    """What the frames between two meetings say of the difference d + φ g of two whiskers, their looks' last.
 
     Attributes
     ----------
     size, phase : (b,) arrays
         Frames, and mean phase.
-    weight, weighted : (b, 8, 8) and (b, 8) arrays
+    weight, weighted : (b, 11, 11) and (b, 11) arrays
         Normal equations of (d, g, look), as if the names were right.
     """
 
@@ -170,14 +170,15 @@ def _blocks(number: Integers, frame: Integers, apart: Array, phase: Array, known
     size = np.bincount(number)
     span = np.diff(frame[np.searchsorted(number, np.arange(size.size))], append=frame[-1] + 1)
     each = _weights(size, span, known) / size[:, None, None]
-    design = np.zeros((frame.size, 5, 8))
-    design[:, range(5), [0, 1, 2, 6, 7]] = 1.0
-    design[:, range(3), range(3, 6)] = phase[:, None]
+    design = np.zeros((frame.size, 5, 11))
+    design[:, range(5), [0, 1, 2, 9, 10]] = 1.0
+    design[:, range(3), range(3, 6)] = phase[:, :1]
+    design[:, range(3), range(6, 9)] = phase[:, 1:]
     weighted = np.einsum("nij,nik->njk", design, each[number])
-    weight, right = np.zeros((size.size, 8, 8)), np.zeros((size.size, 8))
+    weight, right = np.zeros((size.size, 11, 11)), np.zeros((size.size, 11))
     np.add.at(weight, number, weighted @ design)
     np.add.at(right, number, np.einsum("njk,nk->nj", weighted, apart))
-    return Blocks(size.astype(float), np.bincount(number, phase) / size, weight, right)
+    return Blocks(size.astype(float), np.bincount(number, phase[:, 0]) / size, weight, right)
 
 
 def _starts(blocks: Blocks) -> list[Array]:
@@ -227,7 +228,7 @@ def _held_out(blocks: Blocks, sign: Array) -> Array:
     others = np.linalg.inv(blocks.weight.sum(axis=0) - blocks.weight + UNLIKE)
     apart = np.einsum("bij,bj->bi", others, weighted.sum(axis=0) - weighted)
     # that difference is uncertain, too
-    heard = np.linalg.solve(np.eye(8) + blocks.weight @ others, blocks.weighted[..., None])[..., 0]
+    heard = np.linalg.solve(np.eye(11) + blocks.weight @ others, blocks.weighted[..., None])[..., 0]
     odds = 2 * np.einsum("bi,bi->b", heard, apart)
     heaviest = np.argmax(np.trace(blocks.weight[:, :3, :3], axis1=1, axis2=2))
     odds[heaviest] = MARKED * sign[heaviest]

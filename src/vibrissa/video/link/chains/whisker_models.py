@@ -30,8 +30,8 @@ class Model(NamedTuple):
     ----------
     place : (3,) array
         Where it is across the pad when the phase is 0, at the three radii [°].
-    gain : (3,) array
-        How far it goes when the pad swings by 1°.
+    gain : (2, 3) array
+        How far it goes with each degree of the phase and of its quarter, see :mod:`vibrissa.video.link.pad.phase`.
     spread : (3, 3) array
         Covariance of its deviation.
     keep : float
@@ -65,8 +65,8 @@ def prior_spread(gain: Array) -> Array:
 
 
 def deviations(model: Model, place: Array, phase: Array, frame: Integers) -> Array:
-    """Deviations (n, 3) of lines at a place (n, 3) in some frames (n,), when the pad has a phase (n,) [°]."""
-    x = place - model.place - phase[:, None] * model.gain
+    """Deviations (n, 3) of lines at a place (n, 3) in some frames (n,), when the pad has a phase (n, 2) [°]."""
+    x = place - model.place - phase @ model.gain
     return np.asarray(x if model.course is None else x - model.course[frame])
 
 
@@ -90,7 +90,7 @@ def candidates(
 
 
 def refit(
-    model: Model, lines: Lines, seen: Integers, chance: Array, phase: Array, frame: Integers, lever: Array
+    model: Model, lines: Lines, seen: Integers, chance: Array, phase: Array, frame: Integers, expected: Array
 ) -> Model:
     """Model from its lines.
 
@@ -102,9 +102,9 @@ def refit(
         All lines.
     seen, chance : (n,) arrays
         Candidates and their probabilities.
-    phase, frame : (S,) arrays
+    phase, frame : (S, 2) and (S,) arrays
         Phase of the pad and frame of each segment.
-    lever : (3,) array
+    expected : (2, 3) array
         Expected gain.
 
     Returns
@@ -120,13 +120,14 @@ def refit(
     if model.course is not None:
         z = z - model.course[frame[seen]]
     precision = 1 / (np.diagonal(lines.covariance[seen], axis1=1, axis2=2) + np.diag(model.spread))
-    place, gain = np.zeros(3), np.zeros(3)
+    lever, terms, found = expected[0], np.column_stack([np.ones(len(a)), a]), np.zeros((3, 3))
     for m in range(3):
         p = w * precision[:, m] / max(1.0, (1 + model.keep) / (1 - model.keep) / 4)
-        left = np.array([[p.sum(), (p * a).sum()], [(p * a).sum(), (p * a * a).sum() + 1 / (EQUAL * lever[m]) ** 2]])
-        right = np.array([(p * z[:, m]).sum(), (p * a * z[:, m]).sum() + lever[m] / (EQUAL * lever[m]) ** 2])
-        place[m], gain[m] = np.linalg.solve(left, right)
-    x = z - place - a[:, None] * gain
+        prior = np.array([0.0, 1.0, 1.0]) / (EQUAL * lever[m]) ** 2
+        left = (p[:, None] * terms).T @ terms + np.diag(prior)
+        found[:, m] = np.linalg.solve(left, terms.T @ (p * z[:, m]) + prior * np.append(0.0, expected[:, m]))
+    place, gain = found[0], found[1:]
+    x = z - terms @ found
     # deviation without the error of the reading; never below a part of the prior
     total = np.einsum("i,ij,ik->jk", w, x, x) - 0.7 * np.einsum("i,ijk->jk", w, lines.covariance[seen])
     values, vectors = np.linalg.eigh(total)
