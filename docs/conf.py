@@ -111,7 +111,7 @@ UPPER = re.compile(  # the upper limit of an integral, which browsers put on its
 FUNCTION = re.compile(r"<m[io][^>]*>(?:sin|cos|det)</m[io]>(?!\s*<mo[^>]*>\()")  # of what no bracket separates it from
 PICTURES = os.environ.get("VIBRISSA_GALLERY") != "0"  # without them, notebooks are not run either
 HERE = Path(__file__).parent
-GALLERY, MADE_BY = HERE / "_build" / "gallery", "made-by.txt"
+GALLERY, MADE_BY, LEARN = HERE / "_build" / "gallery", "made-by.txt", "learn/"
 
 
 def fingerprint():
@@ -192,16 +192,29 @@ def contents(app, pagename, templatename, context, doctree):
 def begin_gallery(app):
     """Begin to make the figures of this package, if they are not there, while the pages without them are read."""
     made_by = GALLERY / MADE_BY
-    app.gallery = None
+    app.gallery = app.notebooks = None
+    if PICTURES:
+        app.notebooks = subprocess.Popen([sys.executable, HERE / "run_notebooks.py", nb_execution_cache_path])
     if PICTURES and not (made_by.exists() and made_by.read_text() == fingerprint()):
-        getLogger(__name__).info("figures of the gallery: two minutes, beside the pages and notebooks")
+        getLogger(__name__).info(
+            "figures of the gallery: two minutes, or less if ``python3 run.py`` was run, beside pages and notebooks"
+        )
         shutil.rmtree(GALLERY, ignore_errors=True)
         app.gallery = subprocess.Popen([sys.executable, HERE / "make_gallery.py", GALLERY])
 
 
 def pages_of_figures_last(app, env, docnames):
-    """Read the pages that show figures of the gallery after all others."""
-    docnames.sort(key=lambda name: "_build/gallery/" in Path(env.doc2path(name)).read_text(encoding="utf-8"))
+    """Read notebooks after other pages, and those that show figures of the gallery last."""
+    gallery = {name: "_build/gallery/" in Path(env.doc2path(name)).read_text(encoding="utf-8") for name in docnames}
+    docnames.sort(key=lambda name: (gallery[name], name.startswith(LEARN)))
+
+
+def end_notebooks(app, docname, source):
+    """Wait for the outputs of all notebooks before the first one is read."""
+    if docname.startswith(LEARN) and app.notebooks is not None:
+        if app.notebooks.wait():
+            raise ExtensionError("docs/run_notebooks.py failed: see above")
+        app.notebooks = None
 
 
 def end_gallery(app):
@@ -214,9 +227,9 @@ def end_gallery(app):
 
 
 def stop_gallery(app, exception):
-    """End what makes the figures if the build has failed."""
-    if app.gallery is not None:
-        app.gallery.terminate()
+    """End what makes figures and outputs if the build has failed."""
+    for work in filter(None, (app.gallery, app.notebooks)):
+        work.terminate()
 
 
 def shorten_remarks(app, doctree):
@@ -249,6 +262,7 @@ def setup(app):
     app.connect("env-before-read-docs", pages_of_figures_last)
     app.add_event("figures-wanted")
     app.connect("figures-wanted", end_gallery)
+    app.connect("source-read", end_notebooks)
     app.connect("build-finished", stop_gallery)
     app.connect("html-page-context", contents)
     app.connect("doctree-read", shorten_remarks)
