@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.figures.canvas import add_caption, house_style, new_figure
+from vibrissa.figures.canvas import add_caption, house_style, key_above, new_figure
 from vibrissa.figures.colours import FITTED, LAND, MEASURED
 
 if TYPE_CHECKING:
@@ -71,24 +71,25 @@ def draw(data: xr.Dataset) -> Figure:
     for k in range(count):
         one = data.isel(whisker=k)
         _angle(axes[0, k], one)
-        axes[1, k].plot(one.time, one.whisking_phase, ".", color=CYCLE, ms=2)
-        axes[1, k].set(ylim=(-3.4, 3.4), yticks=[-np.pi, 0, np.pi], yticklabels=["−π", "0", "π"])
+        axes[1, k].plot(one.time, np.degrees(one.whisking_phase), ".", color=CYCLE, ms=2)
+        axes[1, k].set(ylim=(-195, 195), yticks=[-180, 0, 180])
         axes[2, k].axhline(0, color="0.8", lw=0.8, zorder=0)
         axes[2, k].plot(one.time, one.curvature_change / 1e3, color=ANGLE, lw=0.8)
         for axis in axes[:, k]:
             _touches(axis, one)
         axes[0, k].set_title(f"whisker {one.whisker.item()}, label {one.whisker_label.item()}")
         axes[2, k].set_xlabel("time [s]")
-    for axis, label in zip(axes[:, 0], ("angle [°]", "phase [rad]", "Δκ [1/mm]"), strict=True):
+    key_above(axes[0, 0])
+    for axis, label in zip(axes[:, 0], ("angle [°]", "phase [°]", "Δκ [1/mm]"), strict=True):
         axis.set_ylabel(label)
     return add_caption(figure, data)
 
 
 def _angle(axis: Axes, one: xr.Dataset) -> None:
     middle, half = np.degrees(one.set_point), np.degrees(one.whisking_amplitude)
-    axis.fill_between(one.time, middle - half, middle + half, color=CYCLE, alpha=0.25, lw=0)
-    axis.plot(one.time, middle, color=CYCLE, lw=1.2)
-    axis.plot(one.time, np.degrees(one.whisker_angle), color=ANGLE, lw=0.8)
+    axis.fill_between(one.time, middle - half, middle + half, color=CYCLE, alpha=0.25, lw=0, label="± amplitude")
+    axis.plot(one.time, middle, color=CYCLE, lw=1.2, label="set point")
+    axis.plot(one.time, np.degrees(one.whisker_angle), color=ANGLE, lw=0.8, label="angle")
 
 
 def _touches(axis: Axes, one: xr.Dataset) -> None:
