@@ -154,7 +154,7 @@ def left_out(study: Study, names: Collection[str]) -> list[tuple[str, str]]:
     Parameters
     ----------
     study : Study
-        Of a study without sweeps, say, their figures are not missed.
+        Of one without any movie or sweeps, their figures are not missed.
     names : collection of str
         Names of results.
 
@@ -164,7 +164,8 @@ def left_out(study: Study, names: Collection[str]) -> list[tuple[str, str]]:
         In the order of the numbers.
     """
     parts = {stage.part for stage in STAGES if stage.asked(study)}
-    asked = {entry.number for stage in STAGES if stage.part in parts for entry in stage.figures}
+    filmed = bool(parts & {"movie", "sweeps"})
+    asked = {entry.number for stage in STAGES if filmed or stage.part in parts for entry in stage.figures}
     best = [best_entry(number, names) for number in numbers() if number in asked]
     reasons = [(entry.number, missing(entry, names)) for entry in best if not entry.optional]
     made = {one.entry.number for one in served(names, str)}
