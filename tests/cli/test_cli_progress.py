@@ -43,16 +43,6 @@ def test_short_work_has_no_lines_and_long_work_has_them_before_it_ends(capsys, m
     assert re.fullmatch(r"vibrissa: 0:00:\d\d long\n", err)
 
 
-def test_a_stage_that_goes_on_is_reported_again(capsys, monkeypatch):
-    monkeypatch.setattr(module, "_AGAIN", 0.0)
-    with module.progress_bars() as report:
-        for done in (0, 3, 7):
-            report("filming", done, 7)
-        time.sleep(module.PATIENCE + 0.2)
-    said = [line.partition("filming ")[2] for line in capsys.readouterr().err.splitlines()]
-    assert said == ["(0 of 7)", "(3 of 7)", "(7 of 7)"]
-
-
 def test_a_refusal_is_one_line(capsys):
     def refuse():
         with module.progress_bars(whole=True) as report:

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
 COMPILING = "compiling, in a first run only"
 PATIENCE = 1.0  # [s]
-_AGAIN = 30.0  # [s] after which a stage that goes on is reported again, where there are no bars
 _FEWEST, _STAGE = 60, 30  # columns of a terminal on which the bar itself is shown; of the name of a stage
 
 
@@ -83,8 +82,8 @@ def _compiling(progress: Progress) -> Iterator[None]:
 
 @contextmanager
 def _lines(whole: bool) -> Iterator[Progress]:
-    """A line when a stage starts and each half minute; in the first second they wait, so that a refusal is one line."""
-    begin, said, held, printed, lock = perf_counter(), dict[str, float](), list[str](), Event(), RLock()
+    """A line when a stage starts; those of the first second wait, so that a refusal is one line."""
+    begin, seen, held, printed, lock = perf_counter(), set[str](), list[str](), Event(), RLock()
 
     def release() -> None:
         printed.set()
@@ -94,11 +93,10 @@ def _lines(whole: bool) -> Iterator[Progress]:
 
     def report(stage: str, done: int, total: int) -> None:
         with lock:
-            now = perf_counter()
-            if stage not in said or (total and now - said[stage] >= _AGAIN):
-                said[stage] = now
+            if stage not in seen:
+                seen.add(stage)
                 count = f" ({done} of {total})" if total else ""
-                held.append(f"{_clock(now - begin)} {stage}{count}")
+                held.append(f"{_clock(perf_counter() - begin)} {stage}{count}")
                 if printed.is_set():
                     release()
 
