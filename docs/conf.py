@@ -194,7 +194,9 @@ def begin_gallery(app):
     made_by = GALLERY / MADE_BY
     app.gallery = app.notebooks = None
     if PICTURES:
-        app.notebooks = subprocess.Popen([sys.executable, HERE / "run_notebooks.py", nb_execution_cache_path])
+        app.notebooks = subprocess.Popen(
+            [sys.executable, HERE / "run_notebooks.py", nb_execution_cache_path, str(nb_execution_timeout)]
+        )
     if PICTURES and not (made_by.exists() and made_by.read_text() == fingerprint()):
         getLogger(__name__).info(
             "figures of the gallery: two minutes, or less if ``python3 run.py`` was run, beside pages and notebooks"

@@ -1,8 +1,9 @@
 """Run the notebooks of docs/learn into the cache from which the pages take their outputs.
 
-python docs/run_notebooks.py CACHE
+python docs/run_notebooks.py CACHE SECONDS
 
-A notebook that the cache has is not run again. The build starts this beside the pages, on another core.
+No cell may take longer. A notebook that the cache has is not run again. The build starts this beside the pages, on
+another core.
 """
 
 import sys
@@ -14,17 +15,15 @@ from jupyter_cache.base import CacheBundleIn
 from jupyter_cache.executors.utils import single_nb_execution
 from myst_nb.core.read import read_myst_markdown_notebook
 
-LONGEST = 120  # [s] of a cell
 
-
-def run(path, cache):
+def run(path, cache, longest):
     """Run one notebook, if the cache has it not."""
     notebook = read_myst_markdown_notebook(path.read_text(encoding="utf-8"), path=path)
     try:
         cache.match_cache_notebook(notebook)
     except KeyError:
         with TemporaryDirectory() as folder:
-            done = single_nb_execution(notebook, cwd=folder, allow_errors=False, timeout=LONGEST, meta_override=True)
+            done = single_nb_execution(notebook, cwd=folder, allow_errors=False, timeout=longest, meta_override=True)
         if done.err is not None:
             sys.exit(f"{path}: {done.exc_string}")
         bundle = CacheBundleIn(notebook, str(path), data={"execution_seconds": done.time})
@@ -33,4 +32,4 @@ def run(path, cache):
 
 if __name__ == "__main__":
     for page in sorted((Path(__file__).parent / "learn").glob("*.md")):
-        run(page, get_cache(sys.argv[1]))
+        run(page, get_cache(sys.argv[1]), int(sys.argv[2]))

@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from simulated_segments import Pad, simulate
 
 from vibrissa.errors import InputError
+from vibrissa.head_pose import HeadPose
 from vibrissa.quantities import require
 from vibrissa.study.movie.track_plan import plan_of
 from vibrissa.study.spec.settings import MovieFile
@@ -164,6 +165,13 @@ def test_marked_whiskers_have_their_names_and_come_first(movie, tracked):
     with refusal("range", "mark") as caught:
         track_linked(movie, calibration=CALIBRATION, marks=[LineMark(29, 100, 100, "C1")], start=30)
     assert "from 30 to 149" in str(caught.value)
+
+
+def test_frames_without_a_head_are_reported(movie):
+    known = np.where(np.arange(FRAMES) < 25, np.nan, 1.0)
+    profile, _ = track_linked(movie, calibration=CALIBRATION, head=HeadPose(160 * known, 120 * known, 0 * known))
+    [line] = json.loads(profile.attrs["remarks"])
+    assert line == f"the head is known in {FRAMES - 25} of {FRAMES} frames; in the others whiskers are lost"
 
 
 def test_marks_that_contradict_one_another_are_reported(movie, tracked):

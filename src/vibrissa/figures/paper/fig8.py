@@ -10,11 +10,10 @@ import numpy as np
 from vibrissa.arrays import Array
 from vibrissa.figures.canvas import add_caption, counted, house_style, key_above, new_figure, shown_in, split
 from vibrissa.figures.colours import ENVELOPE, FITTED, MEASURED, OF_QUALITY, SINGLE
+from vibrissa.figures.paper.parts.fig8_measures import correlogram, largest, levels, pairs
 from vibrissa.figures.paper.parts.texture_strip import draw_passing
-from vibrissa.neural.coupling.nulls import Circular, Record, circular_correlogram
 from vibrissa.neural.io.tables.stimuli import NAMES, in_unit_of, presented
 from vibrissa.quantities import dataset
-from vibrissa.signals.correlation import lagged_correlation
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,9 +22,6 @@ if TYPE_CHECKING:
 
 ZOOM = 0.4  # [s] about the largest envelope
 TOGETHER = 2.0  # [s] of B and C
-REACH, GUARD = 0.2, 0.06  # [s] lags shown, at most; shifts left out about 0, where the envelope is like itself
-FEWEST_BINS = 60  # below these chance is not estimated
-LEVELS = 12  # classes of the envelope, equally full
 HINGE = ("threshold", "slope", "latency", "baseline")
 
 
@@ -55,8 +51,8 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     response, spikes = study["response"], study["spikes"]
     rate, envelope, width = response.firing_rate.values, response.bin_envelope.values, response.attrs["bin_width"]
     tested = int(response.attrs.get("lag_low", -1)), int(response.attrs.get("lag_high", 1))
-    lag, r = _largest(rate, envelope, tested)
-    lags, correlogram, chance = _correlogram(rate, envelope, width, tested)
+    lag, r = largest(rate, envelope, tested)
+    lags, at_lags, chance = correlogram(rate, envelope, width, tested)
     origin = str(spikes.attrs.get("source", "simulated"))
     factor, unit = shown_in(str(response.bin_envelope.attrs.get("units", "m")))
     attrs = {**response.attrs, "correlation": r, "lag": lag, "chance": chance, "lags_tested": tested, "origin": origin}
@@ -65,7 +61,7 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
     moved, about = _stimulus(study, factor)
     together, of_others = _side_by_side(study.get("unit_examples"))
     attrs |= about | of_others | {"zoom": _zoom(response.bin.values, envelope)}
-    levels: dict[str, Any] = _levels(*_pairs(envelope, rate, lag))
+    classes: dict[str, Any] = levels(*pairs(envelope, rate, lag))
     data = dataset(
         attrs,
         bin=response.bin.values,
@@ -75,8 +71,8 @@ def compute(study: Mapping[str, xr.Dataset]) -> xr.Dataset:
         spike_time=spikes.spike_time.values,
         spike_trial=spikes.spike_trial.values,
         correlogram_lag=lags,
-        correlogram=correlogram,
-        **levels,
+        correlogram=at_lags,
+        **classes,
         **moved,
         **together,
     )
@@ -134,41 +130,6 @@ def _hinge(unit: xr.Dataset) -> dict[str, Any]:
     """The threshold-linear fit, as attributes; of the paper's fit, which has no intervals, as it was found."""
     known = bool(unit.get("identified", True)) or unit.attrs.get("fit") == "paper2014"
     return {name: float(unit[name]) for name in HINGE} if known else {"not_identified": "threshold"}
-
-
-def _largest(rate: Array, envelope: Array, tested: tuple[int, int]) -> tuple[int, float]:
-    """Lag [bins] of the largest correlation among the lags tested, and that; 0 and NaN where there is none."""
-    lags, r = lagged_correlation(rate, envelope, max(map(abs, tested)))
-    r = r[(lags >= tested[0]) & (lags <= tested[1])]
-    return (0, np.nan) if np.isnan(r).all() else (tested[0] + int(np.nanargmax(r)), float(np.nanmax(r)))
-
-
-def _correlogram(rate: Array, envelope: Array, width: float, tested: tuple[int, int]) -> tuple[Array, Array, float]:
-    """Lags [s], correlation at each, and the 99th percentile of the largest of those tested under circular shifts."""
-    n = len(rate)
-    lags, correlogram = lagged_correlation(rate, envelope, min(round(REACH / width), max(1, n // 4)))
-    chance = np.array([np.nan])
-    if n >= FEWEST_BINS and np.isfinite(correlogram).all():
-        record = Record.whole(rate, envelope)
-        around = circular_correlogram(record.rates, record.rate_valid, envelope, record.envelope_valid)[0]
-        chance = Circular(guard=max(1, round(GUARD / width))).values(record, 0, around, tested)
-    return np.asarray(lags * width, float), correlogram, float(np.quantile(chance, 0.99))
-
-
-def _pairs(envelope: Array, rate: Array, lag: int) -> tuple[Array, Array]:
-    """Envelope and the rate that follows it by a lag [bins], where both are there."""
-    n = len(rate)
-    return envelope[max(-lag, 0) : n - max(lag, 0)], rate[max(lag, 0) : n + min(lag, 0)]
-
-
-def _levels(envelope: Array, rate: Array) -> dict[str, Array]:
-    """Means over classes of the envelope that hold equally many bins."""
-    classes = np.array_split(np.argsort(envelope), min(LEVELS, len(rate) // 3))
-    return {
-        "level_envelope": np.array([envelope[one].mean() for one in classes]),
-        "level_rate": np.array([rate[one].mean() for one in classes]),
-        "level_rate_se": np.array([rate[one].std(ddof=1) / np.sqrt(one.size) for one in classes]),
-    }
 
 
 def _caption(data: xr.Dataset) -> str:
@@ -257,12 +218,12 @@ def draw(data: xr.Dataset) -> Figure:
     _draw_overlay(axes[1, 0], data)
     if together:
         others, right = split(figure, axes[2, 0], widths=[1.7, 1])
-        levels, correlogram = split(figure, right, heights=[1, 1])
+        against, lags = split(figure, right, heights=[1, 1])
         _draw_together(figure, others, data)
     else:
-        levels, correlogram = split(figure, axes[2, 0], widths=[1, 1])
-    _draw_levels(levels, data)
-    _draw_correlogram(correlogram, data)
+        against, lags = split(figure, axes[2, 0], widths=[1, 1])
+    _draw_levels(against, data)
+    _draw_correlogram(lags, data)
     return add_caption(figure, data)
 
 
@@ -332,7 +293,7 @@ def _draw_together(figure: Figure, place: Axes, data: xr.Dataset) -> None:
 def _draw_levels(axis: Axes, data: xr.Dataset) -> None:
     """Rate against envelope, as bins, as classes, and as the curve that was fitted."""
     factor = data.attrs["shown_factor"]
-    before, after = _pairs(data.bin_envelope.values, data.firing_rate.values, data.attrs["lag"])
+    before, after = pairs(data.bin_envelope.values, data.firing_rate.values, data.attrs["lag"])
     axis.plot(factor * before, after, "o", ms=2, color=SINGLE, alpha=0.5, mew=0)
     look: dict[str, Any] = {"fmt": "s", "ms": 4, "color": SINGLE, "mec": "0.2", "capsize": 2, "ecolor": "0.2"}
     axis.errorbar(factor * data.level_envelope, data.level_rate, data.level_rate_se, **look)

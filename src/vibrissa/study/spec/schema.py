@@ -9,10 +9,11 @@ from typing import Any
 from vibrissa.study.spec.checked import HIDDEN, keys_of, parts_of
 from vibrissa.study.spec.described import described, plain, units_of
 from vibrissa.study.spec.settings import Study
+from vibrissa.tables.quantity import QUANTITY
 
 DRAFT = "http://json-schema.org/draft-07/schema#"  # the one that every editor reads
 TITLE = "Study of vibrissa"
-WITH_UNIT = r"^\s*[+-]?[0-9.]+([eE][+-]?[0-9]+)?\s*[A-Za-zµμ°].*$"  # "95 um"
+WITH_UNIT = f"^{QUANTITY.pattern}$"
 
 
 def study_schema() -> dict[str, Any]:
