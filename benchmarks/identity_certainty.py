@@ -24,7 +24,7 @@ from vibrissa.video.camera.pad.filming import film
 from vibrissa.video.camera.pad.truth import scene_truth
 from vibrissa.video.find.movie_segments import LineSearch, find_segments
 from vibrissa.video.link.certainty import certainty
-from vibrissa.video.link.whisker_linking import link_segments
+from vibrissa.video.link.thorough_linking import link_thoroughly
 
 PARTS, LEVELS = 5, (0.8, 0.9, 0.95, 0.99)
 RIDGE = 1e-3  # of the squared weights of evidence in units of its scatter
@@ -41,7 +41,7 @@ class Claims(NamedTuple):
 
 def claims(segments: xr.Dataset, truth: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     """Evidence for the names that the linker gives, and whether they are right."""
-    linking = link_segments(segments)
+    segments, linking = link_thoroughly(segments)
     names = linking.names()
     found, true = lines_of(segments, linking.identity()), lines_of(truth)
     match = matched(found, true, int(true.whisker.max()) + 1)

@@ -18,7 +18,7 @@ from vibrissa.quantities import dataset
 from vibrissa.video.camera.pad.settings import WhiskingScene
 from vibrissa.video.foreign.whisk_files import read_measurements, read_whiskers
 
-FINDER, LINKER = "vibrissa.video.find.movie_segments", "vibrissa.video.link.whisker_linking"
+FINDER, LINKER = "vibrissa.video.find.movie_segments", "vibrissa.video.link.thorough_linking"
 Tracker = Callable[[np.ndarray, WhiskingScene], Lines]
 
 
@@ -42,7 +42,10 @@ def vibrissa_tracker() -> Tracker | None:
 
     def track(frames: np.ndarray, scene: WhiskingScene) -> Lines:
         segments = finder.find_segments(frames, finder.LineSearch(polarity=scene.polarity))
-        return lines_of(segments, None if linker is None else linker.link_segments(segments).identity())
+        if linker is None:
+            return lines_of(segments)
+        segments, linking = linker.link_thoroughly(segments)
+        return lines_of(segments, linking.identity())
 
     return track
 

@@ -21,7 +21,7 @@ from vibrissa.video.find.movie_segments import LineSearch, find_segments
 from vibrissa.video.foreign.segment_tables import read_segments
 from vibrissa.video.foreign.tracks import kind_of
 from vibrissa.video.io.movie import open_movie
-from vibrissa.video.link.whisker_linking import link_segments
+from vibrissa.video.link.thorough_linking import linked_before
 from vibrissa.video.linked.linked_profile import profile_from_linking
 from vibrissa.video.tracking import Calibration
 
@@ -98,7 +98,7 @@ def open_tracks(
     movie_of = EditedMovie(movie.name, int(lines.attrs["frames"]), about.width, about.height)
     made = read_edits(edits, movie_of) if edits.exists() else []
     progress("linking", 0, 0)
-    correction = Correction(link_segments(lines))
+    correction = Correction(linked_before(lines)[1])
     correction.apply_all(made, str(edits))
     if made:
         tell(f"{len(made)} edit{'s' * (len(made) != 1)} of {edits} made again")

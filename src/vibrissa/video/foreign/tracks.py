@@ -14,7 +14,7 @@ from vibrissa.video.foreign.segment_tables import read_segments
 from vibrissa.video.foreign.whisk_files import WHISKERS, Segment, read_measurements, read_whiskers
 from vibrissa.video.foreign.whisk_profile import Identity, KnownSegment, Side, known_of, profile_from_whisk
 from vibrissa.video.foreign.whiskiwrap import read_whiskiwrap
-from vibrissa.video.link.whisker_linking import link_segments
+from vibrissa.video.link.thorough_linking import link_thoroughly
 from vibrissa.video.linked.linked_profile import profile_from_linking
 from vibrissa.video.tracking import Calibration
 
@@ -109,7 +109,7 @@ def read_tracks(
     identity, whiskers, skin, base
         Of WHISK and WhiskiWrap, see :func:`vibrissa.video.foreign.whisk_profile.profile_from_whisk`; ``identity`` is
         "measured" if not given. With "link", lines are linked to whiskers by
-        :func:`vibrissa.video.link.whisker_linking.link_segments`, which finds the base ends too: then measurements,
+        `link_thoroughly`, which finds the base ends too: then measurements,
         whiskers and base must not be given.
     keypoints : sequence of sequences of str, optional
         Of the others, see :func:`vibrissa.video.foreign.keypoints.profile_from_keypoints`.
@@ -145,7 +145,7 @@ def read_tracks(
             if curves[name] is not None:
                 raise ConflictError(name, "must not be given where lines are linked", remedy="leave it out")
         calibration = _needed(path, calibration)
-        linking = link_segments(read_segments(path, kind))
+        _, linking = link_thoroughly(read_segments(path, kind))
         return profile_from_linking(
             linking, calibration, source=str(path), node_spacing=node_spacing, skin=skin, attrs=dict(noted)
         )

@@ -117,9 +117,7 @@ def _expected(solution: Solution, n: int, lines: Lines, main: Integers) -> Array
     out = np.full((main.size, 3), np.nan)
     if here.size < 2:
         return out
-    known, at = np.unique(solution.frame, return_index=True)
-    phase = np.stack([np.interp(np.arange(main.size), known, one) for one in solution.phase[at].T], axis=1)
-    swung = model.place + phase @ model.gain
+    swung = model.place + solution.phases @ model.gain
     x = lines.place[main[here]] - swung[here]
     # a piece that shows only a part of the whisker says less of the rest
     trust = model.spread.diagonal() / (model.spread.diagonal() + np.diagonal(lines.covariance[main[here]], 0, 1, 2))

@@ -1,33 +1,32 @@
-"""One pad: its swing, its phase, its whiskers, and which line is whose, each estimated from the others in turn."""
+"""One pad: its whiskers over a movie, from its lines alone, from what was known before, or from names."""
 
 from __future__ import annotations
 
-import numpy as np
-from scipy.ndimage import gaussian_filter1d
+from typing import NamedTuple
 
-from vibrissa.arrays import Array, Integers, Mask
+import numpy as np
+
+from vibrissa.arrays import Array, Integers
 from vibrissa.video.link.chains.drift import with_drift
 from vibrissa.video.link.chains.exclusion import Solution
-from vibrissa.video.link.chains.superfluous import without_superfluous
-from vibrissa.video.link.chains.swap_moves import best_lines, unswap
+from vibrissa.video.link.chains.superfluous import explained
+from vibrissa.video.link.chains.swap_moves import best_lines
 from vibrissa.video.link.chains.torn_links import torn_links
-from vibrissa.video.link.chains.whisker_models import Model, deviations, prior_spread, refit
+from vibrissa.video.link.chains.whisker_models import prior_spread
+from vibrissa.video.link.estimation_rounds import SETTLED, iterated, phase_of_whiskers, refitted, steadied
 from vibrissa.video.link.joined_tracklets import carried, joined
-from vibrissa.video.link.pad.common_swing import OWN, calmness, common_swing, lever, pairs_of, weight_of
+from vibrissa.video.link.pad.common_swing import calmness, common_swing, lever, pairs_of, weight_of
 from vibrissa.video.link.pad.pads import HIDDEN, SHORTEST, Lines, Pad
-from vibrissa.video.link.pad.phase import Along, along_of, gains_at, quartered
+from vibrissa.video.link.pad.phase import along_of, quartered
 from vibrissa.video.link.pad.turning import learnt_lever
 from vibrissa.video.link.tracklets import (
     expected,
     phase_of_tracklets,
-    smoothed_phase,
     tracklets,
 )
 from vibrissa.video.link.whisker_discovery import (
     LEAST,
-    SAME,
     SUPPORT,
-    TOGETHER,
     groups,
     models_of,
     tracklet_table,
@@ -35,17 +34,34 @@ from vibrissa.video.link.whisker_discovery import (
 
 LEVERS = 2  # times that the pad's lever is learnt
 ROUNDS = 4  # in which phase, whiskers and lines are estimated in turn
-SETTLED = 1  # rounds after which whiskers may drift
-UNOWNED = 0.3  # mean probability to be a whisker's below which a tracklet is nobody's
-SLOW = 4.0  # frames over which motions common to the pad are averaged
-STEADY = 1.5  # whiskers that such a motion must be seen in, about
-IN_TURN = 15  # frames in which two whiskers would be seen at once by chance, from which on that says something
-STILL = 0.3  # gain on the phase below which a line does not swing with the pad
-SWINGING = 3.0  # standard deviation of the phase from which on that is seen [°]
+AGAIN = 2, 3  # the same where whiskers are known: both are tried
+NAMED = 3  # the same where lines have names
+TORN, WHISKER = 60.0, 20.0  # lines that each torn link is about, and that a whisker must explain
 
 
-def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) -> Solution:
-    """Whiskers of a pad over all frames.
+class Stretches(NamedTuple):
+    """What is plain of a pad before anybody has a name.
+
+    Attributes
+    ----------
+    who : (n,) array of int
+        Segments that can be whiskers.
+    name : (S,) array of int
+        Stretch of plain links of each segment, −1 for none.
+    swing : (frames − 1, 2) array
+        Swing of the pad from each frame to the next.
+    lever : (3,) array
+        Displacement of whiskers at the three radii over that at the middle one.
+    """
+
+    who: Integers
+    name: Integers
+    swing: Array
+    lever: Array
+
+
+def stretches(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) -> Stretches:
+    """Swing of a pad, and stretches of frames in which it is plain which line is which.
 
     Parameters
     ----------
@@ -62,8 +78,8 @@ def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) 
 
     Returns
     -------
-    Solution
-        Its whiskers, and the probability of each candidate line.
+    Stretches
+        Of its lines.
     """
     half = (pad.outer - pad.inner) / 2
     usable = (lines.pad == number) & ((lines.reach[:, 1] - lines.reach[:, 0]) * half >= SHORTEST)
@@ -77,10 +93,93 @@ def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) 
         off = pairs.swing - expected(frame, pairs, swing, across)
         name = tracklets(frame, pairs, 0.5 * (pairs.unlike + (off / pairs.sd) ** 2), usable)
         gain, calm = learnt_lever(frame, name, lines, gain), calmness(frame, pairs, off, name)
-    whole = joined(frame, name, lines, carried(frames, frame, name, lines, swing, gain), gain)
+    return Stretches(who, name, swing, gain)
+
+
+def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) -> Solution:
+    """Whiskers of a pad over all frames.
+
+    Parameters
+    ----------
+    frames, frame, lines, number, pad
+        As of :func:`stretches`.
+
+    Returns
+    -------
+    Solution
+        Its whiskers, and the probability of each candidate line.
+    """
+    plain = stretches(frames, frame, lines, number, pad)
+    whole = joined(
+        frame, plain.name, lines, carried(frames, frame, plain.name, lines, plain.swing, plain.lever), plain.lever
+    )
     # one whisker too many is a part of another one; then, whichever start leaves plain links whole
-    both = [_solved(frames, frame, lines, who, start, name, swing, gain) for start in (name, whole)]
+    both = [_solved(frames, frame, lines, start, plain) for start in (plain.name, whole)]
     return min(both, key=lambda one: (len(one.labels), _torn(one)))
+
+
+def link_pad_again(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad, before: Solution) -> Solution:
+    """Whiskers of a pad whose lines have changed since they were linked, from the whiskers that were found then.
+
+    Parameters
+    ----------
+    frames, frame, lines, number, pad
+        As of :func:`stretches`.
+    before : Solution
+        Of the former lines of the pad.
+
+    Returns
+    -------
+    Solution
+        Of these lines.
+    """
+    plain = stretches(frames, frame, lines, number, pad)
+    tries = []
+    for rounds in AGAIN:
+        solution = Solution(frames, frame, lines, plain.who, before.phases[frame], plain.lever, plain.name)
+        models = [one.model for one in before.labels]
+        tries.append(iterated(solution, models, plain.name, lines, plain.swing, range(SETTLED, SETTLED + rounds)))
+    return max(tries, key=_worth)
+
+
+def link_pad_named(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad, names: Integers) -> Solution:
+    """Whiskers of a pad whose lines have names, in the same order; those without a line of some length are left out.
+
+    Parameters
+    ----------
+    frames, frame, lines, number, pad
+        As of :func:`stretches`.
+    names : (S,) array of int
+        Whisker of the pad that each segment is; −1 for nobody's.
+
+    Returns
+    -------
+    Solution
+        Of these lines.
+    """
+    plain = stretches(frames, frame, lines, number, pad)
+    along, name = along_of(plain.swing), np.full(names.size, -1)
+    some = plain.who[names[plain.who] >= 0]
+    every, name[some] = np.unique(names[some], return_inverse=True)
+    named = [np.flatnonzero(name == k) for k in range(every.size)]
+    solution = _begun(frames, frame, lines, plain, name)
+    place, look = tracklet_table(name, lines, solution.phase, plain.lever, along)
+    models = models_of([[k] for k in range(len(named))], name, place, look, plain.lever, along, 0)
+    for _ in range(NAMED):
+        solution.place(models)
+        for one, seen in zip(solution.labels, named, strict=True):
+            one.seen, one.chance, one.x = seen, np.ones(seen.size), np.zeros((seen.size, 3))
+        solution.phase = quartered(phase_of_whiskers(solution, frames, plain.swing), along)[frame]
+        solution.lines = steadied(solution, lines, plain.lever, frames)
+        models = with_drift(solution, refitted(solution, plain.lever, along))
+    solution.place(models)
+    solution.settle()
+    return solution
+
+
+def _worth(solution: Solution) -> float:
+    """Lines that are somebody's, less those that are probably another one's, less what a whisker must explain."""
+    return explained(solution) * (1 - TORN * _torn(solution)) - WHISKER * len(solution.labels)
 
 
 def _torn(solution: Solution) -> float:
@@ -94,140 +193,17 @@ def _torn(solution: Solution) -> float:
     return float(total) / max(int(lines.sum()), 1)
 
 
-def _solved(
-    frames: int,
-    frame: Integers,
-    lines: Lines,
-    who: Integers,
-    name: Integers,
-    plain: Integers,
-    swing: Array,
-    gain: Array,
-) -> Solution:
-    """Whiskers of a pad from tracklets ``name``, of which ``plain`` are certain."""
-    across, along = np.where(np.isfinite(lines.place[:, 1]), lines.place[:, 1], 0.0), along_of(swing)
-    phase = phase_of_tracklets(frames, frame, name, across, swing, along, LEAST, weight_of(lines.reach))
-    solution = Solution(frames, frame, lines, who, phase[frame], gain, plain)
-    place, look = tracklet_table(name, lines, solution.phase, gain, along)
-    start = groups(frame, name, place, look, prior_spread(gain), LEAST)
-    models = models_of(start, name, place, look, gain, along, SUPPORT * frames)
-    for again in range(ROUNDS):
-        solution.place(models)
-        solution.settle()
-        solution.phase = quartered(_phase(solution, frames, swing), along)[frame]
-        solution.lines = _steadied(solution, lines, gain, frames)
-        unswap(solution, gain)
-        models = _refitted(solution, gain, along)
-        if again >= SETTLED:
-            models = with_drift(solution, models)
-        if again < ROUNDS - 1:
-            models = _thinned(solution, models, frames)
-            models += _born(solution, name, gain, along, frames)
-    kept = _thinned(solution, models, frames)
-    solution.place([kept[i] for i in np.argsort([one.place[1] for one in kept])])
-    solution.settle()
-    without_superfluous(solution, lambda: _refitted(solution, gain, along))
-    return solution
+def _begun(frames: int, frame: Integers, lines: Lines, plain: Stretches, start: Integers) -> Solution:
+    """A pad without whiskers, with the phase that the tracklets ``start`` share."""
+    across, along = np.where(np.isfinite(lines.place[:, 1]), lines.place[:, 1], 0.0), along_of(plain.swing)
+    phase = phase_of_tracklets(frames, frame, start, across, plain.swing, along, LEAST, weight_of(lines.reach))
+    return Solution(frames, frame, lines, plain.who, phase[frame], plain.lever, plain.name)
 
 
-def _phase(solution: Solution, frames: int, swing: Array) -> Array:
-    """Phase of the pad from the lines that are probably known."""
-    top, weight = np.zeros(frames), np.zeros(frames)
-    for one in solution.labels:
-        clear = one.chance > 0.3
-        seen, model = one.seen[clear], one.model
-        gain = model.gain[0, 1]
-        precision = gain**2 / (solution.lines.covariance[seen, 1, 1] + model.spread[1, 1])
-        # a line that is far off counts little, and a hair
-        w = (
-            weight_of(solution.lines.reach[seen])
-            * one.chance[clear]
-            * precision
-            / (1 + (one.x[clear, 1] / (3 * OWN)) ** 2)
-        )
-        np.add.at(weight, solution.frame[seen], w)
-        off = deviations(model, solution.lines.place[seen], solution.phase[seen], solution.frame[seen])[:, 1]
-        np.add.at(top, solution.frame[seen], w * (off / gain + solution.phase[seen, 0]))
-    found = smoothed_phase(top / np.maximum(weight, 1e-9), weight, swing[:, 0])
-    return np.asarray(found - found.mean())
-
-
-def _steadied(solution: Solution, lines: Lines, gain: Array, frames: int) -> Lines:
-    """Lines without slow motions that the whole pad has in common beside its swing, such as the head's."""
-    left, right = np.zeros((frames, 2, 2)), np.zeros((frames, 2, 3))
-    scale = max(np.ptp([0.0, *(one.model.place[1] for one in solution.labels)]) / 2, 1.0)
-    for one in solution.labels:
-        clear = one.chance > 0.5
-        seen = one.seen[clear]
-        off = deviations(one.model, lines.place[seen], solution.phase[seen], solution.frame[seen])
-        off /= np.maximum(1.0, np.abs(off) / (4 * np.sqrt(np.diag(one.model.spread)) + 1))
-        terms = np.tile((one.model.place[1] / scale) ** np.arange(2), (seen.size, 1))
-        np.add.at(left, solution.frame[seen], terms[:, :, None] * terms[:, None])
-        np.add.at(right, solution.frame[seen], terms[:, :, None] * off[:, None])
-    left, right = (gaussian_filter1d(x, SLOW, axis=0, mode="nearest") for x in (left, right))
-    drift = np.linalg.solve(left + STEADY * np.eye(2), right)
-    where = lines.place[:, 1] - solution.phase[:, 0]
-    at = np.clip(where / scale, -1.5, 1.5)[:, None] ** np.arange(2)
-    common = np.einsum("si,sij->sj", at, drift[solution.frame])
-    return lines._replace(place=lines.place - common)
-
-
-def _refitted(solution: Solution, gain: Array, along: Along) -> list[Model]:
-    """Models from the lines that are probably theirs."""
-    return [
-        refit(
-            one.model,
-            solution.lines,
-            one.seen,
-            one.chance,
-            solution.phase,
-            solution.frame,
-            gains_at(one.model.place[1:2], along).T * gain,
-        )
-        for one in solution.labels
-    ]
-
-
-def _thinned(solution: Solution, models: list[Model], frames: int) -> list[Model]:
-    """Models without those that are seen too rarely, do not swing, or are another one."""
-    labels = solution.labels
-    seen = np.zeros((len(labels), frames), np.bool_)
-    for i, one in enumerate(labels):
-        seen[i, solution.frame[one.seen[one.chance > 0.5]]] = True
-    support = seen.sum(axis=1)
-    swinging = np.std(solution.phase[:, 0]) > SWINGING
-    kept: list[int] = []
-    for i in np.argsort(-support, kind="stable"):
-        model = models[i]
-        if support[i] < SUPPORT * frames or (swinging and model.gain[0, 1] < STILL):
-            continue
-        if not any(_same(model, models[j], seen[i], seen[j]) for j in kept):
-            kept.append(int(i))
-    return [models[i] for i in kept]
-
-
-def _same(one: Model, other: Model, here: Mask, there: Mask) -> bool:
-    """Whether two models are one whisker: near one another, and seen at once less often than two whiskers would be."""
-    both, least = np.count_nonzero(here & there), min(here.sum(), there.sum())
-    if both > TOGETHER * least:
-        return False
-    off = one.place - other.place
-    far = off @ np.linalg.solve((one.spread + other.spread) / 2, off)
-    far += ((one.look - other.look) ** 2 / (one.look_sd * other.look_sd)).sum()
-    in_turn = here.sum() * there.sum() / here.size > IN_TURN
-    return bool(far < (2 * SAME if in_turn else SAME / 2))
-
-
-def _born(solution: Solution, name: Integers, gain: Array, along: Along, frames: int) -> list[Model]:
-    """Models of whiskers that nobody has found yet: tracklets that are nobody's."""
-    owned = np.zeros(solution.frame.size)
-    for one in solution.labels:
-        owned[one.seen] += one.chance
-    sizes = np.maximum(np.bincount(name[name >= 0], minlength=1), 1)
-    share = np.bincount(name[name >= 0], owned[name >= 0], minlength=1) / sizes
-    free = np.where((name >= 0) & (share[np.maximum(name, 0)] < UNOWNED), name, -1)
-    if not (free >= 0).any():
-        return []
-    place, look = tracklet_table(name, solution.lines, solution.phase, gain, along)
-    found = groups(solution.frame, free, place, look, prior_spread(gain), LEAST)
-    return models_of(found, free, place, look, gain, along, SUPPORT * frames)
+def _solved(frames: int, frame: Integers, lines: Lines, start: Integers, plain: Stretches) -> Solution:
+    """Whiskers of a pad from tracklets ``start``."""
+    solution, along = _begun(frames, frame, lines, plain, start), along_of(plain.swing)
+    place, look = tracklet_table(start, lines, solution.phase, plain.lever, along)
+    found = groups(frame, start, place, look, prior_spread(plain.lever), LEAST)
+    models = models_of(found, start, place, look, plain.lever, along, SUPPORT * frames)
+    return iterated(solution, models, start, lines, plain.swing, range(ROUNDS))

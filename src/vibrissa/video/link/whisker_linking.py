@@ -14,9 +14,9 @@ from vibrissa.head_pose import HeadPose, head_of
 from vibrissa.quantities import dataset
 from vibrissa.video.link.chains.exclusion import Solution
 from vibrissa.video.link.identities import REASONS, Names, names_of
-from vibrissa.video.link.pad.pads import Lines, Pad, find_pads, lines_of
+from vibrissa.video.link.pad.pads import Lines, Pad, find_pads, lines_of, pads_of_lines
 from vibrissa.video.link.pad.pieces import Pieces, pieces_of
-from vibrissa.video.link.pad_linking import link_pad
+from vibrissa.video.link.pad_linking import link_pad, link_pad_again, link_pad_named
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -230,3 +230,55 @@ def link_segments(segments: xr.Dataset, marks: Sequence[WhiskerMark] = ()) -> Li
     for mark in marks:
         linking.mark(mark)
     return linking
+
+
+def link_again(segments: xr.Dataset, before: Linking) -> Linking:
+    """Link lines that have been changed since they were linked, from the whiskers that were found then.
+
+    Parameters
+    ----------
+    segments : Dataset
+        As of :func:`link_segments`, of the same movie and head.
+    before : Linking
+        Of the former lines; its pads are kept.
+
+    Returns
+    -------
+    Linking
+        Of these lines.
+    """
+    pieces = pieces_of(segments)
+    placed = in_head(pieces, before.head)
+    lines = lines_of(placed, before.pads, *pads_of_lines(placed, before.pads))
+    each = zip(before.pads, before.solutions, strict=True)
+    solutions = [link_pad_again(pieces.frames, pieces.frame, lines, n, *one) for n, one in enumerate(each)]
+    return Linking(pieces, before.pads, lines, solutions, head=before.head)
+
+
+def link_named(segments: xr.Dataset) -> Linking:
+    """Linking of lines that have been linked before, with the whiskers that they have.
+
+    Parameters
+    ----------
+    segments : Dataset
+        As of :func:`link_segments`, with ``segment_whisker``.
+
+    Returns
+    -------
+    Linking
+        Whiskers in the order of their pads, as linking numbers them; a line of another pad than most of its whisker's has
+        no name at first.
+    """
+    pieces, head = pieces_of(segments), head_of(segments)
+    placed = in_head(pieces, head)
+    pads, pad, back = find_pads(placed)
+    lines = lines_of(placed, pads, pad, back)
+    whisker, solutions = segments.segment_whisker.values.astype(np.int64), []
+    votes = np.zeros((int(whisker.max(initial=-1)) + 1, len(pads)))
+    some = (whisker >= 0) & (pad >= 0)
+    np.add.at(votes, (whisker[some], pad[some]), 1)
+    home = np.append(votes.argmax(axis=1), -1)  # of whiskers, and of nobody
+    for n, one in enumerate(pads):
+        names = np.where((pad == n) & (home[whisker] == n), whisker, -1)
+        solutions.append(link_pad_named(pieces.frames, pieces.frame, lines, n, one, names))
+    return Linking(pieces, pads, lines, solutions, head=head)

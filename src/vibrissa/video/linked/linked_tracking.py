@@ -19,7 +19,8 @@ from vibrissa.quantities.kinds import Progress
 from vibrissa.video.find.movie_segments import Background, LineSearch, find_segments
 from vibrissa.video.follow.background import reference
 from vibrissa.video.io.movie import read_blocks
-from vibrissa.video.link.whisker_linking import Linking, link_segments
+from vibrissa.video.link.thorough_linking import link_thoroughly
+from vibrissa.video.link.whisker_linking import Linking
 from vibrissa.video.linked.line_marks import LineMark, apply_marks, snapped
 from vibrissa.video.linked.linked_profile import profile_from_linking
 from vibrissa.video.profile.turning import Region
@@ -118,7 +119,7 @@ def track_linked(
         count = int(segments.attrs["frames"])
         time = dataset(time=(int(segments.attrs.get("first_frame", 0)) + np.arange(count)) / calibration.frame_rate)
         segments = with_head(segments.merge(time, combine_attrs="override"), head)
-    linking = link_segments(counted_from_start(segments))
+    segments, linking = link_thoroughly(segments)
     named = apply_marks(linking, segments, marks) if marks else {}
     asked = {"background": name, "polarity": polarity}
     asked |= {} if region is None else {"region": json.dumps(region)}
@@ -138,24 +139,6 @@ def track_linked(
     if remarks := [*_unkept(profile, linking, segments, marks, named), *_head_remarks(linking.head)]:
         profile.attrs["remarks"] = json.dumps(remarks)
     return LinkedTracks(profile, _identified(segments, linking, calibration.frame_rate))
-
-
-def counted_from_start(segments: xr.Dataset) -> xr.Dataset:
-    """Segments of a part of a movie whose frames count from the first that was searched, as linking takes them.
-
-    Parameters
-    ----------
-    segments : Dataset
-        ``segments``; its attribute ``first_frame`` is 0 if absent.
-
-    Returns
-    -------
-    Dataset
-        The same without that attribute.
-    """
-    attrs = {name: value for name, value in segments.attrs.items() if name != "first_frame"}
-    frame = segments.segment_frame - int(segments.attrs.get("first_frame", 0))
-    return segments.assign(segment_frame=frame.assign_attrs(segments.segment_frame.attrs)).assign_attrs(attrs)
 
 
 def _behind(background: str | Path | Frames, movie: str | Path | Frames) -> tuple[Background | Frames, str]:

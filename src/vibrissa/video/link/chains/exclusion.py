@@ -105,6 +105,13 @@ class Solution:
         self.before, self.after = np.full((2, self.frame.size), -1)
         self.before[order[1:][plain]], self.after[order[:-1][plain]] = order[:-1][plain], order[1:][plain]
 
+    @property
+    def phases(self) -> Array:
+        """Phase of the pad in every frame, and its quarter (frames, 2) [°]."""
+        known, at = np.unique(self.frame, return_index=True)
+        every = np.arange(self.frames)
+        return np.stack([np.interp(every, known, one) for one in self.phase[at].T], axis=1)
+
     def place(self, models: Sequence[Model]) -> None:
         """Set the whiskers."""
         self.labels = [self._label(number, model) for number, model in enumerate(models)]

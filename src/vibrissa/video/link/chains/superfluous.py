@@ -38,12 +38,12 @@ def without_superfluous(solution: Solution, refitted: Callable[[], list[Model]])
     for whisker in np.argsort([_support(one) for one in solution.labels], kind="stable"):
         number = left.index(whisker)
         before, wanted = [replace(one) for one in solution.labels], solution.wanted.copy()
-        most, support = _explained(solution), _support(solution.labels[number])
+        most, support = explained(solution), _support(solution.labels[number])
         _take_away(solution, number)
-        if most - _explained(solution) < TRIED * support:
+        if most - explained(solution) < TRIED * support:
             solution.place(refitted())
             solution.settle()
-            if most - _explained(solution) < LEFT * support:
+            if most - explained(solution) < LEFT * support:
                 left.remove(whisker)
                 continue
         solution.labels, solution.wanted = before, wanted
@@ -77,7 +77,7 @@ def _both(solution: Solution, one: ChainLabel, other: ChainLabel) -> tuple[int, 
 def _are_one(solution: Solution, number: int, other: int, refitted: Callable[[], list[Model]]) -> bool:
     """Make two whiskers one if that one has most of the lines of both; the solution is changed only then."""
     before, wanted = [replace(one) for one in solution.labels], solution.wanted
-    most, gone, kept = _explained(solution), before[number], solution.labels[other]
+    most, gone, kept = explained(solution), before[number], solution.labels[other]
     pieces, few = _both(solution, gone, kept)[0], min(_support(gone), _support(kept))
     kept.seen, at = np.unique(np.concatenate([gone.seen, kept.seen]), return_inverse=True)
     kept.chance = np.zeros(kept.seen.size)
@@ -85,7 +85,7 @@ def _are_one(solution: Solution, number: int, other: int, refitted: Callable[[],
     solution.labels.pop(number)
     solution.place(refitted())
     solution.settle()
-    if most - pieces - _explained(solution) < LEFT * few:
+    if most - pieces - explained(solution) < LEFT * few:
         return True
     solution.labels, solution.wanted, solution.decided = before, wanted, {}
     return False
@@ -96,7 +96,7 @@ def _support(one: ChainLabel) -> float:
     return float(np.count_nonzero(one.chance > CLEAR))
 
 
-def _explained(solution: Solution) -> float:
+def explained(solution: Solution) -> float:
     """Number of lines that are clearly somebody's."""
     return sum(map(_support, solution.labels))
 

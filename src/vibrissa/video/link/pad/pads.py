@@ -178,18 +178,32 @@ def find_pads(pieces: Pieces) -> tuple[list[Pad], Integers, Mask]:
         clear = weight > 0
     member = np.full(length.size, -1)
     member[clear] = _groups(pieces.frame[clear], base[clear], tip[clear], weight[clear], every)
-    pads, pad, inward = [], np.full(length.size, -1), np.zeros(length.size, bool)
-    nearest = np.full(length.size, np.inf)
-    for number in range(member.max() + 1):
-        mine = member == number
-        pads.append(_pad(base[mine], tip[mine], weight[mine]))
-        off, outward = _passing(base, tip, pads[-1].pivot)
+    pads = [_pad(base[mine], tip[mine], weight[mine]) for mine in (member == k for k in range(member.max() + 1))]
+    pad, inward = _nearest(base, tip, weight, pads)
+    return pads, pad, back ^ inward
+
+
+def pads_of_lines(pieces: Pieces, pads: list[Pad]) -> tuple[Integers, Mask]:
+    """Pad of each segment of pads that are known, and whether it runs from tip to base, as of :func:`find_pads`."""
+    back, _ = turned(pieces)
+    base, tip, length = _chords(pieces, back)
+    weight = np.where(length >= SHORTEST, length * novelty(pieces), 0.0)
+    pad, inward = _nearest(base, tip, weight, pads)
+    return pad, back ^ inward
+
+
+def _nearest(base: Array, tip: Array, weight: Array, pads: list[Pad]) -> tuple[Integers, Mask]:
+    """Pad that each line passes nearest, −1 for none, and whether it leads towards it."""
+    pad, inward = np.full(weight.size, -1), np.zeros(weight.size, bool)
+    nearest = np.full(weight.size, np.inf)
+    for number, one in enumerate(pads):
+        off, outward = _passing(base, tip, one.pivot)
         # tips may gather, too, at an edge that hides them: where a line comes from the pad, its base is at the pad
-        _, towards = _passing(tip, base, pads[-1].pivot)
-        side = np.cos(np.arctan2(*(base / 2 + tip / 2 - pads[-1].pivot).T[::-1]) - pads[-1].middle) > -0.2
+        _, towards = _passing(tip, base, one.pivot)
+        side = np.cos(np.arctan2(*(base / 2 + tip / 2 - one.pivot).T[::-1]) - one.middle) > -0.2
         better = (weight > 0) & (outward | towards) & side & (off < 2 * NEAR) & (off < nearest)
         pad[better], nearest[better], inward[better] = number, off[better], towards[better]
-    return pads, pad, back ^ inward
+    return pad, inward
 
 
 def _passing(base: Array, tip: Array, pivot: Array) -> tuple[Array, Mask]:

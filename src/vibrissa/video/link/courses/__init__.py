@@ -1,0 +1,1 @@
+"""Where each linked whisker runs, and lines cut where they go over from one whisker to another."""

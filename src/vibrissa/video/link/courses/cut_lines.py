@@ -1,0 +1,125 @@
+"""Lines cut where they go over from one whisker to another, and pieces of one whisker put together."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from vibrissa.arrays import Array, Integers
+from vibrissa.video.link.courses.course import courses_of
+from vibrissa.video.link.courses.whose_points import whose_points
+from vibrissa.video.link.whisker_linking import Linking
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LEAST = 10  # points of a piece
+BESIDE = 0.3  # share of a piece that may run beside another one of its whisker, if they are one line
+
+
+class Cut(NamedTuple):
+    """Lines made of parts of others.
+
+    Attributes
+    ----------
+    points : (P,) array of int
+        Points of all lines, one line after the other.
+    first : (S,) array of int
+        Place of the first point of each line there.
+    source : (S,) array of int
+        Segment that most of it comes from.
+    """
+
+    points: Integers
+    first: Integers
+    source: Integers
+
+
+def cut_lines(linking: Linking) -> Cut:
+    """Cut lines by the courses of linked whiskers.
+
+    Parameters
+    ----------
+    linking : Linking
+        The movie.
+
+    Returns
+    -------
+    Cut
+        Lines by frames; pieces of less than 10 points are left out.
+    """
+    pieces = linking.placed
+    owner, whisker = pieces.owner, _whiskers(linking)
+    # runs of points of one line and one whisker
+    change = (np.diff(owner) != 0) | (np.diff(whisker) != 0)
+    bounds = np.concatenate([[0], np.flatnonzero(change) + 1, [owner.size]])
+    runs: dict[tuple[int, int], list[Integers]] = {}
+    for number, (a, b) in enumerate(pairwise(bounds)):
+        name = int(whisker[a]) if whisker[a] >= 0 else -1 - number
+        runs.setdefault((int(pieces.frame[owner[a]]), name), []).append(np.arange(a, b))
+    where = np.stack([pieces.column, pieces.row], axis=1)
+    frames = sorted(runs, key=lambda key: key[0])
+    lines = [line for key in frames for line in _together(runs[key], where) if line.size >= LEAST]
+    sizes = [line.size for line in lines]
+    source = [int(np.bincount(owner[line] - owner[line].min()).argmax() + owner[line].min()) for line in lines]
+    return Cut(np.concatenate(lines), np.cumsum([0, *sizes[:-1]]), np.array(source))
+
+
+def _whiskers(linking: Linking) -> Integers:
+    """Whisker of each point, numbered over all pads; −1 for none."""
+    pieces, out, number = linking.placed, np.full(linking.pieces.column.size, -1), 0
+    for n, pad in enumerate(linking.pads):
+        along, across = pad.polar(pieces.column, pieces.row)
+        courses = courses_of(linking.solutions[n], linking.lines, along, across, pieces.start, pieces.stop)
+        some = linking.lines.pad == n
+        found = whose_points(courses, pad, pieces.frame, pieces.start, pieces.stop, along, across, some)
+        out = np.where((out < 0) & (found >= 0), found + number, out)
+        number += len(courses.place)
+    return out
+
+
+def _together(runs: list[Integers], where: Array) -> list[Integers]:
+    """Runs of points of one whisker and frame as one line, and those beside it as lines of their own."""
+    if len(runs) == 1:
+        return runs
+    runs = sorted(runs, key=lambda run: -run.size)
+    way = where[runs[0][-1]] - where[runs[0][0]]
+    # each run from its end nearer to the beginning of the longest
+    runs = [run if (where[run[-1]] - where[run[0]]) @ way >= 0 else run[::-1] for run in runs]
+    spans = [(float(where[run[0]] @ way), float(where[run[-1]] @ way)) for run in runs]
+    one: list[int] = [0]
+    alone: list[int] = []
+    for k, (low, high) in enumerate(spans[1:], start=1):
+        common = sum(max(min(high, spans[j][1]) - max(low, spans[j][0]), 0.0) for j in one)
+        (alone if common > BESIDE * (high - low) else one).append(k)
+    one.sort(key=lambda k: sum(spans[k]))
+    return [np.concatenate([runs[k] for k in one]), *(runs[k] for k in alone)]
+
+
+def cut_segments(segments: xr.Dataset, cut: Cut) -> xr.Dataset:
+    """Segments after a cut.
+
+    Parameters
+    ----------
+    segments : Dataset
+        ``segments``, those that were linked.
+    cut : Cut
+        Of :func:`cut_lines`.
+
+    Returns
+    -------
+    Dataset
+        The same points, without those of short pieces; of variables of segments only frame and first point.
+    """
+    others = [name for name, values in segments.variables.items() if "segment" in values.dims]
+    frame, first = (segments[name] for name in ("segment_frame", "segment_start"))
+    return (
+        segments.isel(point=cut.points)
+        .drop_vars(others)
+        .assign(
+            segment_frame=("segment", frame.values[cut.source], frame.attrs),
+            segment_start=("segment", cut.first.astype(first.dtype), first.attrs),
+        )
+    )

@@ -1,0 +1,117 @@
+"""Along each line: of which whisker's course it is, point by point, as long as it does not pay to go over (Viterbi)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from vibrissa.arrays import Array, Integers, Mask
+from vibrissa.video.link.courses.course import EDGES, Courses
+from vibrissa.video.link.pad.pads import Pad
+
+Values = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+OFF = 1.0  # standard deviation of points from the course of their whisker between the radii [px]
+NOBODY = 4.0  # distance, over this deviation, beyond which a point is on no course
+FAR = 60.0  # squared distance beyond which it is no farther
+CHANGE = 25.0  # squared distance that a change of whisker costs
+MARGIN, BEYOND = 0.15, 8.0  # distance beyond the tip without cost, as reach, and deviation beyond that [px]
+KNOWN = 0.5  # share of its points on a course below which a line stays as it is
+
+
+@njit(cache=True)
+def _likeliest(cost: Values) -> Places:
+    """Column of each row of ``cost``, a change of column costing ``CHANGE``; by Viterbi."""
+    n, count = cost.shape
+    total, came = cost[0].copy(), np.zeros((n, count), np.int64)
+    for i in range(1, n):
+        least = int(np.argmin(total))
+        over = total[least] + CHANGE
+        for k in range(count):
+            came[i, k] = k if total[k] <= over else least
+            total[k] = min(total[k], over) + cost[i, k]
+    out = np.zeros(n, np.int64)
+    out[-1] = np.argmin(total)
+    for i in range(n - 1, 0, -1):
+        out[i - 1] = came[i, out[i]]
+    return out
+
+
+@njit(cache=True)
+def _whose(
+    frame: Places,
+    first: Places,
+    stop: Places,
+    along: Values,
+    across: Values,
+    pixels: Values,
+    half: float,
+    place: Values,
+    shape: Values,
+    tip: Values,
+    known: NDArray[np.bool_],
+) -> Places:
+    """Whisker of each point (P,) of some segments; −1 for those of no course."""
+    count, out = len(place), np.full(along.size, -1)
+    low, width = EDGES[0], EDGES[1] - EDGES[0]
+    for s in range(frame.size):
+        points = range(first[s], stop[s])
+        cost = np.full((stop[s] - first[s], count + 1), FAR)
+        cost[:, count] = NOBODY**2
+        for i, p in enumerate(points):
+            r = min(max(along[p], EDGES[0]), EDGES[-1])
+            part = min(max(int((along[p] - low) / width) + 1, 0), EDGES.size) if along[p] >= low else 0
+            off = OFF * (1 + max(abs(along[p]) - 1, 0.0))
+            for k in range(count):
+                if not known[k, frame[s]]:
+                    continue
+                a, b, c = place[k, frame[s]]
+                there = r * (r - 1) / 2 * a + (1 - r * r) * b + r * (r + 1) / 2 * c + shape[k, part]
+                beyond = max(along[p] - tip[k] - MARGIN, 0.0) * half
+                far = ((across[p] - there) * pixels[p] / off) ** 2 + (beyond / BEYOND) ** 2
+                cost[i, k] = min(far, FAR)
+        found = _likeliest(cost)
+        if (found < count).mean() >= KNOWN:
+            for i, p in enumerate(points):
+                out[p] = found[i] if found[i] < count else -1
+    return out
+
+
+def whose_points(
+    courses: Courses,
+    pad: Pad,
+    frame: Integers,
+    first: Integers,
+    stop: Integers,
+    along: Array,
+    across: Array,
+    some: Mask,
+) -> Integers:
+    """Whisker of a pad that each point is on.
+
+    Parameters
+    ----------
+    courses : Courses
+        Of the pad.
+    pad : Pad
+        The pad.
+    frame, first, stop : (S,) arrays of int
+        Frame of each segment, its first point, and the one after its last.
+    along, across : (P,) arrays
+        Points in the coordinates of the pad.
+    some : (S,) array of bool
+        Segments that are looked at.
+
+    Returns
+    -------
+    (P,) array of int
+        −1 where a point is on no course, and on lines most of whose points are on none.
+    """
+    half = (pad.outer - pad.inner) / 2
+    pixels = pad.degree * (along * half + pad.centre) / pad.centre  # of a degree across
+    place, shape, tip, known = courses
+    return np.asarray(
+        _whose(frame[some], first[some], stop[some], along, across, pixels, half, place, shape, tip, known)
+    )

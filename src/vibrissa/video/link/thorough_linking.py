@@ -1,0 +1,76 @@
+"""Lines linked, cut where they go over from one whisker to another, and linked again."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from vibrissa.video.link.courses.cut_lines import cut_lines, cut_segments
+from vibrissa.video.link.whisker_linking import Linking, link_again, link_named, link_segments
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def link_thoroughly(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
+    """Link the lines of a movie to whiskers, whatever lines a finder made of whiskers that cross.
+
+    Where whiskers cross at a small angle, a line may begin as the one and end as the other. Once whiskers are known,
+    their courses show where: lines are cut there, pieces of one whisker are put together, and all are linked again.
+
+    Parameters
+    ----------
+    segments : Dataset
+        ``segments``, as of :func:`vibrissa.video.link.whisker_linking.link_segments`; frames may count from its
+        attribute ``first_frame``.
+
+    Returns
+    -------
+    Dataset, Linking
+        The lines after cutting, of the same points without those of short pieces; and their linking.
+
+    Raises
+    ------
+    InputError
+        If there are no lines.
+    """
+    first = link_segments(counted_from_start(segments))
+    if not first.whiskers:
+        return segments, first
+    cut = cut_segments(segments, cut_lines(first))
+    return cut, link_again(counted_from_start(cut), first)
+
+
+def linked_before(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
+    """The same of lines that may have been linked before: those that have whiskers keep them, others are linked.
+
+    Parameters
+    ----------
+    segments : Dataset
+        As of :func:`link_thoroughly`, perhaps with ``segment_whisker``.
+
+    Returns
+    -------
+    Dataset, Linking
+        Lines and their linking.
+    """
+    if "segment_whisker" in segments and (segments.segment_whisker.values >= 0).any():
+        return segments, link_named(counted_from_start(segments))
+    return link_thoroughly(segments)
+
+
+def counted_from_start(segments: xr.Dataset) -> xr.Dataset:
+    """Segments of a part of a movie whose frames count from the first that was searched, as linking takes them.
+
+    Parameters
+    ----------
+    segments : Dataset
+        ``segments``; its attribute ``first_frame`` is 0 if absent.
+
+    Returns
+    -------
+    Dataset
+        The same without that attribute.
+    """
+    attrs = {name: value for name, value in segments.attrs.items() if name != "first_frame"}
+    frame = segments.segment_frame - int(segments.attrs.get("first_frame", 0))
+    return segments.assign(segment_frame=frame.assign_attrs(segments.segment_frame.attrs)).assign_attrs(attrs)
