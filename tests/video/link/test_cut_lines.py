@@ -152,6 +152,10 @@ def test_lines_that_have_names_keep_them_when_they_are_opened_again():
     assert again.whiskers == linking.whiskers
     was, now = identity.segment_whisker.values, again.identity().segment_whisker.values
     assert (was == now)[was >= 0].mean() > 0.98
+    # lines of the first part of a longer movie are no less certain
+    _, part = linked_before(named.assign_attrs(frames=600))
+    longer = part.identity().identity_probability.values
+    np.testing.assert_allclose(longer, again.identity().identity_probability.values, atol=0.05)
 
 
 def test_lines_without_names_are_linked_as_if_they_had_been_found_now():

@@ -39,7 +39,8 @@ def evidence(solution: Solution, whisker: int, seen: Integers, chance: Array, to
     -------
     (n, 6) array
         Log odds of ``chance``; rate of torn links; squared distance from the whisker's place; logarithm of the number
-        of lines in its plain stretch, and of the whisker's spread [°]; share of frames in which the whisker has a line.
+        of lines in its plain stretch, and of the whisker's spread [°]; share of the frames with lines in
+        which the whisker has one.
     """
     model, lines = solution.labels[whisker].model, solution.lines
     chance = np.clip(chance, LEAST, 1 - LEAST)
@@ -54,7 +55,7 @@ def evidence(solution: Solution, whisker: int, seen: Integers, chance: Array, to
             np.minimum(far, FARTHEST),
             np.log(length),
             np.full(seen.size, np.log(np.trace(model.spread) / 3) / 2),
-            np.full(seen.size, seen.size / solution.frames),
+            np.full(seen.size, seen.size / np.unique(solution.frame[solution.who]).size),
         ],
         axis=1,
     )
