@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LEAST = 10  # points of a piece
+CERTAIN = 0.85  # mean probability of a whisker's names from which on lines are cut by its course
 BESIDE = 0.3  # share of a piece that may run beside another one of its whisker, if they are one line
 
 
@@ -70,9 +71,12 @@ def cut_lines(linking: Linking) -> Cut:
 def _whiskers(linking: Linking) -> Integers:
     """Whisker of each point, numbered over all pads; −1 for none."""
     pieces, out, number = linking.placed, np.full(linking.pieces.column.size, -1), 0
-    for n, pad in enumerate(linking.pads):
+    for n, (pad, names) in enumerate(zip(linking.pads, linking.names(), strict=True)):
         along, across = pad.polar(pieces.column, pieces.row)
         courses = courses_of(linking.solutions[n], linking.lines, along, across, pieces.start, pieces.stop)
+        named = np.isfinite(names.chance)
+        certain = np.where(named, names.chance, 0).sum(axis=1) >= CERTAIN * named.sum(axis=1)
+        courses = courses._replace(known=courses.known & certain[:, None])
         some = linking.lines.pad == n
         found = whose_points(courses, pad, pieces.frame, pieces.start, pieces.stop, along, across, some)
         out = np.where((out < 0) & (found >= 0), found + number, out)
