@@ -266,8 +266,8 @@ def link_named(segments: xr.Dataset) -> Linking:
     Returns
     -------
     Linking
-        Whiskers in the order of their pads, as linking numbers them; a line of another pad than most of its whisker's has
-        no name at first.
+        Whiskers in the order of their pads, as linking numbers them; a line of another pad than most of its
+        whisker's has no name at first.
     """
     pieces, head = pieces_of(segments), head_of(segments)
     placed = in_head(pieces, head)
