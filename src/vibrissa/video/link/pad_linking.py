@@ -10,7 +10,7 @@ from vibrissa.arrays import Array, Integers
 from vibrissa.video.link.chains.drift import with_drift
 from vibrissa.video.link.chains.exclusion import Solution
 from vibrissa.video.link.chains.superfluous import explained
-from vibrissa.video.link.chains.swap_moves import best_lines
+from vibrissa.video.link.chains.swap_moves import best_lines, keep_names
 from vibrissa.video.link.chains.torn_links import torn_links
 from vibrissa.video.link.chains.whisker_models import prior_spread
 from vibrissa.video.link.estimation_rounds import SETTLED, iterated, phase_of_whiskers, refitted, steadied
@@ -36,6 +36,7 @@ LEVERS = 2  # times that the pad's lever is learnt
 ROUNDS = 4  # in which phase, whiskers and lines are estimated in turn
 AGAIN = 2, 3  # the same where whiskers are known: both are tried
 NAMED = 3  # the same where lines have names
+SURE_NAME = 0.99  # probability in its chain of a line that has a name
 TORN, WHISKER = 60.0, 20.0  # lines that each torn link is about, and that a whisker must explain
 
 
@@ -173,7 +174,11 @@ def link_pad_named(frames: int, frame: Integers, lines: Lines, number: int, pad:
         solution.lines = steadied(solution, lines, plain.lever, frames)
         models = with_drift(solution, refitted(solution, plain.lever, along))
     solution.place(models)
-    solution.settle()
+    for one, seen in zip(solution.labels, named, strict=True):
+        one.chance = np.where(np.isin(one.seen, seen), SURE_NAME, 0.0)
+        one.want = one.chance / (1 - one.chance)
+        solution.wanted[one.seen] += one.want
+    keep_names(solution, plain.lever)
     return solution
 
 

@@ -68,14 +68,10 @@ def unswap(solution: Solution, lever: Array) -> None:
     lever : (3,) array
         Expected gain of the pad's whiskers.
     """
-    if len(solution.labels) < 2:
-        return
     best, every = best_lines(solution), np.arange(solution.frames)
-    place = np.array([one.model.place for one in solution.labels])
-    for a, b in confusable(place, prior_spread(lever)):
+    for a, b in _meeting(solution, lever):
         # what has not changed since the last time is not done again
-        marks = frozenset((s, k) for s, k in solution.marks.items() if k in (a, b))
-        key = (a, b, hash((best[a].tobytes(), best[b].tobytes(), marks)))
+        key = _key(solution, best, a, b)
         if key not in solution.decided:
             solution.decided[key] = swap_between(solution, best, (a, b), lever)
         found = solution.decided[key]
@@ -85,6 +81,25 @@ def unswap(solution: Solution, lever: Array) -> None:
             when = np.interp(every, found.frames, swapped(found.chance)) > 0.5
             _exchange(solution, (a, b), when)
             best[a], best[b] = np.where(when, best[b], best[a]), np.where(when, best[a], best[b])
+
+
+def keep_names(solution: Solution, lever: Array) -> None:
+    """Let :func:`unswap` exchange no names until lines change."""
+    best = best_lines(solution)
+    solution.decided |= {_key(solution, best, a, b): None for a, b in _meeting(solution, lever)}
+
+
+def _meeting(solution: Solution, lever: Array) -> list[tuple[int, int]]:
+    """Pairs of whiskers that are near enough to meet."""
+    if len(solution.labels) < 2:
+        return []
+    return confusable(np.array([one.model.place for one in solution.labels]), prior_spread(lever))
+
+
+def _key(solution: Solution, best: Integers, a: int, b: int) -> tuple[int, int, int]:
+    """What decides whether two whiskers are exchanged: their lines and marks."""
+    marks = frozenset((s, k) for s, k in solution.marks.items() if k in (a, b))
+    return a, b, hash((best[a].tobytes(), best[b].tobytes(), marks))
 
 
 def swap_doubt(solution: Solution, lever: Array) -> Array:
@@ -98,11 +113,8 @@ def swap_doubt(solution: Solution, lever: Array) -> Array:
         Expected gain of the pad's whiskers.
     """
     doubt = np.zeros((len(solution.labels), solution.frames))
-    if len(solution.labels) < 2:
-        return doubt
     best, every = best_lines(solution), np.arange(solution.frames)
-    place = np.array([one.model.place for one in solution.labels])
-    for a, b in confusable(place, prior_spread(lever)):
+    for a, b in _meeting(solution, lever):
         found = swap_between(solution, best, (a, b), lever, cautious=True)
         if found is not None:
             # nothing is known between the last frame before a meeting and the first after it but that it is one of them
