@@ -16,7 +16,8 @@ from vibrissa.video.correct.edit_file import edit_path
 from vibrissa.video.correct.opening import open_tracks
 from vibrissa.video.io.frame_store import FrameStore
 from vibrissa.video.io.movie import write_movie
-from vibrissa.video.link.whisker_linking import link_segments
+from vibrissa.video.link.courses.cut_lines import cut_lines, cut_segments
+from vibrissa.video.link.whisker_linking import link_again, link_segments
 from vibrissa.video.linked.linked_profile import profile_from_linking
 from vibrissa.video.tracking import Calibration
 
@@ -36,13 +37,20 @@ def drawn(segments):
 def make_pad(folder: Path, frames: int, whiskers: int = 6):
     """Movie, lines and profile of a pad, in a folder."""
     segments, truth = simulate([Pad(whiskers=whiskers, frames=frames, broken=0.05)], 3)
+    first = link_segments(segments)
+    cut = cut_lines(first)
     made = SimpleNamespace(
-        movie=folder / "pad.mkv", profile=folder / "pad.nc", segments=folder / "lines.nc", truth=truth
+        movie=folder / "pad.mkv",
+        profile=folder / "pad.nc",
+        segments=folder / "lines.nc",
+        owner=truth.segment[cut.source],
     )
     write_movie(made.movie, [drawn(segments)])
-    save(segments, made.segments)
+    lines = cut_segments(segments, cut)
+    linking = link_again(lines, first)
+    save(lines.assign(segment_whisker=linking.identity().segment_whisker), made.segments)
     calibration = Calibration(frame_rate=200.0, pixel_size=1e-4)
-    save(profile_from_linking(link_segments(segments), calibration, source="pad"), made.profile)
+    save(profile_from_linking(linking, calibration, source="pad"), made.profile)
     return made
 
 

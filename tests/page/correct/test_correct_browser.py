@@ -92,7 +92,7 @@ def hands(browser, served):
 
 def full_frame(pad):
     """A frame in the middle in which every whisker has a line."""
-    owner, frame = pad.truth.segment, load(pad.segments).segment_frame.values
+    owner, frame = pad.owner, load(pad.segments).segment_frame.values
     return next(f for f in range(40, FRAMES) if len(set(owner[(frame == f) & (owner >= 0)])) == 6)
 
 
