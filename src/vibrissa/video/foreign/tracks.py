@@ -109,7 +109,7 @@ def read_tracks(
     identity, whiskers, skin, base
         Of WHISK and WhiskiWrap, see :func:`vibrissa.video.foreign.whisk_profile.profile_from_whisk`; ``identity`` is
         "measured" if not given. With "link", lines are linked to whiskers by
-        `link_thoroughly`, which finds the base ends too: then measurements,
+        :func:`vibrissa.video.link.thorough_linking.link_thoroughly`, which finds the base ends too: then measurements,
         whiskers and base must not be given.
     keypoints : sequence of sequences of str, optional
         Of the others, see :func:`vibrissa.video.foreign.keypoints.profile_from_keypoints`.
