@@ -84,12 +84,28 @@ def test_lines_are_cut_where_they_go_over_to_another_whisker_and_put_together_ag
 
 
 def test_lines_that_are_one_whisker_each_stay_as_they_are():
-    segments, _ = simulate([Pad(whiskers=5, frames=120, spread=90.0, missing=0.05, broken=0.0, junk=1.0)], 3)
+    segments, truth = simulate([Pad(whiskers=5, frames=120, spread=90.0, missing=0.05, broken=0.0, junk=1.0)], 3)
     cut = cut_lines(link_segments(segments))
     start = segments.segment_start.values
-    whole = np.isin(cut.points[cut.first], start) & (cut.points[np.append(cut.first[1:], cut.points.size) - 1] > 0)
+    size, was = np.diff(np.append(cut.first, cut.points.size)), np.diff(np.append(start, segments.sizes["point"]))
+    first = cut.points[cut.first]
     assert cut.first.size == pytest.approx(start.size, rel=0.02)
-    assert whole.mean() > 0.97
+    assert np.isin(first, start).mean() > 0.97
+    # some whiskers are in two pieces where others cross them, and are put together
+    assert ((first == start[cut.source]) & (size == was[cut.source])).mean() > 0.95
+    assert astray(cut.first, np.repeat(truth.segment, was)[cut.points]) < 0.005
+
+
+def test_lines_of_few_points_are_not_lost():
+    """Points 16 px apart, as files of other programs may have them: no line of 10."""
+    segments, _ = simulate([Pad(whiskers=4, frames=60, spread=60.0, missing=0.0, broken=0.0, junk=0.0)], 1)
+    lines = [one[::16] for one in np.split(np.arange(segments.sizes["point"]), segments.segment_start.values[1:])]
+    sizes = [one.size for one in lines]
+    assert max(sizes) < 12
+    few = segments.isel(point=np.concatenate(lines))
+    few = few.assign(segment_start=("segment", np.cumsum([0, *sizes[:-1]])))
+    cut = cut_lines(link_segments(few))
+    assert cut.first.size == few.sizes["segment"]
 
 
 def test_a_course_between_readings_is_what_a_gaussian_process_expects():

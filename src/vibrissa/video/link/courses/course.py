@@ -158,16 +158,16 @@ def smoothed(frames: int, when: Places, x: Values, error: Values, spread: Values
     return mean
 
 
-def parabola(place: Array, along: Array) -> Array:
-    """Place across at distances ``along`` (n,) of the parabolas through places (n, 3) at the three radii [°]."""
+def weights_at(along: Array) -> Array:
+    """Weights (n, 3) of the places at the three radii in the parabola through them at distances (n,)."""
     r = np.clip(along, EDGES[0], EDGES[-1])
-    return np.asarray((np.stack([r * (r - 1) / 2, 1 - r * r, r * (r + 1) / 2], axis=1) * place).sum(axis=1))
+    return np.stack([r * (r - 1) / 2, 1 - r * r, r * (r + 1) / 2], axis=1)
 
 
 def _shape(place: Array, along: Array, across: Array, frame: Integers, first: Integers, stop: Integers) -> Array:
     """Median over all lines of how far they run beside the parabola, between ``EDGES``."""
     points = np.concatenate([np.arange(a, b) for a, b in zip(first, stop, strict=True)])
-    rest = across[points] - parabola(place[np.repeat(frame, stop - first)], along[points])
+    rest = across[points] - (weights_at(along[points]) * place[np.repeat(frame, stop - first)]).sum(axis=1)
     part, out = np.digitize(along[points], EDGES), np.full(EDGES.size + 1, np.nan)
     for k in np.flatnonzero(np.bincount(part, minlength=out.size) >= READ):
         out[k] = np.median(rest[part == k])

@@ -15,7 +15,7 @@ from vibrissa.video.link.whisker_linking import Linking
 if TYPE_CHECKING:
     import xarray as xr
 
-LEAST = 10  # points of a piece
+LEAST = 10  # points of a piece of a line
 CERTAIN = 0.85  # mean probability of a whisker's names from which on lines are cut by its course
 BESIDE = 0.3  # share of a piece that may run beside another one of its whisker, if they are one line
 
@@ -49,7 +49,7 @@ def cut_lines(linking: Linking) -> Cut:
     Returns
     -------
     Cut
-        Lines by frames; pieces of less than 10 points are left out.
+        Lines by frames; pieces of less than 10 points that were cut off are left out.
     """
     pieces = linking.placed
     owner, whisker = pieces.owner, _whiskers(linking)
@@ -62,7 +62,10 @@ def cut_lines(linking: Linking) -> Cut:
         runs.setdefault((int(pieces.frame[owner[a]]), name), []).append(np.arange(a, b))
     where = np.stack([pieces.column, pieces.row], axis=1)
     frames = sorted(runs, key=lambda key: key[0])
-    lines = [line for key in frames for line in _together(runs[key], where) if line.size >= LEAST]
+    # a line that was not cut stays, however few points it has
+    least = np.minimum(pieces.stop - pieces.start, LEAST)
+    every = (line for key in frames for line in _together(runs[key], where))
+    lines = [line for line in every if line.size and line.size >= least[owner[line[0]]]]
     sizes = [line.size for line in lines]
     source = [int(np.bincount(owner[line] - owner[line].min()).argmax() + owner[line].min()) for line in lines]
     return Cut(np.concatenate(lines), np.cumsum([0, *sizes[:-1]]), np.array(source))
@@ -79,7 +82,7 @@ def _whiskers(linking: Linking) -> Integers:
         courses = courses._replace(known=courses.known & certain[:, None])
         some = linking.lines.pad == n
         found = whose_points(courses, pad, pieces.frame, pieces.start, pieces.stop, along, across, some)
-        out = np.where((out < 0) & (found >= 0), found + number, out)
+        out[found >= 0] = found[found >= 0] + number
         number += len(courses.place)
     return out
 

@@ -7,7 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Array, Integers, Mask
-from vibrissa.video.link.courses.course import EDGES, Courses
+from vibrissa.video.link.courses.course import EDGES, Courses, weights_at
 from vibrissa.video.link.pad.pads import Pad
 
 Values = NDArray[np.float64]
@@ -46,6 +46,8 @@ def _whose(
     stop: Places,
     along: Values,
     across: Values,
+    weights: Values,
+    part: Places,
     pixels: Values,
     half: float,
     place: Values,
@@ -55,20 +57,17 @@ def _whose(
 ) -> Places:
     """Whisker of each point (P,) of some segments; −1 for those of no course."""
     count, out = len(place), np.full(along.size, -1)
-    low, width = EDGES[0], EDGES[1] - EDGES[0]
     for s in range(frame.size):
         points = range(first[s], stop[s])
         cost = np.full((stop[s] - first[s], count + 1), FAR)
         cost[:, count] = NOBODY**2
         for i, p in enumerate(points):
-            r = min(max(along[p], EDGES[0]), EDGES[-1])
-            part = min(max(int((along[p] - low) / width) + 1, 0), EDGES.size) if along[p] >= low else 0
             off = OFF * (1 + max(abs(along[p]) - 1, 0.0))
             for k in range(count):
                 if not known[k, frame[s]]:
                     continue
                 a, b, c = place[k, frame[s]]
-                there = r * (r - 1) / 2 * a + (1 - r * r) * b + r * (r + 1) / 2 * c + shape[k, part]
+                there = weights[p, 0] * a + weights[p, 1] * b + weights[p, 2] * c + shape[k, part[p]]
                 beyond = max(along[p] - tip[k] - MARGIN, 0.0) * half
                 far = ((across[p] - there) * pixels[p] / off) ** 2 + (beyond / BEYOND) ** 2
                 cost[i, k] = min(far, FAR)
@@ -111,7 +110,7 @@ def whose_points(
     """
     half = (pad.outer - pad.inner) / 2
     pixels = pad.degree * (along * half + pad.centre) / pad.centre  # of a degree across
+    weights, part = weights_at(along), np.digitize(along, EDGES)
     place, shape, tip, known = courses
-    return np.asarray(
-        _whose(frame[some], first[some], stop[some], along, across, pixels, half, place, shape, tip, known)
-    )
+    frame, first, stop = frame[some], first[some], stop[some]
+    return np.asarray(_whose(frame, first, stop, along, across, weights, part, pixels, half, place, shape, tip, known))
