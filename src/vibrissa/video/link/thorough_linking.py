@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from vibrissa.video.link.courses.cut_lines import cut_lines, cut_segments
+from vibrissa.video.link.courses.doubtful_lines import doubtful_lines
+from vibrissa.video.link.pad.pieces import pieces_of
 from vibrissa.video.link.whisker_linking import Linking, link_again, link_named, link_segments
 
 if TYPE_CHECKING:
@@ -14,8 +16,9 @@ if TYPE_CHECKING:
 def link_thoroughly(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
     """Link the lines of a movie to whiskers, whatever lines a finder made of whiskers that cross.
 
-    Where whiskers cross at a small angle, a line may begin as the one and end as the other. Once whiskers are known,
-    their courses show where: lines are cut there, pieces of one whisker are put together, and all are linked again.
+    Where whiskers cross at a small angle, a line may begin as the one and end as the other. Lines are cut first where
+    another line's end would go on more smoothly as their further part. Once whiskers are known, their courses show
+    where lines go over: they are cut there, pieces of one whisker are put together, and all are linked again.
 
     Parameters
     ----------
@@ -33,10 +36,11 @@ def link_thoroughly(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
     InputError
         If there are no lines.
     """
-    first = link_segments(counted_from_start(segments))
+    doubtful = cut_segments(segments, doubtful_lines(pieces_of(counted_from_start(segments))))
+    first = link_segments(counted_from_start(doubtful))
     if not first.whiskers:
-        return segments, first
-    cut = cut_segments(segments, cut_lines(first))
+        return doubtful, first
+    cut = cut_segments(doubtful, cut_lines(first))
     return cut, link_again(counted_from_start(cut), first)
 
 
