@@ -1,4 +1,4 @@
-"""Lines cut before whiskers are known: where another line's end, carried on, fits better than their own part."""
+"""Lines cut before whiskers are known: where another line's end, continued, fits better than their own part."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ UNREAD, UNTOLD = 1.0, 0.3  # standard deviation of points that were not measured
 
 
 def doubtful_lines(pieces: Pieces) -> Cut:
-    """Cut the lines of all frames where another line's end, carried on, fits better than what comes before.
+    """Cut the lines of all frames where another line's end, continued, fits better than what comes before.
 
     Most of these lines are one whisker's nevertheless. Cutting these costs little, as their pieces are put together
     when whiskers are known; lines that are two whiskers' mislead the linking.

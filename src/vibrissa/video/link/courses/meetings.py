@@ -1,7 +1,7 @@
 """Where the end of a line would go on as another one, smoother than that one goes on itself.
 
 Two whiskers that cross at a small angle run as one over a long stretch. There a line goes on as the whisker that is
-clearer, and the other whisker's line ends. Where the latter, carried on, fits what lies beyond better than the part of
+clearer, and the other whisker's line ends. Where the latter, continued, fits what lies beyond better than the part of
 the longer line before it does, that line may have gone over from one whisker to the other.
 """
 
@@ -18,7 +18,7 @@ Places = NDArray[np.int64]
 
 ARM, SHORTEST = 30.0, 8.0  # length of a part that a curve is fitted to, over the width of a line; and at least
 DRAWN = 4.0  # length to either side of the meeting, over the width, in which lines are drawn to each other
-AHEAD, BESIDE = 45.0, 3.0  # how far an end is carried on, and distance of what it meets, over the width
+AHEAD, BESIDE = 45.0, 3.0  # how far an end is continued, and distance of what it meets, over the width
 BEHIND = 2.0  # how far behind its end a line may meet another one, over the width
 TOGETHER = 0.5  # distance beyond the least one, over the width, up to which two lines are together
 STEPS = 5  # points to either side from which the direction of a line is taken
@@ -46,7 +46,7 @@ def _carried_on(points: Values, sd: Values, part: Places) -> tuple[float, float,
 
 @njit(cache=True)
 def _met(points: Values, sd: Values, part: Places, low: int, high: int, width: float) -> tuple[int, int]:
-    """Point from ``low`` to ``high`` that an end carried on comes nearest to, and the way it goes on; way 0 if none."""
+    """Point from ``low`` to ``high`` that an end continued comes nearest to, and the way it goes on; way 0 if none."""
     du, dv, length, curve = _carried_on(points, sd, part)
     end = points[part[0]]
     ahead, off = np.full(high - low, np.inf), np.full(high - low, np.inf)
