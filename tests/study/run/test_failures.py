@@ -210,13 +210,18 @@ if __name__ == "__main__":  # the workers, which read this file too, need none o
 
 def started(tmp_path, wait_for, on_ctrl_c=signal.SIG_DFL):
     """A run in a session of its own, as a terminal's is; and a wait until there is what tells how far it is."""
+
+    def in_a_terminal():  # even where the tests themselves are run under nohup
+        signal.signal(signal.SIGINT, on_ctrl_c)
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
     (tmp_path / "run.py").write_text(RUN.format(here=str(HERE), out=str(tmp_path / "out")))
     run = subprocess.Popen(
         [sys.executable, tmp_path / "run.py"],
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, on_ctrl_c),
+        preexec_fn=in_a_terminal,
     )
     deadline = time.monotonic() + 300
     while run.poll() is None and time.monotonic() < deadline and len(list(tmp_path.glob(wait_for))) < 1:
