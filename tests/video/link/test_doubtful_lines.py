@@ -110,3 +110,10 @@ def test_lines_far_from_each_other_or_at_a_large_angle_do_not_meet():
     for other in (np.stack([x, 0 * x + 30], axis=1), np.stack([50 + 0 * x, x - 110], axis=1)):
         points = np.concatenate([flat, other])
         assert not meetings(points, np.full(200, SD), np.array([0, 100, 200]), WIDTH)
+
+
+def test_points_that_do_not_spread_are_no_error():
+    lines = crossing(0, True)
+    at = places(doubtful_lines(pieces([lines])).first, pieces([lines]).start)
+    given = pieces([[*lines, np.full((60, 2), 200.0)]])
+    np.testing.assert_array_equal(places(doubtful_lines(given).first, given.start), at)

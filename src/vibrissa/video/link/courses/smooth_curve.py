@@ -36,7 +36,7 @@ def polynomial(x: Values, y: Values, sd: Values, order: int) -> tuple[Values, fl
     scaled, target = powers / sd.reshape(-1, 1), y / sd
     normal = scaled.T @ scaled
     for k in range(order + 1):
-        normal[k, k] *= 1 + 1e-9  # points that do not spread
+        normal[k, k] += 1e-12 * normal[0, 0]  # of points that do not spread some powers are 0
     found = np.empty(order + 1)
     found[:] = np.linalg.solve(normal, scaled.T @ target)
     return found, float(((scaled @ found - target) ** 2).sum())
