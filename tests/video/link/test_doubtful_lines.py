@@ -99,7 +99,7 @@ def test_a_cut_keeps_every_point_and_leaves_no_short_piece():
     np.testing.assert_array_equal(cut.source, given.owner[cut.first])
 
 
-def test_lines_whose_deviation_is_not_told_are_cut_too():
+def test_lines_whose_deviation_is_not_known_are_cut_too():
     given = pieces([crossing(0, True)], sd=np.nan)
     assert places(doubtful_lines(given).first, given.start).size == 1
 

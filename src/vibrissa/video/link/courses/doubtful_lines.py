@@ -13,14 +13,14 @@ from vibrissa.video.link.pad.pieces import Pieces
 
 DOUBT = 30.0  # fall of the misfit from which on a line is cut
 ROUGH = 0.15  # deviation of whiskers from smooth curves [px]
-UNREAD, UNTOLD = 1.0, 0.3  # standard deviation of points that were not measured, and where it is not told [px]
+UNREAD, UNKNOWN = 1.0, 0.3  # standard deviation of points that were not measured, and where none is known [px]
 
 
 def doubtful_lines(pieces: Pieces) -> Cut:
     """Cut the lines of all frames where another line's end, continued, fits better than what comes before.
 
-    Most of these lines are one whisker's nevertheless. Cutting these costs little, as their pieces are put together
-    when whiskers are known; lines that are two whiskers' mislead the linking.
+    Most of these lines are one whisker's nevertheless; their pieces can be put together when whiskers are known. Lines
+    of two whiskers mislead the linking.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def doubtful_lines(pieces: Pieces) -> Cut:
     """
     width = float(np.median(pieces.width))
     known = np.isfinite(pieces.sd)
-    sd = np.hypot(np.where(known, pieces.sd, UNREAD if known.any() else UNTOLD), ROUGH)
+    sd = np.hypot(np.where(known, pieces.sd, UNREAD if known.any() else UNKNOWN), ROUGH)
     points = np.stack([pieces.column, pieces.row], axis=1)
     bounds = np.append(pieces.start, pieces.stop[-1])
     # first segment of each frame that has any
