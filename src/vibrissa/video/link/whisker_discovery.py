@@ -54,25 +54,24 @@ def groups(frame: Integers, name: Integers, place: Array, look: Array, spread: A
     inverse = np.linalg.inv(spread)
     found: list[list[int]] = []
     covered: list[Array] = []
+    known = np.concatenate([place, look], axis=1)
+    total, weight = np.zeros((count, known.shape[1])), np.zeros(count)  # of the members of each group
     order = np.argsort(name, kind="stable")
     parts = np.split(frame[order], np.searchsorted(name[order], np.arange(count)))[1:]
     for n in np.argsort(-sizes, kind="stable"):
         if sizes[n] < max(least, 1):
             break
-        best, nearest = -1, SAME
-        for g, members in enumerate(found):
-            weight = sizes[members].astype(float)
-            off = place[n] - np.average(place[members], axis=0, weights=weight)
-            apart = (np.average(look[members], axis=0, weights=weight) - look[n]) / LOOK
-            far = off @ inverse @ off + apart @ apart
-            if far < nearest and covered[g][parts[n]].sum() <= SLACK:
-                best, nearest = g, far
-        if best < 0:
-            best = len(found)
+        off = total[: len(found)] / weight[: len(found), None] - known[n]
+        far = np.einsum("gi,ij,gj->g", off[:, :3], inverse, off[:, :3]) + ((off[:, 3:] / LOOK) ** 2).sum(axis=1)
+        near = (g for g in np.argsort(far, kind="stable") if far[g] < SAME and covered[g][parts[n]].sum() <= SLACK)
+        best = int(next(near, len(found)))
+        if best == len(found):
             found.append([])
             covered.append(np.zeros(frame.max() + 1))
         found[best].append(int(n))
         covered[best][parts[n]] = 1
+        total[best] += sizes[n] * known[n]
+        weight[best] += sizes[n]
     return found
 
 

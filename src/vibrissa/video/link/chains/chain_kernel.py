@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from vibrissa.video.link.pad.common_swing import REACH, _inverse
+from vibrissa.video.link.pad.common_swing import REACH
 
 Values = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -19,27 +19,28 @@ TAILS = 6.0  # degrees of freedom of Student's t: pads do not keep to a Gaussian
 LOSE, RETURN = np.log(0.01), np.log(0.1)  # chance per frame that a whisker is lost, and that a lost one is back
 STAY = np.log(0.9)  # that it stays lost
 LEAVES = 4.0  # negative logarithm of the chance that a name leaves a plain stretch of lines, or comes into one
+AT_MIDDLE = (2 * np.pi) ** -1.5  # of the density, times the root of the covariance's determinant
 
 
 @njit(cache=True)
-def log_density(x: Values, cov: Values) -> float:
-    """Logarithm of Student's t of three dimensions."""
-    w = _inverse(cov)
-    det = (
-        cov[0, 0] * (cov[1, 1] * cov[2, 2] - cov[1, 2] ** 2)
-        - cov[0, 1] * (cov[0, 1] * cov[2, 2] - cov[1, 2] * cov[0, 2])
-        + cov[0, 2] * (cov[0, 1] * cov[1, 2] - cov[1, 1] * cov[0, 2])
-    )
-    far = x @ (w @ x)
-    return -0.5 * np.log(det) - 1.5 * np.log(2 * np.pi) - 0.5 * (TAILS + 3) * np.log(1 + far / TAILS)
+def _density(x: float, y: float, z: float, a: float, b: float, c: float, d: float, e: float, f: float) -> float:
+    """Student's t of three dimensions at (x, y, z), whose covariance has the rows (a, b, c), (b, d, e), (c, e, f)."""
+    aa, bb, cc = d * f - e * e, c * e - b * f, b * e - c * d
+    det = a * aa + b * bb + c * cc
+    far = x * x * aa + y * y * (a * f - c * c) + z * z * (a * d - b * b)
+    far += 2 * (x * y * bb + x * z * cc + y * z * (b * c - a * e))
+    return AT_MIDDLE / np.sqrt(det) * (1 + far / det / TAILS) ** (-0.5 * (TAILS + 3))
 
 
 @njit(cache=True)
 def stationary(x: Values, cov: Values, spread: Values) -> Values:
     """Log density of each deviation (n, 3) of covariance (n, 3, 3) in the stationary distribution."""
-    out = np.empty(x.shape[0])
+    out, s = np.empty(x.shape[0]), spread
     for i in range(x.shape[0]):
-        out[i] = log_density(x[i], cov[i] + spread)
+        m = cov[i]
+        first = m[0, 0] + s[0, 0], m[0, 1] + s[0, 1], m[0, 2] + s[0, 2]
+        rest = m[1, 1] + s[1, 1], m[1, 2] + s[1, 2], m[2, 2] + s[2, 2]
+        out[i] = np.log(_density(x[i, 0], x[i, 1], x[i, 2], *first, *rest))
     return out
 
 
@@ -47,12 +48,12 @@ def stationary(x: Values, cov: Values, spread: Values) -> Values:
 def edges(
     seen: Places, when: Places, x: Values, cov: Values, spread: Values, keep: float, before: Places, after: Places
 ) -> tuple[Places, Places, Values]:
-    """Steps between candidates up to ``REACH`` frames apart: from, to, log density; sorted by the latter.
+    """Steps between candidates up to ``REACH`` frames apart: from, to, density; sorted by the latter.
 
     ``seen`` are the candidates, ``when`` the frames of all segments, ``before`` and ``after`` the segments that plainly
     precede and follow each candidate, −1 for none. A line in between, of a frame that the plain link skips, is free.
     """
-    frame = when[seen]
+    frame, rare, s = when[seen], np.exp(-LEAVES), spread
     start, stop, value = [], [], []
     low = 0
     for j in range(frame.size):
@@ -63,22 +64,26 @@ def edges(
             if g == 0:
                 break
             k = keep**g
-            there = log_density(x[j] - k * x[i], spread * (1 - k * k) + cov[j] + k * k * cov[i])
+            u, v, p, q = 1 - k * k, k * k, cov[i], cov[j]
+            off = x[j, 0] - k * x[i, 0], x[j, 1] - k * x[i, 1], x[j, 2] - k * x[i, 2]
+            first = (
+                u * s[0, 0] + v * p[0, 0] + q[0, 0],
+                u * s[0, 1] + v * p[0, 1] + q[0, 1],
+                u * s[0, 2] + v * p[0, 2] + q[0, 2],
+            )
+            rest = (
+                u * s[1, 1] + v * p[1, 1] + q[1, 1],
+                u * s[1, 2] + v * p[1, 2] + q[1, 2],
+                u * s[2, 2] + v * p[2, 2] + q[2, 2],
+            )
+            there = _density(*off, *first, *rest)
             if after[i] != seen[j]:
-                there -= LEAVES * (after[i] >= 0 and frame[j] >= when[after[i]])
-                there -= LEAVES * (before[j] >= 0 and frame[i] <= when[before[j]])
+                there *= rare if after[i] >= 0 and frame[j] >= when[after[i]] else 1.0
+                there *= rare if before[j] >= 0 and frame[i] <= when[before[j]] else 1.0
             start.append(i)
             stop.append(j)
             value.append(there)
     return np.array(start), np.array(stop), np.array(value)
-
-
-@njit(cache=True)
-def _plus(a: float, b: float) -> float:
-    """Logarithm of the sum of two exponentials."""
-    if a < b:
-        a, b = b, a
-    return a + np.log1p(np.exp(b - a)) if b > -np.inf else a
 
 
 @njit(cache=True)
@@ -117,33 +122,46 @@ def chances(
     (n,) array
         Probabilities; of a frame they add up to 1 less that of no line.
     """
-    n = frame.size
-    forward, backward = np.full(n, -np.inf), np.full(n, -np.inf)
-    lost = np.zeros(frames + 1)  # up to frame t − 1
-    c, e = 0, 0
+    n, stay = frame.size, np.exp(STAY)
+    worth, back, gone = np.exp(gain), np.exp(RETURN + again), np.exp(leaves)
+    skip = np.exp(missed * np.maximum(np.arange(REACH + 1) - 1, 0))
+    # the values of each frame are divided by their sum; the logarithms of these divisors add up
+    forward, backward, ahead, behind = np.zeros(n), np.zeros(n), np.zeros(frames + 1), np.zeros(frames + 1)
+    ratio = np.ones(REACH + 1)  # of what frame t − g and frame t have been divided by, at g
+    lost, c, e = 1.0, 0, 0  # up to frame t − 1
     for t in range(frames):
-        out = lost[t] + STAY
+        out, total = lost * stay, 0.0
         while c < n and frame[c] == t:
-            best = lost[t] + RETURN + again[c]
+            best = lost * back[c]
             while e < stop.size and stop[e] == c:
-                i = start[e]
-                best = _plus(best, forward[i] + (t - frame[i] - 1) * missed + step[e])
+                g = t - frame[start[e]]
+                best += forward[start[e]] * ratio[g] * skip[g] * step[e]
                 e += 1
-            forward[c] = best + gain[c]
-            out = _plus(out, forward[c] + leaves[c])
+            forward[c] = best * worth[c]
+            out += forward[c] * gone[c]
+            total += forward[c]
             c += 1
-        lost[t + 1] = out
-    rest = np.zeros(frames + 1)  # from frame t on, lost before
-    c, e = n - 1, stop.size - 1
+        total += out
+        ratio[2:] = ratio[1:-1] / total
+        ratio[1] = 1 / total
+        lost, ahead[t + 1] = out / total, ahead[t] + np.log(total)
+    whole = np.log(lost) + ahead[frames]
+    rest, c, e = 1.0, n - 1, stop.size - 1  # from frame t on, lost before
     for t in range(frames - 1, -1, -1):
-        out = rest[t + 1] + STAY
+        out, total = rest * stay, 0.0
         while c >= 0 and frame[c] == t:
-            backward[c] = _plus(backward[c], rest[t + 1] + leaves[c])
-            out = _plus(out, RETURN + again[c] + gain[c] + backward[c])
+            backward[c] += rest * gone[c]
+            out += back[c] * worth[c] * backward[c]
             while e >= 0 and stop[e] == c:
-                i = start[e]
-                backward[i] = _plus(backward[i], (t - frame[i] - 1) * missed + step[e] + gain[c] + backward[c])
+                g = t - frame[start[e]]
+                backward[start[e]] += skip[g] * step[e] * worth[c] * backward[c]
                 e -= 1
+            total += backward[c]
             c -= 1
-        rest[t] = out
-    return np.exp(forward + backward - rest[0])
+        total += out
+        k = c
+        while k >= 0 and frame[k] >= t - REACH:  # what has come to earlier frames already
+            backward[k] /= total
+            k -= 1
+        rest, behind[t] = out / total, behind[t + 1] + np.log(total)
+    return forward * backward * np.exp(ahead[frame] + behind[frame + 1] - whole)

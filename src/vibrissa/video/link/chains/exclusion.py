@@ -168,13 +168,14 @@ class Solution:
             Rounds at most.
         """
         due = set(range(len(self.labels)) if first is None else first)
+        candidate = np.zeros((len(self.labels), self.frame.size), np.bool_)
+        for number, label in enumerate(self.labels):
+            candidate[number, label.seen] = True
         for _ in range(sweeps):
             heard: set[int] = set()
             for number in sorted(due):
                 changed = self._run(number)
-                for other, label in enumerate(self.labels):
-                    if other != number and np.isin(changed, label.seen, assume_unique=True).any():
-                        heard.add(other)
+                heard |= set(np.flatnonzero(candidate[:, changed].any(axis=1)).tolist()) - {number}
             due = heard
             if not due:
                 return
