@@ -49,6 +49,8 @@ class Stretches(NamedTuple):
         Segments that can be whiskers.
     name : (S,) array of int
         Stretch of plain links of each segment, −1 for none.
+    pieces : (S,) array of int
+        The same where another piece of a line is no alternative to it.
     swing : (frames − 1, 2) array
         Swing of the pad from each frame to the next.
     lever : (3,) array
@@ -57,6 +59,7 @@ class Stretches(NamedTuple):
 
     who: Integers
     name: Integers
+    pieces: Integers
     swing: Array
     lever: Array
 
@@ -92,13 +95,14 @@ def stretches(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad)
         pairs = pairs_of(frames, frame, who, lines, gain, calm)
         swing = common_swing(frames, frame, pairs, across)
         off = pairs.swing - expected(frame, pairs, swing, across)
-        name = tracklets(frame, pairs, 0.5 * (pairs.unlike + (off / pairs.sd) ** 2), usable)
+        cost = 0.5 * (pairs.unlike + (off / pairs.sd) ** 2)
+        name = tracklets(frame, pairs, cost, usable, np.tile([0.0, 1.0], (frame.size, 1)))
         gain, calm = learnt_lever(frame, name, lines, gain), calmness(frame, pairs, off, name)
-    return Stretches(who, name, swing, gain)
+    return Stretches(who, name, tracklets(frame, pairs, cost, usable, lines.reach), swing, gain)
 
 
-def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) -> Solution:
-    """Whiskers of a pad over all frames.
+def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) -> list[Solution]:
+    """Whiskers of a pad over all frames, from each of three starts.
 
     Parameters
     ----------
@@ -107,16 +111,15 @@ def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) 
 
     Returns
     -------
-    Solution
-        Its whiskers, and the probability of each candidate line.
+    list of Solution
+        Its whiskers, and the probability of each candidate line: as they come from plain stretches, from those joined
+        over gaps, and from those in which pieces of one line are no alternatives.
     """
     plain = stretches(frames, frame, lines, number, pad)
     whole = joined(
         frame, plain.name, lines, carried(frames, frame, plain.name, lines, plain.swing, plain.lever), plain.lever
     )
-    # one whisker too many is a part of another one; then, whichever start leaves plain links whole
-    both = [_solved(frames, frame, lines, start, plain) for start in (plain.name, whole)]
-    return min(both, key=lambda one: (len(one.labels), _torn(one)))
+    return [_solved(frames, frame, lines, start, plain) for start in (plain.name, whole, plain.pieces)]
 
 
 def link_pad_again(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad, before: Solution) -> Solution:

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 from vibrissa.video.link.courses.cut_lines import cut_lines, cut_segments
 from vibrissa.video.link.courses.doubtful_lines import doubtful_lines
+from vibrissa.video.link.courses.parts import without_parts
 from vibrissa.video.link.pad.pieces import pieces_of
-from vibrissa.video.link.whisker_linking import Linking, link_again, link_named, link_segments
+from vibrissa.video.link.whisker_linking import Linking, link_again, link_named, linkings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,7 +19,9 @@ def link_thoroughly(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
 
     Where whiskers cross at a small angle, a line may begin as the one and end as the other. Lines are cut first where
     another line's end would go on more smoothly as their further part. Once whiskers are known, their courses show
-    where lines go over: they are cut there, pieces of one whisker are put together, and all are linked again.
+    where lines go over: they are cut there, pieces of one whisker are put together, and all are linked again. What then
+    has a name of its own though it goes on as another whisker's lines do is no whisker. All this is done from three
+    starts; the linking is kept in which more points probably have the right name.
 
     Parameters
     ----------
@@ -37,11 +40,16 @@ def link_thoroughly(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
         If there are no lines.
     """
     doubtful = cut_segments(segments, doubtful_lines(pieces_of(counted_from_start(segments))))
-    first = link_segments(counted_from_start(doubtful))
+    tries = [_cut_and_linked(doubtful, first) for first in linkings(counted_from_start(doubtful))]
+    return max(tries, key=lambda one: one[1].right_length)
+
+
+def _cut_and_linked(segments: xr.Dataset, first: Linking) -> tuple[xr.Dataset, Linking]:
+    """Lines cut by the courses of whiskers that are known, and linked again."""
     if not first.whiskers:
-        return doubtful, first
-    cut = cut_segments(doubtful, cut_lines(first))
-    return cut, link_again(counted_from_start(cut), first)
+        return segments, first
+    cut = cut_segments(segments, cut_lines(first))
+    return cut, without_parts(link_again(counted_from_start(cut), first))
 
 
 def linked_before(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:

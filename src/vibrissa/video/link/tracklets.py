@@ -45,21 +45,21 @@ def expected(frame: Integers, pairs: Pairs, swing: Array, across: Array) -> Arra
     return np.asarray(at - across[pairs.first])
 
 
-def _least_two(key: Integers, cost: Array, count: int) -> tuple[Array, Array]:
-    """Least and second least cost of each key."""
+def _least_two(key: Integers, other: Integers, cost: Array, reach: Array) -> tuple[Array, Array]:
+    """Least cost of each key, and that of the next line that is not, perhaps, another piece of the first one."""
+    least, second = np.full((2, len(reach)), np.inf)
+    nearest = np.zeros(len(reach), np.int64)
     order = np.lexsort((cost, key))
-    k, c = key[order], cost[order]
-    first = np.flatnonzero(np.diff(k, prepend=-1))
-    least, second = np.full((2, count), np.inf)
-    least[k[first]] = c[first]
-    more = first + 1
-    more = more[(more < k.size)]
-    more = more[k[more] == k[more - 1]]
-    second[k[more]] = c[more]
+    first = order[np.flatnonzero(np.diff(key[order], prepend=-1))]
+    least[key[first]], nearest[key[first]] = cost[first], other[first]
+    best = nearest[key]
+    beside = np.minimum(reach[other, 1], reach[best, 1]) > np.maximum(reach[other, 0], reach[best, 0])
+    more = beside & (other != best)
+    np.minimum.at(second, key[more], cost[more])
     return least, second
 
 
-def tracklets(frame: Integers, pairs: Pairs, cost: Array, usable: Mask) -> Integers:
+def tracklets(frame: Integers, pairs: Pairs, cost: Array, usable: Mask, reach: Array) -> Integers:
     """Number of the tracklet of each segment (S,), −1 where it has none: chains of links without a near alternative.
 
     Parameters
@@ -72,6 +72,9 @@ def tracklets(frame: Integers, pairs: Pairs, cost: Array, usable: Mask) -> Integ
         Of each pair.
     usable : (S,) array of bool
         Segments that can be whiskers.
+    reach : (S, 2) array
+        First and last distance of each from the pad. A line that begins beyond the end of another one is no
+        alternative to it: the two may be pieces of one. If all have the same reach, every line is an alternative.
 
     Returns
     -------
@@ -84,7 +87,7 @@ def tracklets(frame: Integers, pairs: Pairs, cost: Array, usable: Mask) -> Integ
     for g in range(1, REACH + 1):
         free = (gap == g) & (following[pairs.first] < 0) & (before[pairs.second] < 0)
         i, j, c = pairs.first[free], pairs.second[free], cost[free]
-        (out, out2), (into, into2) = _least_two(i, c, count), _least_two(j, c, count)
+        (out, out2), (into, into2) = _least_two(i, j, c, reach), _least_two(j, i, c, reach)
         plain = (c < WORST) & (c <= out[i]) & (c <= into[j]) & (out2[i] > c + MARGIN) & (into2[j] > c + MARGIN)
         following[i[plain]], before[j[plain]] = j[plain], i[plain]
     name = np.full(count, -1)

@@ -71,6 +71,13 @@ class Linking:
         """Names in each pad, as its whiskers are numbered there."""
         return [names_of(one, self.lever(n)) for n, one in enumerate(self.solutions)]
 
+    @property
+    def right_length(self) -> float:
+        """Points that probably have the right name, less those that probably have a wrong one."""
+        points = self.pieces.stop - self.pieces.start
+        each = ((2 * one.sure - 1) * points * (one.whisker >= 0) for one in self.names())
+        return float(sum(one.sum() for one in each))
+
     def lever(self, pad: int) -> Array:
         """How far whiskers of a pad move at the three radii."""
         return self.solutions[pad].lever
@@ -221,15 +228,36 @@ def link_segments(segments: xr.Dataset, marks: Sequence[WhiskerMark] = ()) -> Li
     InputError
         If there are no lines, or a mark is on none.
     """
+    linking = max(linkings(segments), key=lambda one: one.right_length)
+    for mark in marks:
+        linking.mark(mark)
+    return linking
+
+
+def linkings(segments: xr.Dataset) -> list[Linking]:
+    """The same from each of three starts: lines that are hard to link may have other names in one than in another.
+
+    Parameters
+    ----------
+    segments : Dataset
+        As of :func:`link_segments`.
+
+    Returns
+    -------
+    list of Linking
+        Of the same pads and lines.
+
+    Raises
+    ------
+    InputError
+        If there are no lines.
+    """
     pieces, head = pieces_of(segments), head_of(segments)
     placed = in_head(pieces, head)
     pads, pad, back = find_pads(placed)
     lines = lines_of(placed, pads, pad, back)
-    solutions = [link_pad(pieces.frames, pieces.frame, lines, n, one) for n, one in enumerate(pads)]
-    linking = Linking(pieces, pads, lines, solutions, head=head)
-    for mark in marks:
-        linking.mark(mark)
-    return linking
+    each = [link_pad(pieces.frames, pieces.frame, lines, n, one) for n, one in enumerate(pads)]
+    return [Linking(pieces, pads, lines, list(solutions), head=head) for solutions in zip(*each, strict=True)]
 
 
 def link_again(segments: xr.Dataset, before: Linking) -> Linking:

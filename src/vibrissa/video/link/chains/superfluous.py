@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.video.link.chains.exclusion import ChainLabel, Solution
 from vibrissa.video.link.chains.whisker_models import Model
 
@@ -39,7 +40,7 @@ def without_superfluous(solution: Solution, refitted: Callable[[], list[Model]])
         number = left.index(whisker)
         before, wanted = [replace(one) for one in solution.labels], solution.wanted.copy()
         most, support = explained(solution), _support(solution.labels[number])
-        _take_away(solution, number)
+        take_away(solution, number)
         if most - explained(solution) < TRIED * support:
             solution.place(refitted())
             solution.settle()
@@ -64,14 +65,22 @@ def _in_turn(solution: Solution, number: int) -> list[int]:
 
 def _both(solution: Solution, one: ChainLabel, other: ChainLabel) -> tuple[int, int]:
     """Frames in which two whiskers are seen, and those in which they are seen beside one another, not as two pieces."""
-    lines = np.full((2, solution.frames), -1)
-    for n, label in enumerate((one, other)):
-        seen = label.seen[label.chance > CLEAR]
-        lines[n, solution.frame[seen]] = seen
-    first, second = (solution.lines.reach[line] for line in lines[:, (lines >= 0).all(axis=0)])
-    common = np.minimum(first[:, 1], second[:, 1]) - np.maximum(first[:, 0], second[:, 0])
-    shorter = np.minimum(np.diff(first)[:, 0], np.diff(second)[:, 0])
-    return len(first), int(np.count_nonzero(common > OVERLAP * shorter))
+    lines = np.stack([seen_in(solution, label) for label in (one, other)], axis=1)
+    pairs = lines[(lines >= 0).all(axis=1)]
+    return len(pairs), int(np.count_nonzero(~pieces_of_one(solution.lines.reach[pairs])))
+
+
+def seen_in(solution: Solution, one: ChainLabel) -> Integers:
+    """Line that is clearly a whisker's in each frame (T,); −1 for none."""
+    out, seen = np.full(solution.frames, -1), one.seen[one.chance > CLEAR]
+    out[solution.frame[seen]] = seen
+    return out
+
+
+def pieces_of_one(reach: Array) -> Mask:
+    """Whether two lines may be pieces of one, from their first and last distances (n, 2, 2)."""
+    common = reach[:, :, 1].min(axis=1) - reach[:, :, 0].max(axis=1)
+    return np.asarray(common <= OVERLAP * (reach[:, :, 1] - reach[:, :, 0]).min(axis=1))
 
 
 def _are_one(solution: Solution, number: int, other: int, refitted: Callable[[], list[Model]]) -> bool:
@@ -101,7 +110,7 @@ def explained(solution: Solution) -> float:
     return sum(map(_support, solution.labels))
 
 
-def _take_away(solution: Solution, number: int) -> None:
+def take_away(solution: Solution, number: int) -> None:
     """Take one whisker away and settle those that wanted lines of it."""
     gone = solution.labels.pop(number)
     solution.wanted[gone.seen] -= gone.want

@@ -9,11 +9,10 @@ import numpy as np
 from vibrissa.arrays import Array, Integers
 from vibrissa.video.link.courses.cut_lines import Cut
 from vibrissa.video.link.courses.meetings import DRAWN, SHORTEST, meetings
+from vibrissa.video.link.courses.smooth_curve import scatter
 from vibrissa.video.link.pad.pieces import Pieces
 
 DOUBT = 30.0  # fall of the misfit from which on a line is cut
-ROUGH = 0.15  # deviation of whiskers from smooth curves [px]
-UNREAD, UNKNOWN = 1.0, 0.3  # standard deviation of points that were not measured, and where none is known [px]
 
 
 def doubtful_lines(pieces: Pieces) -> Cut:
@@ -33,8 +32,7 @@ def doubtful_lines(pieces: Pieces) -> Cut:
         All points of all lines.
     """
     width = float(np.median(pieces.width))
-    known = np.isfinite(pieces.sd)
-    sd = np.hypot(np.where(known, pieces.sd, UNREAD if known.any() else UNKNOWN), ROUGH)
+    sd = scatter(pieces)
     points = np.stack([pieces.column, pieces.row], axis=1)
     bounds = np.append(pieces.start, pieces.stop[-1])
     # first segment of each frame that has any

@@ -6,10 +6,32 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from vibrissa.arrays import Array
+from vibrissa.video.link.pad.pieces import Pieces
+
 Values = NDArray[np.float64]
 Places = NDArray[np.int64]
 
 ORDER = 3  # of the polynomial: a whisker bends, and more towards its tip
+ROUGH = 0.15  # deviation of whiskers from smooth curves [px]
+UNREAD, UNKNOWN = 1.0, 0.3  # standard deviation of points that were not measured, and where none is known [px]
+
+
+def scatter(pieces: Pieces) -> Array:
+    """Standard deviation of points from a smooth curve through their line.
+
+    Parameters
+    ----------
+    pieces : Pieces
+        Segments.
+
+    Returns
+    -------
+    (P,) array
+        Across the line [px].
+    """
+    known = np.isfinite(pieces.sd)
+    return np.hypot(np.where(known, pieces.sd, UNREAD if known.any() else UNKNOWN), ROUGH)
 
 
 @njit(cache=True)
