@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 from refusals import refusal
 from simulated_segments import Pad, main_segment, nearest_angle, score, simulate
 
 from vibrissa.video.link.identities import REASONS
-from vibrissa.video.link.whisker_linking import WhiskerMark, link_segments
+from vibrissa.video.link.whisker_linking import WhiskerMark, link_segments, linkings
 
 PADS = {
     "four": [Pad(whiskers=4, frames=250)],
@@ -113,3 +114,18 @@ def test_a_mark_of_a_whisker_that_was_not_found_is_refused(linked):
     pieces = linked["four"].pieces
     with refusal("range", "mark", "9"):
         linked["four"].mark(WhiskerMark(int(pieces.frame[0]), float(pieces.column[5]), float(pieces.row[5]), 9))
+
+
+def test_of_three_linkings_that_is_kept_in_which_most_points_probably_have_the_right_name():
+    segments, _ = simulate([Pad(whiskers=6, frames=120, broken=0.4)], 7)
+    every = linkings(segments)
+    lengths = []
+    for one in every:
+        identity = one.identity()
+        points = np.diff(np.append(segments.segment_start, segments.sizes["point"]))
+        named = identity.segment_whisker.values >= 0
+        lengths.append(((2 * identity.segment_probability.values - 1) * points)[named].sum())
+    np.testing.assert_allclose([one.right_length for one in every], lengths)
+    assert len({round(length) for length in lengths}) > 1
+    best = every[int(np.argmax(lengths))].identity()
+    xr.testing.assert_equal(link_segments(segments).identity(), best)

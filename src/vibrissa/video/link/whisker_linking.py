@@ -208,7 +208,8 @@ def link_segments(segments: xr.Dataset, marks: Sequence[WhiskerMark] = ()) -> Li
     """Link the lines of all frames of a movie to whiskers.
 
     The base end of each line, the pads, their swing from frame to frame, and the number of whiskers are found from
-    the lines. Whiskers of a pad are numbered by their angle.
+    the lines. Whiskers of a pad are numbered by their angle. Of the :func:`linkings` from three starts, that is kept in
+    which most points probably have the right name.
 
     Parameters
     ----------
