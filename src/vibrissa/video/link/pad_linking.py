@@ -96,7 +96,7 @@ def stretches(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad)
         swing = common_swing(frames, frame, pairs, across)
         off = pairs.swing - expected(frame, pairs, swing, across)
         cost = 0.5 * (pairs.unlike + (off / pairs.sd) ** 2)
-        name = tracklets(frame, pairs, cost, usable, np.tile([0.0, 1.0], (frame.size, 1)))
+        name = tracklets(frame, pairs, cost, usable)
         gain, calm = learnt_lever(frame, name, lines, gain), calmness(frame, pairs, off, name)
     return Stretches(who, name, tracklets(frame, pairs, cost, usable, lines.reach), swing, gain)
 

@@ -20,7 +20,7 @@ def link_thoroughly(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
     Where whiskers cross at a small angle, a line may begin as the one and end as the other. Lines are cut first where
     another line's end would go on more smoothly as their further part. Once whiskers are known, their courses show
     where lines go over: they are cut there, pieces of one whisker are put together, and all are linked again. What then
-    has a name of its own though it goes on as another whisker's lines do is no whisker. All this is done from three
+    has a separate name though it goes on as another whisker's lines do is no whisker. All this is done from three
     starts; the linking is kept in which more points probably have the right name.
 
     Parameters

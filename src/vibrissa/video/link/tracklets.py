@@ -45,21 +45,22 @@ def expected(frame: Integers, pairs: Pairs, swing: Array, across: Array) -> Arra
     return np.asarray(at - across[pairs.first])
 
 
-def _least_two(key: Integers, other: Integers, cost: Array, reach: Array) -> tuple[Array, Array]:
+def _least_two(key: Integers, other: Integers, cost: Array, count: int, reach: Array | None) -> tuple[Array, Array]:
     """Least cost of each key, and that of the next line that is not, perhaps, another piece of the first one."""
-    least, second = np.full((2, len(reach)), np.inf)
-    nearest = np.zeros(len(reach), np.int64)
+    least, second = np.full((2, count), np.inf)
+    nearest = np.zeros(count, np.int64)
     order = np.lexsort((cost, key))
     first = order[np.flatnonzero(np.diff(key[order], prepend=-1))]
     least[key[first]], nearest[key[first]] = cost[first], other[first]
     best = nearest[key]
-    beside = np.minimum(reach[other, 1], reach[best, 1]) > np.maximum(reach[other, 0], reach[best, 0])
-    more = beside & (other != best)
+    more = other != best
+    if reach is not None:
+        more &= np.minimum(reach[other, 1], reach[best, 1]) > np.maximum(reach[other, 0], reach[best, 0])
     np.minimum.at(second, key[more], cost[more])
     return least, second
 
 
-def tracklets(frame: Integers, pairs: Pairs, cost: Array, usable: Mask, reach: Array) -> Integers:
+def tracklets(frame: Integers, pairs: Pairs, cost: Array, usable: Mask, reach: Array | None = None) -> Integers:
     """Number of the tracklet of each segment (S,), −1 where it has none: chains of links without a near alternative.
 
     Parameters
@@ -72,9 +73,9 @@ def tracklets(frame: Integers, pairs: Pairs, cost: Array, usable: Mask, reach: A
         Of each pair.
     usable : (S,) array of bool
         Segments that can be whiskers.
-    reach : (S, 2) array
-        First and last distance of each from the pad. A line that begins beyond the end of another one is no
-        alternative to it: the two may be pieces of one. If all have the same reach, every line is an alternative.
+    reach : (S, 2) array, optional
+        First and last distance of each from the pad. If given, a line that begins beyond the end of another one is no
+        alternative to it: the two may be pieces of one.
 
     Returns
     -------
@@ -87,7 +88,7 @@ def tracklets(frame: Integers, pairs: Pairs, cost: Array, usable: Mask, reach: A
     for g in range(1, REACH + 1):
         free = (gap == g) & (following[pairs.first] < 0) & (before[pairs.second] < 0)
         i, j, c = pairs.first[free], pairs.second[free], cost[free]
-        (out, out2), (into, into2) = _least_two(i, j, c, reach), _least_two(j, i, c, reach)
+        (out, out2), (into, into2) = _least_two(i, j, c, count, reach), _least_two(j, i, c, count, reach)
         plain = (c < WORST) & (c <= out[i]) & (c <= into[j]) & (out2[i] > c + MARGIN) & (into2[j] > c + MARGIN)
         following[i[plain]], before[j[plain]] = j[plain], i[plain]
     name = np.full(count, -1)

@@ -15,6 +15,7 @@ from vibrissa.video.link.pad.common_swing import REACH
 
 Values = NDArray[np.float64]
 Places = NDArray[np.int64]
+Steps = tuple[Places, Places, Values]  # of :func:`edges`
 TAILS = 6.0  # degrees of freedom of Student's t: pads do not keep to a Gaussian
 LOSE, RETURN = np.log(0.01), np.log(0.1)  # chance per frame that a whisker is lost, and that a lost one is back
 STAY = np.log(0.9)  # that it stays lost
@@ -87,6 +88,62 @@ def edges(
 
 
 @njit(cache=True)
+def _forward(
+    frames: int, frame: Places, worth: Values, back: Values, gone: Values, skip: Values, steps: Steps
+) -> tuple[Values, Values, float]:
+    """Chances up to each candidate, logarithms of what those of each frame are divided by, and of all ways together."""
+    start, stop, step = steps
+    forward, divided = np.zeros(frame.size), np.zeros(frames + 1)
+    ratio = np.ones(REACH + 1)  # of what frame t − g and frame t have been divided by, at g
+    lost, c, e = 1.0, 0, 0  # up to frame t − 1
+    for t in range(frames):
+        out, total = lost * np.exp(STAY), 0.0
+        while c < frame.size and frame[c] == t:
+            best = lost * back[c]
+            while e < stop.size and stop[e] == c:
+                g = t - frame[start[e]]
+                best += forward[start[e]] * ratio[g] * skip[g] * step[e]
+                e += 1
+            forward[c] = best * worth[c]
+            out += forward[c] * gone[c]
+            total += forward[c]
+            c += 1
+        total += out
+        ratio[2:] = ratio[1:-1] / total
+        ratio[1] = 1 / total
+        lost, divided[t + 1] = out / total, divided[t] + np.log(total)
+    return forward, divided, np.log(lost) + divided[frames]
+
+
+@njit(cache=True)
+def _backward(
+    frames: int, frame: Places, worth: Values, back: Values, gone: Values, skip: Values, steps: Steps
+) -> tuple[Values, Values]:
+    """Chances from each candidate on, and logarithms of what those of each frame are divided by."""
+    start, stop, step = steps
+    backward, divided = np.zeros(frame.size), np.zeros(frames + 1)
+    rest, c, e = 1.0, frame.size - 1, stop.size - 1  # from frame t on, lost before
+    for t in range(frames - 1, -1, -1):
+        out, total = rest * np.exp(STAY), 0.0
+        while c >= 0 and frame[c] == t:
+            backward[c] += rest * gone[c]
+            out += back[c] * worth[c] * backward[c]
+            while e >= 0 and stop[e] == c:
+                g = t - frame[start[e]]
+                backward[start[e]] += skip[g] * step[e] * worth[c] * backward[c]
+                e -= 1
+            total += backward[c]
+            c -= 1
+        total += out
+        k = c
+        while k >= 0 and frame[k] >= t - REACH:  # what has come to earlier frames already
+            backward[k] /= total
+            k -= 1
+        rest, divided[t] = out / total, divided[t + 1] + np.log(total)
+    return backward, divided
+
+
+@njit(cache=True)
 def chances(
     frames: int,
     frame: Places,
@@ -122,46 +179,9 @@ def chances(
     (n,) array
         Probabilities; of a frame they add up to 1 less that of no line.
     """
-    n, stay = frame.size, np.exp(STAY)
-    worth, back, gone = np.exp(gain), np.exp(RETURN + again), np.exp(leaves)
     skip = np.exp(missed * np.maximum(np.arange(REACH + 1) - 1, 0))
+    given = frames, frame, np.exp(gain), np.exp(RETURN + again), np.exp(leaves), skip, (start, stop, step)
     # the values of each frame are divided by their sum; the logarithms of these divisors add up
-    forward, backward, ahead, behind = np.zeros(n), np.zeros(n), np.zeros(frames + 1), np.zeros(frames + 1)
-    ratio = np.ones(REACH + 1)  # of what frame t − g and frame t have been divided by, at g
-    lost, c, e = 1.0, 0, 0  # up to frame t − 1
-    for t in range(frames):
-        out, total = lost * stay, 0.0
-        while c < n and frame[c] == t:
-            best = lost * back[c]
-            while e < stop.size and stop[e] == c:
-                g = t - frame[start[e]]
-                best += forward[start[e]] * ratio[g] * skip[g] * step[e]
-                e += 1
-            forward[c] = best * worth[c]
-            out += forward[c] * gone[c]
-            total += forward[c]
-            c += 1
-        total += out
-        ratio[2:] = ratio[1:-1] / total
-        ratio[1] = 1 / total
-        lost, ahead[t + 1] = out / total, ahead[t] + np.log(total)
-    whole = np.log(lost) + ahead[frames]
-    rest, c, e = 1.0, n - 1, stop.size - 1  # from frame t on, lost before
-    for t in range(frames - 1, -1, -1):
-        out, total = rest * stay, 0.0
-        while c >= 0 and frame[c] == t:
-            backward[c] += rest * gone[c]
-            out += back[c] * worth[c] * backward[c]
-            while e >= 0 and stop[e] == c:
-                g = t - frame[start[e]]
-                backward[start[e]] += skip[g] * step[e] * worth[c] * backward[c]
-                e -= 1
-            total += backward[c]
-            c -= 1
-        total += out
-        k = c
-        while k >= 0 and frame[k] >= t - REACH:  # what has come to earlier frames already
-            backward[k] /= total
-            k -= 1
-        rest, behind[t] = out / total, behind[t + 1] + np.log(total)
+    forward, ahead, whole = _forward(*given)
+    backward, behind = _backward(*given)
     return forward * backward * np.exp(ahead[frame] + behind[frame + 1] - whole)

@@ -1,6 +1,6 @@
 """Whiskers that are a part of another one: their lines go on as its lines do.
 
-Where a whisker's line is broken in the same place in many frames, its further piece may get a name of its own. It is
+Where a whisker's line is broken in the same place in many frames, its further piece may get a separate name. It is
 seen beside the other piece in every frame, as a second whisker would be; but one smooth curve goes through both.
 """
 
