@@ -47,7 +47,7 @@ def make_pad(folder: Path, frames: int, whiskers: int = 6):
     )
     write_movie(made.movie, [drawn(segments)])
     lines = cut_segments(segments, cut)
-    linking = link_again(lines, first)
+    linking = link_again(lines, first)[-1]
     save(lines.assign(segment_whisker=linking.identity().segment_whisker), made.segments)
     calibration = Calibration(frame_rate=200.0, pixel_size=1e-4)
     save(profile_from_linking(linking, calibration, source="pad"), made.profile)

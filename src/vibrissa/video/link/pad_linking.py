@@ -9,9 +9,7 @@ import numpy as np
 from vibrissa.arrays import Array, Integers
 from vibrissa.video.link.chains.drift import with_drift
 from vibrissa.video.link.chains.exclusion import Solution
-from vibrissa.video.link.chains.superfluous import explained
-from vibrissa.video.link.chains.swap_moves import best_lines, keep_names
-from vibrissa.video.link.chains.torn_links import torn_links
+from vibrissa.video.link.chains.swap_moves import keep_names
 from vibrissa.video.link.chains.whisker_models import prior_spread
 from vibrissa.video.link.estimation_rounds import SETTLED, iterated, phase_of_whiskers, refitted, steadied
 from vibrissa.video.link.joined_tracklets import carried, joined
@@ -34,10 +32,9 @@ from vibrissa.video.link.whisker_discovery import (
 
 LEVERS = 2  # times that the pad's lever is learnt
 ROUNDS = 4  # in which phase, whiskers and lines are estimated in turn
-AGAIN = 2, 3  # the same where whiskers are known: both are tried
+AGAIN = (2, True), (3, False)  # the same where whiskers are known, and whether bases then say little of a swap
 NAMED = 3  # the same where lines have names
 SURE_NAME = 0.99  # probability in its chain of a line that has a name
-TORN, WHISKER = 60.0, 20.0  # lines that each torn link is about, and that a whisker must explain
 
 
 class Stretches(NamedTuple):
@@ -122,7 +119,9 @@ def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) 
     return [_solved(frames, frame, lines, start, plain) for start in (plain.name, whole, plain.pieces)]
 
 
-def link_pad_again(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad, before: Solution) -> Solution:
+def link_pad_again(
+    frames: int, frame: Integers, lines: Lines, number: int, pad: Pad, before: Solution
+) -> list[Solution]:
     """Whiskers of a pad whose lines have changed since they were linked, from the whiskers that were found then.
 
     Parameters
@@ -134,16 +133,16 @@ def link_pad_again(frames: int, frame: Integers, lines: Lines, number: int, pad:
 
     Returns
     -------
-    Solution
-        Of these lines.
+    list of Solution
+        Of these lines: after two rounds in which bases say little of a swap, and after three in which they do.
     """
-    plain = stretches(frames, frame, lines, number, pad)
-    tries = []
-    for rounds in AGAIN:
+    plain, out = stretches(frames, frame, lines, number, pad), []
+    for rounds, cross in AGAIN:
         solution = Solution(frames, frame, lines, plain.who, before.phases[frame], plain.lever, plain.name)
+        solution.bases_cross = cross
         models = [one.model for one in before.labels]
-        tries.append(iterated(solution, models, plain.name, lines, plain.swing, range(SETTLED, SETTLED + rounds)))
-    return max(tries, key=_worth)
+        out.append(iterated(solution, models, plain.name, lines, plain.swing, range(SETTLED, SETTLED + rounds)))
+    return out
 
 
 def link_pad_named(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad, names: Integers) -> Solution:
@@ -183,22 +182,6 @@ def link_pad_named(frames: int, frame: Integers, lines: Lines, number: int, pad:
         solution.wanted[one.seen] += one.want
     keep_names(solution, plain.lever)
     return solution
-
-
-def _worth(solution: Solution) -> float:
-    """Lines that are somebody's, less those that are probably another one's, less what a whisker must explain."""
-    return explained(solution) * (1 - TORN * _torn(solution)) - WHISKER * len(solution.labels)
-
-
-def _torn(solution: Solution) -> float:
-    """Share of lines at which names leave a plain stretch."""
-    whisker = np.full(solution.frame.size, -1)
-    for n, best in enumerate(best_lines(solution)):
-        whisker[best[best >= 0]] = n
-    count = len(solution.labels)
-    lines = np.bincount(whisker[whisker >= 0], minlength=count)
-    total = torn_links(solution.frame, solution.tracklet, whisker, count) @ lines
-    return float(total) / max(int(lines.sum()), 1)
 
 
 def _begun(frames: int, frame: Integers, lines: Lines, plain: Stretches, start: Integers) -> Solution:

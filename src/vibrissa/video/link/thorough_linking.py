@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from vibrissa.video.link.agreement import Told, best_and_others
 from vibrissa.video.link.courses.cut_lines import cut_lines, cut_segments
 from vibrissa.video.link.courses.doubtful_lines import doubtful_lines
 from vibrissa.video.link.courses.parts import without_parts
@@ -21,7 +24,8 @@ def link_thoroughly(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
     another line's end would go on more smoothly as their further part. Once whiskers are known, their courses show
     where lines go over: they are cut there, pieces of one whisker are put together, and all are linked again. What then
     has a separate name though it goes on as another whisker's lines do is no whisker. All this is done from three
-    starts; the linking is kept in which more points probably have the right name.
+    starts, the last step in two ways. Of these six linkings that is kept in which most points probably have the right
+    name; each of its lines then has the name on which most of the six agree.
 
     Parameters
     ----------
@@ -40,16 +44,19 @@ def link_thoroughly(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
         If there are no lines.
     """
     doubtful = cut_segments(segments, doubtful_lines(pieces_of(counted_from_start(segments))))
-    tries = [_cut_and_linked(doubtful, first) for first in linkings(counted_from_start(doubtful))]
-    return max(tries, key=lambda one: one[1].right_length)
+    tries = [one for first in linkings(counted_from_start(doubtful)) for one in _cut_and_linked(doubtful, first)]
+    told = [one for _, one in tries]
+    best = best_and_others(told, doubtful.sizes["point"])
+    return tries[best][0], told[best].linking
 
 
-def _cut_and_linked(segments: xr.Dataset, first: Linking) -> tuple[xr.Dataset, Linking]:
+def _cut_and_linked(segments: xr.Dataset, first: Linking) -> list[tuple[xr.Dataset, Told]]:
     """Lines cut by the courses of whiskers that are known, and linked again."""
     if not first.whiskers:
-        return segments, first
-    cut = cut_segments(segments, cut_lines(first))
-    return cut, without_parts(link_again(counted_from_start(cut), first))
+        return [(segments, Told(first, np.arange(segments.sizes["point"])))]
+    cut = cut_lines(first)
+    lines = cut_segments(segments, cut)
+    return [(lines, Told(without_parts(one), cut.points)) for one in link_again(counted_from_start(lines), first)]
 
 
 def linked_before(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:

@@ -13,7 +13,7 @@ from vibrissa.errors import RangeError
 from vibrissa.head_pose import HeadPose, head_of
 from vibrissa.quantities import dataset
 from vibrissa.video.link.chains.exclusion import Solution
-from vibrissa.video.link.identities import REASONS, Names, names_of
+from vibrissa.video.link.identities import REASONS, Names, agreed, names_of
 from vibrissa.video.link.pad.pads import Lines, Pad, find_pads, lines_of, pads_of_lines
 from vibrissa.video.link.pad.pieces import Pieces, pieces_of
 from vibrissa.video.link.pad_linking import link_pad, link_pad_again, link_pad_named
@@ -33,6 +33,21 @@ class WhiskerMark(NamedTuple):
     whisker: int
 
 
+class Others(NamedTuple):
+    """What other linkings of the same lines say.
+
+    Attributes
+    ----------
+    votes : (S, whiskers + 1) array
+        Sum of their probabilities that each segment is each whisker's, or nobody's.
+    linkings : int
+        How many they are.
+    """
+
+    votes: Array
+    linkings: int
+
+
 @dataclass
 class Linking:
     """A movie whose lines are linked; :meth:`mark` corrects it, :meth:`identity` gives the result.
@@ -49,6 +64,8 @@ class Linking:
         Whiskers of each pad; they are numbered through over the pads.
     head : HeadPose, optional
         Head in whose coordinates pads and lines are; those of the image if None.
+    others : Others, optional
+        What other linkings of the same lines say; a mark makes an end of it.
     """
 
     pieces: Pieces
@@ -56,6 +73,7 @@ class Linking:
     lines: Lines
     solutions: list[Solution]
     head: HeadPose | None = field(default=None, kw_only=True)
+    others: Others | None = field(default=None, kw_only=True)
 
     @property
     def placed(self) -> Pieces:
@@ -69,7 +87,15 @@ class Linking:
 
     def names(self) -> list[Names]:
         """Names in each pad, as its whiskers are numbered there."""
-        return [names_of(one, self.lever(n)) for n, one in enumerate(self.solutions)]
+        out, first = [], 0
+        for n, one in enumerate(self.solutions):
+            names, stop = names_of(one, self.lever(n)), first + len(one.labels)
+            if self.others is not None:
+                votes = self.others.votes[:, [*range(first, stop), -1]]
+                names = agreed(names, one.frame, votes, self.others.linkings)
+            out.append(names)
+            first = stop
+        return out
 
     @property
     def right_length(self) -> float:
@@ -100,7 +126,7 @@ class Linking:
         InputError
             If no line passes near the mark; the error says where the nearest one does.
         """
-        segment = self.nearest(mark)
+        segment, self.others = self.nearest(mark), None
         first = 0
         for n, one in enumerate(self.solutions):
             if first <= mark.whisker < first + len(one.labels):
@@ -261,7 +287,7 @@ def linkings(segments: xr.Dataset) -> list[Linking]:
     return [Linking(pieces, pads, lines, list(solutions), head=head) for solutions in zip(*each, strict=True)]
 
 
-def link_again(segments: xr.Dataset, before: Linking) -> Linking:
+def link_again(segments: xr.Dataset, before: Linking) -> list[Linking]:
     """Link lines that have been changed since they were linked, from the whiskers that were found then.
 
     Parameters
@@ -273,15 +299,15 @@ def link_again(segments: xr.Dataset, before: Linking) -> Linking:
 
     Returns
     -------
-    Linking
-        Of these lines.
+    list of Linking
+        Of these lines, two as of :func:`vibrissa.video.link.pad_linking.link_pad_again`.
     """
     pieces = pieces_of(segments)
     placed = in_head(pieces, before.head)
     lines = lines_of(placed, before.pads, *pads_of_lines(placed, before.pads))
-    each = zip(before.pads, before.solutions, strict=True)
-    solutions = [link_pad_again(pieces.frames, pieces.frame, lines, n, *one) for n, one in enumerate(each)]
-    return Linking(pieces, before.pads, lines, solutions, head=before.head)
+    pads = enumerate(zip(before.pads, before.solutions, strict=True))
+    each = [link_pad_again(pieces.frames, pieces.frame, lines, n, *one) for n, one in pads]
+    return [Linking(pieces, before.pads, lines, list(one), head=before.head) for one in zip(*each, strict=True)]
 
 
 def link_named(segments: xr.Dataset) -> Linking:

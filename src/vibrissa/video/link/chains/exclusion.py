@@ -79,6 +79,8 @@ class Solution:
         Whisker that a segment was marked as.
     decided : dict
         Where two whiskers may be swapped, by their numbers and lines.
+    bases_cross : bool
+        Whether lines may begin on another whisker for long, so that bases say less of a swap.
     before, after : (S,) arrays of int
         Segment that plainly precedes and follows each; −1 for none.
     """
@@ -94,6 +96,7 @@ class Solution:
     wanted: Array = field(default_factory=lambda: np.zeros(0))
     marks: dict[int, int] = field(default_factory=dict)
     decided: dict[tuple[int, int, int], Swap | None] = field(default_factory=dict)
+    bases_cross: bool = False
     before: Integers = field(init=False, repr=False)
     after: Integers = field(init=False, repr=False)
 

@@ -37,13 +37,20 @@ def swap_between(
     keep = min(max(model.keep for model in models), 0.92)
     marked = _marked(solution, frame, np.stack([one, other]), pair)
     slow = np.diag(np.mean([model.slow for model in models], axis=0))
-    usual = prior_spread(lever)
-    spread = (models[0].spread + models[1].spread) / 2 if cautious else usual
+    learnt, usual = (models[0].spread + models[1].spread) / 2, prior_spread(lever)
+    at_base = _at_base(learnt, usual) if solution.bases_cross else 0.0
+    spread = learnt if cautious else usual + np.diag([at_base, 0.0, 0.0])
     known = Wandering(spread, slow, error, keep, not cautious)
     plain = sum(LEAVES * (solution.after[s[:-1]] == s[1:]) for s in (one, other))
     return swap_of(
         frame, places[0], places[1], lines.look[one] - lines.look[other], known, solution.phase[one], plain, marked
     )
+
+
+def _at_base(learnt: Array, usual: Array) -> float:
+    """Variance at the inner radius that whiskers have there alone: where bases cross, lines begin on the other one."""
+    over = (learnt / usual).diagonal()
+    return float(usual[0, 0] * max(over[0] - max(over[1], over[2], 1.0), 0.0))
 
 
 def _marked(solution: Solution, frame: Integers, segments: Array, pair: tuple[int, int]) -> Array:

@@ -1,0 +1,99 @@
+"""What several linkings of a movie say of each line, though each has cut lines and numbered whiskers its own way."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from vibrissa.arrays import Array, Integers
+from vibrissa.video.link.certainty import UNNAMED
+from vibrissa.video.link.whisker_linking import Linking, Others
+
+
+class Told(NamedTuple):
+    """A linking, and which point of the lines before they were cut each point of its lines is."""
+
+    linking: Linking
+    points: Integers
+
+
+class Said(NamedTuple):
+    """Whisker of each point before lines were cut (P,), −1 for none, and its probability (P,)."""
+
+    whisker: Integers
+    sure: Array
+
+
+def best_and_others(told: list[Told], count: int) -> int:
+    """Give the linking in which most points probably have the right name what the others say.
+
+    Parameters
+    ----------
+    told : list of Told
+        Linkings of the same lines; the best is changed.
+    count : int
+        Points of these lines.
+
+    Returns
+    -------
+    int
+        Which one is the best.
+    """
+    best = int(np.argmax([one.linking.right_length for one in told]))
+    mine, linking, points = said(told[best], count), told[best].linking, told[best].points
+    votes, every = np.zeros((count, linking.whiskers + 1)), np.arange(count)
+    for one in told[:best] + told[best + 1 :]:
+        whisker, sure = renamed(said(one, count), mine, one.linking.whiskers, linking.whiskers)
+        votes[every, whisker] += np.where(whisker >= 0, sure, UNNAMED)  # −1, nobody's, is the last
+    first = linking.pieces.start
+    of_lines = np.add.reduceat(votes[points], first, axis=0) / np.diff(first, append=points.size)[:, None]
+    linking.others = Others(of_lines, len(told) - 1)
+    return best
+
+
+def said(told: Told, count: int) -> Said:
+    """What a linking says of each point; points that it has left out are nobody's.
+
+    Parameters
+    ----------
+    told : Told
+        The linking.
+    count : int
+        Points before lines were cut.
+
+    Returns
+    -------
+    Said
+        Its whiskers are numbered through over the pads.
+    """
+    identity, pieces = told.linking.identity(), told.linking.pieces
+    whisker, sure, size = np.full(count, -1), np.zeros(count), pieces.stop - pieces.start
+    whisker[told.points] = np.repeat(identity.segment_whisker.values, size)
+    sure[told.points] = np.repeat(identity.segment_probability.values, size)
+    return Said(whisker, sure)
+
+
+def renamed(other: Said, mine: Said, others: int, whiskers: int) -> Said:
+    """The same with the numbers of another linking, which has most points in common under the same name.
+
+    Parameters
+    ----------
+    other, mine : Said
+        What two linkings say of the same points.
+    others, whiskers : int
+        How many whiskers they have.
+
+    Returns
+    -------
+    Said
+        What ``other`` says of the whiskers of ``mine``; −1 for whiskers that ``mine`` does not have.
+    """
+    both = (other.whisker >= 0) & (mine.whisker >= 0)
+    common = np.zeros((others, whiskers))
+    np.add.at(common, (other.whisker[both], mine.whisker[both]), (other.sure * mine.sure)[both])
+    number = np.full(others + 1, -1)  # the last is nobody's
+    for one, same in zip(*linear_sum_assignment(-common), strict=True):
+        number[one] = same if common[one, same] else -1
+    return Said(number[other.whisker], other.sure)

@@ -1,0 +1,103 @@
+"""What several linkings say of one movie: names are matched, and the line gets the name on which most agree."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from simulated_segments import Pad, score, simulate
+
+from vibrissa.video.link.agreement import Said, Told, best_and_others, renamed
+from vibrissa.video.link.certainty import agreement
+from vibrissa.video.link.identities import ABSENT, SHARED, TORN, Names, agreed
+from vibrissa.video.link.whisker_linking import WhiskerMark, link_segments, linkings
+
+NOBODY = 2  # of two whiskers
+
+
+def _names(whisker, sure, main, also=None, reason=None):
+    main = np.array(main)
+    chance = np.where(main >= 0, np.array(sure)[main], np.nan)
+    reason = np.where(main >= 0, 0, ABSENT) if reason is None else np.array(reason)
+    also = np.full(len(whisker), -1) if also is None else np.array(also)
+    return Names(np.array(whisker), also, np.array(sure), main, chance, reason, np.zeros((len(whisker), 6)))
+
+
+def _votes(*others):
+    """Sum of what linkings say: for each line a whisker, 0.9 sure, or nobody."""
+    out = np.zeros((len(others[0]), 3))
+    for names in others:
+        out[np.arange(len(names)), names] += 0.9
+    return out
+
+
+def test_numbers_of_another_linking_are_those_with_most_points_in_common():
+    mine = Said(np.array([0, 0, 0, 1, 1, -1, 2]), np.full(7, 0.9))
+    other = Said(np.array([3, 3, 1, 1, 1, 1, 0]), np.full(7, 0.8))
+    found = renamed(other, mine, 4, 3)
+    np.testing.assert_array_equal(found.whisker, [0, 0, 1, 1, 1, 1, 2])
+    np.testing.assert_array_equal(found.sure, other.sure)
+    # a whisker that only the other one has is nobody here
+    assert (
+        renamed(Said(np.array([0, 1]), np.ones(2)), Said(np.array([0, -1]), np.ones(2)), 2, 1).whisker == [0, -1]
+    ).all()
+
+
+def test_two_that_agree_overrule_the_third():
+    names, frame = _names([0, 1, 0], [0.9, 0.9, 0.9], [[0, 2], [1, -1]]), np.array([0, 0, 1])
+    found = agreed(names, frame, _votes([0, 1, 1], [0, 1, 1]), 2)
+    np.testing.assert_array_equal(found.whisker, [0, 1, 1])
+    np.testing.assert_array_equal(found.main, [[0, -1], [1, 2]])
+    np.testing.assert_allclose(found.sure, agreement(np.array([0.9, 0.9, 0.6])))
+    assert found.reason[0, 1] == ABSENT
+    assert np.isnan(found.chance[0, 1])
+    np.testing.assert_array_equal(found.chance[1], found.sure[[1, 2]])
+
+
+def test_a_line_that_two_leave_without_a_name_has_none():
+    names, frame = _names([0, -1], [0.7, 0.0], [[0]] * 2), np.array([0, 0])
+    found = agreed(names, frame, _votes([NOBODY, 1], [NOBODY, 1]), 2)
+    np.testing.assert_array_equal(found.whisker, [-1, 1])
+    np.testing.assert_array_equal(found.main, [[-1], [1]])
+
+
+def test_the_piece_that_stood_for_a_whisker_does_so_as_long_as_it_keeps_its_name():
+    names, frame = _names([0, 0], [0.9, 0.9], [[0], [-1]]), np.array([0, 0])
+    np.testing.assert_array_equal(agreed(names, frame, _votes([0, 0]), 1).main, [[0], [-1]])
+    np.testing.assert_array_equal(agreed(names, frame, _votes([1, 0], [1, 0]), 2).main, [[1], [0]])
+
+
+def test_reasons_and_shared_lines_follow_the_names():
+    frame = np.array([0, 1])
+    names = _names([0, 0], [0.9, 0.9], [[0, 1], [-1, -1]], also=[1, 1], reason=[[TORN, 0], [SHARED, SHARED]])
+    found = agreed(names, frame, _votes([0, 1], [0, 1]), 2)
+    np.testing.assert_array_equal(found.also, [1, -1])
+    np.testing.assert_array_equal(found.reason, [[0, ABSENT], [SHARED, 0 if found.sure[1] >= 0.7 else 2]])
+
+
+@pytest.mark.parametrize("seed", [3, 4, 5, 6])
+def test_of_linkings_that_disagree_the_common_names_are_no_worse_than_the_best_ones(seed):
+    """Pads whose whiskers swing further than they are apart, three starts each: fewer or as many lines are wrong."""
+    pad = Pad(whiskers=8, frames=200, spread=50.0, amplitude=20.0, missing=0.2, carried=0.4, drift=3.0, opening=0.3)
+    segments, truth = simulate([pad], seed)
+    told = [Told(one, np.arange(segments.sizes["point"])) for one in linkings(segments)]
+    alone = [replace(one.linking) for one in told]
+    best = best_and_others(told, segments.sizes["point"])
+    before = score(segments, truth, alone[best].identity().segment_whisker.values)
+    after = score(segments, truth, told[best].linking.identity().segment_whisker.values)
+    assert after.wrong <= before.wrong + 0.005
+    assert after.followed >= before.followed - 0.03
+
+
+def test_one_linking_alone_says_what_it_said_and_a_mark_makes_an_end_of_what_others_say():
+    segments, _ = simulate([Pad(whiskers=4, frames=60)], 1)
+    linking = link_segments(segments)
+    before = linking.identity()
+    best_and_others([Told(linking, np.arange(segments.sizes["point"]))], segments.sizes["point"])
+    assert linking.others.linkings == 0
+    np.testing.assert_array_equal(linking.identity().segment_whisker, before.segment_whisker)
+    point, frame = linking.pieces.start[0], linking.pieces.frame[0]
+    who = max(int(before.segment_whisker[0]), 0)
+    linking.mark(WhiskerMark(int(frame), linking.pieces.column[point], linking.pieces.row[point], who))
+    assert linking.others is None
