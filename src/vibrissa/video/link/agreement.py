@@ -43,13 +43,14 @@ def best_and_others(told: list[Told], count: int) -> int:
     """
     best = int(np.argmax([one.linking.right_length for one in told]))
     mine, linking, points = said(told[best], count), told[best].linking, told[best].points
-    votes, every = np.zeros((count, linking.whiskers + 1)), np.arange(count)
+    size, names = linking.pieces.stop - linking.pieces.start, linking.whiskers + 1
+    line, votes = np.repeat(np.arange(size.size), size), np.zeros((size.size, names))
     for one in told[:best] + told[best + 1 :]:
         whisker, sure = renamed(said(one, count), mine, one.linking.whiskers, linking.whiskers)
-        votes[every, whisker] += np.where(whisker >= 0, sure, UNNAMED)  # −1, nobody's, is the last
-    first = linking.pieces.start
-    of_lines = np.add.reduceat(votes[points], first, axis=0) / np.diff(first, append=points.size)[:, None]
-    linking.others = Others(of_lines, len(told) - 1)
+        said_here = np.where(whisker >= 0, sure, UNNAMED)[points]
+        column = np.where(whisker >= 0, whisker, linking.whiskers)[points]  # the last is nobody's
+        votes += np.bincount(line * names + column, said_here, votes.size).reshape(votes.shape) / size[:, None]
+    linking.others = Others(votes, len(told) - 1)
     return best
 
 
