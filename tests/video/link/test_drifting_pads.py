@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from simulated_segments import Pad, main_segment, score, simulate
 
+from vibrissa.video.link.chains.swap_moves import _at_base
 from vibrissa.video.link.chains.swaps import Wandering, swap_of
 from vibrissa.video.link.chains.torn_links import torn_links
+from vibrissa.video.link.chains.whisker_models import prior_spread
 from vibrissa.video.link.pad.pads import Lines
 from vibrissa.video.link.pad.turning import learnt_lever
 from vibrissa.video.link.whisker_linking import link_segments
@@ -70,6 +73,33 @@ def test_a_swap_that_a_drift_explains_is_not_made():
     assert np.ptp(stiff.chance) > 0.9
     unlike = np.minimum(loose.chance, 1 - loose.chance)
     assert unlike[[0, -1]].max() > np.minimum(stiff.chance, 1 - stiff.chance)[[0, -1]].max()
+
+
+def test_bases_that_are_exchanged_for_long_are_no_swap_where_whiskers_stray_at_their_bases_alone():
+    """Two whiskers 3° apart meet twice; between, each line begins on the other one's base, 5° away."""
+    rng = np.random.default_rng(7)
+    frame = np.arange(200)
+    apart = np.tile([5.0, 3.0, 3.0], (200, 1))
+    apart[[60, 61, 62, 120, 121, 122]] = 0.0
+    apart[61:121, 0] *= -1
+    one, other = apart + rng.normal(0, 0.3, (200, 3)), rng.normal(0, 0.3, (200, 3))
+    usual, error = prior_spread(np.array([0.8, 1.0, 1.1])), 0.04 * np.eye(3)
+    learnt = usual + np.diag([8.0, 0.0, 0.0])
+
+    def swaps(spread):
+        known = Wandering(spread, np.zeros((3, 3)), error, 0.85, True)
+        found = swap_of(frame, one, other, np.zeros((200, 2)), known, np.zeros((200, 2)), np.zeros(199))
+        return found.chance[70:110].mean()
+
+    assert swaps(usual) > 0.9
+    assert swaps(usual + np.diag([_at_base(learnt, usual), 0.0, 0.0])) < 0.1
+
+
+def test_a_whisker_that_strays_as_much_everywhere_strays_no_more_at_its_base():
+    usual = prior_spread(np.array([0.8, 1.0, 1.1]))
+    assert _at_base(4 * usual, usual) == pytest.approx(0.0)
+    assert _at_base(usual + np.diag([2.0, 0, 0]), usual) == pytest.approx(2.0)
+    assert _at_base(usual / 2, usual) == 0.0
 
 
 def test_whiskers_that_drift_as_far_as_they_are_apart_keep_their_names():
