@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from simulated_segments import Pad, score, simulate
 
-from vibrissa.video.link.agreement import Said, Told, best_and_others, renamed
+from vibrissa.video.link.agreement import CutLinking, PointNames, best_and_others, renamed
 from vibrissa.video.link.certainty import agreement
 from vibrissa.video.link.identities import ABSENT, SHARED, TORN, Names, agreed
 from vibrissa.video.link.whisker_linking import WhiskerMark, link_segments, linkings
@@ -33,14 +33,15 @@ def _votes(*others):
 
 
 def test_numbers_of_another_linking_are_those_with_most_points_in_common():
-    mine = Said(np.array([0, 0, 0, 1, 1, -1, 2]), np.full(7, 0.9))
-    other = Said(np.array([3, 3, 1, 1, 1, 1, 0]), np.full(7, 0.8))
+    mine = PointNames(np.array([0, 0, 0, 1, 1, -1, 2]), np.full(7, 0.9))
+    other = PointNames(np.array([3, 3, 1, 1, 1, 1, 0]), np.full(7, 0.8))
     found = renamed(other, mine, 4, 3)
     np.testing.assert_array_equal(found.whisker, [0, 0, 1, 1, 1, 1, 2])
     np.testing.assert_array_equal(found.sure, other.sure)
     # a whisker that only the other one has is nobody here
     assert (
-        renamed(Said(np.array([0, 1]), np.ones(2)), Said(np.array([0, -1]), np.ones(2)), 2, 1).whisker == [0, -1]
+        renamed(PointNames(np.array([0, 1]), np.ones(2)), PointNames(np.array([0, -1]), np.ones(2)), 2, 1).whisker
+        == [0, -1]
     ).all()
 
 
@@ -68,6 +69,14 @@ def test_the_piece_that_stood_for_a_whisker_does_so_as_long_as_it_keeps_its_name
     np.testing.assert_array_equal(agreed(names, frame, _votes([1, 0], [1, 0]), 2).main, [[1], [0]])
 
 
+def test_a_pad_without_whiskers_stays_so():
+    none = Names(*np.full((2, 3), -1), np.zeros(3), *(np.zeros((0, 2)) for _ in range(3)), np.zeros((3, 6)))
+    assert agreed(none, np.array([0, 0, 1]), np.full((3, 1), 3.0), 5) is none
+    nobody = PointNames(np.full(3, -1), np.zeros(3))
+    assert (renamed(PointNames(np.array([0, 1, -1]), np.ones(3)), nobody, 2, 0).whisker == -1).all()
+    assert (renamed(nobody, PointNames(np.array([0, 1, -1]), np.ones(3)), 0, 2).whisker == -1).all()
+
+
 def test_reasons_and_shared_lines_follow_the_names():
     frame = np.array([0, 1])
     names = _names([0, 0], [0.9, 0.9], [[0, 1], [-1, -1]], also=[1, 1], reason=[[TORN, 0], [SHARED, SHARED]])
@@ -81,11 +90,11 @@ def test_of_linkings_that_disagree_the_common_names_are_no_worse_than_the_best_o
     """Pads whose whiskers swing further than they are apart, three starts each: fewer or as many lines are wrong."""
     pad = Pad(whiskers=8, frames=200, spread=50.0, amplitude=20.0, missing=0.2, carried=0.4, drift=3.0, opening=0.3)
     segments, truth = simulate([pad], seed)
-    told = [Told(one, np.arange(segments.sizes["point"])) for one in linkings(segments)]
-    alone = [replace(one.linking) for one in told]
-    best = best_and_others(told, segments.sizes["point"])
+    each = [CutLinking(one, np.arange(segments.sizes["point"])) for one in linkings(segments)]
+    alone = [replace(one.linking) for one in each]
+    best = best_and_others(each, segments.sizes["point"])
     before = score(segments, truth, alone[best].identity().segment_whisker.values)
-    after = score(segments, truth, told[best].linking.identity().segment_whisker.values)
+    after = score(segments, truth, each[best].linking.identity().segment_whisker.values)
     assert after.wrong <= before.wrong + 0.005
     assert after.followed >= before.followed - 0.03
 
@@ -94,7 +103,7 @@ def test_one_linking_alone_says_what_it_said_and_a_mark_makes_an_end_of_what_oth
     segments, _ = simulate([Pad(whiskers=4, frames=60)], 1)
     linking = link_segments(segments)
     before = linking.identity()
-    best_and_others([Told(linking, np.arange(segments.sizes["point"]))], segments.sizes["point"])
+    best_and_others([CutLinking(linking, np.arange(segments.sizes["point"]))], segments.sizes["point"])
     assert linking.others.linkings == 0
     np.testing.assert_array_equal(linking.identity().segment_whisker, before.segment_whisker)
     point, frame = linking.pieces.start[0], linking.pieces.frame[0]

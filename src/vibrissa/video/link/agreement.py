@@ -12,26 +12,26 @@ from vibrissa.video.link.certainty import UNNAMED
 from vibrissa.video.link.whisker_linking import Linking, Others
 
 
-class Told(NamedTuple):
+class CutLinking(NamedTuple):
     """A linking, and which point of the lines before they were cut each point of its lines is."""
 
     linking: Linking
     points: Integers
 
 
-class Said(NamedTuple):
+class PointNames(NamedTuple):
     """Whisker of each point before lines were cut (P,), −1 for none, and its probability (P,)."""
 
     whisker: Integers
     sure: Array
 
 
-def best_and_others(told: list[Told], count: int) -> int:
+def best_and_others(each: list[CutLinking], count: int) -> int:
     """Give the linking in which most points probably have the right name what the others say.
 
     Parameters
     ----------
-    told : list of Told
+    each : list of CutLinking
         Linkings of the same lines; the best is changed.
     count : int
         Points of these lines.
@@ -41,54 +41,54 @@ def best_and_others(told: list[Told], count: int) -> int:
     int
         Which one is the best.
     """
-    best = int(np.argmax([one.linking.right_length for one in told]))
-    mine, linking, points = said(told[best], count), told[best].linking, told[best].points
+    best = int(np.argmax([one.linking.right_length for one in each]))
+    mine, linking, points = names_of_points(each[best], count), each[best].linking, each[best].points
     size, names = linking.pieces.stop - linking.pieces.start, linking.whiskers + 1
     line, votes = np.repeat(np.arange(size.size), size), np.zeros((size.size, names))
-    for one in told[:best] + told[best + 1 :]:
-        whisker, sure = renamed(said(one, count), mine, one.linking.whiskers, linking.whiskers)
-        said_here = np.where(whisker >= 0, sure, UNNAMED)[points]
+    for one in each[:best] + each[best + 1 :]:
+        whisker, sure = renamed(names_of_points(one, count), mine, one.linking.whiskers, linking.whiskers)
+        chance = np.where(whisker >= 0, sure, UNNAMED)[points]
         column = np.where(whisker >= 0, whisker, linking.whiskers)[points]  # the last is nobody's
-        votes += np.bincount(line * names + column, said_here, votes.size).reshape(votes.shape) / size[:, None]
-    linking.others = Others(votes, len(told) - 1)
+        votes += np.bincount(line * names + column, chance, votes.size).reshape(votes.shape) / size[:, None]
+    linking.others = Others(votes, len(each) - 1)
     return best
 
 
-def said(told: Told, count: int) -> Said:
+def names_of_points(one: CutLinking, count: int) -> PointNames:
     """What a linking says of each point; points that it has left out are nobody's.
 
     Parameters
     ----------
-    told : Told
+    one : CutLinking
         The linking.
     count : int
         Points before lines were cut.
 
     Returns
     -------
-    Said
+    PointNames
         Its whiskers are numbered through over the pads.
     """
-    identity, pieces = told.linking.identity(), told.linking.pieces
+    identity, pieces = one.linking.identity(), one.linking.pieces
     whisker, sure, size = np.full(count, -1), np.zeros(count), pieces.stop - pieces.start
-    whisker[told.points] = np.repeat(identity.segment_whisker.values, size)
-    sure[told.points] = np.repeat(identity.segment_probability.values, size)
-    return Said(whisker, sure)
+    whisker[one.points] = np.repeat(identity.segment_whisker.values, size)
+    sure[one.points] = np.repeat(identity.segment_probability.values, size)
+    return PointNames(whisker, sure)
 
 
-def renamed(other: Said, mine: Said, others: int, whiskers: int) -> Said:
+def renamed(other: PointNames, mine: PointNames, others: int, whiskers: int) -> PointNames:
     """The same with the numbers of another linking, which has most points in common under the same name.
 
     Parameters
     ----------
-    other, mine : Said
+    other, mine : PointNames
         What two linkings say of the same points.
     others, whiskers : int
         How many whiskers they have.
 
     Returns
     -------
-    Said
+    PointNames
         What ``other`` says of the whiskers of ``mine``; −1 for whiskers that ``mine`` does not have.
     """
     both = (other.whisker >= 0) & (mine.whisker >= 0)
@@ -97,4 +97,4 @@ def renamed(other: Said, mine: Said, others: int, whiskers: int) -> Said:
     number = np.full(others + 1, -1)  # the last is nobody's
     for one, same in zip(*linear_sum_assignment(-common), strict=True):
         number[one] = same if common[one, same] else -1
-    return Said(number[other.whisker], other.sure)
+    return PointNames(number[other.whisker], other.sure)

@@ -125,10 +125,12 @@ def agreed(names: Names, frame: Integers, others: Array, count: int) -> Names:
     Names
         ``sure`` is made from the mean; the rest follows. ``evidence`` is as before.
     """
+    if not len(names.main):
+        return names
     every, known = np.arange(frame.size), names.whisker >= 0
     said = others.copy()
     said[every, names.whisker] += np.where(known, names.sure, UNNAMED)  # −1, nobody's, is the last
-    best = said[:, :-1].argmax(axis=1) if said.shape[1] > 1 else np.full(frame.size, -1)
+    best = said[:, :-1].argmax(axis=1)
     whisker = np.where(said[every, best] > said[:, -1], best, -1)
     sure = np.where(whisker >= 0, agreement(said[every, best] / (count + 1)), 0.0)
     main, chance = np.full_like(names.main, -1), np.full_like(names.chance, np.nan)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.video.link.agreement import Told, best_and_others
+from vibrissa.video.link.agreement import CutLinking, best_and_others
 from vibrissa.video.link.courses.cut_lines import cut_lines, cut_segments
 from vibrissa.video.link.courses.doubtful_lines import doubtful_lines
 from vibrissa.video.link.courses.parts import without_parts
@@ -45,18 +45,18 @@ def link_thoroughly(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
     """
     doubtful = cut_segments(segments, doubtful_lines(pieces_of(counted_from_start(segments))))
     tries = [one for first in linkings(counted_from_start(doubtful)) for one in _cut_and_linked(doubtful, first)]
-    told = [one for _, one in tries]
-    best = best_and_others(told, doubtful.sizes["point"])
-    return tries[best][0], told[best].linking
+    each = [one for _, one in tries]
+    best = best_and_others(each, doubtful.sizes["point"])
+    return tries[best][0], each[best].linking
 
 
-def _cut_and_linked(segments: xr.Dataset, first: Linking) -> list[tuple[xr.Dataset, Told]]:
+def _cut_and_linked(segments: xr.Dataset, first: Linking) -> list[tuple[xr.Dataset, CutLinking]]:
     """Lines cut by the courses of whiskers that are known, and linked again."""
     if not first.whiskers:
-        return [(segments, Told(first, np.arange(segments.sizes["point"])))]
+        return [(segments, CutLinking(first, np.arange(segments.sizes["point"])))]
     cut = cut_lines(first)
     lines = cut_segments(segments, cut)
-    return [(lines, Told(without_parts(one), cut.points)) for one in link_again(counted_from_start(lines), first)]
+    return [(lines, CutLinking(without_parts(one), cut.points)) for one in link_again(counted_from_start(lines), first)]
 
 
 def linked_before(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
