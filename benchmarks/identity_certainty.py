@@ -3,10 +3,11 @@
     .venv/bin/python benchmarks/identity_certainty.py FOLDER [--seeds 50] [--frames 200] [--kinds paw,pole]
 
 The movies are those of ``whisking_movies.py``. What speaks for each name of a whisker, and whether it is right by the
-rule of ``identity_scores.py``, goes to FOLDER/<kind>-<seed>.npz; what is there is not made again. Names of hairs are
-left out, and each movie counts alike. Printed are the weights of ``video/link/certainty.py``, and what they come to in
-movies of other seeds than those that they were fitted to (five parts): of all names the share that is called at least
-so sure, and of these the share that is right.
+rule of ``identity_scores.py``, goes to FOLDER/<kind>-<seed>.npz, both for one linking alone and for the names on which
+all linkings agree; what is there is not made again. Names of hairs are left out, and each movie counts alike. Printed
+are the weights of ``video/link/certainty.py``, and what those of the agreed names come to in movies of other seeds than
+those that they were fitted to (five parts): of all names the share that is called at least so sure, and of these the
+share that is right. The weights of agreement depend on those of one linking: after a change of these make all anew.
 """
 
 import argparse
@@ -16,14 +17,15 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from identity_scores import SHARE, hairs, lines_of, matched, named_table, whisker_of
+from identity_scores import SHARE, Lines, Match, hairs, lines_of, matched, named_table, whisker_of
 from scipy.optimize import minimize
+from scipy.special import expit, logit
 from whisking_movies import KINDS, scene_of
 
 from vibrissa.video.camera.pad.filming import film
 from vibrissa.video.camera.pad.truth import scene_truth
 from vibrissa.video.find.movie_segments import LineSearch, find_segments
-from vibrissa.video.link.certainty import certainty
+from vibrissa.video.link.certainty import AGREED, agreement
 from vibrissa.video.link.thorough_linking import link_thoroughly
 
 PARTS, LEVELS = 5, (0.8, 0.9, 0.95, 0.99)
@@ -31,29 +33,43 @@ RIDGE = 1e-3  # of the squared weights of evidence in units of its scatter
 
 
 class Claims(NamedTuple):
-    """Names of one movie: kind, seed, evidence (n, 6), and whether each is right (n,)."""
+    """Names of one movie: kind and seed; of one linking alone the evidence (n, 6), and whether each is right (n,); of
+    the agreed names the log odds of the mean (m, 1), and whether each is right (m,)."""
 
     kind: str
     seed: int
     evidence: np.ndarray
     right: np.ndarray
+    odds: np.ndarray
+    agreed: np.ndarray
 
 
-def claims(segments: xr.Dataset, truth: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Evidence for the names that the linker gives, and whether they are right."""
+def claims(segments: xr.Dataset, truth: xr.Dataset) -> dict[str, np.ndarray]:
+    """What the linker says, and whether it is right."""
     segments, linking = link_thoroughly(segments)
-    linking.others = None  # these are the weights of one linking
-    names = linking.names()
-    found, true = lines_of(segments, linking.identity()), lines_of(truth)
-    match = matched(found, true, int(true.whisker.max()) + 1)
-    right, given = named_table(found, match, int(truth.attrs["frames"]))
+    true = lines_of(truth)
+    match = matched(lines_of(segments), true, int(true.whisker.max()) + 1)
+    found = lines_of(segments, linking.identity())
+    some, agreed = judged(found, match, int(truth.attrs["frames"]))
+    odds = (logit(found.probability[some]) - AGREED[0]) / AGREED[1]
+    linking.others = None  # one linking alone
+    names, found = linking.names(), lines_of(segments, linking.identity())
+    evidence = np.nansum([one.evidence for one in names], axis=0)
+    known = np.isfinite([one.evidence[:, 0] for one in names]).any(axis=0)
+    mine, right = judged(found, match, int(truth.attrs["frames"]))
+    keep = known[mine]
+    return {"evidence": evidence[mine[keep]], "right": right[keep], "odds": odds[:, None], "agreed": agreed}
+
+
+def judged(found: Lines, match: Match, frames: int) -> tuple[np.ndarray, np.ndarray]:
+    """Segments with a name that is no hair's, and whether it is right."""
+    right, given = named_table(found, match, frames)
     hair = hairs(found, match, len(given))
     right[hair] = False
-    known = np.nansum([one.evidence for one in names], axis=0)
-    some = np.flatnonzero(np.isfinite([one.evidence[:, 0] for one in names]).any(axis=0))
+    some = np.flatnonzero(found.whisker >= 0)
     some = some[~hair[found.whisker[some]]]
     mine = whisker_of(right)[found.whisker[some]]
-    return known[some], (mine >= 0) & (match.at[some, mine] >= SHARE * np.diff(found.ends)[some])
+    return some, (mine >= 0) & (match.at[some, mine] >= SHARE * np.diff(found.ends)[some])
 
 
 def stored(folder: Path, kind: str, seed: int, frames: int) -> Claims:
@@ -63,34 +79,38 @@ def stored(folder: Path, kind: str, seed: int, frames: int) -> Claims:
         scene = scene_of(kind, seed)
         truth = scene_truth(scene, frames, least_contrast=0.0).segments
         movie = np.concatenate(list(film(scene, frames)))
-        evidence, right = claims(find_segments(movie, LineSearch(polarity=scene.polarity)), truth)
-        np.savez(path, evidence=evidence, right=right)
+        np.savez(path, **claims(find_segments(movie, LineSearch(polarity=scene.polarity)), truth))
         print(path, file=sys.stderr)
     with np.load(path) as file:
-        return Claims(kind, seed, file["evidence"], file["right"])
+        return Claims(kind, seed, *(file[name] for name in Claims._fields[2:]))
 
 
-def fitted(some: list[Claims]) -> np.ndarray:
-    """Weights (7,) of largest likelihood."""
-    right = np.concatenate([one.right for one in some])
-    weight = np.concatenate([np.full(one.right.size, 1 / one.right.size / len(some)) for one in some])
-    terms = np.concatenate([one.evidence for one in some])
-    scale = terms.std(axis=0)
-    terms = np.column_stack([np.ones(right.size), terms / scale])
+def fitted(terms: list[np.ndarray], rights: list[np.ndarray]) -> np.ndarray:
+    """Weights of largest likelihood: of 1, and of each term (n, k) of all movies."""
+    right = np.concatenate(rights)
+    weight = np.concatenate([np.full(one.size, 1 / one.size / len(rights)) for one in rights])
+    every = np.concatenate(terms)
+    scale = np.where(np.ptp(every, axis=0) > 0, every.std(axis=0), 1.0)
+    every = np.column_stack([np.ones(right.size), every / scale])
 
     def cost(weights: np.ndarray) -> tuple[float, np.ndarray]:
-        odds, ridge = terms @ weights, RIDGE * np.append(0, weights[1:])
+        odds, ridge = every @ weights, RIDGE * np.append(0, weights[1:])
         of = np.logaddexp(0, np.where(right, -odds, odds))
-        return weight @ of + ridge @ weights, terms.T @ (weight * (1 / (1 + np.exp(-odds)) - right)) + 2 * ridge
+        return weight @ of + ridge @ weights, every.T @ (weight * (1 / (1 + np.exp(-odds)) - right)) + 2 * ridge
 
-    best = minimize(cost, np.zeros(terms.shape[1]), jac=True, method="L-BFGS-B").x
+    best = minimize(cost, np.zeros(every.shape[1]), jac=True, method="L-BFGS-B").x
     return best / np.append(1, scale)
 
 
+def agreement_weights(some: list[Claims]) -> np.ndarray:
+    """Weights (2,) of the mean over linkings."""
+    return fitted([one.odds for one in some], [one.agreed for one in some])
+
+
 def held_out(every: list[Claims]) -> list[np.ndarray]:
-    """Certainty of each movie's names by the weights of movies of other seeds."""
-    weights = [fitted([one for one in every if one.seed % PARTS != part]) for part in range(PARTS)]
-    return [certainty(one.evidence, weights[one.seed % PARTS]) for one in every]
+    """Certainty of each movie's agreed names by the weights of movies of other seeds."""
+    weights = [agreement_weights([one for one in every if one.seed % PARTS != part]) for part in range(PARTS)]
+    return [agreement(expit(one.odds[:, 0]), weights[one.seed % PARTS]) for one in every]
 
 
 def row(name: str, sure: np.ndarray, right: np.ndarray) -> str:
@@ -113,14 +133,19 @@ def main() -> None:
     asked.folder.mkdir(parents=True, exist_ok=True)
     kinds = asked.kinds.split(",")
     every = [stored(asked.folder, kind, seed, asked.frames) for kind in kinds for seed in range(asked.seeds)]
-    print(f"WEIGHTS = [{', '.join(f'{one:.3g}' for one in fitted(every))}]", "", sep="\n")
+    for name, weights in (
+        ("WEIGHTS", fitted([one.evidence for one in every], [one.right for one in every])),
+        ("AGREED", agreement_weights(every)),
+    ):
+        print(f"{name} = [{', '.join(f'{one:.3g}' for one in weights)}]")
+    print()
     levels = " | ".join(f"from {one}" for one in LEVELS)
     print(f"| movies | names | mean certainty | right | {levels} |", (4 + len(LEVELS)) * "|---" + "|", sep="\n")
     sure = held_out(every)
     for kind in kinds:
         mine = [n for n, one in enumerate(every) if one.kind == kind]
-        print(row(kind, np.concatenate([sure[n] for n in mine]), np.concatenate([every[n].right for n in mine])))
-    print(row("all", np.concatenate(sure), np.concatenate([one.right for one in every])))
+        print(row(kind, np.concatenate([sure[n] for n in mine]), np.concatenate([every[n].agreed for n in mine])))
+    print(row("all", np.concatenate(sure), np.concatenate([one.agreed for one in every])))
 
 
 if __name__ == "__main__":

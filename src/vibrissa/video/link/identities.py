@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.quantities.identity import SURE
-from vibrissa.video.link.certainty import UNNAMED, WHOLE, agreement, certainty, evidence
+from vibrissa.video.link.certainty import WHOLE, certainty, evidence
 from vibrissa.video.link.chains.exclusion import Solution
 from vibrissa.video.link.chains.swap_moves import best_lines, swap_doubt, unswap
 from vibrissa.video.link.chains.torn_links import torn_links
@@ -101,51 +101,6 @@ def names_of(solution: Solution, lever: Array) -> Names:
     _join(view, main, whisker, sure)
     _share(view, main, also, reason)
     return Names(whisker, also, sure, main, chance, reason, known)
-
-
-def agreed(names: Names, frame: Integers, others: Array, count: int) -> Names:
-    """Names on which several linkings of the same lines agree most.
-
-    Each gives a line its probability to be a whisker's, or to be nobody's if it has no name there. The line gets the
-    name with the largest mean, unless nobody's is larger.
-
-    Parameters
-    ----------
-    names : Names
-        Of one linking.
-    frame : (S,) array of int
-        Frame of each segment.
-    others : (S, whiskers + 1) array
-        Sum of what the other linkings say of each whisker, and of nobody.
-    count : int
-        How many they are.
-
-    Returns
-    -------
-    Names
-        ``sure`` is made from the mean; the rest follows. ``evidence`` is as before.
-    """
-    if not len(names.main):
-        return names
-    every, known = np.arange(frame.size), names.whisker >= 0
-    said = others.copy()
-    said[every, names.whisker] += np.where(known, names.sure, UNNAMED)  # −1, nobody's, is the last
-    best = said[:, :-1].argmax(axis=1)
-    whisker = np.where(said[every, best] > said[:, -1], best, -1)
-    sure = np.where(whisker >= 0, agreement(said[every, best] / (count + 1)), 0.0)
-    main, chance = np.full_like(names.main, -1), np.full_like(names.chance, np.nan)
-    order = np.argsort(sure, kind="stable")
-    order, before = order[whisker[order] >= 0], names.main[names.main >= 0]
-    # the likeliest piece, but the same as before if that has kept its name
-    for some in (order, before[whisker[before] == names.whisker[before]]):
-        main[whisker[some], frame[some]] = some
-    seen = main >= 0
-    chance[seen] = sure[main[seen]]
-    reason = np.where((names.reason == SHARED) & ~seen, SHARED, ABSENT)
-    unsure = np.where(names.reason == TORN, TORN, UNSURE)
-    reason[seen] = np.where(chance[seen] >= SURE, 0, unsure[seen])
-    shared = (names.also >= 0) & (names.also != whisker) & (main[names.also, frame] < 0)
-    return Names(whisker, np.where(shared, names.also, -1), sure, main, chance, reason, names.evidence)
 
 
 def _marked(solution: Solution, whisker: int, seen: Integers) -> Mask:

@@ -12,8 +12,9 @@ from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError
 from vibrissa.head_pose import HeadPose, head_of
 from vibrissa.quantities import dataset
+from vibrissa.video.link.agreed_names import agreed
 from vibrissa.video.link.chains.exclusion import Solution
-from vibrissa.video.link.identities import REASONS, Names, agreed, names_of
+from vibrissa.video.link.identities import REASONS, Names, names_of
 from vibrissa.video.link.pad.pads import Lines, Pad, find_pads, lines_of, pads_of_lines
 from vibrissa.video.link.pad.pieces import Pieces, pieces_of
 from vibrissa.video.link.pad_linking import link_pad, link_pad_again, link_pad_named
@@ -92,7 +93,7 @@ class Linking:
             names, stop = names_of(one, self.lever(n)), first + len(one.labels)
             if self.others is not None:
                 votes = self.others.votes[:, [*range(first, stop), -1]]
-                names = agreed(names, one.frame, votes, self.others.linkings)
+                names = agreed(names, one, votes, self.others.linkings)
             out.append(names)
             first = stop
         return out
