@@ -41,12 +41,13 @@ def best_and_others(each: list[CutLinking], count: int) -> int:
     int
         Which one is the best.
     """
-    best = int(np.argmax([one.linking.right_length for one in each]))
-    mine, linking, points = names_of_points(each[best], count), each[best].linking, each[best].points
+    said = [names_of_points(one, count) for one in each]
+    best = int(np.argmax([((2 * one.sure - 1) * (one.whisker >= 0)).sum() for one in said]))
+    mine, linking, points = said[best], each[best].linking, each[best].points
     size, names = linking.pieces.stop - linking.pieces.start, linking.whiskers + 1
     line, votes = np.repeat(np.arange(size.size), size), np.zeros((size.size, names))
-    for one in each[:best] + each[best + 1 :]:
-        whisker, sure = renamed(names_of_points(one, count), mine, one.linking.whiskers, linking.whiskers)
+    for n in np.delete(np.arange(len(each)), best):
+        whisker, sure = renamed(said[n], mine, each[n].linking.whiskers, linking.whiskers)
         chance = np.where(whisker >= 0, sure, UNNAMED)[points]
         column = np.where(whisker >= 0, whisker, linking.whiskers)[points]  # the last is nobody's
         votes += np.bincount(line * names + column, chance, votes.size).reshape(votes.shape) / size[:, None]
