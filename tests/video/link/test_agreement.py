@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 from simulated_segments import Pad, score, simulate
 
-from vibrissa.video.link.agreed_names import agreed
+from vibrissa.video.link.agreed_names import Others, agreed
 from vibrissa.video.link.agreement import CutLinking, PointNames, best_and_others, renamed
 from vibrissa.video.link.certainty import agreement
 from vibrissa.video.link.identities import ABSENT, SHARED, TORN, Names
@@ -30,15 +30,16 @@ def _lines(frame, stretch=None, reach=None):
     every = np.arange(len(frame))
     reach = np.stack([every, every + 1.0], axis=1) if reach is None else np.array(reach)
     stretch = np.full(len(frame), -1) if stretch is None else np.array(stretch)
-    return SimpleNamespace(frame=np.array(frame), tracklet=stretch, lines=SimpleNamespace(reach=reach))
+    return SimpleNamespace(frame=np.array(frame), tracklet=stretch, lines=SimpleNamespace(reach=reach), marks={})
 
 
-def _votes(*others):
-    """Sum of what linkings say: for each line a whisker, 0.9 sure, or nobody."""
-    out = np.zeros((len(others[0]), 3))
-    for names in others:
-        out[np.arange(len(names)), names] += 0.9
-    return out
+def _agreed(names, lines, *others, votes=None, alone=None):
+    """Agreed names when others say a whisker for each line, 0.9 sure, or nobody."""
+    sums = np.zeros((len(names.whisker), 3)) if votes is None else votes
+    for one in others:
+        sums[np.arange(len(one)), one] += 0.9
+    count = len(others) if votes is None else 1
+    return agreed(names, lines, Others(sums, count, names.whisker if alone is None else np.array(alone)))
 
 
 def test_numbers_of_another_linking_are_those_with_most_points_in_common():
@@ -56,7 +57,7 @@ def test_numbers_of_another_linking_are_those_with_most_points_in_common():
 
 def test_two_that_agree_overrule_the_third():
     names, frame = _names([0, 1, 0], [0.9, 0.9, 0.9], [[0, 2], [1, -1]]), _lines([0, 0, 1])
-    found = agreed(names, frame, _votes([0, 1, 1], [0, 1, 1]), 2)
+    found = _agreed(names, frame, [0, 1, 1], [0, 1, 1])
     np.testing.assert_array_equal(found.whisker, [0, 1, 1])
     np.testing.assert_array_equal(found.main, [[0, -1], [1, 2]])
     np.testing.assert_allclose(found.sure, agreement(np.array([0.9, 0.9, 0.6])))
@@ -67,15 +68,15 @@ def test_two_that_agree_overrule_the_third():
 
 def test_a_line_that_two_leave_without_a_name_has_none():
     names, frame = _names([0, -1], [0.7, 0.0], [[0]] * 2), _lines([0, 0])
-    found = agreed(names, frame, _votes([NOBODY, 1], [NOBODY, 1]), 2)
+    found = _agreed(names, frame, [NOBODY, 1], [NOBODY, 1])
     np.testing.assert_array_equal(found.whisker, [-1, 1])
     np.testing.assert_array_equal(found.main, [[-1], [1]])
 
 
 def test_the_piece_that_stood_for_a_whisker_does_so_as_long_as_it_keeps_its_name():
     names, frame = _names([0, 0], [0.9, 0.9], [[0], [-1]]), _lines([0, 0])
-    np.testing.assert_array_equal(agreed(names, frame, _votes([0, 0]), 1).main, [[0], [-1]])
-    np.testing.assert_array_equal(agreed(names, frame, _votes([1, 0], [1, 0]), 2).main, [[1], [0]])
+    np.testing.assert_array_equal(_agreed(names, frame, [0, 0]).main, [[0], [-1]])
+    np.testing.assert_array_equal(_agreed(names, frame, [1, 0], [1, 0]).main, [[1], [0]])
 
 
 def test_a_line_in_a_plain_stretch_has_a_third_of_its_name_from_the_stretch():
@@ -83,29 +84,29 @@ def test_a_line_in_a_plain_stretch_has_a_third_of_its_name_from_the_stretch():
     names = _names([0, 1, 0], [0.9, 0.5, 0.9], [[0, -1, 2], [-1, 1, -1]])
     votes = np.array([[0.9, 0, 0], [0, 0.5, 0], [0.9, 0, 0]])
     same = _lines([0, 1, 2], stretch=[5, 5, 5])
-    np.testing.assert_array_equal(agreed(names, _lines([0, 1, 2]), votes, 1).whisker, [0, 1, 0])
-    found = agreed(names, same, votes, 1)
+    np.testing.assert_array_equal(_agreed(names, _lines([0, 1, 2]), votes=votes).whisker, [0, 1, 0])
+    found = _agreed(names, same, votes=votes)
     np.testing.assert_array_equal(found.whisker, [0, 1, 0])
     np.testing.assert_allclose(found.sure[1], agreement(np.array([2 / 3 * 0.5 + 1 / 3 * 0.5 / 3]))[0])
     least = names._replace(sure=np.array([0.9, 0.0, 0.9]))
-    np.testing.assert_array_equal(agreed(least, same, votes, 1).whisker, [0, 0, 0])
+    np.testing.assert_array_equal(_agreed(least, same, votes=votes).whisker, [0, 0, 0])
 
 
 def test_of_two_lines_side_by_side_the_likelier_has_the_name_and_of_two_ends_both():
     names = _names([0, 0], [0.9, 0.8], [[1], [-1]])
-    beside = agreed(names, _lines([0, 0], reach=[[0.0, 1.0], [0.5, 2.0]]), np.zeros((2, 3)), 0)
+    beside = _agreed(names, _lines([0, 0], reach=[[0.0, 1.0], [0.5, 2.0]]))
     np.testing.assert_array_equal(beside.whisker, [0, -1])
     np.testing.assert_array_equal(beside.main, [[0], [-1]])
-    ends = agreed(names, _lines([0, 0], reach=[[0.0, 1.0], [0.9, 2.0]]), np.zeros((2, 3)), 0)
+    ends = _agreed(names, _lines([0, 0], reach=[[0.0, 1.0], [0.9, 2.0]]))
     np.testing.assert_array_equal(ends.whisker, [0, 0])
     names = _names([0, 0], [0.9, 0.8], [[0, 1], [-1, -1]])
-    others = agreed(names, _lines([0, 1], reach=[[0.0, 1.0], [0.5, 2.0]]), np.zeros((2, 3)), 0)
+    others = _agreed(names, _lines([0, 1], reach=[[0.0, 1.0], [0.5, 2.0]]))
     np.testing.assert_array_equal(others.whisker, [0, 0])
 
 
 def test_a_pad_without_whiskers_stays_so():
     none = Names(*np.full((2, 3), -1), np.zeros(3), *(np.zeros((0, 2)) for _ in range(3)), np.zeros((3, 6)))
-    assert agreed(none, _lines([0, 0, 1]), np.full((3, 1), 3.0), 5) is none
+    assert agreed(none, _lines([0, 0, 1]), Others(np.full((3, 1), 3.0), 5, none.whisker)) is none
     nobody = PointNames(np.full(3, -1), np.zeros(3))
     assert (renamed(PointNames(np.array([0, 1, -1]), np.ones(3)), nobody, 2, 0).whisker == -1).all()
     assert (renamed(nobody, PointNames(np.array([0, 1, -1]), np.ones(3)), 0, 2).whisker == -1).all()
@@ -114,7 +115,7 @@ def test_a_pad_without_whiskers_stays_so():
 def test_reasons_and_shared_lines_follow_the_names():
     frame = _lines([0, 1])
     names = _names([0, 0], [0.9, 0.9], [[0, 1], [-1, -1]], also=[1, 1], reason=[[TORN, 0], [SHARED, SHARED]])
-    found = agreed(names, frame, _votes([0, 1], [0, 1]), 2)
+    found = _agreed(names, frame, [0, 1], [0, 1])
     np.testing.assert_array_equal(found.also, [1, -1])
     np.testing.assert_array_equal(found.reason, [[0, ABSENT], [SHARED, 0 if found.sure[1] >= 0.7 else 2]])
 
@@ -138,14 +139,40 @@ def _before_and_after(pad, seed):
     return [(one.followed, one.wrong) for one in (score(segments, truth, names) for names in two)]
 
 
-def test_one_linking_alone_says_what_it_said_and_a_mark_makes_an_end_of_what_others_say():
+def test_a_mark_has_the_last_word_on_what_it_changes_and_the_others_are_heard_on_the_rest():
+    """Two outvote the linking in every line; then a mark makes it change the name of the second one."""
+    names, lines = _names([0, 1, 0], [0.9, 0.8, 0.9], [[0, -1, 2], [-1, 1, -1]]), _lines([0, 1, 2])
+    np.testing.assert_array_equal(_agreed(names, lines, [1, 0, 1], [1, 0, 1]).whisker, [1, 0, 1])
+    found = _agreed(names, lines, [1, 0, 1], [1, 0, 1], alone=[0, 0, 0])
+    np.testing.assert_array_equal(found.whisker, [1, 1, 1])
+    assert found.sure[1] == names.sure[1]
+    lines.marks = {0: 0}
+    np.testing.assert_array_equal(_agreed(names, lines, [1, 0, 1], [1, 0, 1]).whisker, [0, 0, 1])
+    lines.tracklet = np.array([4, -1, 4])  # the last line goes on plainly from the marked one
+    np.testing.assert_array_equal(_agreed(names, lines, [1, 0, 1], [1, 0, 1]).whisker, [0, 0, 0])
+
+
+def test_after_a_mark_names_are_as_agreed_before():
+    """A right mark in a drifting pad, on a line whose name the linking alone had wrong."""
+    pad = Pad(whiskers=8, frames=200, spread=50.0, amplitude=20.0, missing=0.2, carried=0.4, drift=3.0, opening=0.3)
+    segments, _ = simulate([pad], 4)
+    each = [CutLinking(one, np.arange(segments.sizes["point"])) for one in linkings(segments)]
+    linking = each[best_and_others(each, segments.sizes["point"])].linking
+    before, alone = linking.identity().segment_whisker.values, linking.others.alone
+    line = int(np.flatnonzero((before >= 0) & (alone >= 0) & (before != alone))[0])
+    point, frame = linking.pieces.start[line], int(linking.pieces.frame[line])
+    mark = WhiskerMark(frame, linking.pieces.column[point], linking.pieces.row[point], int(before[line]))
+    linking.mark(mark)
+    after = linking.identity()
+    assert after.segment_whisker.values[line] == before[line]
+    assert after.segment_probability.values[line] > 0.99
+    assert (after.segment_whisker.values == before).mean() > (alone == before).mean()
+
+
+def test_one_linking_alone_says_what_it_said():
     segments, _ = simulate([Pad(whiskers=4, frames=60)], 1)
     linking = link_segments(segments)
     before = linking.identity()
     best_and_others([CutLinking(linking, np.arange(segments.sizes["point"]))], segments.sizes["point"])
     assert linking.others.linkings == 0
     np.testing.assert_array_equal(linking.identity().segment_whisker, before.segment_whisker)
-    point, frame = linking.pieces.start[0], linking.pieces.frame[0]
-    who = max(int(before.segment_whisker[0]), 0)
-    linking.mark(WhiskerMark(int(frame), linking.pieces.column[point], linking.pieces.row[point], who))
-    assert linking.others is None

@@ -2,23 +2,44 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from vibrissa.arrays import Array, Integers
+from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.quantities.identity import SURE
 from vibrissa.video.link.certainty import UNNAMED, agreement
 from vibrissa.video.link.chains.exclusion import Solution
-from vibrissa.video.link.identities import ABSENT, OVERLAP, SHARED, TORN, UNSURE, Names
+from vibrissa.video.link.identities import ABSENT, OVERLAP, SHARED, TORN, UNSURE, Names, marked
 
 STRETCH = 1 / 3  # weight of all lines of a plain stretch in what is said of each
 
 
-def agreed(names: Names, solution: Solution, others: Array, count: int) -> Names:
+class Others(NamedTuple):
+    """What other linkings of the same lines say.
+
+    Attributes
+    ----------
+    votes : (S, whiskers + 1) array
+        Sum of their probabilities that each segment is each whisker's, or nobody's.
+    linkings : int
+        How many they are.
+    alone : (S,) array of int
+        Whisker that the linking itself gave each segment when they were asked; −1 for none.
+    """
+
+    votes: Array
+    linkings: int
+    alone: Integers
+
+
+def agreed(names: Names, solution: Solution, others: Others) -> Names:
     """Names on which several linkings of the same lines agree most.
 
     Each gives a line its probability to be a whisker's, or to be nobody's if it has no name there. What counts is the
     mean over the linkings, two thirds for the line itself and one for all lines of its plain stretch. The line gets the
-    name with the largest, unless nobody's is larger, or a likelier line with that name lies beside it.
+    name with the largest, unless nobody's is larger, or a likelier line with that name lies beside it. Lines that are
+    marked, or whose name the linking itself has changed since because of a mark, have the name that it gives.
 
     Parameters
     ----------
@@ -26,10 +47,8 @@ def agreed(names: Names, solution: Solution, others: Array, count: int) -> Names
         Of one linking.
     solution : Solution
         What they were made from.
-    others : (S, whiskers + 1) array
-        Sum of what the other linkings say of each whisker, and of nobody.
-    count : int
-        How many they are.
+    others : Others
+        Of the same pad.
 
     Returns
     -------
@@ -39,14 +58,24 @@ def agreed(names: Names, solution: Solution, others: Array, count: int) -> Names
     if not len(names.main):
         return names
     frame, every, known = solution.frame, np.arange(solution.frame.size), names.whisker >= 0
-    said = others.copy()
+    said = others.votes.copy()
     said[every, names.whisker] += np.where(known, names.sure, UNNAMED)  # −1, nobody's, is the last
-    said = ((1 - STRETCH) * said + STRETCH * _of_stretches(said, solution.tracklet)) / (count + 1)
-    best = said[:, :-1].argmax(axis=1)
-    likely = said[every, best]
-    whisker = np.where(likely > said[:, -1], best, -1)
+    said = ((1 - STRETCH) * said + STRETCH * _of_stretches(said, solution.tracklet)) / (others.linkings + 1)
+    best, fixed = said[:, :-1].argmax(axis=1), _fixed(names, solution, others.alone)
+    likely = np.where(fixed, np.inf, said[every, best])
+    whisker = np.where(fixed, names.whisker, np.where(likely > said[:, -1], best, -1))
     whisker[_beside_likelier(whisker, frame, solution.lines.reach, likely)] = -1
-    return _with(names, frame, whisker, np.where(whisker >= 0, agreement(likely), 0.0))
+    sure = np.where(fixed, names.sure, agreement(said[every, best]))
+    return _with(names, frame, whisker, np.where(whisker >= 0, sure, 0.0))
+
+
+def _fixed(names: Names, solution: Solution, alone: Integers) -> Mask:
+    """Lines whose name is settled by a mark."""
+    out = names.whisker != alone
+    for n in set(solution.marks.values()):
+        seen = np.flatnonzero(names.whisker == n)
+        out[seen] |= marked(solution, n, seen)
+    return np.asarray(out)
 
 
 def _of_stretches(said: Array, stretch: Integers) -> Array:

@@ -8,8 +8,9 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from vibrissa.arrays import Array, Integers
+from vibrissa.video.link.agreed_names import Others
 from vibrissa.video.link.certainty import UNNAMED
-from vibrissa.video.link.whisker_linking import Linking, Others
+from vibrissa.video.link.whisker_linking import Linking
 
 
 class CutLinking(NamedTuple):
@@ -51,7 +52,7 @@ def best_and_others(each: list[CutLinking], count: int) -> int:
         chance = np.where(whisker >= 0, sure, UNNAMED)[points]
         column = np.where(whisker >= 0, whisker, linking.whiskers)[points]  # the last is nobody's
         votes += np.bincount(line * names + column, chance, votes.size).reshape(votes.shape) / size[:, None]
-    linking.others = Others(votes, len(each) - 1)
+    linking.others = Others(votes, len(each) - 1, mine.whisker[points[linking.pieces.start]])
     return best
 
 

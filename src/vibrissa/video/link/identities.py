@@ -95,7 +95,7 @@ def names_of(solution: Solution, lever: Array) -> Names:
         seen = main[n, here]
         own = table[n, seen] * (1 - doubt[n, here])
         found = known[seen] = evidence(view, n, seen, own, float(torn[n]))
-        sure[seen] = chance[n, here] = np.where(_marked(view, n, seen), own, certainty(found))
+        sure[seen] = chance[n, here] = np.where(marked(view, n, seen), own, certainty(found))
         unsure = np.where(certainty(found * WHOLE) >= SURE, TORN, UNSURE)
         reason[n, here] = np.where(sure[seen] >= SURE, 0, unsure)
     _join(view, main, whisker, sure)
@@ -103,8 +103,23 @@ def names_of(solution: Solution, lever: Array) -> Names:
     return Names(whisker, also, sure, main, chance, reason, known)
 
 
-def _marked(solution: Solution, whisker: int, seen: Integers) -> Mask:
-    """Lines that are marked as this whisker's, or go on plainly from one that is."""
+def marked(solution: Solution, whisker: int, seen: Integers) -> Mask:
+    """Lines that are marked as this whisker's, or go on plainly from one that is.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of the pad.
+    whisker : int
+        Whisker of the pad.
+    seen : (n,) array of int
+        Lines that have its name.
+
+    Returns
+    -------
+    (n,) array of bool
+        Which of these.
+    """
     marks = np.array([s for s, k in solution.marks.items() if k == whisker], np.int64)
     plain = solution.tracklet[seen]
     return np.asarray(np.isin(seen, marks) | ((plain >= 0) & np.isin(plain, solution.tracklet[marks])))

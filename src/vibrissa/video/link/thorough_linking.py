@@ -60,7 +60,9 @@ def _cut_and_linked(segments: xr.Dataset, first: Linking) -> list[tuple[xr.Datas
 
 
 def linked_before(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
-    """The same of lines that may have been linked before: those that have whiskers keep them, others are linked.
+    """The linking of lines with the names that they have; lines without any are linked first.
+
+    What several linkings agree on is in the names; another edit or mark does not ask them again.
 
     Parameters
     ----------
@@ -72,9 +74,10 @@ def linked_before(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
     Dataset, Linking
         Lines and their linking.
     """
-    if "segment_whisker" in segments and (segments.segment_whisker.values >= 0).any():
-        return segments, link_named(counted_from_start(segments))
-    return link_thoroughly(segments)
+    if "segment_whisker" not in segments or not (segments.segment_whisker.values >= 0).any():
+        segments, linking = link_thoroughly(segments)
+        segments = segments.assign(segment_whisker=("segment", linking.identity().segment_whisker.values))
+    return segments, link_named(counted_from_start(segments))
 
 
 def counted_from_start(segments: xr.Dataset) -> xr.Dataset:

@@ -12,7 +12,7 @@ from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError
 from vibrissa.head_pose import HeadPose, head_of
 from vibrissa.quantities import dataset
-from vibrissa.video.link.agreed_names import agreed
+from vibrissa.video.link.agreed_names import Others, agreed
 from vibrissa.video.link.chains.exclusion import Solution
 from vibrissa.video.link.identities import REASONS, Names, names_of
 from vibrissa.video.link.pad.pads import Lines, Pad, find_pads, lines_of, pads_of_lines
@@ -34,21 +34,6 @@ class WhiskerMark(NamedTuple):
     whisker: int
 
 
-class Others(NamedTuple):
-    """What other linkings of the same lines say.
-
-    Attributes
-    ----------
-    votes : (S, whiskers + 1) array
-        Sum of their probabilities that each segment is each whisker's, or nobody's.
-    linkings : int
-        How many they are.
-    """
-
-    votes: Array
-    linkings: int
-
-
 @dataclass
 class Linking:
     """A movie whose lines are linked; :meth:`mark` corrects it, :meth:`identity` gives the result.
@@ -66,7 +51,7 @@ class Linking:
     head : HeadPose, optional
         Head in whose coordinates pads and lines are; those of the image if None.
     others : Others, optional
-        What other linkings of the same lines say; a mark makes an end of it.
+        What other linkings of the same lines say.
     """
 
     pieces: Pieces
@@ -92,8 +77,10 @@ class Linking:
         for n, one in enumerate(self.solutions):
             names, stop = names_of(one, self.lever(n)), first + len(one.labels)
             if self.others is not None:
-                votes = self.others.votes[:, [*range(first, stop), -1]]
-                names = agreed(names, one, votes, self.others.linkings)
+                votes, linkings, alone = self.others
+                here = (first <= alone) & (alone < stop)
+                of_pad = Others(votes[:, [*range(first, stop), -1]], linkings, np.where(here, alone - first, -1))
+                names = agreed(names, one, of_pad)
             out.append(names)
             first = stop
         return out
@@ -127,8 +114,7 @@ class Linking:
         InputError
             If no line passes near the mark; the error says where the nearest one does.
         """
-        segment, self.others = self.nearest(mark), None
-        first = 0
+        segment, first = self.nearest(mark), 0
         for n, one in enumerate(self.solutions):
             if first <= mark.whisker < first + len(one.labels):
                 if self.lines.pad[segment] != n or segment not in one.who:
