@@ -3,8 +3,8 @@
 python3 run.py test --junitxml=times.xml && .venv/bin/python tests/choose_fast.py times.xml
 python3 run.py test --fast --junitxml=times.xml && .venv/bin/python tests/choose_fast.py times.xml
 
-on a machine that does nothing else; the second line since what several tests share counts for the first that runs. A
-test that was not run keeps its place.
+on a machine that does nothing else; the second line more than once, since what several tests share counts for the first
+that runs. A test that was not run keeps its place.
 """
 
 import sys
