@@ -128,6 +128,30 @@ def whisker_of(right: np.ndarray) -> np.ndarray:
     return out
 
 
+def of_owners(right: np.ndarray, owner: np.ndarray) -> np.ndarray:
+    """Whether each whisker has its own name in each frame (whisker, frame)."""
+    own = np.zeros((right.shape[2], right.shape[1]), bool)
+    for name, whisker in enumerate(owner):
+        if whisker >= 0:
+            own[whisker] = right[name, :, whisker]
+    return own
+
+
+def best_names(found: Lines, match: Match, frames: int) -> tuple[np.ndarray, np.ndarray]:
+    """What :func:`named_table` and :func:`whisker_of` give if each line that is at a whisker has its name."""
+    order = np.argsort(-match.at, axis=1)[:, :2]
+    at = np.take_along_axis(match.at, order, axis=1) >= SHARE * np.diff(found.ends)[:, None]
+    first, *second = np.where(at, order, -1).T
+    other = second[0] if second else np.full_like(first, -1)
+    right, _ = named_table(found._replace(whisker=first, other=other), match, frames)
+    return right, np.arange(len(right))
+
+
+def shares(own: np.ndarray, can: np.ndarray) -> np.ndarray:
+    """Share of the frames in which each whisker can be followed that it is."""
+    return np.array([mine[seen].mean() for mine, seen in zip(own, can, strict=True) if seen.any()])
+
+
 def switches(right: np.ndarray) -> int:
     """How often a whisker goes on under another name than before."""
     total, found = right.sum(axis=1), 0
@@ -174,8 +198,8 @@ def score(found: Lines, truth: xr.Dataset, least: float) -> dict[str, float]:
         ``recall`` share of the visible length with a found point within 2 px; ``astray`` share of the found points at
         no whisker; ``error``, ``error_95`` median and 95 % of the distances across the line [px]; ``names`` that are
         given, and how many of them are ``hairs``; ``followed`` mean over whiskers of the share of the frames in which
-        it is seen that it has its own name, and ``worst``, the least one; ``switches`` per 1,000 frames; ``wrong``
-        whisker-frames per 1,000 named; calibration.
+        it is seen that it has its own name, ``worst``, the least one, and ``allowed``, the mean if each line that is
+        at a whisker had its name; ``switches`` per 1,000 frames; ``wrong`` whisker-frames per 1,000 named; calibration.
     """
     true, frames = lines_of(truth), int(truth.attrs["frames"])
     whiskers = int(true.whisker.max()) + 1
@@ -186,15 +210,12 @@ def score(found: Lines, truth: xr.Dataset, least: float) -> dict[str, float]:
     hair = hairs(found, match, len(given))
     right[hair] = False
     owner = whisker_of(right)
-    own = np.zeros((whiskers, frames), bool)
-    for name, whisker in enumerate(owner):
-        if whisker >= 0:
-            own[whisker] = right[name, :, whisker]
+    own = of_owners(right, owner)
     seen = np.zeros((whiskers, frames), int)
     where = np.repeat(np.arange(len(true.frame)), np.diff(true.ends))
     np.add.at(seen, (true.whisker[where], true.frame[where]), visible)
     can = seen >= SEEN
-    share = np.array([own[w, can[w]].mean() for w in range(whiskers) if can[w].any()])
+    share, allowed = (shares(one, can) for one in (own, of_owners(*best_names(found, match, frames))))
     near = sum(one.size for one in match.offset)
     return {
         "recall": float(match.covered[visible].mean()),
@@ -205,6 +226,7 @@ def score(found: Lines, truth: xr.Dataset, least: float) -> dict[str, float]:
         "hairs": int((hair & given.any(axis=1)).sum()),
         "followed": float(share.mean()),
         "worst": float(share.min()),
+        "allowed": float(allowed.mean()),
         "switches": 1000 * switches(right) / frames,
         "wrong": 1000 * (1 - own.sum() / given[~hair].sum()) if given[~hair].any() else np.nan,
         **calibration(found, match, owner, hair),

@@ -87,6 +87,7 @@ def test_two_whiskers_that_swap_at_their_crossing_are_right_in_the_longer_part(b
     assert found["worst"] == 0.70
     assert found["wrong"] == pytest.approx(1000 * 2 * CROSSING / (WHISKERS * FRAMES))
     assert found["recall"] == 1
+    assert found["allowed"] == 1
 
 
 def test_a_swap_back_counts_again(bench):
@@ -118,6 +119,7 @@ def test_frames_that_are_dropped_are_not_followed_and_not_wrong(bench):
     keep[0, CROSSING] = keep[1, CROSSING] = True  # there one line would cover both
     found = score(bench, segments(keep=keep))
     assert found["recall"] == found["followed"] == keep.mean() == 0.9
+    assert found["allowed"] == 0.9
     assert found["switches"] == found["wrong"] == found["astray"] == 0
 
 
