@@ -24,10 +24,10 @@ import numpy as np
 from playwright.sync_api import sync_playwright
 from threadpoolctl import threadpool_limits
 
-from vibrissa.page.answers import answer
-from vibrissa.page.controls import CONTROLS
+from vibrissa.page.answer.answers import answer
+from vibrissa.page.incoming.upload_cache import UploadCache
+from vibrissa.page.panel.controls import CONTROLS
 from vibrissa.page.session import PageSession
-from vibrissa.page.upload_cache import UploadCache
 
 MOVES = 10
 DOWN = ("height", "base_angle", "duty", "a.duty")  # the other way the whisker does not reach, or runs into its fold

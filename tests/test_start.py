@@ -62,9 +62,8 @@ def test_a_scan_imports_neither_statistics_nor_filters(files):
 
 def test_the_page_imports_neither_statistics_nor_filters():
     pytest.importorskip("starlette", reason="the extra page is not installed")
-    start = (
-        "from vibrissa.page.application import Page\nfrom vibrissa.page.presets import CLEAN\nPage(1).warm_up(CLEAN)\n"
-    )
+    page, preset = "from vibrissa.page.application import Page", "from vibrissa.page.panel.presets import CLEAN"
+    start = f"{page}\n{preset}\nPage(1).warm_up(CLEAN)\n"
     _, modules = loaded(start)
     assert "numba" in modules
     assert not {"scipy.stats", "scipy.signal", "matplotlib", "pydantic"} & modules

@@ -241,7 +241,7 @@ def _edits(path: Path) -> Any:
 
 
 def _state(path: Path) -> Any:
-    from vibrissa.page.state import read_state
+    from vibrissa.page.panel.state import read_state
 
     try:
         given = json.loads(path.read_bytes())

@@ -6,7 +6,7 @@ import numpy as np
 
 
 def unpacked(message):
-    """Facts and arrays of a message of ``vibrissa.page.frames.packed``."""
+    """Facts and arrays of a message of ``vibrissa.page.answer.frames.packed``."""
     length = int(np.frombuffer(message, "<u4", 1)[0])
     facts = json.loads(message[4 : 4 + length])
     place, arrays = 4 + length, {}

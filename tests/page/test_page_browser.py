@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from real_browser import real_browser
 
+from vibrissa.page.panel.state import read_state
 from vibrissa.page.signals import live_arrays
-from vibrissa.page.state import read_state
 
 VIEWS = ("whole", "close", "excursion", "modes", "moment-view", "spectrogram", "resonance", "firing")
 SHORT = {"a.length": "0.01", "b.length": "0.01"}

@@ -12,10 +12,10 @@ from scipy.io import wavfile
 
 from vibrissa.mechanics.scan.sampled import sampling_times
 from vibrissa.netcdf import load
-from vibrissa.page.export import KINDS, RATE, exported
+from vibrissa.page.answer.export import KINDS, RATE, exported
+from vibrissa.page.panel.state import read_state
 from vibrissa.page.session import PageSession, made_surface
 from vibrissa.page.shaft_table import NODE
-from vibrissa.page.state import read_state
 from vibrissa.study.movie.virtual import predicted_motion
 from vibrissa.study.spec.settings import read_study
 

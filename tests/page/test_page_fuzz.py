@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from page_messages import unpacked
 from page_requests import FEW, JSON, LINE, WAIT, answered, requests
 
-from vibrissa.page.answers import ANSWERS, answer
-from vibrissa.page.controls import CONTROLS
+from vibrissa.page.answer.answers import ANSWERS, answer
+from vibrissa.page.incoming.upload_cache import SETTLED
+from vibrissa.page.panel.controls import CONTROLS
 from vibrissa.page.session import PageSession
-from vibrissa.page.upload_cache import SETTLED
 from vibrissa.study.pick import pick_page
 
 

@@ -8,13 +8,13 @@ import pytest
 import xarray as xr
 
 from vibrissa.netcdf import load
-from vibrissa.page.answers import notes
-from vibrissa.page.controls import CONTROLS
-from vibrissa.page.export import exported
-from vibrissa.page.glossary import ABOUT, about
-from vibrissa.page.presets import PRESETS
+from vibrissa.page.answer.answers import notes
+from vibrissa.page.answer.export import exported
+from vibrissa.page.panel.controls import CONTROLS
+from vibrissa.page.panel.glossary import ABOUT, about
+from vibrissa.page.panel.presets import PRESETS
+from vibrissa.page.panel.state import read_state
 from vibrissa.page.session import PageSession
-from vibrissa.page.state import read_state
 
 SHORT = {"a.length": 0.01, "b.length": 0.01}
 SESSION = PageSession(lambda key: pytest.fail("no file was dropped"))

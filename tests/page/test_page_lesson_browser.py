@@ -13,11 +13,11 @@ from PIL import Image
 from real_browser import real_browser
 
 from vibrissa.page.application import Page
-from vibrissa.page.controls import CONTROLS
-from vibrissa.page.presets import CLEAN, PRESETS
+from vibrissa.page.panel.controls import CONTROLS
+from vibrissa.page.panel.presets import CLEAN, PRESETS
+from vibrissa.page.panel.state import read_state
 from vibrissa.page.server import listening, settings
 from vibrissa.page.signals import live_arrays
-from vibrissa.page.state import read_state
 
 SHORT = {"a.length": "0.01", "b.length": "0.01"}
 

@@ -13,8 +13,8 @@ from refusals import refusal
 from websockets.sync.client import connect
 
 from vibrissa.errors import InputError
-from vibrissa.page import bodies, dropped
-from vibrissa.page.upload_cache import LARGEST, UploadCache
+from vibrissa.page.incoming import bodies, dropped
+from vibrissa.page.incoming.upload_cache import LARGEST, UploadCache
 
 GAPS = b"position_mm,width_um\n1,300\n2,250\n"
 CHUNK = 1 << 20

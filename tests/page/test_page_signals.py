@@ -13,13 +13,13 @@ from vibrissa.mechanics.scan.relief_prediction import predict_relief
 from vibrissa.mechanics.scan.sampled import scanned, scanned_relief
 from vibrissa.mechanics.scan.texture_prediction import predict
 from vibrissa.neural.coding.sensitivity import d_prime, roc_area
-from vibrissa.page.answers import answer, notes
-from vibrissa.page.contrast import discrimination, expected_counts
-from vibrissa.page.frames import packed, sketched
+from vibrissa.page.answer.answers import answer, notes
+from vibrissa.page.answer.contrast import discrimination, expected_counts
+from vibrissa.page.answer.frames import packed, sketched
+from vibrissa.page.panel.state import read_state
 from vibrissa.page.session import MODES, PageSession, made_surface
 from vibrissa.page.shaft_table import NODE
 from vibrissa.page.signals import RATE, TRIALS, _spectrogram, live_arrays
-from vibrissa.page.state import read_state
 from vibrissa.signals.envelope import analytic_envelope
 
 SHORT = {"a.length": 0.01, "b.length": 0.01}

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from refusals import refusal
 
 from vibrissa.errors import InputError
-from vibrissa.page.controls import CONTROLS
-from vibrissa.page.state import read_state
+from vibrissa.page.panel.controls import CONTROLS
+from vibrissa.page.panel.state import read_state
 
 NUMBERS = [name for name, one in CONTROLS.items() if not one.choices and not isinstance(one.default, str)]
 HOSTILE = [math.nan, math.inf, -math.inf, 1e308, -1e308, 10**400, "nan", "1e308", "1_0", "", "x" * 10_000_000, True]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from vibrissa.page.upload_cache import KEPT, LARGEST, UploadCache
+from vibrissa.page.incoming.upload_cache import KEPT, LARGEST, UploadCache
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 UNREADABLE = "format" if find_spec("SurfaceTopography") else "package"

@@ -12,15 +12,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibrissa.errors import ConvergenceError, InputError
-from vibrissa.page.answers import ANSWERS, answer, unforeseen
-from vibrissa.page.bodies import RefusedBodyError, body_of
-from vibrissa.page.controls import as_table
-from vibrissa.page.export import KINDS, exported
-from vibrissa.page.glossary import SYMBOLS
-from vibrissa.page.presets import as_list
+from vibrissa.page.answer.answers import ANSWERS, answer, unforeseen
+from vibrissa.page.answer.export import KINDS, exported
+from vibrissa.page.incoming.bodies import RefusedBodyError, body_of
+from vibrissa.page.incoming.upload_cache import LARGEST, UploadCache
+from vibrissa.page.panel.controls import as_table
+from vibrissa.page.panel.glossary import SYMBOLS
+from vibrissa.page.panel.presets import as_list
+from vibrissa.page.panel.state import read_state
 from vibrissa.page.session import PageSession
-from vibrissa.page.state import read_state
-from vibrissa.page.upload_cache import LARGEST, UploadCache
 from vibrissa.page.whole.runs import WholeRuns
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ class Page:
         Parameters
         ----------
         given : mapping
-            What the page starts with, see :func:`vibrissa.page.state.read_state`.
+            What the page starts with, see :func:`vibrissa.page.panel.state.read_state`.
         """
         for want in ANSWERS:
             answer(self.session, json.dumps({"want": want, "state": dict(given)}))

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from vibrissa.errors import ConflictError, PackageError, install
 from vibrissa.page.application import Page
-from vibrissa.page.presets import CLEAN
-from vibrissa.page.state import read_state
+from vibrissa.page.panel.presets import CLEAN
+from vibrissa.page.panel.state import read_state
 
 if TYPE_CHECKING:
     from starlette.applications import Starlette
@@ -31,7 +31,7 @@ def serve(
     Parameters
     ----------
     given : mapping
-        What the page starts with, see :func:`vibrissa.page.state.read_state`.
+        What the page starts with, see :func:`vibrissa.page.panel.state.read_state`.
     port : int
         On 127.0.0.1; a free one by default.
     tell : callable

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from vibrissa.mechanics.scan.sampled import Predicted
     from vibrissa.mechanics.statics.gap import JumpTable
     from vibrissa.mechanics.statics.profile import Posture
-    from vibrissa.page.state import Choice, State
+    from vibrissa.page.panel.state import Choice, State
 
 MODES = 3
 LONGEST = 6.0  # [s] of one scan: what the page draws stays a few megabytes

@@ -6,7 +6,7 @@ import urllib.parse
 import pytest
 from real_browser import real_browser
 
-from vibrissa.page.presets import CLEAN, PRESETS
+from vibrissa.page.panel.presets import CLEAN, PRESETS
 
 SHORT = {"a.length": "0.01", "b.length": "0.01"}
 LONG = next(one.state for one in PRESETS if one.name == "Long free end")

@@ -13,12 +13,12 @@ from scipy.io import wavfile
 
 from vibrissa.errors import MachineError, RangeError
 from vibrissa.netcdf import load
-from vibrissa.page.answers import answer
-from vibrissa.page.export import exported
-from vibrissa.page.presets import CLEAN, PRESETS
+from vibrissa.page.answer.answers import answer
+from vibrissa.page.answer.export import exported
+from vibrissa.page.panel.presets import CLEAN, PRESETS
+from vibrissa.page.panel.state import read_state
 from vibrissa.page.session import PageSession
 from vibrissa.page.shaft_table import NODE
-from vibrissa.page.state import read_state
 from vibrissa.page.whole.job import CUT
 from vibrissa.page.whole.runs import WholeRuns
 from vibrissa.page.whole.worker import computed

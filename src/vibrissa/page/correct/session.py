@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from vibrissa.errors import FormatError, UnknownError
+from vibrissa.page.answer.frames import packed
 from vibrissa.page.correct.pictures import drawn_lines, drawn_names
-from vibrissa.page.frames import packed
 from vibrissa.video.correct.correction import Correction
 from vibrissa.video.correct.edit_file import EditedMovie, write_edits
 from vibrissa.video.correct.edits import Edit, edit_of
@@ -71,7 +71,7 @@ class CorrectionSession:
         Returns
         -------
         bytes
-            Names now, and what was done; see :func:`vibrissa.page.frames.packed`.
+            Names now, and what was done; see :func:`vibrissa.page.answer.frames.packed`.
 
         Raises
         ------

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from vibrissa.mechanics.scan.scan_settings import Scan
     from vibrissa.mechanics.statics.profile import Posture
+    from vibrissa.page.panel.state import Choice
     from vibrissa.page.signals import Record
-    from vibrissa.page.state import Choice
     from vibrissa.texture.relief import HeightProfile
     from vibrissa.texture.surface import Gaps
     from vibrissa.whisker import Whisker
@@ -61,7 +61,7 @@ class WholeScan:
     record : Record
         What is drawn.
     facts : dict
-        Numbers that the page shows, see :func:`vibrissa.page.answers.facts`.
+        Numbers that the page shows, see :func:`vibrissa.page.answer.answers.facts`.
     verdict : str
         Of the rod on itself.
     """

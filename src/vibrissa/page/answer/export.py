@@ -17,11 +17,11 @@ from vibrissa.errors import ConflictError
 from vibrissa.mechanics.scan.sampled import sampling_times, scanned, scanned_relief
 from vibrissa.mechanics.scan.texture_prediction import Prediction
 from vibrissa.netcdf import encoded
-from vibrissa.page.picture import picture
+from vibrissa.page.answer.picture import picture
+from vibrissa.page.answer.snippets import command, script
 from vibrissa.page.session import MODES
 from vibrissa.page.shaft_table import NODE
 from vibrissa.page.signals import TRIALS, live_arrays, node_motion
-from vibrissa.page.snippets import command, script
 from vibrissa.page.whole.drawn import whole_arrays
 from vibrissa.tables.writer import table_text
 from vibrissa.texture.io import write_gaps, write_height_profile
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
     from vibrissa.arrays import Array
     from vibrissa.mechanics.scan.sampled import Predicted
+    from vibrissa.page.panel.state import Choice, State
     from vibrissa.page.session import PageSession
-    from vibrissa.page.state import Choice, State
     from vibrissa.study.spec.settings import Film
 
     Maker = Callable[[Predicted, State, str], bytes]

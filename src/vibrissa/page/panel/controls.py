@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from vibrissa.page.glossary import about
+from vibrissa.page.panel.glossary import about
 from vibrissa.whisker import DENSITY, YOUNGS_MODULUS, atlas
 
 TEXTURES = {

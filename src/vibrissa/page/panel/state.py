@@ -14,7 +14,7 @@ from vibrissa.errors import RangeError, UnknownError, did_you_mean
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.neural.simulated.virtual import ThresholdLinearUnit
-from vibrissa.page.controls import CONTROLS, Control
+from vibrissa.page.panel.controls import CONTROLS, Control
 from vibrissa.tables.text import as_number
 from vibrissa.whisker import Whisker, atlas_whisker
 
@@ -25,7 +25,7 @@ _at_height = lru_cache(64)(Posture.at_height)  # asked for several times in one 
 
 @dataclass(frozen=True, kw_only=True)
 class Choice:
-    """One texture, as its controls say; all lengths [m], see :mod:`vibrissa.page.controls`."""
+    """One texture, as its controls say; all lengths [m], see :mod:`vibrissa.page.panel.controls`."""
 
     kind: str
     seed: int
@@ -45,7 +45,7 @@ class State:
     Attributes
     ----------
     values : dict
-        By the names of ``vibrissa.page.controls.CONTROLS``: numbers in SI, or words.
+        By the names of ``vibrissa.page.panel.controls.CONTROLS``: numbers in SI, or words.
     """
 
     values: dict[str, float | str]

@@ -14,19 +14,19 @@ from vibrissa.mechanics.scan.diagnostics import diagnostics, relief_diagnostics,
 from vibrissa.mechanics.scan.relief_prediction import free_end_depth
 from vibrissa.mechanics.scan.sampled import sampling_times
 from vibrissa.mechanics.scan.texture_prediction import Prediction
-from vibrissa.page.contrast import discrimination, expected_counts
-from vibrissa.page.frames import packed, sketched
+from vibrissa.page.answer.contrast import discrimination, expected_counts
+from vibrissa.page.answer.frames import packed, sketched
+from vibrissa.page.panel.state import read_state
 from vibrissa.page.shaft_table import NODE
 from vibrissa.page.signals import RATE, instants, live_arrays, node_motion
-from vibrissa.page.state import read_state
 from vibrissa.page.whole.drawn import whole_arrays
 from vibrissa.signals.envelope import analytic_envelope
 
 if TYPE_CHECKING:
     from vibrissa.arrays import Array
     from vibrissa.mechanics.scan.sampled import Predicted
+    from vibrissa.page.panel.state import State
     from vibrissa.page.session import PageSession
-    from vibrissa.page.state import State
 
 Arrays = Mapping[str, NDArray[np.float32]]
 Answer = tuple[dict[str, Any], Arrays]  # what JSON can say, and arrays
@@ -58,7 +58,7 @@ def answer(session: PageSession, message: str | bytes, hurried: Callable[[], boo
     Returns
     -------
     bytes or str
-        A binary message, see :mod:`vibrissa.page.frames`, or JSON.
+        A binary message, see :mod:`vibrissa.page.answer.frames`, or JSON.
     """
     ask: dict[str, Any] = {}
     arrays: Arrays = {}

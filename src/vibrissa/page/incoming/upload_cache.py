@@ -11,7 +11,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING, Any
 
 from vibrissa.errors import InputError, MissingError, RangeError
-from vibrissa.page.dropped import DroppedReader
+from vibrissa.page.incoming.dropped import DroppedReader
 
 if TYPE_CHECKING:
     from vibrissa.texture.relief import HeightProfile

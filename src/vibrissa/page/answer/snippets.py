@@ -12,7 +12,7 @@ from vibrissa.page.shaft_table import NODE
 
 if TYPE_CHECKING:
     from vibrissa.mechanics.scan.sampled import Predicted
-    from vibrissa.page.state import Choice, State
+    from vibrissa.page.panel.state import Choice, State
 
 TEXTURE, DATA = "vibrissa-texture.csv", "vibrissa-scan.nc"  # the first as the page gives it
 

@@ -1,0 +1,1 @@
+"""What a user of the page sets: its controls, their meaning, states to start from, and their check."""
