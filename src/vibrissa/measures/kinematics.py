@@ -297,11 +297,11 @@ def _attributes(
             f"in {int(held)} of {int(known)} frames the angle lies beyond those of the free whisker: there Δκ is "
             "against its curvature at the end of them (rest_held)"
         )
-    amplitude = columns["whisking_amplitude"]
-    if silent := int((~np.isfinite(amplitude)).all(axis=1).sum()):
+    phase = columns["whisking_phase"]
+    if silent := int((~np.isfinite(phase)).all(axis=1).sum()):
         needed = 1 / settings.whisking_band[0]
         remarks.append(
-            f"{silent} of {len(amplitude)} whiskers have no phase: none of them is seen for {needed:.3g} s "
+            f"{silent} of {len(phase)} whiskers have no phase: none of them is seen for {needed:.3g} s "
             f"without a gap of more than {settings.bridged} frames; `bridged` bridges longer gaps"
         )
     if settings.find_touches and settings.touched is None:

@@ -11,7 +11,7 @@ from simulated_segments import Pad, score, simulate
 from vibrissa.video.link.agreed_names import Others, agreed
 from vibrissa.video.link.agreement import CutLinking, PointNames, best_and_others, renamed
 from vibrissa.video.link.certainty import agreement
-from vibrissa.video.link.identities import ABSENT, SHARED, TORN, Names
+from vibrissa.video.link.identities import ABSENT, SHARED, TORN, UNSURE, Names
 from vibrissa.video.link.whisker_linking import WhiskerMark, link_segments, linkings
 
 NOBODY = 2  # of two whiskers
@@ -61,7 +61,7 @@ def test_two_that_agree_overrule_the_third():
     np.testing.assert_array_equal(found.whisker, [0, 1, 1])
     np.testing.assert_array_equal(found.main, [[0, -1], [1, 2]])
     np.testing.assert_allclose(found.sure, agreement(np.array([0.9, 0.9, 0.6])))
-    assert found.reason[0, 1] == ABSENT
+    assert found.reason[0, 1] == UNSURE  # one says that it is there
     assert np.isnan(found.chance[0, 1])
     np.testing.assert_array_equal(found.chance[1], found.sure[[1, 2]])
 
@@ -117,7 +117,7 @@ def test_reasons_and_shared_lines_follow_the_names():
     names = _names([0, 0], [0.9, 0.9], [[0, 1], [-1, -1]], also=[1, 1], reason=[[TORN, 0], [SHARED, SHARED]])
     found = _agreed(names, frame, [0, 1], [0, 1])
     np.testing.assert_array_equal(found.also, [1, -1])
-    np.testing.assert_array_equal(found.reason, [[0, ABSENT], [SHARED, 0 if found.sure[1] >= 0.7 else 2]])
+    np.testing.assert_array_equal(found.reason, [[0, UNSURE], [SHARED, 0 if found.sure[1] >= 0.7 else UNSURE]])
 
 
 def test_of_linkings_that_disagree_the_common_names_are_about_as_good_as_the_best_ones():
@@ -141,13 +141,17 @@ def _before_and_after(pad, seed):
 
 def test_a_mark_has_the_last_word_on_what_it_changes_and_the_others_are_heard_on_the_rest():
     """Two outvote the linking in every line; then a mark makes it change the name of the second one."""
-    names, lines = _names([0, 1, 0], [0.9, 0.8, 0.9], [[0, -1, 2], [-1, 1, -1]]), _lines([0, 1, 2])
+    names = _names([0, 1, 0], [0.9, 0.8, 0.9], [[0, *39 * [-1], 2], [-1, 1, *39 * [-1]]])
+    lines = _lines([0, 1, 40])
     np.testing.assert_array_equal(_agreed(names, lines, [1, 0, 1], [1, 0, 1]).whisker, [1, 0, 1])
     found = _agreed(names, lines, [1, 0, 1], [1, 0, 1], alone=[0, 0, 0])
     np.testing.assert_array_equal(found.whisker, [1, 1, 1])
     assert found.sure[1] == names.sure[1]
     lines.marks = {0: 0}
     np.testing.assert_array_equal(_agreed(names, lines, [1, 0, 1], [1, 0, 1]).whisker, [0, 0, 1])
+    lines.frame[2] = 5  # so near to the mark that the marked linking counts more
+    np.testing.assert_array_equal(_agreed(names, lines, [1, 0, 1], [1, 0, 1]).whisker, [0, 0, 0])
+    lines.frame[2] = 40
     lines.tracklet = np.array([4, -1, 4])  # the last line goes on plainly from the marked one
     np.testing.assert_array_equal(_agreed(names, lines, [1, 0, 1], [1, 0, 1]).whisker, [0, 0, 0])
 

@@ -61,5 +61,6 @@ def correct(
         tell(write_corrected(opened, out))
         return
     saved = correct_on_page(opened, movie, edits, out, tell=tell, browser=browser)
-    tell(f"{len(opened.correction.edits)} edits are in {edits}")
+    count = len(opened.correction.edits)
+    tell(f"{count} edit{'s' * (count != 1)} in {edits}" if edits.exists() else "nothing was done by hand")
     tell(f"the corrected profile is {out}" if saved else "no corrected profile was saved")

@@ -9,7 +9,8 @@ from pathlib import Path
 from vibrissa.netcdf import save
 from vibrissa.page.correct.server import serve
 from vibrissa.page.correct.session import CorrectionSession
-from vibrissa.video.correct.opening import OpenedTracks, corrected_profile
+from vibrissa.video.correct.corrected_profile import corrected_profile
+from vibrissa.video.correct.opening import OpenedTracks
 from vibrissa.video.io.frame_store import FrameStore
 
 

@@ -4,25 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
+from vibrissa.arrays import Integers
 from vibrissa.errors import ConflictError, FormatError
 from vibrissa.head_pose import head_of, with_head
 from vibrissa.netcdf import load, save
 from vibrissa.quantities import dataset, require
-from vibrissa.quantities.identity import SURE
 from vibrissa.quantities.kinds import Progress
-from vibrissa.video.correct.corrected_linking import corrected_linking
 from vibrissa.video.correct.correction import Correction
+from vibrissa.video.correct.decisions import Linked
 from vibrissa.video.correct.edit_file import EditedMovie, read_edits
 from vibrissa.video.find.movie_segments import LineSearch, find_segments
 from vibrissa.video.foreign.segment_tables import read_segments
 from vibrissa.video.foreign.tracks import kind_of
 from vibrissa.video.io.movie import open_movie
-from vibrissa.video.link.thorough_linking import linked_before
-from vibrissa.video.linked.linked_profile import profile_from_linking
+from vibrissa.video.link.thorough_linking import IDENTIFIED, linked_before
+from vibrissa.video.link.whisker_linking import Linking
 from vibrissa.video.tracking import Calibration
 
 if TYPE_CHECKING:
@@ -42,11 +43,14 @@ class OpenedTracks(NamedTuple):
         What edits belong to.
     profile : Dataset
         As it was before.
+    numbers : (n,) array of int
+        Number of each whisker of the profile's linking in this one; −1 where it has no line.
     """
 
     correction: Correction
     movie: EditedMovie
     profile: xr.Dataset
+    numbers: Integers
 
 
 def open_tracks(
@@ -98,13 +102,15 @@ def open_tracks(
     movie_of = EditedMovie(movie.name, int(lines.attrs["frames"]), about.width, about.height)
     made = read_edits(edits, movie_of) if edits.exists() else []
     progress("linking", 0, 0)
-    correction = Correction(linked_before(lines)[1])
+    lines, linking = linked_before(lines)
+    said, numbers = said_of(lines, linking)
+    correction = Correction(linking, said)
     correction.apply_all(made, str(edits))
     if made:
         tell(f"{len(made)} edit{'s' * (len(made) != 1)} of {edits} made again")
     if before.attrs.get("identity_from") != "link":
         tell(f"{profile} was not linked from lines: its whiskers may have other numbers here")
-    return OpenedTracks(correction, movie_of, before)
+    return OpenedTracks(correction, movie_of, before, numbers)
 
 
 def calibration_of(profile: xr.Dataset, source: str) -> Calibration:
@@ -134,35 +140,34 @@ def calibration_of(profile: xr.Dataset, source: str) -> Calibration:
         raise FormatError(source, "must hold frame_rate and pixel_size", remedy=remedy) from error
 
 
-def corrected_profile(opened: OpenedTracks) -> xr.Dataset:
-    """Profile of the whiskers after all edits, nodes as far apart as before.
+def said_of(lines: xr.Dataset, linking: Linking) -> tuple[Linked | None, Integers]:
+    """Names that lines had before, in the numbers of their linking.
 
     Parameters
     ----------
-    opened : OpenedTracks
-        With its edits.
+    lines : Dataset
+        With ``segment_whisker``, and perhaps ``segment_other`` and ``segment_probability``.
+    linking : Linking
+        Of these lines.
 
     Returns
     -------
-    Dataset
-        ``profile``, with the number of ``edits`` as an attribute.
-
-    Raises
-    ------
-    InputError
-        If no whisker is left.
+    Linked or None
+        The names; None where their probabilities are not known.
+    (n,) array of int
+        Number in the linking of each whisker of ``lines``; −1 where it has none.
     """
-    before, correction = opened.profile, opened.correction
-    spacing = np.diff(before.arc_length.values, axis=-1)
-    attrs: dict[str, Any] = {"source": opened.movie.name, "edits": len(correction.edits)}
-    return profile_from_linking(
-        corrected_linking(correction),
-        calibration_of(before, "profile"),
-        source=opened.movie.name,
-        node_spacing=float(np.nanmedian(spacing)) if np.isfinite(spacing).any() else None,
-        least_probability=float(before.attrs.get("least_probability", SURE)),
-        attrs=attrs,
-    )
+    whisker, now = lines.segment_whisker.values.astype(np.int64), linking.identity().segment_whisker.values
+    both, count = (whisker >= 0) & (now >= 0), int(whisker.max(initial=-1)) + 1
+    common = np.zeros((count, linking.whiskers))
+    np.add.at(common, (whisker[both], now[both]), 1)
+    numbers = np.full(count + 1, -1)  # the last is nobody's
+    for one, same in zip(*linear_sum_assignment(-common), strict=True):
+        numbers[one] = same if common[one, same] else -1
+    if not all(name in lines for name in IDENTIFIED):
+        return None, numbers[:-1]
+    other, sure = lines.segment_other.values.astype(np.int64), lines.segment_probability.values
+    return Linked(numbers[whisker], numbers[other], np.where(numbers[whisker] >= 0, sure, 0.0)), numbers[:-1]
 
 
 def _lines(

@@ -127,6 +127,25 @@ def linked_names(linking: Linking, chains: Chains) -> Linked:
     return Linked(whisker, other, sure)
 
 
+def still_said(linked: Linked, first: Linked, said: Linked) -> Linked:
+    """Names that lines had at first, and those of the linker where it has changed its mind since.
+
+    Parameters
+    ----------
+    linked, first : Linked
+        What the linker says now, and what it said at first.
+    said : Linked
+        The names at first.
+
+    Returns
+    -------
+    Linked
+        Names now.
+    """
+    same = linked.whisker == first.whisker
+    return Linked(*(np.where(same, before, now) for before, now in zip(said, linked, strict=True)))
+
+
 def _numbers(roster: Iterable[tuple[int, int]], pad: int) -> Integers:
     """Number of each whisker of a pad."""
     mine = [(k, number) for number, (there, k) in enumerate(roster) if there == pad]

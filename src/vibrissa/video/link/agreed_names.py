@@ -13,6 +13,8 @@ from vibrissa.video.link.chains.exclusion import Solution
 from vibrissa.video.link.identities import ABSENT, OVERLAP, SHARED, TORN, UNSURE, Names, marked
 
 STRETCH = 1 / 3  # weight of all lines of a plain stretch in what is said of each
+NEAR = 10.0  # frames from a mark in which the weight of the marked linking falls by a factor e
+SAID = 0.1  # mean probability from which on a line is perhaps a whisker's that has none in the frame
 
 
 class Others(NamedTuple):
@@ -39,7 +41,8 @@ def agreed(names: Names, solution: Solution, others: Others) -> Names:
     Each gives a line its probability to be a whisker's, or to be nobody's if it has no name there. What counts is the
     mean over the linkings, two thirds for the line itself and one for all lines of its plain stretch. The line gets the
     name with the largest, unless nobody's is larger, or a likelier line with that name lies beside it. Lines that are
-    marked, or whose name the linking itself has changed since because of a mark, have the name that it gives.
+    marked, or whose name the linking itself has changed since because of a mark, have the name that it gives; the
+    nearer to a mark of its whisker, the more the linking itself counts.
 
     Parameters
     ----------
@@ -61,25 +64,40 @@ def agreed(names: Names, solution: Solution, others: Others) -> Names:
     said = others.votes.copy()
     said[every, names.whisker] += np.where(known, names.sure, UNNAMED)  # −1, nobody's, is the last
     said = ((1 - STRETCH) * said + STRETCH * _of_stretches(said, solution.tracklet)) / (others.linkings + 1)
+    near = _near_marks(names, solution)
+    said *= 1 - near[:, None]
+    said[every, names.whisker] += near * names.sure
     best, fixed = said[:, :-1].argmax(axis=1), _fixed(names, solution, others.alone)
     likely = np.where(fixed, np.inf, said[every, best])
     whisker = np.where(fixed, names.whisker, np.where(likely > said[:, -1], best, -1))
     whisker[_beside_likelier(whisker, frame, solution.lines.reach, likely)] = -1
     sure = np.where(fixed, names.sure, agreement(said[every, best]))
-    return _with(names, frame, whisker, np.where(whisker >= 0, sure, 0.0))
+    perhaps = np.zeros(names.chance.shape)
+    np.maximum.at(perhaps.T, frame, said[:, :-1])
+    return _with(names, frame, whisker, np.where(whisker >= 0, sure, 0.0), perhaps > SAID)
+
+
+def _near_marks(names: Names, solution: Solution) -> Array:
+    """How near each line is to a mark of the whisker that the linking gives it, 1 at the mark."""
+    out = np.zeros(solution.frame.size)
+    for n in set(solution.marks.values()) - {-1}:
+        at = solution.frame[[line for line, who in solution.marks.items() if who == n]]
+        seen = np.flatnonzero(names.whisker == n)
+        out[seen] = np.exp(-np.abs(solution.frame[seen, None] - at).min(axis=1) / NEAR)
+    return out
 
 
 def _fixed(names: Names, solution: Solution, alone: Integers) -> Mask:
     """Lines whose name is settled by a mark."""
     out = names.whisker != alone
-    for n in set(solution.marks.values()):
+    for n in set(solution.marks.values()) - {-1}:
         seen = np.flatnonzero(names.whisker == n)
         out[seen] |= marked(solution, n, seen)
     return np.asarray(out)
 
 
 def _of_stretches(said: Array, stretch: Integers) -> Array:
-    """Mean over the lines of each one's plain stretch; a line in none (−1) stands alone."""
+    """Mean over the lines of each one's plain stretch; a line in none (−1) is its own."""
     alone = stretch < 0
     number = np.where(alone, stretch.max(initial=-1) + 1 + np.arange(stretch.size), stretch)
     lines = np.bincount(number)
@@ -107,8 +125,8 @@ def _overlap(first: Array, second: Array) -> float:
     return float((min(b, d) - max(a, c)) / min(b - a, d - c))
 
 
-def _with(names: Names, frame: Integers, whisker: Integers, sure: Array) -> Names:
-    """The same for other names of the lines."""
+def _with(names: Names, frame: Integers, whisker: Integers, sure: Array, perhaps: Mask) -> Names:
+    """The same for other names of the lines; ``perhaps`` is where a whisker may have one that has none."""
     main, chance = np.full_like(names.main, -1), np.full_like(names.chance, np.nan)
     order = np.argsort(sure, kind="stable")
     order, before = order[whisker[order] >= 0], names.main[names.main >= 0]
@@ -117,7 +135,7 @@ def _with(names: Names, frame: Integers, whisker: Integers, sure: Array) -> Name
         main[whisker[some], frame[some]] = some
     seen = main >= 0
     chance[seen] = sure[main[seen]]
-    reason = np.where((names.reason == SHARED) & ~seen, SHARED, ABSENT)
+    reason = np.where((names.reason == SHARED) & ~seen, SHARED, np.where(perhaps, UNSURE, ABSENT))
     unsure = np.where(names.reason == TORN, TORN, UNSURE)
     reason[seen] = np.where(chance[seen] >= SURE, 0, unsure[seen])
     shared = (names.also >= 0) & (names.also != whisker) & (main[names.also, frame] < 0)

@@ -16,6 +16,8 @@ from vibrissa.video.link.whisker_linking import Linking, link_again, link_named,
 if TYPE_CHECKING:
     import xarray as xr
 
+IDENTIFIED = "segment_whisker", "segment_other", "segment_probability"  # what is said of each line
+
 
 def link_thoroughly(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
     """Link the lines of a movie to whiskers, whatever lines a finder made of whiskers that cross.
@@ -76,7 +78,8 @@ def linked_before(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
     """
     if "segment_whisker" not in segments or not (segments.segment_whisker.values >= 0).any():
         segments, linking = link_thoroughly(segments)
-        segments = segments.assign(segment_whisker=("segment", linking.identity().segment_whisker.values))
+        identity = linking.identity()
+        segments = segments.assign({name: identity[name] for name in IDENTIFIED})
     return segments, link_named(counted_from_start(segments))
 
 

@@ -122,7 +122,8 @@ def apply_marks(linking: Linking, segments: xr.Dataset, marks: Sequence[LineMark
     for name, who in zip(names, owner, strict=True):
         if who < 0:
             mark = marks[[one.whisker for one in marks].index(name)]
-            rule, remedy = "must be on a whisker that was linked and has no other name", "mark it in another frame"
+            rule = "must be on a line that was linked to a whisker, in one frame at least, and that no other name has"
+            remedy = f"mark {name} also in a frame in which its line has a name"
             raise ConflictError("mark", rule, _written(mark), remedy)
     first = int(segments.attrs.get("first_frame", 0))
     for mark in marks:

@@ -1,0 +1,73 @@
+"""The profile of what was corrected: its names, and the part of the movie that was tracked."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibrissa.arrays import Integers
+from vibrissa.quantities.identity import SURE
+from vibrissa.video.correct.corrected_linking import corrected_linking
+from vibrissa.video.correct.opening import OpenedTracks, calibration_of
+from vibrissa.video.linked.linked_profile import profile_from_linking
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+KEPT = "segments", "background", "polarity", "region", "drop_frames", "marks"  # attributes of the profile before
+
+
+def corrected_profile(opened: OpenedTracks) -> xr.Dataset:
+    """Profile of the whiskers after all edits, nodes as far apart as before.
+
+    Parameters
+    ----------
+    opened : OpenedTracks
+        With its edits.
+
+    Returns
+    -------
+    Dataset
+        ``profile``, with the number of ``edits`` as an attribute.
+
+    Raises
+    ------
+    InputError
+        If no whisker is left.
+    """
+    before, correction = opened.profile, opened.correction
+    spacing = np.diff(before.arc_length.values, axis=-1)
+    kept: dict[str, Any] = {name: before.attrs[name] for name in KEPT if name in before.attrs}
+    profile = profile_from_linking(
+        corrected_linking(correction),
+        calibration_of(before, "profile"),
+        source=opened.movie.name,
+        node_spacing=float(np.nanmedian(spacing)) if np.isfinite(spacing).any() else None,
+        least_probability=float(before.attrs.get("least_probability", SURE)),
+        attrs=kept | {"source": opened.movie.name, "edits": len(correction.edits)},
+    )
+    if "names" in before.attrs:
+        profile.attrs["names"] = json.dumps(_names(before, profile, opened.numbers))
+    if "first_frame" in before.attrs:
+        profile = _part(profile, *(int(before.attrs[name]) for name in ("first_frame", "last_frame")))
+    return profile
+
+
+def _names(before: xr.Dataset, profile: xr.Dataset, numbers: Integers) -> list[str]:
+    """Names of the whiskers of a profile: those that marks gave before, the others by their number."""
+    were = dict(zip(json.loads(before.attrs["identities"]), json.loads(before.attrs["names"]), strict=True))
+    given = {int(numbers[n]): name for n, name in were.items() if not re.fullmatch(r"whisker \d+", name)}
+    return [given.get(n, f"whisker {k}") for k, n in enumerate(json.loads(profile.attrs["identities"]))]
+
+
+def _part(profile: xr.Dataset, first: int, last: int) -> xr.Dataset:
+    """A profile of some of its frames; runs of ``lost`` count from the first of these."""
+    lost = [
+        [[max(a, first) - first, min(b, last) - first, why] for a, b, why in runs if a <= last and b >= first]
+        for runs in json.loads(profile.attrs["lost"])
+    ]
+    part = profile.isel(time=slice(first, last + 1))
+    return part.assign_attrs(lost=json.dumps(lost), first_frame=first, last_frame=last)

@@ -1,0 +1,77 @@
+"""A profile that is opened and saved again without an edit stays as it was."""
+
+import json
+
+import numpy as np
+import pytest
+from simulated_segments import HEIGHT, WIDTH, Pad, simulate
+
+from vibrissa.netcdf import load, save
+from vibrissa.video.correct.corrected_profile import corrected_profile
+from vibrissa.video.correct.edits import Edit
+from vibrissa.video.correct.opening import open_tracks
+from vibrissa.video.io.movie import write_movie
+from vibrissa.video.link.thorough_linking import IDENTIFIED, link_thoroughly
+from vibrissa.video.linked.linked_profile import profile_from_linking
+from vibrissa.video.tracking import Calibration
+
+FRAMES = 90
+
+
+@pytest.fixture(scope="module")
+def tracked(tmp_path_factory):
+    """Folder with movie, lines and profile of a drifting pad, whose linkings do not agree in every line."""
+    folder = tmp_path_factory.mktemp("tracked")
+    pad = Pad(whiskers=7, frames=FRAMES, spread=50.0, amplitude=20.0, missing=0.2, carried=0.4, drift=3.0, opening=0.3)
+    lines, linking = link_thoroughly(simulate([pad], 4)[0])
+    identity = linking.identity()
+    assert (identity.segment_whisker.values != linking.others.alone).any()
+    save(lines.assign({name: identity[name] for name in IDENTIFIED}), folder / "lines.nc")
+    profile = profile_from_linking(linking, Calibration(frame_rate=200.0, pixel_size=1e-4), source="pad")
+    names = [f"whisker {k}" for k in range(profile.sizes["whisker"])]
+    save(profile.assign_attrs(names=json.dumps(["C2", *names[1:]]), marks="[]"), folder / "profile.nc")
+    write_movie(folder / "movie.mkv", [np.full((FRAMES, HEIGHT, WIDTH), 190, np.uint8)])
+    return folder
+
+
+def opened(folder, **attrs):
+    """Tracks of a folder, whose profile has some more attributes."""
+    profile = folder / "again.nc"
+    save(load(folder / "profile.nc").assign_attrs(attrs), profile)
+    words = {"tell": lambda text: None, "progress": lambda *_: None, "edits": folder / "no.json"}
+    return open_tracks(profile, folder / "movie.mkv", segments=folder / "lines.nc", **words)
+
+
+def test_without_an_edit_places_and_names_are_the_same(tracked):
+    tracks = opened(tracked)
+    before, after = tracks.profile, corrected_profile(tracks)
+    for name in ("x", "y", "arc_length", "time"):
+        np.testing.assert_allclose(after[name].values, before[name].values, atol=1e-12)
+    assert after.attrs["identities"] == before.attrs["identities"]
+    assert json.loads(after.attrs["names"])[0] == "C2"
+    assert (after.attrs["marks"], after.attrs["edits"]) == ("[]", 0)
+
+
+def test_a_part_of_a_movie_stays_a_part(tracked):
+    after = corrected_profile(opened(tracked, first_frame=20, last_frame=59))
+    whole = corrected_profile(opened(tracked))
+    np.testing.assert_array_equal(after.x, whole.x[:, 20:60])
+    np.testing.assert_array_equal(after.time, whole.time[20:60])
+    assert (after.attrs["first_frame"], after.attrs["last_frame"]) == (20, 59)
+    for runs, seen in zip(json.loads(after.attrs["lost"]), np.isfinite(after.x).any("node").values, strict=True):
+        lost = np.zeros(40, bool)
+        for first, last, _ in runs:
+            lost[first : last + 1] = True
+        np.testing.assert_array_equal(lost, ~seen)
+
+
+def test_an_edit_changes_what_it_is_about(tracked):
+    tracks = opened(tracked)
+    named = tracks.correction.named
+    line = int(np.flatnonzero(named.whisker == 2)[10])
+    tracks.correction.apply(Edit(do="delete", at=tracks.correction.point_on(line)))
+    tracks.correction.settle()
+    now = tracks.correction.named
+    assert now.gone[line]
+    others = ~now.gone
+    assert (now.whisker == named.whisker)[others].mean() > 0.9
