@@ -110,12 +110,13 @@ def _beside_likelier(whisker: Integers, frame: Integers, reach: Array, likely: A
     named = np.flatnonzero(whisker >= 0)
     order = named[np.lexsort((-likely[named], frame[named], whisker[named]))]
     new = (np.diff(whisker[order]) != 0) | (np.diff(frame[order]) != 0)
+    starts = np.flatnonzero(np.concatenate([[True], new]))
     out: list[int] = []
-    for some in np.split(order, np.flatnonzero(new) + 1):
-        kept = list(some[:1])
-        for one in some[1:]:
+    for first, stop in zip(starts, [*starts[1:], order.size], strict=True):
+        kept = [int(order[first])] if stop > first + 1 else []
+        for one in order[first + 1 : stop]:
             beside = any(_overlap(reach[one], reach[other]) > OVERLAP for other in kept)
-            (out if beside else kept).append(one)
+            (out if beside else kept).append(int(one))
     return out
 
 
