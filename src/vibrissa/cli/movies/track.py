@@ -211,6 +211,8 @@ def remarks_on(profile: xr.Dataset) -> None:
             [(most, _)] = lost.most_common(1)
             name = names[whisker] if whisker < len(names) else f"whisker {whisker}"
             tell(f"{name} was lost in {lost.total()} of {profile.sizes['time']} frames, mostly: {most}")
+    if given := [f"{k} is {name}" for k, name in enumerate(names) if name != f"whisker {k}"]:
+        tell(f"whisker {', '.join(given)}")
     tell(*map(in_options, noted["remarks"]))
     tell(*(f"whisker {k} is rejected: {reason}" for k, reason in enumerate(noted["rejected"]) if reason))
     if "led_frame" in profile.attrs:
