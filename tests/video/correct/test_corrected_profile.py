@@ -27,7 +27,8 @@ def tracked(tmp_path_factory):
     identity = linking.identity()
     assert (identity.segment_whisker.values != linking.others.alone).any()
     save(lines.assign({name: identity[name] for name in IDENTIFIED}), folder / "lines.nc")
-    profile = profile_from_linking(linking, Calibration(frame_rate=200.0, pixel_size=1e-4), source="pad")
+    calibration = Calibration(frame_rate=200.0, pixel_size=1e-4)
+    profile = profile_from_linking(linking, calibration, source="pad", first=[3])  # as if marked: it comes first
     names = [f"whisker {k}" for k in range(profile.sizes["whisker"])]
     save(profile.assign_attrs(names=json.dumps(["C2", *names[1:]]), marks="[]"), folder / "profile.nc")
     write_movie(folder / "movie.mkv", [np.full((FRAMES, HEIGHT, WIDTH), 190, np.uint8)])

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import json
-import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.arrays import Integers
 from vibrissa.quantities.identity import SURE
 from vibrissa.video.correct.corrected_linking import corrected_linking
-from vibrissa.video.correct.opening import OpenedTracks, calibration_of
+from vibrissa.video.correct.opening import OpenedTracks, calibration_of, marked_names
 from vibrissa.video.linked.linked_profile import profile_from_linking
 
 if TYPE_CHECKING:
@@ -47,19 +45,25 @@ def corrected_profile(opened: OpenedTracks) -> xr.Dataset:
         source=opened.movie.name,
         node_spacing=float(np.nanmedian(spacing)) if np.isfinite(spacing).any() else None,
         least_probability=float(before.attrs.get("least_probability", SURE)),
+        first=_order(opened),
         attrs=kept | {"source": opened.movie.name, "edits": len(correction.edits)},
     )
     if "names" in before.attrs:
-        profile.attrs["names"] = json.dumps(_names(before, profile, opened.numbers))
+        profile.attrs["names"] = json.dumps(_names(opened, profile))
     if "first_frame" in before.attrs:
         profile = _part(profile, *(int(before.attrs[name]) for name in ("first_frame", "last_frame")))
     return profile
 
 
-def _names(before: xr.Dataset, profile: xr.Dataset, numbers: Integers) -> list[str]:
+def _order(opened: OpenedTracks) -> list[int]:
+    """Whiskers in the order that they have in the profile before."""
+    before = [n for n in json.loads(opened.profile.attrs.get("identities", "[]")) if n < opened.numbers.size]
+    return [int(opened.numbers[n]) for n in before if opened.numbers[n] >= 0]
+
+
+def _names(opened: OpenedTracks, profile: xr.Dataset) -> list[str]:
     """Names of the whiskers of a profile: those that marks gave before, the others by their number."""
-    were = dict(zip(json.loads(before.attrs["identities"]), json.loads(before.attrs["names"]), strict=True))
-    given = {int(numbers[n]): name for n, name in were.items() if not re.fullmatch(r"whisker \d+", name)}
+    given = marked_names(opened.profile, opened.numbers)
     return [given.get(n, f"whisker {k}") for k, n in enumerate(json.loads(profile.attrs["identities"]))]
 
 

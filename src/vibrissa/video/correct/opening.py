@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
@@ -110,7 +111,31 @@ def open_tracks(
         tell(f"{len(made)} edit{'s' * (len(made) != 1)} of {edits} made again")
     if before.attrs.get("identity_from") != "link":
         tell(f"{profile} was not linked from lines: its whiskers may have other numbers here")
+    if given := [f"{n} is {name}" for n, name in sorted(marked_names(before, numbers).items())]:
+        tell(f"whisker {', '.join(given)}")
     return OpenedTracks(correction, movie_of, before, numbers)
+
+
+def marked_names(profile: xr.Dataset, numbers: Integers) -> dict[int, str]:
+    """Names that marks gave whiskers of a profile, by their numbers in the linking that is corrected.
+
+    Parameters
+    ----------
+    profile : Dataset
+        As it was before.
+    numbers : (n,) array of int
+        Of :func:`said_of`.
+
+    Returns
+    -------
+    dict
+        Of whiskers that have lines.
+    """
+    if not {"names", "identities"} <= set(profile.attrs):
+        return {}
+    were = zip(json.loads(profile.attrs["identities"]), json.loads(profile.attrs["names"]), strict=True)
+    named = {n: name for k, (n, name) in enumerate(were) if name != f"whisker {k}" and n < numbers.size}
+    return {int(numbers[n]): name for n, name in named.items() if numbers[n] >= 0}
 
 
 def calibration_of(profile: xr.Dataset, source: str) -> Calibration:
