@@ -96,7 +96,23 @@ def renamed(other: PointNames, mine: PointNames, others: int, whiskers: int) -> 
     both = (other.whisker >= 0) & (mine.whisker >= 0)
     common = np.zeros((others, whiskers))
     np.add.at(common, (other.whisker[both], mine.whisker[both]), (other.sure * mine.sure)[both])
-    number = np.full(others + 1, -1)  # the last is nobody's
+    return PointNames(numbers_in_common(common)[other.whisker], other.sure)
+
+
+def numbers_in_common(common: Array) -> Integers:
+    """Number in one linking of each whisker of another: the two that have most in common are one.
+
+    Parameters
+    ----------
+    common : (n, m) array
+        How much each whisker of the other has in common with each of the one.
+
+    Returns
+    -------
+    (n + 1,) array of int
+        −1 for a whisker that has nothing in common with its counterpart; the last, for −1, is nobody's.
+    """
+    number = np.full(len(common) + 1, -1)
     for one, same in zip(*linear_sum_assignment(-common), strict=True):
         number[one] = same if common[one, same] else -1
-    return PointNames(number[other.whisker], other.sure)
+    return number
