@@ -175,6 +175,17 @@ def test_a_new_whisker_and_refusals_of_numbers(hands, pad):
     assert "7 whiskers" in hands.page.inner_text("#counts")
 
 
+def test_a_name_that_a_mark_gave_is_shown_and_can_be_answered(browser, served, pad):
+    served.session.names = {2: "C1"}
+    hands = Hands(browser, served)
+    assert "C1 (2): " in hands.page.inner_text("#whiskers")
+    line = hands.select(3, full_frame(pad))
+    hands.answer("n", "C1")
+    assert hands.whisker(line) == 2
+    hands.until("document.getElementById('where').textContent.includes('whisker C1 (2), ')")
+    hands.context.close()
+
+
 def test_a_click_selects_a_line_in_the_frame_and_a_piece_in_the_picture_of_angles(hands, pad):
     line = hands.select(4, full_frame(pad))
     hands.keys("Escape")

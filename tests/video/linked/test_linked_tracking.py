@@ -206,6 +206,15 @@ def test_a_mark_in_a_frame_without_lines_names_the_nearest_frame_that_has_some(t
     assert "the nearest line of frame 9 passes" in str(caught.value)
 
 
+def test_a_mark_on_no_line_is_refused_before_lines_are_linked(movie, monkeypatch):
+    def link(_):
+        raise AssertionError("lines were linked first")
+
+    monkeypatch.setattr("vibrissa.video.linked.linked_tracking.link_thoroughly", link)
+    with refusal("range", "mark"):
+        track_linked(movie, calibration=CALIBRATION, marks=[LineMark(20, 300, 5, "C1")])
+
+
 def test_two_names_on_one_line_are_refused(movie, tracked):
     here = place(tracked.profile, 1, 20, 8)
     with refusal("conflict", "mark"):

@@ -10,7 +10,7 @@ from vibrissa.netcdf import save
 from vibrissa.page.correct.server import serve
 from vibrissa.page.correct.session import CorrectionSession
 from vibrissa.video.correct.corrected_profile import corrected_profile
-from vibrissa.video.correct.opening import OpenedTracks
+from vibrissa.video.correct.opening import OpenedTracks, marked_names
 from vibrissa.video.io.frame_store import FrameStore
 
 
@@ -47,7 +47,8 @@ def correct_on_page(
 
     frames = FrameStore(movie)
     try:
-        session = CorrectionSession(opened.correction, frames, opened.movie, edits, write)
+        names = marked_names(opened.profile, opened.numbers)
+        session = CorrectionSession(opened.correction, frames, opened.movie, edits, write, names)
         serve(session, tell=tell, opened=webbrowser.open if browser else None)
     finally:
         frames.close()

@@ -31,6 +31,8 @@ class CorrectionSession:
         File of the edits, written anew after each.
     save : callable
         Writes the corrected profile; gives a line that says so.
+    names : dict
+        Names that marks gave to whiskers, by their numbers.
     """
 
     def __init__(
@@ -40,8 +42,10 @@ class CorrectionSession:
         movie: EditedMovie,
         edits: Path,
         save: Callable[[], str],
+        names: Mapping[int, str],
     ) -> None:
         self.correction, self.frames, self.movie, self.edits = correction, frames, movie, edits
+        self.names = dict(names)
         self._save, self._lock = save, threading.Lock()
         self._does: dict[str, Callable[[Mapping[str, Any]], str]] = {
             "edit": self._edit,
@@ -56,7 +60,8 @@ class CorrectionSession:
             self.correction.settle()
             named = self.correction.named
             arrays = drawn_lines(self.correction.linking) | drawn_names(named)
-            return packed({**self.movie._asdict(), **self._facts(""), "edits_file": self.edits.name}, arrays)
+            facts = {**self.movie._asdict(), **self._facts(""), "edits_file": self.edits.name, "names": self.names}
+            return packed(facts, arrays)
 
     def answer(self, place: str, values: Mapping[str, Any]) -> bytes:
         """Do what is asked for.

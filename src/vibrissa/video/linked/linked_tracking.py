@@ -113,6 +113,8 @@ def track_linked(
     if not segments.sizes["segment"]:
         rule, remedy = "must show whiskers", "say whether they are dark or bright, or give a larger region"
         raise TooFewError("movie", rule, "no line in any frame", remedy)
+    for mark in marks:
+        snapped(segments, mark)  # one that is on no line is refused before linking, which takes minutes
     if progress is not None:
         progress("link whiskers", 0, 0)
     if head is not None:

@@ -134,8 +134,8 @@ function list() {
     one.type = "button";
     swatch.className = "swatch";
     swatch.style.background = colour(k);
-    one.append(swatch, `${k}: ${Math.floor(100 * seen[k])} %`);
-    one.setAttribute("aria-label", `Whisker ${k}, a line in ${Math.floor(100 * seen[k])} % of the frames`);
+    one.append(swatch, `${tracks.both(k)}: ${Math.floor(100 * seen[k])} %`);
+    one.setAttribute("aria-label", `Whisker ${tracks.both(k)}, a line in ${Math.floor(100 * seen[k])} % of the frames`);
     one.onclick = () => find(k);
     item.append(one);
     items.push(item);
@@ -149,7 +149,7 @@ function list() {
 function find(k) { // its line that is nearest in time
   let best = null;
   for (let s = 0; s < tracks.count; s++) if (tracks.whisker[s] === k && (best === null || Math.abs(tracks.frame[s] - frame) < Math.abs(tracks.frame[best] - frame))) best = s;
-  if (best === null) say(`whisker ${k} has no line`); else select(best);
+  if (best === null) say(`whisker ${tracks.both(k)} has no line`); else select(best);
 }
 
 function edit(kind, more = {}) {
@@ -185,7 +185,7 @@ function ask(kind) {
   if (kind === "swap" && !(named() >= 0)) return say("select a line that has a name", true);
   if (kind === "mark" && selected === null) return say("the selected piece has no line in this frame", true);
   asking = { kind, from: document.activeElement };
-  const few = kind === "go" ? `0 to ${tracks.frames - 1}` : `0 to ${tracks.whiskers - 1}` + (kind === "name" ? `, or + for a new one` : "");
+  const few = kind === "go" ? `0 to ${tracks.frames - 1}` : `0 to ${tracks.whiskers - 1}${Object.keys(tracks.names).length ? ", or its name" : ""}` + (kind === "name" ? `, or + for a new one` : "");
   $("asked").textContent = `${ASKED[kind]} (${few})`;
   $("number").value = "";
   $("ask").hidden = false;
@@ -201,7 +201,7 @@ function unask() {
 
 function answered(event) {
   event.preventDefault();
-  const { kind } = asking, text = $("number").value.trim(), number = kind === "name" && text === "+" ? tracks.whiskers : Number(text);
+  const { kind } = asking, text = $("number").value.trim(), number = kind === "name" && text === "+" ? tracks.whiskers : kind === "go" ? Number(text) : tracks.number(text);
   const most = kind === "go" ? tracks.frames - 1 : kind === "name" ? tracks.whiskers : tracks.whiskers - 1;
   if (text === "" || !Number.isInteger(number) || number < 0 || number > most) return say(`a whole number from 0 to ${most}, got ${text || "nothing"}`, true);
   unask();

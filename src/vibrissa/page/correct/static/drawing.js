@@ -83,7 +83,7 @@ export class View {
     const { pen, tracks, zoom, left, top, canvas } = this, [a, b] = tracks.points(s), c = Math.max(a, b - 4);
     const dx = tracks.column[b - 1] - tracks.column[c], dy = tracks.row[b - 1] - tracks.row[c], way = Math.hypot(dx, dy) || 1;
     const x = (tracks.column[b - 1] + 0.5 - left) * zoom + 10 * ratio * dx / way, y = (tracks.row[b - 1] + 0.5 - top) * zoom + 10 * ratio * dy / way;
-    const text = String(tracks.whisker[s]), edge = 9 * ratio;
+    const text = tracks.name(tracks.whisker[s]), edge = 9 * ratio;
     pen.textAlign = "center"; pen.textBaseline = "middle";
     pen.lineWidth = 3.5 * ratio; pen.strokeStyle = "#000"; pen.lineJoin = "round";
     const at = [Math.min(Math.max(x, edge), canvas.width - edge), Math.min(Math.max(y, edge), canvas.height - edge)];

@@ -132,9 +132,9 @@ export class Overview {
       const k = tracks.whisker[s], crowded = ([u, v, other]) => Math.abs(u - x) < (other === k ? 150 : 22) * ratio && Math.abs(v - y) < (other === k ? 60 : 12) * ratio;
       if (taken.some(crowded)) continue;
       taken.push([x, y, k]);
-      pen.strokeText(String(tracks.whisker[s]), x, y);
+      pen.strokeText(tracks.name(tracks.whisker[s]), x, y);
       pen.fillStyle = colour(tracks.whisker[s]);
-      pen.fillText(String(tracks.whisker[s]), x, y);
+      pen.fillText(tracks.name(tracks.whisker[s]), x, y);
     }
   }
 

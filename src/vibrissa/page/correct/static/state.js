@@ -7,7 +7,7 @@ export const colour = whisker => whisker >= 0 ? COLOURS[whisker % COLOURS.length
 
 export class Tracks {
   constructor(message) {
-    Object.assign(this, { frames: message.frames, width: message.width, height: message.height });
+    Object.assign(this, { frames: message.frames, width: message.width, height: message.height, names: message.names });
     for (const name of ["frame", "start", "angle", "column", "row"]) this[name] = message[name];
     this.count = this.frame.length;
     this.first = new Int32Array(this.frames + 1).fill(this.count);
@@ -34,6 +34,9 @@ export class Tracks {
     this.pieces = most + 1;
   }
 
+  name(k) { return this.names[k] ?? String(k); } // of a mark, else the number
+  both(k) { return k in this.names ? `${this.names[k]} (${k})` : String(k); }
+  number(text) { const k = Object.keys(this.names).find(k => this.names[k] === text); return Number(k ?? text); }
   points(s) { return [this.start[s], s + 1 < this.count ? this.start[s + 1] : this.column.length]; }
   size(s) { const [a, b] = this.points(s); return b - a; }
   segmentsOf(p) { return this.members.subarray(this.from[p], this.from[p + 1]); }
@@ -99,8 +102,8 @@ export class Tracks {
 
   describe(s) {
     const k = this.whisker[s], [a, b] = this.ends(this.piece[s]), all = this.byAngle(this.frame[s]);
-    const name = k >= 0 ? `whisker ${k}, ${(100 * this.sure[s]).toFixed(this.sure[s] > 0.99 && this.sure[s] < 1 ? 1 : 0)} % sure` : k === -2 ? "deleted, no whisker" : "no name";
-    const shared = this.other[s] >= 0 ? `; whisker ${this.other[s]} is along the same line` : "";
+    const name = k >= 0 ? `whisker ${this.both(k)}, ${(100 * this.sure[s]).toFixed(this.sure[s] > 0.99 && this.sure[s] < 1 ? 1 : 0)} % sure` : k === -2 ? "deleted, no whisker" : "no name";
+    const shared = this.other[s] >= 0 ? `; whisker ${this.both(this.other[s])} is along the same line` : "";
     return `line ${all.indexOf(s) + 1} of ${all.length}: ${name}${shared}; its piece is frames ${a} to ${b}`;
   }
 }
