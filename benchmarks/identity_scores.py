@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
+from whiskers_apart import apart, counts
 
 NEAR = 2.0  # [px] across the line
 SHARE = 0.7  # of the points
@@ -199,7 +200,8 @@ def score(found: Lines, truth: xr.Dataset, least: float) -> dict[str, float]:
         no whisker; ``error``, ``error_95`` median and 95 % of the distances across the line [px]; ``names`` that are
         given, and how many of them are ``hairs``; ``followed`` mean over whiskers of the share of the frames in which
         it is seen that it has its own name, ``worst``, the least one, and ``allowed``, the mean if each line that is
-        at a whisker had its name; ``switches`` per 1,000 frames; ``wrong`` whisker-frames per 1,000 named; calibration.
+        at a whisker had its name; ``switches`` per 1,000 frames; ``wrong`` whisker-frames per 1,000 named; calibration;
+        counts of ``whiskers_apart.py``.
     """
     true, frames = lines_of(truth), int(truth.attrs["frames"])
     whiskers = int(true.whisker.max()) + 1
@@ -215,6 +217,7 @@ def score(found: Lines, truth: xr.Dataset, least: float) -> dict[str, float]:
     where = np.repeat(np.arange(len(true.frame)), np.diff(true.ends))
     np.add.at(seen, (true.whisker[where], true.frame[where]), visible)
     can = seen >= SEEN
+    lies = apart(true.points[visible], true.frame[where[visible]], true.whisker[where[visible]], seen)
     share, allowed = (shares(one, can) for one in (own, of_owners(*best_names(found, match, frames))))
     near = sum(one.size for one in match.offset)
     return {
@@ -230,4 +233,5 @@ def score(found: Lines, truth: xr.Dataset, least: float) -> dict[str, float]:
         "switches": 1000 * switches(right) / frames,
         "wrong": 1000 * (1 - own.sum() / given[~hair].sum()) if given[~hair].any() else np.nan,
         **calibration(found, match, owner, hair),
+        **counts(lies, can, own, of_owners(np.repeat(given[..., None], whiskers, axis=2), owner)),
     }

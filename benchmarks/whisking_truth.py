@@ -26,6 +26,7 @@ from pathlib import Path
 import numpy as np
 from identity_scores import BINS, score
 from tracking_truth import write
+from whiskers_apart import CLASSES, table_row
 from whisking_movies import KINDS, scene_of
 from whisking_trackers import Tracker, vibrissa_tracker, whisk_tracker
 
@@ -97,6 +98,13 @@ def tables(folder: Path) -> None:
             of = [row for row in some if row["by"] == by]
             entries = [mean(np.array([float(row[name]) for row in of]), digits) for name, digits in FIGURES.items()]
             print("| " + " | ".join([kind, by, str(len(of)), *entries]) + " |")
+    head = "| movie | by | apart from | whiskers | followed | in 0.9 of their frames | wrong per 1,000 |"
+    print("", head, 7 * "|---" + "|", sep="\n")
+    for kind, some in rows.items():
+        for by in dict.fromkeys(row["by"] for row in some):
+            of = [row for row in some if row["by"] == by]
+            for low in CLASSES:
+                print("| " + " | ".join([kind, by, f"{low:g}", *table_row(of, low)]) + " |")
     print("", "| movie | by | called sure | is right | claims |", 5 * "|---" + "|", sep="\n")
     for kind, some in rows.items():
         for by in dict.fromkeys(row["by"] for row in some):

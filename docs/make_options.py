@@ -11,9 +11,9 @@ from typing import Annotated, Literal, Union, get_args, get_origin
 from cyclopts import Parameter
 
 from vibrissa.cli import app
-from vibrissa.cli.shared.glossary import GLOSSARY, SHARES
-from vibrissa.cli.shared.refusals import argument_for
-from vibrissa.cli.shared.units import DIMENSIONS
+from vibrissa.cli.shared.words.glossary import GLOSSARY, SHARES
+from vibrissa.cli.shared.words.refusals import argument_for
+from vibrissa.cli.shared.words.units import DIMENSIONS
 
 DOCS = Path(__file__).parent
 HEAD = """# Every option

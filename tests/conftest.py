@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from vibrissa import cli
-from vibrissa.cli.shared import progress
+from vibrissa.cli.shared.display import progress
 
 SLOW = Path(__file__).with_name("slow.txt")  # written by choose_fast.py
 

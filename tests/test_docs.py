@@ -40,7 +40,9 @@ def commands(path):
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
 def test_every_command_of_a_page_is_one_that_the_program_takes(path, monkeypatch):
-    monkeypatch.setattr("vibrissa.cli.shared.output.refuse_out", lambda out: None)  # commands before make the folders
+    monkeypatch.setattr(
+        "vibrissa.cli.shared.display.output.refuse_out", lambda out: None
+    )  # commands before make the folders
     for words in commands(path):
         app.parse_args(words, print_error=False, exit_on_error=False)
 

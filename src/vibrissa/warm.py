@@ -88,8 +88,8 @@ def main() -> None:
 
 def warm() -> None:
     """Compile in both processes at once, with a bar where stderr is a terminal, elsewhere a line every few seconds."""
-    from vibrissa.cli.shared.output import tell
-    from vibrissa.cli.shared.progress import progress_bars
+    from vibrissa.cli.shared.display.output import tell
+    from vibrissa.cli.shared.display.progress import progress_bars
 
     count, done, begin = loops(), set[str](), perf_counter()
     with progress_bars() as progress:

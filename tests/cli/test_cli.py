@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from vibrissa.cli.shared.output import OutputOptions
+from vibrissa.cli.shared.display.output import OutputOptions
 from vibrissa.netcdf import load
 from vibrissa.video.io.movie import write_movie
 

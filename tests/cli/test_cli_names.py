@@ -7,9 +7,9 @@ import make_options
 import pytest
 
 from vibrissa.cli import app
-from vibrissa.cli.shared.glossary import GLOSSARY, SHARES
-from vibrissa.cli.shared.renamed import OLD_OPTIONS, SYNONYMS, near_name
-from vibrissa.cli.shared.units import DIMENSIONS
+from vibrissa.cli.shared.words.glossary import GLOSSARY, SHARES
+from vibrissa.cli.shared.words.renamed import OLD_OPTIONS, SYNONYMS, near_name
+from vibrissa.cli.shared.words.units import DIMENSIONS
 
 WORDS = {("--part", "text")}  # two lengths in one word
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vibrissa.cli import app, options_of
-from vibrissa.cli.shared.output import _named
+from vibrissa.cli.shared.display.output import _named
 
 POSTURE = ("--contact", "0.29", "--base-angle", "1.2", "--whisker.length", "40mm", "--whisker.cone-angle", "1.5mrad")
 VERBS = [name for name in app if not name.startswith("-")]

@@ -7,7 +7,7 @@ import time
 
 from refusals import refusal
 
-from vibrissa.cli.shared import progress as module
+from vibrissa.cli.shared.display import progress as module
 from vibrissa.errors import InputError
 
 

@@ -7,8 +7,8 @@ import pytest
 
 import vibrissa
 from vibrissa.cli import options_of
-from vibrissa.cli.shared.glossary import GLOSSARY
-from vibrissa.cli.shared.refusals import argument_for, as_typed, in_options, option_for
+from vibrissa.cli.shared.words.glossary import GLOSSARY
+from vibrissa.cli.shared.words.refusals import argument_for, as_typed, in_options, option_for
 from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError
 from vibrissa.mechanics.statics.profile import Posture
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vibrissa.cli.shared.tables import folded, table_lines
+from vibrissa.cli.shared.display.tables import folded, table_lines
 from vibrissa.cli.studies.run import report_end
 from vibrissa.quantities import dataset
 

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vibrissa.cli.shared.axes import axis_of, values_of
-from vibrissa.cli.shared.glossary import GLOSSARY
-from vibrissa.cli.shared.units import DIMENSIONS, in_si, written
+from vibrissa.cli.shared.words.axes import axis_of, values_of
+from vibrissa.cli.shared.words.glossary import GLOSSARY
+from vibrissa.cli.shared.words.units import DIMENSIONS, in_si, written
 from vibrissa.netcdf import load
 from vibrissa.tables.quantity import number
 from vibrissa.whisker import Whisker

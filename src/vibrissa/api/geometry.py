@@ -6,7 +6,7 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vibrissa.api.arguments import names_arguments
+from vibrissa.api.shared.arguments import names_arguments
 from vibrissa.errors import RangeError, give_in
 from vibrissa.whisker import (
     IntrinsicCurvature,

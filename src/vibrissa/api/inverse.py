@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.api.arguments import names_arguments
 from vibrissa.api.motion import Motion
 from vibrissa.api.remarks import remark_left_out
+from vibrissa.api.shared.arguments import names_arguments
 from vibrissa.errors import ConflictError, MissingError
 from vibrissa.mechanics.free_end.free_end_prediction import FreeEndPrediction
 from vibrissa.mechanics.inverse.decomposition import Method

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.api.arguments import names_arguments
 from vibrissa.api.remarks import remark
+from vibrissa.api.shared.arguments import names_arguments
 from vibrissa.errors import ConflictError, RangeError
 
 if TYPE_CHECKING:

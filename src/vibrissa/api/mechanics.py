@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from vibrissa.api.arguments import names_arguments
-from vibrissa.api.rods import Model, rod_of
+from vibrissa.api.shared.arguments import names_arguments
+from vibrissa.api.shared.rods import Model, rod_of
 from vibrissa.errors import ConflictError, RangeError, give_in
 from vibrissa.mechanics.free_end.free_end_gap import free_end_gap
 from vibrissa.mechanics.modes.shift import curved_eigenmodes

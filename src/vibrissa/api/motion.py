@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.api.arguments import names_arguments
 from vibrissa.api.remarks import as_sentence, remark
-from vibrissa.api.rods import Model, refuse_forms, rod_of
+from vibrissa.api.shared.arguments import names_arguments
+from vibrissa.api.shared.rods import Model, refuse_forms, rod_of
 from vibrissa.errors import ConflictError, InputError, RangeError
 from vibrissa.mechanics.free_end.free_end_prediction import FreeEndPrediction
 from vibrissa.mechanics.free_end.validity import chosen

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from vibrissa.api.arguments import names_arguments
-from vibrissa.api.progress import notebook_bar
 from vibrissa.api.remarks import remark
+from vibrissa.api.shared.arguments import names_arguments
+from vibrissa.api.shared.progress import notebook_bar
 from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError
 from vibrissa.netcdf import load
 from vibrissa.quantities.identity import SURE

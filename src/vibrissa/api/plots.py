@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.api.arguments import names_arguments
+from vibrissa.api.shared.arguments import names_arguments
 from vibrissa.api.studies import Results
 from vibrissa.errors import RangeError, UnknownError, did_you_mean
 from vibrissa.quantities import require

@@ -5,8 +5,8 @@ from __future__ import annotations
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-from vibrissa.api.arguments import names_arguments
 from vibrissa.api.remarks import remark
+from vibrissa.api.shared.arguments import names_arguments
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,7 +8,7 @@ from dataclasses import replace
 from math import radians
 from pathlib import Path
 
-from vibrissa.api.arguments import names_arguments
+from vibrissa.api.shared.arguments import names_arguments
 from vibrissa.errors import MissingError, did_you_mean
 
 __all__ = ["sample_data"]

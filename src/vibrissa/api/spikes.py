@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from vibrissa.api.arguments import names_arguments
 from vibrissa.api.motion import Motion
 from vibrissa.api.remarks import remark
+from vibrissa.api.shared.arguments import names_arguments
 from vibrissa.errors import ConflictError, InputError, MissingError
 from vibrissa.mechanics.whisking.slow_prediction import SlowPrediction
 from vibrissa.mechanics.whisking.swing_prediction import SwingPrediction

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 
-from vibrissa.api.arguments import names_arguments
 from vibrissa.api.motion import Motion
+from vibrissa.api.shared.arguments import names_arguments
 from vibrissa.errors import MissingError
 from vibrissa.signals.envelope import analytic_envelope
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from vibrissa.api.arguments import names_arguments
-from vibrissa.api.progress import notebook_bar
+from vibrissa.api.shared.arguments import names_arguments
+from vibrissa.api.shared.progress import notebook_bar
 from vibrissa.errors import MissingError, did_you_mean
 from vibrissa.netcdf import load, save
 

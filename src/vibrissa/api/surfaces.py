@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from vibrissa.api.arguments import names_arguments
 from vibrissa.api.remarks import remark
+from vibrissa.api.shared.arguments import names_arguments
 from vibrissa.texture.io import Settled, read_texture
 
 if TYPE_CHECKING:

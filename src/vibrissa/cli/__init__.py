@@ -15,10 +15,10 @@ from cyclopts import App, CycloptsError, Group, Parameter
 from vibrissa import __version__
 from vibrissa.cli import mechanics, movies, spikes, studies
 from vibrissa.cli.shared.boundary import DEBUG, REFUSED, one_line_for_all
-from vibrissa.cli.shared.output import tell
-from vibrissa.cli.shared.refusals import as_typed
+from vibrissa.cli.shared.display.output import tell
 from vibrissa.cli.shared.stoppable import stoppable
-from vibrissa.cli.shared.usage import usage_line
+from vibrissa.cli.shared.words.refusals import as_typed
+from vibrissa.cli.shared.words.usage import usage_line
 from vibrissa.errors import InputError
 from vibrissa.limits import cap_memory
 

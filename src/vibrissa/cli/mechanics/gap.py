@@ -10,11 +10,11 @@ from cyclopts import Parameter
 
 from vibrissa.cli.mechanics.rod_movie import MovieFile, refuse_movie, write_film
 from vibrissa.cli.mechanics.rod_options import NO_ROD, RodOptions, ScanModel
+from vibrissa.cli.shared.display.output import PRINTED, OutputOptions, names_without, tell
+from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions
+from vibrissa.cli.shared.display.progress import progress_bars, stage
 from vibrissa.cli.shared.options import NO_WHISKER, PostureOptions, WhiskerOptions
-from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, tell
-from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
-from vibrissa.cli.shared.progress import progress_bars, stage
-from vibrissa.cli.shared.units import Length, OverLength, Speed, over_length
+from vibrissa.cli.shared.words.units import Length, OverLength, Speed, over_length
 from vibrissa.errors import ConflictError
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from vibrissa.cli.shared.display.output import PRINTED, OutputOptions, names_without, tell
 from vibrissa.cli.shared.options import Flag, Friction
-from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, tell
-from vibrissa.cli.shared.units import Angle, Length
+from vibrissa.cli.shared.words.units import Angle, Length
 from vibrissa.errors import ConflictError, MissingError
 
 

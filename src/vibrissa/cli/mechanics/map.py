@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from vibrissa.cli.mechanics.rod_options import NO_ROD, RodOptions
-from vibrissa.cli.shared.axes import AngleAxis, Axis, NumberAxis, OverLengthAxis, SpeedAxis, axis_of, values_of
+from vibrissa.cli.shared.display.output import Json, MaybeOut, OutputOptions, names_without, tell
+from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions
+from vibrissa.cli.shared.display.progress import progress_bars
 from vibrissa.cli.shared.options import NO_WHISKER, Scheduler, WhiskerOptions, Workers
-from vibrissa.cli.shared.output import Json, MaybeOut, OutputOptions, names_without, tell
-from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
-from vibrissa.cli.shared.progress import progress_bars
-from vibrissa.cli.shared.units import Length, OverLength, over_length
+from vibrissa.cli.shared.words.axes import AngleAxis, Axis, NumberAxis, OverLengthAxis, SpeedAxis, axis_of, values_of
+from vibrissa.cli.shared.words.units import Length, OverLength, over_length
 from vibrissa.errors import ConflictError
 
 if TYPE_CHECKING:

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Literal
 
 from cyclopts import Parameter
 
+from vibrissa.cli.shared.display.output import PRINTED, OutputOptions
+from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions
+from vibrissa.cli.shared.display.progress import stage
 from vibrissa.cli.shared.options import NO_WHISKER, Friction, WhiskerOptions
-from vibrissa.cli.shared.output import PRINTED, OutputOptions
-from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
-from vibrissa.cli.shared.progress import stage
-from vibrissa.cli.shared.units import Angle, OverLength, over_length
+from vibrissa.cli.shared.words.units import Angle, OverLength, over_length
 from vibrissa.errors import ConflictError, MissingError
 
 if TYPE_CHECKING:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from vibrissa.cli.shared.display.output import PRINTED, OutputOptions, names_without, tell
+from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions
+from vibrissa.cli.shared.display.progress import stage
 from vibrissa.cli.shared.options import NO_WHISKER, PostureOptions, WhiskerOptions
-from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, tell
-from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
-from vibrissa.cli.shared.progress import stage
-from vibrissa.cli.shared.units import OverLength, over_length
+from vibrissa.cli.shared.words.units import OverLength, over_length
 
 
 def profile(

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from vibrissa.cli.shared.output import tell
-from vibrissa.cli.shared.progress import progress_bars
+from vibrissa.cli.shared.display.output import tell
+from vibrissa.cli.shared.display.progress import progress_bars
 from vibrissa.errors import ConflictError, FormatError, MissingError
 
 if TYPE_CHECKING:

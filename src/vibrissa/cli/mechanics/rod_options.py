@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from vibrissa.cli.shared.options import Flag, WhiskerOptions
-from vibrissa.cli.shared.units import Length
+from vibrissa.cli.shared.words.units import Length
 from vibrissa.errors import ConflictError
 from vibrissa.tables.quantity import number
 

@@ -13,11 +13,11 @@ from vibrissa.arrays import Array
 from vibrissa.cli.mechanics.rod_movie import MovieFile, film_rate, refuse_movie, write_film
 from vibrissa.cli.mechanics.rod_options import NO_ROD, RodOptions, ScanModel
 from vibrissa.cli.mechanics.scan_spikes import NO_SPIKES, SpikeOptions
+from vibrissa.cli.shared.display.output import PRINTED, OutputOptions, names_without, tell
+from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions
+from vibrissa.cli.shared.display.progress import progress_bars
 from vibrissa.cli.shared.options import NO_WHISKER, Flag, OfModes, PostureOptions, WhiskerOptions
-from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, tell
-from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
-from vibrissa.cli.shared.progress import progress_bars
-from vibrissa.cli.shared.units import Length, Rate, Speed, in_si
+from vibrissa.cli.shared.words.units import Length, Rate, Speed, in_si
 from vibrissa.errors import ConflictError, RangeError, ShapeError
 
 if TYPE_CHECKING:

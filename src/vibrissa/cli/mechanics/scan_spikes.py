@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from cyclopts import Parameter
 
+from vibrissa.cli.shared.display.output import MaybeOut, tell
 from vibrissa.cli.shared.options import Seed
-from vibrissa.cli.shared.output import MaybeOut, tell
-from vibrissa.cli.shared.units import Length
+from vibrissa.cli.shared.words.units import Length
 from vibrissa.errors import ConflictError, FormatError
 
 if TYPE_CHECKING:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
+from vibrissa.cli.shared.display.output import PRINTED, OutputOptions, tell
+from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions
+from vibrissa.cli.shared.display.progress import stage
 from vibrissa.cli.shared.options import NO_WHISKER, Friction, WhiskerOptions
-from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
-from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
-from vibrissa.cli.shared.progress import stage
-from vibrissa.cli.shared.units import Angle, Duration, OverLength, Rate, Speed, over_length
+from vibrissa.cli.shared.words.units import Angle, Duration, OverLength, Rate, Speed, over_length
 from vibrissa.errors import ConflictError
 
 

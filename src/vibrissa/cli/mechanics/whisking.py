@@ -11,11 +11,11 @@ from cyclopts import Parameter
 from vibrissa.cli.mechanics.rod_movie import MovieFile, film_rate, refuse_movie, write_film
 from vibrissa.cli.mechanics.rod_options import NO_ROD, Model, RodOptions
 from vibrissa.cli.mechanics.scan import ScanOptions, undersampled
+from vibrissa.cli.shared.display.output import PRINTED, OutputOptions, names_without, show, tell
+from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions
+from vibrissa.cli.shared.display.progress import progress_bars
 from vibrissa.cli.shared.options import NO_WHISKER, Flag, Friction, WhiskerOptions
-from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, show, tell
-from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
-from vibrissa.cli.shared.progress import progress_bars
-from vibrissa.cli.shared.units import Length
+from vibrissa.cli.shared.words.units import Length
 from vibrissa.errors import ConflictError, RangeError
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-from vibrissa.cli.shared.output import MaybeOut, refuse_out, tell
-from vibrissa.cli.shared.progress import progress_bars
+from vibrissa.cli.shared.display.output import MaybeOut, refuse_out, tell
+from vibrissa.cli.shared.display.progress import progress_bars
 from vibrissa.errors import ConflictError
 
 

@@ -7,8 +7,8 @@ from typing import Literal
 
 from vibrissa.cli.movies.points import Side, points_of
 from vibrissa.cli.movies.track import remarks_on
-from vibrissa.cli.shared.output import Json, Out, refuse_out, show, tell
-from vibrissa.cli.shared.units import Length, Rate
+from vibrissa.cli.shared.display.output import Json, Out, refuse_out, show, tell
+from vibrissa.cli.shared.words.units import Length, Rate
 from vibrissa.errors import ConflictError, FormatError
 
 

@@ -11,11 +11,11 @@ import numpy as np
 from cyclopts import Parameter
 
 from vibrissa.cli.movies.points import Point, Side, line_of, points_of
+from vibrissa.cli.shared.display.output import Json, MaybeOut, refuse_out, show, tell
+from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.options import Flag
-from vibrissa.cli.shared.output import Json, MaybeOut, refuse_out, show, tell
-from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
-from vibrissa.cli.shared.refusals import in_options
-from vibrissa.cli.shared.units import Length, Rate
+from vibrissa.cli.shared.words.refusals import in_options
+from vibrissa.cli.shared.words.units import Length, Rate
 from vibrissa.errors import ConflictError, MissingError, TooFewError
 
 if TYPE_CHECKING:

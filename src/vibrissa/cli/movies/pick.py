@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Literal
 
 from vibrissa.cli.movies.points import Side, points_of
+from vibrissa.cli.shared.display.output import MaybeOut, tell
 from vibrissa.cli.shared.options import Flag
-from vibrissa.cli.shared.output import MaybeOut, tell
-from vibrissa.cli.shared.units import Length, Rate
+from vibrissa.cli.shared.words.units import Length, Rate
 from vibrissa.errors import MissingError
 
 

@@ -6,7 +6,7 @@ from math import ceil, isfinite, isnan
 from pathlib import Path
 from typing import Literal
 
-from vibrissa.cli.shared.units import in_si
+from vibrissa.cli.shared.words.units import in_si
 from vibrissa.errors import FormatError, MissingError, RangeError, ShapeError
 from vibrissa.tables.quantity import number
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 from vibrissa.cli.movies.decompose import tracked_whisker
 from vibrissa.cli.movies.points import line_of
+from vibrissa.cli.shared.display.output import PRINTED, OutputOptions, names_without, tell
+from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions
+from vibrissa.cli.shared.display.progress import stage
 from vibrissa.cli.shared.options import NO_WHISKER, Flag, Friction, WhiskerOptions
-from vibrissa.cli.shared.output import PRINTED, OutputOptions, names_without, tell
-from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
-from vibrissa.cli.shared.progress import stage
-from vibrissa.cli.shared.units import Length
+from vibrissa.cli.shared.words.units import Length
 from vibrissa.errors import ConflictError, RangeError
 
 

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from vibrissa.cli.movies.points import Side, frame_of, line_of, marks_of, pixels_of, points_of
-from vibrissa.cli.shared.output import Json, MaybeOut, refuse_out, show, tell
-from vibrissa.cli.shared.pictures import write_picture
-from vibrissa.cli.shared.progress import progress_bars, stage
-from vibrissa.cli.shared.refusals import in_options
-from vibrissa.cli.shared.units import Length, Rate
+from vibrissa.cli.shared.display.output import Json, MaybeOut, refuse_out, show, tell
+from vibrissa.cli.shared.display.pictures import write_picture
+from vibrissa.cli.shared.display.progress import progress_bars, stage
+from vibrissa.cli.shared.words.refusals import in_options
+from vibrissa.cli.shared.words.units import Length, Rate
 from vibrissa.errors import FormatError
 from vibrissa.quantities.identity import SURE
 from vibrissa.quantities.kinds import Method

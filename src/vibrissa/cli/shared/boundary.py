@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
-from vibrissa.cli.shared.output import tell
+from vibrissa.cli.shared.display.output import tell
 from vibrissa.errors import ConvergenceError
 
 DEBUG = "--debug"

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from vibrissa.cli.shared.output import tell
-from vibrissa.cli.shared.units import Angle, Density, Length, OverLength, Pressure, over_length
+from vibrissa.cli.shared.display.output import tell
+from vibrissa.cli.shared.words.units import Angle, Density, Length, OverLength, Pressure, over_length
 from vibrissa.errors import ConflictError, MissingError, RangeError
 from vibrissa.whisker import DENSITY, YOUNGS_MODULUS, Whisker, atlas_whisker
 

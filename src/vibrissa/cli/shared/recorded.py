@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from cyclopts import Parameter
 
+from vibrissa.cli.shared.display.output import OutputOptions, show
+from vibrissa.cli.shared.display.progress import progress_bars
 from vibrissa.cli.shared.options import Flag
-from vibrissa.cli.shared.output import OutputOptions, show
-from vibrissa.cli.shared.progress import progress_bars
-from vibrissa.cli.shared.refusals import in_options
-from vibrissa.cli.shared.units import Duration, Rate
+from vibrissa.cli.shared.words.refusals import in_options
+from vibrissa.cli.shared.words.units import Duration, Rate
 from vibrissa.errors import ConflictError, ShapeError
 
 if TYPE_CHECKING:

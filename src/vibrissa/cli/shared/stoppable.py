@@ -12,7 +12,7 @@ from threading import Timer, current_thread, main_thread
 from time import monotonic
 from typing import NoReturn
 
-from vibrissa.cli.shared.output import tell
+from vibrissa.cli.shared.display.output import tell
 from vibrissa.sweep.stops import STOPS
 
 LONGEST = 20.0  # [s] from the signal to the end of this process, whatever hangs

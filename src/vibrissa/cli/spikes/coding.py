@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
-from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
-from vibrissa.cli.shared.progress import stage
+from vibrissa.cli.shared.display.output import PRINTED, OutputOptions, tell
+from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions
+from vibrissa.cli.shared.display.progress import stage
 from vibrissa.cli.shared.recorded import (
     ALL_TRIALS,
     WHOLE,
@@ -20,7 +20,7 @@ from vibrissa.cli.shared.recorded import (
     Window,
     show_map,
 )
-from vibrissa.cli.shared.units import Duration
+from vibrissa.cli.shared.words.units import Duration
 from vibrissa.errors import ShapeError
 
 if TYPE_CHECKING:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from vibrissa.cli.shared.display.output import PRINTED, OutputOptions, tell
+from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions
+from vibrissa.cli.shared.display.progress import progress_bars
 from vibrissa.cli.shared.options import Seed
-from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
-from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
-from vibrissa.cli.shared.progress import progress_bars
 from vibrissa.cli.shared.recorded import ALL_TRIALS, TrialOptions
-from vibrissa.cli.shared.units import Duration
+from vibrissa.cli.shared.words.units import Duration
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from vibrissa.cli.shared.display.output import PRINTED, OutputOptions, print_json, show, tell
+from vibrissa.cli.shared.display.pictures import NO_PAGES, PagesOptions
+from vibrissa.cli.shared.display.progress import progress_bars
 from vibrissa.cli.shared.options import Seed
-from vibrissa.cli.shared.output import PRINTED, OutputOptions, print_json, show, tell
-from vibrissa.cli.shared.pictures import NO_PAGES, PagesOptions
-from vibrissa.cli.shared.progress import progress_bars
 from vibrissa.cli.shared.recorded import WHOLE, PartOptions, RecordingOptions, StimulusOptions
-from vibrissa.cli.shared.refusals import in_options
-from vibrissa.cli.shared.units import Duration
+from vibrissa.cli.shared.words.refusals import in_options
+from vibrissa.cli.shared.words.units import Duration
 
 if TYPE_CHECKING:
     import xarray as xr

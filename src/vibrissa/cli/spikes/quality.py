@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 from cyclopts import Parameter
 
+from vibrissa.cli.shared.display.output import PRINTED, OutputOptions, tell
+from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.options import Flag
-from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
-from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.recorded import ALL_TRIALS, TrialOptions, Window
-from vibrissa.cli.shared.refusals import in_options
-from vibrissa.cli.shared.units import Duration, Rate
+from vibrissa.cli.shared.words.refusals import in_options
+from vibrissa.cli.shared.words.units import Duration, Rate
 
 if TYPE_CHECKING:
     from vibrissa.neural.sorting.quality import Inclusion

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from vibrissa.cli.shared.display.output import Json, Out, names_without, show, tell
+from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions
+from vibrissa.cli.shared.display.progress import stage
 from vibrissa.cli.shared.options import Seed
-from vibrissa.cli.shared.output import Json, Out, names_without, show, tell
-from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
-from vibrissa.cli.shared.progress import stage
-from vibrissa.cli.shared.refusals import in_options
-from vibrissa.cli.shared.units import Acceleration, Duration, Length, Rate, Speed, in_si
+from vibrissa.cli.shared.words.refusals import in_options
+from vibrissa.cli.shared.words.units import Acceleration, Duration, Length, Rate, Speed, in_si
 from vibrissa.errors import InputError, UnknownError
 
 if TYPE_CHECKING:

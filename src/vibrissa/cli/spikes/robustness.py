@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from vibrissa.cli.shared.display.output import PRINTED, OutputOptions, show, tell
+from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions, write_picture
+from vibrissa.cli.shared.display.progress import progress_bars
 from vibrissa.cli.shared.options import NO_WHISKER, PostureOptions, Seed, WhiskerOptions
-from vibrissa.cli.shared.output import PRINTED, OutputOptions, show, tell
-from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions, write_picture
-from vibrissa.cli.shared.progress import progress_bars
-from vibrissa.cli.shared.units import Length, Speed
+from vibrissa.cli.shared.words.units import Length, Speed
 
 
 def robustness(

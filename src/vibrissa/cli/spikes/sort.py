@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from cyclopts import Parameter
 
+from vibrissa.cli.shared.display.output import PRINTED, MaybeOut, OutputOptions, tell
+from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions
+from vibrissa.cli.shared.display.progress import stage
 from vibrissa.cli.shared.options import Seed
-from vibrissa.cli.shared.output import PRINTED, MaybeOut, OutputOptions, tell
-from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
-from vibrissa.cli.shared.progress import stage
-from vibrissa.cli.shared.units import Duration, Length, Rate, Voltage
+from vibrissa.cli.shared.words.units import Duration, Length, Rate, Voltage
 from vibrissa.errors import ConflictError, MissingError
 
 if TYPE_CHECKING:

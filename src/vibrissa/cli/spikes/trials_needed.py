@@ -6,13 +6,13 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vibrissa.cli.shared.levels import LevelOption, RiseOption
-from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
-from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
-from vibrissa.cli.shared.progress import stage
+from vibrissa.cli.shared.display.output import PRINTED, OutputOptions, tell
+from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions
+from vibrissa.cli.shared.display.progress import stage
 from vibrissa.cli.shared.recorded import WHOLE, PartOptions, StimulusOptions
-from vibrissa.cli.shared.refusals import in_options
-from vibrissa.cli.shared.units import Duration, Rate
+from vibrissa.cli.shared.words.levels import LevelOption, RiseOption
+from vibrissa.cli.shared.words.refusals import in_options
+from vibrissa.cli.shared.words.units import Duration, Rate
 from vibrissa.errors import ConflictError, MissingError
 
 if TYPE_CHECKING:

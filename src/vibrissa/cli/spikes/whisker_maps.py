@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from vibrissa.cli.shared.output import PRINTED, OutputOptions, tell
-from vibrissa.cli.shared.pictures import NO_PICTURE, PictureOptions
-from vibrissa.cli.shared.progress import stage
+from vibrissa.cli.shared.display.output import PRINTED, OutputOptions, tell
+from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions
+from vibrissa.cli.shared.display.progress import stage
 from vibrissa.cli.shared.recorded import MOTION, WHOLE, PartOptions, RecordingOptions, SignalOptions, show_map
-from vibrissa.cli.shared.units import Duration
+from vibrissa.cli.shared.words.units import Duration
 from vibrissa.errors import UnknownError
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import webbrowser
 
-from vibrissa.cli.shared.output import tell
+from vibrissa.cli.shared.display.output import tell
 
 
 def explore(state: str = "", *, port: int = 0, browser: bool = True) -> None:

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from vibrissa.cli.shared.display.output import Json, Out, print_json, tell
+from vibrissa.cli.shared.display.progress import stage
 from vibrissa.cli.shared.options import Flag
-from vibrissa.cli.shared.output import Json, Out, print_json, tell
-from vibrissa.cli.shared.progress import stage
 from vibrissa.cli.shared.recorded import ALL_TRIALS, MOTION, SignalOptions, TrialOptions
-from vibrissa.cli.shared.refusals import in_options
-from vibrissa.cli.shared.units import Duration, Rate
+from vibrissa.cli.shared.words.refusals import in_options
+from vibrissa.cli.shared.words.units import Duration, Rate
 from vibrissa.errors import ConflictError
 
 if TYPE_CHECKING:

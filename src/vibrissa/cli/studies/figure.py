@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from vibrissa.cli.shared.output import Out, tell
-from vibrissa.cli.shared.pictures import refuse_picture, write_picture
-from vibrissa.cli.shared.progress import stage
+from vibrissa.cli.shared.display.output import Out, tell
+from vibrissa.cli.shared.display.pictures import refuse_picture, write_picture
+from vibrissa.cli.shared.display.progress import stage
 from vibrissa.errors import MissingError
 
 

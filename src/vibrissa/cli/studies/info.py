@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from vibrissa import __version__
-from vibrissa.cli.shared.output import Json, print_json, say
-from vibrissa.cli.shared.tables import hanging
+from vibrissa.cli.shared.display.output import Json, print_json, say
+from vibrissa.cli.shared.display.tables import hanging
 
 _EXTRA = re.compile(r"""^([\w.-]+).*;.*extra == ["'](\w+)["']""")
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")

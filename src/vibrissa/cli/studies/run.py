@@ -7,11 +7,11 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from vibrissa.cli.shared.display.output import Json, Out, say, show, tell
+from vibrissa.cli.shared.display.progress import progress_bars
+from vibrissa.cli.shared.display.tables import hanging, wrapped
 from vibrissa.cli.shared.options import Flag, Scheduler, Workers
-from vibrissa.cli.shared.output import Json, Out, say, show, tell
-from vibrissa.cli.shared.progress import progress_bars
 from vibrissa.cli.shared.stoppable import stoppable
-from vibrissa.cli.shared.tables import hanging, wrapped
 from vibrissa.errors import ConflictError
 
 if TYPE_CHECKING:

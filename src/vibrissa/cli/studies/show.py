@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vibrissa.cli.shared.display.output import Json, MaybeOut, print_json, say, tell
+from vibrissa.cli.shared.display.pictures import refuse_picture, write_picture
+from vibrissa.cli.shared.display.tables import folded, hanging
 from vibrissa.cli.shared.options import Flag
-from vibrissa.cli.shared.output import Json, MaybeOut, print_json, say, tell
-from vibrissa.cli.shared.pictures import refuse_picture, write_picture
-from vibrissa.cli.shared.tables import folded, hanging
 from vibrissa.errors import ConflictError
 
 if TYPE_CHECKING:

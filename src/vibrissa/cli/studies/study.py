@@ -6,9 +6,9 @@ import json as json_text
 from importlib.resources import files
 from pathlib import Path
 
+from vibrissa.cli.shared.display.output import Json, MaybeOut, say, show, tell
+from vibrissa.cli.shared.display.tables import hanging
 from vibrissa.cli.shared.options import Flag
-from vibrissa.cli.shared.output import Json, MaybeOut, say, show, tell
-from vibrissa.cli.shared.tables import hanging
 from vibrissa.errors import ConflictError, FormatError
 
 _EXAMPLE = files("vibrissa.data") / "experiment.toml"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from cyclopts import Parameter, Token
 
-from vibrissa.cli.shared.glossary import GLOSSARY, SHARES
+from vibrissa.cli.shared.words.glossary import GLOSSARY, SHARES
 from vibrissa.errors import FormatError, MissingError, RangeError
 from vibrissa.tables.quantity import QUANTITY, converted, number
 

@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from vibrissa.cli.shared.display import Shown, shown_units
+from vibrissa.cli.shared.display.shown_units import Shown, shown_units
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from typing import Annotated
 
-from vibrissa.cli.shared.glossary import GLOSSARY
-from vibrissa.cli.shared.units import in_si, reader
+from vibrissa.cli.shared.words.glossary import GLOSSARY
+from vibrissa.cli.shared.words.units import in_si, reader
 from vibrissa.errors import ConflictError
 from vibrissa.tables.quantity import number
 from vibrissa.tables.units import in_si as of_stimulus

@@ -11,7 +11,7 @@ class Option(NamedTuple):
     Attributes
     ----------
     kind : str
-        Dimension (``length``, …, see ``vibrissa.cli.shared.units.DIMENSIONS``), ``over length`` (a share of L, or
+        Dimension (``length``, …, see ``vibrissa.cli.shared.words.units.DIMENSIONS``), ``over length`` (a share of L, or
         a length), or ``number``, ``count``, ``text``, ``choice``, ``flag``, ``file``, ``point``.
     meaning : str
         One sentence.

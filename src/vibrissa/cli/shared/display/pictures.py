@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from cyclopts import Parameter
 
-from vibrissa.cli.shared.output import tell
-from vibrissa.cli.shared.progress import progress_bars
-from vibrissa.cli.shared.refusals import in_options
+from vibrissa.cli.shared.display.output import tell
+from vibrissa.cli.shared.display.progress import progress_bars
+from vibrissa.cli.shared.words.refusals import in_options
 from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError
 
 if TYPE_CHECKING:

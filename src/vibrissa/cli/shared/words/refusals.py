@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Sequence
 
-from vibrissa.cli.shared.glossary import GLOSSARY
-from vibrissa.cli.shared.units import DIMENSIONS, option_of, written
+from vibrissa.cli.shared.words.glossary import GLOSSARY
+from vibrissa.cli.shared.words.units import DIMENSIONS, option_of, written
 from vibrissa.errors import InputError, RangeError
 from vibrissa.tables.quantity import number
 

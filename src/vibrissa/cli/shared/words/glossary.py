@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vibrissa.cli.shared.glossary_entry import Option
+from vibrissa.cli.shared.words.glossary_entry import Option
 
 _O = Option
 GLOSSARY: dict[str, Option] = {

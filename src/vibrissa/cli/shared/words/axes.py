@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from vibrissa.cli.shared.units import Metres, in_si, length_of, reader, share
+from vibrissa.cli.shared.words.units import Metres, in_si, length_of, reader, share
 from vibrissa.errors import ShapeError
 from vibrissa.tables.quantity import number
 
@@ -29,7 +29,7 @@ def values_of(axis: Axis, option: str, cone: Whisker | None = None) -> list[floa
     Parameters
     ----------
     axis, option, cone
-        As in :func:`vibrissa.cli.shared.units.over_length`.
+        As in :func:`vibrissa.cli.shared.words.units.over_length`.
 
     Returns
     -------
@@ -39,7 +39,7 @@ def values_of(axis: Axis, option: str, cone: Whisker | None = None) -> list[floa
     Raises
     ------
     InputError
-        As :func:`vibrissa.cli.shared.units.over_length`.
+        As :func:`vibrissa.cli.shared.words.units.over_length`.
     """
     return axis.values if not axis.metres else [value / length_of(option, cone) for value in axis.values]
 

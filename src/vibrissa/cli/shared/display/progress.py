@@ -9,7 +9,7 @@ from threading import Event, Lock, RLock, Timer, get_ident, main_thread
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from vibrissa.cli.shared.output import tell
+from vibrissa.cli.shared.display.output import tell
 
 if TYPE_CHECKING:
     from vibrissa.quantities.kinds import Progress

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Sequence
 
-from vibrissa.cli.shared.renamed import OLD_VERBS, near_name, new_name
+from vibrissa.cli.shared.words.renamed import OLD_VERBS, near_name, new_name
 from vibrissa.errors import InputError
 
 POINTS = {

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 from cyclopts import Parameter, Token
 
-from vibrissa.cli.shared.tables import table_lines
+from vibrissa.cli.shared.display.tables import table_lines
 from vibrissa.errors import FormatError, MissingError
 
 if TYPE_CHECKING:
