@@ -13,6 +13,7 @@ import numpy as np
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.video.link.chains.chain_kernel import LEAVES, LOSE, chances, edges, stationary
+from vibrissa.video.link.chains.marked_courses import going_on
 from vibrissa.video.link.chains.swaps import Swap
 from vibrissa.video.link.chains.whisker_models import Model, candidates, deviations, worth
 from vibrissa.video.link.pad.pads import Lines
@@ -123,8 +124,8 @@ class Solution:
 
     def _label(self, number: int, model: Model) -> ChainLabel:
         seen, x, again = candidates(model, self.lines, self.who, self.phase, self.frame)
-        missing = np.setdiff1d([s for s, k in self.marks.items() if k == number], seen).astype(np.int64)
-        if missing.size:
+        if (missing := np.setdiff1d(self._marked(number), seen)).size:
+            missing = np.setdiff1d(self._going_on(number, model, missing), seen)
             more = deviations(model, self.lines.place[missing], self.phase[missing], self.frame[missing])
             there = stationary(more, self.lines.covariance[missing], model.spread)
             seen, x, again = np.append(seen, missing), np.concatenate([x, more]), np.append(again, there)
@@ -135,6 +136,15 @@ class Solution:
         again, leaves = again - LEAVES * (before >= 0), LOSE - LEAVES * (after >= 0)
         gain = worth(model, self.lines.look[seen])
         return ChainLabel(model, seen, x, again, leaves, gain, steps, np.zeros(seen.size), np.zeros(seen.size))
+
+    def _marked(self, number: int) -> Integers:
+        """Segments marked as a whisker's."""
+        return np.array([s for s, k in self.marks.items() if k == number], np.int64)
+
+    def _going_on(self, number: int, model: Model, marked: Integers) -> Integers:
+        """Marked segments that are too far off to be candidates, and those that may go on from them."""
+        x = deviations(model, self.lines.place[self.who], self.phase[self.who], self.frame[self.who])
+        return going_on(model, self.lines, self.frame, self.who, x, self._marked(number), marked)
 
     def _run(self, number: int) -> Integers:
         """Run one chain with what the others want; give the segments that it now wants otherwise."""

@@ -1,0 +1,45 @@
+"""A mark on a whisker that strays farther than it ever did: its lines in the frames about it are taken up, too."""
+
+import numpy as np
+from simulated_segments import Pad, simulate
+
+from vibrissa.video.link.whisker_linking import WhiskerMark, link_segments
+
+MIDDLE, LONG, TURN = 105, 11, -20.0  # of the burst: frame, frames, and degrees, away from the other whiskers
+CENTRE = Pad().centre
+
+
+def with_burst(segments, truth, whisker, turn):
+    """Lines of a whisker that turns by so many degrees more and back again in a few frames."""
+    column, row = segments.column.values.copy(), segments.row.values.copy()
+    ends = np.append(segments.segment_start.values, segments.sizes["point"])
+    for t in range(LONG):
+        now = segments.segment_frame.values == MIDDLE - LONG // 2 + t
+        for segment in np.flatnonzero((truth.segment == whisker) & now):
+            a, b = ends[segment], ends[segment + 1]
+            point = column[a:b] + 1j * row[a:b]
+            base = point[np.abs(point - complex(*CENTRE)).argmin()]
+            point = base + (point - base) * np.exp(1j * np.deg2rad(turn * np.sin(np.pi * (t + 1) / (LONG + 1))))
+            column[a:b], row[a:b] = point.real, point.imag
+    return segments.assign(column=("point", column), row=("point", row))
+
+
+def taken_up(seed):
+    """Share of the lines of the burst that have the whisker's name before and after a mark in its middle."""
+    segments, truth = simulate([Pad(whiskers=4, frames=200, missing=0.0, broken=0.0, junk=1.0)], seed)
+    linking, frame = link_segments(with_burst(segments, truth, 0, TURN)), segments.segment_frame.values
+    burst = np.flatnonzero((truth.segment == 0) & (np.abs(frame - MIDDLE) <= LONG // 2))
+    before = linking.identity().segment_whisker.values
+    own = np.bincount(before[(truth.segment == 0) & (before >= 0)]).argmax()
+    point = int(linking.pieces.start[burst[frame[burst] == MIDDLE][0]]) + 12
+    linking.mark(WhiskerMark(MIDDLE, float(linking.pieces.column[point]), float(linking.pieces.row[point]), int(own)))
+    after = linking.identity().segment_whisker.values
+    others = truth.segment > 0
+    np.testing.assert_array_equal(after[others], before[others])
+    return (before[burst] == own).mean(), (after[burst] == own).mean()
+
+
+def test_lines_about_a_mark_are_taken_up():
+    before, after = np.mean([taken_up(seed) for seed in range(2, 8)], axis=0)
+    assert before < 0.4
+    assert after > 0.9
