@@ -1,11 +1,12 @@
 """A mark on a whisker that strays farther than it ever did: its lines in the frames about it are taken up, too."""
 
 import numpy as np
+import pytest
 from simulated_segments import Pad, simulate
 
 from vibrissa.video.link.whisker_linking import WhiskerMark, link_segments
 
-MIDDLE, LONG, TURN = 105, 11, -20.0  # of the burst: frame, frames, and degrees, away from the other whiskers
+MIDDLE, LONG = 105, 11  # frame and frames of the burst
 CENTRE = Pad().centre
 
 
@@ -24,10 +25,10 @@ def with_burst(segments, truth, whisker, turn):
     return segments.assign(column=("point", column), row=("point", row))
 
 
-def taken_up(seed):
+def taken_up(seed, turn):
     """Share of the lines of the burst that have the whisker's name before and after a mark in its middle."""
     segments, truth = simulate([Pad(whiskers=4, frames=200, missing=0.0, broken=0.0, junk=1.0)], seed)
-    linking, frame = link_segments(with_burst(segments, truth, 0, TURN)), segments.segment_frame.values
+    linking, frame = link_segments(with_burst(segments, truth, 0, turn)), segments.segment_frame.values
     burst = np.flatnonzero((truth.segment == 0) & (np.abs(frame - MIDDLE) <= LONG // 2))
     before = linking.identity().segment_whisker.values
     own = np.bincount(before[(truth.segment == 0) & (before >= 0)]).argmax()
@@ -39,7 +40,9 @@ def taken_up(seed):
     return (before[burst] == own).mean(), (after[burst] == own).mean()
 
 
-def test_lines_about_a_mark_are_taken_up():
-    before, after = np.mean([taken_up(seed) for seed in range(2, 8)], axis=0)
-    assert before < 0.4
-    assert after > 0.9
+@pytest.mark.parametrize("turn", [-14.0, -20.0])  # away from the other whiskers
+def test_lines_about_a_mark_are_taken_up(turn):
+    """The whisker goes farther than it ever did, by up to 5° from frame to frame."""
+    before, after = np.transpose([taken_up(seed, turn) for seed in range(2, 8)])
+    assert before.mean() < 0.5
+    assert (after == 1).all()

@@ -23,6 +23,8 @@ SMALL = 0.15  # change of a message that does not count
 MARKED = 60.0  # logarithm by which a mark outweighs everything
 WANT = 1e6  # bound of a message
 DAMPED = 0.7  # share of a new message
+ABOUT = 10  # frames from a mark in which a whisker may be fast
+FAST = 0.5  # correlation of its deviation from frame to frame there, at most
 
 
 @dataclass
@@ -132,10 +134,23 @@ class Solution:
             order = np.argsort(seen)
             seen, x, again = seen[order], x[order], again[order]
         before, after = self.before[seen], self.after[seen]
-        steps = edges(seen, self.frame, x, self.lines.covariance[seen], model.spread, model.keep, before, after)
+        steps = self._steps(number, model, seen, x, before, after)
         again, leaves = again - LEAVES * (before >= 0), LOSE - LEAVES * (after >= 0)
         gain = worth(model, self.lines.look[seen])
         return ChainLabel(model, seen, x, again, leaves, gain, steps, np.zeros(seen.size), np.zeros(seen.size))
+
+    def _steps(
+        self, number: int, model: Model, seen: Integers, x: Array, before: Integers, after: Integers
+    ) -> tuple[Integers, Integers, Array]:
+        """Steps between candidates; about marks the whisker may be faster than it was known to be."""
+        known = seen, self.frame, x, self.lines.covariance[seen], model.spread
+        start, stop, step = edges(*known, model.keep, before, after)
+        marked = self._marked(number)
+        if marked.size:
+            near = np.abs(self.frame[seen, None] - self.frame[marked]).min(axis=1) <= ABOUT
+            fast = edges(*known, min(FAST, model.keep), before, after)[2]
+            step = np.where(near[start] & near[stop], np.maximum(step, fast), step)
+        return start, stop, step
 
     def _marked(self, number: int) -> Integers:
         """Segments marked as a whisker's."""
