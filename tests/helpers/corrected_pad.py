@@ -9,11 +9,11 @@ import numpy as np
 from simulated_segments import HEIGHT, WIDTH, Pad, simulate
 
 from vibrissa.netcdf import save
-from vibrissa.page.correct.correcting import write_corrected
+from vibrissa.page.correct.correcting import tracked, write_corrected
 from vibrissa.page.correct.server import CorrectionServer
 from vibrissa.page.correct.session import CorrectionSession
 from vibrissa.video.correct.edit_file import edit_path
-from vibrissa.video.correct.opening import marked_names, open_tracks
+from vibrissa.video.correct.opening import open_tracks
 from vibrissa.video.io.frame_store import FrameStore
 from vibrissa.video.io.movie import write_movie
 from vibrissa.video.link.courses.cut_lines import cut_lines, cut_segments
@@ -62,9 +62,8 @@ def served_pad(pad, out: Path):
         pad.profile, pad.movie, segments=pad.segments, edits=edits, tell=said.append, progress=lambda *_: None
     )
     frames = FrameStore(pad.movie)
-    names = marked_names(opened.profile, opened.numbers)
     session = CorrectionSession(
-        opened.correction, frames, opened.movie, edits, lambda: write_corrected(opened, out), names
+        opened.correction, frames, opened.movie, edits, lambda: write_corrected(opened, out), tracked(opened)
     )
     with CorrectionServer(session) as server:
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)

@@ -175,9 +175,13 @@ def test_a_new_whisker_and_refusals_of_numbers(hands, pad):
     assert "7 whiskers" in hands.page.inner_text("#counts")
 
 
-def test_a_name_that_a_mark_gave_is_shown_and_can_be_answered(browser, served, pad):
-    served.session.names = {2: "C1"}
+def test_a_name_that_a_mark_gave_and_the_part_that_was_tracked_are_shown(browser, served, pad):
+    served.session.tracked |= {"names": {2: "C1"}, "part": [20, 79]}
     hands = Hands(browser, served)
+    assert hands.ask("correct.frame()") == 20
+    assert hands.ask("correct.overview.span") == [20, 79]
+    wide = "[...document.querySelectorAll('#whiskers button')].filter(e => e.scrollWidth > e.clientWidth).length"
+    assert hands.ask(wide) == 0
     assert "C1 (2): " in hands.page.inner_text("#whiskers")
     line = hands.select(3, full_frame(pad))
     hands.answer("n", "C1")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import webbrowser
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from vibrissa.netcdf import save
 from vibrissa.page.correct.server import serve
@@ -47,12 +48,29 @@ def correct_on_page(
 
     frames = FrameStore(movie)
     try:
-        names = marked_names(opened.profile, opened.numbers)
-        session = CorrectionSession(opened.correction, frames, opened.movie, edits, write, names)
+        session = CorrectionSession(opened.correction, frames, opened.movie, edits, write, tracked(opened))
         serve(session, tell=tell, opened=webbrowser.open if browser else None)
     finally:
         frames.close()
     return bool(saved)
+
+
+def tracked(opened: OpenedTracks) -> dict[str, Any]:
+    """What the page must know of the profile.
+
+    Parameters
+    ----------
+    opened : OpenedTracks
+        What is corrected.
+
+    Returns
+    -------
+    dict
+        ``names`` that marks gave to whiskers, by their numbers; ``part``, first and last frame that were tracked.
+    """
+    attrs = opened.profile.attrs
+    part = [int(attrs.get("first_frame", 0)), int(attrs.get("last_frame", opened.movie.frames - 1))]
+    return {"names": marked_names(opened.profile, opened.numbers), "part": part}
 
 
 def write_corrected(opened: OpenedTracks, out: Path) -> str:

@@ -31,8 +31,8 @@ class CorrectionSession:
         File of the edits, written anew after each.
     save : callable
         Writes the corrected profile; gives a line that says so.
-    names : dict
-        Names that marks gave to whiskers, by their numbers.
+    tracked : dict
+        Of :func:`vibrissa.page.correct.correcting.tracked`.
     """
 
     def __init__(
@@ -42,10 +42,10 @@ class CorrectionSession:
         movie: EditedMovie,
         edits: Path,
         save: Callable[[], str],
-        names: Mapping[int, str],
+        tracked: Mapping[str, Any],
     ) -> None:
         self.correction, self.frames, self.movie, self.edits = correction, frames, movie, edits
-        self.names = dict(names)
+        self.tracked = dict(tracked)
         self._save, self._lock = save, threading.Lock()
         self._does: dict[str, Callable[[Mapping[str, Any]], str]] = {
             "edit": self._edit,
@@ -60,7 +60,7 @@ class CorrectionSession:
             self.correction.settle()
             named = self.correction.named
             arrays = drawn_lines(self.correction.linking) | drawn_names(named)
-            facts = {**self.movie._asdict(), **self._facts(""), "edits_file": self.edits.name, "names": self.names}
+            facts = {**self.movie._asdict(), **self.tracked, **self._facts(""), "edits_file": self.edits.name}
             return packed(facts, arrays)
 
     def answer(self, place: str, values: Mapping[str, Any]) -> bytes:

@@ -336,7 +336,7 @@ async function start() {
   bind();
   resize();
   list();
-  go(0);
+  go(tracks.part[0]);
   globalThis.correct = {
     tracks, view, overview, times, drawn: () => drawn, frame: () => frame, selected: () => selected, piece: () => piece, anchor: () => anchor,
     busy: () => waiting > 0 || painting || !frames.has(frame) || frames.shown !== frame, select, go, Y: angle => overview.Y(angle), X: f => overview.X(f),

@@ -9,7 +9,7 @@ const STRETCH = 16; // lines of a piece that are drawn as one path
 
 export class Overview {
   constructor(canvas, tracks) {
-    Object.assign(this, { canvas, tracks, pen: canvas.getContext("2d", { alpha: false }), base: document.createElement("canvas"), span: [0, tracks.frames - 1] });
+    Object.assign(this, { canvas, tracks, pen: canvas.getContext("2d", { alpha: false }), base: document.createElement("canvas"), span: [...tracks.part] });
     this.every = false;
     this.fitRange();
   }

@@ -7,7 +7,7 @@ export const colour = whisker => whisker >= 0 ? COLOURS[whisker % COLOURS.length
 
 export class Tracks {
   constructor(message) {
-    Object.assign(this, { frames: message.frames, width: message.width, height: message.height, names: message.names });
+    Object.assign(this, { frames: message.frames, width: message.width, height: message.height, names: message.names, part: message.part });
     for (const name of ["frame", "start", "angle", "column", "row"]) this[name] = message[name];
     this.count = this.frame.length;
     this.first = new Int32Array(this.frames + 1).fill(this.count);
@@ -75,16 +75,17 @@ export class Tracks {
     return best;
   }
 
-  seen() { // share of the frames in which each whisker has a line
+  seen() { // share of the tracked frames in which each whisker has a line
     const last = new Int32Array(this.whiskers).fill(-1), count = new Int32Array(this.whiskers);
     for (let s = 0; s < this.count; s++) {
       const k = this.whisker[s];
       if (k >= 0 && last[k] !== this.frame[s]) { last[k] = this.frame[s]; count[k] += 1; }
     }
-    return Array.from(count, n => n / this.frames);
+    const [first, end] = this.part;
+    return Array.from(count, n => n / (end - first + 1));
   }
 
-  findDoubts() { // where a named piece ends before the movie does, and where its name becomes doubtful
+  findDoubts() { // where a named piece ends before the tracked part does, and where its name becomes doubtful
     const found = [];
     for (let p = 0; p < this.pieces; p++) {
       const all = this.segmentsOf(p);
@@ -95,7 +96,7 @@ export class Tracks {
         if (now && !doubted) found.push(s);
         doubted = now;
       }
-      if (this.frame[all[all.length - 1]] < this.frames - 1) found.push(all[all.length - 1]);
+      if (this.frame[all[all.length - 1]] < this.part[1]) found.push(all[all.length - 1]);
     }
     return found.sort((a, b) => this.frame[a] - this.frame[b] || a - b);
   }
