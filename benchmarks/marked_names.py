@@ -9,7 +9,8 @@ whisker's name is the one that lines at it have in most frames; a line with that
 contradicts the study, in frames in which the study has the whisker. Who is wrong there was judged by eye in
 ``judged_names.csv``, from pictures of the grey level over angle and time at three distances from the base, as
 ``--pictures`` draws them for each contradiction that has no judgement: ``name``, ``study``, or nothing where it cannot
-be told. Frames that were judged by eye for the study's marks count as the study says.
+be told. Frames that were judged by eye for the study's marks count as the study says. The last rows are of the frames
+in which the study's whisker lies apart: half of it is farther than 4 px from every line that is not at it.
 """
 
 import argparse
@@ -22,6 +23,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from scipy.ndimage import gaussian_filter1d, map_coordinates
+from scipy.spatial import cKDTree
+from whiskers_apart import FAR, HALF
 
 from vibrissa.netcdf import load
 from vibrissa.video.io.movie import read_blocks
@@ -83,13 +86,29 @@ def at_whisker(lines: Named, column: np.ndarray, row: np.ndarray) -> np.ndarray:
     return out
 
 
-def contradictions(lines: Named, at: np.ndarray, followed: np.ndarray, least: float) -> tuple[int, int, np.ndarray]:
-    """Frames in which the whisker has its name, frames with lines of that name, and those that contradict."""
+def lies_apart(lines: Named, at: np.ndarray, column: np.ndarray, row: np.ndarray) -> np.ndarray:
+    """Whether a whisker whose nodes are given lies apart from the lines that are not at it, in each frame."""
+    out = np.zeros(len(row), bool)
+    for frame in np.flatnonzero(np.isfinite(row).any(axis=1)):
+        known = np.isfinite(row[frame])
+        x = np.arange(column[frame, known].min(), column[frame, known].max())
+        own = np.stack([x, np.interp(x, column[frame, known], row[frame, known])], axis=1)
+        others = [
+            lines.points[:, lines.ends[s] : lines.ends[s + 1]] for s in np.flatnonzero((lines.frame == frame) & ~at)
+        ]
+        off = cKDTree(np.concatenate(others, axis=1).T).query(own)[0] if others else np.full(len(own), np.inf)
+        out[frame] = (off > FAR).mean() >= HALF
+    return out
+
+
+def contradictions(lines: Named, at: np.ndarray, frames: np.ndarray, least: float) -> tuple[int, int, np.ndarray]:
+    """Of some frames (T,): those in which the whisker has its name, those with lines of that name, and those that
+    contradict."""
     known = (lines.name >= 0) & (lines.sure >= least)
-    pairs = np.unique(np.stack([lines.name, lines.frame])[:, at & known & (lines.name >= 0)], axis=1)
+    pairs = np.unique(np.stack([lines.name, lines.frame])[:, at & known], axis=1)
     mine = known & (lines.name == np.bincount(pairs[0]).argmax())
-    every = np.unique(lines.frame[mine & followed[lines.frame]])
-    right = np.unique(lines.frame[mine & at])
+    every = np.unique(lines.frame[mine & frames[lines.frame]])
+    right = np.intersect1d(lines.frame[mine & at], np.flatnonzero(frames))
     return right.size, every.size, np.setdiff1d(every, right)
 
 
@@ -148,17 +167,19 @@ def main() -> None:
     if asked.pictures is not None:
         asked.pictures.mkdir(parents=True, exist_ok=True)
         movie = np.concatenate([block.astype(float) for block in read_blocks(asked.movie)])
-    print("| whisker | at least so sure | frames with its name [%] | contradict the study [%] | name wrong [%] |"
-          " study wrong [%] | cannot be told [%] | not judged |", 8 * "|---" + "|", sep="\n")  # fmt: skip
+    print("| whisker | frames | at least so sure | frames with its name [%] | contradict the study [%] | name wrong [%] |"
+          " study wrong [%] | cannot be told [%] | not judged |", 9 * "|---" + "|", sep="\n")  # fmt: skip
     for whisker, name in enumerate(study.names):
         followed = np.isfinite(study.row[whisker]).any(axis=1)
         at, judged = at_whisker(lines, study.column[whisker], study.row[whisker]), judgements(name)
-        for least in LEVELS:
-            right, every, against = contradictions(lines, at, followed, least)
+        apart = lies_apart(lines, at, study.column[whisker], study.row[whisker])
+        for frames, least in ((frames, least) for frames in (followed, apart) for least in LEVELS):
+            right, every, against = contradictions(lines, at, frames, least)
             verdict = [judged.get(frame) for frame in against]
             shares = [100 * verdict.count(one) / every for one in ("name", "study", "")]
-            entries = [f"{one:.1f}" for one in (100 * right / followed.sum(), 100 * against.size / every, *shares)]
-            print("| " + " | ".join([name, f"{least:g}", *entries, str(verdict.count(None))]) + " |")
+            entries = [f"{one:.1f}" for one in (100 * right / frames.sum(), 100 * against.size / every, *shares)]
+            row = [name, str(frames.sum()), f"{least:g}", *entries, str(verdict.count(None))]
+            print("| " + " | ".join(row) + " |")
         if movie is not None:
             against = contradictions(lines, at, followed, 0.0)[2]
             for frame in against[[judged.get(one) is None for one in against]]:

@@ -76,3 +76,16 @@ def test_an_edit_changes_what_it_is_about(tracked):
     assert now.gone[line]
     others = ~now.gone
     assert (now.whisker == named.whisker)[others].mean() > 0.9
+
+
+@pytest.mark.parametrize("share", np.arange(0.1, 0.95, 0.1).round(1))
+def test_a_mark_that_says_what_is_known_changes_nothing_far_away(tracked, share):
+    """The linker, when it is asked anew, would have other names where it disagrees with what six linkings agreed on."""
+    correction = opened(tracked).correction
+    before, frame = correction.named.whisker, correction.lying.frame
+    named = np.flatnonzero(before >= 0)
+    line = int(named[int(share * named.size)])
+    correction.apply(Edit(do="mark", at=correction.point_on(line), whisker=int(before[line])))
+    correction.settle()
+    changed = np.flatnonzero(correction.named.whisker != before)
+    assert (np.abs(frame[changed] - frame[line]) <= 15).all()

@@ -21,7 +21,15 @@ from vibrissa.video.correct.decisions import (
 from vibrissa.video.correct.edits import Edit, LinePoint
 from vibrissa.video.correct.line_tracklets import line_tracklets
 from vibrissa.video.correct.moves import Board, moved
-from vibrissa.video.correct.relinking import Chains, chains_of, linked_names, relinked, sampled, still_said
+from vibrissa.video.correct.relinking import (
+    Chains,
+    chains_of,
+    linked_names,
+    relinked,
+    sampled,
+    settled_again,
+    still_said,
+)
 from vibrissa.video.link.identities import Names, names_of
 from vibrissa.video.link.whisker_linking import Linking, WhiskerMark
 
@@ -80,8 +88,8 @@ class Correction:
         pieces = linking.pieces
         self.lying = Lying(pieces.frame, linking.lines.reach, line_tracklets(linking))
         chains, decisions = chains_of(linking), undecided(pieces.frame.size)
-        self._first = linked_names(linking, chains)
-        self._said = linked = said or self._first
+        self._undecided = [linked_names(linking, one) for one in (chains, settled_again(chains))]
+        self._said = linked = said or self._undecided[0]
         self._moments = [_Moment(chains, linked, decisions, self._names(chains, linked, decisions), {})]
         self._edits: list[Edit] = []
         self._done = 0
@@ -144,7 +152,7 @@ class Correction:
         if not now.due:
             return 0
         chains = relinked(self.linking, now.chains, now.due)
-        linked = still_said(linked_names(self.linking, chains), self._first, self._said)
+        linked = still_said(linked_names(self.linking, chains), self._undecided, self._said)
         named = self._names(chains, linked, now.decisions)
         self._moments[self._done] = _Moment(chains, linked, now.decisions, named, {})
         return int(np.count_nonzero(named.whisker != now.named.whisker))

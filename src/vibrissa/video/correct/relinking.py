@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -100,6 +101,28 @@ def relinked(linking: Linking, chains: Chains, decided: dict[int, int]) -> Chain
     return Chains(tuple(solutions), tuple(roster))
 
 
+def settled_again(chains: Chains) -> Chains:
+    """The same chains, each run once more: what the linker would say of lines without any decision.
+
+    Parameters
+    ----------
+    chains : Chains
+        Of lines that had names; they are not changed.
+
+    Returns
+    -------
+    Chains
+        Settled.
+    """
+    solutions = []
+    for one in chains.solutions:
+        labels = [replace(label) for label in one.labels]
+        again = replace(one, labels=labels, wanted=one.wanted.copy(), decided=dict(one.decided))
+        again.settle()
+        solutions.append(again)
+    return Chains(tuple(solutions), chains.roster)
+
+
 def linked_names(linking: Linking, chains: Chains) -> Linked:
     """Names of all segments by the linker.
 
@@ -127,13 +150,15 @@ def linked_names(linking: Linking, chains: Chains) -> Linked:
     return Linked(whisker, other, sure)
 
 
-def still_said(linked: Linked, first: Linked, said: Linked) -> Linked:
-    """Names that lines had at first, and those of the linker where it has changed its mind since.
+def still_said(linked: Linked, undecided: Sequence[Linked], said: Linked) -> Linked:
+    """Names that lines had at first, and those of the linker where decisions have changed its mind.
 
     Parameters
     ----------
-    linked, first : Linked
-        What the linker says now, and what it said at first.
+    linked : Linked
+        What the linker says now.
+    undecided : sequence of Linked
+        What it said without decisions, at first and when its chains are run again.
     said : Linked
         The names at first.
 
@@ -142,7 +167,7 @@ def still_said(linked: Linked, first: Linked, said: Linked) -> Linked:
     Linked
         Names now.
     """
-    same = linked.whisker == first.whisker
+    same = np.any([linked.whisker == one.whisker for one in undecided], axis=0)
     return Linked(*(np.where(same, before, now) for before, now in zip(said, linked, strict=True)))
 
 
