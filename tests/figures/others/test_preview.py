@@ -55,6 +55,22 @@ def test_measured_nodes_lie_where_they_were_tracked(movie, profile):
     assert coloured(picture, 1)[0].size == 0  # lost
 
 
+def test_where_colours_repeat_names_are_at_the_tips(movie, profile):
+    """A whisker seven times and, without names, six times: they differ about the tip only."""
+    pictures = []
+    for count in (preview.FEW, preview.FEW + 1):
+        names = json.dumps([f"whisker {k}" for k in range(count)])
+        many = profile.isel(whisker=[0] * count).drop_attrs()
+        pictures += preview.overlay(movie, many.assign_attrs(profile.attrs | {"names": names, "lost": "[]"}), [4])
+    size = pictures[0].shape[1] // WIDTH
+    few, named = (one[: HEIGHT * size] for one in pictures)
+    ink = (preview.rgb(preview.FEW - 1), preview.rgb(0))  # of the last whisker that is drawn in each
+    rows, columns = np.nonzero((few != named).any(axis=2) & ~((few == ink[0]) & (named == ink[1])).all(axis=2))
+    assert rows.size > 50
+    assert np.abs(rows - 20 * size).max() < 15
+    assert np.abs(columns - 75 * size).max() < 15
+
+
 def test_tracks_without_reasons_of_lost_frames_are_drawn(movie, profile):
     with_reasons = next(preview.overlay(movie, profile, [1]))
     del profile.attrs["lost"]

@@ -15,7 +15,7 @@ from vibrissa.arrays import Array
 from vibrissa.errors import MissingError, RangeError
 from vibrissa.figures.canvas import house_style, new_figure, round_length, whisker_names
 from vibrissa.figures.colours import ON_PICTURE as COLOURS
-from vibrissa.figures.others.text_strip import text_strip
+from vibrissa.figures.others.text_strip import LETTER, text_strip
 from vibrissa.quantities import dataset
 from vibrissa.quantities import measured as measured_nodes
 from vibrissa.video.io.colour import write_colour
@@ -96,8 +96,8 @@ def overlay(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int]) -> Itera
     Yields
     ------
     (height, width, 3) array
-        Frame in grey, measured nodes in colour, below it the number of the frame, its time and the whiskers that are
-        lost, with the reason.
+        Frame in grey, measured nodes in colour, names at the tips where colours repeat; below it the number of the
+        frame, its time and the whiskers that are lost, with the reason.
 
     Raises
     ------
@@ -116,6 +116,8 @@ def overlay(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int]) -> Itera
         picture = np.repeat(np.repeat(np.repeat(grey[..., None], 3, axis=2), size, axis=0), size, axis=1)
         for w in range(len(columns)):
             _dots(picture, columns[w, index], rows[w, index], size, rgb(w))
+        for w in range(len(columns) if len(columns) > FEW else 0):
+            _name(picture, columns[w, index], rows[w, index], size, names[w], rgb(w))
         number = index + int(profile.attrs.get("first_frame", 0))
         title = f"frame {number}   {float(profile.time[index]):.4f} s"
         yield np.concatenate([picture, *_captions(index, title, names, lost, picture.shape[1])])
@@ -195,6 +197,20 @@ def _dots(picture: Picture, columns: Array, rows: Array, size: int, ink: Any) ->
         r, c = at + np.array(step)[:, None]
         inside = (r >= 0) & (c >= 0) & (r < len(picture)) & (c < picture.shape[1])
         picture[r[inside], c[inside]] = ink
+
+
+def _name(picture: Picture, columns: Array, rows: Array, size: int, name: str, ink: Any) -> None:
+    """Name of a whisker at its tip, inside the picture."""
+    ok = np.flatnonzero(np.isfinite(columns))
+    if not ok.size:
+        return
+    text = name.removeprefix("whisker ")
+    label = text_strip(text, LETTER * len(text) + 10, tuple(ink))
+    tip = np.array([rows[ok[-1]], columns[ok[-1]]]) * size
+    room = np.subtract(picture.shape[:2], label.shape[:2])
+    top, left = np.clip(tip - np.array(label.shape[:2]) / 2, 0, np.maximum(room, 0)).astype(int)
+    part = picture[top : top + label.shape[0], left : left + label.shape[1]]
+    part[...] = label[: part.shape[0], : part.shape[1]]
 
 
 def _captions(index: int, title: str, names: list[str], lost: list[Any], width: int) -> list[Picture]:
@@ -283,7 +299,14 @@ def _named_panel(panel: Any, data: xr.Dataset, names: list[str], span: dict[str,
         ink = COLOURS[w % len(COLOURS)]
         panel.plot(columns[w], rows[w], color=ink, lw=0.8)
         tip = np.flatnonzero(np.isfinite(columns[w]))[-1]
-        look = {"color": ink, "fontsize": 6, "ha": "center", "va": "center", "bbox": BOX | {"pad": 0.5}}
+        look = {
+            "color": ink,
+            "fontsize": 8,
+            "fontweight": "bold",
+            "ha": "center",
+            "va": "center",
+            "bbox": BOX | {"pad": 0.5},
+        }
         panel.text(columns[w, tip], rows[w, tip], names[w].removeprefix("whisker "), clip_on=True, **look)
     return int(seen.size)
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from vibrissa.arrays import Array
 
 TEXT = 12  # height of the text [px]
+LETTER = round(0.62 * TEXT)  # width of a letter [px]
 
 
 def text_strip(text: str, width: int, ink: tuple[int, ...]) -> NDArray[np.uint8]:
@@ -46,7 +47,7 @@ def _glyph(letter: str) -> Array:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    height, width = TEXT + 6, round(0.62 * TEXT)
+    height, width = TEXT + 6, LETTER
     figure = Figure(figsize=(width / 100, height / 100), dpi=100)
     figure.text(0, 0.3, letter, family="DejaVu Sans Mono", fontsize=TEXT * 0.72)
     canvas = FigureCanvasAgg(figure)

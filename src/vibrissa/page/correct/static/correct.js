@@ -75,7 +75,8 @@ function tell() { // after a rest, so that a reader of the screen is not drowned
   clearTimeout(speaking);
   speaking = setTimeout(() => {
     const lost = piece !== null && selected === null;
-    $("where").textContent = `Frame ${frame} of ${tracks.frames}; ` + (selected !== null ? tracks.describe(selected)
+    const [first, last] = tracks.part, outside = frame < first || frame > last ? `not tracked, which is frames ${first} to ${last}; ` : "";
+    $("where").textContent = `Frame ${frame} of ${tracks.frames}; ${outside}` + (selected !== null ? tracks.describe(selected)
       : lost ? `the selected piece has no line here: it is frames ${tracks.ends(tracks.piece[piece]).join(" to ")}` : "no line selected: click on one, or ↑ ↓");
     for (const name of ["name", "mark", "join", "split", "swap", "delete"]) button(name).disabled = ended || (name === "swap" ? !(named() >= 0) : piece === null);
     button("mark").disabled ||= selected === null;
@@ -119,7 +120,7 @@ function took(answer) {
   tracks.take(answer);
   overview.redraw();
   list();
-  say(answer.said);
+  say(tracks.spelt(answer.said));
   draw();
   tell();
 }
@@ -185,14 +186,17 @@ function ask(kind) {
   if (kind === "swap" && !(named() >= 0)) return say("select a line that has a name", true);
   if (kind === "mark" && selected === null) return say("the selected piece has no line in this frame", true);
   asking = { kind, from: document.activeElement };
-  const few = kind === "go" ? `0 to ${tracks.frames - 1}` : `0 to ${tracks.whiskers - 1}${Object.keys(tracks.names).length ? ", or its name" : ""}` + (kind === "name" ? `, or + for a new one` : "");
+  const few = kind === "go" ? `0 to ${tracks.frames - 1}` : `0 to ${tracks.whiskers - 1}${known()}` + (kind === "name" ? `, or + for a new one` : "");
   $("asked").textContent = `${ASKED[kind]} (${few})`;
   $("number").value = "";
   $("ask").hidden = false;
   $("number").focus();
 }
 
+function known() { const all = Object.values(tracks.names); return all.length ? `, or ${all.join(", ")}` : ""; }
+
 function unask() {
+  say("");
   $("ask").hidden = true;
   const from = asking?.from;
   asking = null;
@@ -203,7 +207,7 @@ function answered(event) {
   event.preventDefault();
   const { kind } = asking, text = $("number").value.trim(), number = kind === "name" && text === "+" ? tracks.whiskers : kind === "go" ? Number(text) : tracks.number(text);
   const most = kind === "go" ? tracks.frames - 1 : kind === "name" ? tracks.whiskers : tracks.whiskers - 1;
-  if (text === "" || !Number.isInteger(number) || number < 0 || number > most) return say(`a whole number from 0 to ${most}, got ${text || "nothing"}`, true);
+  if (text === "" || !Number.isInteger(number) || number < 0 || number > most) return say(`a whole number from 0 to ${most}${kind === "go" ? "" : known()}, got ${text || "nothing"}`, true);
   unask();
   if (kind === "go") return go(number);
   if (kind === "swap") return number === named() ? say("the same whisker twice", true) : move("edit", { do: "swap", frame, whiskers: [named(), number] });

@@ -36,7 +36,8 @@ export class Tracks {
 
   name(k) { return this.names[k] ?? String(k); } // of a mark, else the number
   both(k) { return k in this.names ? `${this.names[k]} (${k})` : String(k); }
-  number(text) { const k = Object.keys(this.names).find(k => this.names[k] === text); return Number(k ?? text); }
+  number(text) { const same = k => this.names[k].toLowerCase() === text.toLowerCase(); return Number(Object.keys(this.names).find(same) ?? text); }
+  spelt(text) { return text.replace(/\bwhisker (\d+)/g, (_, k) => `whisker ${this.both(k)}`); } // a line of the server, with names
   points(s) { return [this.start[s], s + 1 < this.count ? this.start[s + 1] : this.column.length]; }
   size(s) { const [a, b] = this.points(s); return b - a; }
   segmentsOf(p) { return this.members.subarray(this.from[p], this.from[p + 1]); }
