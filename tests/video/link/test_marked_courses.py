@@ -32,6 +32,7 @@ def taken_up(seed, turn):
     burst = np.flatnonzero((truth.segment == 0) & (np.abs(frame - MIDDLE) <= LONG // 2))
     before = linking.identity().segment_whisker.values
     own = np.bincount(before[(truth.segment == 0) & (before >= 0)]).argmax()
+    assert {linking.gone_on(line) for line in burst[before[burst] < 0]} <= {own}  # one mark says which whisker it is
     point = int(linking.pieces.start[burst[frame[burst] == MIDDLE][0]]) + 12
     linking.mark(WhiskerMark(MIDDLE, float(linking.pieces.column[point]), float(linking.pieces.row[point]), int(own)))
     after = linking.identity().segment_whisker.values

@@ -125,6 +125,26 @@ class Linking:
             first += len(one.labels)
         raise RangeError("mark", f"must name one of the {self.whiskers} whiskers, from 0", mark.whisker)
 
+    def gone_on(self, segment: int) -> int:
+        """Whisker that a line without a name probably is: the one whose lines plainly go on as that line.
+
+        Parameters
+        ----------
+        segment : int
+            The line.
+
+        Returns
+        -------
+        int
+            The whisker, which has no line in that frame; −1 if none is plain.
+        """
+        first = 0
+        for one, names in zip(self.solutions, self.names(), strict=True):
+            if segment in one.who and (whisker := one.gone_on(names.whisker, segment)) >= 0:
+                return first + whisker
+            first += len(one.labels)
+        return -1
+
     def nearest(self, mark: WhiskerMark) -> int:
         """Segment that a mark lies on.
 

@@ -88,8 +88,8 @@ def _written(mark: LineMark) -> str:
 def apply_marks(linking: Linking, segments: xr.Dataset, marks: Sequence[LineMark]) -> dict[str, int]:
     """Give names to the whiskers of a linking, and correct it where the marks say otherwise.
 
-    Each name goes to the whisker that has most of its marks; the lines of all its marks are then fixed as that
-    whisker's.
+    Each name goes to the whisker that has most of its marks, or whose lines go on as the marked ones; the lines of all
+    its marks are then fixed as that whisker's.
 
     Parameters
     ----------
@@ -113,7 +113,8 @@ def apply_marks(linking: Linking, segments: xr.Dataset, marks: Sequence[LineMark
     lines = [snapped(segments, mark) for mark in marks]
     _refuse_two_names(lines, marks)
     names = list(dict.fromkeys(mark.whisker for mark in marks))
-    whisker = linking.identity().segment_whisker.values[lines]
+    named = linking.identity().segment_whisker.values[lines]
+    whisker = [who if who >= 0 else linking.gone_on(line) for line, who in zip(lines, named, strict=True)]
     votes = np.zeros((len(names), max(linking.whiskers, len(names))))
     for mark, who in zip(marks, whisker, strict=True):
         if who >= 0:
@@ -122,7 +123,7 @@ def apply_marks(linking: Linking, segments: xr.Dataset, marks: Sequence[LineMark
     for name, who in zip(names, owner, strict=True):
         if who < 0:
             mark = marks[[one.whisker for one in marks].index(name)]
-            rule = "must be on a line that was linked to a whisker, in one frame at least, and that no other name has"
+            rule = "must be on a line of a whisker, or on one that goes on from its lines, and that no other name has"
             remedy = f"mark {name} also in a frame in which its line has a name"
             raise ConflictError("mark", rule, _written(mark), remedy)
     first = int(segments.attrs.get("first_frame", 0))

@@ -23,6 +23,7 @@ SMALL = 0.15  # change of a message that does not count
 MARKED = 60.0  # logarithm by which a mark outweighs everything
 WANT = 1e6  # bound of a message
 DAMPED = 0.7  # share of a new message
+PLAIN = 5  # lines of a whisker that go on as one without a name, from which on that is plain
 ABOUT = 10  # frames from a mark in which a whisker may be fast
 FAST = 0.5  # correlation of its deviation from frame to frame there, at most
 
@@ -127,7 +128,7 @@ class Solution:
     def _label(self, number: int, model: Model) -> ChainLabel:
         seen, x, again = candidates(model, self.lines, self.who, self.phase, self.frame)
         if (missing := np.setdiff1d(self._marked(number), seen)).size:
-            missing = np.setdiff1d(self._going_on(number, model, missing), seen)
+            missing = np.setdiff1d(self._going_on(model, self._marked(number), missing), seen)
             more = deviations(model, self.lines.place[missing], self.phase[missing], self.frame[missing])
             there = stationary(more, self.lines.covariance[missing], model.spread)
             seen, x, again = np.append(seen, missing), np.concatenate([x, more]), np.append(again, there)
@@ -156,10 +157,17 @@ class Solution:
         """Segments marked as a whisker's."""
         return np.array([s for s, k in self.marks.items() if k == number], np.int64)
 
-    def _going_on(self, number: int, model: Model, marked: Integers) -> Integers:
-        """Marked segments that are too far off to be candidates, and those that may go on from them."""
+    def _going_on(self, model: Model, marked: Integers, starts: Integers) -> Integers:
+        """Some of a whisker's marked segments, and those that may go on from them."""
         x = deviations(model, self.lines.place[self.who], self.phase[self.who], self.frame[self.who])
-        return going_on(model, self.lines, self.frame, self.who, x, self._marked(number), marked)
+        return going_on(model, self.lines, self.frame, self.who, x, marked, starts)
+
+    def gone_on(self, names: Integers, segment: int) -> int:
+        """Whisker whose lines go on as a line without a name, by the names of all segments; −1 if none is plain."""
+        beside, one = names[self.frame == self.frame[segment]], np.array([segment])
+        own = [self._going_on(label.model, one, one) for label in self.labels]
+        seen = [0 if n in beside else int(np.sum(names[found] == n)) for n, found in enumerate(own)]
+        return int(np.argmax(seen)) if max(seen, default=0) >= PLAIN else -1
 
     def _run(self, number: int) -> Integers:
         """Run one chain with what the others want; give the segments that it now wants otherwise."""
