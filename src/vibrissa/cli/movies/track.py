@@ -23,6 +23,8 @@ from vibrissa.video.kernel.estimator_table import Estimator, described
 if TYPE_CHECKING:
     import xarray as xr
 
+RUNS = 3  # runs of lost frames that are named
+
 
 def track(
     movie: Path,
@@ -204,19 +206,28 @@ def remarks_on(profile: xr.Dataset) -> None:
     noted = {name: json_text.loads(profile.attrs.get(name, "[]")) for name in ("lost", "remarks", "rejected")}
     names = json_text.loads(profile.attrs.get("names", "[]"))
     for whisker, runs in enumerate(noted["lost"]):
-        lost: Counter[str] = Counter()
-        for first, last, reason in runs:
-            lost[reason] += last - first + 1
-        if 2 * lost.total() > profile.sizes["time"]:
-            [(most, _)] = lost.most_common(1)
-            name = names[whisker] if whisker < len(names) else f"whisker {whisker}"
-            tell(f"{name} was lost in {lost.total()} of {profile.sizes['time']} frames, mostly: {most}")
+        name = names[whisker] if whisker < len(names) else f"whisker {whisker}"
+        tell(*(f"{name} was lost in {text}" for text in _losses(runs, profile)))
     if given := [f"{k} is {name}" for k, name in enumerate(names) if name != f"whisker {k}"]:
         tell(f"whisker {', '.join(given)}")
     tell(*map(in_options, noted["remarks"]))
     tell(*(f"whisker {k} is rejected: {reason}" for k, reason in enumerate(noted["rejected"]) if reason))
     if "led_frame" in profile.attrs:
         tell(f"the lamp lights in frame {profile.attrs['led_frame']}")
+
+
+def _losses(runs: list[tuple[int, int, str]], profile: xr.Dataset) -> list[str]:
+    """In how many frames a whisker was lost and mostly why; if it is followed in most, the longest runs."""
+    lost: Counter[str] = Counter()
+    for first, last, reason in runs:
+        lost[reason] += last - first + 1
+    count, start = profile.sizes["time"], int(profile.attrs.get("first_frame", 0))
+    if 2 * lost.total() > count:
+        return [f"{lost.total()} of {count} frames, mostly: {lost.most_common(1)[0][0]}"]
+    longest = sorted(sorted(runs, key=lambda run: run[0] - run[1])[:RUNS])
+    each = [f"{start + a}" if a == b else f"{start + a} to {start + b}" for a, b, _ in longest]
+    more = f" and in {len(runs) - RUNS} shorter runs" if len(runs) > RUNS else ""
+    return [f"frames {', '.join(each)}{more}"] if runs else []
 
 
 def _refuse_before(
