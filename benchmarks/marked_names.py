@@ -33,6 +33,8 @@ NEAR, SHARE, BESIDE = 2.0, 0.7, 15
 LEVELS = 0.0, 0.5, 0.7
 JUDGED = Path(__file__).with_name("judged_names.csv")
 RADII, ANGLES, AROUND = (55.0, 95.0, 140.0), np.deg2rad(np.arange(-75, 75, 0.25)), 12
+COLUMNS = "whisker", "frames", "at least so sure", "frames with its name [%]", "contradict the study [%]"
+COLUMNS += "name wrong [%]", "study wrong [%]", "cannot be told [%]", "not judged"
 BASE = 15.0, 140.0  # column and row from which the pictures look [px]
 
 
@@ -167,8 +169,7 @@ def main() -> None:
     if asked.pictures is not None:
         asked.pictures.mkdir(parents=True, exist_ok=True)
         movie = np.concatenate([block.astype(float) for block in read_blocks(asked.movie)])
-    print("| whisker | frames | at least so sure | frames with its name [%] | contradict the study [%] | name wrong [%] |"
-          " study wrong [%] | cannot be told [%] | not judged |", 9 * "|---" + "|", sep="\n")  # fmt: skip
+    print("| " + " | ".join(COLUMNS) + " |", len(COLUMNS) * "|---" + "|", sep="\n")
     for whisker, name in enumerate(study.names):
         followed = np.isfinite(study.row[whisker]).any(axis=1)
         at, judged = at_whisker(lines, study.column[whisker], study.row[whisker]), judgements(name)

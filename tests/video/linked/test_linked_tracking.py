@@ -11,15 +11,17 @@ from simulated_segments import Pad, simulate
 
 from vibrissa.errors import InputError
 from vibrissa.head_pose import HeadPose
-from vibrissa.quantities import require
+from vibrissa.quantities import dataset, require
 from vibrissa.study.movie.track_plan import plan_of
 from vibrissa.study.spec.settings import MovieFile
 from vibrissa.video.camera.camera import Camera
 from vibrissa.video.camera.pad.filming import film
 from vibrissa.video.camera.pad.settings import Head, WhiskingScene
 from vibrissa.video.camera.pad.truth import scene_truth
+from vibrissa.video.link.identities import REASONS
 from vibrissa.video.link.whisker_linking import link_segments
 from vibrissa.video.linked.line_marks import LineMark, snapped
+from vibrissa.video.linked.linked_profile import _reasons as reasons_of
 from vibrissa.video.linked.linked_profile import profile_from_linking
 from vibrissa.video.linked.linked_tracking import track_linked
 from vibrissa.video.tracking import Calibration
@@ -287,3 +289,18 @@ def test_a_sheet_of_many_whiskers_names_those_that_are_seen_at_their_tips(movie,
     assert {"0", "6"} <= set(names)
     assert "5" not in names
     assert "5" in [text.get_text() for text in second.texts]
+
+
+def test_a_whisker_whose_line_is_also_another_ones_is_lost_for_that_reason():
+    """Whisker 0 has a line in frame 0 that runs along whisker 1, too; in frame 1 each has its own."""
+    identity = dataset(
+        segment_whisker=np.array([0, 0, 1]),
+        segment_other=np.array([1, -1, -1]),
+        segment_probability=np.full(3, 0.9),
+        whisker_segment=np.array([[0, 1], [-1, 2]]),
+        whisker_probability=np.array([[0.9, 0.9], [np.nan, 0.9]]),
+        lost_reason=np.array([[0, 0], [3, 0]]),
+    )
+    found = reasons_of(identity, 0.7)
+    assert [REASONS[code] for code in found[:, 0]] == ["one line with another whisker"] * 2
+    assert not found[:, 1].any()

@@ -15,7 +15,7 @@ from vibrissa.errors import ShapeError, TooFewError
 from vibrissa.head_pose import HeadPose, with_head
 from vibrissa.quantities import dataset
 from vibrissa.quantities.identity import SURE
-from vibrissa.video.link.identities import REASONS, TORN, UNSURE
+from vibrissa.video.link.identities import REASONS, SHARED, TORN, UNSURE
 from vibrissa.video.link.pad.pieces import Pieces
 from vibrissa.video.link.whisker_linking import Linking
 from vibrissa.video.linked.traces import Losses, Trace, profile_of
@@ -151,8 +151,10 @@ def skin_of(traces: Sequence[Trace], whiskers: int, skin: Sequence[tuple[float, 
 
 
 def _reasons(identity: xr.Dataset, least: float) -> NDArray[np.int8]:
-    """Why whiskers (whisker, frame) are lost, where lines of less than this probability are left out."""
+    """Why whiskers (whisker, frame) are lost; lines of two whiskers, or of less than this probability, are left out."""
     code, chance = identity.lost_reason.values.astype(np.int8), identity.whisker_probability.values
+    main = identity.whisker_segment.values
+    code = np.where((main >= 0) & (identity.segment_other.values[main] >= 0), SHARED, code)
     unsure = np.isin(code, (0, UNSURE, TORN)) & np.isfinite(chance)
     return np.where(unsure, np.where(chance >= least, 0, np.where(code > 0, code, UNSURE)), code).astype(np.int8)
 
