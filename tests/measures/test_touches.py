@@ -105,6 +105,19 @@ def test_whiskers_without_a_phase_are_remarked_on_with_the_remedy():
     assert "no phase" not in bridged.attrs["remarks"]
 
 
+def test_phases_of_a_part_are_remarked_on():
+    """In the later 60 % of the frames the whisker is lost every 40 frames, 0.08 s."""
+    profile = circle_profile(0.1 - 0.3 * np.cos(2 * np.pi * 5 * TIME), 20.0 + 0 * TIME)
+    late = slice(2 * TIME.size // 5, None, 40)
+    profile.x.values[:, late] = profile.y.values[:, late] = np.nan
+    found = kinematics_of(profile, KinematicsSettings(face=DOWN))
+    share = np.isfinite(found.whisking_phase.values).sum() / np.isfinite(found.whisker_angle.values).sum()
+    assert 0.2 < share < 0.41
+    assert f"{100 * share:.0f} % of the angles have a phase" in found.attrs["remarks"]
+    bridged = kinematics_of(profile, KinematicsSettings(face=DOWN, bridged=1))
+    assert "of the angles" not in bridged.attrs["remarks"]
+
+
 def test_distance_to_poles_and_walls_by_hand():
     x, y = np.array([[0.0, 1.0, 2.0], [0.0, 1.0, np.nan]]), np.array([[0.0, 0.0, 0.0], [1.0, 1.0, np.nan]])
     np.testing.assert_allclose(Pole(centre=(1.5, 0.5), radius=0.1).distance(x, y), [0.4, np.hypot(0.5, 0.5) - 0.1])

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SHARE = 0.25  # of the arc length, from the base, by default taken for the base
+MOST = 0.8  # share of the angles that have a phase, below which a remark says so
 PIXELS = 2.0  # distance to an object by default taken for touch
 IN_TIME = (
     "whisker_angle",
@@ -297,12 +298,17 @@ def _attributes(
             f"in {int(held)} of {int(known)} frames the angle lies beyond those of the free whisker: there Δκ is "
             "against its curvature at the end of them (rest_held)"
         )
-    phase = columns["whisking_phase"]
+    phase, needed = columns["whisking_phase"], 1 / settings.whisking_band[0]
     if silent := int((~np.isfinite(phase)).all(axis=1).sum()):
-        needed = 1 / settings.whisking_band[0]
         remarks.append(
             f"{silent} of {len(phase)} whiskers have no phase: none of them is seen for {needed:.3g} s "
             f"without a gap of more than {settings.bridged} frames; `bridged` bridges longer gaps"
+        )
+    measured = np.isfinite(columns["whisker_angle"])
+    if (share := np.isfinite(phase)[measured].mean() if measured.any() else 1.0) < MOST:
+        remarks.append(
+            f"{100 * share:.0f} % of the angles have a phase, amplitude and set point: stretches below {needed:.3g} s "
+            f"between gaps of more than {settings.bridged} frames have none, so that these may be of rest alone"
         )
     if settings.find_touches and settings.touched is None:
         found = int(np.isfinite(columns["object_x"]).sum())
