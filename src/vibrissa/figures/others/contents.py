@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _PANELS = 5
+_OFTEN = 0.8  # of the frames in which the whisker's most seen node is
 _SHAPES = 12  # frames whose centrelines are drawn
 _MANY, _SOME = 20_000, 5_000  # points of a series: of more than so many, the first so many are drawn
 _CORNERS, _FIRST = 400, 120  # the same of gaps, which are drawn corner by corner
@@ -116,16 +117,21 @@ def _stretch(data: xr.Dataset) -> tuple[xr.Dataset, str]:
 
 
 def _of_tracks(data: xr.Dataset) -> xr.Dataset:
-    """Centrelines of some frames, and the motion of the node of each whisker that moves most."""
+    """Centrelines of some frames, and the motion of the node of each whisker that moves most of those often seen."""
     whole = data if "whisker" in data.dims else data.expand_dims("whisker")
     frames = spread(np.arange(whole.sizes["time"]), _SHAPES)
     across = max(("x", "y"), key=lambda name: float(np.nan_to_num(whole[name].std("time")).max()))
     moving = whole[across] - whole[across].mean("time")
-    node = np.nan_to_num(moving.std("time")).argmax(axis=1)
+    seen = np.isfinite(moving.values).sum(axis=1)
+    often = seen >= _OFTEN * seen.max(axis=1, keepdims=True)
+    node = np.where(often, np.nan_to_num(moving.std("time").values), -1.0).argmax(axis=1)
     most = np.stack([moving.values[w][:, k] for w, k in enumerate(node)])
     shapes = whole[["x", "y"]].isel(time=frames).rename(time="frame").drop_vars("frame")
     motion = dataset(lead=("whisker",), whisker=np.arange(len(node)), time=whole.time.values, tracked_motion=most)
-    caption = f"Centrelines of {len(frames)} frames, and the node of each whisker that moves most, about its mean."
+    caption = (
+        f"Centrelines of {len(frames)} frames, and of the nodes that are often seen that of each whisker that moves "
+        "most, about its mean. A whisker has one colour in both panels."
+    )
     return shapes.merge(motion, join="left", combine_attrs="drop_conflicts").assign_attrs(
         panels=["x", "tracked_motion"], caption=caption
     )

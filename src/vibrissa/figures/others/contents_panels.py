@@ -69,8 +69,9 @@ def _plane(axis: Axes, data: xr.Dataset, x: str, y: str) -> None:
     along = [dim for dim in ("node", "s") if dim in data[x].dims]
     others = [dim for dim in data[x].dims if dim not in along]
     shapes = [data[name].transpose(*others, *along).values.reshape(-1, data.sizes[along[0]]) for name in (x, y)]
+    each = len(shapes[0]) // data.sizes[others[0]] if others else 1  # shapes of one whisker
     for k, one in enumerate(zip(*shapes, strict=True)):
-        axis.plot(*one, lw=0.8, label=f"{others[0]} {k}" if others else None)
+        axis.plot(*one, lw=0.8, color=_colour(k // each), label=f"{others[0]} {k}" if others else None)
     if others and others[0] != "whisker":
         axis.legend(**_BESIDE)
     axis.set_aspect("equal", adjustable="datalim")
@@ -116,6 +117,8 @@ def _lines(axis: Axes, one: xr.DataArray, longest: str) -> None:
     along = one[longest].values if longest in one.coords else np.arange(one.sizes[longest])
     chosen = spread(np.arange(flat.shape[1]), _LINES)
     lines = axis.plot(along, flat[:, chosen], lw=0.8)
+    for line, k in zip(lines, chosen, strict=True):
+        line.set_color(_colour(k) if rest == ["whisker"] else line.get_color())
     if len(rest) == 1 and len(chosen) > 1:
         names = one[rest[0]].values if rest[0] in one.coords else np.arange(flat.shape[1])
         axis.legend(lines, [f"{rest[0]} {names[k]}" for k in chosen], **_BESIDE)
@@ -124,6 +127,14 @@ def _lines(axis: Axes, one: xr.DataArray, longest: str) -> None:
     axis.set_xlabel(longest)
     if longest in one.coords:
         _label(axis.xaxis, one[longest], longest)
+
+
+def _colour(whisker: int) -> str:
+    """Colour of a whisker, the same in each panel."""
+    from matplotlib import rcParams
+
+    cycle = rcParams["axes.prop_cycle"].by_key()["color"]
+    return str(cycle[whisker % len(cycle)])
 
 
 def _title(one: xr.DataArray, end: str = "") -> str:
