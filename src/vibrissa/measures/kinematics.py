@@ -289,6 +289,25 @@ def _attributes(
     columns: Mapping[str, Array],
 ) -> dict[str, Any]:
     """What counts as the face, the base and a touch, and remarks on what the user should know."""
+    kept = {
+        name: profile.attrs[name] for name in ("frame", "pixel_size", "frame_rate", "source") if name in profile.attrs
+    }
+    return {
+        **kept,
+        "frame_rate": frame_rate_of(np.asarray(profile.time.values, float)),
+        "face_caudal": list(face.caudal),
+        "face_rostral": list(face.rostral),
+        "face_from": face.origin,
+        "base_part": list(part),
+        "whisking_band": list(settings.whisking_band),
+        "bridged_frames": settings.bridged,
+        "touch_distance": np.nan if near is None else near,
+        "remarks": json.dumps(_remarks(settings, face, near, columns), ensure_ascii=False),
+    }
+
+
+def _remarks(settings: KinematicsSettings, face: Face, near: float | None, columns: Mapping[str, Array]) -> list[str]:
+    """What the user should know of the measurement."""
     held, known = np.nansum(columns["rest_held"]), np.isfinite(columns["rest_held"]).sum()
     remarks = [f"angles are to {face.origin}"] if settings.face is None else []
     if near is None:
@@ -316,18 +335,4 @@ def _attributes(
             f"of {columns['object_x'].size} whiskers, {found} are held at one place while bent: their touches are by "
             "the distance to it, those of the others by Δκ alone"
         )
-    kept = {
-        name: profile.attrs[name] for name in ("frame", "pixel_size", "frame_rate", "source") if name in profile.attrs
-    }
-    return {
-        **kept,
-        "frame_rate": frame_rate_of(np.asarray(profile.time.values, float)),
-        "face_caudal": list(face.caudal),
-        "face_rostral": list(face.rostral),
-        "face_from": face.origin,
-        "base_part": list(part),
-        "whisking_band": list(settings.whisking_band),
-        "bridged_frames": settings.bridged,
-        "touch_distance": np.nan if near is None else near,
-        "remarks": json.dumps(remarks, ensure_ascii=False),
-    }
+    return remarks

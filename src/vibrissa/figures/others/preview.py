@@ -31,6 +31,7 @@ WIDE = 640  # pixels a frame is magnified to, at least, by a whole factor
 INSET = 40  # side of the part that is magnified [px]
 FEW = len(COLOURS)  # whiskers up to which each has its colour; more are named at their lines
 BOX = {"facecolor": "black", "alpha": 0.6, "pad": 1, "edgecolor": "none"}  # behind text on a picture
+AT_TIP: dict[str, Any] = {"ha": "center", "va": "center", "color": "white", "fontsize": 8}  # look of a name there
 
 
 def evenly(first: int, last: int, most: int) -> list[int]:
@@ -299,14 +300,7 @@ def _named_panel(panel: Any, data: xr.Dataset, names: list[str], span: dict[str,
         ink = COLOURS[w % len(COLOURS)]
         panel.plot(columns[w], rows[w], color=ink, lw=0.8)
         tip = np.flatnonzero(np.isfinite(columns[w]))[-1]
-        look = {
-            "color": ink,
-            "fontsize": 8,
-            "fontweight": "bold",
-            "ha": "center",
-            "va": "center",
-            "bbox": BOX | {"pad": 0.5},
-        }
+        look = AT_TIP | {"bbox": BOX | {"edgecolor": ink}}
         panel.text(columns[w, tip], rows[w, tip], names[w].removeprefix("whisker "), clip_on=True, **look)
     return int(seen.size)
 

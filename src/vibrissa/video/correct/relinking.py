@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -114,13 +113,10 @@ def settled_again(chains: Chains) -> Chains:
     Chains
         Settled.
     """
-    solutions = []
-    for one in chains.solutions:
-        labels = [replace(label) for label in one.labels]
-        again = replace(one, labels=labels, wanted=one.wanted.copy(), decided=dict(one.decided))
-        again.settle()
-        solutions.append(again)
-    return Chains(tuple(solutions), chains.roster)
+    solutions = tuple(one.copied() for one in chains.solutions)
+    for one in solutions:
+        one.settle()
+    return Chains(solutions, chains.roster)
 
 
 def linked_names(linking: Linking, chains: Chains) -> Linked:

@@ -7,7 +7,7 @@ much the others do. One more constraint changes few messages: only the chains th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -118,6 +118,11 @@ class Solution:
         known, at = np.unique(self.frame, return_index=True)
         every = np.arange(self.frames)
         return np.stack([np.interp(every, known, one) for one in self.phase[at].T], axis=1)
+
+    def copied(self) -> Solution:
+        """The same, with labels and messages of its own."""
+        labels = [replace(one) for one in self.labels]
+        return replace(self, labels=labels, wanted=self.wanted.copy(), decided=dict(self.decided))
 
     def place(self, models: Sequence[Model]) -> None:
         """Set the whiskers."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -33,9 +32,9 @@ def with_marks(solution: Solution, marks: Mapping[int, int], lever: Array, born:
     Solution
         A copy.
     """
-    labels = [replace(one) for one in solution.labels]
-    every = {**solution.marks, **marks, **dict.fromkeys(born, len(labels))}
-    made = replace(solution, labels=labels, wanted=solution.wanted.copy(), marks=every, decided=dict(solution.decided))
+    made = solution.copied()
+    labels = made.labels
+    made.marks = {**solution.marks, **marks, **dict.fromkeys(born, len(labels))}
     due = {k for k, one in enumerate(labels) if np.isin(one.seen, [*marks, *born]).any()}
     for k in {k for k in marks.values() if k >= 0}:
         labels[k] = _renewed(made, k)
