@@ -60,9 +60,8 @@ def agreed(names: Names, solution: Solution, others: Others) -> Names:
     """
     if not len(names.main):
         return names
-    frame, every, known = solution.frame, np.arange(solution.frame.size), names.whisker >= 0
-    said = others.votes.copy()
-    said[every, names.whisker] += np.where(known, names.sure, UNNAMED)  # −1, nobody's, is the last
+    frame, every = solution.frame, np.arange(solution.frame.size)
+    said = others.votes + said_by(names)
     said = ((1 - STRETCH) * said + STRETCH * _of_stretches(said, solution.tracklet)) / (others.linkings + 1)
     near = _near_marks(names, solution)
     said *= 1 - near[:, None]
@@ -75,6 +74,13 @@ def agreed(names: Names, solution: Solution, others: Others) -> Names:
     perhaps = np.zeros(names.chance.shape)
     np.maximum.at(perhaps.T, frame, said[:, :-1])
     return _with(names, frame, whisker, np.where(whisker >= 0, sure, 0.0), perhaps > SAID)
+
+
+def said_by(names: Names) -> Array:
+    """What one linking says of each line: its probability to be each whisker's, or nobody's (S, whiskers + 1)."""
+    said = np.zeros((names.whisker.size, len(names.main) + 1))
+    said[np.arange(names.whisker.size), names.whisker] = np.where(names.whisker >= 0, names.sure, UNNAMED)
+    return said
 
 
 def _near_marks(names: Names, solution: Solution) -> Array:

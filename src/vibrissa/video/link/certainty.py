@@ -72,3 +72,9 @@ def agreement(mean: Array, weights: Array = AGREED) -> Array:
     """Probability that names are right, from the mean (n,) of what several linkings say."""
     mean = np.clip(mean, LEAST, 1 - LEAST)
     return np.asarray(1 / (1 + np.exp(-weights[0] - weights[1] * np.log(mean / (1 - mean)))))
+
+
+def mean_of_agreement(sure: Array, weights: Array = AGREED) -> Array:
+    """Mean (n,) of which :func:`agreement` makes these probabilities."""
+    sure = np.clip(sure, LEAST, 1 - LEAST)
+    return np.asarray(1 / (1 + np.exp((weights[0] - np.log(sure / (1 - sure))) / weights[1])))

@@ -13,7 +13,7 @@ from vibrissa.video.link.chains.swap_moves import unswap
 from vibrissa.video.link.chains.whisker_models import Model, deviations, prior_spread, refit
 from vibrissa.video.link.pad.common_swing import OWN, weight_of
 from vibrissa.video.link.pad.pads import Lines
-from vibrissa.video.link.pad.phase import Along, along_of, gains_at, quartered
+from vibrissa.video.link.pad.phase import Along, gains_at, quartered
 from vibrissa.video.link.tracklets import smoothed_phase
 from vibrissa.video.link.whisker_discovery import (
     LEAST,
@@ -59,7 +59,7 @@ def iterated(
     Solution
         The same.
     """
-    frames, gain, along = solution.frames, solution.lever, along_of(swing)
+    frames, gain, along = solution.frames, solution.lever, solution.along
     for again in rounds:
         solution.place(models)
         solution.settle()
@@ -70,9 +70,9 @@ def iterated(
         if again >= SETTLED:
             models = with_drift(solution, models)
         if again < rounds[-1]:
-            models = _thinned(solution, models, frames)
+            models = thinned(solution, models, frames)
             models += _born(solution, name, gain, along, frames)
-    kept = _thinned(solution, models, frames)
+    kept = thinned(solution, models, frames)
     solution.place([kept[i] for i in np.argsort([one.place[1] for one in kept])])
     solution.settle()
     without_superfluous(solution, lambda: refitted(solution, gain, along))
@@ -184,8 +184,23 @@ def refitted(solution: Solution, gain: Array, along: Along) -> list[Model]:
     ]
 
 
-def _thinned(solution: Solution, models: list[Model], frames: int) -> list[Model]:
-    """Models without those that are seen too rarely, do not swing, or are another one."""
+def thinned(solution: Solution, models: list[Model], frames: int) -> list[Model]:
+    """Models without those that are seen too rarely, do not swing, or are another one.
+
+    Parameters
+    ----------
+    solution : Solution
+        With the lines that are probably each whisker's.
+    models : list of Model
+        Of its labels.
+    frames : int
+        Frames of the movie.
+
+    Returns
+    -------
+    list of Model
+        Those seen most first.
+    """
     labels = solution.labels
     seen = np.zeros((len(labels), frames), np.bool_)
     for i, one in enumerate(labels):

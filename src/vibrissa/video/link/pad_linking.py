@@ -138,7 +138,8 @@ def link_pad_again(
     """
     plain, out = stretches(frames, frame, lines, number, pad), []
     for rounds, cross in AGAIN:
-        solution = Solution(frames, frame, lines, plain.who, before.phases[frame], plain.lever, plain.name)
+        phase, along = before.phases[frame], along_of(plain.swing)
+        solution = Solution(frames, frame, lines, plain.who, phase, plain.lever, plain.name, along)
         solution.bases_cross = cross
         models = [one.model for one in before.labels]
         out.append(iterated(solution, models, plain.name, lines, plain.swing, range(SETTLED, SETTLED + rounds)))
@@ -161,11 +162,12 @@ def link_pad_named(frames: int, frame: Integers, lines: Lines, number: int, pad:
         Of these lines.
     """
     plain = stretches(frames, frame, lines, number, pad)
-    along, name = along_of(plain.swing), np.full(names.size, -1)
+    name = np.full(names.size, -1)
     some = plain.who[names[plain.who] >= 0]
     every, name[some] = np.unique(names[some], return_inverse=True)
     named = [np.flatnonzero(name == k) for k in range(every.size)]
     solution = _begun(frames, frame, lines, plain, name)
+    along = solution.along
     place, look = tracklet_table(name, lines, solution.phase, plain.lever, along)
     models = models_of([[k] for k in range(len(named))], name, place, look, plain.lever, along, 0)
     for _ in range(NAMED):
@@ -188,13 +190,13 @@ def _begun(frames: int, frame: Integers, lines: Lines, plain: Stretches, start: 
     """A pad without whiskers, with the phase that the tracklets ``start`` share."""
     across, along = np.where(np.isfinite(lines.place[:, 1]), lines.place[:, 1], 0.0), along_of(plain.swing)
     phase = phase_of_tracklets(frames, frame, start, across, plain.swing, along, LEAST, weight_of(lines.reach))
-    return Solution(frames, frame, lines, plain.who, phase[frame], plain.lever, plain.name)
+    return Solution(frames, frame, lines, plain.who, phase[frame], plain.lever, plain.name, along)
 
 
 def _solved(frames: int, frame: Integers, lines: Lines, start: Integers, plain: Stretches) -> Solution:
     """Whiskers of a pad from tracklets ``start``."""
-    solution, along = _begun(frames, frame, lines, plain, start), along_of(plain.swing)
-    place, look = tracklet_table(start, lines, solution.phase, plain.lever, along)
+    solution = _begun(frames, frame, lines, plain, start)
+    place, look = tracklet_table(start, lines, solution.phase, plain.lever, solution.along)
     found = groups(frame, start, place, look, prior_spread(plain.lever), LEAST)
-    models = models_of(found, start, place, look, plain.lever, along, SUPPORT * frames)
+    models = models_of(found, start, place, look, plain.lever, solution.along, SUPPORT * frames)
     return iterated(solution, models, start, lines, plain.swing, range(ROUNDS))

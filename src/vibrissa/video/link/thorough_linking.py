@@ -10,6 +10,7 @@ from vibrissa.video.link.agreement import CutLinking, best_and_others
 from vibrissa.video.link.courses.cut_lines import cut_lines, cut_segments
 from vibrissa.video.link.courses.doubtful_lines import doubtful_lines
 from vibrissa.video.link.courses.parts import without_parts
+from vibrissa.video.link.further_whiskers import name_further_whiskers
 from vibrissa.video.link.pad.pieces import pieces_of
 from vibrissa.video.link.whisker_linking import Linking, link_again, link_named, linkings
 
@@ -27,7 +28,8 @@ def link_thoroughly(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
     where lines go over: they are cut there, pieces of one whisker are put together, and all are linked again. What then
     has a separate name though it goes on as another whisker's lines do is no whisker. All this is done from three
     starts, the last step in two ways. Of these six linkings that is kept in which most points probably have the right
-    name; each of its lines then has the name on which most of the six agree.
+    name; each of its lines then has the name on which most of the six agree. Lines that have none are looked through for
+    whiskers that all six have left out, see :mod:`vibrissa.video.link.further_whiskers`.
 
     Parameters
     ----------
@@ -49,6 +51,7 @@ def link_thoroughly(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
     tries = [one for first in linkings(counted_from_start(doubtful)) for one in _cut_and_linked(doubtful, first)]
     each = [one for _, one in tries]
     best = best_and_others(each, doubtful.sizes["point"])
+    name_further_whiskers(each[best].linking)
     return tries[best][0], each[best].linking
 
 

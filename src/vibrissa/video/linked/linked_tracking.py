@@ -138,9 +138,11 @@ def track_linked(
     )
     if named:
         profile.attrs["names"] = json.dumps(_names(profile, named))
-    if remarks := [*_unkept(profile, linking, segments, marks, named), *_head_remarks(linking.head)]:
+    identified = _identified(segments, linking, calibration.frame_rate)
+    remarks = [*_unkept(profile, linking, segments, marks, named), *_unsure(profile, identified)]
+    if remarks := [*remarks, *_head_remarks(linking.head)]:
         profile.attrs["remarks"] = json.dumps(remarks)
-    return LinkedTracks(profile, _identified(segments, linking, calibration.frame_rate))
+    return LinkedTracks(profile, identified)
 
 
 def _behind(background: str | Path | Frames, movie: str | Path | Frames) -> tuple[Background | Frames, str]:
@@ -185,6 +187,16 @@ def _unkept(
         lines += [f"{mark.whisker} in frame {mark.frame} ({reasons[0]})"] if reasons else []
     text = f"{len(lines)} of {len(marks)} marks are not kept: {', '.join(lines)}; marks may contradict one another"
     return [text] if lines else []
+
+
+def _unsure(profile: xr.Dataset, identified: xr.Dataset) -> list[str]:
+    """Say how many whiskers have names, but none that is sure enough for the profile."""
+    whisker = identified.segment_whisker.values
+    missing = np.setdiff1d(whisker[whisker >= 0], json.loads(profile.attrs["identities"])).size
+    if not missing:
+        return []
+    least, which = profile.attrs["least_probability"], "whisker has" if missing == 1 else "whiskers have"
+    return [f"{missing} more {which} no name that is {least:g} sure: a lower `least_probability` keeps less sure ones"]
 
 
 def _identified(segments: xr.Dataset, linking: Linking, frame_rate: float) -> xr.Dataset:

@@ -17,6 +17,7 @@ from vibrissa.video.link.chains.marked_courses import going_on
 from vibrissa.video.link.chains.swaps import Swap
 from vibrissa.video.link.chains.whisker_models import Model, candidates, deviations, worth
 from vibrissa.video.link.pad.pads import Lines
+from vibrissa.video.link.pad.phase import ALIKE, Along
 
 SWEEPS = 6  # rounds of messages at most
 SMALL = 0.15  # change of a message that does not count
@@ -75,6 +76,8 @@ class Solution:
         Expected gain of the pad's whiskers at the three radii.
     tracklet : (S,) array of int
         Stretch of plain links that each segment is in; −1 for none.
+    along : Along
+        How whiskers follow the phase by their place.
     labels : list of ChainLabel
         The whiskers.
     wanted : (S,) array
@@ -96,6 +99,7 @@ class Solution:
     phase: Array
     lever: Array
     tracklet: Integers
+    along: Along = ALIKE
     labels: list[ChainLabel] = field(default_factory=list)
     wanted: Array = field(default_factory=lambda: np.zeros(0))
     marks: dict[int, int] = field(default_factory=dict)

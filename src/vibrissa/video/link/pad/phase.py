@@ -37,6 +37,9 @@ class Along(NamedTuple):
     quarter: float
 
 
+ALIKE = Along(0.0, 0.0, 0.0)  # all whiskers follow alike
+
+
 def along_of(swing: Array) -> Along:
     """How b goes with a, and with its change, in the swing (a, b), (frames − 1, 2) from each frame to the next."""
     if len(swing) < 3:
