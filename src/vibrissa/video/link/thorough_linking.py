@@ -28,8 +28,8 @@ def link_thoroughly(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
     where lines go over: they are cut there, pieces of one whisker are put together, and all are linked again. What then
     has a separate name though it goes on as another whisker's lines do is no whisker. All this is done from three
     starts, the last step in two ways. Of these six linkings that is kept in which most points probably have the right
-    name; each of its lines then has the name on which most of the six agree. Lines that have none are looked through for
-    whiskers that all six have left out, see :mod:`vibrissa.video.link.further_whiskers`.
+    name; each of its lines then has the name on which most of the six agree. Lines that have none are looked through
+    for whiskers that all six have left out, see :mod:`vibrissa.video.link.further_whiskers`.
 
     Parameters
     ----------
