@@ -176,17 +176,20 @@ def test_a_new_whisker_and_refusals_of_numbers(hands, pad):
 
 
 def test_a_name_that_a_mark_gave_and_the_part_that_was_tracked_are_shown(browser, served, pad):
-    served.session.tracked |= {"names": {2: "C1"}, "part": [20, 79]}
+    served.session.tracked |= {"names": {2: "C1"}, "numbers": [1, 2, 0, 3, 4, 5], "part": [20, 79]}
     hands = Hands(browser, served)
     assert hands.ask("correct.frame()") == 20
     assert hands.ask("correct.overview.span") == [20, 79]
     wide = "[...document.querySelectorAll('#whiskers button')].filter(e => e.scrollWidth > e.clientWidth).length"
     assert hands.ask(wide) == 0
-    assert "C1 (2): " in hands.page.inner_text("#whiskers")
+    assert hands.page.inner_text("#whiskers").startswith("C1 (0): ")
     line = hands.select(3, full_frame(pad))
     hands.answer("n", "C1")
     assert hands.whisker(line) == 2
-    hands.until("document.getElementById('where').textContent.includes('whisker C1 (2), ')")
+    hands.until("document.getElementById('where').textContent.includes('whisker C1 (0), ')")
+    line = hands.select(4, full_frame(pad))
+    hands.answer("n", "2")  # as the profile counts
+    assert hands.whisker(line) == 1
     hands.context.close()
 
 

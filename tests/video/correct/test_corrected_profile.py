@@ -9,7 +9,7 @@ from simulated_segments import HEIGHT, WIDTH, Pad, simulate
 from vibrissa.netcdf import load, save
 from vibrissa.video.correct.corrected_profile import corrected_profile
 from vibrissa.video.correct.edits import Edit
-from vibrissa.video.correct.opening import open_tracks
+from vibrissa.video.correct.opening import open_tracks, profile_numbers
 from vibrissa.video.io.movie import write_movie
 from vibrissa.video.link.thorough_linking import IDENTIFIED, link_thoroughly
 from vibrissa.video.linked.linked_profile import profile_from_linking
@@ -89,3 +89,16 @@ def test_a_mark_that_says_what_is_known_changes_nothing_far_away(tracked, share)
     correction.settle()
     changed = np.flatnonzero(correction.named.whisker != before)
     assert (np.abs(frame[changed] - frame[line]) <= 15).all()
+
+
+def test_whiskers_have_the_numbers_of_the_profile(tracked):
+    tracks, said = opened(tracked), []
+    words = {"tell": said.append, "progress": lambda *_: None, "edits": tracked / "no.json"}
+    open_tracks(tracked / "profile.nc", tracked / "movie.mkv", segments=tracked / "lines.nc", **words)
+    assert said == ["whisker 0 is C2"]
+    kept, whiskers = json.loads(tracks.profile.attrs["identities"]), tracks.correction.linking.whiskers
+    numbers = profile_numbers(tracks.profile, tracks.numbers, whiskers + 1)  # and one that the profile does not keep
+    assert sorted(numbers) == list(range(whiskers + 1))
+    assert numbers[tracks.numbers[kept]].tolist() == list(range(len(kept)))
+    foreign = tracks.profile.assign_attrs(identity_from="WHISK")
+    assert profile_numbers(foreign, tracks.numbers, 4).tolist() == [0, 1, 2, 3]

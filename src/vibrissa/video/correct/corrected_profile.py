@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrissa.quantities.identity import SURE
 from vibrissa.video.correct.corrected_linking import corrected_linking
-from vibrissa.video.correct.opening import OpenedTracks, calibration_of, marked_names
+from vibrissa.video.correct.opening import OpenedTracks, calibration_of, kept_whiskers, marked_names
 from vibrissa.video.linked.linked_profile import profile_from_linking
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def corrected_profile(opened: OpenedTracks) -> xr.Dataset:
         source=opened.movie.name,
         node_spacing=float(np.nanmedian(spacing)) if np.isfinite(spacing).any() else None,
         least_probability=float(before.attrs.get("least_probability", SURE)),
-        first=_order(opened),
+        first=kept_whiskers(before, opened.numbers),
         attrs=kept | {"source": opened.movie.name, "edits": len(correction.edits)},
     )
     if "names" in before.attrs:
@@ -53,12 +53,6 @@ def corrected_profile(opened: OpenedTracks) -> xr.Dataset:
     if "first_frame" in before.attrs:
         profile = _part(profile, *(int(before.attrs[name]) for name in ("first_frame", "last_frame")))
     return profile
-
-
-def _order(opened: OpenedTracks) -> list[int]:
-    """Whiskers in the order that they have in the profile before."""
-    before = [n for n in json.loads(opened.profile.attrs.get("identities", "[]")) if n < opened.numbers.size]
-    return [int(opened.numbers[n]) for n in before if opened.numbers[n] >= 0]
 
 
 def _names(opened: OpenedTracks, profile: xr.Dataset) -> list[str]:

@@ -111,7 +111,8 @@ def open_tracks(
         tell(f"{len(made)} edit{'s' * (len(made) != 1)} of {edits} made again")
     if before.attrs.get("identity_from") != "link":
         tell(f"{profile} was not linked from lines: its whiskers may have other numbers here")
-    if given := [f"{n} is {name}" for n, name in sorted(marked_names(before, numbers).items())]:
+    shown = profile_numbers(before, numbers, linking.whiskers)
+    if given := [f"{shown[n]} is {name}" for n, name in sorted(marked_names(before, numbers).items())]:
         tell(f"whisker {', '.join(given)}")
     return OpenedTracks(correction, movie_of, before, numbers)
 
@@ -136,6 +137,48 @@ def marked_names(profile: xr.Dataset, numbers: Integers) -> dict[int, str]:
     were = zip(json.loads(profile.attrs["identities"]), json.loads(profile.attrs["names"]), strict=True)
     named = {n: name for k, (n, name) in enumerate(were) if name != f"whisker {k}" and n < numbers.size}
     return {int(numbers[n]): name for n, name in named.items() if numbers[n] >= 0}
+
+
+def profile_numbers(profile: xr.Dataset, numbers: Integers, whiskers: int) -> Integers:
+    """Numbers that whiskers of a linking have in a profile; those that it does not keep follow.
+
+    Parameters
+    ----------
+    profile : Dataset
+        As it was before.
+    numbers : (n,) array of int
+        Of :func:`said_of`.
+    whiskers : int
+        How many there are in the linking.
+
+    Returns
+    -------
+    (whiskers,) array of int
+        Each of 0 to ``whiskers`` − 1 once.
+    """
+    kept = kept_whiskers(profile, numbers)
+    return np.argsort([*kept, *np.setdiff1d(np.arange(whiskers), kept)])
+
+
+def kept_whiskers(profile: xr.Dataset, numbers: Integers) -> list[int]:
+    """Whiskers of a linking that a profile keeps, in its order.
+
+    Parameters
+    ----------
+    profile : Dataset
+        As it was before.
+    numbers : (n,) array of int
+        Of :func:`said_of`.
+
+    Returns
+    -------
+    list of int
+        None if the profile was not linked from lines.
+    """
+    if profile.attrs.get("identity_from") != "link":
+        return []
+    kept = [int(numbers[n]) for n in json.loads(profile.attrs["identities"]) if n < numbers.size]
+    return [n for n in kept if n >= 0]
 
 
 def calibration_of(profile: xr.Dataset, source: str) -> Calibration:

@@ -128,8 +128,8 @@ function took(answer) {
 function failed(error) { say(error instanceof TypeError ? "The program that serves this page has ended." : error.message, true); }
 
 function list() {
-  const seen = tracks.seen(), items = [];
-  for (let k = 0; k < tracks.whiskers; k++) {
+  const seen = tracks.seen(), items = [], every = [...seen.keys()].sort((a, b) => tracks.shown(a) - tracks.shown(b));
+  for (const k of every) {
     const item = document.createElement("li"), one = document.createElement("button"), swatch = document.createElement("span");
     item.dataset.whisker = k;
     one.type = "button";

@@ -7,7 +7,7 @@ export const colour = whisker => whisker >= 0 ? COLOURS[whisker % COLOURS.length
 
 export class Tracks {
   constructor(message) {
-    Object.assign(this, { frames: message.frames, width: message.width, height: message.height, names: message.names, part: message.part });
+    Object.assign(this, { frames: message.frames, width: message.width, height: message.height, names: message.names, numbers: message.numbers, part: message.part });
     for (const name of ["frame", "start", "angle", "column", "row"]) this[name] = message[name];
     this.count = this.frame.length;
     this.first = new Int32Array(this.frames + 1).fill(this.count);
@@ -34,9 +34,13 @@ export class Tracks {
     this.pieces = most + 1;
   }
 
-  name(k) { return this.names[k] ?? String(k); } // of a mark, else the number
-  both(k) { return k in this.names ? `${this.names[k]} (${k})` : String(k); }
-  number(text) { const same = k => this.names[k].toLowerCase() === text.toLowerCase(); return Number(Object.keys(this.names).find(same) ?? text); }
+  shown(k) { return this.numbers[k] ?? Number(k); } // the number in the profile
+  name(k) { return this.names[k] ?? String(this.shown(k)); } // of a mark, else the number
+  both(k) { return k in this.names ? `${this.names[k]} (${this.shown(k)})` : String(this.shown(k)); }
+  number(text) { // whisker of a name or of a number that is shown
+    const same = k => this.names[k].toLowerCase() === text.toLowerCase(), at = this.numbers.indexOf(Number(text));
+    return Number(Object.keys(this.names).find(same) ?? (at >= 0 ? at : text));
+  }
   spelt(text) { return text.replace(/\bwhisker (\d+)/g, (_, k) => `whisker ${this.both(k)}`); } // a line of the server, with names
   points(s) { return [this.start[s], s + 1 < this.count ? this.start[s + 1] : this.column.length]; }
   size(s) { const [a, b] = this.points(s); return b - a; }
