@@ -105,8 +105,7 @@ def overlay(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int]) -> Itera
     InputError
         If the movie ends before the last of the frames.
     """
-    columns, rows = seen(profile)
-    names = whisker_names(profile)
+    (columns, rows), names = seen(profile), whisker_names(profile)
     lost = json.loads(profile.attrs.get("lost", "[]")) or [[]] * len(names)
     low, span = 0.0, 0.0
     for index, image in chosen_frames(blocks, frames):
@@ -252,7 +251,7 @@ def compute(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int] | None = 
 
 @house_style
 def draw(data: xr.Dataset) -> Figure:
-    """Sheet of frames with their centrelines, and a scale bar in the first.
+    """Sheet of frames with their centrelines, in columns and rows of pixels, and a scale bar in the first.
 
     A part of each frame is magnified, with the nodes; more than six whiskers are named at their tips instead.
 
@@ -274,20 +273,22 @@ def draw(data: xr.Dataset) -> Figure:
     figure, axes = new_figure(wide * across, (wide * shape + 0.35) * down + 0.4, down, across)
     names, frames = json.loads(data.attrs["names"]), json.loads(data.attrs["frames"])
     span = {"vmin": float(data.image.values.min()), "vmax": float(data.image.values.max())}
-    for k, panel in enumerate(axes.flat):
+    for panel in axes.flat[count:]:
         panel.set_axis_off()
-        if k < count:
-            title = f"frame {frames[k]}, {float(data.time[k]):.4f} s"
-            if few:
-                _panel(panel, data.isel(time=k), names, span)
-            else:
-                shown = _named_panel(panel, data.isel(time=k), names, span)
-                title += f": {shown} of {len(names)} whiskers"
-            panel.set_title(title)
+    for k, panel in enumerate(axes.flat[:count]):
+        title = f"frame {frames[k]}, {float(data.time[k]):.4f} s"
+        if few:
+            _panel(panel, data.isel(time=k), names, span)
+        else:
+            shown = _named_panel(panel, data.isel(time=k), names, span)
+            title += f": {shown} of {len(names)} whiskers"
+        panel.set_title(title)
+        panel.tick_params(labelsize=5, length=2, labelleft=k % across == 0, labelbottom=k + across >= count)
+    axes.flat[0].set_ylabel("row [px]", fontsize=6)
+    axes.flat[count - 1].set_xlabel("column [px]", fontsize=6)
     _scale_bar(axes.flat[0], data)
     if few:
-        handles = axes.flat[0].lines[: len(names)]
-        figure.legend(handles, names, loc="outside lower center", ncols=min(6, len(names)))
+        figure.legend(axes.flat[0].lines[: len(names)], names, loc="outside lower center", ncols=min(6, len(names)))
     return figure
 
 
@@ -341,8 +342,7 @@ def _inset(panel: Any, data: xr.Dataset, whisker: int, span: dict[str, float]) -
 
 def _scale_bar(panel: Any, data: xr.Dataset) -> None:
     """A bar of a round length near a quarter of the width, at the bottom."""
-    width = data.sizes["image_column"] * data.attrs["pixel_size"]
-    length = round_length(width / 4)
+    length = round_length(data.sizes["image_column"] * data.attrs["pixel_size"] / 4)
     pixels = length / data.attrs["pixel_size"]
     left, row = 0.5 * (data.sizes["image_column"] - pixels), 0.96 * data.sizes["image_row"]
     for ink, thick in (("black", 4.5), ("white", 2.5)):
