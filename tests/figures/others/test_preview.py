@@ -168,3 +168,22 @@ def test_the_sheet_has_a_panel_for_each_frame_and_says_what_is_not_seen(movie, p
     texts = [text.get_text() for axes in figure.axes for text in axes.texts]
     assert texts.count("C2 not seen") == 2
     assert "2 mm" in texts  # of a field of 9.1 mm
+
+
+def test_the_sheet_counts_columns_and_rows_in_pixels(movie, profile):
+    data = preview.compute(movie, profile, [0, 4, 5, 8])
+    figure = preview.draw(data)
+    panels = [axes for axes in figure.axes if axes.get_title(loc="left")]
+    for panel in panels:
+        assert (panel.get_xlim(), panel.get_ylim()) == (
+            (-0.5, data.sizes["image_column"] - 0.5),
+            (data.sizes["image_row"] - 0.5, -0.5),
+        )
+    figure.draw_without_rendering()
+    assert [any(text.get_text() and text.get_visible() for text in one.get_xticklabels()) for one in panels] == [
+        False,
+        True,
+        True,
+        True,
+    ]
+    assert (panels[0].get_ylabel(), panels[3].get_xlabel()) == ("row [px]", "column [px]")
