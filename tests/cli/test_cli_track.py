@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from vibrissa import track
+from vibrissa.cli.movies.track import remarks_on
 from vibrissa.netcdf import load
+from vibrissa.quantities import dataset
 from vibrissa.video.camera.camera import Camera
 from vibrissa.video.camera.pad.filming import film
 from vibrissa.video.camera.pad.settings import Head, WhiskingScene
@@ -104,3 +106,9 @@ def test_bad_input_is_refused_in_a_line(vibrissa, movie, tmp_path, monkeypatch, 
     assert len(lines) == 1
     assert message in lines[0]
     assert not list(tmp_path.iterdir())
+
+
+def test_the_longest_runs_of_lost_frames_are_named_whatever_their_reasons(capsys):
+    runs = [(2, 2, "a"), (5, 9, "a"), (10, 13, "b"), (14, 14, "a"), (20, 24, "b"), (30, 31, "a"), (40, 40, "b")]
+    remarks_on(dataset({"lost": json.dumps([runs])}, time=np.arange(100.0)))
+    assert "whisker 0 was lost in frames 5 to 14, 20 to 24, 30 to 31 and in 2 shorter runs" in capsys.readouterr().err

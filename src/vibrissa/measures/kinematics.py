@@ -17,7 +17,7 @@ from vibrissa.measures.bending import bending, bent_frames
 from vibrissa.measures.face import Face, Side, face_through, whisker_names
 from vibrissa.measures.touched_object import Pole, Touchable, held_place
 from vibrissa.measures.touches import COLUMNS, touch_events
-from vibrissa.measures.whisk_cycle import BAND, frame_rate_of, whisk_cycle
+from vibrissa.measures.whisk_cycle import BAND, PERIODS, frame_rate_of, whisk_cycle
 from vibrissa.quantities import dataset, require, stacked
 
 if TYPE_CHECKING:
@@ -317,7 +317,7 @@ def _remarks(settings: KinematicsSettings, face: Face, near: float | None, colum
             f"in {int(held)} of {int(known)} frames the angle lies beyond those of the free whisker: there Δκ is "
             "against its curvature at the end of them (rest_held)"
         )
-    phase, needed = columns["whisking_phase"], 1 / settings.whisking_band[0]
+    phase, needed = columns["whisking_phase"], PERIODS / settings.whisking_band[0]
     if silent := int((~np.isfinite(phase)).all(axis=1).sum()):
         remarks.append(
             f"{silent} of {len(phase)} whiskers have no phase: none of them is seen for {needed:.3g} s "

@@ -187,8 +187,10 @@ def test_a_name_that_a_mark_gave_and_the_part_that_was_tracked_are_shown(browser
     hands.answer("n", "C1")
     assert hands.whisker(line) == 2
     hands.until("document.getElementById('where').textContent.includes('whisker C1 (0), ')")
+    assert "is whisker C1 (0)" in hands.page.inner_text("#message")
     line = hands.select(4, full_frame(pad))
     hands.answer("n", "2")  # as the profile counts
+    assert hands.page.inner_text("#message").count("is whisker 2") == 1
     assert hands.whisker(line) == 1
     hands.context.close()
 

@@ -64,6 +64,19 @@ def test_a_whisker_that_all_linkings_left_out_is_found(field):
     assert (marked != after).mean() < 0.01
 
 
+@pytest.mark.parametrize(("length", "found"), [(0.7, True), (0.4, False)])
+def test_short_lines_make_a_whisker_if_they_are_often_seen_and_not_as_short_as_hairs(field, length, found):
+    linking = link_segments(field[0])
+    (solution,), gone = linking.solutions, linking.whiskers // 2
+    lines, reach = linking.identity().segment_whisker.values == gone, solution.lines.reach.copy()
+    reach[lines, 1] = np.minimum(reach[lines, 1], reach[lines, 0] + length)
+    solution.lines = solution.lines._replace(reach=reach)
+    take_away(solution, gone)
+    before = _asked(linking)
+    name_further_whiskers(linking)
+    assert linking.whiskers == before.max() + 1 + found
+
+
 def test_where_all_whiskers_are_known_nothing_changes(field):
     linking = link_segments(field[0])
     before, count = _asked(linking), linking.whiskers

@@ -224,9 +224,13 @@ def _losses(runs: list[tuple[int, int, str]], profile: xr.Dataset) -> list[str]:
     count, start = profile.sizes["time"], int(profile.attrs.get("first_frame", 0))
     if 2 * lost.total() > count:
         return [f"{lost.total()} of {count} frames, mostly: {lost.most_common(1)[0][0]}"]
-    longest = sorted(sorted(runs, key=lambda run: run[0] - run[1])[:RUNS])
-    each = [f"{start + a}" if a == b else f"{start + a} to {start + b}" for a, b, _ in longest]
-    more = f" and in {len(runs) - RUNS} shorter runs" if len(runs) > RUNS else ""
+    whole: list[tuple[int, int]] = []  # whatever the reason
+    for first, last, _ in runs:
+        goes_on = bool(whole) and first == whole[-1][1] + 1
+        whole[-1:] = [(whole[-1][0], last)] if goes_on else [*whole[-1:], (first, last)]
+    longest = sorted(sorted(whole, key=lambda run: run[0] - run[1])[:RUNS])
+    each = [f"{start + a}" if a == b else f"{start + a} to {start + b}" for a, b in longest]
+    more = f" and in {len(whole) - RUNS} shorter runs" if len(whole) > RUNS else ""
     return [f"frames {', '.join(each)}{more}"] if runs else []
 
 

@@ -23,8 +23,9 @@ from vibrissa.video.link.whisker_linking import Linking
 
 ROUNDS = 4  # in which the whiskers and their lines are estimated in turn
 SEEN = 0.1  # share of the frames in which a further whisker has a line at least
-LONG = 0.85  # median length of its lines over half the radii's distance, at least: hairs are shorter
 LIKELY = 0.2  # mean probability of its names, at least
+LONG = 0.85  # median length of its lines over half the radii's distance, at least: hairs are shorter
+OFTEN = 0.3, 0.5, 0.5  # share of the frames and mean probability from which on a shorter one is no hair, and its length
 RIGHT = 0.5, 0.3  # share of names that are right (0.69 of 639 in rendered movies), and its growth with what they say
 BESIDE = 0.6  # frames in which a known whisker is seen beside it, over those by chance, at least
 BY_CHANCE = 5.0  # frames from which on that says something
@@ -78,9 +79,11 @@ def _is_one(known: Solution, names: Names, told: Names, number: int) -> bool:
     """Whether a whisker found is none of the known ones of the pad."""
     frame, reach = known.frame, known.lines.reach
     own = np.flatnonzero(told.whisker == number)
-    if np.unique(frame[own]).size < SEEN * known.frames or told.sure[own].mean() < LIKELY:
+    seen, sure = np.unique(frame[own]).size / known.frames, told.sure[own].mean() if own.size else 0.0
+    if seen < SEEN or sure < LIKELY:
         return False
-    if np.median(np.ptp(reach[own], axis=1)) < LONG:
+    often, likely, short = OFTEN
+    if np.median(np.ptp(reach[own], axis=1)) < (short if seen >= often and sure >= likely else LONG):
         return False
     here = np.isin(np.arange(known.frames), frame[own])
     for n in range(len(known.labels)):

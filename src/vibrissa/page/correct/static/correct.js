@@ -108,7 +108,7 @@ function move(place, body = {}) { // an edit holds at once; then the lines about
       timed("move", since);
       if (place === "edit" && waiting === 1) {
         const before = $("message").textContent, settled = unpacked(await (await post("settle", {})).arrayBuffer());
-        took({ ...settled, said: [before, settled.said].filter(Boolean).join("; ") });
+        took(settled, before);
         timed("linked", since);
       }
     } catch (error) { failed(error); }
@@ -116,11 +116,11 @@ function move(place, body = {}) { // an edit holds at once; then the lines about
   });
 }
 
-function took(answer) {
+function took(answer, before = "") {
   tracks.take(answer);
   overview.redraw();
   list();
-  say(tracks.spelt(answer.said));
+  say([before, tracks.spelt(answer.said)].filter(Boolean).join("; "));
   draw();
   tell();
 }
@@ -217,8 +217,10 @@ function answered(event) {
 async function save() {
   if (ended) return;
   say("Saving …");
+  queue = queue.then(async () => { // whoever ends waits for it
+    try { say(await (await post("save", {})).text()); } catch (error) { failed(error); }
+  });
   await queue;
-  try { say(await (await post("save", {})).text()); } catch (error) { failed(error); }
 }
 
 async function end() {

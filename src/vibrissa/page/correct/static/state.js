@@ -41,7 +41,10 @@ export class Tracks {
     const same = k => this.names[k].toLowerCase() === text.toLowerCase(), at = this.numbers.indexOf(Number(text));
     return Number(Object.keys(this.names).find(same) ?? (at >= 0 ? at : text));
   }
-  spelt(text) { return text.replace(/\bwhisker (\d+)/g, (_, k) => `whisker ${this.both(k)}`); } // a line of the server, with names
+  spelt(text) { // a line of the server, with names
+    const both = text.replace(/\bwhiskers (\d+) and (\d+)/g, (_, a, b) => `whiskers ${this.both(a)} and ${this.both(b)}`);
+    return both.replace(/\bwhisker (\d+)/g, (_, k) => `whisker ${this.both(k)}`);
+  }
   points(s) { return [this.start[s], s + 1 < this.count ? this.start[s + 1] : this.column.length]; }
   size(s) { const [a, b] = this.points(s); return b - a; }
   segmentsOf(p) { return this.members.subarray(this.from[p], this.from[p + 1]); }
