@@ -12,6 +12,7 @@ from simulated_segments import Pad, simulate
 from vibrissa.errors import InputError
 from vibrissa.head_pose import HeadPose
 from vibrissa.quantities import dataset, require
+from vibrissa.quantities.identity import SURE
 from vibrissa.study.movie.track_plan import plan_of
 from vibrissa.study.spec.settings import MovieFile
 from vibrissa.video.camera.camera import Camera
@@ -19,6 +20,7 @@ from vibrissa.video.camera.pad.filming import film
 from vibrissa.video.camera.pad.settings import Head, WhiskingScene
 from vibrissa.video.camera.pad.truth import scene_truth
 from vibrissa.video.link.identities import REASONS
+from vibrissa.video.link.thorough_linking import link_thoroughly
 from vibrissa.video.link.whisker_linking import link_segments
 from vibrissa.video.linked.line_marks import LineMark, snapped
 from vibrissa.video.linked.linked_profile import _reasons as reasons_of
@@ -304,3 +306,13 @@ def test_a_whisker_whose_line_is_also_another_ones_is_lost_for_that_reason():
     found = reasons_of(identity, 0.7)
     assert [REASONS[code] for code in found[:, 0]] == ["one line with another whisker"] * 2
     assert not found[:, 1].any()
+
+
+def test_no_name_in_a_profile_is_less_sure_than_asked():
+    pad = Pad(whiskers=7, frames=90, spread=50.0, amplitude=20.0, missing=0.2, broken=0.5, drift=3.0, opening=0.3)
+    linking = link_thoroughly(simulate([pad], 0)[0])[1]
+    profile = profile_from_linking(linking, Calibration(frame_rate=200.0, pixel_size=1e-4), source="pad")
+    main = linking.identity().whisker_probability.values[json.loads(profile.attrs["identities"])]
+    named = np.isfinite(profile.whisker_probability.values)
+    assert (main[named] < SURE).any()  # of the piece that is shown elsewhere, not of the one that has the nodes
+    assert profile.whisker_probability.values[named].min() >= SURE

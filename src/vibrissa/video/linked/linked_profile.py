@@ -110,8 +110,9 @@ def profile_from_linking(
     )
     if head is not None:
         profile = with_head(_in_image(profile, head), head)
-    seen = np.isfinite(profile.x.values).any(axis=2)
-    chance = np.where(seen, identity.whisker_probability.values[kept], np.nan)
+    seen, chance = np.isfinite(profile.x.values).any(axis=2), np.full((len(kept), frames), np.nan)
+    np.fmax.at(chance, (place[whisker[use]], linking.pieces.frame[use]), sure[use])
+    chance[~seen] = np.nan
     named = {"whisker": profile.whisker.values, "time": profile.time.values}
     return profile.merge(dataset(**named, whisker_probability=chance), combine_attrs="override")
 
