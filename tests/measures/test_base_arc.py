@@ -5,10 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from real_data import real
-from simulated_whiskers import circle_profile
+from simulated_whiskers import RATE, circle_profile, profile_of
 
 from vibrissa.measures.base_arc import fit_base_arc
 from vibrissa.measures.face import Face
+from vibrissa.measures.kinematics import KinematicsSettings, kinematics_of
 from vibrissa.video.foreign.whisk_files import read_measurements, read_whiskers
 
 
@@ -110,3 +111,17 @@ def test_curvatures_of_whisk_are_those_of_the_whole_segment():
         theirs.append(curvature)
     assert np.corrcoef(np.abs(found), np.abs(theirs))[0, 1] > 0.98
     assert np.median(np.abs(np.abs(found) - np.abs(theirs))) < 0.02 * np.median(np.abs(theirs))
+
+
+def test_one_frame_of_a_longer_line_does_not_change_the_base_part_of_others():
+    arc, time = np.linspace(0, 30e-3, 121), np.arange(200) / RATE
+    direction = 0.1 - 0.3 * np.cos(2 * np.pi * 8 * time)
+    x, y = np.cos(direction)[:, None] * arc, np.sin(direction)[:, None] * arc
+    x[:, arc > 10e-3] = np.nan
+    longer = x.copy()
+    longer[50] = np.cos(direction[50]) * arc  # goes on as something else
+    down = KinematicsSettings(face=Face(caudal=(0.0, 0.0), rostral=(0.0, 1.0)))
+    usual, once = (kinematics_of(profile_of(arc, [one], [y]), down) for one in (x, longer))
+    assert usual.attrs["base_part"] == pytest.approx([0.0, 2.5e-3])
+    assert once.attrs["base_part"] == usual.attrs["base_part"]
+    np.testing.assert_allclose(once.whisker_angle, usual.whisker_angle, atol=1e-9)

@@ -54,7 +54,8 @@ def kinematics(
         Side to which the back points, in a view from the side: whiskers are named by row and column if their bases fall
         into rows, else 1, 2, 3 … from caudal to rostral.
     base_part : (float, float), optional
-        Arc lengths between which direction and curvature are measured [m]; the first quarter by default.
+        Arc lengths between which direction and curvature are measured [m]; by default a quarter of the
+        length up to which the longest whisker is usually seen.
     whisking_band : (float, float)
         Band of whisking [Hz].
     bridged : int

@@ -23,7 +23,7 @@ from vibrissa.quantities import dataset, require, stacked
 if TYPE_CHECKING:
     import xarray as xr
 
-SHARE = 0.25  # of the arc length, from the base, by default taken for the base
+SHARE = 0.25  # of the usual arc length of the longest whisker, from the base, by default taken for the base
 MOST = 0.8  # share of the angles that have a phase, below which a remark says so
 PIXELS = 2.0  # distance to an object by default taken for touch
 IN_TIME = (
@@ -61,7 +61,8 @@ class KinematicsSettings:
     dorsal : {"left", "right", "top", "bottom"}, optional
         Side of the image to which the back points, in a view from the side: names by row and column.
     base_part : (float, float), optional
-        Arc lengths between which direction and curvature are measured [m]; a quarter of the longest by default.
+        Arc lengths between which direction and curvature are measured [m]; by default a quarter of the
+        length up to which the longest whisker is usually seen.
     whisking_band : (float, float)
         Corners of the band of the whisking cycle [Hz].
     bridged : int
@@ -124,7 +125,7 @@ def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Datas
     turned = np.zeros(whole.sizes["time"]) if head is None else head.turned()
     names = _names(profile, whisker_names(bases, face, settings.dorsal, downwards=down))
     time, near = np.asarray(whole.time.values, float), _touch_distance(profile, settings)
-    part = settings.base_part or (0.0, SHARE * max(float(np.nanmax(one["arc_length"])) for one in whiskers))
+    part = settings.base_part or (0.0, SHARE * max(map(_usual_length, whiskers)))
     rows = [_of_whisker(time, one, face, turned, part, settings, near) for one in whiskers]
     columns = stacked([{name: row[name] for name in row if name != "events"} for row in rows])
     events = [
@@ -175,6 +176,13 @@ def _nodes(one: xr.Dataset, head: HeadPose | None) -> dict[str, Array]:
     if head is not None:
         found["x"], found["y"] = profile_in_head(one, head)
     return found
+
+
+def _usual_length(nodes: Mapping[str, Array]) -> float:
+    """Arc length up to which a whisker is seen, median over the frames; single frames may be of something else [m]."""
+    seen = np.isfinite(nodes["x"]) & np.isfinite(nodes["y"])
+    reach = np.where(seen, nodes["arc_length"], 0.0).max(axis=1)[seen.any(axis=1)]
+    return float(np.median(reach)) if reach.size else 0.0
 
 
 def _mean_base(nodes: Mapping[str, Array]) -> tuple[float, float]:
