@@ -25,6 +25,7 @@ from vibrissa.video.link.whisker_linking import link_segments
 from vibrissa.video.linked.line_marks import LineMark, snapped
 from vibrissa.video.linked.linked_profile import _reasons as reasons_of
 from vibrissa.video.linked.linked_profile import profile_from_linking
+from vibrissa.video.linked.linked_tracking import _unsure as unsure
 from vibrissa.video.linked.linked_tracking import track_linked
 from vibrissa.video.tracking import Calibration
 
@@ -316,3 +317,13 @@ def test_no_name_in_a_profile_is_less_sure_than_asked():
     named = np.isfinite(profile.whisker_probability.values)
     assert (main[named] < SURE).any()  # of the piece that is shown elsewhere, not of the one that has the nodes
     assert profile.whisker_probability.values[named].min() >= SURE
+
+
+def test_whiskers_without_a_sure_name_are_told_with_how_sure_they_are():
+    profile = dataset({"identities": "[0]", "least_probability": 0.7})
+    whisker, sure = np.array([0, 1, 1, 2, -1]), np.array([0.9, 0.3, 0.614, 0.55, 0.0])
+    (said,) = unsure(profile, dataset(segment_whisker=whisker, segment_probability=sure))
+    assert said.startswith(
+        "2 more whiskers have no name that is 0.7 sure: a `least_probability` below 0.61, 0.55 keeps"
+    )
+    assert unsure(profile, dataset(segment_whisker=np.array([0, -1]), segment_probability=sure[:2])) == []

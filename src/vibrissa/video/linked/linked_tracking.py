@@ -190,13 +190,15 @@ def _unkept(
 
 
 def _unsure(profile: xr.Dataset, identified: xr.Dataset) -> list[str]:
-    """Say how many whiskers have names, but none that is sure enough for the profile."""
-    whisker = identified.segment_whisker.values
-    missing = np.setdiff1d(whisker[whisker >= 0], json.loads(profile.attrs["identities"])).size
-    if not missing:
+    """Say which whiskers have names, but none that is sure enough for the profile, and how sure these are."""
+    whisker, sure = identified.segment_whisker.values, identified.segment_probability.values
+    missing = np.setdiff1d(whisker[whisker >= 0], json.loads(profile.attrs["identities"]))
+    if not missing.size:
         return []
-    least, which = profile.attrs["least_probability"], "whisker has" if missing == 1 else "whiskers have"
-    return [f"{missing} more {which} no name that is {least:g} sure: a lower `least_probability` keeps less sure ones"]
+    most = ", ".join(f"{sure[whisker == one].max():.2f}" for one in missing)
+    least, which = profile.attrs["least_probability"], "whisker has" if missing.size == 1 else "whiskers have"
+    low = f"a `least_probability` below {most} keeps {'it' if missing.size == 1 else 'them'}"
+    return [f"{missing.size} more {which} no name that is {least:g} sure: {low}; of such names a third is wrong"]
 
 
 def _identified(segments: xr.Dataset, linking: Linking, frame_rate: float) -> xr.Dataset:
