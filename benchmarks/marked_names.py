@@ -7,8 +7,8 @@
 A line is at a whisker of the study if it runs beside it for 15 px and 70 % of these points are within 2 px across. The
 whisker's name is the one that lines at it have in most frames; a line with that name that is at the whisker in no part
 contradicts the study, in frames in which the study has the whisker. Who is right there is in ``judged_names.csv``:
-three verdicts, ``name``, ``study``, ``both`` (two parts of one whisker), ``neither``, or ``?`` where it cannot be told.
-They were given independently and blind, by an image-reading language model, from the pictures of
+three verdicts, ``name``, ``study``, ``both`` (two parts of one whisker), ``neither``, or ``?`` where it cannot be
+decided. They were given independently and blind, by an image-reading language model, from the pictures of
 ``blind_pictures.py``, which call the two A and B at random. What two of the three say counts. Frames in which the name
 is right then count as followed. The last rows are of the frames in which the study's whisker lies apart: half of it is
 farther than 4 px from every line that is not at it.
@@ -32,7 +32,7 @@ NEAR, SHARE, BESIDE = 2.0, 0.7, 15
 LEVELS = 0.0, 0.5, 0.7
 JUDGED, VERDICTS = Path(__file__).with_name("judged_names.csv"), ("one", "two", "three")
 COLUMNS = "whisker", "frames", "at least so sure", "frames under its name [%]", "name wrong [%]", "study wrong [%]"
-COLUMNS += "cannot be told [%]", "not judged"
+COLUMNS += "cannot be decided [%]", "not judged"
 
 
 class Study(NamedTuple):

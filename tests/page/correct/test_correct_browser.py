@@ -192,6 +192,8 @@ def test_a_name_that_a_mark_gave_and_the_part_that_was_tracked_are_shown(browser
     hands.answer("n", "2")  # as the profile counts
     assert hands.page.inner_text("#message").count("is whisker 2") == 1
     assert hands.whisker(line) == 1
+    hands.answer("x", "0")
+    assert "hiskers 2 and C1 (0) exchange names" in hands.page.inner_text("#message")
     hands.context.close()
 
 
@@ -265,6 +267,19 @@ def test_the_end_stops_the_program_and_the_page_says_so(hands):
     while hands.served.alive():
         assert time.monotonic() < stop
         time.sleep(0.02)
+
+
+def test_the_end_waits_for_a_save(hands):
+    session, save = hands.served.session, hands.served.session.save
+
+    def slowly():
+        time.sleep(1.0)
+        return save()
+
+    session.save = slowly
+    hands.ask("(document.querySelector('.save').click(), document.getElementById('end').click())")
+    hands.until("document.getElementById('message').textContent.startsWith('Ended')")
+    assert load(hands.served.out).sizes["whisker"] == 6
 
 
 def test_hostile_names_are_shown_as_text(browser, served):

@@ -319,11 +319,11 @@ def test_no_name_in_a_profile_is_less_sure_than_asked():
     assert profile.whisker_probability.values[named].min() >= SURE
 
 
-def test_whiskers_without_a_sure_name_are_told_with_how_sure_they_are():
+def test_whiskers_without_a_sure_name_are_reported_with_their_probability():
     profile = dataset({"identities": "[0]", "least_probability": 0.7})
     whisker, sure = np.array([0, 1, 1, 2, -1]), np.array([0.9, 0.3, 0.614, 0.55, 0.0])
     (said,) = unsure(profile, dataset(segment_whisker=whisker, segment_probability=sure))
     assert said.startswith(
-        "2 more whiskers have no name that is 0.7 sure: a `least_probability` below 0.61, 0.55 keeps"
+        "2 more whiskers have no name that is 0.7 sure: they have lines from a `least_probability` of 0.61, 0.55 on"
     )
     assert unsure(profile, dataset(segment_whisker=np.array([0, -1]), segment_probability=sure[:2])) == []

@@ -227,7 +227,7 @@ def _losses(runs: list[tuple[int, int, str]], profile: xr.Dataset) -> list[str]:
     whole: list[tuple[int, int]] = []  # whatever the reason
     for first, last, _ in runs:
         goes_on = bool(whole) and first == whole[-1][1] + 1
-        whole[-1:] = [(whole[-1][0], last)] if goes_on else [*whole[-1:], (first, last)]
+        whole.append((whole.pop()[0] if goes_on else first, last))
     longest = sorted(sorted(whole, key=lambda run: run[0] - run[1])[:RUNS])
     each = [f"{start + a}" if a == b else f"{start + a} to {start + b}" for a, b in longest]
     more = f" and in {len(whole) - RUNS} shorter runs" if len(whole) > RUNS else ""

@@ -44,10 +44,10 @@ def name_further_whiskers(linking: Linking) -> None:
     for number, (solution, known) in enumerate(zip(linking.solutions, linking.names(), strict=True)):
         count = len(solution.labels)
         found = _looked_for(linking, number, known.whisker < 0)
-        told = names_of(found, found.lever)
-        kept = [n for n in range(len(found.labels)) if _is_one(solution, known, told, n)]
+        theirs = names_of(found, found.lever)
+        kept = [n for n in range(len(found.labels)) if _is_one(solution, known, theirs, n)]
         if kept:
-            _add(linking, number, first, found, told, kept)
+            _add(linking, number, first, found, theirs, kept)
         first += count + len(kept)
 
 
@@ -58,7 +58,7 @@ def _looked_for(linking: Linking, number: int, free: Mask) -> Solution:
     name = np.full(free.size, -1)
     plain = who[known.tracklet[who] >= 0]
     name[plain] = np.unique(known.tracklet[plain], return_inverse=True)[1]
-    found = Solution(known.frames, pieces.frame, known.lines, who, known.phase, known.lever, name)
+    found = Solution(known.frames, pieces.frame, known.lines, who, known.phase, known.lever, name, along)
     given = known.lines, known.phase, known.lever, along
     models = best_groups(found.frame, name, *given, SUPPORT * known.frames) if plain.size else []
     for again in range(ROUNDS):
@@ -75,11 +75,11 @@ def _looked_for(linking: Linking, number: int, free: Mask) -> Solution:
     return found
 
 
-def _is_one(known: Solution, names: Names, told: Names, number: int) -> bool:
+def _is_one(known: Solution, names: Names, theirs: Names, number: int) -> bool:
     """Whether a whisker found is none of the known ones of the pad."""
     frame, reach = known.frame, known.lines.reach
-    own = np.flatnonzero(told.whisker == number)
-    seen, sure = np.unique(frame[own]).size / known.frames, told.sure[own].mean() if own.size else 0.0
+    own = np.flatnonzero(theirs.whisker == number)
+    seen, sure = np.unique(frame[own]).size / known.frames, theirs.sure[own].mean() if own.size else 0.0
     if seen < SEEN or sure < LIKELY:
         return False
     often, likely, short = OFTEN
@@ -104,8 +104,8 @@ def _pieces(frame: Integers, reach: Array, own: Integers, others: Integers) -> f
     return np.unique(one[pieces_of_one(pairs)]).size / own.size
 
 
-def _add(linking: Linking, number: int, first: int, found: Solution, told: Names, kept: list[int]) -> None:
-    """Add whiskers to a pad, whose first whisker has a number of its own in the movie, in the order of their places."""
+def _add(linking: Linking, number: int, first: int, found: Solution, theirs: Names, kept: list[int]) -> None:
+    """Add whiskers to a pad in the order of their places; ``first`` is the number of its first whisker in the movie."""
     solution, others, added = linking.solutions[number], linking.others, [found.labels[n] for n in kept]
     assert others is not None
     who, before, labels = solution.who, names_of(solution, solution.lever), [*solution.labels, *added]
@@ -120,9 +120,9 @@ def _add(linking: Linking, number: int, first: int, found: Solution, told: Names
     said[:, column] = others.votes
     said[np.ix_(who, [*known, last])] += said_by(before)[who]
     for n, whisker in zip(kept, new, strict=True):
-        own = np.flatnonzero(told.whisker == n)
+        own = np.flatnonzero(theirs.whisker == n)
         said[own] = 0.0
-        said[own, whisker] = (others.linkings + 1) * mean_of_agreement(RIGHT[0] + RIGHT[1] * told.sure[own])
+        said[own, whisker] = (others.linkings + 1) * mean_of_agreement(RIGHT[0] + RIGHT[1] * theirs.sure[own])
     # the linking itself now knows whiskers that the others do not: what all say together stays as it was
     after, pad = names_of(solution, solution.lever), [*range(first, first + len(labels)), last]
     said[np.ix_(who, pad)] -= said_by(after)[who]

@@ -195,10 +195,11 @@ def _unsure(profile: xr.Dataset, identified: xr.Dataset) -> list[str]:
     missing = np.setdiff1d(whisker[whisker >= 0], json.loads(profile.attrs["identities"]))
     if not missing.size:
         return []
-    most = ", ".join(f"{sure[whisker == one].max():.2f}" for one in missing)
+    most = ", ".join(f"{np.floor(100 * sure[whisker == one].max()) / 100:.2f}" for one in missing)
     least, which = profile.attrs["least_probability"], "whisker has" if missing.size == 1 else "whiskers have"
-    low = f"a `least_probability` below {most} keeps {'it' if missing.size == 1 else 'them'}"
-    return [f"{missing.size} more {which} no name that is {least:g} sure: {low}; of such names a third is wrong"]
+    low = f"they have lines from a `least_probability` of {most} on down"
+    wrong = "in rendered movies a third of such names is wrong"
+    return [f"{missing.size} more {which} no name that is {least:g} sure: {low}; {wrong}"]
 
 
 def _identified(segments: xr.Dataset, linking: Linking, frame_rate: float) -> xr.Dataset:

@@ -42,8 +42,8 @@ export class Tracks {
     return Number(Object.keys(this.names).find(same) ?? (at >= 0 ? at : text));
   }
   spelt(text) { // a line of the server, with names
-    const both = text.replace(/\bwhiskers (\d+) and (\d+)/g, (_, a, b) => `whiskers ${this.both(a)} and ${this.both(b)}`);
-    return both.replace(/\bwhisker (\d+)/g, (_, k) => `whisker ${this.both(k)}`);
+    const both = text.replace(/\b(whiskers) (\d+) and (\d+)/gi, (_, word, a, b) => `${word} ${this.both(a)} and ${this.both(b)}`);
+    return both.replace(/\b(whisker) (\d+)/gi, (_, word, k) => `${word} ${this.both(k)}`);
   }
   points(s) { return [this.start[s], s + 1 < this.count ? this.start[s + 1] : this.column.length]; }
   size(s) { const [a, b] = this.points(s); return b - a; }
