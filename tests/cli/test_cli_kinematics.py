@@ -67,6 +67,24 @@ def test_names_of_marks_are_kept_and_numbers_are_those_of_the_tracks(vibrissa, t
     assert {row["touch_whisker"] for row in events} == {"C2"}
 
 
+def test_less_sure_names_are_left_out_where_asked(vibrissa, tracks, tmp_path):
+    profile, out = load(tracks), tmp_path / "sure.nc"
+    words = ("kinematics", tmp_path / "linked.nc", *FACE, "--out", out, "--least-probability")
+    save(profile, tmp_path / "linked.nc")
+    code, _, err = vibrissa(*words, "0.9")
+    assert code == 2
+    assert "--least-probability must be left out of a profile without `whisker_probability`" in err
+    sure = np.where(np.arange(TIME.size) < 300, 0.8, 0.95)[None]
+    save(profile.assign(whisker_probability=(("whisker", "time"), sure)), tmp_path / "linked.nc")
+    code, _, err = vibrissa(*words, "0.9")
+    assert code == 0, err
+    seen = np.isfinite(load(out).whisker_angle.values[0])
+    assert np.flatnonzero(~seen).tolist() == [*range(300), 500, 501, 502]
+    code, _, err = vibrissa(*words, "1.5")
+    assert code == 2
+    assert "--least-probability must be from 0 to 1, got 1.5" in err
+
+
 def test_the_dataset_is_that_of_python(vibrissa, tracks, tmp_path):
     out = tmp_path / "k.nc"
     code, _, err = vibrissa("kinematics", tracks, *FACE, *POLE, "--base-part", "0mm", "3mm", "--out", out)

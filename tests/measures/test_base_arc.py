@@ -55,6 +55,21 @@ def test_standard_deviations_are_those_of_repeated_noise():
     assert found.direction.mean() == pytest.approx(0.4, abs=5 * found.direction_sd[0] / np.sqrt(3000))
 
 
+def test_nodes_without_a_standard_deviation_do_not_count_where_others_have_one():
+    noise = 1e-5 * np.random.default_rng(2).standard_normal((2000, 41))
+    profile = circle_profile(np.full(2000, 0.4), 30.0)
+    profile.y.values[0] += noise
+    profile.y.values[0, :, 5] += 1e-3  # far off, and nothing is known of its error
+    sd = np.full((2000, 21), 1e-5)
+    sd[:, 5] = np.nan
+    found = fitted(profile, y_sd=sd)
+    assert found.direction.std() == pytest.approx(found.direction_sd.mean(), rel=0.06)
+    assert found.direction.mean() == pytest.approx(0.4, abs=5 * found.direction_sd[0] / np.sqrt(2000))
+    sd[:, 2:] = np.nan  # two are left: all count alike, with an error that is not known
+    assert np.isnan(fitted(profile, y_sd=sd).direction_sd).all()
+    assert np.isfinite(fitted(profile, y_sd=sd).direction).all()
+
+
 def test_a_shaft_of_changing_curvature_costs_an_error_of_second_order():
     """An Euler spiral κ = κ0 + κ1 s: the arc's direction at the base is off by κ1 h²/12 of a part of length h."""
     kappa, growth = 20.0, 4000.0

@@ -39,6 +39,19 @@ def test_the_line_is_fitted_to_three_bases_or_more():
     np.testing.assert_allclose(face_through(bases[:2], "top", downwards=False).direction, [0, 1])
     with pytest.raises(InputError, match="nose must be the side"):
         face_through(np.column_stack([along, 0 * along]), "top")
+    slanting = np.column_stack([along * np.cos(0.4), along * np.sin(0.4)])  # 23° from the right, 67° from the bottom
+    assert face_through(slanting, "right").direction @ [1, 0] > 0
+    with pytest.raises(InputError, match="nose must be the side"):
+        face_through(slanting, "bottom")
+
+
+def test_a_base_counts_as_often_as_it_is_seen():
+    along = np.linspace(0, 3e-3, 4)
+    bases = np.column_stack([np.append(along, 3e-3), np.append(0 * along, 1.5e-3)])  # the last one is a false whisker
+    tilted = face_through(np.delete(bases, [1], axis=0), "right").direction
+    face = face_through(np.delete(bases, [1], axis=0), "right", np.array([500, 500, 500, 1]))
+    assert abs(tilted[1]) > 0.02
+    assert abs(face.direction[1]) < 0.1 * abs(tilted[1])
 
 
 def test_two_points_that_are_one_are_refused():

@@ -38,6 +38,7 @@ def kinematics(
     touch_distance: float | None = None,
     find_touches: bool = False,
     least_frames: int = 1,
+    least_probability: float | None = None,
 ) -> xr.Dataset:
     """Angle, whisking cycle, curvature and touches of every whisker of a profile.
 
@@ -70,6 +71,9 @@ def kinematics(
         Find touches from the bending of the whisker, where no object is given.
     least_frames : int
         Frames below which a touch is left out.
+    least_probability : float, optional
+        Probability of a name, from 0 to 1, below which a whisker is taken for not seen; by default that of the
+        tracking, which cannot be lowered here.
 
     Returns
     -------
@@ -113,6 +117,7 @@ def kinematics(
         touch_distance=touch_distance,
         find_touches=find_touches,
         least_frames=least_frames,
+        least_probability=least_probability,
     )
     found = kinematics_of(profile, settings)
     remark(*json.loads(found.attrs["remarks"]))

@@ -22,7 +22,7 @@ class BaseArc(NamedTuple):
     curvature : (T,) array
         Change of that angle with arc length [1/m].
     direction_sd, curvature_sd : (T,) arrays
-        Standard deviations; NaN where the nodes have none.
+        Standard deviations; NaN where fewer than three nodes have one.
     misfit : (T,) array
         Root mean square distance of the nodes to the arc [m]: large where the line was followed along something else.
     """
@@ -48,7 +48,8 @@ def fit_base_arc(arc: Array, x: Array, y: Array, x_sd: Array | None, y_sd: Array
     x, y : (T, N) arrays
         Nodes [m], NaN where not measured.
     x_sd, y_sd : (T, N) arrays, optional
-        Standard deviations of x and y [m]; of neighbouring nodes taken as independent.
+        Standard deviations of x and y [m]; of neighbouring nodes taken as independent. Where three nodes or more have
+        one, the others do not count.
 
     Returns
     -------
@@ -72,11 +73,9 @@ def _fitted(arc: Array, x: Array, y: Array, seen: Mask, x_sd: Array | None, y_sd
     chord = np.arctan2(y[every, last] - y[every, first], x[every, last] - x[every, first])
     u, v, h = _in_chord(x, y, seen, chord)
     across = _across(chord, x_sd, y_sd)
-    weight = (
-        seen / np.where(seen & np.isfinite(across) & (across > 0), across, 1.0) if np.isfinite(across).any() else seen
-    )
+    counted, weight = _weights(seen, across)
     design = np.stack([np.ones_like(u), u, u**2 / 2], axis=-1)
-    squares = (weight * 1.0) ** 2
+    squares = weight**2
     normal = np.einsum("tni,tn,tnj->tij", design, squares, design)
     to_fit = np.linalg.solve(normal, np.swapaxes(design * squares[..., None], 1, 2))
     p = np.zeros((len(x), 3))
@@ -86,7 +85,7 @@ def _fitted(arc: Array, x: Array, y: Array, seen: Mask, x_sd: Array | None, y_sd
     a_first = u[every, first]
     turn = np.arcsin(np.clip(p[:, 1] + p[:, 2] * a_first, -1, 1))
     hidden = (arc[first] - arc[0]) / h  # of the part, before the first node seen
-    variance = np.where(seen, (across / h[:, None]) ** 2, 0.0)
+    variance = np.where(counted, (across / h[:, None]) ** 2, 0.0)
     covariance = np.einsum("tin,tn,tjn->tij", to_fit, variance, to_fit)
     slope = np.stack([0 * h, 1 / np.cos(turn), a_first / np.cos(turn) - hidden], axis=-1)
     return BaseArc(
@@ -96,6 +95,14 @@ def _fitted(arc: Array, x: Array, y: Array, seen: Mask, x_sd: Array | None, y_sd
         curvature_sd=np.sqrt(covariance[:, 2, 2]) / h,
         misfit=h * np.sqrt(np.where(seen, off**2, 0.0).sum(axis=1) / seen.sum(axis=1)),
     )
+
+
+def _weights(seen: Mask, across: Array) -> tuple[Mask, Array]:
+    """Nodes that count and their weights: those with a standard deviation, or all alike where these are too few."""
+    precise = seen & np.isfinite(across) & (across > 0)
+    enough = precise.sum(axis=1, keepdims=True) >= LEAST_NODES
+    counted = np.where(enough, precise, seen)
+    return counted, counted / np.where(enough & precise, across, 1.0)
 
 
 def _in_chord(x: Array, y: Array, seen: Mask, chord: Array) -> tuple[Array, Array, Array]:

@@ -14,6 +14,7 @@ Side = Literal["left", "right", "top", "bottom"]
 Point = tuple[float, float]
 SIDES: dict[str, Point] = {"left": (-1.0, 0.0), "right": (1.0, 0.0), "top": (0.0, -1.0), "bottom": (0.0, 1.0)}
 LEAST_BASES = 3  # through two any line passes
+FARTHEST = 60.0  # [°] of the line from the side of the nose: one side is nearer than 45°, another may be meant
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +80,7 @@ class Face:
         return np.asarray((turn * (direction - back) + np.pi / 2) % (2 * np.pi) - np.pi / 2)
 
 
-def face_through(bases: Array, nose: Side, *, downwards: bool = True) -> Face:
+def face_through(bases: Array, nose: Side, frames: Array | None = None, *, downwards: bool = True) -> Face:
     """The line fitted to the bases of three whiskers or more; of fewer, an axis of the image.
 
     Parameters
@@ -88,6 +89,8 @@ def face_through(bases: Array, nose: Side, *, downwards: bool = True) -> Face:
         Mean base of each whisker, x and y [m]; NaN where it was never seen.
     nose : {"left", "right", "top", "bottom"}
         Side of the image to which the nose points.
+    frames : (W,) array, optional
+        Frames in which each was seen: a base counts so often; all alike if not given.
     downwards : bool
         Whether y grows downwards, as in images.
 
@@ -99,18 +102,19 @@ def face_through(bases: Array, nose: Side, *, downwards: bool = True) -> Face:
     Raises
     ------
     InputError
-        If the side is unknown, or the line through the bases runs across it.
+        If the side is unknown, or the line through the bases leads to another one, by more than 60° from this.
     """
     if nose not in SIDES:
         raise UnknownError("nose", f"must be one of {', '.join(SIDES)}", repr(nose))
     towards = np.array(SIDES[nose]) * (1 if downwards else (1, -1))
-    known = bases[np.isfinite(bases).all(axis=1)]
-    centre = known.mean(axis=0) if len(known) else np.zeros(2)
+    seen = np.isfinite(bases).all(axis=1)
+    known, weight = bases[seen], np.ones(len(bases))[seen] if frames is None else np.asarray(frames, float)[seen]
+    centre = np.average(known, axis=0, weights=weight) if len(known) else np.zeros(2)
     along, origin = towards, f"the image's axis to the {nose}"
     if len(known) >= LEAST_BASES:
-        axis = np.linalg.svd(known - centre)[2][0]
+        axis = np.linalg.svd(np.sqrt(weight)[:, None] * (known - centre))[2][0]
         along, origin = axis * np.sign(axis @ towards), f"a line fitted to the bases of {len(known)} whiskers"
-        if abs(axis @ towards) < np.cos(np.radians(80)):
+        if abs(axis @ towards) < np.cos(np.radians(FARTHEST)):
             raise RangeError(
                 "nose", "must be the side to which the line through the bases leads", nose, "or give two points of face"
             )

@@ -15,6 +15,7 @@ from vibrissa.head_pose import HeadPose, head_of, profile_in_head
 from vibrissa.measures.base_arc import LEAST_NODES, fit_base_arc
 from vibrissa.measures.bending import bending, bent_frames
 from vibrissa.measures.face import Face, Side, face_through, whisker_names
+from vibrissa.measures.sure_frames import sure_frames
 from vibrissa.measures.touched_object import Pole, Touchable, held_place
 from vibrissa.measures.touches import COLUMNS, touch_events
 from vibrissa.measures.whisk_cycle import BAND, PERIODS, frame_rate_of, whisk_cycle
@@ -43,7 +44,6 @@ IN_TIME = (
     "object_distance",
     "touching",
 )
-
 NEEDS_TOUCH = ("object_distance", "touching", "object_x", "object_y")
 
 
@@ -75,6 +75,8 @@ class KinematicsSettings:
         Whether touches are found from the bending of the whisker, where no object is given.
     least_frames : int
         Frames below which a touch is left out.
+    least_probability : float, optional
+        Probability of a name below which the whisker is taken for not seen; else that of the tracking.
     """
 
     face: Face | None = None
@@ -87,6 +89,7 @@ class KinematicsSettings:
     touch_distance: float | None = None
     find_touches: bool = False
     least_frames: int = 1
+    least_probability: float | None = None
 
     def __post_init__(self) -> None:
         require_positive("touch_distance", self.touch_distance, "m")
@@ -116,12 +119,14 @@ def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Datas
         If the profile has too few nodes in the part measured, is uneven in time, or settings do not fit it.
     """
     require(profile, "time", "x", "y", "arc_length")
+    profile = sure_frames(profile, settings.least_probability)
     whole = profile if "whisker" in profile.x.dims else profile.expand_dims("whisker")
     head = head_of(profile)
     whiskers = [_nodes(whole.isel(whisker=w), head) for w in range(whole.sizes["whisker"])]
     down = profile.attrs.get("frame", "image") == "image"
     bases = np.array([_mean_base(one) for one in whiskers])
-    face = _face(settings, head, bases, down)
+    frames = np.array([np.isfinite(one["x"]).any(axis=1).sum() for one in whiskers])
+    face = _face(settings, head, bases, frames, down)
     turned = np.zeros(whole.sizes["time"]) if head is None else head.turned()
     names = _names(profile, whisker_names(bases, face, settings.dorsal, downwards=down))
     time, near = np.asarray(whole.time.values, float), _touch_distance(profile, settings)
@@ -131,7 +136,6 @@ def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Datas
     events = [
         {"touch_whisker": name, **event} for name, row in zip(names, rows, strict=True) for event in row["events"]
     ]
-    touches = _table(events) if near is not None else {}
     return dataset(
         _attributes(profile, settings, face, part, near, columns),
         lead=("whisker",),
@@ -141,7 +145,7 @@ def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Datas
         mean_base_x=bases[:, 0],
         mean_base_y=bases[:, 1],
         **{name: values for name, values in columns.items() if near is not None or name not in NEEDS_TOUCH},
-        **touches,
+        **(_table(events) if near is not None else {}),
     )
 
 
@@ -156,7 +160,7 @@ def _names(profile: xr.Dataset, by_place: list[str]) -> list[str]:
     return names if len(set(names)) == len(names) else by_place
 
 
-def _face(settings: KinematicsSettings, head: HeadPose | None, bases: Array, down: bool) -> Face:
+def _face(settings: KinematicsSettings, head: HeadPose | None, bases: Array, frames: Array, down: bool) -> Face:
     """Line of the face: as given, the head's axis, or through the bases."""
     if settings.face is not None:
         return settings.face
@@ -165,7 +169,7 @@ def _face(settings: KinematicsSettings, head: HeadPose | None, bases: Array, dow
         return Face(caudal=(0.0, 0.0), rostral=(float(np.cos(way)), float(np.sin(way))), origin="the head's axis")
     if settings.nose is None:
         raise MissingError("nose", "must be given where the face is not", remedy="give the side it points to")
-    return face_through(bases, settings.nose, downwards=down)
+    return face_through(bases, settings.nose, frames, downwards=down)
 
 
 def _nodes(one: xr.Dataset, head: HeadPose | None) -> dict[str, Array]:

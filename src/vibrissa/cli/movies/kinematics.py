@@ -88,6 +88,7 @@ def kinematics(
     base_part: tuple[Length, Length] | None = None,
     whisking_band: tuple[Rate, Rate] = (4.0, 30.0),
     bridged: int = 0,
+    least_probability: float | None = None,
     touched: ObjectOptions = NO_OBJECT,
     out: MaybeOut = None,
     drawing: PictureOptions = NO_PICTURE,
@@ -113,6 +114,8 @@ def kinematics(
         LOW HIGH of the band of whisking [Hz].
     bridged
         Longest gap of frames without the whisker that is bridged for the filter; bridged frames stay NaN.
+    least_probability
+        Probability of a name below which the whisker is taken for not seen; by default that of the tracking.
     out
         File of every frame: a dataset (.nc), or a table (.csv) with NAME-touches.csv.
     """
@@ -140,6 +143,7 @@ def kinematics(
         touch_distance=touched.touch_distance,
         find_touches=touched.find_touches,
         least_frames=touched.least_frames,
+        least_probability=least_probability,
     )
     data = kinematics_of(tracks, settings)
     drawing.draw("others.kinematics", data)
