@@ -72,7 +72,7 @@ def kinematics(
     least_frames : int
         Frames below which a touch is left out.
     least_probability : float, optional
-        Probability of a name, from 0 to 1, below which a whisker is taken for not seen; by default that of the
+        Probability of a name, from 0 to 1, below which a whisker counts as not seen; by default that of the
         tracking, which cannot be lowered here.
 
     Returns

@@ -76,7 +76,7 @@ class KinematicsSettings:
     least_frames : int
         Frames below which a touch is left out.
     least_probability : float, optional
-        Probability of a name below which the whisker is taken for not seen; else that of the tracking.
+        Probability of a name below which the whisker counts as not seen; else that of the tracking.
     """
 
     face: Face | None = None

@@ -18,7 +18,7 @@ def sure_frames(profile: xr.Dataset, least: float | None) -> xr.Dataset:
     profile : Dataset
         ``x``, ``y`` (whisker, time, node), and ``whisker_probability`` (whisker, time).
     least : float, optional
-        Probability of a name, from 0 to 1, below which a whisker is taken for not seen; nothing changes without it.
+        Probability of a name, from 0 to 1, below which a whisker counts as not seen; nothing changes without it.
 
     Returns
     -------

@@ -115,7 +115,7 @@ def kinematics(
     bridged
         Longest gap of frames without the whisker that is bridged for the filter; bridged frames stay NaN.
     least_probability
-        Probability of a name below which the whisker is taken for not seen; by default that of the tracking.
+        Probability of a name below which the whisker counts as not seen; by default that of the tracking.
     out
         File of every frame: a dataset (.nc), or a table (.csv) with NAME-touches.csv.
     """
