@@ -20,6 +20,7 @@ from whiskers_apart import apart, counts
 NEAR = 2.0  # [px] across the line
 SHARE = 0.7  # of the points
 SEEN = 20  # visible points that a whisker has in the frames in which it can be followed
+LEASTS = (0.7, 0.9)  # probabilities below which a profile may leave names out
 BINS = np.array([0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99])  # lower edges of the probabilities whose calibration is counted
 
 
@@ -101,9 +102,10 @@ def across(points: np.ndarray, line: np.ndarray) -> np.ndarray:
     return out
 
 
-def named_table(found: Lines, match: Match, frames: int) -> tuple[np.ndarray, np.ndarray]:
+def named_table(found: Lines, match: Match, frames: int, names: int | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Whether each name is each whisker's (name, frame, whisker), and whether it is given (name, frame)."""
-    names = int(max(found.whisker.max(initial=-1), found.other.max(initial=-1))) + 1
+    if names is None:
+        names = int(max(found.whisker.max(initial=-1), found.other.max(initial=-1))) + 1
     at, size = np.zeros((names, frames, match.at.shape[1])), np.zeros((names, frames))
     points = np.diff(found.ends)
     for name in (found.whisker, found.other):
@@ -146,6 +148,19 @@ def best_names(found: Lines, match: Match, frames: int) -> tuple[np.ndarray, np.
     other = second[0] if second else np.full_like(first, -1)
     right, _ = named_table(found._replace(whisker=first, other=other), match, frames)
     return right, np.arange(len(right))
+
+
+def surely_named(found: Lines, match: Match, owner: np.ndarray, hair: np.ndarray, can: np.ndarray) -> dict[str, float]:
+    """Followed, and wrong per 1,000, of names that a profile has: those so sure, of lines of one whisker alone."""
+    out = {}
+    for least in LEASTS:
+        kept = (found.probability >= least) & (found.other < 0)
+        some = found._replace(whisker=np.where(kept, found.whisker, -1), other=np.full_like(found.other, -1))
+        right, given = named_table(some, match, can.shape[1], len(owner))
+        own, claimed = of_owners(right, owner), given[~hair].sum()
+        out[f"profile_followed_{100 * least:.0f}"] = float(shares(own, can).mean()) if claimed else np.nan
+        out[f"profile_wrong_{100 * least:.0f}"] = 1000 * float(1 - own.sum() / claimed) if claimed else np.nan
+    return out
 
 
 def shares(own: np.ndarray, can: np.ndarray) -> np.ndarray:
@@ -200,8 +215,8 @@ def score(found: Lines, truth: xr.Dataset, least: float) -> dict[str, float]:
         no whisker; ``error``, ``error_95`` median and 95 % of the distances across the line [px]; ``names`` that are
         given, and how many of them are ``hairs``; ``followed`` mean over whiskers of the share of the frames in which
         it is seen that it has its own name, ``worst``, the least one, and ``allowed``, the mean if each line that is
-        at a whisker had its name; ``switches`` per 1,000 frames; ``wrong`` whisker-frames per 1,000 named; calibration;
-        counts of ``whiskers_apart.py``.
+        at a whisker had its name; ``switches`` per 1,000 frames; ``wrong`` whisker-frames per 1,000 named; the same of
+        what :func:`surely_named` keeps; calibration; counts of ``whiskers_apart.py``.
     """
     true, frames = lines_of(truth), int(truth.attrs["frames"])
     whiskers = int(true.whisker.max()) + 1
@@ -232,6 +247,7 @@ def score(found: Lines, truth: xr.Dataset, least: float) -> dict[str, float]:
         "allowed": float(allowed.mean()),
         "switches": 1000 * switches(right) / frames,
         "wrong": 1000 * (1 - own.sum() / given[~hair].sum()) if given[~hair].any() else np.nan,
+        **surely_named(found, match, owner, hair, can),
         **calibration(found, match, owner, hair),
         **counts(lies, can, own, of_owners(np.repeat(given[..., None], whiskers, axis=2), owner)),
     }

@@ -24,7 +24,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from identity_scores import BINS, score
+from identity_scores import BINS, LEASTS, score
 from tracking_truth import write
 from whiskers_apart import CLASSES, table_row
 from whisking_movies import KINDS, scene_of
@@ -45,6 +45,7 @@ FIGURES = {
     "allowed": 3,
 }
 FIGURES |= {"switches": 1, "wrong": 1, "seconds": 1}
+KEPT = {"followed": 3, "wrong": 1}
 
 
 def mean(values: np.ndarray, digits: int = 4) -> str:
@@ -98,6 +99,12 @@ def tables(folder: Path) -> None:
             of = [row for row in some if row["by"] == by]
             entries = [mean(np.array([float(row[name]) for row in of]), digits) for name, digits in FIGURES.items()]
             print("| " + " | ".join([kind, by, str(len(of)), *entries]) + " |")
+    kept = {f"profile_{what}_{100 * least:.0f}": digits for least in LEASTS for what, digits in KEPT.items()}
+    print("", "| movie | seeds | " + " | ".join(kept) + " |", (2 + len(kept)) * "|---" + "|", sep="\n")
+    for kind, some in rows.items():
+        of = [row for row in some if row["by"] == "vibrissa"]
+        entries = [mean(np.array([float(row[name]) for row in of]), digits) for name, digits in kept.items()]
+        print("| " + " | ".join([kind, str(len(of)), *entries]) + " |")
     head = "| movie | by | apart from | whiskers | followed | in 0.9 of their frames | wrong per 1,000 |"
     print("", head, 7 * "|---" + "|", sep="\n")
     for kind, some in rows.items():

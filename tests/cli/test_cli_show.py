@@ -101,6 +101,20 @@ def test_a_dataset_of_no_known_kind_is_still_described(vibrissa, tmp_path):
     assert "base_angle" in out
 
 
+def test_remarks_are_whole_and_lost_frames_are_counted(vibrissa, tmp_path):
+    remarks = [f"remark {k} of a movie that has much to say about itself" for k in range(6)]
+    lost = [[[0, 4, "no line there"], [7, 7, "unsure"]], [], [[2, 3, "unsure"]]]
+    there = {"remarks": json.dumps(remarks), "lost": json.dumps(lost)}
+    save(dataset(there, contact=0.3), tmp_path / "x.nc")
+    out = " ".join(vibrissa("show", tmp_path / "x.nc")[1].split())
+    assert "; ".join(remarks) in out
+    assert "lost whisker 0 in 6 frames, mostly: no line there; whisker 2 in 2 frames, mostly: unsure" in out
+    save(dataset({"remarks": "of another program", "lost": "[1]"}, contact=0.3), tmp_path / "y.nc")
+    out = vibrissa("show", tmp_path / "y.nc")[1]
+    assert "remarks  of another program" in out
+    assert "lost  [1]" in out
+
+
 def test_kinds_are_not_shadowed_by_those_before_them():
     for kinds in (DATASETS, TABLES):
         for k, (_, needed) in enumerate(kinds):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json as json_text
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +14,8 @@ from vibrissa.cli.shared.options import Flag
 from vibrissa.errors import ConflictError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import xarray as xr
 
 
@@ -55,8 +59,27 @@ def _draw(kind: str, data: xr.Dataset | None, picture: Path) -> None:
 
 
 def _line(name: str, value: Any) -> str:
+    try:
+        whole = WHOLE[name](json_text.loads(value))
+    except (KeyError, TypeError, ValueError):  # another attribute, or that name in a file of another program
+        whole = None
     text = f"{value:.6g}" if isinstance(value, float) else " ".join(str(value).split())
-    return f"  {name}  {text if len(text) < 200 else text[:200] + ' …'}".rstrip()
+    return f"  {name}  {whole or (text if len(text) < 200 else text[:200] + ' …')}".rstrip()
+
+
+def _lost(whiskers: list[list[tuple[int, int, str]]]) -> str:
+    """In how many frames each whisker is lost, and mostly why."""
+    said = []
+    for whisker, runs in enumerate(whiskers):
+        lost: Counter[str] = Counter()
+        for first, last, reason in runs:
+            lost[reason] += last - first + 1
+        if runs:
+            said.append(f"whisker {whisker} in {lost.total()} frames, mostly: {lost.most_common(1)[0][0]}")
+    return "; ".join(said) or "no whisker in any frame"
+
+
+WHOLE: dict[str, Callable[[Any], str]] = {"lost": _lost, "remarks": "; ".join}  # attributes (JSON) that are not cut
 
 
 def _variables(data: xr.Dataset | None) -> list[dict[str, Any]]:
