@@ -16,7 +16,7 @@ from vibrissa.quantities import dataset
 from vibrissa.study.run.contents import DATASETS, TABLES
 from vibrissa.video.io.movie import write_movie
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 KINDS = {
     "diameters.csv": "table: diameters along a whisker",
     "gap.csv": "surface: gaps",

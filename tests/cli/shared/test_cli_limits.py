@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 AT = "--contact 0.29 --base-angle 70deg --atlas C2"
 MAP = "map --contact 0.2:0.4:{n} --base-angle 45deg:80deg:{n} --speed 100mm/s --atlas C2 --texture {e}/grating.csv"
 OF_SPIKES = "--spikes {t}/spikes.csv --stimulus {t}/stimulus.csv --trials 3"

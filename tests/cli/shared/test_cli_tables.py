@@ -10,7 +10,7 @@ from vibrissa.cli.shared.display.tables import folded, table_lines
 from vibrissa.cli.studies.run import report_end
 from vibrissa.quantities import dataset
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 HERE = ("--contact", "0.29", "--base-angle", "1.2")
 CONE = ("--whisker.length", "0.04", "--whisker.cone-angle", "1.5e-3")
 SPIKES = ("--spikes", "spikes.csv", "--stimulus", "spikes-stimulus.csv", "--trials", "60")
