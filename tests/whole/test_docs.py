@@ -20,7 +20,7 @@ from fontTools.ttLib import TTFont
 import vibrissa
 from vibrissa.cli import app
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md"))]
 ROLE = re.compile(r"\{(?:py:)?(?:func|meth|class|attr|mod|data)\}`~?([\w.]+)`")

@@ -16,7 +16,7 @@ from refusals import refusal
 from vibrissa.sweep import frozen
 from vibrissa.sweep.engine import LOCAL, Engine, each, staffed
 
-HERE = Path(__file__).parent / "helpers"
+HERE = Path(__file__).parents[1] / "helpers"
 MORE_THAN_A_PIPE_HOLDS = 1_000_000  # [bytes]
 
 

@@ -19,7 +19,7 @@ from packaging.requirements import Requirement
 import choose_fast
 import vibrissa
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 CORE, DEV = ROOT / "requirements.lock", ROOT / "requirements-dev.lock"
 SORTING = ROOT / "requirements-sorting.lock"

@@ -16,7 +16,7 @@ import pytest
 from vibrissa.study.run.plan import plan_study
 from vibrissa.study.spec.settings import read_study
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 SET_UP = "python3 run.py"  # which does the main job too
 MAIN_JOB = "vibrissa run"
 EXPERIMENT = Path("src/vibrissa/data/experiment.toml")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 MADE = ("modules.md", "options.md")  # from docstrings and help, which are read here
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/*.md"), *ROOT.glob("docs/learn/*.md")]
 PAGES = sorted(path for path in PAGES if path.name not in MADE)

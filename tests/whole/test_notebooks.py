@@ -9,7 +9,7 @@ nbclient = pytest.importorskip("nbclient", reason="nbclient is not installed: pi
 pytest.importorskip("ipykernel", reason="ipykernel is not installed: pip install --group dev")
 pytest.importorskip("nitime", reason="nitime, whose recording is read, is not installed: pip install --group dev")
 
-LEARN = Path(__file__).parents[1] / "docs" / "learn"
+LEARN = Path(__file__).parents[2] / "docs" / "learn"
 
 
 @pytest.mark.parametrize("path", sorted(LEARN.glob("*.md")), ids=lambda path: path.stem)

@@ -27,7 +27,7 @@ pytest.importorskip("distributed", reason="the extra cluster is not installed: p
 from distributed import Client
 from distributed.comm.core import CommClosedError
 
-HERE = Path(__file__).parent / "helpers"
+HERE = Path(__file__).parents[1] / "helpers"
 START = [sys.executable, "-W", "ignore", "-m"]
 
 

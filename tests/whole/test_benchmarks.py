@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")] + sorted(ROOT.glob("docs/*.md"))
 BENCHMARKS = sorted(ROOT.glob("benchmarks/**/*.py"))
 SCRIPTS = [*BENCHMARKS, *sorted(ROOT.glob("docs/make_*.py"))]
