@@ -70,6 +70,15 @@ def test_nodes_without_a_standard_deviation_do_not_count_where_others_have_one()
     assert np.isfinite(fitted(profile, y_sd=sd).direction).all()
 
 
+def test_a_direction_that_nodes_do_not_determine_is_not_measured():
+    profile = circle_profile([0.4, 0.4], 30.0)
+    sd = np.full((2, 21), 1e-5)
+    sd[1] = 5e-3  # as large as the part
+    found = fitted(profile, y_sd=sd)
+    assert np.isfinite(found.direction).tolist() == [True, False]
+    assert np.isnan([one[1] for one in found]).all()
+
+
 def test_a_shaft_of_changing_curvature_costs_an_error_of_second_order():
     """An Euler spiral κ = κ0 + κ1 s: the arc's direction at the base is off by κ1 h²/12 of a part of length h."""
     kappa, growth = 20.0, 4000.0

@@ -37,11 +37,11 @@ def test_the_line_is_fitted_to_three_bases_or_more():
     np.testing.assert_allclose(face_through(bases, "top").direction, [-np.cos(2.0), -np.sin(2.0)], atol=1e-12)
     np.testing.assert_allclose(face_through(bases[:2], "top").direction, [0, -1])
     np.testing.assert_allclose(face_through(bases[:2], "top", downwards=False).direction, [0, 1])
-    with pytest.raises(InputError, match="nose must be the side"):
+    with pytest.raises(InputError, match="nose must be a side"):
         face_through(np.column_stack([along, 0 * along]), "top")
     slanting = np.column_stack([along * np.cos(0.4), along * np.sin(0.4)])  # 23° from the right, 67° from the bottom
     assert face_through(slanting, "right").direction @ [1, 0] > 0
-    with pytest.raises(InputError, match="nose must be the side"):
+    with pytest.raises(InputError, match="nose must be a side"):
         face_through(slanting, "bottom")
 
 

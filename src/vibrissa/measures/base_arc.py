@@ -9,6 +9,7 @@ import numpy as np
 from vibrissa.arrays import Array, Mask
 
 LEAST_NODES = 3  # an arc has three parameters
+LARGEST_SD = np.deg2rad(30)  # of the direction, from which on the nodes do not determine it
 STEPS = 12  # of the fit; each takes off nine tenths of the error, and more, of a part that turns by up to 60°
 
 
@@ -54,15 +55,18 @@ def fit_base_arc(arc: Array, x: Array, y: Array, x_sd: Array | None, y_sd: Array
     Returns
     -------
     BaseArc
-        NaN where less than half of the part, or fewer than three nodes, were seen.
+        NaN where less than half of the part, or fewer than three nodes, were seen, and where the direction has a
+        standard deviation of more than 30°.
     """
     seen = np.isfinite(x) & np.isfinite(y)
     rows = np.flatnonzero(seen.sum(axis=1) >= max(LEAST_NODES, arc.size / 2))
     result = [np.full(x.shape[0], np.nan) for _ in BaseArc._fields]
     if rows.size:
         sds = [None if sd is None else sd[rows] for sd in (x_sd, y_sd)]
-        for whole, part in zip(result, _fitted(arc, x[rows], y[rows], seen[rows], *sds), strict=True):
-            whole[rows] = part
+        found = _fitted(arc, x[rows], y[rows], seen[rows], *sds)
+        known = ~(found.direction_sd > LARGEST_SD)  # NaN: nothing is known of it
+        for whole, part in zip(result, found, strict=True):
+            whole[rows[known]] = part[known]
     return BaseArc(*result)
 
 

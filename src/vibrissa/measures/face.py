@@ -115,9 +115,9 @@ def face_through(bases: Array, nose: Side, frames: Array | None = None, *, downw
         axis = np.linalg.svd(np.sqrt(weight)[:, None] * (known - centre))[2][0]
         along, origin = axis * np.sign(axis @ towards), f"a line fitted to the bases of {len(known)} whiskers"
         if abs(axis @ towards) < np.cos(np.radians(FARTHEST)):
-            raise RangeError(
-                "nose", "must be the side to which the line through the bases leads", nose, "or give two points of face"
-            )
+            ways = " or ".join(side for side, way in SIDES.items() if abs(axis @ way) > np.cos(np.radians(FARTHEST)))
+            rule = f"must be a side to which the line through the bases leads, {ways}"
+            raise RangeError("nose", rule, nose, "or give two points of face")
     ends = [(float(one[0]), float(one[1])) for one in (centre, centre + along)]
     return Face(caudal=ends[0], rostral=ends[1], origin=origin)
 

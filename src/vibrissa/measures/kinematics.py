@@ -11,14 +11,14 @@ import numpy as np
 
 from vibrissa.arrays import Array, Mask
 from vibrissa.errors import MissingError, TooFewError, require_not_negative, require_positive
-from vibrissa.head_pose import HeadPose, head_of, profile_in_head
+from vibrissa.head_pose import HeadPose, head_of
 from vibrissa.measures.base_arc import LEAST_NODES, fit_base_arc
 from vibrissa.measures.bending import bending, bent_frames
 from vibrissa.measures.face import Face, Side, face_through, whisker_names
-from vibrissa.measures.sure_frames import sure_frames
 from vibrissa.measures.touched_object import Pole, Touchable, held_place
 from vibrissa.measures.touches import COLUMNS, touch_events
 from vibrissa.measures.whisk_cycle import BAND, PERIODS, frame_rate_of, whisk_cycle
+from vibrissa.measures.whisker_nodes import mean_base, nodes_of, seen_frames, surely_named, usual_length
 from vibrissa.quantities import dataset, require, stacked
 
 if TYPE_CHECKING:
@@ -76,7 +76,8 @@ class KinematicsSettings:
     least_frames : int
         Frames below which a touch is left out.
     least_probability : float, optional
-        Probability of a name below which the whisker counts as not seen; else that of the tracking.
+        Probability of a name below which the whisker counts as not seen; else that of the tracking. The face, the
+        base part and the labels are those of all names.
     """
 
     face: Face | None = None
@@ -119,25 +120,25 @@ def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Datas
         If the profile has too few nodes in the part measured, is uneven in time, or settings do not fit it.
     """
     require(profile, "time", "x", "y", "arc_length")
-    profile = sure_frames(profile, settings.least_probability)
     whole = profile if "whisker" in profile.x.dims else profile.expand_dims("whisker")
     head = head_of(profile)
-    whiskers = [_nodes(whole.isel(whisker=w), head) for w in range(whole.sizes["whisker"])]
+    every = [nodes_of(whole.isel(whisker=w), head) for w in range(whole.sizes["whisker"])]
     down = profile.attrs.get("frame", "image") == "image"
-    bases = np.array([_mean_base(one) for one in whiskers])
-    frames = np.array([np.isfinite(one["x"]).any(axis=1).sum() for one in whiskers])
+    bases = np.array([mean_base(one) for one in every])
+    frames = np.array([seen_frames(one).sum() for one in every])
     face = _face(settings, head, bases, frames, down)
     turned = np.zeros(whole.sizes["time"]) if head is None else head.turned()
     names = _names(profile, whisker_names(bases, face, settings.dorsal, downwards=down))
     time, near = np.asarray(whole.time.values, float), _touch_distance(profile, settings)
-    part = settings.base_part or (0.0, SHARE * max(map(_usual_length, whiskers)))
+    part = settings.base_part or (0.0, SHARE * max(map(usual_length, every)))
+    whiskers = surely_named(every, profile, settings.least_probability)
     rows = [_of_whisker(time, one, face, turned, part, settings, near) for one in whiskers]
     columns = stacked([{name: row[name] for name in row if name != "events"} for row in rows])
     events = [
         {"touch_whisker": name, **event} for name, row in zip(names, rows, strict=True) for event in row["events"]
     ]
     return dataset(
-        _attributes(profile, settings, face, part, near, columns),
+        _attributes(profile, settings, face, part, near, columns, int(sum(seen_frames(one).sum() for one in whiskers))),
         lead=("whisker",),
         whisker=whole.whisker.values if "whisker" in whole.coords else np.arange(len(rows)),
         time=time,
@@ -170,34 +171,6 @@ def _face(settings: KinematicsSettings, head: HeadPose | None, bases: Array, fra
     if settings.nose is None:
         raise MissingError("nose", "must be given where the face is not", remedy="give the side it points to")
     return face_through(bases, settings.nose, frames, downwards=down)
-
-
-def _nodes(one: xr.Dataset, head: HeadPose | None) -> dict[str, Array]:
-    """Nodes of a whisker, in head coordinates where the head is known, and ``image_x``, ``image_y``."""
-    one = one.transpose(..., "time", "node")
-    found = {name: one[name].values for name in ("x", "y", "x_sd", "y_sd") if name in one}
-    found |= {"image_x": found["x"], "image_y": found["y"], "arc_length": one.arc_length.values}
-    if head is not None:
-        found["x"], found["y"] = profile_in_head(one, head)
-    return found
-
-
-def _usual_length(nodes: Mapping[str, Array]) -> float:
-    """Arc length up to which a whisker is seen, median over the frames; single frames may be of something else [m]."""
-    seen = np.isfinite(nodes["x"]) & np.isfinite(nodes["y"])
-    reach = np.where(seen, nodes["arc_length"], 0.0).max(axis=1)[seen.any(axis=1)]
-    return float(np.median(reach)) if reach.size else 0.0
-
-
-def _mean_base(nodes: Mapping[str, Array]) -> tuple[float, float]:
-    """Mean of the first node that was seen in at least half of the frames in which any was."""
-    seen = np.isfinite(nodes["x"]) & np.isfinite(nodes["y"])
-    frames = seen.any(axis=1).sum()
-    if not frames:
-        return np.nan, np.nan
-    k = int(np.argmax(seen.sum(axis=0) >= frames / 2))
-    k = k if seen[:, k].any() else int(seen.any(axis=0).argmax())
-    return float(nodes["x"][seen[:, k], k].mean()), float(nodes["y"][seen[:, k], k].mean())
 
 
 def _touch_distance(profile: xr.Dataset, settings: KinematicsSettings) -> float | None:
@@ -299,11 +272,20 @@ def _attributes(
     part: tuple[float, float],
     near: float | None,
     columns: Mapping[str, Array],
+    followed: int,
 ) -> dict[str, Any]:
     """What counts as the face, the base and a touch, and remarks on what the user should know."""
     kept = {
-        name: profile.attrs[name] for name in ("frame", "pixel_size", "frame_rate", "source") if name in profile.attrs
+        name: profile.attrs[name]
+        for name in ("frame", "pixel_size", "frame_rate", "source", "least_probability")
+        if name in profile.attrs
     }
+    if settings.least_probability is not None:
+        kept["least_probability"] = settings.least_probability
+    remarks = [
+        *_of_the_face(settings, head_of(profile) is not None, face),
+        *_remarks(settings, near, columns, followed),
+    ]
     return {
         **kept,
         "frame_rate": frame_rate_of(np.asarray(profile.time.values, float)),
@@ -314,14 +296,30 @@ def _attributes(
         "whisking_band": list(settings.whisking_band),
         "bridged_frames": settings.bridged,
         "touch_distance": np.nan if near is None else near,
-        "remarks": json.dumps(_remarks(settings, face, near, columns), ensure_ascii=False),
+        "remarks": json.dumps(remarks, ensure_ascii=False),
     }
 
 
-def _remarks(settings: KinematicsSettings, face: Face, near: float | None, columns: Mapping[str, Array]) -> list[str]:
-    """What the user should know of the measurement."""
+def _of_the_face(settings: KinematicsSettings, known: bool, face: Face) -> list[str]:
+    """What angles are to, and whether that is not the axis of a head that is known."""
+    if settings.face is not None:
+        return []
+    instead = "; without `nose`, to the axis of the head" if known and settings.nose is not None else ""
+    return [f"angles are to {face.origin}{instead}"]
+
+
+def _remarks(
+    settings: KinematicsSettings, near: float | None, columns: Mapping[str, Array], followed: int
+) -> list[str]:
+    """What the user should know of the measurement; ``followed`` is in how many whiskers' frames a node is seen."""
     held, known = np.nansum(columns["rest_held"]), np.isfinite(columns["rest_held"]).sum()
-    remarks = [f"angles are to {face.origin}"] if settings.face is None else []
+    measured = np.isfinite(columns["whisker_angle"])
+    remarks = []
+    if short := followed - int(measured.sum()):
+        remarks.append(
+            f"{short} of {followed} lines have no angle: less than half of their base part is seen, or the standard "
+            "deviation of its direction is above 30°"
+        )
     if near is None:
         remarks.append("no touches are sought: the curvature at rest is the median over all frames")
     elif held:
@@ -335,7 +333,6 @@ def _remarks(settings: KinematicsSettings, face: Face, near: float | None, colum
             f"{silent} of {len(phase)} whiskers have no phase: none of them is seen for {needed:.3g} s "
             f"without a gap of more than {settings.bridged} frames; `bridged` bridges longer gaps"
         )
-    measured = np.isfinite(columns["whisker_angle"])
     if (share := np.isfinite(phase)[measured].mean() if measured.any() else 1.0) < MOST:
         remarks.append(
             f"{100 * share:.0f} % of the angles have a phase, amplitude and set point: stretches below {needed:.3g} s "

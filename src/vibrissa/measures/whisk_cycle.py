@@ -24,9 +24,10 @@ class WhiskCycle(NamedTuple):
     phase : (T,) array
         0 at the most protracted, ±π at the most retracted, negative in protraction [rad].
     amplitude, set_point : (T,) arrays
-        Half of the range of a cycle and its middle [rad]: angle ≈ set point + amplitude · cos(phase).
+        Half of the range of a cycle and its middle [rad]: angle ≈ set point + amplitude · cos(phase). The amplitude is
+        NaN where the angle at phase 0 is not the larger one.
     frequency : (T,) array
-        Rate of the phase over 2π [Hz].
+        Rate of the phase over 2π [Hz]; NaN where the phase runs backwards.
     """
 
     phase: Array
@@ -151,7 +152,9 @@ def _of_stretch(angle: Array, rate: float, band: tuple[float, float]) -> WhiskCy
     course = np.unwrap(phase)
     measured = np.where(seen, angle, np.nan)[kept]
     top, bottom = (_extremes(frame[kept], course, measured, offset) for offset in (0.0, np.pi))
-    parts = (phase, (top - bottom) / 2, (top + bottom) / 2, np.gradient(course) * rate / (2 * np.pi))
+    amplitude, frequency = (top - bottom) / 2, np.gradient(course) * rate / (2 * np.pi)
+    amplitude, frequency = (np.where(one > 0, one, np.nan) for one in (amplitude, frequency))
+    parts = (phase, amplitude, (top + bottom) / 2, frequency)
     return WhiskCycle(*(np.pad(part, edge, constant_values=np.nan) for part in parts))
 
 

@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
 from simulated_whiskers import PIXEL, RATE, circle_profile
 
 import vibrissa as vb
@@ -80,9 +81,31 @@ def test_less_sure_names_are_left_out_where_asked(vibrissa, tracks, tmp_path):
     assert code == 0, err
     seen = np.isfinite(load(out).whisker_angle.values[0])
     assert np.flatnonzero(~seen).tolist() == [*range(300), 500, 501, 502]
+    assert load(out).attrs["least_probability"] == 0.9
+    code, _, err = vibrissa(*words, "0.99")
+    assert code == 2
+    assert "--least-probability must leave some names, got 0.99; the largest is 0.950" in err
     code, _, err = vibrissa(*words, "1.5")
     assert code == 2
-    assert "--least-probability must be from 0 to 1, got 1.5" in err
+    assert "--least-probability must be from 0, from which on the tracking has kept names, to 1, got 1.5" in err
+
+
+def test_face_base_part_and_labels_are_those_of_all_names():
+    one = circle_profile(ANGLE - np.pi / 2, 30.0, sd=1e-5)
+    moved = [one.assign(x=one.x + 1e-3 * k, y=one.y + k * 1e-3).assign_coords(whisker=[k]) for k in range(4)]
+    profile = xr.concat(moved, "whisker", data_vars="all")
+    profile["arc_length"] = one.arc_length.isel(whisker=0, drop=True).expand_dims(whisker=4)
+    profile.x.values[1, :, 20:] = np.nan  # shorter
+    sure = np.full((4, TIME.size), 0.95)
+    sure[2:, :900] = 0.75
+    profile = profile.assign(whisker_probability=(("whisker", "time"), sure))
+    every, some = (vb.kinematics(profile, nose="bottom", least_probability=least) for least in (None, 0.9))
+    assert some.attrs["base_part"] == every.attrs["base_part"]
+    assert some.attrs["face_rostral"] == every.attrs["face_rostral"]
+    assert some.whisker_label.values.tolist() == every.whisker_label.values.tolist()
+    kept = np.isfinite(some.whisker_angle.values)
+    assert kept.sum() == 2 * TIME.size + 2 * 100
+    np.testing.assert_array_equal(some.whisker_angle.values[kept], every.whisker_angle.values[kept])
 
 
 def test_the_dataset_is_that_of_python(vibrissa, tracks, tmp_path):

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibrissa.arrays import Array
 from vibrissa.figures.canvas import add_caption, house_style, key_above, new_figure
 from vibrissa.figures.colours import FITTED, LAND, MEASURED
 
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SHOWN = 4  # whiskers
+BEYOND = 0.5, 99.5  # percentiles of the values, beyond which they may lie outside of the axis
+ROOM = 0.15  # of that range, at either end
 ANGLE, CYCLE, TOUCH = MEASURED, FITTED, LAND
 
 
@@ -43,7 +46,8 @@ def compute(kinematics: xr.Dataset) -> xr.Dataset:
         f"{shown.size} of {kinematics.sizes['whisker']} whiskers, those seen in most frames. Top: angle at the base "
         f"to {_line(kinematics.attrs['face_from'])} (0° caudal, 180° rostral; blue), set point (orange) and amplitude "
         f"(band) of whisking. Middle: phase, 0 at the most protracted (band {low:g}–{high:g} Hz). Bottom: change Δκ of "
-        f"the curvature at the base against the free whisker. {touches} Gaps: not seen."
+        f"the curvature at the base against the free whisker. {touches} Gaps: not seen. The axes of angle and Δκ hold "
+        "99 % of the values or more; single frames may lie beyond."
     )
     return kinematics.isel(whisker=shown).assign_attrs(caption=caption)
 
@@ -72,6 +76,8 @@ def draw(data: xr.Dataset) -> Figure:
         one = data.isel(whisker=k)
         _angle(axes[0, k], one)
         axes[1, k].plot(one.time, np.degrees(one.whisking_phase), ".", color=CYCLE, ms=2)
+        if not np.isfinite(one.whisking_phase).any():
+            axes[1, k].text(0.5, 0.5, "no phase", transform=axes[1, k].transAxes, ha="center", va="center", color="0.4")
         axes[1, k].set(ylim=(-195, 195), yticks=[-180, 0, 180])
         axes[2, k].axhline(0, color="0.8", lw=0.8, zorder=0)
         axes[2, k].plot(one.time, one.curvature_change / 1e3, color=ANGLE, lw=0.8)
@@ -79,6 +85,8 @@ def draw(data: xr.Dataset) -> Figure:
             _touches(axis, one)
         axes[0, k].set_title(f"whisker {one.whisker.item()}, label {one.whisker_label.item()}")
         axes[2, k].set_xlabel("time [s]")
+    for k, values in ((0, np.degrees(data.whisker_angle.values)), (2, data.curvature_change.values / 1e3)):
+        _hold_most(axes[k, 0], values)
     key_above(axes[0, 0])
     for axis, label in zip(axes[:, 0], ("angle [°]", "phase [°]", "Δκ [1/mm]"), strict=True):
         axis.set_ylabel(label)
@@ -90,6 +98,15 @@ def _angle(axis: Axes, one: xr.Dataset) -> None:
     axis.fill_between(one.time, middle - half, middle + half, color=CYCLE, alpha=0.25, lw=0, label="± amplitude")
     axis.plot(one.time, middle, color=CYCLE, lw=1.2, label="set point")
     axis.plot(one.time, np.degrees(one.whisker_angle), color=ANGLE, lw=0.8, label="angle")
+
+
+def _hold_most(axis: Axes, values: Array) -> None:
+    """Choose an axis by nearly all values, so that a few wrong frames do not flatten the others."""
+    seen = values[np.isfinite(values)]
+    if seen.size:
+        low, high = np.percentile(seen, BEYOND)
+        room = ROOM * (high - low) or ROOM
+        axis.set_ylim(low - room, high + room)
 
 
 def _touches(axis: Axes, one: xr.Dataset) -> None:
