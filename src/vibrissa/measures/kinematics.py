@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.arrays import Array, Mask
-from vibrissa.errors import MissingError, TooFewError, require_not_negative, require_positive
+from vibrissa.errors import ConflictError, MissingError, TooFewError, require_not_negative, require_positive
 from vibrissa.head_pose import HeadPose, head_of
 from vibrissa.measures.base_arc import LEAST_NODES, fit_base_arc
 from vibrissa.measures.bending import bending, bent_frames
@@ -93,6 +93,8 @@ class KinematicsSettings:
     least_probability: float | None = None
 
     def __post_init__(self) -> None:
+        if self.face is not None and self.nose is not None:
+            raise ConflictError("nose", "must be left out where the face is given", self.nose)
         require_positive("touch_distance", self.touch_distance, "m")
         require_not_negative("bridged", self.bridged)
         require_positive("least_frames", self.least_frames)

@@ -139,6 +139,7 @@ def test_no_touches_are_sought_unasked(vibrissa, tracks, tmp_path):
         ((), "--nose must be given where the face is not"),
         (("--nose", "top", "--out", "k.txt"), "--out must end in .nc, a NetCDF dataset, or .csv, a table"),
         (("--face", "0,0"), "--face must be given twice"),
+        ((*FACE, "--nose", "top"), "--nose must be left out where the face is given"),
         (("--face", "0,0", "--face", "0,0"), "--face must be two points"),
         (("--nose", "top", "--base-part", "0mm", "0.1mm"), "--base-part must hold 3 nodes"),
         (("--nose", "top", "--whisking-band", "4Hz", "300Hz"), "--whisking-band must be two frequencies"),
