@@ -53,6 +53,8 @@ def test_a_table_of_frames_and_one_of_touches(vibrissa, tracks, tmp_path):
     assert summary["touches"] == [len(events)]
     assert summary["frames_measured"] == [997]
     assert {row["touch_whisker"] for row in events} == {"1"}
+    assert vibrissa("show", out)[1].startswith("k.csv: table: kinematics of whiskers\n")
+    assert vibrissa("show", tmp_path / "k-touches.csv")[1].startswith("k-touches.csv: table: touches of whiskers\n")
     assert (touches["touch_offset_s"] >= touches["touch_onset_s"]).all()
 
 

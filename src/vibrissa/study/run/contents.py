@@ -37,6 +37,8 @@ DATASETS = (  # by variables that all of a kind have, the more special first
 TABLES = (  # by columns, without the suffix of their unit
     ("gaps of a texture", {"position", "width"}),
     ("spikes", {"unit", "spike_time"}),
+    ("kinematics of whiskers", {"whisker", "label", "frame"}),
+    ("touches of whiskers", {"touch_whisker"}),
     ("diameters along a whisker", {"distance", "diameter"}),
     ("posture in time", {"time", "base_angle"}),
     ("motion of a point", {"time", "displacement"}),
