@@ -72,8 +72,8 @@ def kinematics(
     least_frames : int
         Frames below which a touch is left out.
     least_probability : float, optional
-        Probability of a name, from 0 to 1, below which a whisker counts as not seen; by default that of the
-        tracking, which cannot be lowered here.
+        Probability of a name below which a whisker counts as not seen, from that of the tracking (the default) to 1.
+        Face, base part and labels are those of all names.
 
     Returns
     -------
