@@ -185,7 +185,7 @@ def test(words):
     os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1"))
     if "--fast" in words:
         words = [*FAST, *(word for word in words if word != "--fast")]
-    # a worker for each core; in the order of the files, so that the typed commands find loops that are compiled;
+    # a worker for each core; in the order of the files, in which the longest is not the last;
     # a worker that crashes is not replaced: pytest-xdist may then wait for ever
     os.execv(
         BIN / "pytest",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json as json_text
-from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -13,6 +12,7 @@ from vibrissa.cli.movies.points import Side, frame_of, line_of, marks_of, pixels
 from vibrissa.cli.shared.display.output import Json, MaybeOut, refuse_out, show, tell
 from vibrissa.cli.shared.display.pictures import write_picture
 from vibrissa.cli.shared.display.progress import progress_bars, stage
+from vibrissa.cli.shared.words.losses import lost_by_reason
 from vibrissa.cli.shared.words.refusals import in_options
 from vibrissa.cli.shared.words.units import Length, Rate
 from vibrissa.errors import FormatError
@@ -218,9 +218,7 @@ def remarks_on(profile: xr.Dataset) -> None:
 
 def _losses(runs: list[tuple[int, int, str]], profile: xr.Dataset) -> list[str]:
     """In how many frames a whisker was lost and mostly why; if it is followed in most, the longest runs."""
-    lost: Counter[str] = Counter()
-    for first, last, reason in runs:
-        lost[reason] += last - first + 1
+    lost = lost_by_reason(runs)
     count, start = profile.sizes["time"], int(profile.attrs.get("first_frame", 0))
     if 2 * lost.total() > count:
         return [f"{lost.total()} of {count} frames, mostly: {lost.most_common(1)[0][0]}"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json as json_text
-from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +10,7 @@ from vibrissa.cli.shared.display.output import Json, MaybeOut, print_json, say, 
 from vibrissa.cli.shared.display.pictures import refuse_picture, write_picture
 from vibrissa.cli.shared.display.tables import folded, hanging
 from vibrissa.cli.shared.options import Flag
+from vibrissa.cli.shared.words.losses import lost_by_reason
 from vibrissa.errors import ConflictError
 
 if TYPE_CHECKING:
@@ -71,10 +71,8 @@ def _lost(whiskers: list[list[tuple[int, int, str]]]) -> str:
     """In how many frames each whisker is lost, and mostly why."""
     said = []
     for whisker, runs in enumerate(whiskers):
-        lost: Counter[str] = Counter()
-        for first, last, reason in runs:
-            lost[reason] += last - first + 1
         if runs:
+            lost = lost_by_reason(runs)
             said.append(f"whisker {whisker} in {lost.total()} frames, mostly: {lost.most_common(1)[0][0]}")
     return "; ".join(said) or "no whisker in any frame"
 
