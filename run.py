@@ -65,15 +65,21 @@ def say(text):
     print(f"run.py: {text}", file=sys.stderr, flush=True)
 
 
-def install(requirements):
-    """Install a lock, then the package itself, into .venv, unless that is done already."""
+def install(requirements, compiled=True):
+    """Install a lock, then the package itself, into .venv, and have its loops compiled, unless that is done already."""
     record = VENV / "installed"  # for which Python and place, then which locks; absent while at work
     place, *done = record.read_text().split() if record.is_file() else ["nowhere"]
-    if place == here() and fingerprint(requirements) in done:
-        return
+    if place != here() or fingerprint(requirements) not in done:
+        fetch(requirements, record, afresh=place != here())
+    if compiled and not (VENV / "compiled").exists():
+        compile_loops()
+
+
+def fetch(requirements, record, afresh):
+    """Install a lock and the package, in a new environment where the one that is there is another's."""
     count = sum(line[:1].isalnum() for line in requirements.read_text().splitlines())
     say(f"installing {requirements.name} into {VENV}, once: at most {count} packages, a minute or more")
-    if place != here():
+    if afresh:
         succeed([sys.executable, "-m", "venv", "--clear", VENV])
     record.unlink(missing_ok=True)
     keep()
@@ -83,13 +89,12 @@ def install(requirements):
     pip("--no-index", "--no-build-isolation", "--editable", ROOT)
     done = [CORE, DEV] if requirements == DEV else [CORE]
     record.write_text(" ".join([here(), *map(fingerprint, done)]))
-    if place != here():
-        compile_loops()
 
 
 def compile_loops():
     """Have the loops compiled that a first command would wait for; what fails here is compiled when it is needed."""
     say("compiling the loops of vibrissa, once: a minute or two; Ctrl-C leaves it to the commands that need them")
+    (VENV / "compiled").touch()
     if subprocess.run([BIN / "python", "-m", "vibrissa.warm"], stdout=sys.stderr).returncode != 0:
         say("not all loops could be compiled; the commands that need them do it")
 
@@ -170,7 +175,8 @@ def fingerprint(requirements):
 
 def test(words):
     """Run every check, the fast ones first, and stop at the first that fails."""
-    install(DEV)
+    fast = "--fast" in words
+    install(DEV, compiled=not fast)  # the fast tests need a third of the loops, and compile these
     os.chdir(ROOT)
     for command in CHECKS:
         say(" ".join(command))
@@ -183,7 +189,7 @@ def test(words):
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # else each of the many processes that tests start compiles src
     # each worker has one core, where a second thread of linear algebra would only wait for it
     os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1"))
-    if "--fast" in words:
+    if fast:
         words = [*FAST, *(word for word in words if word != "--fast")]
     # a worker for each core; in the order of the files, in which the longest is not the last;
     # a worker that crashes is not replaced: pytest-xdist may then wait for ever

@@ -1,7 +1,7 @@
 """Compile, once after installing, the loops that the commands call: ``python -m vibrissa.warm``.
 
-The commands are run in small, with the types that they have in earnest, in two processes: one begins with mechanics,
-the other with movies and spikes, which have no loop in common. What each does last finds those of the other there.
+The commands are run in small, with the types that they have in earnest, in two processes: one for mechanics, the other
+for movies and spikes, which have no loop in common. The study, which comes last, finds those of the movies there.
 """
 
 from __future__ import annotations
@@ -30,21 +30,22 @@ LANES = {
     "mechanics": (
         f"scan gaps.csv {SCAN} --out scan.nc",
         f"scan gaps.csv {SCAN} --response linear --jump paper2014 --simulate-units 3 --trials 2",
+        f"scan heights.csv {SCAN}",
         f"{MAP} --quantity peak --scheduler synchronous --out peak.nc",
         f"{MAP} --quantity rms --response linear --scheduler synchronous --out rms.nc",
         f"gap {POSTURE} --gap-width 0.015",
         f"gap {POSTURE} {CONE} --gap-width 0.4mm --model free-end",
+        f"gap {POSTURE} {CONE} --gap-width 0.4mm --model rod",
+        f"whisking gaps.csv path.csv --speed 0.1 {CONE}",
         f"modes --contact 0.3 --about profile --base-angle 1.2 {CONE}",
         "run study.toml --out study --scheduler synchronous",
     ),
     "movies": (
         "track movie.mkv --frame-rate 2000 --pixel-size 9.5e-5 --out tracked.nc",
         "track movie.mkv --frame-rate 2000 --pixel-size 9.5e-5 --seed-point 60,33 --skin 6,32 --out skin.nc",
+        "track movie.mkv --frame-rate 2000 --pixel-size 9.5e-5 --tracking link --out linked.nc",
         "neural --spikes spikes.csv --stimulus stimulus.csv --trials 20",
         "information --spikes spikes.csv --window 0 4 --trials 20",
-        f"scan heights.csv {SCAN}",
-        f"whisking gaps.csv path.csv --speed 0.1 {CONE}",
-        f"gap {POSTURE} {CONE} --gap-width 0.4mm --model rod",
     ),
 }
 STUDY = """

@@ -133,6 +133,16 @@ def test_set_up_is_done_once(set_up):
     assert len(commands) == before
 
 
+def test_loops_are_compiled_when_first_asked_for(set_up):
+    run, commands = set_up
+    run.install(run.DEV, compiled=False)
+    assert not [command for command in commands if command[-1] == "vibrissa.warm"]
+    commands.clear()
+    run.install(run.CORE)
+    run.install(run.CORE)
+    assert [command[-1] for command in commands] == ["vibrissa.warm"]
+
+
 def test_the_tools_are_added_to_what_is_there_and_hold_what_the_main_job_needs(set_up):
     run, commands = set_up
     run.install(run.CORE)

@@ -10,19 +10,15 @@ from vibrissa.warm import loops
 
 SOURCES = Path(vibrissa.__file__).parent
 
-# Loops of what few do: lines that are linked, whiskers that swing through one another, tracks of other programs,
-# packed movies, and estimators that must be asked for
+# Loops of what few do: marks with a fan, packed movies, and estimators that must be asked for
 LATER = {
     "video/find/curvature_maps.py",  # one of its loops is a part of those that call it
     "video/identity/whisker_fan.py",
     "video/identity/identity_linking.py",
     "video/identity/common_motion.py",
-    "video/linked/traces.py",
     "video/io/photron.py",
     "video/kernel/estimators.py",
     "video/kernel/band.py",
-    "video/link/chains/chain_kernel.py",
-    "video/link/pad/common_swing.py",
 }
 
 COMMANDS = """
@@ -43,6 +39,7 @@ TYPED = (
     "profile --contact 0.4 --base-angle 0.9",
     f"map --texture gaps.csv {SCAN.replace('0.31', '0.2:0.4:3').replace('1.1', '0.9,1.1')} --scheduler synchronous",
     "track movie.mkv --frame-rate 2000 --pixel-size 9.5e-5",
+    "track movie.mkv --frame-rate 2000 --pixel-size 9.5e-5 --tracking link",
     "neural --spikes spikes.csv --stimulus stimulus.csv --trials 20 --null paper2014",
 )
 

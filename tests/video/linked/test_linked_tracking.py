@@ -25,7 +25,6 @@ from vibrissa.video.link.whisker_linking import link_segments
 from vibrissa.video.linked.line_marks import LineMark, snapped
 from vibrissa.video.linked.linked_profile import _reasons as reasons_of
 from vibrissa.video.linked.linked_profile import profile_from_linking
-from vibrissa.video.linked.linked_tracking import _unsure as unsure
 from vibrissa.video.linked.linked_tracking import track_linked
 from vibrissa.video.tracking import Calibration
 
@@ -320,10 +319,15 @@ def test_no_name_in_a_profile_is_less_sure_than_asked():
 
 
 def test_whiskers_without_a_sure_name_are_reported_with_their_probability():
-    profile = dataset({"identities": "[0]", "least_probability": 0.7})
-    whisker, sure = np.array([0, 1, 1, 2, -1]), np.array([0.9, 0.3, 0.614, 0.55, 0.0])
-    (said,) = unsure(profile, dataset(segment_whisker=whisker, segment_probability=sure))
-    assert said.startswith(
-        "2 more whiskers have no name that is 0.7 sure: they have lines from a `least_probability` of 0.61, 0.55 on"
-    )
-    assert unsure(profile, dataset(segment_whisker=np.array([0, -1]), segment_probability=sure[:2])) == []
+    pad = Pad(whiskers=7, frames=90, spread=50.0, amplitude=20.0, missing=0.2, broken=0.5, drift=3.0, opening=0.3)
+    linking = link_thoroughly(simulate([pad], 0)[0])[1]
+    identity = linking.identity()
+    whisker, sure = identity.segment_whisker.values, identity.segment_probability.values
+    most = np.sort([sure[whisker == one].max() for one in range(linking.whiskers)])
+    least = most[0] + (most[1] - most[0]) / 2  # between the two whiskers that are least sure at their best
+    calibration = Calibration(frame_rate=200.0, pixel_size=1e-4)
+    profile = profile_from_linking(linking, calibration, source="pad", least_probability=least)
+    (said,) = json.loads(profile.attrs["remarks"])
+    known = f"1 more whisker has no name that is {least:g} sure: it has lines from a `least_probability` of "
+    assert said.startswith(f"{known}{np.floor(100 * most[0]) / 100:.2f} on down")
+    assert "remarks" not in profile_from_linking(linking, calibration, source="pad").attrs

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from vibrissa.arrays import Integers
+from vibrissa.arrays import Array, Integers
 from vibrissa.errors import ShapeError, TooFewError
 from vibrissa.head_pose import HeadPose, with_head
 from vibrissa.quantities import dataset
@@ -67,8 +67,8 @@ def profile_from_linking(
     Dataset
         ``profile``, with ``x_sd`` and ``y_sd``, both across the line, where the segments have ``position_sd``, and with
         ``whisker_probability`` (whisker, time): that the line is that whisker's, NaN where it is lost. Attributes:
-        ``identities`` (JSON), the numbers of the whiskers in the linking; ``identity_probability`` (JSON), the mean
-        probability of each; ``lost`` with the reasons of the linking.
+        ``identities`` (JSON), the numbers of the whiskers in the linking; ``lost`` with its reasons; ``remarks``
+        (JSON), where there are any.
 
     Raises
     ------
@@ -94,9 +94,10 @@ def profile_from_linking(
     noted = {
         "identity_from": "link",
         "identities": json.dumps(kept),
-        "identity_probability": json.dumps(np.round(identity.identity_probability.values[kept], 4).tolist()),
         "least_probability": least_probability,
     }
+    if remarks := [*_unsure(whisker, sure, kept, least_probability), *_of_the_head(head)]:
+        noted["remarks"] = json.dumps(remarks)
     losses = _losses(_reasons(identity, least_probability)[kept], head)
     profile = profile_of(
         source,
@@ -165,6 +166,25 @@ def _losses(code: NDArray[np.int8], head: HeadPose | None) -> Losses:
     if head is None:
         return Losses(code, REASONS)
     return Losses(np.where(head.known, code, len(REASONS)).astype(np.int8), (*REASONS, NO_HEAD))
+
+
+def _unsure(whisker: Integers, sure: Array, kept: Sequence[int], least: float) -> list[str]:
+    """Say which whiskers have names, but none that is sure enough for the profile, and how sure these are."""
+    missing = np.setdiff1d(whisker[whisker >= 0], kept)
+    if not missing.size:
+        return []
+    most = ", ".join(f"{np.floor(100 * sure[whisker == one].max()) / 100:.2f}" for one in missing)
+    which, they = ("whisker has", "it has") if missing.size == 1 else ("whiskers have", "they have")
+    low = f"{they} lines from a `least_probability` of {most} on down"
+    wrong = "in rendered movies a third of such names is wrong"
+    return [f"{missing.size} more {which} no name that is {least:g} sure: {low}; {wrong}"]
+
+
+def _of_the_head(head: HeadPose | None) -> list[str]:
+    """Say in how many frames the head is not known."""
+    if head is None or head.known.all():
+        return []
+    return [f"the head is known in {head.known.sum()} of {head.known.size} frames; in the others whiskers are lost"]
 
 
 def _in_image(profile: xr.Dataset, head: HeadPose) -> xr.Dataset:

@@ -139,9 +139,8 @@ def track_linked(
     if named:
         profile.attrs["names"] = json.dumps(_names(profile, named))
     identified = _identified(segments, linking, calibration.frame_rate)
-    remarks = [*_unkept(profile, linking, segments, marks, named), *_unsure(profile, identified)]
-    if remarks := [*remarks, *_head_remarks(linking.head)]:
-        profile.attrs["remarks"] = json.dumps(remarks)
+    if unkept := _unkept(profile, linking, segments, marks, named):
+        profile.attrs["remarks"] = json.dumps([*unkept, *json.loads(profile.attrs.get("remarks", "[]"))])
     return LinkedTracks(profile, identified)
 
 
@@ -166,13 +165,6 @@ def _names(profile: xr.Dataset, named: dict[str, int]) -> list[str]:
     return [numbers.get(who, f"whisker {k}") for k, who in enumerate(json.loads(profile.attrs["identities"]))]
 
 
-def _head_remarks(head: HeadPose | None) -> list[str]:
-    """Say in how many frames the head is not known."""
-    if head is None or head.known.all():
-        return []
-    return [f"the head is known in {head.known.sum()} of {head.known.size} frames; in the others whiskers are lost"]
-
-
 def _unkept(
     profile: xr.Dataset, linking: Linking, segments: xr.Dataset, marks: Sequence[LineMark], named: dict[str, int]
 ) -> list[str]:
@@ -187,19 +179,6 @@ def _unkept(
         lines += [f"{mark.whisker} in frame {mark.frame} ({reasons[0]})"] if reasons else []
     text = f"{len(lines)} of {len(marks)} marks are not kept: {', '.join(lines)}; marks may contradict one another"
     return [text] if lines else []
-
-
-def _unsure(profile: xr.Dataset, identified: xr.Dataset) -> list[str]:
-    """Say which whiskers have names, but none that is sure enough for the profile, and how sure these are."""
-    whisker, sure = identified.segment_whisker.values, identified.segment_probability.values
-    missing = np.setdiff1d(whisker[whisker >= 0], json.loads(profile.attrs["identities"]))
-    if not missing.size:
-        return []
-    most = ", ".join(f"{np.floor(100 * sure[whisker == one].max()) / 100:.2f}" for one in missing)
-    least, which = profile.attrs["least_probability"], "whisker has" if missing.size == 1 else "whiskers have"
-    low = f"they have lines from a `least_probability` of {most} on down"
-    wrong = "in rendered movies a third of such names is wrong"
-    return [f"{missing.size} more {which} no name that is {least:g} sure: {low}; {wrong}"]
 
 
 def _identified(segments: xr.Dataset, linking: Linking, frame_rate: float) -> xr.Dataset:
