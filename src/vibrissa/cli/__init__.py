@@ -18,6 +18,7 @@ from vibrissa.cli.shared.boundary import DEBUG, REFUSED, one_line_for_all
 from vibrissa.cli.shared.display.output import tell
 from vibrissa.cli.shared.stoppable import stoppable
 from vibrissa.cli.shared.words.refusals import as_typed
+from vibrissa.cli.shared.words.units import with_negative
 from vibrissa.cli.shared.words.usage import usage_line
 from vibrissa.errors import InputError
 from vibrissa.limits import cap_memory
@@ -37,7 +38,7 @@ for room in (mechanics, movies, spikes, studies):
 
 def main() -> None:
     """Run the command line; what goes wrong is one line on stderr and exit code 2, or 1 for a fault of the package."""
-    words = [word for word in sys.argv[1:] if word != DEBUG]
+    words = with_negative([word for word in sys.argv[1:] if word != DEBUG])
     with one_line_for_all(debug=DEBUG in sys.argv):
         try:
             cap_memory()

@@ -56,7 +56,7 @@ def fit_base_arc(arc: Array, x: Array, y: Array, x_sd: Array | None, y_sd: Array
     -------
     BaseArc
         NaN where less than half of the part, or fewer than three nodes, were seen, and where the direction has a
-        standard deviation of more than 30°.
+        standard deviation of more than 30°, or none where others have one.
     """
     seen = np.isfinite(x) & np.isfinite(y)
     rows = np.flatnonzero(seen.sum(axis=1) >= max(LEAST_NODES, arc.size / 2))
@@ -64,7 +64,8 @@ def fit_base_arc(arc: Array, x: Array, y: Array, x_sd: Array | None, y_sd: Array
     if rows.size:
         sds = [None if sd is None else sd[rows] for sd in (x_sd, y_sd)]
         found = _fitted(arc, x[rows], y[rows], seen[rows], *sds)
-        known = ~(found.direction_sd > LARGEST_SD)  # NaN: nothing is known of it
+        told = any(np.isfinite(sd).any() for sd in sds if sd is not None)
+        known = found.direction_sd <= LARGEST_SD if told else np.ones(rows.size, bool)
         for whole, part in zip(result, found, strict=True):
             whole[rows[known]] = part[known]
     return BaseArc(*result)

@@ -117,7 +117,7 @@ def _line(angle: Array, curvature: Array) -> tuple[float, float]:
 
 def _medians(angle: Array, curvature: Array) -> tuple[Array, Array]:
     """Median angle and curvature of each bin with enough frames, by growing angle."""
-    number = np.floor(angle / BIN).astype(int)
+    number = np.floor((angle - angle.min(initial=np.inf)) / BIN).astype(int)
     bins = [number == one for one in np.unique(number)]
     full = [one for one in bins if one.sum() >= LEAST_IN_BIN]
     return np.array([np.median(angle[one]) for one in full]), np.array([np.median(curvature[one]) for one in full])

@@ -320,7 +320,7 @@ def _remarks(
     if short := followed - int(measured.sum()):
         remarks.append(
             f"{short} of {followed} lines have no angle: less than half of their base part is seen, or the standard "
-            "deviation of its direction is above 30°"
+            "deviation of its direction is above 30° or unknown"
         )
     if near is None:
         remarks.append("no touches are sought: the curvature at rest is the median over all frames")

@@ -75,10 +75,16 @@ def touch_columns(data: xr.Dataset) -> dict[str, Any]:
     Returns
     -------
     dict of arrays
-        In the units of :func:`frame_columns`.
+        ``whisker`` and ``label`` as in :func:`frame_columns`, and all else in its units.
     """
-    names = [str(name) for name in data.data_vars if data[name].dims == ("touch",)]
-    return dict(_column(data, name) for name in names)
+    names = [str(name) for name in data.data_vars if data[name].dims == ("touch",) and name != "touch_whisker"]
+    numbers = dict(zip(data.whisker_label.values.tolist(), data.whisker.values.tolist(), strict=True))
+    labels = data.touch_whisker.values
+    return {
+        "whisker": np.array([numbers[label] for label in labels.tolist()], int),
+        "label": labels,
+        **dict(_column(data, name) for name in names),
+    }
 
 
 def _column(data: xr.Dataset, name: str) -> tuple[str, Any]:

@@ -27,7 +27,7 @@ class WhiskCycle(NamedTuple):
         Half of the range of a cycle and its middle [rad]: angle ≈ set point + amplitude · cos(phase). The amplitude is
         NaN where the angle at phase 0 is not the larger one.
     frequency : (T,) array
-        Rate of the phase over 2π [Hz]; NaN where the phase runs backwards.
+        Rate of the phase over 2π [Hz]; NaN where it is not in the band.
     """
 
     phase: Array
@@ -153,7 +153,8 @@ def _of_stretch(angle: Array, rate: float, band: tuple[float, float]) -> WhiskCy
     measured = np.where(seen, angle, np.nan)[kept]
     top, bottom = (_extremes(frame[kept], course, measured, offset) for offset in (0.0, np.pi))
     amplitude, frequency = (top - bottom) / 2, np.gradient(course) * rate / (2 * np.pi)
-    amplitude, frequency = (np.where(one > 0, one, np.nan) for one in (amplitude, frequency))
+    amplitude = np.where(amplitude > 0, amplitude, np.nan)
+    frequency = np.where((frequency >= band[0]) & (frequency <= band[1]), frequency, np.nan)
     parts = (phase, amplitude, (top + bottom) / 2, frequency)
     return WhiskCycle(*(np.pad(part, edge, constant_values=np.nan) for part in parts))
 

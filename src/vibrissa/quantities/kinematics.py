@@ -29,7 +29,7 @@ KINEMATICS: dict[str, Quantity] = {
     "touching": Quantity(("time",), "1", "whether the whisker touches: 1 or 0"),
     "object_x": Quantity(("whisker",), "m", "place at which the whisker is held in touches, found, x"),
     "object_y": Quantity(("whisker",), "m", "place at which the whisker is held in touches, found, y"),
-    "touch_whisker": Quantity(("touch",), "1", "name of the whisker that touches"),
+    "touch_whisker": Quantity(("touch",), "1", "label of the whisker that touches"),
     "touch_onset": Quantity(("touch",), "s", "time of the first frame of a touch"),
     "touch_offset": Quantity(("touch",), "s", "time of the last frame of a touch"),
     "touch_duration": Quantity(("touch",), "s", "duration of a touch, from first to last frame, both counted"),

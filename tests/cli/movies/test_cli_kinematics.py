@@ -32,7 +32,7 @@ def tracks(tmp_path):
 def columns(path):
     with path.open() as file:
         rows = list(csv.DictReader(file))
-    return rows, {name: np.array([float(row[name]) for row in rows]) for name in rows[0] if name[-7:] != "whisker"}
+    return rows, {name: np.array([float(row[name]) for row in rows]) for name in rows[0] if name != "label"}
 
 
 def test_a_table_of_frames_and_one_of_touches(vibrissa, tracks, tmp_path):
@@ -52,7 +52,7 @@ def test_a_table_of_frames_and_one_of_touches(vibrissa, tracks, tmp_path):
     summary = json.loads(printed)
     assert summary["touches"] == [len(events)]
     assert summary["frames_measured"] == [997]
-    assert {row["touch_whisker"] for row in events} == {"1"}
+    assert {(row["whisker"], row["label"]) for row in events} == {("0", "1")}
     assert vibrissa("show", out)[1].startswith("k.csv: table: kinematics of whiskers\n")
     assert vibrissa("show", tmp_path / "k-touches.csv")[1].startswith("k-touches.csv: table: touches of whiskers\n")
     assert (touches["touch_offset_s"] >= touches["touch_onset_s"]).all()
@@ -67,7 +67,7 @@ def test_names_of_marks_are_kept_and_numbers_are_those_of_the_tracks(vibrissa, t
         row = next(csv.DictReader(file))
     assert (row["whisker"], row["label"]) == ("0", "C2")
     events, _ = columns(tmp_path / "named-touches.csv")
-    assert {row["touch_whisker"] for row in events} == {"C2"}
+    assert {row["label"] for row in events} == {"C2"}
 
 
 def test_less_sure_names_are_left_out_where_asked(vibrissa, tracks, tmp_path):

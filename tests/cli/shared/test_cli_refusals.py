@@ -42,6 +42,11 @@ def test_an_option_gives_the_argument_that_leads_back_to_it(option):
     assert argument_for(option).isidentifier()
 
 
+def test_a_negative_quantity_is_that_of_its_option(vibrissa):
+    code, _, err = vibrissa("modes", "--contact", "0.3", "--whisker.cone-angle", "1.5mrad", "--whisker.length", "-60mm")
+    assert (code, err) == (2, "vibrissa: --whisker.length must be positive and finite, got -60mm\n")
+
+
 def test_a_refusal_names_what_was_typed():
     words = ["scan", "--speed", "100", "--base-angle=70"]
     taken = options_of("scan")
@@ -49,6 +54,12 @@ def test_a_refusal_names_what_was_typed():
     assert str(fast) == "--speed must be at most 10 m/s, got 100; write --speed 100mm/s, if that is meant"
     steep = as_typed(RangeError("Posture.base_angle", "must be below π/2", 70.0), taken, words)
     assert str(steep).endswith("got 70; write --base-angle 70deg, if that is meant")
+    known = as_typed(
+        RangeError("Scan.speed", "must be at most 10 m/s", 12.0, "give it in m/s: 0.012 for 12 mm/s"),
+        taken,
+        ["scan", "--speed", "12m/s"],
+    )
+    assert str(known) == "--speed must be at most 10 m/s, got 12m/s"
     two = as_typed(ConflictError("event, trial_table", "must not go with `period`"), options_of("neural"), [])
     assert str(two) == "--event, --trial-table must not go with --period"
     level = FormatError("a.csv", "must be level", None, "`level='line'` takes it away, `level='none'` keeps it")

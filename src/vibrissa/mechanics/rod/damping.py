@@ -35,11 +35,11 @@ class RodModes(NamedTuple):
 
     Attributes
     ----------
-    kappa : (3,) array
-        Adimensional frequencies.
-    shape, dual : (3, 2N + 3) arrays
+    kappa : (M,) array
+        Adimensional frequencies, of three modes at least.
+    shape, dual : (M, 2N + 3) arrays
         φ and ψ, zero below the contact; ψᵀMφ = 1, and φᵀMφ = 1.
-    stiffness : (3,) array
+    stiffness : (M,) array
         ψᵀKφ of the elastic stiffness alone.
     """
 
@@ -66,15 +66,17 @@ def viscous(shaft: Shaft, modes: RodModes, ratio: float) -> Damping:
     Damping
         a₀, a₁ and the term of the second mode.
     """
-    weighted = modes.shape.copy()
-    weighted *= np.append(np.repeat(shaft.mass, 2), 0.0)
-    own = (modes.dual @ weighted[1]) * (modes.shape @ weighted[1])
-    terms = np.stack([np.ones(_MODES), modes.stiffness, own], axis=1)
-    mass, stiffness, second = np.linalg.solve(terms, 2 * ratio * modes.kappa)
+    kappa, shape, dual, elastic = (part[:_MODES] for part in modes)
+    weighted = shape * np.append(np.repeat(shaft.mass, 2), 0.0)
+    own = (dual @ weighted[1]) * (shape @ weighted[1])
+    terms = np.stack([np.ones(_MODES), elastic, own], axis=1)
+    mass, stiffness, second = np.linalg.solve(terms, 2 * ratio * kappa)
     return Damping(float(mass), float(stiffness), weighted, np.array([0.0, second, 0.0]))
 
 
-def rod_modes(shaft: Shaft, at: Array, stiffness: Stiffness, level: float, follicle: Follicle = CLAMPED) -> RodModes:
+def rod_modes(
+    shaft: Shaft, at: Array, stiffness: Stiffness, level: float, follicle: Follicle = CLAMPED, count: int = _MODES
+) -> RodModes:
     """First modes about an equilibrium on a flat, along which all contacts slide.
 
     Parameters
@@ -89,6 +91,8 @@ def rod_modes(shaft: Shaft, at: Array, stiffness: Stiffness, level: float, folli
         Height of the flat.
     follicle : Follicle
         How the base is held; clamped by default.
+    count : int
+        How many; three, which the damping needs, if it is less.
 
     Returns
     -------
@@ -110,10 +114,10 @@ def rod_modes(shaft: Shaft, at: Array, stiffness: Stiffness, level: float, folli
     for matrix in (elastic, whole):
         matrix[free, free] += held[free]
     values, left, right = eig(whole[np.ix_(free, free)] / mass[free, None], left=True)
-    chosen = np.argsort(values.real)[:_MODES]
+    chosen = np.argsort(values.real)[: max(count, _MODES)]
     if not (np.all(values.real[chosen] > 0) and np.all(values.imag[chosen] == 0)):
         raise ConvergenceError("modes of the rod about its equilibrium", float(values.real[chosen].min()), 1)
-    shape, dual = np.zeros((2, _MODES, at.size))
+    shape, dual = np.zeros((2, chosen.size, at.size))
     shape[:, 2 * first + free], dual[:, 2 * first + free] = right.real[:, chosen].T, left.real[:, chosen].T / mass[free]
     weight = np.append(np.repeat(shaft.mass, 2), _TURNING)
     shape /= np.sqrt((shape**2 * weight).sum(axis=1))[:, None]

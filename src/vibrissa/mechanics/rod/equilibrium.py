@@ -38,6 +38,7 @@ def resting_rod(
     level: float = 0.0,
     reach: float = REACH,
     nodes: Array | None = None,
+    n_modes: int = 3,
 ) -> RestingRod:
     """The rod in equilibrium on a flat that drags it away from the base.
 
@@ -57,6 +58,8 @@ def resting_rod(
         Of the fine part of the mesh to both sides of the contact, over L.
     nodes : (N + 1,) array, optional
         Nodes of another mesh, ascending to 1.
+    n_modes : int
+        How many of its modes are wanted.
 
     Returns
     -------
@@ -88,7 +91,7 @@ def resting_rod(
     free = Damping(0.0, 0.0, np.zeros((0, state.at.size)), np.zeros(0))
     rod = RestingRod(whisker, posture, settings, straight, state, touch, stiffness, free, base + moved, work)
     _settle(rod, curved, level, moved)
-    rod.modes = rod_modes(curved, rod.state.at, stiffness, level, settings.follicle)
+    rod.modes = rod_modes(curved, rod.state.at, stiffness, level, settings.follicle, n_modes)
     rod.damping = viscous(curved, rod.modes, damping)
     _unclamp(rod, settings.follicle)
     rod.damping = rod.damping._replace(angle=float(rod.drive[2]))

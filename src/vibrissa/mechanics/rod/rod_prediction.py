@@ -230,7 +230,7 @@ class RodPrediction(SpannedScan):
             mode_sd=shown.std(axis=1),
             kappa=cone_kappa(self.posture.contact, self.n_modes),
             resonant_frequency=self.resonances,
-            rod_frequency=run.rod.modes.kappa / (2 * np.pi * self.whisker.timescale),
+            rod_frequency=run.rod.modes.kappa[: self.n_modes] / (2 * np.pi * self.whisker.timescale),
             free_end_length=self._free_end(run),
             weight_ratio=own_weight(self.whisker) / on_the_flat(self.posture).contact_force,
             unconverged_share=run.record.unconverged / run.record.steps,

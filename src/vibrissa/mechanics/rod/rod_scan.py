@@ -123,6 +123,7 @@ def drag(
         settings=settings,
         level=float(ground.y[0]),
         reach=fine_reach(surface, length),
+        n_modes=n_modes,
     )
     every = int(np.ceil(1 / (sampling_rate * settings.step) - 1e-9))
     step = 1 / (sampling_rate * every)

@@ -29,19 +29,20 @@ _CHORD = 17  # points from one place of a jump to the other
 
 
 def own_weight(whisker: Whisker) -> float:
-    """Own weight in the unit of the contact force, 4ρgL/(3Eα²): the weight of the cone over πEα⁴L²/4.
+    """Own weight in the unit of the contact force, 4ρgL(1 − s³)/(3Eα²): the weight down to the tip s over πEα⁴L²/4.
 
     Parameters
     ----------
     whisker : Whisker
-        Gives ρ, E, α and L.
+        Gives ρ, E, α, L and the tip.
 
     Returns
     -------
     float
         Weight [1].
     """
-    return 4 * whisker.density * GRAVITY * whisker.length / (3 * whisker.youngs_modulus * whisker.cone_angle**2)
+    cone = 4 * whisker.density * GRAVITY * whisker.length / (3 * whisker.youngs_modulus * whisker.cone_angle**2)
+    return cone * (1 - whisker.tip**3)
 
 
 def diagnostics(prediction: Prediction, t: Array) -> xr.Dataset:

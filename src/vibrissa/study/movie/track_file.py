@@ -20,7 +20,7 @@ from vibrissa.study.spec.settings import MovieFile
 from vibrissa.video.checks.gop_artifact import GopArtifactWatch
 from vibrissa.video.checks.trial_led import led_frame, with_led
 from vibrissa.video.find.head_finding import find_head
-from vibrissa.video.foreign.head_points import read_head
+from vibrissa.video.foreign.head_points import BRIDGED, bridged, read_head
 from vibrissa.video.io.about import IN_COLOUR, Movie
 from vibrissa.video.io.frame_times import FrameTimes
 from vibrissa.video.io.movie import (
@@ -246,7 +246,8 @@ def _head(movie: MovieFile, source: Path | Frames) -> HeadPose | None:
     if movie.head != "find":
         head = read_head(movie.head, sum(map(len, _blocks_of(source, movie, 0, None))), movie.head_points)
         return HeadPose(*(one[part] for one in head))
-    return find_head(_blocks_of(source, movie, movie.start, movie.stop), 1.0 if movie.polarity == "dark" else -1.0)
+    blocks = _blocks_of(source, movie, movie.start, movie.stop)
+    return bridged(find_head(blocks, 1.0 if movie.polarity == "dark" else -1.0), BRIDGED)
 
 
 def _blocks_of(source: Path | Frames, movie: MovieFile, start: int, stop: int | None) -> Iterable[Frames]:

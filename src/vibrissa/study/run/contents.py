@@ -38,7 +38,7 @@ TABLES = (  # by columns, without the suffix of their unit
     ("gaps of a texture", {"position", "width"}),
     ("spikes", {"unit", "spike_time"}),
     ("kinematics of whiskers", {"whisker", "label", "frame"}),
-    ("touches of whiskers", {"touch_whisker"}),
+    ("touches of whiskers", {"whisker", "label", "touch_onset_seen"}),
     ("diameters along a whisker", {"distance", "diameter"}),
     ("posture in time", {"time", "base_angle"}),
     ("motion of a point", {"time", "displacement"}),

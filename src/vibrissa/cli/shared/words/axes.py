@@ -22,6 +22,9 @@ class Axis:
     def __init__(self, values: list[float], *, metres: bool = False) -> None:
         self.values, self.metres = values, metres
 
+    def __repr__(self) -> str:  # what the help shows as a default
+        return ",".join(f"{value:g}" for value in self.values)
+
 
 def values_of(axis: Axis, option: str, cone: Whisker | None = None) -> list[float]:
     """Numbers of an axis, as shares of L where lengths were typed.

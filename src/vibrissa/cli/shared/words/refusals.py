@@ -8,7 +8,7 @@ from collections.abc import Collection, Sequence
 from vibrissa.cli.shared.words.glossary import GLOSSARY
 from vibrissa.cli.shared.words.units import DIMENSIONS, option_of, written
 from vibrissa.errors import InputError, RangeError
-from vibrissa.tables.quantity import number
+from vibrissa.tables.quantity import QUANTITY, number
 
 _ARGUMENT = re.compile(r"`(\w+)(?:=([^`]*))?`")  # as the package writes them: `workers`, `level='line'`
 _NAME = re.compile(r"(?:[A-Z]\w*\.)?[a-z][\w ]*(?:\[0\])?")
@@ -80,7 +80,8 @@ def as_typed(error: InputError, taken: Collection[str], words: Sequence[str]) ->
     rule, remedy, value = in_options(error.rule, taken), in_options(error.remedy, taken), error.value
     if option is not None and isinstance(error, RangeError):
         typed = _value_of(option, words)
-        remedy, value = _with_unit(option, typed, remedy), typed if _same(typed, value) else value
+        remedy = _with_unit(option, typed, remedy)
+        value = typed if _same(typed, value) or _has_unit(typed) else value
     return type(error)(quantity, rule, value, remedy)
 
 
@@ -112,6 +113,8 @@ def _typed(found: re.Match[str], taken: Collection[str]) -> str:
 
 def _with_unit(option: str, typed: str, remedy: str) -> str:
     """The remedy, with the quantity as it may have been meant where a bare number was typed."""
+    if _has_unit(typed) and _SAYS_THE_UNIT.match(remedy):
+        return ""
     *rest, last = re.split(r"([:,])", typed)
     count = [last] if rest and rest[-1] == ":" and len(rest) > 3 else []  # of FIRST:LAST:HOW-MANY
     parts = rest if count else [*rest, last]
@@ -123,6 +126,11 @@ def _with_unit(option: str, typed: str, remedy: str) -> str:
     parts[::2] = [written(option, part).partition(" ")[2] for part in parts[::2]]
     meant = f"write {option} {''.join([*parts, *count])}, if that is meant"
     return meant if not remedy or _SAYS_THE_UNIT.match(remedy) else f"{remedy}; {meant}"
+
+
+def _has_unit(typed: str) -> bool:
+    """Whether a quantity was typed with its unit, so that no other one is meant."""
+    return number(typed) is None and QUANTITY.fullmatch(typed) is not None
 
 
 def _value_of(option: str, words: Sequence[str]) -> str:

@@ -191,6 +191,29 @@ def reader(read: Callable[[str, str], Any], kind: str) -> Parameter:
     return Parameter(converter=convert, accepts_keys=False, **named)
 
 
+def with_negative(words: Sequence[str]) -> list[str]:
+    """The command line with each negative quantity, such as ``-5mm``, joined to its option: it would be one itself.
+
+    Parameters
+    ----------
+    words : sequence of str
+        As typed.
+
+    Returns
+    -------
+    list of str
+        ``--node=-5mm`` for ``--node -5mm``.
+    """
+    joined: list[str] = []
+    for word in words:
+        alone = joined and joined[-1].startswith("--") and "=" not in joined[-1]
+        if alone and word.startswith("-") and QUANTITY.fullmatch(word):
+            joined[-1] = f"{joined[-1]}={word}"
+        else:
+            joined.append(word)
+    return joined
+
+
 def option_of(word: str) -> str:
     """The option as in the glossary, of a word that may have underscores.
 
