@@ -9,7 +9,7 @@ from vibrissa.mechanics.rod.kernels.ground import ground_of
 from vibrissa.mechanics.rod.kernels.step_kernels import _even, _uneven
 from vibrissa.mechanics.rod.mesh import Fineness
 from vibrissa.mechanics.rod.rod_gap import gap_prediction, rod_gap
-from vibrissa.mechanics.rod.rod_scan import drag
+from vibrissa.mechanics.rod.rod_scan import clear_of, drag
 from vibrissa.mechanics.rod.rod_settings import Rod
 from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import Gaps, random_grating
@@ -153,3 +153,17 @@ def test_more_points_on_the_same_line_change_nothing():
 def test_the_shared_rod_is_left_as_it_was():
     rod = resting()
     assert not rod.state.rate.any()
+
+
+def test_a_surface_that_rises_at_once_does_as_one_with_a_flat_before_it():
+    x = np.arange(0, 4e-3, 2e-5)
+    height = 40e-6 * np.sin(2 * np.pi * x / 1e-3) ** 2
+    flat = np.arange(0, 6e-3, 2e-5)
+    led = HeightProfile(np.append(flat, x + 6e-3), np.append(0 * flat, height))
+    how = {"speed": 0.1, "damping": 0.11, "sampling_rate": 10e3}
+    at_once = drag(cone(0.25), POSTURE, HeightProfile(x, height), start=-1e-4, duration=0.03, **how)
+    later = drag(cone(0.25), POSTURE, led, start=-1e-4, duration=0.09, **how)
+    assert clear_of(at_once.rod, at_once.ground) > 0
+    same = later.mode_displacement[:, later.time > 0.06 - 5e-5][:, : at_once.time.size]
+    np.testing.assert_allclose(at_once.mode_displacement, same, atol=0.02 * np.abs(same).max())
+    assert at_once.record.contact[0].min() > 0

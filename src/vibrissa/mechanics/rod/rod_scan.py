@@ -71,6 +71,8 @@ def drag(
 ) -> RodRun:
     """Draw a surface under a rod that was at rest on the flat before it.
 
+    A surface that rises above the flat begins to move where it is clear of the shaft, on the side of the base.
+
     Parameters
     ----------
     whisker : Whisker
@@ -127,17 +129,47 @@ def drag(
     )
     every = int(np.ceil(1 / (sampling_rate * settings.step) - 1e-9))
     step = 1 / (sampling_rate * every)
-    count = round(duration * sampling_rate) * every
-    travelled = -speed * (start + step * np.arange(count + 1)) / length
-    drive = np.column_stack([travelled, np.zeros(count + 1), np.tile(rod.drive, (count + 1, 1))])
     at = rod.state.at.copy()
     fit = fitted_modes(rod.shaft.s, at, posture.contact, cone_kappa(posture.contact, n_modes))
     project = np.vstack([fit, across(rod.shaft.s, at, np.asarray(nodes, float))])
     rod.over(ground)
-    record = rod.run(ground, drive, step / timescale, project, every=every, shapes=shapes, progress=progress)
+
+    def drive(first: float, count: int) -> Array:
+        travelled = -speed * (first + step * np.arange(count + 1)) / length
+        return np.column_stack([travelled, np.zeros(count + 1), np.tile(rod.drive, (count + 1, 1))])
+
+    if before := max(0, int(np.ceil((clear_of(rod, ground) * length / speed + start) / step))):
+        rod.run(ground, drive(start - step * before, before), step / timescale, project, every=before)
+    led = project @ (rod.state.at - at)  # from the equilibrium to where the record begins
+    count = round(duration * sampling_rate) * every
+    course = drive(start, count)
+    record = rod.run(ground, course, step / timescale, project, every=every, shapes=shapes, progress=progress)
+    record = record._replace(projected=record.projected + led[:, None])
     time = start + np.arange(1, record.moment.size + 1) / sampling_rate
     time[np.abs(time) < 1e-9 / sampling_rate] = 0.0
     return RodRun(time, record.projected[:n_modes], record.projected[n_modes:], record, rod, ground)
+
+
+def clear_of(rod: RestingRod, ground: Ground) -> float:
+    """How far the beginning of a surface must be from the contact, so that all of it is below the shaft.
+
+    Parameters
+    ----------
+    rod : RestingRod
+        In equilibrium on the flat.
+    ground : Ground
+        With the surface.
+
+    Returns
+    -------
+    float
+        Along x, towards the base, over L; 0 if nothing rises above the flat before the surface.
+    """
+    x, y = rod.state.at[:-1:2], rod.state.at[1:-1:2] - rod.shaft.radius
+    low = np.flatnonzero(y <= ground.top)
+    if ground.top <= ground.y[0] or not low.size:
+        return 0.0
+    return max(0.0, float(x[min(low[-1] + 1, x.size - 1)]))
 
 
 def fine_reach(surface: Gaps | HeightProfile, length: float) -> float:
