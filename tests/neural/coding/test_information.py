@@ -85,6 +85,14 @@ def test_a_steady_rate_tells_nothing():
     assert np.mean((low < 0) & (high > 0)) >= 0.9
 
 
+@pytest.mark.parametrize(("n_trials", "rate"), [(40, 15), (60, 15), (150, 5)])
+def test_the_interval_of_a_steady_units_count_holds_nothing(n_trials, rate):
+    """Where the two corrections alone are above 0 by more than their interval in a third to half of the units."""
+    rng = np.random.default_rng(1)
+    found = [count_information(rng.poisson(0.01 * rate, (n_trials, 300))) for _ in range(60)]
+    assert np.mean([one.low <= 0 <= one.high for one in found]) >= 0.95
+
+
 def test_information_about_classes_is_less_than_about_every_bin():
     expected = modulated(20, 0.9)
     classes = np.argsort(np.argsort(expected)) * 8 // BINS
@@ -150,3 +158,9 @@ def test_units_are_told_apart_by_what_their_spikes_tell():
 def test_one_trial_is_refused():
     with refusal("range", "number of trials"):
         unit_information(recorded(modulated(20, 0.9)[None], 1), 1, window=(0, 3), bin_width=WIDTH)
+
+
+def test_a_window_without_any_spike_is_refused():
+    rates = np.array([modulated(20, 0.9)])
+    with refusal("range", "spikes"):
+        unit_information(recorded(rates, 4), 4, window=(90, 91), bin_width=WIDTH)

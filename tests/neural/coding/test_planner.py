@@ -162,8 +162,9 @@ def test_plans_take_units_as_the_analysis_found_them(drive):
     nan = np.nan
     columns = {"threshold": [4e-5, nan], "slope": [2e5, nan], "latency": [0.012, nan], "baseline": [5.0, nan]}
     table = dataset(**{name: np.array(one) for name, one in columns.items()}, fano_factor=np.array([1.4, nan]),
-                    trial_gain_sd=np.array([0.2, nan]))  # fmt: skip
-    units, gain, fano = expected_of(table)
+                    trial_gain_sd=np.array([0.2, nan]), unit_name=np.array(["MU1", "MU2"]))  # fmt: skip
+    units, gain, fano, names = expected_of(table)
+    assert names == ["MU1"]
     assert [unit.threshold for unit in units] == [4e-5]
     assert (gain.tolist(), fano.tolist()) == ([0.2], [1.4])
     with refusal("missing", "table of units"):

@@ -9,6 +9,7 @@ import pytest
 from cyclopts import App
 from populations import ringing
 from refusals import refusal
+from scipy.ndimage import gaussian_filter1d
 from scipy.stats import false_discovery_control
 
 from vibrissa.cli.spikes.neural import neural
@@ -454,3 +455,41 @@ def test_explained_variance_stands_beside_its_ceiling(units):
         assert float(one.fano_factor) == pytest.approx(1, abs=0.03)
         assert str(one.response_model.values) == "threshold-linear"
         assert str(one.envelope_verdict.values) == "envelope"
+
+
+def test_a_word_for_null_or_fit_that_is_none_is_refused():
+    for word in ("null", "fit"):
+        with refusal("unknown", word):
+            EnvelopeAnalysis(**{word: "paper"})
+
+
+def played(latency, wave, seed=0):
+    """Spikes in 20 trials of 6 s of a unit that follows the envelope, later by a latency [s], and the stimulus."""
+    rng, step = np.random.default_rng(seed), 1 / 4000
+    time = np.arange(24000) * step
+    envelope = 50e-6 + 30e-6 * wave(time, rng)
+    driving = np.interp(time - latency, time, envelope)
+    fired = rng.random((20, time.size)) < step * (4 + 6e5 * np.maximum(driving - 45e-6, 0))
+    trial, sample = np.nonzero(fired)
+    table = spike_table(time[sample], np.zeros(sample.size, int), ["A"], trial=trial)
+    return table, dataset(time=time, point_displacement=envelope * np.cos(2 * np.pi * 120 * time))
+
+
+def noisy(time, rng):
+    slow = gaussian_filter1d(rng.standard_normal(time.size), 120)
+    return np.clip(slow / slow.std() / 1.5, -1.5, None)
+
+
+@pytest.mark.parametrize(("latency", "identified"), [(-0.015, False), (-0.005, False), (0.0, True), (0.012, True)])
+def test_a_rate_that_leads_the_envelope_is_not_identified(latency, identified):
+    found = analyse_units(*played(latency, noisy), 20)
+    assert found.significant.item()
+    assert found.identified.item() == identified
+    assert ("the rate may lead" in found.reason.item()) != identified
+
+
+def test_of_an_envelope_that_repeats_it_says_that_shifts_are_no_chance():
+    found = analyse_units(*played(0.012, lambda time, rng: np.sin(2 * np.pi * 4 * time)), 20)
+    assert not found.significant.item()
+    assert "the envelope repeats after 0.25 s" in found.reason.item()
+    assert "repeats" not in analyse_units(*played(0.012, noisy), 20).reason.item()

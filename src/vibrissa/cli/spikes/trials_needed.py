@@ -90,8 +90,9 @@ def trials_needed(
     within = None if threshold_within is None else threshold_within.of(unit, "--threshold-within")
     wanted = Wanted(threshold=within, slope=slope_within, latency=latency_within)
     if fitted_units is not None:
-        expected, gains, fanos = expected_of(_in_unit(load(fitted_units), unit))
+        expected, gains, fanos, names = expected_of(_in_unit(load(fitted_units), unit))
     else:
+        names = []
         thresholds = [one.of(unit, "--threshold") for one in threshold or ()]
         slopes = [one.of(unit, "--slope") for one in slope or ()]
         expected = [
@@ -106,7 +107,9 @@ def trials_needed(
         data = plan_trials(drive, expected, wanted, gain_sd=gains, fano_factor=fanos, unit=unit)
     own = {"gain_sd": float(data.trial_gain_sd[0]), "fano_factor": float(data.fano_factor[0])}
     drawing.draw("spikes.planner", drive, expected[0], wanted, **own)
-    output.show(in_unit_of(data, stimulus), columns=TABLE)
+    if names:
+        data = data.assign(unit_name=("unit", names))
+    output.show(in_unit_of(data, stimulus), columns=(*(["unit_name"] if names else []), *TABLE))
 
 
 def _in_unit(units: xr.Dataset, unit: str) -> xr.Dataset:

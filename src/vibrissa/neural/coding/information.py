@@ -21,6 +21,7 @@ Estimator = Callable[[Integers, int], float]  # of cases added over trials, and 
 ENDS = ("_plain", "", "_extrapolated", "_low", "_high")  # in the order of Information
 MEASURES = ("spike_information", "information_rate", "count_information")
 FEWEST_TRIALS = 32  # below them both corrections of the count's information are too high, by a fifth at 16 trials
+SHUFFLES = 4  # of the bins of every trial, whose information is that of none
 FEWEST_SPIKES = 1.0  # for each bin, summed over trials: below, bits for each spike are a fifth too high
 
 
@@ -37,7 +38,8 @@ class Information(NamedTuple):
         By a parabola in 1/trials through all trials, halves and quarters [bit]; NaN below 8 trials.
     low, high : float
         95 % interval [bit]: half its width is from leaving out one trial at a time, and it reaches that far beyond both
-        of the corrected values, which differ where trials are too few for either; NaN for one trial.
+        of the corrected values, which differ where trials are too few for either, and beyond a third one of the count,
+        of which the information of shuffled bins is taken off; NaN for one trial.
     """
 
     plain: float
@@ -131,11 +133,17 @@ def count_information(counts: Integers, classes: Integers | None = None) -> Info
     of = np.arange(counts.shape[1]) if classes is None else np.asarray(classes)
     if of.shape != counts.shape[1:] or not np.issubdtype(of.dtype, np.integer) or of.min() < 0:
         raise ShapeError("classes", f"must be whole numbers from 0, one for each of the {counts.shape[1]} bins", of)
-    top = int(counts.max()) + 1
-    tables = np.zeros((len(counts), (int(of.max()) + 1), top), int)
+    tables, rng = _tables(counts, of), np.random.default_rng(0)
+    none = [_plain_count(_tables(rng.permuted(counts, axis=1), of).sum(0)) for _ in range(SHUFFLES)]
+    third = _plain_count(tables.sum(0)) - float(np.mean(none))
+    return _estimated(tables, lambda cases, n: _plain_count(cases), lambda cases, n: _corrected_count(cases), third)
+
+
+def _tables(counts: Integers, of: Integers) -> Integers:
+    """How often each count occurs in each class, of every trial (N, classes, counts)."""
+    tables = np.zeros((len(counts), (int(of.max()) + 1), int(counts.max()) + 1), int)
     np.add.at(tables, (np.arange(len(counts))[:, None], of, counts), 1)
-    tables = tables[:, tables.any((0, 2))]
-    return _estimated(tables, lambda cases, n: _plain_count(cases), lambda cases, n: _corrected_count(cases))
+    return tables[:, tables.any((0, 2))]
 
 
 def unit_information(
@@ -171,6 +179,11 @@ def unit_information(
         remedy = "repeats are needed; of one presentation `glm`, and of a motion `drives`, give bits per spike"
         raise RangeError("number of trials", "must be at least 2", n_trials, remedy)
     counts = psth(spikes, bin_edges(*window, bin_width), n_trials=n_trials).spike_count.values
+    if not counts.any():
+        time = spikes.spike_time.values
+        found = f"{time.size} from {time.min():g} to {time.max():g} s" if time.size else "none"
+        rule = f"must have one in the window at least, {window[0]:g} to {window[1]:g} s"
+        raise RangeError("spikes", rule, found, "times are in seconds from the onset of each trial")
     rows = [_unit_row(own, bin_width) for own in counts]
     return dataset(
         {"n_trials": n_trials, "bin_width": bin_width, "window": np.array(window, float)},
@@ -214,12 +227,12 @@ def _refuse(counts: Integers) -> None:
         raise TooFewError("counts", "must hold a spike", 0)
 
 
-def _estimated(cases: Integers, plain: Estimator, corrected: Estimator) -> Information:
+def _estimated(cases: Integers, plain: Estimator, corrected: Estimator, third: float = np.nan) -> Information:
     """From the cases of each trial (N, ...)."""
     n, total = len(cases), cases.sum(0)
     found, further = corrected(total, n), _extrapolated(cases, plain)
-    half, both = _half_width(cases, corrected), [found] if np.isnan(further) else [found, further]
-    return Information(plain(total, n), found, further, min(both) - half, max(both) + half)
+    half, every = _half_width(cases, corrected), [found, further, third]
+    return Information(plain(total, n), found, further, np.nanmin(every) - half, np.nanmax(every) + half)
 
 
 def _half_width(cases: Integers, statistic: Estimator) -> float:

@@ -103,7 +103,7 @@ def covariance(
     return fano_factor * np.linalg.inv(found) * np.outer(scale, scale) + np.outer(shared, shared)
 
 
-def expected_of(units: xr.Dataset) -> tuple[list[ThresholdLinearUnit], Array, Array]:
+def expected_of(units: xr.Dataset) -> tuple[list[ThresholdLinearUnit], Array, Array, list[str]]:
     """Units as an analysis found them, with their own variability from trial to trial.
 
     Parameters
@@ -116,20 +116,22 @@ def expected_of(units: xr.Dataset) -> tuple[list[ThresholdLinearUnit], Array, Ar
     units : list of ThresholdLinearUnit
     gain_sd, fano_factor : (U,) arrays
         As :func:`plan_trials` takes them.
+    names : list of str
+        Of the units.
 
     Raises
     ------
     InputError
         If no unit was fitted.
     """
-    require(units, *Hinge._fields, "fano_factor", "trial_gain_sd")
+    require(units, *Hinge._fields, "fano_factor", "trial_gain_sd", "unit_name")
     fitted = (units.slope.values > 0) & np.isfinite(units.fano_factor.values)
     if not fitted.any():
         raise MissingError("table of units", "must have a unit that was fitted over trials")
     some = units.isel(unit=np.flatnonzero(fitted))
     columns = zip(*(some[name].values.tolist() for name in Hinge._fields), strict=True)
     found = [ThresholdLinearUnit(**dict(zip(Hinge._fields, one, strict=True))) for one in columns]
-    return found, some.trial_gain_sd.values, some.fano_factor.values
+    return found, some.trial_gain_sd.values, some.fano_factor.values, some.unit_name.values.tolist()
 
 
 def no_answer(drive: BinnedDrive, unit: ThresholdLinearUnit, found: Array | None = None, scale: str = "m") -> str:

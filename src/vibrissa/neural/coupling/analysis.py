@@ -9,12 +9,13 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.arrays import Array, Mask, Window
-from vibrissa.errors import RangeError, require_fraction
-from vibrissa.neural.coupling.carrier import ALIKE, ELSEWHERE, REASONS, CarrierVerdict, PhaseTest, phase_in_envelope
+from vibrissa.errors import RangeError, UnknownError, require_fraction
+from vibrissa.neural.coupling.carrier import ALIKE, REASONS, CarrierVerdict, PhaseTest, phase_in_envelope
 from vibrissa.neural.coupling.envelope_coupling import Coupling, Null, envelope_coupling
 from vibrissa.neural.coupling.lack_of_fit import CLASSES, describe, response_curve
 from vibrissa.neural.coupling.nulls import Circular, Paper2014, Record
 from vibrissa.neural.coupling.presentation import BinnedAnalysis, Presentation
+from vibrissa.neural.coupling.reasons import elsewhere, repeats
 from vibrissa.neural.coupling.repeatability import r_squared_ceiling, variability
 from vibrissa.neural.coupling.response import UnitCounts
 from vibrissa.neural.coupling.segments import First, two_segments
@@ -82,6 +83,9 @@ class EnvelopeAnalysis(BinnedAnalysis):
     def __post_init__(self) -> None:
         super().__post_init__()
         require_fraction("level", self.level)
+        for name, known in (("null", ("circular", "paper2014")), ("fit", ("forward", "paper2014"))):
+            if getattr(self, name) not in known:
+                raise UnknownError(name, f"must be {' or '.join(known)}", repr(getattr(self, name)))
         for name in ("window", "band", "spontaneous"):
             ends = getattr(self, name)
             if ends is not None and not -np.inf < ends[0] < ends[1] < np.inf:
@@ -251,6 +255,7 @@ def _fits(
     """Fit each unit that is driven by the envelope; say of the others why not."""
     drive = shown.drive()
     grid = HingeGrid.of(drive) if how.fit == "forward" and significant.any() else None
+    uncoupled = repeats(record, how.chance(), how.lags, how.bin_width) or "no significant coupling to the envelope"
     rows = []
     for unit, total in enumerate(counts.totals):
         n_spikes = int(total[drive.valid].sum())
@@ -258,29 +263,20 @@ def _fits(
             why = f"too few spikes: {n_spikes} in the bins that count, fewer than {FEWEST_SPIKES}"
             rows.append({**NOT_MEASURED, "reason": why})
         elif not significant[unit]:
-            rows.append({**NOT_MEASURED, "reason": "no significant coupling to the envelope"})
+            rows.append({**NOT_MEASURED, "reason": uncoupled})
         elif grid is not None:
             rng = np.random.default_rng([how.seed, unit])
             own = counts.of_unit(unit)[:, drive.valid].astype(float)
             rows.append({**NOT_MEASURED, **_forward(grid, own, how, rng)})
         else:
             rows.append({**NOT_MEASURED, **_paper(record, unit, int(coupling.lag[unit]), how)})
-        remarks = [rows[-1]["reason"], _elsewhere(coupling, unit, significant[unit], how)]
+        beyond = how.null == "circular" and (significant[unit] or coupling.peak_p_value[unit] <= how.level)
+        remarks = [rows[-1]["reason"], elsewhere(coupling, unit, how.lags, how.bin_width, beyond=bool(beyond))]
         if significant[unit] and coupling.lag[unit] < 0:
             lead = f"the rate leads the envelope by {-1e3 * coupling.lag[unit] * how.bin_width:g} ms"
             remarks.insert(0, f"{lead}, and no response comes before its stimulus")
         rows[-1]["reason"] = "; ".join(filter(None, remarks))
     return rows
-
-
-def _elsewhere(coupling: Coupling, unit: int, significant: bool, how: EnvelopeAnalysis) -> str:
-    """Say that the correlation peaks within ±50 ms, but at none of the lags that were tested."""
-    peak, (first, last) = int(coupling.peak_lag[unit]), how.lags
-    beyond = significant or coupling.peak_p_value[unit] <= how.level
-    if first <= peak <= last or not beyond or how.null != "circular":
-        return ""
-    at, tested = 1e3 * peak * how.bin_width, f"{1e3 * first * how.bin_width:g} to {1e3 * last * how.bin_width:g} ms"
-    return f"{ELSEWHERE} {at:g} ms, outside the lags tested ({tested})"
 
 
 def _forward(grid: HingeGrid, trial_counts: Array, how: EnvelopeAnalysis, rng: np.random.Generator) -> Row:

@@ -260,4 +260,6 @@ def weakness(grid: HingeGrid, samples: Array) -> str:
         return "interval of the threshold wider than the envelope's standard deviation"
     if high[2] >= grid.latencies[-1]:
         return f"latency may be longer than the {grid.latencies[-1]:g} s searched"
+    if high[2] <= grid.latencies[0]:
+        return f"latency may be below the {grid.latencies[0]:g} s from which on it is searched: the rate may lead"
     return ""

@@ -380,3 +380,12 @@ def test_faulty_trials_are_refused(file, text, only, message):
 def test_impossible_cuts_are_refused(call, message):
     with refusal(*message):
         call()
+
+
+def test_a_line_without_a_time_below_spikes_of_its_unit_and_trial_is_refused(tmp_path):
+    path = tmp_path / "s.csv"
+    path.write_text("unit,trial,spike_time\nA,0,\nA,0,0.1\nA,1,\nB,0,\nB,1,0.2\n")
+    assert read_spikes(path).attrs["n_trials"] == 2
+    path.write_text("unit,trial,spike_time\nA,0,0.1\nA,0,\nA,1,0.3\n")
+    with pytest.raises(InputError, match="line 3, spike_time must be given"):
+        read_spikes(path)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibrissa.arrays import Integers
+from vibrissa.arrays import Integers, Mask
 from vibrissa.errors import FormatError, TooFewError
 from vibrissa.neural.io.tables.spikes import spike_table
 from vibrissa.quantities import require
@@ -35,7 +35,8 @@ def read_spikes(path: str | Path, *, all_trials: bool = False) -> xr.Dataset:
         if times count from the onset of a trial, ``trial`` (its number). ``whisker`` (the principal one),
         ``quality`` (SU, MU) and ``snr`` (signal to noise) may be there, with one value for each unit. A line without a
         time says that its unit was recorded, and its trial presented, without a spike; a file with such lines lists all
-        of its trials. Other columns are left alone and named in ``columns_left_alone``.
+        of its trials. Below spikes of the unit in that trial it is refused: a time is missing. Other columns are
+        left alone and named in ``columns_left_alone``.
     all_trials : bool
         Whether the largest trial is the last one in a file without such lines too.
 
@@ -86,6 +87,7 @@ def spikes_of_table(table: Table, source: str, *, all_trials: bool = False) -> x
     trial = _trials(table, listed) if "trial" in table else None
     if trial is not None and listed:
         attrs["n_trials"] = int(trial.max()) + 1
+    _refuse_missing(table, fired, unit if trial is None else unit + trial * len(names))
     trial = None if trial is None else trial[fired]
     return spike_table(time[fired], unit[fired], names, trial=trial, attrs=attrs, **_about_units(table, unit))
 
@@ -119,6 +121,16 @@ def units_by_name(cells: list[str]) -> tuple[list[str], Integers]:
     names = sorted(set(cells), key=key)
     index = {name: k for k, name in enumerate(names)}
     return names, np.fromiter((index[cell] for cell in cells), int, len(cells))
+
+
+def _refuse_missing(table: Table, fired: Mask, place: Integers) -> None:
+    """Refuse a line without a time below one with a time of the same unit and trial: a time is missing there."""
+    places, of = np.unique(place, return_inverse=True)
+    first = np.full(places.size, place.size)
+    np.minimum.at(first, of[fired], np.flatnonzero(fired))
+    rule = "must be given on a line below other spikes of the unit in that trial"
+    missing = ~fired & (first[of] < np.arange(place.size))
+    table.refuse_first(missing, "spike_time", rule, "leave the line out if there was none")
 
 
 def _trials(table: Table, listed: bool) -> Integers:

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.arrays import Array
-from vibrissa.errors import ConflictError, MissingError, ShapeError
+from vibrissa.errors import ConflictError, MissingError, RangeError, ShapeError
 from vibrissa.quantities import QUANTITIES, dataset, require
 from vibrissa.signals.envelope import analytic_envelope
 
@@ -69,7 +69,16 @@ def labelled_stimulus(
     -------
     Dataset
         ``point_displacement`` [m], ``stimulus_motion`` (any other motion) or ``stimulus_envelope``, by ``time``.
+
+    Raises
+    ------
+    InputError
+        If an envelope, of a unit other than dB, is below 0 by more than a hundredth of its largest value.
     """
+    low, high = np.nanmin(values, initial=0.0), np.nanmax(values, initial=0.0)
+    if envelope and unit != "dB" and low < -0.01 * high:
+        rule = "must not be negative where it is an envelope"
+        raise RangeError("stimulus", rule, f"down to {low:g} {unit}", "leave `envelope` out if it is a motion")
     name = "stimulus_envelope" if envelope else "point_displacement" if unit == "m" else "stimulus_motion"
     lead = lead or {}
     named = {dim: np.array(cells, str) for dim, cells in lead.items() if cells is not None}
