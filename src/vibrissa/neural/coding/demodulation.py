@@ -157,8 +157,9 @@ def _p_values(unshifted: Explained, rate: Array, guard: int, width: float) -> di
 
 def _verdict(found: dict[str, Estimate], p_values: dict[str, float]) -> tuple[str, str]:
     parts = ("envelope", "phase")
-    follows = [p_values[f"{name}_p_value"] <= LEVEL and found[f"{name}_modulation"].low > 0 for name in parts]
-    seen = [name for name in parts if found[f"{name}_modulation"].low > 0]
+    modulation = {name: found[f"{name}_modulation"] for name in parts}
+    follows = [p_values[f"{name}_p_value"] <= LEVEL and one.low > 0 for name, one in modulation.items()]
+    seen = [name for name, one in modulation.items() if one.low > one.value / 2 > 0]  # plainly
     if not any(follows) and seen:
         shifts = "shifts of the stimulus explain as much: a steady carrier, or an envelope that repeats, is like itself"
         return "cannot tell", f"its rate goes with the {' and the '.join(seen)} in all trials, but {shifts}"
