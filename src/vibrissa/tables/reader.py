@@ -112,7 +112,7 @@ def _refuse_separators(here: str, header: Sequence[str]) -> None:
 def _refuse_unknown(here: str, name: str, known: Mapping[str, str]) -> NoReturn:
     part_of = [kind for kind in known if name.lower() in kind.split("_")]
     stem = name.rpartition("_")[0].lower()
-    if stem in known:
+    if stem in known and name.lower() not in spellings(known.items()):
         remedy = f"{stem} may be {', '.join(spellings([(stem, known[stem])]))}"
         raise UnknownError(here, "has an unknown column", short(name), remedy)
     near = part_of or nearest(name.lower(), spellings(known.items()), cutoff=0.75)
