@@ -176,7 +176,7 @@ def fingerprint(requirements):
 def test(words):
     """Run every check, the fast ones first, and stop at the first that fails."""
     fast = "--fast" in words
-    install(DEV, compiled=not fast)  # the fast tests need a third of the loops, and compile these
+    install(DEV, compiled=not fast)  # the fast tests compile those loops that they need
     os.chdir(ROOT)
     for command in CHECKS:
         say(" ".join(command))

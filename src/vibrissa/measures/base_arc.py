@@ -64,8 +64,8 @@ def fit_base_arc(arc: Array, x: Array, y: Array, x_sd: Array | None, y_sd: Array
     if rows.size:
         sds = [None if sd is None else sd[rows] for sd in (x_sd, y_sd)]
         found = _fitted(arc, x[rows], y[rows], seen[rows], *sds)
-        told = any(np.isfinite(sd).any() for sd in sds if sd is not None)
-        known = found.direction_sd <= LARGEST_SD if told else np.ones(rows.size, bool)
+        measured = any(np.isfinite(sd).any() for sd in sds if sd is not None)
+        known = found.direction_sd <= LARGEST_SD if measured else np.ones(rows.size, bool)
         for whole, part in zip(result, found, strict=True):
             whole[rows[known]] = part[known]
     return BaseArc(*result)

@@ -160,11 +160,10 @@ def _verdict(found: dict[str, Estimate], p_values: dict[str, float]) -> tuple[st
     modulation = {name: found[f"{name}_modulation"] for name in parts}
     follows = [p_values[f"{name}_p_value"] <= LEVEL and one.low > 0 for name, one in modulation.items()]
     seen = [name for name, one in modulation.items() if one.low > one.value / 2 > 0]  # plainly
-    if not any(follows) and seen:
-        shifts = "shifts of the stimulus explain as much: a steady carrier, or an envelope that repeats, is like itself"
-        return "cannot tell", f"its rate goes with the {' and the '.join(seen)} in all trials, but {shifts}"
     if not any(follows):
-        return "cannot tell", "neither envelope nor phase modulates it beyond chance"
+        shifts = "shifts of the stimulus explain as much: a steady carrier, or an envelope that repeats, is like itself"
+        alike = f"its rate goes with the {' and the '.join(seen)} in all trials, but {shifts}"
+        return "cannot tell", alike if seen else "neither envelope nor phase modulates it beyond chance"
     if found["demodulation_index"].high - found["demodulation_index"].low > 1:
         return "cannot tell", "interval of the index wider than 1: more trials"
     return {(True, False): "envelope", (False, True): "phase", (True, True): "both"}[follows[0], follows[1]], ""

@@ -242,10 +242,9 @@ def _head(movie: MovieFile, source: Path | Frames) -> HeadPose | None:
     """The head in the frames that are tracked, from a file or found."""
     if movie.head is None:
         return None
-    part = slice(movie.start, movie.stop)
     if movie.head != "find":
         head = read_head(movie.head, sum(map(len, _blocks_of(source, movie, 0, None))), movie.head_points)
-        return HeadPose(*(one[part] for one in head))
+        return HeadPose(*(one[movie.start : movie.stop] for one in head))
     blocks = _blocks_of(source, movie, movie.start, movie.stop)
     return bridged(find_head(blocks, 1.0 if movie.polarity == "dark" else -1.0), BRIDGED)
 

@@ -91,11 +91,7 @@ def profile_from_linking(
     place[kept] = np.arange(len(kept))
     pieces, groups = linking.placed, _by_frame(linking, whisker, use)
     traces = [_trace(linking, pieces, group, int(place[whisker[group[0]]])) for group in groups]
-    noted = {
-        "identity_from": "link",
-        "identities": json.dumps(kept),
-        "least_probability": least_probability,
-    }
+    noted = {"identity_from": "link", "identities": json.dumps(kept), "least_probability": least_probability}
     if remarks := [*_unsure(whisker, sure, kept, least_probability), *_of_the_head(head)]:
         noted["remarks"] = json.dumps(remarks)
     losses = _losses(_reasons(identity, least_probability)[kept], head)
