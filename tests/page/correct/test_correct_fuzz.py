@@ -47,7 +47,7 @@ def test_any_request_gets_an_answer_of_the_page_to_correct(page, capfd, request)
 
 
 @FEW
-@given(place=st.sampled_from(["edit", "edit", "edit", "settle", "undo", "redo", "fly"]), values=EDITS | JSON)
+@given(place=st.sampled_from(["edit", "edit", "edit", "undo", "redo", "fly"]), values=EDITS | JSON)
 def test_any_edit_is_done_or_refused_in_one_line(page, capfd, place, values):
     origin = {"Origin": f"http://{page.host}"}
     said = httpx.post(page.root + place, content=json.dumps(values).encode(), headers=origin, timeout=WAIT)

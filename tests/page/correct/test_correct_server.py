@@ -81,23 +81,21 @@ def test_lines_frames_and_files_are_given(page, pad):
         assert get(page, name)
 
 
-def test_an_edit_holds_at_once_then_the_rest_is_linked_again_and_the_file_has_it(page):
+def test_an_edit_holds_at_once_and_the_file_has_it(page):
     _, arrays = unpacked(get(page, "lines"))
     line = line_of(arrays, 2, 60)
     code, content = post(page, "edit", {"do": "name", "at": line, "whisker": 4})
-    facts, quick = unpacked(content)
+    facts, edited = unpacked(content)
     assert (code, facts["edits"]) == (200, 1)
     assert facts["said"].startswith("The piece of whisker 2")
-    assert quick["whisker"][line] == 4
+    assert edited["whisker"][line] == 4
     assert [one.do for one in read_edits(page.edits, page.opened.movie)] == ["name"]
-    _, linked = unpacked(post(page, "settle", {})[1])
-    assert linked["whisker"][line] == 4
     facts, undone = unpacked(post(page, "undo", {})[1])
     assert (facts["edits"], facts["undone"]) == (0, 1)
     np.testing.assert_array_equal(undone["whisker"], arrays["whisker"])
     assert read_edits(page.edits, page.opened.movie) == []
     _, again = unpacked(post(page, "redo", {})[1])
-    np.testing.assert_array_equal(again["whisker"], linked["whisker"])
+    np.testing.assert_array_equal(again["whisker"], edited["whisker"])
 
 
 BAD = [
@@ -172,14 +170,13 @@ def test_the_profile_that_is_saved_has_the_names_by_hand(page, pad):
 def test_correcting_again_starts_from_the_edits(page, pad, tmp_path):
     _, arrays = unpacked(get(page, "lines"))
     post(page, "edit", {"do": "name", "at": line_of(arrays, 2, 60), "whisker": 4})
-    post(page, "edit", {"do": "split", "at": line_of(arrays, 1, 50)})
-    _, linked = unpacked(post(page, "settle", {})[1])
+    _, edited = unpacked(post(page, "edit", {"do": "split", "at": line_of(arrays, 1, 50)})[1])
     with served_pad(pad, tmp_path / "again.nc") as again:
         facts, arrays = unpacked(get(again, "lines"))
         assert facts["edits"] == 2
         assert any("2 edits" in line for line in again.said)
-        np.testing.assert_array_equal(arrays["whisker"], linked["whisker"])
-        np.testing.assert_array_equal(arrays["piece"], linked["piece"])
+        np.testing.assert_array_equal(arrays["whisker"], edited["whisker"])
+        np.testing.assert_array_equal(arrays["piece"], edited["piece"])
 
 
 def test_the_verb_makes_edits_again_without_a_page(page, pad, tmp_path, vibrissa):

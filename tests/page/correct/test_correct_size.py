@@ -1,4 +1,4 @@
-"""Twelve whiskers in a thousand frames: every move by keyboard, the lines about it linked again, without waiting."""
+"""Twelve whiskers in a thousand frames: every move by keyboard without waiting."""
 
 import time
 
@@ -115,10 +115,9 @@ def test_every_move_holds_within_150_ms_and_is_undone(page, move):
     for k in range(TRIES):
         frame = there(page, range(2, 11), range(100 + 100 * k, 190 + 100 * k))
         edits = page.evaluate("correct.tracks.edits")
-        page.evaluate("correct.times.move.length = correct.times.linked.length = 0")
+        page.evaluate("correct.times.move.length = 0")
         move(page, frame)
         quickest["move"] += page.evaluate("correct.times.move")
-        assert page.evaluate("correct.times.linked.length") > 0  # and the lines about it are linked again at once
         page.evaluate("correct.times.move.length = 0")
         while page.evaluate("correct.tracks.edits") > edits:
             press(page, "u")

@@ -8,7 +8,6 @@ from real_data import real
 from refusals import refusal
 from simulated_segments import Pad, simulate
 
-from vibrissa.video.correct.corrected_linking import corrected_linking
 from vibrissa.video.correct.correction import Correction
 from vibrissa.video.correct.edits import Edit
 from vibrissa.video.foreign.segment_tables import read_segments, segments_of
@@ -96,7 +95,7 @@ def test_a_file_of_whisk_without_identity_is_linked_and_corrected():
     assert seen[other] > 190
     correction = Correction(linking)
     correction.apply(Edit(do="swap", whiskers=(one, other), frame=100))
-    named = corrected_linking(correction).identity().segment_whisker.values
+    named = correction.renamed().identity().segment_whisker.values
     late = segments.segment_frame.values >= 100
     was = before.segment_whisker.values
     for old, new in ((one, other), (other, one)):

@@ -12,7 +12,7 @@ from vibrissa.video.link.agreed_names import Others, agreed
 from vibrissa.video.link.agreement import CutLinking, PointNames, best_and_others, renamed
 from vibrissa.video.link.certainty import agreement
 from vibrissa.video.link.identities import ABSENT, SHARED, TORN, UNSURE, Names
-from vibrissa.video.link.whisker_linking import WhiskerMark, link_segments, linkings
+from vibrissa.video.link.whisker_linking import link_segments, linkings
 
 NOBODY = 2  # of two whiskers
 
@@ -30,16 +30,16 @@ def _lines(frame, stretch=None, reach=None):
     every = np.arange(len(frame))
     reach = np.stack([every, every + 1.0], axis=1) if reach is None else np.array(reach)
     stretch = np.full(len(frame), -1) if stretch is None else np.array(stretch)
-    return SimpleNamespace(frame=np.array(frame), tracklet=stretch, lines=SimpleNamespace(reach=reach), marks={})
+    return SimpleNamespace(frame=np.array(frame), tracklet=stretch, lines=SimpleNamespace(reach=reach))
 
 
-def _agreed(names, lines, *others, votes=None, alone=None):
+def _agreed(names, lines, *others, votes=None):
     """Agreed names when others say a whisker for each line, 0.9 sure, or nobody."""
     sums = np.zeros((len(names.whisker), 3)) if votes is None else votes
     for one in others:
         sums[np.arange(len(one)), one] += 0.9
     count = len(others) if votes is None else 1
-    return agreed(names, lines, Others(sums, count, names.whisker if alone is None else np.array(alone)))
+    return agreed(names, lines, Others(sums, count))
 
 
 def test_numbers_of_another_linking_are_those_with_most_points_in_common():
@@ -106,7 +106,7 @@ def test_of_two_lines_side_by_side_the_likelier_has_the_name_and_of_two_ends_bot
 
 def test_a_pad_without_whiskers_stays_so():
     none = Names(*np.full((2, 3), -1), np.zeros(3), *(np.zeros((0, 2)) for _ in range(3)), np.zeros((3, 6)))
-    assert agreed(none, _lines([0, 0, 1]), Others(np.full((3, 1), 3.0), 5, none.whisker)) is none
+    assert agreed(none, _lines([0, 0, 1]), Others(np.full((3, 1), 3.0), 5)) is none
     nobody = PointNames(np.full(3, -1), np.zeros(3))
     assert (renamed(PointNames(np.array([0, 1, -1]), np.ones(3)), nobody, 2, 0).whisker == -1).all()
     assert (renamed(nobody, PointNames(np.array([0, 1, -1]), np.ones(3)), 0, 2).whisker == -1).all()
@@ -137,40 +137,6 @@ def _before_and_after(pad, seed):
     best = best_and_others(each, segments.sizes["point"])
     two = (one.identity().segment_whisker.values for one in (alone[best], each[best].linking))
     return [(one.followed, one.wrong) for one in (score(segments, truth, names) for names in two)]
-
-
-def test_a_mark_has_the_last_word_on_what_it_changes_and_the_others_are_heard_on_the_rest():
-    """Two outvote the linking in every line; then a mark makes it change the name of the second one."""
-    names = _names([0, 1, 0], [0.9, 0.8, 0.9], [[0, *39 * [-1], 2], [-1, 1, *39 * [-1]]])
-    lines = _lines([0, 1, 40])
-    np.testing.assert_array_equal(_agreed(names, lines, [1, 0, 1], [1, 0, 1]).whisker, [1, 0, 1])
-    found = _agreed(names, lines, [1, 0, 1], [1, 0, 1], alone=[0, 0, 0])
-    np.testing.assert_array_equal(found.whisker, [1, 1, 1])
-    assert found.sure[1] == names.sure[1]
-    lines.marks = {0: 0}
-    np.testing.assert_array_equal(_agreed(names, lines, [1, 0, 1], [1, 0, 1]).whisker, [0, 0, 1])
-    lines.frame[2] = 5  # so near to the mark that the marked linking counts more
-    np.testing.assert_array_equal(_agreed(names, lines, [1, 0, 1], [1, 0, 1]).whisker, [0, 0, 0])
-    lines.frame[2] = 40
-    lines.tracklet = np.array([4, -1, 4])  # the last line goes on plainly from the marked one
-    np.testing.assert_array_equal(_agreed(names, lines, [1, 0, 1], [1, 0, 1]).whisker, [0, 0, 0])
-
-
-def test_after_a_mark_names_are_as_agreed_before():
-    """A right mark in a drifting pad, on a line whose name the linking alone had wrong."""
-    pad = Pad(whiskers=8, frames=200, spread=50.0, amplitude=20.0, missing=0.2, carried=0.4, drift=3.0, opening=0.3)
-    segments, _ = simulate([pad], 4)
-    each = [CutLinking(one, np.arange(segments.sizes["point"])) for one in linkings(segments)]
-    linking = each[best_and_others(each, segments.sizes["point"])].linking
-    before, alone = linking.identity().segment_whisker.values, linking.others.alone
-    line = int(np.flatnonzero((before >= 0) & (alone >= 0) & (before != alone))[0])
-    point, frame = linking.pieces.start[line], int(linking.pieces.frame[line])
-    mark = WhiskerMark(frame, linking.pieces.column[point], linking.pieces.row[point], int(before[line]))
-    linking.mark(mark)
-    after = linking.identity()
-    assert after.segment_whisker.values[line] == before[line]
-    assert after.segment_probability.values[line] > 0.99
-    assert (after.segment_whisker.values == before).mean() > (alone == before).mean()
 
 
 def test_one_linking_alone_says_what_it_said():

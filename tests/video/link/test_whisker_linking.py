@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
-from refusals import refusal
 from simulated_segments import Pad, main_segment, nearest_angle, score, simulate
 
 from vibrissa.video.link.identities import REASONS
-from vibrissa.video.link.whisker_linking import WhiskerMark, link_segments, linkings
+from vibrissa.video.link.whisker_linking import link_segments, linkings
 
 PADS = {
     "four": [Pad(whiskers=4, frames=250)],
@@ -83,37 +82,6 @@ def test_a_frame_without_a_line_is_lost_and_says_why(linked):
     assert np.isnan(identity.whisker_probability.values[identity.whisker_segment.values < 0]).all()
     # one in ten is missing by chance
     assert 0.05 < (lost == 1).mean() < 0.2
-
-
-def test_a_mark_is_kept_when_lines_are_linked_again(pads):
-    linking = link_segments(pads["twelve"][0])
-    identity = linking.identity()
-    segment = int(identity.whisker_segment.values[3][identity.whisker_segment.values[3] >= 0][100])
-    at = int(linking.pieces.start[segment]) + 10
-    mark = WhiskerMark(
-        int(linking.pieces.frame[segment]), float(linking.pieces.column[at]), float(linking.pieces.row[at]) + 1, 5
-    )
-    linking.mark(mark)
-    linking.identity()
-    assert linking.mark(mark) == segment
-    after = linking.identity()
-    assert after.segment_whisker.values[segment] == 5
-    assert after.segment_probability.values[segment] > 0.999
-
-
-def test_a_mark_beside_all_lines_names_the_nearest_one(linked):
-    pieces = linked["four"].pieces
-    here = pieces.frame[pieces.owner] == 10
-    nearest = np.hypot(pieces.column[here] - 5, pieces.row[here] - 5).argmin()
-    with refusal("range", "mark") as caught:
-        linked["four"].mark(WhiskerMark(10, 5.0, 5.0, 0))
-    assert f"({pieces.column[here][nearest]:.1f}, {pieces.row[here][nearest]:.1f})" in caught.value.remedy
-
-
-def test_a_mark_of_a_whisker_that_was_not_found_is_refused(linked):
-    pieces = linked["four"].pieces
-    with refusal("range", "mark", "9"):
-        linked["four"].mark(WhiskerMark(int(pieces.frame[0]), float(pieces.column[5]), float(pieces.row[5]), 9))
 
 
 def test_of_three_linkings_that_is_kept_in_which_most_points_probably_have_the_right_name():

@@ -49,7 +49,6 @@ class CorrectionSession:
         self._save, self._lock = save, threading.Lock()
         self._does: dict[str, Callable[[Mapping[str, Any]], str]] = {
             "edit": self._edit,
-            "settle": self._settle,
             "undo": lambda _: "Undone: " + self._step(self.correction.undo),
             "redo": lambda _: "Redone: " + self._step(self.correction.redo),
         }
@@ -57,7 +56,6 @@ class CorrectionSession:
     def start(self) -> bytes:
         """All lines and their names, with what the page must know of the movie."""
         with self._lock:
-            self.correction.settle()
             named = self.correction.named
             arrays = drawn_lines(self.correction.linking) | drawn_names(named)
             facts = {**self.movie._asdict(), **self.tracked, **self._facts(""), "edits_file": self.edits.name}
@@ -68,7 +66,7 @@ class CorrectionSession:
 
         Parameters
         ----------
-        place : {"edit", "settle", "undo", "redo"}
+        place : {"edit", "undo", "redo"}
             What.
         values : mapping
             An edit; points are numbers of segments, of which the edit's own points are made.
@@ -103,10 +101,6 @@ class CorrectionSession:
         said = self.correction.apply(self._with_points(values))
         self._write()
         return said
-
-    def _settle(self, _: Mapping[str, Any]) -> str:
-        changed = self.correction.settle()
-        return f"linked again: {changed} lines have another name" if changed else ""
 
     def _step(self, step: Callable[[], Edit]) -> str:
         edit = step()

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.quantities.identity import SURE
-from vibrissa.video.correct.corrected_linking import corrected_linking
 from vibrissa.video.correct.opening import OpenedTracks, calibration_of, kept_whiskers, marked_names
 from vibrissa.video.linked.linked_profile import profile_from_linking
 
 if TYPE_CHECKING:
     import xarray as xr
 
-KEPT = "segments", "background", "polarity", "region", "drop_frames", "marks"  # attributes of the profile before
+# attributes of the profile before
+KEPT = "tracking", "segments", "background", "polarity", "region", "drop_frames", "marks"
 
 
 def corrected_profile(opened: OpenedTracks) -> xr.Dataset:
@@ -40,7 +40,7 @@ def corrected_profile(opened: OpenedTracks) -> xr.Dataset:
     spacing = np.diff(before.arc_length.values, axis=-1)
     kept: dict[str, Any] = {name: before.attrs[name] for name in KEPT if name in before.attrs}
     profile = profile_from_linking(
-        corrected_linking(correction),
+        correction.renamed(),
         calibration_of(before, "profile"),
         source=opened.movie.name,
         node_spacing=float(np.nanmedian(spacing)) if np.isfinite(spacing).any() else None,

@@ -11,8 +11,9 @@ from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.errors import InputError, MissingError
 from vibrissa.video.correct.decisions import (
     GONE,
+    NOBODY,
+    OPEN,
     Decisions,
-    Linked,
     Lying,
     overlaid,
     pieces_of_names,
@@ -21,17 +22,12 @@ from vibrissa.video.correct.decisions import (
 from vibrissa.video.correct.edits import Edit, LinePoint
 from vibrissa.video.correct.line_tracklets import line_tracklets
 from vibrissa.video.correct.moves import Board, moved
-from vibrissa.video.correct.relinking import (
-    Chains,
-    chains_of,
-    linked_names,
-    relinked,
-    sampled,
-    settled_again,
-    still_said,
-)
-from vibrissa.video.link.identities import Names, names_of
-from vibrissa.video.link.whisker_linking import Linking, WhiskerMark
+from vibrissa.video.link.known.known_lines import LineNames
+from vibrissa.video.link.known.known_names import Chains, chains_of, names_with
+from vibrissa.video.link.known.renamed_linking import RenamedLinking, line_names, with_names
+from vibrissa.video.link.whisker_linking import Linking
+
+SPREADS = "name", "mark", "join"  # edits of which the names about them hear
 
 
 class Named(NamedTuple):
@@ -60,37 +56,35 @@ class Named(NamedTuple):
 
 
 class _Moment(NamedTuple):
-    """Chains and names of the linker after a number of edits, decisions, and those not yet given to the linker."""
+    """Whiskers, their names but for decisions, decisions, and the names after a number of edits."""
 
     chains: Chains
-    linked: Linked
+    linked: LineNames
     decisions: Decisions
     named: Named
-    due: dict[int, int]
 
 
 class Correction:
     """Edits of a linked movie.
 
-    An edit holds at once; :meth:`settle` then links the lines about it again. Decisions by hand hold over the linker's.
+    An edit also puts right the names about it. Decisions by hand hold over all others.
 
     Parameters
     ----------
     linking : Linking
         The movie's lines, linked.
-    said : Linked, optional
-        Names that the lines had before, in the numbers of the linking; they hold until an edit changes what the linking
-        says of a line.
+    said : LineNames, optional
+        Names that the lines had before, in the numbers of the linking; those of the linking if not given.
     """
 
-    def __init__(self, linking: Linking, said: Linked | None = None) -> None:
+    def __init__(self, linking: Linking, said: LineNames | None = None) -> None:
         self.linking = linking
         pieces = linking.pieces
         self.lying = Lying(pieces.frame, linking.lines.reach, line_tracklets(linking))
         chains, decisions = chains_of(linking), undecided(pieces.frame.size)
-        self._undecided = [linked_names(linking, one) for one in (chains, settled_again(chains))]
-        self._said = linked = said or self._undecided[0]
-        self._moments = [_Moment(chains, linked, decisions, self._names(chains, linked, decisions), {})]
+        linked = said or line_names(linking)
+        named = self._names(chains, linked, decisions)
+        self._moments = [_Moment(chains, linked, decisions, named)]
         self._edits: list[Edit] = []
         self._done = 0
 
@@ -127,35 +121,28 @@ class Correction:
         InputError
             If no line is at a point of the edit, or it makes no sense; nothing is changed then.
         """
-        self.settle()
         now = self._moments[self._done]
         named = now.named
         board = Board(named.whiskers, named.whisker, named.piece, now.decisions, self.lying, self.segment_at)
         decisions, said = moved(board, edit)
-        changed = np.flatnonzero(decisions.held != now.decisions.held)
-        due = sampled(self.lying.frame, decisions.held, changed)
-        names = self._names(now.chains, now.linked, decisions)
-        self._moments[self._done + 1 :] = [_Moment(now.chains, now.linked, decisions, names, due)]
+        chains, linked = now.chains, now.linked
+        changed = np.flatnonzero((decisions.held != now.decisions.held) & (decisions.held >= 0))
+        if changed.size and edit.do in SPREADS and not edit.whole:
+            chains, linked = self._heard(now, changed, int(decisions.held[changed[0]]))
+        by_hand = self._names(now.chains, now.linked, decisions)
+        moment = _Moment(chains, linked, decisions, self._names(chains, linked, decisions))
+        self._moments[self._done + 1 :] = [moment]
         self._edits[self._done :] = [edit]
         self._done += 1
+        said = "; ".join([said, *_differences(by_hand.whisker, moment.named.whisker)])
         return said[0].upper() + said[1:]
 
-    def settle(self) -> int:
-        """Link the lines about the last edit again.
-
-        Returns
-        -------
-        int
-            Number of lines whose name changed by that.
-        """
-        now = self._moments[self._done]
-        if not now.due:
-            return 0
-        chains = relinked(self.linking, now.chains, now.due)
-        linked = still_said(linked_names(self.linking, chains), self._undecided, self._said)
-        named = self._names(chains, linked, now.decisions)
-        self._moments[self._done] = _Moment(chains, linked, now.decisions, named, {})
-        return int(np.count_nonzero(named.whisker != now.named.whisker))
+    def _heard(self, now: _Moment, lines: Integers, whisker: int) -> tuple[Chains, LineNames]:
+        """Whiskers and names once the names about some lines have heard whose these are."""
+        held = np.flatnonzero(now.decisions.held != OPEN)
+        known = dict(zip(held.tolist(), np.maximum(now.decisions.held[held], NOBODY).tolist(), strict=True))
+        names = LineNames(now.named.whisker, now.named.other, now.named.sure)
+        return names_with(now.chains, names, lines, whisker, known)
 
     def undo(self) -> Edit:
         """Take the last edit back.
@@ -213,7 +200,6 @@ class Correction:
                 self.apply(edit)
             except InputError as error:
                 raise error.renamed(f"{thing}, edit {number}, {error.quantity}") from None
-        self.settle()
 
     def segment_at(self, point: LinePoint) -> int:
         """Segment that a point lies on.
@@ -233,10 +219,7 @@ class Correction:
         InputError
             If no line passes near it; the error says where the nearest one does.
         """
-        try:
-            return self.linking.nearest(WhiskerMark(*point, 0))
-        except InputError as error:
-            raise error.renamed("point") from None
+        return self.linking.nearest(*point)
 
     def point_on(self, segment: int) -> LinePoint:
         """A point by which a segment is found again: its middle one.
@@ -261,19 +244,25 @@ class Correction:
                 break
         return point
 
-    def linked(self) -> list[Names]:
-        """Names by the linker in each pad, after all edits, as its whiskers are numbered there."""
-        self.settle()
-        return [names_of(one, self.linking.lever(pad)) for pad, one in enumerate(self.chains.solutions)]
+    def renamed(self) -> RenamedLinking:
+        """The linking with the names after all edits, of which profiles are made."""
+        named = self.named
+        return with_names(self.linking, LineNames(named.whisker, named.other, named.sure), named.whiskers)
 
-    @property
-    def chains(self) -> Chains:
-        """Chains of the linker, after all edits that it has heard of."""
-        return self._moments[self._done].chains
-
-    def _names(self, chains: Chains, linked: Linked, decisions: Decisions) -> Named:
+    def _names(self, chains: Chains, linked: LineNames, decisions: Decisions) -> Named:
         """Names by the linker, with the decisions over them."""
         whisker, other, sure = overlaid(linked, decisions, self.lying)
         count = max(len(chains.roster), int(decisions.held.max(initial=-1)) + 1)
         piece = pieces_of_names(whisker, decisions, self.lying)
         return Named(count, whisker, other, sure, piece, decisions.held == GONE)
+
+
+def _differences(before: Integers, after: Integers) -> list[str]:
+    """Say how many lines each whisker has won or lost, where names have changed."""
+    other = before != after
+    said = []
+    for whisker in np.setdiff1d(np.union1d(before[other], after[other]), [NOBODY]):
+        won, lost = int((other & (after == whisker)).sum()), int((other & (before == whisker)).sum())
+        counts = [f"{way} {count}" for way, count in (("gains", won), ("loses", lost)) if count]
+        said.append(f"about it whisker {whisker} {' and '.join(counts)} line{'s' * (won + lost != 1)}")
+    return said

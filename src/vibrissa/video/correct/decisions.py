@@ -7,26 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from vibrissa.arrays import Array, Integers, Mask
+from vibrissa.video.link.known.known_lines import LineNames
 
 OPEN, GONE, NOBODY = -3, -2, -1  # not decided; no whisker; without a name
 OVERLAP = 0.25  # share of a line that may lie beside another one of the same whisker in the same frame
 BRIDGED = 3  # frames without a line that do not end a piece
-
-
-class Linked(NamedTuple):
-    """Names by the linker.
-
-    Attributes
-    ----------
-    whisker, other : (S,) arrays of int
-        Whisker of each segment, and another one that runs along the same line; −1 for none.
-    sure : (S,) array
-        Probability that the segment is that whisker's.
-    """
-
-    whisker: Integers
-    other: Integers
-    sure: Array
 
 
 class Decisions(NamedTuple):
@@ -82,14 +67,14 @@ def beside(lying: Lying, one: Integers, others: Integers) -> Mask:
     return np.asarray((high[at] > -np.inf) & (shared >= OVERLAP * (stop - start)))
 
 
-def overlaid(linked: Linked, decisions: Decisions, lying: Lying) -> Linked:
+def overlaid(linked: LineNames, decisions: Decisions, lying: Lying) -> LineNames:
     """Names by hand where there are such, else by the linker.
 
     A line that the linker gives to a whisker which has another line by hand in that frame is nobody's.
 
     Parameters
     ----------
-    linked : Linked
+    linked : LineNames
         Names by the linker.
     decisions : Decisions
         By hand.
@@ -98,7 +83,7 @@ def overlaid(linked: Linked, decisions: Decisions, lying: Lying) -> Linked:
 
     Returns
     -------
-    Linked
+    LineNames
         Lines named by hand are sure, and shared with nobody.
     """
     held = decisions.held
@@ -108,7 +93,9 @@ def overlaid(linked: Linked, decisions: Decisions, lying: Lying) -> Linked:
         rivals = np.flatnonzero(free & (whisker == k))
         whisker[rivals[beside(lying, rivals, np.flatnonzero(held == k))]] = NOBODY
     kept = free & (whisker == linked.whisker)
-    return Linked(whisker, np.where(kept, linked.other, NOBODY), np.where(kept, linked.sure, held >= 0).astype(float))
+    return LineNames(
+        whisker, np.where(kept, linked.other, NOBODY), np.where(kept, linked.sure, held >= 0).astype(float)
+    )
 
 
 def pieces_of_names(whisker: Integers, decisions: Decisions, lying: Lying) -> Integers:

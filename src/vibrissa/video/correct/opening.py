@@ -16,13 +16,13 @@ from vibrissa.netcdf import load, save
 from vibrissa.quantities import dataset, require
 from vibrissa.quantities.kinds import Progress
 from vibrissa.video.correct.correction import Correction
-from vibrissa.video.correct.decisions import Linked
 from vibrissa.video.correct.edit_file import EditedMovie, read_edits
 from vibrissa.video.find.movie_segments import LineSearch, find_segments
 from vibrissa.video.foreign.segment_tables import read_segments
 from vibrissa.video.foreign.tracks import kind_of
 from vibrissa.video.io.movie import open_movie
 from vibrissa.video.link.agreement import numbers_in_common
+from vibrissa.video.link.known.known_lines import LineNames
 from vibrissa.video.link.thorough_linking import IDENTIFIED, linked_before
 from vibrissa.video.link.whisker_linking import Linking
 from vibrissa.video.tracking import Calibration
@@ -208,7 +208,7 @@ def calibration_of(profile: xr.Dataset, source: str) -> Calibration:
         raise FormatError(source, "must hold frame_rate and pixel_size", remedy=remedy) from error
 
 
-def said_of(lines: xr.Dataset, linking: Linking) -> tuple[Linked | None, Integers]:
+def said_of(lines: xr.Dataset, linking: Linking) -> tuple[LineNames | None, Integers]:
     """Names that lines had before, in the numbers of their linking.
 
     Parameters
@@ -220,7 +220,7 @@ def said_of(lines: xr.Dataset, linking: Linking) -> tuple[Linked | None, Integer
 
     Returns
     -------
-    Linked or None
+    LineNames or None
         The names; None where their probabilities are not known.
     (n,) array of int
         Number in the linking of each whisker of ``lines``; −1 where it has none.
@@ -233,7 +233,7 @@ def said_of(lines: xr.Dataset, linking: Linking) -> tuple[Linked | None, Integer
     if not all(name in lines for name in IDENTIFIED):
         return None, numbers[:-1]
     other, sure = lines.segment_other.values.astype(np.int64), lines.segment_probability.values
-    return Linked(numbers[whisker], numbers[other], np.where(numbers[whisker] >= 0, sure, 0.0)), numbers[:-1]
+    return LineNames(numbers[whisker], numbers[other], np.where(numbers[whisker] >= 0, sure, 0.0)), numbers[:-1]
 
 
 def _lines(

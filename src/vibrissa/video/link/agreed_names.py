@@ -10,10 +10,9 @@ from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.quantities.identity import SURE
 from vibrissa.video.link.certainty import UNNAMED, agreement
 from vibrissa.video.link.chains.exclusion import Solution
-from vibrissa.video.link.identities import ABSENT, OVERLAP, SHARED, TORN, UNSURE, Names, marked
+from vibrissa.video.link.identities import ABSENT, OVERLAP, SHARED, TORN, UNSURE, Names
 
 STRETCH = 1 / 3  # weight of all lines of a plain stretch in what is said of each
-NEAR = 10.0  # frames from a mark in which the weight of the marked linking falls by a factor e
 SAID = 0.1  # mean probability from which on a line is perhaps a whisker's that has none in the frame
 
 
@@ -26,13 +25,10 @@ class Others(NamedTuple):
         Sum of their probabilities that each segment is each whisker's, or nobody's.
     linkings : int
         How many they are.
-    alone : (S,) array of int
-        Whisker that the linking itself gave each segment when they were asked; −1 for none.
     """
 
     votes: Array
     linkings: int
-    alone: Integers
 
 
 def agreed(names: Names, solution: Solution, others: Others) -> Names:
@@ -40,9 +36,7 @@ def agreed(names: Names, solution: Solution, others: Others) -> Names:
 
     Each gives a line its probability to be a whisker's, or to be nobody's if it has no name there. What counts is the
     mean over the linkings, two thirds for the line itself and one for all lines of its plain stretch. The line gets the
-    name with the largest, unless nobody's is larger, or a likelier line with that name lies beside it. Lines that are
-    marked, or whose name the linking itself has changed since because of a mark, have the name that it gives; the
-    nearer to a mark of its whisker, the more the linking itself counts.
+    name with the largest, unless nobody's is larger, or a likelier line with that name lies beside it.
 
     Parameters
     ----------
@@ -63,14 +57,11 @@ def agreed(names: Names, solution: Solution, others: Others) -> Names:
     frame, every = solution.frame, np.arange(solution.frame.size)
     said = others.votes + said_by(names)
     said = ((1 - STRETCH) * said + STRETCH * _of_stretches(said, solution.tracklet)) / (others.linkings + 1)
-    near = _near_marks(names, solution)
-    said *= 1 - near[:, None]
-    said[every, names.whisker] += near * names.sure
-    best, fixed = said[:, :-1].argmax(axis=1), _fixed(names, solution, others.alone)
-    likely = np.where(fixed, np.inf, said[every, best])
-    whisker = np.where(fixed, names.whisker, np.where(likely > said[:, -1], best, -1))
+    best = said[:, :-1].argmax(axis=1)
+    likely = said[every, best]
+    whisker = np.where(likely > said[:, -1], best, -1)
     whisker[_beside_likelier(whisker, frame, solution.lines.reach, likely)] = -1
-    sure = np.where(fixed, names.sure, agreement(said[every, best]))
+    sure = agreement(likely)
     perhaps = np.zeros(names.chance.shape)
     np.maximum.at(perhaps.T, frame, said[:, :-1])
     return _with(names, frame, whisker, np.where(whisker >= 0, sure, 0.0), perhaps > SAID)
@@ -81,25 +72,6 @@ def said_by(names: Names) -> Array:
     said = np.zeros((names.whisker.size, len(names.main) + 1))
     said[np.arange(names.whisker.size), names.whisker] = np.where(names.whisker >= 0, names.sure, UNNAMED)
     return said
-
-
-def _near_marks(names: Names, solution: Solution) -> Array:
-    """How near each line is to a mark of the whisker that the linking gives it, 1 at the mark."""
-    out = np.zeros(solution.frame.size)
-    for n in set(solution.marks.values()) - {-1}:
-        at = solution.frame[[line for line, who in solution.marks.items() if who == n]]
-        seen = np.flatnonzero(names.whisker == n)
-        out[seen] = np.exp(-np.abs(solution.frame[seen, None] - at).min(axis=1) / NEAR)
-    return out
-
-
-def _fixed(names: Names, solution: Solution, alone: Integers) -> Mask:
-    """Lines whose name is settled by a mark."""
-    out = names.whisker != alone
-    for n in set(solution.marks.values()) - {-1}:
-        seen = np.flatnonzero(names.whisker == n)
-        out[seen] |= marked(solution, n, seen)
-    return np.asarray(out)
 
 
 def _of_stretches(said: Array, stretch: Integers) -> Array:

@@ -52,7 +52,7 @@ def best_and_others(each: list[CutLinking], count: int) -> int:
         chance = np.where(whisker >= 0, sure, UNNAMED)[points]
         column = np.where(whisker >= 0, whisker, linking.whiskers)[points]  # the last is nobody's
         votes += np.bincount(line * names + column, chance, votes.size).reshape(votes.shape) / size[:, None]
-    linking.others = Others(votes, len(each) - 1, mine.whisker[points[linking.pieces.start]])
+    linking.others = Others(votes, len(each) - 1)
     return best
 
 

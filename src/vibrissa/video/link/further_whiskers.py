@@ -126,6 +126,4 @@ def _add(linking: Linking, number: int, first: int, found: Solution, theirs: Nam
     # the linking itself now knows whiskers that the others do not: what all say together stays as it was
     after, pad = names_of(solution, solution.lever), [*range(first, first + len(labels)), last]
     said[np.ix_(who, pad)] -= said_by(after)[who]
-    alone = np.append(column[:-1], -1)[others.alone]
-    alone[who] = np.where(after.whisker >= 0, first + after.whisker, -1)[who]
-    linking.others = Others(said, others.linkings, alone)
+    linking.others = Others(said, others.linkings)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.arrays import Array, Integers, Mask
+from vibrissa.arrays import Array, Integers
 from vibrissa.quantities.identity import SURE
 from vibrissa.video.link.certainty import WHOLE, certainty, evidence
 from vibrissa.video.link.chains.exclusion import Solution
@@ -95,34 +95,12 @@ def names_of(solution: Solution, lever: Array) -> Names:
         seen = main[n, here]
         own = table[n, seen] * (1 - doubt[n, here])
         found = known[seen] = evidence(view, n, seen, own, float(torn[n]))
-        sure[seen] = chance[n, here] = np.where(marked(view, n, seen), own, certainty(found))
+        sure[seen] = chance[n, here] = certainty(found)
         unsure = np.where(certainty(found * WHOLE) >= SURE, TORN, UNSURE)
         reason[n, here] = np.where(sure[seen] >= SURE, 0, unsure)
     _join(view, main, whisker, sure)
     _share(view, main, also, reason)
     return Names(whisker, also, sure, main, chance, reason, known)
-
-
-def marked(solution: Solution, whisker: int, seen: Integers) -> Mask:
-    """Lines that are marked as this whisker's, or go on plainly from one that is.
-
-    Parameters
-    ----------
-    solution : Solution
-        Of the pad.
-    whisker : int
-        Whisker of the pad.
-    seen : (n,) array of int
-        Lines that have its name.
-
-    Returns
-    -------
-    (n,) array of bool
-        Which of these.
-    """
-    marks = np.array([s for s, k in solution.marks.items() if k == whisker], np.int64)
-    plain = solution.tracklet[seen]
-    return np.asarray(np.isin(seen, marks) | ((plain >= 0) & np.isin(plain, solution.tracklet[marks])))
 
 
 def _expected(solution: Solution, n: int, lines: Lines, main: Integers) -> Array:

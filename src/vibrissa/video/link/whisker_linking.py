@@ -1,10 +1,9 @@
-"""All lines of a movie linked to whiskers that keep their names: the way in, and one more mark at any time."""
+"""All lines of a movie linked to whiskers that keep their names: the way in."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,18 +24,9 @@ if TYPE_CHECKING:
 MARK_REACH = 6.0  # distance of a mark from the line that it names at most [px]
 
 
-class WhiskerMark(NamedTuple):
-    """A point on a whisker: frame, column, row [px, of the movie as the user sees it], and the whisker's number."""
-
-    frame: int
-    column: float
-    row: float
-    whisker: int
-
-
 @dataclass
 class Linking:
-    """A movie whose lines are linked; :meth:`mark` corrects it, :meth:`identity` gives the result.
+    """A movie whose lines are linked; :meth:`identity` gives the result.
 
     Attributes
     ----------
@@ -77,10 +67,8 @@ class Linking:
         for n, one in enumerate(self.solutions):
             names, stop = names_of(one, self.lever(n)), first + len(one.labels)
             if self.others is not None:
-                votes, linkings, alone = self.others
-                here = (first <= alone) & (alone < stop)
-                of_pad = Others(votes[:, [*range(first, stop), -1]], linkings, np.where(here, alone - first, -1))
-                names = agreed(names, one, of_pad)
+                votes = self.others.votes[:, [*range(first, stop), -1]]
+                names = agreed(names, one, Others(votes, self.others.linkings))
             out.append(names)
             first = stop
         return out
@@ -96,13 +84,15 @@ class Linking:
         """How far whiskers of a pad move at the three radii."""
         return self.solutions[pad].lever
 
-    def mark(self, mark: WhiskerMark) -> int:
-        """Fix the line at a mark as a whisker's.
+    def nearest(self, frame: int, column: float, row: float) -> int:
+        """Segment that a point lies on.
 
         Parameters
         ----------
-        mark : WhiskerMark
-            A point on the line, and the whisker.
+        frame : int
+            Frame.
+        column, row : float
+            The point [px, of the movie as the user sees it].
 
         Returns
         -------
@@ -112,71 +102,22 @@ class Linking:
         Raises
         ------
         InputError
-            If no line passes near the mark; the error says where the nearest one does.
-        """
-        segment, first = self.nearest(mark), 0
-        for n, one in enumerate(self.solutions):
-            if first <= mark.whisker < first + len(one.labels):
-                if self.lines.pad[segment] != n or segment not in one.who:
-                    rule = f"must be on a line of the pad of whisker {mark.whisker}"
-                    raise RangeError("mark", rule, tuple(mark))
-                one.mark(segment, mark.whisker - first)
-                return segment
-            first += len(one.labels)
-        raise RangeError("mark", f"must name one of the {self.whiskers} whiskers, from 0", mark.whisker)
-
-    def gone_on(self, segment: int) -> int:
-        """Whisker that a line without a name probably is: the one whose lines plainly go on as that line.
-
-        Parameters
-        ----------
-        segment : int
-            The line.
-
-        Returns
-        -------
-        int
-            The whisker, which has no line in that frame; −1 if none is plain.
-        """
-        first = 0
-        for one, names in zip(self.solutions, self.names(), strict=True):
-            if segment in one.who and (whisker := one.gone_on(names.whisker, segment)) >= 0:
-                return first + whisker
-            first += len(one.labels)
-        return -1
-
-    def nearest(self, mark: WhiskerMark) -> int:
-        """Segment that a mark lies on.
-
-        Parameters
-        ----------
-        mark : WhiskerMark
-            A point; its whisker does not matter.
-
-        Returns
-        -------
-        int
-            The segment.
-
-        Raises
-        ------
-        InputError
-            If no line passes near the mark; the error says where the nearest one does.
+            If no line passes near the point; the error says where the nearest one does.
         """
         pieces = self.pieces
-        if not 0 <= mark.frame < pieces.frames:
-            raise RangeError("mark", f"must be in the movie of {pieces.frames} frames", mark.frame)
-        here = np.flatnonzero(pieces.frame == mark.frame)
+        if not 0 <= frame < pieces.frames:
+            raise RangeError("point", f"must be in the movie of {pieces.frames} frames", frame)
+        here = np.flatnonzero(pieces.frame == frame)
         if not here.size:
-            raise RangeError("mark", "must be in a frame with lines", mark.frame)
+            raise RangeError("point", "must be in a frame with lines", frame)
         low, high = pieces.start[here[0]], pieces.stop[here[-1]]
-        off = np.hypot(pieces.column[low:high] - mark.column, pieces.row[low:high] - mark.row)
+        off = np.hypot(pieces.column[low:high] - column, pieces.row[low:high] - row)
         best = low + int(np.argmin(off))
         if off.min() > MARK_REACH:
             place = f"({pieces.column[best]:.1f}, {pieces.row[best]:.1f})"
             remedy = f"the nearest line of the frame passes at {place}"
             rule = f"must lie within {MARK_REACH:g} px of a line"
-            raise RangeError("mark", rule, (mark.frame, float(mark.column), float(mark.row)), remedy)
+            raise RangeError("point", rule, (frame, float(column), float(row)), remedy)
         return int(np.searchsorted(pieces.start, best, side="right") - 1)
 
     def identity(self) -> xr.Dataset:
@@ -237,7 +178,7 @@ def in_head(pieces: Pieces, head: HeadPose | None) -> Pieces:
     return pieces._replace(column=column, row=row)
 
 
-def link_segments(segments: xr.Dataset, marks: Sequence[WhiskerMark] = ()) -> Linking:
+def link_segments(segments: xr.Dataset) -> Linking:
     """Link the lines of all frames of a movie to whiskers.
 
     The base end of each line, the pads, their swing from frame to frame, and the number of whiskers are found from
@@ -249,8 +190,6 @@ def link_segments(segments: xr.Dataset, marks: Sequence[WhiskerMark] = ()) -> Li
     segments : Dataset
         ``segments``, see :mod:`vibrissa.quantities.segments`; with ``head_column``, ``head_row`` and ``head_angle``
         lines are linked in coordinates that move with the head.
-    marks : sequence of WhiskerMark
-        Lines whose whisker is known.
 
     Returns
     -------
@@ -260,12 +199,9 @@ def link_segments(segments: xr.Dataset, marks: Sequence[WhiskerMark] = ()) -> Li
     Raises
     ------
     InputError
-        If there are no lines, or a mark is on none.
+        If there are no lines.
     """
-    linking = max(linkings(segments), key=lambda one: one.right_length)
-    for mark in marks:
-        linking.mark(mark)
-    return linking
+    return max(linkings(segments), key=lambda one: one.right_length)
 
 
 def linkings(segments: xr.Dataset) -> list[Linking]:

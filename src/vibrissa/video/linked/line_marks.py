@@ -10,7 +10,10 @@ from scipy.optimize import linear_sum_assignment
 
 from vibrissa.arrays import Array
 from vibrissa.errors import ConflictError, MissingError, RangeError
-from vibrissa.video.link.whisker_linking import MARK_REACH, Linking, WhiskerMark
+from vibrissa.video.link.known.known_lines import LineNames
+from vibrissa.video.link.known.known_names import chains_of, gone_on, names_with
+from vibrissa.video.link.known.renamed_linking import RenamedLinking, line_names, with_names
+from vibrissa.video.link.whisker_linking import MARK_REACH, Linking
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,16 +88,18 @@ def _written(mark: LineMark) -> str:
     return f"frame {mark.frame}, column {mark.column:g}, row {mark.row:g} ({mark.whisker})"
 
 
-def apply_marks(linking: Linking, segments: xr.Dataset, marks: Sequence[LineMark]) -> dict[str, int]:
+def apply_marks(
+    linking: Linking, segments: xr.Dataset, marks: Sequence[LineMark]
+) -> tuple[RenamedLinking, dict[str, int]]:
     """Give names to the whiskers of a linking, and correct it where the marks say otherwise.
 
     Each name goes to the whisker that has most of its marks, or whose lines go on as the marked ones; the lines of all
-    its marks are then fixed as that whisker's.
+    its marks are then that whisker's, and the names about them are put right.
 
     Parameters
     ----------
     linking : Linking
-        Of the segments; it is changed.
+        Of the segments.
     segments : Dataset
         As :func:`snapped` takes them, in the order of the linking.
     marks : sequence of LineMark
@@ -102,6 +107,8 @@ def apply_marks(linking: Linking, segments: xr.Dataset, marks: Sequence[LineMark
 
     Returns
     -------
+    RenamedLinking
+        The linking with the names after all marks.
     dict
         Number of the whisker in the linking by its name, in the order of the marks.
 
@@ -112,27 +119,36 @@ def apply_marks(linking: Linking, segments: xr.Dataset, marks: Sequence[LineMark
     """
     lines = [snapped(segments, mark) for mark in marks]
     _refuse_two_names(lines, marks)
+    chains, linked = chains_of(linking), line_names(linking)
+    known: dict[int, int] = {}
+    owner = _owners_of_names(linking, linked, lines, marks)
+    for line, mark in zip(lines, marks, strict=True):
+        whisker = owner[mark.whisker]
+        if line not in linking.solutions[chains.roster[whisker][0]].who:
+            raise RangeError("mark", "must be on a line of the pad of its whisker", _written(mark))
+        chains, linked = names_with(chains, linked, np.array([line]), whisker, known)
+        known[line] = whisker
+    return with_names(linking, linked, linking.whiskers), owner
+
+
+def _owners_of_names(
+    linking: Linking, linked: LineNames, lines: Sequence[int], marks: Sequence[LineMark]
+) -> dict[str, int]:
+    """Whisker of each name."""
     names = list(dict.fromkeys(mark.whisker for mark in marks))
-    named = linking.identity().segment_whisker.values[lines]
-    whisker = [who if who >= 0 else linking.gone_on(line) for line, who in zip(lines, named, strict=True)]
     votes = np.zeros((len(names), max(linking.whiskers, len(names))))
-    for mark, who in zip(marks, whisker, strict=True):
+    for line, mark in zip(lines, marks, strict=True):
+        named = int(linked.whisker[line])
+        who = named if named >= 0 else gone_on(linking, linked, line)
         if who >= 0:
             votes[names.index(mark.whisker), who] += 1
-    owner = _owners(votes)
-    for name, who in zip(names, owner, strict=True):
-        if who < 0:
-            mark = marks[[one.whisker for one in marks].index(name)]
-            rule = "must be on a line of a whisker, or on one that goes on from its lines, and that no other name has"
-            remedy = f"mark {name} also in a frame in which its line has a name"
-            raise ConflictError("mark", rule, _written(mark), remedy)
-    first = int(segments.attrs.get("first_frame", 0))
+    owner = dict(zip(names, _owners(votes), strict=True))
     for mark in marks:
-        try:
-            linking.mark(WhiskerMark(mark.frame - first, mark.column, mark.row, owner[names.index(mark.whisker)]))
-        except RangeError:
-            raise RangeError("mark", "must be on a line of the pad of its whisker", _written(mark)) from None
-    return dict(zip(names, owner, strict=True))
+        if owner[mark.whisker] < 0:
+            rule = "must be on a line of a whisker, or on one that goes on from its lines, and that no other name has"
+            remedy = f"mark {mark.whisker} also in a frame in which its line has a name"
+            raise ConflictError("mark", rule, _written(mark), remedy)
+    return owner
 
 
 def _refuse_two_names(lines: Sequence[int], marks: Sequence[LineMark]) -> None:

@@ -122,7 +122,9 @@ def track_linked(
         time = dataset(time=(int(segments.attrs.get("first_frame", 0)) + np.arange(count)) / calibration.frame_rate)
         segments = with_head(segments.merge(time, combine_attrs="override"), head)
     segments, linking = link_thoroughly(segments)
-    named = apply_marks(linking, segments, marks) if marks else {}
+    named: dict[str, int] = {}
+    if marks:
+        linking, named = apply_marks(linking, segments, marks)
     asked = {"background": name, "polarity": polarity}
     asked |= {} if region is None else {"region": json.dumps(region)}
     asked |= {"marks": json.dumps(marks)} if marks else {}

@@ -16,7 +16,7 @@ const ASKED = {
 let tracks, frames, view, overview;
 let frame = 0, selected = null, piece = null, anchor = null, asking = null, playing = 0, ended = false;
 let queue = Promise.resolve(), waiting = 0, speaking = 0, drawn = 0, painting = false;
-const times = { scrub: [], move: [], linked: [] }; // [ms] from the hand to the picture
+const times = { scrub: [], move: [] }; // [ms] from the hand to the picture
 
 // Pictures
 
@@ -98,7 +98,7 @@ async function post(place, body) {
   return reply;
 }
 
-function move(place, body = {}) { // an edit holds at once; then the lines about it are linked again
+function move(place, body = {}) {
   if (ended) return;
   const since = performance.now();
   waiting += 1;
@@ -106,21 +106,16 @@ function move(place, body = {}) { // an edit holds at once; then the lines about
     try {
       took(unpacked(await (await post(place, body)).arrayBuffer()));
       timed("move", since);
-      if (place === "edit" && waiting === 1) {
-        const before = $("message").textContent, settled = unpacked(await (await post("settle", {})).arrayBuffer());
-        took(settled, before);
-        timed("linked", since);
-      }
     } catch (error) { failed(error); }
     waiting -= 1;
   });
 }
 
-function took(answer, before = "") {
+function took(answer) {
   tracks.take(answer);
   overview.redraw();
   list();
-  say([before, tracks.spelt(answer.said)].filter(Boolean).join("; "));
+  say(tracks.spelt(answer.said));
   draw();
   tell();
 }

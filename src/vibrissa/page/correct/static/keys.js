@@ -7,7 +7,7 @@ export const KEYS = [
   ["[ ]", "first, last frame of the selected piece", { "[": "begin", "]": "finish" }],
   [", .", "previous, next place to look at: a name ends or is less than 95 % sure", { ",": "doubt-back", ".": "doubt-on" }],
   ["n", "the selected piece is whisker …", { n: "name" }],
-  ["m", "the selected line is whisker …, in this frame; all frames about it are linked again", { m: "mark" }],
+  ["m", "the selected line is whisker …, in this frame; the names about it are put right", { m: "mark" }],
   ["j", "join: press it on one piece, select the other one, press it again", { j: "join" }],
   ["s", "split: the name of the selected piece ends before this frame", { s: "split" }],
   ["x", "swap: the selected whisker and … exchange names from this frame on", { x: "swap" }],

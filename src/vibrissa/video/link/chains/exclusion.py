@@ -12,21 +12,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vibrissa.arrays import Array, Integers
-from vibrissa.video.link.chains.chain_kernel import LEAVES, LOSE, chances, edges, stationary
-from vibrissa.video.link.chains.marked_courses import going_on
+from vibrissa.video.link.chains.chain_kernel import LEAVES, LOSE, chances, edges
 from vibrissa.video.link.chains.swaps import Swap
-from vibrissa.video.link.chains.whisker_models import Model, candidates, deviations, worth
+from vibrissa.video.link.chains.whisker_models import Model, candidates, worth
 from vibrissa.video.link.pad.pads import Lines
 from vibrissa.video.link.pad.phase import ALIKE, Along
 
 SWEEPS = 6  # rounds of messages at most
 SMALL = 0.15  # change of a message that does not count
-MARKED = 60.0  # logarithm by which a mark outweighs everything
 WANT = 1e6  # bound of a message
 DAMPED = 0.7  # share of a new message
-PLAIN = 5  # lines of a whisker that go on as one without a name, from which on that is plain
-ABOUT = 10  # frames from a mark in which a whisker may be fast
-FAST = 0.5  # correlation of its deviation from frame to frame there, at most
 
 
 @dataclass
@@ -82,8 +77,6 @@ class Solution:
         The whiskers.
     wanted : (S,) array
         Sum of the messages of all whiskers.
-    marks : dict
-        Whisker that a segment was marked as.
     decided : dict
         Where two whiskers may be swapped, by their numbers and lines.
     bases_cross : bool
@@ -102,7 +95,6 @@ class Solution:
     along: Along = ALIKE
     labels: list[ChainLabel] = field(default_factory=list)
     wanted: Array = field(default_factory=lambda: np.zeros(0))
-    marks: dict[int, int] = field(default_factory=dict)
     decided: dict[tuple[int, int, int], Swap | None] = field(default_factory=dict)
     bases_cross: bool = False
     before: Integers = field(init=False, repr=False)
@@ -130,53 +122,17 @@ class Solution:
 
     def place(self, models: Sequence[Model]) -> None:
         """Set the whiskers."""
-        self.labels = [self._label(number, model) for number, model in enumerate(models)]
+        self.labels = [self._label(model) for model in models]
         self.wanted = np.zeros(self.frame.size)
         self.decided = {}
 
-    def _label(self, number: int, model: Model) -> ChainLabel:
+    def _label(self, model: Model) -> ChainLabel:
         seen, x, again = candidates(model, self.lines, self.who, self.phase, self.frame)
-        if (missing := np.setdiff1d(self._marked(number), seen)).size:
-            missing = np.setdiff1d(self._going_on(model, self._marked(number), missing), seen)
-            more = deviations(model, self.lines.place[missing], self.phase[missing], self.frame[missing])
-            there = stationary(more, self.lines.covariance[missing], model.spread)
-            seen, x, again = np.append(seen, missing), np.concatenate([x, more]), np.append(again, there)
-            order = np.argsort(seen)
-            seen, x, again = seen[order], x[order], again[order]
         before, after = self.before[seen], self.after[seen]
-        steps = self._steps(number, model, seen, x, before, after)
+        steps = edges(seen, self.frame, x, self.lines.covariance[seen], model.spread, model.keep, before, after)
         again, leaves = again - LEAVES * (before >= 0), LOSE - LEAVES * (after >= 0)
         gain = worth(model, self.lines.look[seen])
         return ChainLabel(model, seen, x, again, leaves, gain, steps, np.zeros(seen.size), np.zeros(seen.size))
-
-    def _steps(
-        self, number: int, model: Model, seen: Integers, x: Array, before: Integers, after: Integers
-    ) -> tuple[Integers, Integers, Array]:
-        """Steps between candidates; about marks the whisker may be faster than it was known to be."""
-        known = seen, self.frame, x, self.lines.covariance[seen], model.spread
-        start, stop, step = edges(*known, model.keep, before, after)
-        marked = self._marked(number)
-        if marked.size:
-            near = np.abs(self.frame[seen, None] - self.frame[marked]).min(axis=1) <= ABOUT
-            fast = edges(*known, min(FAST, model.keep), before, after)[2]
-            step = np.where(near[start] & near[stop], np.maximum(step, fast), step)
-        return start, stop, step
-
-    def _marked(self, number: int) -> Integers:
-        """Segments marked as a whisker's."""
-        return np.array([s for s, k in self.marks.items() if k == number], np.int64)
-
-    def _going_on(self, model: Model, marked: Integers, starts: Integers) -> Integers:
-        """Some of a whisker's marked segments, and those that may go on from them."""
-        x = deviations(model, self.lines.place[self.who], self.phase[self.who], self.frame[self.who])
-        return going_on(model, self.lines, self.frame, self.who, x, marked, starts)
-
-    def gone_on(self, names: Integers, segment: int) -> int:
-        """Whisker whose lines go on as a line without a name, by the names of all segments; −1 if none is plain."""
-        beside, one = names[self.frame == self.frame[segment]], np.array([segment])
-        own = [self._going_on(label.model, one, one) for label in self.labels]
-        seen = [0 if n in beside else int(np.sum(names[found] == n)) for n, found in enumerate(own)]
-        return int(np.argmax(seen)) if max(seen, default=0) >= PLAIN else -1
 
     def _run(self, number: int) -> Integers:
         """Run one chain with what the others want; give the segments that it now wants otherwise."""
@@ -185,9 +141,6 @@ class Solution:
             return one.seen
         others = np.maximum(self.wanted[one.seen] - one.want, 0.0)
         heard = -np.log1p(others)
-        for s, k in self.marks.items():
-            at = np.flatnonzero(one.seen == s)
-            heard[at] = MARKED if k == number else -MARKED
         missed = np.log(one.model.missed)
         one.chance = np.clip(
             chances(self.frames, self.frame[one.seen], one.gain + heard, one.again, one.leaves, *one.steps, missed),
@@ -224,14 +177,3 @@ class Solution:
             due = heard
             if not due:
                 return
-
-    def mark(self, segment: int, whisker: int) -> None:
-        """Fix one segment as a whisker's, and settle what that changes."""
-        self.marks[segment] = whisker
-        old = [n for n, one in enumerate(self.labels) if segment in one.seen]
-        label = self._label(whisker, self.labels[whisker].model)
-        before = self.labels[whisker]
-        at = np.searchsorted(label.seen, before.seen)
-        label.want[at], label.chance[at] = before.want, before.chance
-        self.labels[whisker] = label
-        self.settle(sorted({whisker, *old}))

@@ -35,34 +35,19 @@ def swap_between(
     places = [lines.place[s] - solution.phase[s] @ gain for s in (one, other)]
     error = lines.covariance[np.concatenate([one, other])].mean(axis=0)
     keep = min(max(model.keep for model in models), 0.92)
-    marked = _marked(solution, frame, np.stack([one, other]), pair)
     slow = np.diag(np.mean([model.slow for model in models], axis=0))
     learnt, usual = (models[0].spread + models[1].spread) / 2, prior_spread(lever)
     at_base = _at_base(learnt, usual) if solution.bases_cross else 0.0
     spread = learnt if cautious else usual + np.diag([at_base, 0.0, 0.0])
     known = Wandering(spread, slow, error, keep, not cautious)
     plain = sum(LEAVES * (solution.after[s[:-1]] == s[1:]) for s in (one, other))
-    return swap_of(
-        frame, places[0], places[1], lines.look[one] - lines.look[other], known, solution.phase[one], plain, marked
-    )
+    return swap_of(frame, places[0], places[1], lines.look[one] - lines.look[other], known, solution.phase[one], plain)
 
 
 def _at_base(learnt: Array, usual: Array) -> float:
     """Variance at the inner radius that whiskers have there alone: where bases cross, lines begin on the other one."""
     over = (learnt / usual).diagonal()
     return float(usual[0, 0] * max(over[0] - max(over[1], over[2], 1.0), 0.0))
-
-
-def _marked(solution: Solution, frame: Integers, segments: Array, pair: tuple[int, int]) -> Array:
-    """What marks say of the names of two whiskers in frames in which they have these segments (2, n)."""
-    out = np.zeros(frame.size)
-    for segment, whisker in solution.marks.items():
-        if whisker in pair:
-            at = np.flatnonzero(frame == solution.frame[segment])
-            for side in range(2):
-                if at.size and segments[side, at[0]] == segment:
-                    out[at[0]] = 1.0 if pair[side] == whisker else -1.0
-    return out
 
 
 def unswap(solution: Solution, lever: Array) -> None:
@@ -78,7 +63,7 @@ def unswap(solution: Solution, lever: Array) -> None:
     best, every = best_lines(solution), np.arange(solution.frames)
     for a, b in _meeting(solution, lever):
         # what has not changed since the last time is not done again
-        key = _key(solution, best, a, b)
+        key = _key(best, a, b)
         if key not in solution.decided:
             solution.decided[key] = swap_between(solution, best, (a, b), lever)
         found = solution.decided[key]
@@ -93,7 +78,7 @@ def unswap(solution: Solution, lever: Array) -> None:
 def keep_names(solution: Solution, lever: Array) -> None:
     """Let :func:`unswap` exchange no names until lines change."""
     best = best_lines(solution)
-    solution.decided |= {_key(solution, best, a, b): None for a, b in _meeting(solution, lever)}
+    solution.decided |= {_key(best, a, b): None for a, b in _meeting(solution, lever)}
 
 
 def _meeting(solution: Solution, lever: Array) -> list[tuple[int, int]]:
@@ -103,10 +88,9 @@ def _meeting(solution: Solution, lever: Array) -> list[tuple[int, int]]:
     return confusable(np.array([one.model.place for one in solution.labels]), prior_spread(lever))
 
 
-def _key(solution: Solution, best: Integers, a: int, b: int) -> tuple[int, int, int]:
-    """What decides whether two whiskers are exchanged: their lines and marks."""
-    marks = frozenset((s, k) for s, k in solution.marks.items() if k in (a, b))
-    return a, b, hash((best[a].tobytes(), best[b].tobytes(), marks))
+def _key(best: Integers, a: int, b: int) -> tuple[int, int, int]:
+    """What decides whether two whiskers are exchanged: their lines."""
+    return a, b, hash((best[a].tobytes(), best[b].tobytes()))
 
 
 def swap_doubt(solution: Solution, lever: Array) -> Array:

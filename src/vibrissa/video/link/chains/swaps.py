@@ -16,7 +16,7 @@ PLAIN = 10.0  # log odds against a swap above which there is none
 PRIOR = 1.0  # log odds against a swap that nothing speaks for or against
 ROUNDS = 6
 STARTS = 4  # blocks whose difference is tried first
-MARKED = 60.0  # log odds that a mark gives
+KEPT = 60.0  # log odds that the heaviest block keeps its sign
 LASTS = 60  # frames over which a slow drift is one and the same
 FEW = 6  # frames of both whiskers below which nothing is tried
 APART = np.array([0.3, 0.4])  # standard deviation of the two parts of a line's look
@@ -104,7 +104,6 @@ def swap_of(
     known: Wandering,
     phase: Array,
     plain: Array,
-    marked: Array | None = None,
 ) -> Swap | None:
     """Where two whiskers are swapped.
 
@@ -122,8 +121,6 @@ def swap_of(
         Phase of the pad and its quarter [°]: whiskers of unlike gains cross as it goes up and down.
     plain : (n − 1,) array
         Log odds against a swap that the lines' plain links add between each frame and the next.
-    marked : (n,) array, optional
-        1 in frames in which a mark says that the names are right, −1 where it says that they are swapped, else 0.
 
     Returns
     -------
@@ -140,10 +137,9 @@ def swap_of(
     number = np.searchsorted(cuts, np.arange(frame.size), side="left")
     apart = np.concatenate([one - other, unlike], axis=1)
     blocks = _blocks(number, frame, apart, phase, known)
-    marks = MARKED * (np.zeros(len(blocks.size)) if marked is None else np.sign(np.bincount(number, marked)))
-    found = (_signs(blocks, against[cuts], start, marks) for start in _starts(blocks))
+    found = (_signs(blocks, against[cuts], start) for start in _starts(blocks))
     _, sign, chance = max(found, key=lambda one: one[0])
-    if not marks.any() and (blocks.size * sign).sum() < 0:
+    if (blocks.size * sign).sum() < 0:
         chance = 1 - chance
     return Swap(frame, chance[number])
 
@@ -209,17 +205,17 @@ def _weights(size: Integers, span: Integers, known: Wandering) -> Array:
     return np.asarray(np.linalg.inv(cov), np.float64)
 
 
-def _signs(blocks: Blocks, cut: Array, sign: Array, known: Array) -> tuple[float, Array, Array]:
+def _signs(blocks: Blocks, cut: Array, sign: Array) -> tuple[float, Array, Array]:
     """Score, signs and chances of blocks, from first signs."""
     left = blocks.weight.sum(axis=0) + UNLIKE
     for _ in range(ROUNDS):
         apart = np.linalg.solve(left, sign @ blocks.weighted)
-        before, (sign, _) = sign, _chain(2 * blocks.weighted @ apart + known, cut)
+        before, (sign, _) = sign, _chain(2 * blocks.weighted @ apart, cut)
         if (sign == before).all():
             break
     apart = np.linalg.solve(left, sign @ blocks.weighted)
-    fit = float(apart @ left @ apart) / 2 + float((known * sign).sum() / 2 - cut[np.diff(sign) != 0].sum())
-    return fit, sign, _chain(_held_out(blocks, sign) + known, cut)[1]
+    fit = float(apart @ left @ apart) / 2 - float(cut[np.diff(sign) != 0].sum())
+    return fit, sign, _chain(_held_out(blocks, sign), cut)[1]
 
 
 def _held_out(blocks: Blocks, sign: Array) -> Array:
@@ -231,7 +227,7 @@ def _held_out(blocks: Blocks, sign: Array) -> Array:
     heard = np.linalg.solve(np.eye(11) + blocks.weight @ others, blocks.weighted[..., None])[..., 0]
     odds = 2 * np.einsum("bi,bi->b", heard, apart)
     heaviest = np.argmax(np.trace(blocks.weight[:, :3, :3], axis1=1, axis2=2))
-    odds[heaviest] = MARKED * sign[heaviest]
+    odds[heaviest] = KEPT * sign[heaviest]
     return np.asarray(odds)
 
 

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from simulated_segments import Pad, simulate
 
-from vibrissa.video.link.whisker_linking import WhiskerMark, link_segments
+from vibrissa.video.link.known.known_names import chains_of, gone_on, names_with
+from vibrissa.video.link.known.renamed_linking import line_names
+from vibrissa.video.link.whisker_linking import link_segments
 
 MIDDLE, LONG = 105, 11  # frame and frames of the burst
 CENTRE = Pad().centre
@@ -30,12 +32,12 @@ def taken_up(seed, turn):
     segments, truth = simulate([Pad(whiskers=4, frames=200, missing=0.0, broken=0.0, junk=1.0)], seed)
     linking, frame = link_segments(with_burst(segments, truth, 0, turn)), segments.segment_frame.values
     burst = np.flatnonzero((truth.segment == 0) & (np.abs(frame - MIDDLE) <= LONG // 2))
-    before = linking.identity().segment_whisker.values
-    own = np.bincount(before[(truth.segment == 0) & (before >= 0)]).argmax()
-    assert {linking.gone_on(line) for line in burst[before[burst] < 0]} <= {own}  # one mark says which whisker it is
-    point = int(linking.pieces.start[burst[frame[burst] == MIDDLE][0]]) + 12
-    linking.mark(WhiskerMark(MIDDLE, float(linking.pieces.column[point]), float(linking.pieces.row[point]), int(own)))
-    after = linking.identity().segment_whisker.values
+    names = line_names(linking)
+    before = names.whisker
+    own = int(np.bincount(before[(truth.segment == 0) & (before >= 0)]).argmax())
+    free = burst[before[burst] < 0]
+    assert {gone_on(linking, names, int(line)) for line in free} <= {own}  # one mark says which whisker it is
+    after = names_with(chains_of(linking), names, burst[frame[burst] == MIDDLE], own, {})[1].whisker
     others = truth.segment > 0
     np.testing.assert_array_equal(after[others], before[others])
     return (before[burst] == own).mean(), (after[burst] == own).mean()

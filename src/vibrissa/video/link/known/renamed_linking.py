@@ -1,4 +1,4 @@
-"""A linking whose names are those after all edits, as profiles are made of."""
+"""A linking whose names are no longer those of the linker alone, as profiles are made of."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 from vibrissa.arrays import Integers
 from vibrissa.quantities import dataset
 from vibrissa.quantities.identity import SURE
-from vibrissa.video.correct.correction import Correction
 from vibrissa.video.link.identities import ABSENT, REASONS, SHARED, UNSURE
+from vibrissa.video.link.known.known_lines import LineNames
 from vibrissa.video.link.whisker_linking import Linking
 
 if TYPE_CHECKING:
@@ -19,21 +19,24 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class CorrectedLinking(Linking):
-    """Linked lines with the names of a correction.
+class RenamedLinking(Linking):
+    """Linked lines with other names.
 
     Attributes
     ----------
-    correction : Correction
-        Edits of the movie.
+    named : LineNames
+        Names of all lines.
+    count : int
+        Number of whiskers, with those that were made by hand.
     """
 
-    correction: Correction
+    named: LineNames
+    count: int
 
     @property
     def whiskers(self) -> int:
         """Number of whiskers, with those that were made by hand."""
-        return self.correction.named.whiskers
+        return self.count
 
     def identity(self) -> xr.Dataset:
         """Who each segment is, and what is known of each whisker in each frame.
@@ -41,12 +44,10 @@ class CorrectedLinking(Linking):
         Returns
         -------
         Dataset
-            ``identity``, as of :meth:`vibrissa.video.link.whisker_linking.Linking.identity`; lines that were named by
-            hand have the probability 1.
+            ``identity``, as of :meth:`vibrissa.video.link.whisker_linking.Linking.identity`.
         """
-        self.correction.settle()
-        named, frames = self.correction.named, self.pieces.frames
-        main = _main_lines(self, named.whisker, named.whiskers)
+        named, frames = self.named, self.pieces.frames
+        main = _main_lines(self, named.whisker, self.count)
         seen = main >= 0
         chance = np.where(seen, named.sure[main], np.nan)
         reason = np.where(seen, np.where(chance >= SURE, 0, UNSURE), self._reasons())
@@ -65,31 +66,38 @@ class CorrectedLinking(Linking):
 
     def _reasons(self) -> Integers:
         """Why the linker lost each whisker, (whisker, frame); where it did not, the line was taken by hand."""
-        correction = self.correction
-        names = correction.linked()
-        out = np.full((correction.named.whiskers, self.pieces.frames), ABSENT)
-        for number, (pad, k) in enumerate(correction.chains.roster):
-            if pad >= 0:
-                out[number] = np.maximum(names[pad].reason[k], ABSENT)
+        out, first = np.full((self.count, self.pieces.frames), ABSENT), 0
+        for one in self.names():
+            out[first : first + len(one.reason)] = np.maximum(one.reason, ABSENT)
+            first += len(one.reason)
         return out
 
 
-def corrected_linking(correction: Correction) -> CorrectedLinking:
-    """The linking of a correction, with its names.
+def line_names(linking: Linking) -> LineNames:
+    """Names of the lines of a linking."""
+    identity = linking.identity()
+    return LineNames(*(identity[f"segment_{word}"].values for word in ("whisker", "other", "probability")))
+
+
+def with_names(linking: Linking, named: LineNames, count: int) -> RenamedLinking:
+    """A linking with other names.
 
     Parameters
     ----------
-    correction : Correction
-        Edits of the movie.
+    linking : Linking
+        The movie.
+    named : LineNames
+        Names of all lines.
+    count : int
+        Number of whiskers, at least those of the linking.
 
     Returns
     -------
-    CorrectedLinking
+    RenamedLinking
         Of which profiles are made.
     """
-    linking = correction.linking
     parts = linking.pieces, linking.pads, linking.lines, linking.solutions
-    return CorrectedLinking(*parts, correction, head=linking.head)
+    return RenamedLinking(*parts, named, count, head=linking.head, others=linking.others)
 
 
 def _main_lines(linking: Linking, whisker: Integers, count: int) -> Integers:
