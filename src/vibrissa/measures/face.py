@@ -9,6 +9,7 @@ import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.errors import RangeError, UnknownError
+from vibrissa.measures.sides import axis_between, sides_of
 
 Side = Literal["left", "right", "top", "bottom"]
 Point = tuple[float, float]
@@ -80,8 +81,12 @@ class Face:
         return np.asarray((turn * (direction - back) + np.pi / 2) % (2 * np.pi) - np.pi / 2)
 
 
-def face_through(bases: Array, nose: Side, frames: Array | None = None, *, downwards: bool = True) -> Face:
+def face_through(
+    bases: Array, nose: Side, frames: Array | None = None, *, ways: Array | None = None, downwards: bool = True
+) -> Face:
     """The line fitted to the bases of three whiskers or more; of fewer, an axis of the image.
+
+    Where pads of both sides are seen, it is the axis between them.
 
     Parameters
     ----------
@@ -91,18 +96,21 @@ def face_through(bases: Array, nose: Side, frames: Array | None = None, *, downw
         Side of the image to which the nose points.
     frames : (W,) array, optional
         Frames in which each was seen: a base counts so often; all alike if not given.
+    ways : (W, 2) array, optional
+        Mean direction of each; all are of one side if not given.
     downwards : bool
         Whether y grows downwards, as in images.
 
     Returns
     -------
     Face
-        Its origin says which of the two.
+        Its origin says which of these.
 
     Raises
     ------
     InputError
-        If the side is unknown, or the line through the bases leads to another one, by more than 60° from this.
+        If the side is unknown, or the line through the bases leads to another one, by more than 60° from this, or
+        from one pad to the other.
     """
     if nose not in SIDES:
         raise UnknownError("nose", f"must be one of {', '.join(SIDES)}", repr(nose))
@@ -111,19 +119,36 @@ def face_through(bases: Array, nose: Side, frames: Array | None = None, *, downw
     known, weight = bases[seen], np.ones(len(bases))[seen] if frames is None else np.asarray(frames, float)[seen]
     centre = np.average(known, axis=0, weights=weight) if len(known) else np.zeros(2)
     along, origin = towards, f"the image's axis to the {nose}"
-    if len(known) >= LEAST_BASES:
+    side = np.zeros(len(known), int) if ways is None else sides_of(known, ways[seen], towards)
+    if side.any():
+        along = axis_between(known, side, towards)
+        origin = f"the axis between pads of {(side > 0).sum()} and {(side < 0).sum()} whiskers"
+    elif len(known) >= LEAST_BASES:
         axis = np.linalg.svd(np.sqrt(weight)[:, None] * (known - centre))[2][0]
         along, origin = axis * np.sign(axis @ towards), f"a line fitted to the bases of {len(known)} whiskers"
+        across = np.array([-axis[1], axis[0]])
+        if ways is not None and sides_of(known, ways[seen], across).any():
+            rule = f"must lie across the line from one pad to the other, {_leads_to(across)}"
+            raise RangeError("nose", rule, nose, "or give two points of face")
         if abs(axis @ towards) < np.cos(np.radians(FARTHEST)):
-            ways = " or ".join(side for side, way in SIDES.items() if abs(axis @ way) > np.cos(np.radians(FARTHEST)))
-            rule = f"must be a side to which the line through the bases leads, {ways}"
+            rule = f"must be a side to which the line through the bases leads, {_leads_to(axis)}"
             raise RangeError("nose", rule, nose, "or give two points of face")
     ends = [(float(one[0]), float(one[1])) for one in (centre, centre + along)]
     return Face(caudal=ends[0], rostral=ends[1], origin=origin)
 
 
-def whisker_names(bases: Array, face: Face, dorsal: Side | None = None, *, downwards: bool = True) -> list[str]:
+def _leads_to(axis: Array) -> str:
+    """Sides of the image to which an axis leads, in words."""
+    return " or ".join(side for side, way in SIDES.items() if abs(axis @ way) > np.cos(np.radians(FARTHEST)))
+
+
+def whisker_names(
+    bases: Array, face: Face, dorsal: Side | None = None, *, ways: Array | None = None, downwards: bool = True
+) -> list[str]:
     """Names of whiskers by the places of their bases: 1, 2, 3 … from caudal to rostral, or row and column.
+
+    Where pads of both sides are seen, each is numbered by itself: L1, L2 …, R1, R2 …, left and right of an animal that
+    is seen from above.
 
     Rows need ``dorsal`` (a view from the side) and bases that fall into rows: a row has two whiskers or more, and the
     gap between rows is more than twice the width of any row. The letters and numbers count what is seen, the most
@@ -138,6 +163,8 @@ def whisker_names(bases: Array, face: Face, dorsal: Side | None = None, *, downw
         The line of the face.
     dorsal : {"left", "right", "top", "bottom"}, optional
         Side of the image to which the back points.
+    ways : (W, 2) array, optional
+        Mean direction of each; all are of one side if not given.
     downwards : bool
         Whether y grows downwards.
 
@@ -148,11 +175,15 @@ def whisker_names(bases: Array, face: Face, dorsal: Side | None = None, *, downw
     """
     along = bases @ face.direction
     rows = None if dorsal is None else _rows(bases @ (np.array(SIDES[dorsal]) * (1 if downwards else (1, -1))))
-    groups = [np.arange(len(bases))] if rows is None else rows
+    side = np.zeros(len(bases), int) if ways is None else sides_of(bases, ways, face.direction)
+    left, right = (1, -1) if not downwards else (-1, 1)
+    groups = {name: np.flatnonzero(side == one) for name, one in (("L", left), ("", 0), ("R", right))}
+    if rows is not None:
+        groups = {chr(ord("A") + letter): row for letter, row in enumerate(rows)}
     names = [""] * len(bases)
-    for letter, row in enumerate(groups):
+    for letter, row in groups.items():
         for number, w in enumerate(row[np.argsort(along[row], kind="stable")], 1):
-            names[w] = f"{chr(ord('A') + letter)}{number}" if rows is not None else str(number)
+            names[w] = f"{letter}{number}"
     return names
 
 

@@ -18,7 +18,7 @@ from vibrissa.measures.face import Face, Side, face_through, whisker_names
 from vibrissa.measures.touched_object import Pole, Touchable, held_place
 from vibrissa.measures.touches import COLUMNS, touch_events
 from vibrissa.measures.whisk_cycle import BAND, PERIODS, frame_rate_of, whisk_cycle
-from vibrissa.measures.whisker_nodes import mean_base, nodes_of, seen_frames, surely_named, usual_length
+from vibrissa.measures.whisker_nodes import mean_base, mean_way, nodes_of, seen_frames, surely_named, usual_length
 from vibrissa.quantities import dataset, require, stacked
 
 if TYPE_CHECKING:
@@ -126,19 +126,18 @@ def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Datas
     head = head_of(profile)
     every = [nodes_of(whole.isel(whisker=w), head) for w in range(whole.sizes["whisker"])]
     down = profile.attrs.get("frame", "image") == "image"
-    bases = np.array([mean_base(one) for one in every])
+    bases, ways = (np.array([mean(one) for one in every]) for mean in (mean_base, mean_way))
     frames = np.array([seen_frames(one).sum() for one in every])
-    face = _face(settings, head, bases, frames, down)
+    face = _face(settings, head, bases, ways, frames, down)
     turned = np.zeros(whole.sizes["time"]) if head is None else head.turned()
-    names = _names(profile, whisker_names(bases, face, settings.dorsal, downwards=down))
+    names = _names(profile, whisker_names(bases, face, settings.dorsal, ways=ways, downwards=down))
     time, near = np.asarray(whole.time.values, float), _touch_distance(profile, settings)
     part = settings.base_part or (0.0, SHARE * max(map(usual_length, every)))
     whiskers = surely_named(every, profile, settings.least_probability)
     rows = [_of_whisker(time, one, face, turned, part, settings, near) for one in whiskers]
-    columns = stacked([{name: row[name] for name in row if name != "events"} for row in rows])
-    events = [
-        {"touch_whisker": name, **event} for name, row in zip(names, rows, strict=True) for event in row["events"]
-    ]
+    each = zip(names, [row.pop("events") for row in rows], strict=True)
+    events = [{"touch_whisker": name, **event} for name, touches in each for event in touches]
+    columns = stacked(rows)
     return dataset(
         _attributes(profile, settings, face, part, near, columns, int(sum(seen_frames(one).sum() for one in whiskers))),
         lead=("whisker",),
@@ -163,8 +162,10 @@ def _names(profile: xr.Dataset, by_place: list[str]) -> list[str]:
     return names if len(set(names)) == len(names) else by_place
 
 
-def _face(settings: KinematicsSettings, head: HeadPose | None, bases: Array, frames: Array, down: bool) -> Face:
-    """Line of the face: as given, the head's axis, or through the bases."""
+def _face(
+    settings: KinematicsSettings, head: HeadPose | None, bases: Array, ways: Array, frames: Array, down: bool
+) -> Face:
+    """Line of the face: as given, the head's axis, or by the bases."""
     if settings.face is not None:
         return settings.face
     if head is not None and settings.nose is None:
@@ -172,7 +173,7 @@ def _face(settings: KinematicsSettings, head: HeadPose | None, bases: Array, fra
         return Face(caudal=(0.0, 0.0), rostral=(float(np.cos(way)), float(np.sin(way))), origin="the head's axis")
     if settings.nose is None:
         raise MissingError("nose", "must be given where the face is not", remedy="give the side it points to")
-    return face_through(bases, settings.nose, frames, downwards=down)
+    return face_through(bases, settings.nose, frames, ways=ways, downwards=down)
 
 
 def _touch_distance(profile: xr.Dataset, settings: KinematicsSettings) -> float | None:

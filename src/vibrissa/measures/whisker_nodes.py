@@ -80,6 +80,31 @@ def mean_base(nodes: Nodes) -> tuple[float, float]:
     return float(nodes["x"][seen[:, k], k].mean()), float(nodes["y"][seen[:, k], k].mean())
 
 
+def mean_way(nodes: Nodes) -> tuple[float, float]:
+    """Mean direction from the first node seen to the middle one, over the frames in which there are three or more.
+
+    Parameters
+    ----------
+    nodes : dict
+        From :func:`nodes_of`.
+
+    Returns
+    -------
+    (float, float)
+        x and y of a vector no longer than 1; NaN if it is never seen.
+    """
+    seen = np.isfinite(nodes["x"]) & np.isfinite(nodes["y"])
+    count = seen.sum(axis=1)
+    frames = np.flatnonzero(count >= 3)
+    if not frames.size:
+        return np.nan, np.nan
+    rank = np.cumsum(seen[frames], axis=1)
+    first, middle = (np.argmax(rank == at[:, None], axis=1) for at in (np.ones(frames.size), (count[frames] + 1) // 2))
+    off = np.array([nodes[name][frames, middle] - nodes[name][frames, first] for name in ("x", "y")])
+    way = (off / np.hypot(*off)).mean(axis=1)
+    return float(way[0]), float(way[1])
+
+
 def seen_frames(nodes: Nodes) -> Mask:
     """Frames in which any node is seen.
 
