@@ -80,3 +80,11 @@ def test_the_rate_that_is_named_for_a_rough_surface_is_enough(seed):
     [line] = surface_remarks(rough, 0.1, 20e3)
     named = float(line.rpartition("; ")[2].split()[0])
     assert surface_remarks(rough, 0.1, named) == []
+
+
+def test_no_rate_is_named_where_none_of_those_looked_at_is_enough():
+    fine = vb.periodic_grating(1e-3, period=PERIOD)
+    least = float(surface_remarks(fine, SPEED, RATE)[0].split("; ")[1].split()[0])
+    far = least / 64  # at 64 times that rate the samples are those that are looked at
+    [line] = surface_remarks(fine, SPEED, far)
+    assert line.endswith(f"not even {16 * far:g} would do")

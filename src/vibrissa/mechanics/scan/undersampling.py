@@ -10,6 +10,7 @@ from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import Gaps
 
 _FINER = 64  # samples that are looked at for each one of the record
+_MOST = 16  # times the rate that may be named: at 64 times nothing lies between the samples that are looked at
 _WINDOWS, _LENGTH = 24, 64  # stretches of the record that are looked at, and samples of each at least
 _LASTS = 3.2e-3  # [s] of a stretch at least: within shorter ones a rough surface is alike, however finely it is sampled
 _LOST = 0.35  # share of the contact's motion that may lie between samples: 8 for each period of a sawtooth, 4 of a sine
@@ -34,7 +35,7 @@ def contact_rate(prediction: PredictedMotion, rate: float) -> float:
     float
         ``rate`` if it is enough; else the first of its doubles at which straight lines between samples miss the
         contact's motion by less than 35 % (root mean square over its standard deviation, median over stretches of the
-        record); infinite beyond 64 times.
+        record); infinite beyond 16 times.
     """
     return _enough(_looked_at(prediction, rate), rate)
 
@@ -57,7 +58,7 @@ def contact_lines(prediction: PredictedMotion, rate: float) -> list[str]:
     needed = contact_rate(prediction, rate)
     if needed == rate:
         return []
-    enough = f"{needed:g} would do" if np.isfinite(needed) else f"not even {rate * _FINER:g} would do"
+    enough = f"{needed:g} would do" if np.isfinite(needed) else f"not even {rate * _MOST:g} would do"
     wrong = "excursion and what is quasi-static are aliased (vibration and its envelope are not)"
     return [f"{rate:g} samples per second do not follow the contact: {wrong}; {enough}"]
 
@@ -89,14 +90,14 @@ def surface_remarks(surface: Gaps | HeightProfile, speed: float, rate: float) ->
     needed = _enough(heights(start + steps.ravel() * speed / rate).reshape(1, *steps.shape), rate)
     if needed == rate:
         return []
-    enough = f"{needed:g} would do" if np.isfinite(needed) else f"not even {rate * _FINER:g} would do"
+    enough = f"{needed:g} would do" if np.isfinite(needed) else f"not even {rate * _MOST:g} would do"
     lost = "what is fast in forces, moments and motion is aliased or lost"
     return [f"{rate:g} samples per second do not follow the surface at {speed:g} m/s: {lost}; {enough}"]
 
 
 def _enough(fine: Array, rate: float) -> float:
     """First double of a rate at which straight lines between samples are near enough; infinite if none is."""
-    finer = (1 << k for k in range(_FINER.bit_length()))
+    finer = (1 << k for k in range(_MOST.bit_length()))
     return next((rate * k for k in finer if _missed(fine, _FINER // k) < _LOST), np.inf)
 
 
