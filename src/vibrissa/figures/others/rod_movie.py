@@ -19,6 +19,7 @@ from scipy.ndimage import uniform_filter1d
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import FormatError, TooFewError
 from vibrissa.figures.colours import KINDS, PREDICTED
+from vibrissa.figures.others.scan import moment_unit
 from vibrissa.mechanics.rod.film import Film
 from vibrissa.mechanics.rod.rod_states import STATES
 from vibrissa.video.io.colour import PLAYBACK_RATE, write_colour
@@ -155,8 +156,9 @@ class _Scene:
         self.close.set(xlabel="along the ground [mm]", ylabel="height [µm]", title="about the contacts")
         span = max(np.ptp(levels), _LEAST)
         self.close.set_ylim(1e6 * (levels.min() - 0.3 * span), 1e6 * (levels.max() + 1.5 * span))
-        moment.set(xlabel="time [ms]", ylabel="moment [nN m]", xlim=1e3 * film.time[[0, -1]])
-        moment.plot(1e3 * film.time, 1e9 * film.moment, color=PREDICTED, lw=0.9)
+        size, unit = moment_unit(film.moment)
+        moment.set(xlabel="time [ms]", ylabel=f"moment [{unit}]", xlim=1e3 * film.time[[0, -1]])
+        moment.plot(1e3 * film.time, film.moment / size, color=PREDICTED, lw=0.9)
         pace = "at its own pace" if factor == 1 else f"slowed {factor:g} times"
         figure.suptitle(f"whole whisker, {pace}", x=0.01, ha="left")
         handles = [Line2D([], [], color=colour, marker="o", ls="", label=name) for name, colour in COLOURS.items()]

@@ -21,6 +21,7 @@ SHOWN = 0.3  # [s] of the whole
 MODES = 2  # that are drawn in time
 WIDTH = 5.0  # [Hz] that a point of the spectra averages
 BEYOND = 1.5  # the spectra end at so many times the highest resonance
+MOMENTS = (1e-9, "nN m"), (1e-6, "µN m"), (1e-3, "mN m")
 _TOP = ("excursion", "base_moment_quasi_static")  # of a single contact
 _WHOLE = ("first_contact", "last_contact", "contact_state")  # of a whole whisker
 _BRIDGE, _DETACHED = 3, 0  # contact_state
@@ -86,10 +87,19 @@ def _caption(scan: xr.Dataset) -> str:
         for one in (scan[["resonant_frequency", "mode_sd"]].sel(mode=mode) for mode in scan.mode.values)
     )
     verdict = f" Verdict: {scan.attrs['verdict']}." if "verdict" in scan.attrs else ""
-    moment = f"The moment at the base has an rms of {1e9 * float(np.nanstd(scan.base_moment.values)):.3g} nN m"
+    size, unit = moment_unit(scan.base_moment.values)
+    moment = f"The moment at the base has an rms of {float(np.nanstd(scan.base_moment.values)) / size:.3g} {unit}"
     if "base_moment_quasi_static" in scan:
-        moment += f", its quasi-static part of {1e9 * float(np.nanstd(scan.base_moment_quasi_static.values)):.3g}"
+        moment += (
+            f", its quasi-static part of {float(np.nanstd(scan.base_moment_quasi_static.values)) / size:.3g} {unit}"
+        )
     return f"Predicted, nothing measured. {modes}. {moment}.{verdict}"
+
+
+def moment_unit(moments: Array) -> tuple[float, str]:
+    """Size of the unit in which moments [N m] have no more than four digits, and its name."""
+    largest = float(np.nanmax(np.abs(moments), initial=0.0))
+    return next((one for one in MOMENTS if largest < 1e4 * one[0]), MOMENTS[-1])
 
 
 @house_style
@@ -116,10 +126,11 @@ def draw(data: xr.Dataset) -> Figure:
         axes[1 + i, 0].set_ylabel(f"mode {i + 1} [µm]")
     axes[1, 0].legend(**_ABOVE)
     below = axes[n + 1, 0]
-    below.plot(data.time, 1e9 * data.base_moment, color=PREDICTED, lw=0.7, label="moment at the base")
+    size, unit = moment_unit(data.base_moment.values)
+    below.plot(data.time, data.base_moment / size, color=PREDICTED, lw=0.7, label="moment at the base")
     if "base_moment_quasi_static" in data:
-        below.plot(data.time, 1e9 * data.base_moment_quasi_static, color="0.2", lw=1.0, label="quasi-static part")
-    below.set(xlabel="time [s]", ylabel="moment [nN m]", xlim=(float(data.time[0]), float(data.time[-1])))
+        below.plot(data.time, data.base_moment_quasi_static / size, color="0.2", lw=1.0, label="quasi-static part")
+    below.set(xlabel="time [s]", ylabel=f"moment [{unit}]", xlim=(float(data.time[0]), float(data.time[-1])))
     below.legend(**_ABOVE)
     _draw_spectra(figure.add_subplot(merged(axes[:, 1])), data)
     return add_caption(figure, data)

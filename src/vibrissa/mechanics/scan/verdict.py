@@ -37,7 +37,7 @@ def verdict(facts: Mapping[str, Any] | xr.Dataset) -> str:
     *Outside the model* are predictions whose larger part is an artefact; *caution* asks for a look at what is named.
 
     - Jumps that the free end does not allow, or that are steps through smooth valleys: caution for any, outside beyond
-      half of them. At each the vibration is up to 30 times too large (docs/validation.md); beyond half, such jumps
+      half of them. At each the vibration is many times too large (docs/disagreements.md); beyond half, such jumps
       carry most of the power, and the rms is wrong by √2 or more.
     - Time in which the contact would lift off, or stick because its slip reverses: caution for any, outside beyond a
       tenth of the time. The contact that the modes assume is lost there; a tenth of the time is a tenth of the power.
