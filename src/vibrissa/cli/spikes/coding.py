@@ -26,6 +26,9 @@ from vibrissa.errors import ShapeError
 if TYPE_CHECKING:
     import xarray as xr
 
+MOST_OUTSIDE = 0.5  # share of the spikes outside of the window above which it is said
+SILENT = 0.1  # share of the window, or of the trials, without any spike from which on it is said
+
 
 def demodulation(
     *,
@@ -150,21 +153,26 @@ def information(
     with stage("units"):
         data = unit_information(table, count, window=window, bin_width=bin_width)
     tell(*remarks)
-    if line := _silent_end(table, window):
-        tell(line)
+    tell(*_unlikely(table, count, window))
     drawing.draw("spikes.information", data)
     ends = [f"spike_information{end}" for end in ("", "_low", "_high", "_plain")]
     names = ["unit_name", "unit_rate", *ends, "information_rate", "count_information", "reason"]
     output.show(data, columns=names)
 
 
-def _silent_end(spikes: xr.Dataset, window: Window) -> str:
-    """Remark on a window whose end is silent: where the recording is shorter, silence counts as information."""
-    start, stop = window
-    last = float(spikes.spike_time.where(spikes.spike_time < stop).max())
-    if stop - last < 0.1 * (stop - start):
-        return ""
-    return (
-        f"no unit fires from {last:.4g} s to the end of the window, {stop:g} s: "
-        "if the recording ended there the bits are wrong; end the window with it"
-    )
+def _unlikely(spikes: xr.Dataset, n_trials: int, window: Window) -> list[str]:
+    """Remarks on spikes beyond the window, and on silence that may not have been recorded: it counts as information."""
+    (start, stop), time, lines = window, spikes.spike_time.values, []
+    outside = int(((time < start) | (time >= stop)).sum())
+    if outside > MOST_OUTSIDE * time.size:
+        lines.append(f"{outside} of {time.size} spikes are outside of the window of {start:g} to {stop:g} s")
+    last = float(time[time < stop].max(initial=start))
+    if stop - last >= SILENT * (stop - start):
+        lines.append(
+            f"no unit fires from {last:.4g} s to the end of the window, {stop:g} s: "
+            "if the recording ended there the bits are wrong; end the window with it"
+        )
+    silent = n_trials - 1 - int(spikes.spike_trial.values.max(initial=-1))
+    if silent >= max(SILENT * n_trials, 2):
+        lines.append(f"no unit fires in the last {silent} of {n_trials} trials: if they were not recorded, give fewer")
+    return lines
