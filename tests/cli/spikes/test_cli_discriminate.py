@@ -2,6 +2,7 @@
 
 import json
 from datetime import UTC, datetime
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ from vibrissa.netcdf import load
 from vibrissa.neural.io.formats.nwb_writer import Session, write_nwb
 from vibrissa.neural.io.tables.spikes import spike_table
 from vibrissa.neural.io.tables.trials import trial_table
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
 
 
 @pytest.fixture
@@ -172,6 +175,22 @@ def test_trials_needed_draws_and_refuses(vibrissa, stimulus):
     assert "must be given for threshold, slope or latency" in err
     assert vibrissa(*words, "--slope", 0.25, "--slope-within", 0.1)[2].endswith("write --slope 0.25/s/um\n")
     assert vibrissa(*words, "--threshold", 42, "--slope-within", 0.1)[2].endswith("write --threshold 42um\n")
+
+
+def test_a_plan_of_fitted_units_names_those_that_were_not_identified(vibrissa, tmp_path):
+    shown = ("--stimulus", EXAMPLES / "spikes-stimulus.csv")
+    code, _, err = vibrissa("neural", "--spikes", EXAMPLES / "spikes.csv", *shown, "--out", tmp_path / "units.nc")
+    assert code == 0, err
+    units = load(tmp_path / "units.nc")
+    found = dict(zip(units.unit_name.values.tolist(), units.identified.values.tolist(), strict=True))
+    assert set(found.values()) == {0, 1}
+    words = ("trials-needed", *shown, "--fitted-units", tmp_path / "units.nc", "--slope-within", 0.1)
+    code, _, err = vibrissa(*words)
+    assert code == 0
+    [line] = err.splitlines()
+    said = line.removeprefix("vibrissa: ").partition(": not identified by the recording")[0].split(", ")
+    assert said == [name for name, identified in found.items() if not identified]
+    assert "--fitted-units must not be given with" in vibrissa(*words, "--baseline", 5)[2]
 
 
 def test_trials_needed_in_decibels_are_those_in_any_other_unit(vibrissa, tmp_path):

@@ -90,7 +90,9 @@ def trials_needed(
     within = None if threshold_within is None else threshold_within.of(unit, "--threshold-within")
     wanted = Wanted(threshold=within, slope=slope_within, latency=latency_within)
     if fitted_units is not None:
-        expected, gains, fanos, names = expected_of(_in_unit(load(fitted_units), unit))
+        table = _in_unit(load(fitted_units), unit)
+        expected, gains, fanos, names = expected_of(table)
+        tell(*_unidentified(table, names))
     else:
         names = []
         thresholds = [one.of(unit, "--threshold") for one in threshold or ()]
@@ -117,6 +119,17 @@ def _in_unit(units: xr.Dataset, unit: str) -> xr.Dataset:
     if (own := str(units.attrs.get("stimulus_unit", "m"))) != unit:
         raise ConflictError("--fitted-units", f"must have thresholds in {unit}, as the stimulus is", own)
     return units.map(lambda one: one, keep_attrs=False)
+
+
+def _unidentified(units: xr.Dataset, planned: list[str]) -> list[str]:
+    """Remark on units whose fit is taken though the recording does not determine it."""
+    if "identified" not in units:
+        return []
+    names = zip(units.unit_name.values.tolist(), units.identified.values.tolist(), strict=True)
+    found = [name for name, identified in names if identified != 1 and name in planned]
+    if not found:
+        return []
+    return [f"{', '.join(found)}: not identified by the recording; its fit, and so the plan, may be far off"]
 
 
 def _refuse_both(*given: object) -> None:
