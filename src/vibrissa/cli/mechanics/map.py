@@ -129,7 +129,8 @@ def map_(
     friction
         Coefficients of friction of the substrate.
     quantity
-        Largest displacement of one point of the shaft, or root mean square of mode 1; both over L.
+        Largest displacement of one point of the shaft, or root mean square of mode 1 about its mean; both over L, and
+        from the first gap to the end of the texture (`scan` also counts the ringing after it).
     response
         Quasi-static response of the profile held by the edge, or the paper's linear one.
     jump
