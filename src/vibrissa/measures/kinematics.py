@@ -15,9 +15,10 @@ from vibrissa.head_pose import HeadPose, head_of
 from vibrissa.measures.base_arc import LEAST_NODES, fit_base_arc
 from vibrissa.measures.bending import bending, bent_frames
 from vibrissa.measures.face import Face, Side, face_through, whisker_names
+from vibrissa.measures.kinematics_remarks import remark_on_face, remark_on_frames, remark_on_touches
 from vibrissa.measures.touched_object import Pole, Touchable, held_place
 from vibrissa.measures.touches import COLUMNS, touch_events
-from vibrissa.measures.whisk_cycle import BAND, PERIODS, frame_rate_of, whisk_cycle
+from vibrissa.measures.whisk_cycle import BAND, frame_rate_of, whisk_cycle
 from vibrissa.measures.whisker_nodes import mean_base, mean_way, nodes_of, seen_frames, surely_named, usual_length
 from vibrissa.quantities import dataset, require, stacked
 
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SHARE = 0.25  # of the usual arc length of the longest whisker, from the base, by default taken for the base
-MOST = 0.8  # share of the angles that have a phase, below which a remark says so
 PIXELS = 2.0  # distance to an object by default taken for touch
 IN_TIME = (
     "whisker_angle",
@@ -286,8 +286,9 @@ def _attributes(
     if settings.least_probability is not None:
         kept["least_probability"] = settings.least_probability
     remarks = [
-        *_of_the_face(settings, head_of(profile) is not None, face),
-        *_remarks(settings, near, columns, followed),
+        *([] if settings.face is not None else remark_on_face(face, settings.nose, head_of(profile) is not None)),
+        *remark_on_frames(columns, followed, settings.whisking_band, settings.bridged),
+        *remark_on_touches(columns, near, settings.find_touches and settings.touched is None),
     ]
     return {
         **kept,
@@ -301,50 +302,3 @@ def _attributes(
         "touch_distance": np.nan if near is None else near,
         "remarks": json.dumps(remarks, ensure_ascii=False),
     }
-
-
-def _of_the_face(settings: KinematicsSettings, known: bool, face: Face) -> list[str]:
-    """What angles are to, and whether that is not the axis of a head that is known."""
-    if settings.face is not None:
-        return []
-    instead = "; without `nose`, to the axis of the head" if known and settings.nose is not None else ""
-    return [f"angles are to {face.origin}{instead}"]
-
-
-def _remarks(
-    settings: KinematicsSettings, near: float | None, columns: Mapping[str, Array], followed: int
-) -> list[str]:
-    """What the user should know of the measurement; ``followed`` is in how many whiskers' frames a node is seen."""
-    held, known = np.nansum(columns["rest_held"]), np.isfinite(columns["rest_held"]).sum()
-    measured = np.isfinite(columns["whisker_angle"])
-    remarks = []
-    if short := followed - int(measured.sum()):
-        remarks.append(
-            f"{short} of {followed} lines have no angle: less than half of their base part is seen, or the standard "
-            "deviation of its direction is above 30° or unknown"
-        )
-    if near is None:
-        remarks.append("no touches are sought: the curvature at rest is the median over all frames")
-    elif held:
-        remarks.append(
-            f"in {int(held)} of {int(known)} frames the angle lies beyond those of the free whisker: there Δκ is "
-            "against its curvature at the end of them (rest_held)"
-        )
-    phase, needed = columns["whisking_phase"], PERIODS / settings.whisking_band[0]
-    if silent := int((~np.isfinite(phase)).all(axis=1).sum()):
-        remarks.append(
-            f"{silent} of {len(phase)} whiskers have no phase: none of them is seen for {needed:.3g} s "
-            f"without a gap of more than {settings.bridged} frames; `bridged` bridges longer gaps"
-        )
-    if (share := np.isfinite(phase)[measured].mean() if measured.any() else 1.0) < MOST:
-        remarks.append(
-            f"{100 * share:.0f} % of the angles have a phase, amplitude and set point: stretches below {needed:.3g} s "
-            f"between gaps of more than {settings.bridged} frames have none, so that these may be of rest alone"
-        )
-    if settings.find_touches and settings.touched is None:
-        found = int(np.isfinite(columns["object_x"]).sum())
-        remarks.append(
-            f"of {columns['object_x'].size} whiskers, {found} are held at one place while bent: their touches are by "
-            "the distance to it, those of the others by Δκ alone"
-        )
-    return remarks

@@ -1,0 +1,100 @@
+"""What the reader of kinematics should know: what angles are to, what was not measured, and what touches rest on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from vibrissa.arrays import Array
+from vibrissa.measures.face import Face
+from vibrissa.measures.whisk_cycle import PERIODS, stretches
+
+MOST = 0.8  # share of the angles that have a phase, below which a remark says so
+SINGLE = 0.5  # share of the touches that last one frame, from which on it is said
+
+
+def remark_on_face(face: Face, nose: str | None, known: bool) -> list[str]:
+    """What angles are to, and whether that is not the axis of a head that is known."""
+    instead = "; without `nose`, to the axis of the head" if known and nose is not None else ""
+    return [f"angles are to {face.origin}{instead}"]
+
+
+def remark_on_frames(columns: Mapping[str, Array], followed: int, band: tuple[float, float], bridged: int) -> list[str]:
+    """Lines without an angle, and whiskers and frames without a phase.
+
+    Parameters
+    ----------
+    columns : mapping
+        Series of all whiskers (W, T).
+    followed : int
+        In how many whiskers' frames a node is seen.
+    band : (float, float)
+        Of whisking [Hz].
+    bridged : int
+        Frames of a gap that is bridged.
+
+    Returns
+    -------
+    list of str
+        Remarks.
+    """
+    measured, phase, needed = np.isfinite(columns["whisker_angle"]), columns["whisking_phase"], PERIODS / band[0]
+    remarks = []
+    if short := followed - int(measured.sum()):
+        remarks.append(
+            f"{short} of {followed} lines have no angle: less than half of their base part is seen, or the standard "
+            "deviation of its direction is above 30° or unknown"
+        )
+    if silent := int((~np.isfinite(phase)).all(axis=1).sum()):
+        remarks.append(
+            f"{silent} of {len(phase)} whiskers have no phase: none of them is seen for {needed:.3g} s "
+            f"without a gap of more than {bridged} frames; `bridged` bridges longer gaps"
+        )
+    if (share := np.isfinite(phase)[measured].mean() if measured.any() else 1.0) < MOST:
+        remarks.append(
+            f"{100 * share:.0f} % of the angles have a phase, amplitude and set point: stretches below {needed:.3g} s "
+            f"between gaps of more than {bridged} frames have none, so that these may be of rest alone"
+        )
+    return remarks
+
+
+def remark_on_touches(columns: Mapping[str, Array], near: float | None, found: bool) -> list[str]:
+    """What touches and Δκ rest on.
+
+    Parameters
+    ----------
+    columns : mapping
+        Series of all whiskers (W, T).
+    near : float or None
+        Distance of a touch [m]; None where none are sought.
+    found : bool
+        Whether touches were found from bending.
+
+    Returns
+    -------
+    list of str
+        Remarks.
+    """
+    held, known = np.nansum(columns["rest_held"]), np.isfinite(columns["rest_held"]).sum()
+    if near is None:
+        return ["no touches are sought: the curvature at rest is the median over all frames"]
+    remarks = []
+    if held:
+        remarks.append(
+            f"in {int(held)} of {int(known)} frames the angle lies beyond those of the free whisker: there Δκ is "
+            "against its curvature at the end of them (rest_held)"
+        )
+    if found:
+        places = int(np.isfinite(columns["object_x"]).sum())
+        remarks.append(
+            f"of {columns['object_x'].size} whiskers, {places} are held at one place while bent: their touches are by "
+            "the distance to it, those of the others by Δκ alone"
+        )
+        length = np.array([stop - start for one in columns["touching"] for start, stop in stretches(one == 1)])
+        if length.size and (length == 1).sum() >= SINGLE * length.size:
+            remarks.append(
+                f"{(length == 1).sum()} of {length.size} stretches of touch last one frame: a wrong line bends as "
+                "suddenly; `least_frames` leaves short ones out"
+            )
+    return remarks
