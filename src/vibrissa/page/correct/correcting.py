@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import webbrowser
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from vibrissa.netcdf import save
 from vibrissa.page.correct.server import serve
@@ -13,6 +16,9 @@ from vibrissa.page.correct.session import CorrectionSession
 from vibrissa.video.correct.corrected_profile import corrected_profile
 from vibrissa.video.correct.opening import OpenedTracks, marked_names, profile_numbers
 from vibrissa.video.io.frame_store import FrameStore
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def correct_on_page(
@@ -92,4 +98,16 @@ def write_corrected(opened: OpenedTracks, out: Path) -> str:
     """
     data = corrected_profile(opened)
     save(data, out)
-    return f"The corrected profile of {data.sizes['whisker']} whiskers is in {out}"
+    return f"The corrected profile of {data.sizes['whisker']} whiskers is in {out}{_numbers(opened, data)}"
+
+
+def _numbers(opened: OpenedTracks, data: xr.Dataset) -> str:
+    """Whiskers that have another number in the profile than on the page, and those that it leaves out."""
+    correction = opened.correction
+    first = profile_numbers(opened.profile, opened.numbers, correction.linking.whiskers).tolist()
+    kept, every = json.loads(data.attrs["identities"]), np.unique(correction.named.whisker)
+    shown = {int(n): first[n] if n < len(first) else int(n) for n in every if n >= 0}
+    other = [f"{shown[n]} is {k} in it" for k, n in enumerate(kept) if shown[n] != k]
+    out = sorted(shown[n] for n in set(shown) - set(kept))
+    left = [f"{', '.join(map(str, out))} left out, as no name is sure enough"] if out else []
+    return "".join(f"; {one}" for one in [*([f"whisker {', '.join(other)}"] if other else []), *left])

@@ -49,8 +49,8 @@ class CorrectionSession:
         self._save, self._lock = save, threading.Lock()
         self._does: dict[str, Callable[[Mapping[str, Any]], str]] = {
             "edit": self._edit,
-            "undo": lambda _: "Undone: " + self._step(self.correction.undo),
-            "redo": lambda _: "Redone: " + self._step(self.correction.redo),
+            "undo": lambda _: "Undone: " + self._step(self.correction.undo, 0),
+            "redo": lambda _: "Redone: " + self._step(self.correction.redo, -1),
         }
 
     def start(self) -> bytes:
@@ -102,10 +102,10 @@ class CorrectionSession:
         self._write()
         return said
 
-    def _step(self, step: Callable[[], Edit]) -> str:
-        edit = step()
+    def _step(self, step: Callable[[], Edit], beyond: int) -> str:
+        step()
         self._write()
-        return edit.do
+        return self.correction.said(len(self.correction.edits) + beyond)
 
     def _write(self) -> None:
         write_edits(self.edits, self.movie, self.correction.edits)

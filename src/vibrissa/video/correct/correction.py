@@ -86,6 +86,7 @@ class Correction:
         named = self._names(chains, linked, decisions)
         self._moments = [_Moment(chains, linked, decisions, named)]
         self._edits: list[Edit] = []
+        self._said: list[str] = []
         self._done = 0
 
     @property
@@ -126,15 +127,19 @@ class Correction:
         board = Board(named.whiskers, named.whisker, named.piece, now.decisions, self.lying, self.segment_at)
         decisions, said = moved(board, edit)
         chains, linked = now.chains, now.linked
-        changed = np.flatnonzero((decisions.held != now.decisions.held) & (decisions.held >= 0))
-        if changed.size and edit.do in SPREADS and not edit.whole:
-            chains, linked = self._heard(now, changed, int(decisions.held[changed[0]]))
-        by_hand = self._names(now.chains, now.linked, decisions)
+        own = np.flatnonzero(decisions.held != now.decisions.held)
+        mine = own[decisions.held[own] >= 0]
+        if edit.do == "swap":
+            linked = _swapped(linked, edit, self.lying)
+        elif mine.size and edit.do in SPREADS and not edit.whole:
+            chains, linked = self._heard(now, mine, int(decisions.held[mine[0]]))
         moment = _Moment(chains, linked, decisions, self._names(chains, linked, decisions))
         self._moments[self._done + 1 :] = [moment]
         self._edits[self._done :] = [edit]
         self._done += 1
-        said = "; ".join([said, *_differences(by_hand.whisker, moment.named.whisker)])
+        if edit.do in SPREADS:
+            said = "; ".join([said, *_differences(named.whisker, moment.named.whisker, mine)])
+        self._said[self._done - 1 :] = [said]
         return said[0].upper() + said[1:]
 
     def _heard(self, now: _Moment, lines: Integers, whisker: int) -> tuple[Chains, LineNames]:
@@ -179,6 +184,10 @@ class Correction:
             raise MissingError("redo", "must follow an undo", remedy="nothing was taken back")
         self._done += 1
         return self._edits[self._done - 1]
+
+    def said(self, number: int) -> str:
+        """What an edit did, by its number from 0, in one line."""
+        return self._said[number]
 
     def apply_all(self, edits: Sequence[Edit], thing: str) -> None:
         """Make edits of a file again.
@@ -257,12 +266,25 @@ class Correction:
         return Named(count, whisker, other, sure, piece, decisions.held == GONE)
 
 
-def _differences(before: Integers, after: Integers) -> list[str]:
-    """Say how many lines each whisker has won or lost, where names have changed."""
+def _swapped(linked: LineNames, edit: Edit, lying: Lying) -> LineNames:
+    """Names of two whiskers exchanged from a frame on; how sure they are stays."""
+    assert edit.whiskers is not None
+    assert edit.frame is not None
+    a, b = edit.whiskers
+    later = lying.frame >= edit.frame
+    table = np.arange(max(int(linked.whisker.max(initial=0)), int(linked.other.max(initial=0)), a, b) + 2)
+    table[[a, b, -1]] = b, a, NOBODY
+    name, other = (np.where(later, table[one], one) for one in (linked.whisker, linked.other))
+    return LineNames(name, other, linked.sure)
+
+
+def _differences(before: Integers, after: Integers, own: Integers) -> list[str]:
+    """Say how many lines each whisker has won or lost, but for those that the edit is about."""
     other = before != after
+    other[own] = False
     said = []
     for whisker in np.setdiff1d(np.union1d(before[other], after[other]), [NOBODY]):
         won, lost = int((other & (after == whisker)).sum()), int((other & (before == whisker)).sum())
         counts = [f"{way} {count}" for way, count in (("gains", won), ("loses", lost)) if count]
-        said.append(f"about it whisker {whisker} {' and '.join(counts)} line{'s' * (won + lost != 1)}")
+        said.append(f"whisker {whisker} {' and '.join(counts)} line{'s' * (won + lost != 1)} beside or about it")
     return said

@@ -73,12 +73,13 @@ def _piece_at(board: Board, point: LinePoint | None, whole: bool = False) -> Int
     return np.flatnonzero(board.piece == board.piece[segment])
 
 
-def _called(board: Board, segments: Integers) -> str:
-    """How a piece is called in a message."""
+def _called(board: Board, segments: Integers, whole: bool = False) -> str:
+    """How a piece, or a whole whisker, is called in a message."""
     frame, whisker = board.lying.frame[segments], board.whisker[segments[0]]
     of = f"of whisker {whisker}" if whisker >= 0 else "without a name"
     a, b = frame.min(), frame.max()
-    return f"the piece {of}, " + (f"frame {a}" if a == b else f"frames {a} to {b}")
+    what = "the whole" if whole and whisker >= 0 else "the piece"
+    return f"{what} {of}, " + (f"frame {a}" if a == b else f"frames {a} to {b}")
 
 
 def _whisker(board: Board, edit: Edit) -> int:
@@ -107,7 +108,7 @@ def _next_group(board: Board) -> int:
 def _name(board: Board, edit: Edit) -> Moved:
     segments, whisker = _piece_at(board, edit.at, edit.whole), _whisker(board, edit)
     new = " (new)" if whisker == board.whiskers else ""
-    return _given(board, segments, whisker), f"{_called(board, segments)}, is whisker {whisker}{new}"
+    return _given(board, segments, whisker), f"{_called(board, segments, edit.whole)}, is whisker {whisker}{new}"
 
 
 def _mark(board: Board, edit: Edit) -> Moved:
@@ -128,7 +129,8 @@ def _join(board: Board, edit: Edit) -> Moved:
     if both.size:
         frames = np.unique(board.lying.frame[both])
         rule = "must be of pieces that do not lie beside one another in a frame"
-        raise ConflictError("join", rule, f"{frames.size} such frames, the first {frames[0]}", "split one before")
+        such = f"{frames.size} such frame{'s' * (frames.size > 1)}, the first {frames[0]}"
+        raise ConflictError("join", rule, such, "split one before")
     together = np.concatenate([one, other])
     names = [board.whisker[part[0]] for part in (other, one) if board.whisker[part[0]] >= 0]
     said = f"{_called(board, one)}, and {_called(board, other)}, are one"
@@ -158,7 +160,7 @@ def _delete(board: Board, edit: Edit) -> Moved:
     segments = _piece_at(board, edit.at, edit.whole)
     held, group = (one.copy() for one in board.decisions)
     held[segments], group[segments] = GONE, _next_group(board)
-    return Decisions(held, group), f"{_called(board, segments)}, is no whisker"
+    return Decisions(held, group), f"{_called(board, segments, edit.whole)}, is no whisker"
 
 
 def _swap(board: Board, edit: Edit) -> Moved:
@@ -172,8 +174,7 @@ def _swap(board: Board, edit: Edit) -> Moved:
     if not (first | second).any():
         raise TooFewError("swap", "must be where one of the whiskers has a line later on", f"frame {edit.frame}")
     held, group = (one.copy() for one in board.decisions)
-    held[first], held[second] = b, a
-    group[first | second] = -1
+    held[later & (held == a)], held[later & (board.decisions.held == b)] = b, a
     return Decisions(held, group), f"whiskers {a} and {b} exchange names from frame {edit.frame} on"
 
 

@@ -10,6 +10,7 @@ from scipy.optimize import linear_sum_assignment
 
 from vibrissa.arrays import Array
 from vibrissa.errors import ConflictError, MissingError, RangeError
+from vibrissa.quantities.identity import SURE
 from vibrissa.video.link.known.known_lines import LineNames
 from vibrissa.video.link.known.known_names import chains_of, gone_on, names_with
 from vibrissa.video.link.known.renamed_linking import RenamedLinking, line_names, with_names
@@ -17,6 +18,9 @@ from vibrissa.video.link.whisker_linking import MARK_REACH, Linking
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+LEAST = 0.05  # weight of a mark on a line whose name is unsure
 
 
 class LineMark(NamedTuple):
@@ -90,11 +94,11 @@ def _written(mark: LineMark) -> str:
 
 def apply_marks(
     linking: Linking, segments: xr.Dataset, marks: Sequence[LineMark]
-) -> tuple[RenamedLinking, dict[str, int]]:
+) -> tuple[RenamedLinking, dict[str, int], list[str]]:
     """Give names to the whiskers of a linking, and correct it where the marks say otherwise.
 
-    Each name goes to the whisker that has most of its marks, or whose lines go on as the marked ones; the lines of all
-    its marks are then that whisker's, and the names about them are put right.
+    Each name goes to the whisker that has most of its marks, or whose lines go on as the marked ones; a line counts by
+    how sure its name is. The lines of all its marks are then that whisker's, and the names about them are put right.
 
     Parameters
     ----------
@@ -111,6 +115,8 @@ def apply_marks(
         The linking with the names after all marks.
     dict
         Number of the whisker in the linking by its name, in the order of the marks.
+    list of str
+        Remarks on names whose marks are on lines of several whiskers.
 
     Raises
     ------
@@ -121,34 +127,40 @@ def apply_marks(
     _refuse_two_names(lines, marks)
     chains, linked = chains_of(linking), line_names(linking)
     known: dict[int, int] = {}
-    owner = _owners_of_names(linking, linked, lines, marks)
+    owner, said = _owners_of_names(linking, linked, lines, marks)
     for line, mark in zip(lines, marks, strict=True):
         whisker = owner[mark.whisker]
         if line not in linking.solutions[chains.roster[whisker][0]].who:
             raise RangeError("mark", "must be on a line of the pad of its whisker", _written(mark))
         chains, linked = names_with(chains, linked, np.array([line]), whisker, known)
         known[line] = whisker
-    return with_names(linking, linked, linking.whiskers), owner
+    return with_names(linking, linked, linking.whiskers), owner, said
 
 
 def _owners_of_names(
     linking: Linking, linked: LineNames, lines: Sequence[int], marks: Sequence[LineMark]
-) -> dict[str, int]:
-    """Whisker of each name."""
+) -> tuple[dict[str, int], list[str]]:
+    """Whisker of each name, and remarks on names whose marks are on lines of several."""
     names = list(dict.fromkeys(mark.whisker for mark in marks))
     votes = np.zeros((len(names), max(linking.whiskers, len(names))))
     for line, mark in zip(lines, marks, strict=True):
         named = int(linked.whisker[line])
         who = named if named >= 0 else gone_on(linking, linked, line)
         if who >= 0:
-            votes[names.index(mark.whisker), who] += 1
+            sure = linked.sure[line] if named >= 0 else SURE
+            votes[names.index(mark.whisker), who] += max(2 * float(sure) - 1, LEAST)
     owner = dict(zip(names, _owners(votes), strict=True))
+    said = [
+        f"marks of {name} are on lines of {(own > 0).sum()} whiskers; it is the one whose names are surest there"
+        for name, own in zip(names, votes, strict=True)
+        if (own > 0).sum() > 1
+    ]
     for mark in marks:
         if owner[mark.whisker] < 0:
             rule = "must be on a line of a whisker, or on one that goes on from its lines, and that no other name has"
             remedy = f"mark {mark.whisker} also in a frame in which its line has a name"
             raise ConflictError("mark", rule, _written(mark), remedy)
-    return owner
+    return owner, said
 
 
 def _refuse_two_names(lines: Sequence[int], marks: Sequence[LineMark]) -> None:
@@ -157,7 +169,8 @@ def _refuse_two_names(lines: Sequence[int], marks: Sequence[LineMark]) -> None:
     for line, mark in zip(lines, marks, strict=True):
         other = named.setdefault(line, mark)
         if other.whisker != mark.whisker:
-            raise ConflictError("mark", f"must not be on the line of {_written(other)}", _written(mark))
+            rule = f"must not give a line a second name; {_written(other)} is on the same line"
+            raise ConflictError("mark", rule, _written(mark))
 
 
 def _owners(votes: Array) -> list[int]:

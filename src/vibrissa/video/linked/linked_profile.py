@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from vibrissa.arrays import Array, Integers
+from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.errors import ShapeError, TooFewError
 from vibrissa.head_pose import HeadPose, with_head
 from vibrissa.quantities import dataset
@@ -77,10 +77,7 @@ def profile_from_linking(
     """
     identity, frames = linking.identity(), linking.pieces.frames
     whisker, sure = identity.segment_whisker.values, identity.segment_probability.values
-    use = (whisker >= 0) & (sure >= least_probability) & (identity.segment_other.values < 0)
-    head = linking.head
-    if head is not None:
-        use &= head.known[linking.pieces.frame]
+    use, head = _used(linking, identity, least_probability), linking.head
     found = np.unique(whisker[use])
     if not found.size:
         rule = f"must show whiskers whose names are at least {least_probability:g} sure"
@@ -112,6 +109,32 @@ def profile_from_linking(
     chance[~seen] = np.nan
     named = {"whisker": profile.whisker.values, "time": profile.time.values}
     return profile.merge(dataset(**named, whisker_probability=chance), combine_attrs="override")
+
+
+def whiskers_seen(linking: Linking, least_probability: float) -> Integers:
+    """Whiskers of a linking that a profile has without marks, in its order.
+
+    Parameters
+    ----------
+    linking : Linking
+        Of the segments.
+    least_probability : float
+        As of :func:`profile_from_linking`.
+
+    Returns
+    -------
+    (n,) array of int
+        Their numbers in the linking.
+    """
+    identity = linking.identity()
+    return np.unique(identity.segment_whisker.values[_used(linking, identity, least_probability)])
+
+
+def _used(linking: Linking, identity: xr.Dataset, least: float) -> Mask:
+    """Segments that a profile keeps."""
+    probable = (identity.segment_whisker.values >= 0) & (identity.segment_probability.values >= least)
+    use = probable & (identity.segment_other.values < 0)
+    return np.asarray(use if linking.head is None else use & linking.head.known[linking.pieces.frame])
 
 
 def skin_of(traces: Sequence[Trace], whiskers: int, skin: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:

@@ -22,7 +22,7 @@ from vibrissa.video.io.movie import read_blocks
 from vibrissa.video.link.thorough_linking import link_thoroughly
 from vibrissa.video.link.whisker_linking import Linking
 from vibrissa.video.linked.line_marks import LineMark, apply_marks, snapped
-from vibrissa.video.linked.linked_profile import profile_from_linking
+from vibrissa.video.linked.linked_profile import profile_from_linking, whiskers_seen
 from vibrissa.video.profile.turning import Region
 from vibrissa.video.tracking import Calibration
 
@@ -123,8 +123,10 @@ def track_linked(
         segments = with_head(segments.merge(time, combine_attrs="override"), head)
     segments, linking = link_thoroughly(segments)
     named: dict[str, int] = {}
+    said: list[str] = []
+    unmarked = whiskers_seen(linking, least_probability) if marks else np.zeros(0, np.int64)
     if marks:
-        linking, named = apply_marks(linking, segments, marks)
+        linking, named, said = apply_marks(linking, segments, marks)
     asked = {"background": name, "polarity": polarity}
     asked |= {} if region is None else {"region": json.dumps(region)}
     asked |= {"marks": json.dumps(marks)} if marks else {}
@@ -141,8 +143,9 @@ def track_linked(
     if named:
         profile.attrs["names"] = json.dumps(_names(profile, named))
     identified = _identified(segments, linking, calibration.frame_rate)
-    if unkept := _unkept(profile, linking, segments, marks, named):
-        profile.attrs["remarks"] = json.dumps([*unkept, *json.loads(profile.attrs.get("remarks", "[]"))])
+    said += [*_unkept(profile, linking, segments, marks, named), *_renumbered(profile, unmarked.tolist())]
+    if marks and said:
+        profile.attrs["remarks"] = json.dumps([*said, *json.loads(profile.attrs.get("remarks", "[]"))])
     return LinkedTracks(profile, identified)
 
 
@@ -167,6 +170,14 @@ def _names(profile: xr.Dataset, named: dict[str, int]) -> list[str]:
     return [numbers.get(who, f"whisker {k}") for k, who in enumerate(json.loads(profile.attrs["identities"]))]
 
 
+def _renumbered(profile: xr.Dataset, unmarked: list[int]) -> list[str]:
+    """Say which numbers whiskers would have without marks, where marked ones coming first has changed them."""
+    now = json.loads(profile.attrs["identities"])
+    were = [(k, unmarked.index(who)) for k, who in enumerate(now) if who in unmarked]
+    moved = [f"{k} would be {was}" for k, was in were if k != was]
+    return [f"marked whiskers come first; without marks, whisker {', '.join(moved)}"] if moved and unmarked else []
+
+
 def _unkept(
     profile: xr.Dataset, linking: Linking, segments: xr.Dataset, marks: Sequence[LineMark], named: dict[str, int]
 ) -> list[str]:
@@ -178,7 +189,8 @@ def _unkept(
         reasons = [why for begin, end, why in lost[whisker] if begin <= frame <= end]
         if whose[snapped(segments, mark)] != named[mark.whisker]:
             reasons = ["another line there is this whisker's"]
-        lines += [f"{mark.whisker} in frame {mark.frame} ({reasons[0]})"] if reasons else []
+        at = f"{mark.whisker} in frame {mark.frame}, column {mark.column:g}, row {mark.row:g}"
+        lines += [f"{at} ({reasons[0]})"] if reasons else []
     text = f"{len(lines)} of {len(marks)} marks are not kept: {', '.join(lines)}; marks may contradict one another"
     return [text] if lines else []
 

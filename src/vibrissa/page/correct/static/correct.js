@@ -202,7 +202,7 @@ function answered(event) {
   event.preventDefault();
   const { kind } = asking, text = $("number").value.trim(), number = kind === "name" && text === "+" ? tracks.whiskers : kind === "go" ? Number(text) : tracks.number(text);
   const most = kind === "go" ? tracks.frames - 1 : kind === "name" ? tracks.whiskers : tracks.whiskers - 1;
-  if (text === "" || !Number.isInteger(number) || number < 0 || number > most) return say(`a whole number from 0 to ${most}${kind === "go" ? "" : known()}, got ${text || "nothing"}`, true);
+  if (text === "" || !Number.isInteger(number) || number < 0 || number > most) return say(`a whole number from 0 to ${most}${kind === "go" ? "" : known()}, got ${text || "nothing"}${kind === "mark" && text === "+" ? "; n names a new whisker" : ""}`, true);
   unask();
   if (kind === "go") return go(number);
   if (kind === "swap") return number === named() ? say("the same whisker twice", true) : move("edit", { do: "swap", frame, whiskers: [named(), number] });

@@ -24,7 +24,9 @@ SURE = 0.02, 0.98  # probabilities within which they count
 KEEP = 0.92  # correlation of a deviation from frame to frame at most
 ABSENT = 25.0  # negative logarithm of the chance that a whisker has no line in a frame though one goes on
 KNOWN = 1e6  # weight of what is known
-FOLLOWS = 0.88, 0.78  # probability of a name that follows from a known line, and of the one exchanged for it
+PLAIN, LIKELY, UNLIKELY = 0.97, 0.75, 0.55  # probability of a name that follows from a known line, see _sureness
+ALIKE = 0.7  # length of a line over that of the known one, from which on it is as long
+JUMPS = 4.0  # negative log likelihood of a step from which on it is a jump
 
 
 class LineNames(NamedTuple):
@@ -99,7 +101,7 @@ def _certain(solution: Solution, names: LineNames, lines: Integers, whisker: int
     name[lines], other[lines], sure[lines] = whisker, -1, 1.0
     plain = np.setdiff1d(solution.tracklet[lines], [-1])
     stretch = (name == whisker) & np.isin(solution.tracklet, plain)
-    sure[stretch] = np.maximum(sure[stretch], FOLLOWS[0])
+    sure[stretch] = np.maximum(sure[stretch], PLAIN)
     return LineNames(name, other, np.where(name == -1, 0.0, sure))
 
 
@@ -119,11 +121,26 @@ def _corrected(
         name[mine] = -1
     else:
         other[now & (names.other == whisker)], other[now & (names.other == rival)] = rival, whisker
-        name[mine], sure[mine] = np.where(_can_be(solution, rival)[mine], rival, -1), FOLLOWS[1]
-    name[theirs], sure[theirs] = whisker, FOLLOWS[0]
+        name[mine], sure[mine] = np.where(_can_be(solution, rival)[mine], rival, -1), LIKELY
+    name[theirs], sure[theirs] = whisker, _sureness(solution, pair, lines)[theirs]
     for line, who in known.items():
         name[line] = who
     return LineNames(name, other, sure)
+
+
+def _sureness(solution: Solution, pair: _Pair, lines: Integers) -> Array:
+    """Probability that lines about known ones have their name (S,).
+
+    It is high for those that go on from them without an alternative, likely for those that are as long and, where they
+    had no name, do not jump; the others are probably not seen by a profile.
+    """
+    reach = np.ptp(solution.lines.reach, axis=1)
+    likely = reach >= ALIKE * reach[lines].max()
+    if pair.rival < 0:
+        step = _steps(solution, pair.model, _last(np.append(-1, pair.track)), pair.track, 1)
+        likely &= (step < JUMPS)[solution.frame]
+    plain = np.isin(solution.tracklet, np.setdiff1d(solution.tracklet[lines], [-1]))
+    return np.where(plain, PLAIN, np.where(likely, LIKELY, UNLIKELY))
 
 
 def _can_be(solution: Solution, whisker: int) -> Mask:

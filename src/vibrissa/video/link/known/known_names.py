@@ -16,6 +16,7 @@ from vibrissa.video.link.known.known_lines import LineNames, with_known
 from vibrissa.video.link.known.tracks import track
 from vibrissa.video.link.whisker_linking import Linking
 
+PROBABLE = 0.5  # of the names of a new whisker far from its known lines, at least
 MISSED = 0.2  # chance that a new whisker has no line in a frame
 FARTHEST = 25  # frames from a line without a name in which lines of a whisker say that it is that one's
 PLAIN = 5  # such lines at least
@@ -64,7 +65,7 @@ def names_with(
     -------
     Chains, LineNames
         As :func:`vibrissa.video.link.known.known_lines.with_known` in the whisker's pad; lines of others have no name
-        there. A new whisker has the lines without a name that it probably has, and the given ones.
+        there. A new whisker also has the lines without a name that are probably its, wherever they are.
     """
     new = whisker == len(chains.roster)
     pad = _pad_of(chains, lines) if new else chains.roster[whisker][0]
@@ -75,7 +76,8 @@ def names_with(
     if new:
         solutions, roster = list(chains.solutions), (*chains.roster, (pad, len(solution.labels)))
         solutions[pad], found = _with_new(solution, names, lines)
-        return Chains(tuple(solutions), roster), _renamed(names, found, whisker)
+        chains, names = Chains(tuple(solutions), roster), _renamed(names, found, whisker)
+        solution = solutions[pad]
     numbers = _numbers(chains, pad)
     place = np.full(len(chains.roster) + 2, -2)  # of the whiskers in the pad; the last is that of none
     place[numbers], place[-1] = np.arange(numbers.size), -1
@@ -135,7 +137,7 @@ def _in_pad(known: Mapping[int, int], place: Integers) -> dict[int, int]:
 
 
 def _with_new(solution: Solution, names: LineNames, lines: Integers) -> tuple[Solution, LineNames]:
-    """A pad with one more whisker, from lines of it; and which lines without a name are its, as number 0."""
+    """A pad with one more whisker, from lines of it; and which other lines without a name are its, as number 0."""
     frame, beside = solution.frame, np.isin(solution.frame, solution.frame[lines])
     free = solution.who[(names.whisker[solution.who] == -1) & ~beside[solution.who]]
     given = solution.frames, frame, solution.lines, np.union1d(free, lines), solution.phase, solution.lever
@@ -143,10 +145,10 @@ def _with_new(solution: Solution, names: LineNames, lines: Integers) -> tuple[So
     alone.place([_model(solution, lines)])
     alone.settle()
     found = names_of(alone, alone.lever)
-    name, sure = found.whisker.copy(), found.sure.copy()
-    name[lines], sure[lines] = 0, 1.0
+    name = np.where(found.sure >= PROBABLE, found.whisker, -1)
+    name[lines] = -1  # these are not known yet
     labels = [*solution.labels, alone.labels[0]]
-    return replace(solution, labels=labels), LineNames(name, np.full_like(name, -1), sure)
+    return replace(solution, labels=labels), LineNames(name, np.full_like(name, -1), found.sure)
 
 
 def _renamed(names: LineNames, found: LineNames, whisker: int) -> LineNames:
