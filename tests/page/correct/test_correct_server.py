@@ -91,6 +91,7 @@ def test_an_edit_holds_at_once_and_the_file_has_it(page):
     assert edited["whisker"][line] == 4
     assert [one.do for one in read_edits(page.edits, page.opened.movie)] == ["name"]
     facts, undone = unpacked(post(page, "undo", {})[1])
+    assert facts["said"].startswith("Undone: the piece of whisker 2")
     assert (facts["edits"], facts["undone"]) == (0, 1)
     np.testing.assert_array_equal(undone["whisker"], arrays["whisker"])
     assert read_edits(page.edits, page.opened.movie) == []
@@ -156,6 +157,7 @@ def test_the_profile_that_is_saved_has_the_names_by_hand(page, pad):
     code, said = post(page, "save", {})
     assert code == 200
     assert str(page.out) in said.decode()
+    assert said.decode().endswith("; whisker 4 is 3 in it, 5 is 4 in it")
     after = load(page.out)
     assert after.sizes["whisker"] == 5
     assert json.loads(after.attrs["identities"]) == [0, 1, 2, 4, 5]

@@ -67,6 +67,13 @@ def test_a_part_of_a_movie_stays_a_part(tracked):
         np.testing.assert_array_equal(lost, ~seen)
 
 
+def test_what_was_remarked_of_the_movie_is_kept(tracked):
+    after = corrected_profile(opened(tracked, movie_remarks='["mpeg4 may have altered the grey levels"]'))
+    assert json.loads(after.attrs["remarks"])[-1] == "mpeg4 may have altered the grey levels"
+    assert "movie_remarks" in after.attrs
+    assert "movie_remarks" not in corrected_profile(opened(tracked)).attrs
+
+
 def test_an_edit_changes_what_it_is_about(tracked):
     tracks = opened(tracked)
     named = tracks.correction.named

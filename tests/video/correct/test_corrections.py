@@ -139,6 +139,29 @@ def test_a_swap_exchanges_names_from_its_frame_on_and_twice_is_none(correction):
     np.testing.assert_array_equal(correction.named.whisker[held], before[held])
 
 
+def test_a_swap_says_nothing_of_how_sure_names_are(correction):
+    before = correction.named
+    correction.apply(Edit(do="swap", frame=60, whiskers=(1, 2)))
+    np.testing.assert_array_equal(correction.named.sure, before.sure)
+    held = int(np.flatnonzero((before.whisker == 1) & (correction.lying.frame > 100))[0])
+    correction.apply(edit_on(correction, "mark", held, whisker=2))  # by hand, and then exchanged with the others
+    correction.apply(Edit(do="swap", frame=60, whiskers=(1, 2)))
+    assert correction.named.whisker[held] == 1
+    assert correction.named.sure[held] == 1
+
+
+def test_it_says_whose_lines_make_room_for_a_piece_and_what_is_undone(correction):
+    before = correction.named.whisker
+    segments = longest(correction, 1)
+    said = correction.apply(edit_on(correction, "name", int(segments[0]), whisker=4))
+    lost = int(((before == 4) & (correction.named.whisker != 4)).sum())
+    assert lost > 50
+    assert f"whisker 4 loses {lost} lines beside or about it" in said
+    assert said[1:] == correction.said(0)[1:]
+    whole = correction.apply(edit_on(correction, "delete", middle(correction, 2), whole=True))
+    assert whole.startswith("The whole of whisker 2, frames ")
+
+
 def test_a_split_ends_the_name_and_a_join_gives_it_back(correction):
     segments = longest(correction, 2)
     cut = correction.lying.frame[segments[segments.size // 2]]

@@ -157,11 +157,12 @@ def track_planned(plan: TrackPlan, folder: Path, progress: Progress, segments: P
         profile = without_frames(profile, times.missing)
     if movie.names:
         profile.attrs["names"] = json.dumps(movie.names)
-    if remarks := [*json.loads(profile.attrs.get("remarks", "[]")), *watched.remarks()]:
-        profile.attrs["remarks"] = json.dumps(list(dict.fromkeys(remarks)), ensure_ascii=False)
+    of_movie = watched.remarks()
+    remarks = list(dict.fromkeys([*json.loads(profile.attrs.get("remarks", "[]")), *of_movie]))
+    said = {"remarks": remarks, "movie_remarks": of_movie}
+    profile.attrs |= {name: json.dumps(lines, ensure_ascii=False) for name, lines in said.items() if lines}
     if movie.lamp is not None:
-        lamp = None if movie.lamp == "find" else movie.lamp
-        profile = with_led(profile, led_frame(blocks("lamp"), lamp))
+        profile = with_led(profile, led_frame(blocks("lamp"), None if movie.lamp == "find" else movie.lamp))
     return profile if movie.substrate is None else with_ends(profile, movie)
 
 
@@ -200,9 +201,8 @@ def track_in_memory(plan: TrackPlan, frames: Frames, segments: Path | None = Non
 def _refuse_segments(segments: Path | None) -> None:
     """Refuse to write lines that are not sought."""
     if segments is not None:
-        raise ConflictError(
-            "segments", "must be left out where whiskers are followed", str(segments), "or `tracking='link'`"
-        )
+        rule = "must be left out where whiskers are followed"
+        raise ConflictError("segments", rule, str(segments), "or `tracking='link'`")
 
 
 def _followed(

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # attributes of the profile before
-KEPT = "tracking", "segments", "background", "polarity", "region", "drop_frames", "marks"
+KEPT = "tracking", "segments", "background", "polarity", "region", "drop_frames", "marks", "movie_remarks"
 
 
 def corrected_profile(opened: OpenedTracks) -> xr.Dataset:
@@ -48,6 +48,10 @@ def corrected_profile(opened: OpenedTracks) -> xr.Dataset:
         first=kept_whiskers(before, opened.numbers),
         attrs=kept | {"source": opened.movie.name, "edits": len(correction.edits)},
     )
+    if "movie_remarks" in before.attrs:
+        of_movie = json.loads(before.attrs["movie_remarks"])
+        lines = [*json.loads(profile.attrs.get("remarks", "[]")), *of_movie]
+        profile.attrs["remarks"] = json.dumps(lines, ensure_ascii=False)
     if "names" in before.attrs:
         profile.attrs["names"] = json.dumps(_names(opened, profile))
     if "first_frame" in before.attrs:
