@@ -137,3 +137,20 @@ def test_lines_of_no_pad_and_whiskers_without_lines_change_nothing(pads):
     again, same = names_with(more, names, astray[:1], linking.whiskers, {})
     assert again is more
     assert isinstance(same, LineNames)
+
+
+def test_what_is_known_of_one_pad_stays_when_the_other_is_marked():
+    sides = [Pad(whiskers=6, frames=100, centre=(350.0, 240.0))]
+    sides.append(Pad(whiskers=6, frames=100, centre=(290.0, 240.0), direction=180.0, mirror=True))
+    linking = link_segments(simulate(sides, 1)[0])
+    chains, names, known = chains_of(linking), line_names(linking), {}
+    assert {pad for pad, _ in chains.roster} == {0, 1}
+    for pad in (0, 1, 0):  # a line of one whisker of the pad is called another one
+        free = [n for n, (there, _) in enumerate(chains.roster) if there == pad and n not in known.values()]
+        one, other = free[:2]
+        line = line_of(linking, names, one, 40)
+        names = names_with(chains, names, line, other, known)[1]
+        known[int(line[0])] = other
+    for line, whisker in known.items():
+        assert names.whisker[line] == whisker
+        assert names.sure[line] == 1

@@ -74,7 +74,7 @@ def with_known(
     whisker : int
         Whose they are.
     known : mapping
-        Whisker of lines that were known before, −1 for nobody's.
+        Whisker of lines that were known before, −1 for nobody's, −2 for one of another pad.
 
     Returns
     -------

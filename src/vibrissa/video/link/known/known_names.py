@@ -131,9 +131,8 @@ def _numbers(chains: Chains, pad: int) -> Integers:
 
 
 def _in_pad(known: Mapping[int, int], place: Integers) -> dict[int, int]:
-    """What is known of lines, by the whiskers of a pad; those of other pads are nobody's."""
-    last = place.size - 2  # whiskers made by hand since have no chain
-    return {line: max(int(place[who]), -1) if -1 <= who < last else -1 for line, who in known.items()}
+    """What is known of lines, by the whiskers of a pad; −1 for nobody's, −2 for those of other pads, or of none."""
+    return {line: int(place[who]) if who < place.size - 2 else -2 for line, who in known.items()}
 
 
 def _with_new(solution: Solution, names: LineNames, lines: Integers) -> tuple[Solution, LineNames]:
