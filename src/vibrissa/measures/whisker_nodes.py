@@ -53,7 +53,7 @@ def usual_length(nodes: Nodes) -> float:
     float
         Median over the frames; 0 if it is never seen.
     """
-    seen = np.isfinite(nodes["x"]) & np.isfinite(nodes["y"])
+    seen = _seen(nodes)
     reach = np.where(seen, nodes["arc_length"], 0.0).max(axis=1)[seen.any(axis=1)]
     return float(np.median(reach)) if reach.size else 0.0
 
@@ -71,7 +71,7 @@ def mean_base(nodes: Nodes) -> tuple[float, float]:
     (float, float)
         x and y [m]; NaN if it is never seen.
     """
-    seen = np.isfinite(nodes["x"]) & np.isfinite(nodes["y"])
+    seen = _seen(nodes)
     frames = seen.any(axis=1).sum()
     if not frames:
         return np.nan, np.nan
@@ -93,7 +93,7 @@ def mean_way(nodes: Nodes) -> tuple[float, float]:
     (float, float)
         x and y of a vector no longer than 1; NaN if it is never seen.
     """
-    seen = np.isfinite(nodes["x"]) & np.isfinite(nodes["y"])
+    seen = _seen(nodes)
     count = seen.sum(axis=1)
     frames = np.flatnonzero(count >= 3)
     if not frames.size:
@@ -118,7 +118,12 @@ def seen_frames(nodes: Nodes) -> Mask:
     (T,) array of bool
         Whether one is.
     """
-    return np.asarray((np.isfinite(nodes["x"]) & np.isfinite(nodes["y"])).any(axis=1))
+    return np.asarray(_seen(nodes).any(axis=1))
+
+
+def _seen(nodes: Nodes) -> Mask:
+    """Nodes that are seen (T, N)."""
+    return np.asarray(np.isfinite(nodes["x"]) & np.isfinite(nodes["y"]))
 
 
 def surely_named(whiskers: list[dict[str, Array]], profile: xr.Dataset, least: float | None) -> list[dict[str, Array]]:

@@ -170,7 +170,7 @@ def _refuse_two_names(lines: Sequence[int], marks: Sequence[LineMark]) -> None:
         other = named.setdefault(line, mark)
         if other.whisker != mark.whisker:
             rule = f"must not give a line a second name; {_written(other)} is on the same line"
-            raise ConflictError("mark", rule, _written(mark))
+            raise ConflictError("mark", rule, _written(mark), "leave one of the two out")
 
 
 def _owners(votes: Array) -> list[int]:

@@ -117,11 +117,7 @@ def track_linked(
         snapped(segments, mark)  # one that is on no line is refused before linking, which takes minutes
     if progress is not None:
         progress("link whiskers", 0, 0)
-    if head is not None:
-        count = int(segments.attrs["frames"])
-        time = dataset(time=(int(segments.attrs.get("first_frame", 0)) + np.arange(count)) / calibration.frame_rate)
-        segments = with_head(segments.merge(time, combine_attrs="override"), head)
-    segments, linking = link_thoroughly(segments)
+    segments, linking = link_thoroughly(segments if head is None else _in_head(segments, head, calibration.frame_rate))
     named: dict[str, int] = {}
     said: list[str] = []
     unmarked = whiskers_seen(linking, least_probability) if marks else np.zeros(0, np.int64)
@@ -158,6 +154,13 @@ def _behind(background: str | Path | Frames, movie: str | Path | Frames) -> tupl
             return background, background  # type: ignore[return-value]
     image, name = reference(background, lambda: [movie] if isinstance(movie, np.ndarray) else read_blocks(movie))
     return "none" if image is None else image, name
+
+
+def _in_head(segments: xr.Dataset, head: HeadPose, frame_rate: float) -> xr.Dataset:
+    """Segments with the head in every frame."""
+    count = int(segments.attrs["frames"])
+    time = dataset(time=(int(segments.attrs.get("first_frame", 0)) + np.arange(count)) / frame_rate)
+    return with_head(segments.merge(time, combine_attrs="override"), head)
 
 
 def _threads() -> int:
