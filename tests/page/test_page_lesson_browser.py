@@ -308,8 +308,25 @@ def test_the_tour_has_five_steps_by_keyboard_and_gives_the_focus_back(view, serv
     assert not view.locator("#tour").is_visible()
 
 
+def rested(view):
+    """All answers to a state are there, so that nothing moves any more."""
+    until(view, "document.getElementById('index').textContent && !vibrissa.busy()")
+
+
+@pytest.mark.parametrize("width", [700, 1280, 1600])
+def test_no_link_moves_when_late_answers_come(view, served, width):
+    view.set_viewport_size({"width": width, "height": 900})
+    opened(view, served.root, **SHORT)
+    rested(view)
+    links = "[...document.querySelectorAll('#exports a, #save')].map(e => e.getBoundingClientRect().top)"
+    after = view.evaluate(links)
+    view.evaluate("document.getElementById('index').textContent = ''")
+    assert view.evaluate(links) == after
+
+
 def test_texture_b_and_single_pictures_are_taken_away(view, served, tmp_path):
     opened(view, served.root, **SHORT)
+    rested(view)
     texts = []
     for letter in "ab":
         view.locator("#letter").select_option(letter)
