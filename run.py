@@ -3,7 +3,7 @@
 python3 run.py             the main job: vibrissa run
 python3 run.py modes ...   any other command of vibrissa
 python3 run.py test ...    every check; further words go to pytest
-python3 run.py test --fast the same, with the fast tests alone
+python3 run.py test --fast the fast tests alone, and no check of types
 python3 run.py lock ...    write the locks anew; further words go to uv (--upgrade)
 """
 
@@ -34,7 +34,8 @@ UNREACHED = re.compile(r"connection broken|ConnectionPool|IncompleteRead|Tempora
 EVERY = 10.0  # seconds from one line on the set-up to the next
 
 FAST = ["-m", "not slow", "--durations=5", "--durations-min=3"]  # and which of them are slow all the same
-CHECKS = [["ruff", "format", "--check"], ["ruff", "check"], ["mypy"], ["lint-imports", "--no-logo"]]
+QUICK_CHECKS = [["ruff", "format", "--check"], ["ruff", "check"], ["lint-imports", "--no-logo"]]
+CHECKS = [*QUICK_CHECKS, ["mypy"]]
 
 
 def main(words):
@@ -178,7 +179,7 @@ def test(words):
     fast = "--fast" in words
     install(DEV, compiled=not fast)  # the fast tests compile those loops that they need
     os.chdir(ROOT)
-    for command in CHECKS:
+    for command in QUICK_CHECKS if fast else CHECKS:
         say(" ".join(command))
         code = subprocess.run([BIN / command[0], *command[1:]]).returncode
         if code != 0:

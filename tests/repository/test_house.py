@@ -267,12 +267,15 @@ def test_words_go_to_vibrissa(run, monkeypatch, words, passed):
 
 def test_fast_leaves_out_what_is_slow_and_the_other_words_go_to_pytest(set_up, monkeypatch):
     run, _ = set_up
-    called = []
+    called, checked = [], []
+    monkeypatch.setattr(run, "say", checked.append)
     monkeypatch.setattr(run.os, "execv", lambda _, command: called.extend(command))
     run.main(["test", "--fast", "-k", "modes"])
     assert called[called.index("-m") + 1] == "not slow"
     assert called[-2:] == ["-k", "modes"]
     assert "--fast" not in called
+    assert checked
+    assert "mypy" not in checked
 
 
 def test_the_fast_tests_are_the_quickest_that_fit_the_budget():
