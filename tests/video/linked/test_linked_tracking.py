@@ -211,16 +211,24 @@ def test_a_mark_in_a_frame_without_lines_names_the_nearest_frame_that_has_some(t
     assert "the nearest line of frame 9 passes" in str(caught.value)
 
 
-def test_a_mark_on_no_line_is_refused_before_lines_are_linked(movie, monkeypatch):
+@pytest.fixture
+def never_linked(monkeypatch):
+    """Fail if lines are linked."""
+
     def link(_):
         raise AssertionError("lines were linked first")
 
     monkeypatch.setattr("vibrissa.video.linked.linked_tracking.link_thoroughly", link)
+
+
+@pytest.mark.usefixtures("never_linked")
+def test_a_mark_on_no_line_is_refused_before_lines_are_linked(movie):
     with refusal("range", "mark"):
         track_linked(movie, calibration=CALIBRATION, marks=[LineMark(20, 300, 5, "C1")])
 
 
-def test_two_names_on_one_line_are_refused(movie, tracked):
+@pytest.mark.usefixtures("never_linked")
+def test_two_names_on_one_line_are_refused_before_lines_are_linked(movie, tracked):
     here = place(tracked.profile, 1, 20, 8)
     with refusal("conflict", "mark"):
         track_linked(movie, calibration=CALIBRATION, marks=[LineMark(20, *here, "C1"), LineMark(20, *here, "C2")])

@@ -92,6 +92,36 @@ def _written(mark: LineMark) -> str:
     return f"frame {mark.frame}, column {mark.column:g}, row {mark.row:g} ({mark.whisker})"
 
 
+def marked_lines(segments: xr.Dataset, marks: Sequence[LineMark]) -> list[int]:
+    """Segments that marks lie on.
+
+    Parameters
+    ----------
+    segments : Dataset
+        As :func:`snapped` takes them.
+    marks : sequence of LineMark
+        The marks.
+
+    Returns
+    -------
+    list of int
+        The segment of each.
+
+    Raises
+    ------
+    InputError
+        If a mark is on no line, or two names mark one line.
+    """
+    lines = [snapped(segments, mark) for mark in marks]
+    named: dict[int, LineMark] = {}
+    for line, mark in zip(lines, marks, strict=True):
+        other = named.setdefault(line, mark)
+        if other.whisker != mark.whisker:
+            rule = f"must not give a line a second name; {_written(other)} is on the same line"
+            raise ConflictError("mark", rule, _written(mark), "leave one of the two out")
+    return lines
+
+
 def apply_marks(
     linking: Linking, segments: xr.Dataset, marks: Sequence[LineMark]
 ) -> tuple[RenamedLinking, dict[str, int], list[str]]:
@@ -123,8 +153,7 @@ def apply_marks(
     InputError
         If a mark is on no line, two names mark one line, or a name is on no whisker that was linked.
     """
-    lines = [snapped(segments, mark) for mark in marks]
-    _refuse_two_names(lines, marks)
+    lines = marked_lines(segments, marks)
     chains, linked = chains_of(linking), line_names(linking)
     known: dict[int, int] = {}
     owner, said = _owners_of_names(linking, linked, lines, marks)
@@ -161,16 +190,6 @@ def _owners_of_names(
             remedy = f"mark {mark.whisker} also in a frame in which its line has a name"
             raise ConflictError("mark", rule, _written(mark), remedy)
     return owner, said
-
-
-def _refuse_two_names(lines: Sequence[int], marks: Sequence[LineMark]) -> None:
-    """Refuse two names on one line."""
-    named: dict[int, LineMark] = {}
-    for line, mark in zip(lines, marks, strict=True):
-        other = named.setdefault(line, mark)
-        if other.whisker != mark.whisker:
-            rule = f"must not give a line a second name; {_written(other)} is on the same line"
-            raise ConflictError("mark", rule, _written(mark), "leave one of the two out")
 
 
 def _owners(votes: Array) -> list[int]:

@@ -21,7 +21,7 @@ from vibrissa.video.follow.background import reference
 from vibrissa.video.io.movie import read_blocks
 from vibrissa.video.link.thorough_linking import link_thoroughly
 from vibrissa.video.link.whisker_linking import Linking
-from vibrissa.video.linked.line_marks import LineMark, apply_marks, snapped
+from vibrissa.video.linked.line_marks import LineMark, apply_marks, marked_lines, snapped
 from vibrissa.video.linked.linked_profile import profile_from_linking, whiskers_seen
 from vibrissa.video.profile.turning import Region
 from vibrissa.video.tracking import Calibration
@@ -113,8 +113,7 @@ def track_linked(
     if not segments.sizes["segment"]:
         rule, remedy = "must show whiskers", "say whether they are dark or bright, or give a larger region"
         raise TooFewError("movie", rule, "no line in any frame", remedy)
-    for mark in marks:
-        snapped(segments, mark)  # one that is on no line is refused before linking, which takes minutes
+    marked_lines(segments, marks)  # what cannot be is refused before linking, which takes minutes
     if progress is not None:
         progress("link whiskers", 0, 0)
     segments, linking = link_thoroughly(segments if head is None else _in_head(segments, head, calibration.frame_rate))
