@@ -108,6 +108,20 @@ def test_the_page_opens_with_both_pictures_and_asks_nobody_else(hands, pad):
     assert "6 whiskers, 0 edits" in hands.page.inner_text("#counts")
 
 
+def test_a_join_that_is_refused_waits_for_another_piece(hands, pad):
+    frame = full_frame(pad)
+    first = hands.select(2, frame)
+    hands.keys("j")
+    hands.select(1, frame)
+    hands.keys("j")
+    assert "do not lie beside one another" in hands.page.inner_text("#message")
+    assert "Select another piece" in hands.page.inner_text("#message")
+    assert hands.ask("correct.anchor()") == first
+    hands.keys("Escape")
+    assert hands.ask("correct.anchor()") is None
+    assert "0 edits" in hands.page.inner_text("#counts")
+
+
 def test_every_edit_by_keyboard_with_undo_and_redo(hands, pad):
     """Name, mark, split, join, swap, delete; the file beside the profile follows; all undone is as it was."""
     start, frame = hands.names(), full_frame(pad)

@@ -98,7 +98,7 @@ async function post(place, body) {
   return reply;
 }
 
-function move(place, body = {}) {
+function move(place, body = {}, refused = error => failed(error)) {
   if (ended) return;
   const since = performance.now();
   waiting += 1;
@@ -106,7 +106,7 @@ function move(place, body = {}) {
     try {
       took(unpacked(await (await post(place, body)).arrayBuffer()));
       timed("move", since);
-    } catch (error) { failed(error); }
+    } catch (error) { refused(error); }
     waiting -= 1;
   });
 }
@@ -148,11 +148,11 @@ function find(k) { // its line that is nearest in time
   if (best === null) say(`whisker ${tracks.both(k)} has no line`); else select(best);
 }
 
-function edit(kind, more = {}) {
+function edit(kind, more = {}, refused = undefined) {
   const at = selected ?? piece;
   if (at === null) return say("select a line first: click on one, or ↑ ↓", true);
   const whole = ["name", "delete"].includes(kind) && $("whole").checked ? { whole: true } : {};
-  move("edit", { do: kind, at, ...whole, ...more });
+  move("edit", { do: kind, at, ...whole, ...more }, refused);
 }
 
 function join() {
@@ -164,7 +164,8 @@ function join() {
   } else {
     const to = anchor;
     anchor = null;
-    if (piece !== null) edit("join", { to });
+    if (piece === null) say("no piece to join with was selected: the join is given up", true);
+    else edit("join", { to }, error => { anchor = to; failed(error); $("message").textContent += ". Select another piece and press j; Esc gives up."; draw(); tell(); });
   }
   tell();
 }
