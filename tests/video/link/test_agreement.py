@@ -79,19 +79,17 @@ def test_the_piece_that_stood_for_a_whisker_does_so_as_long_as_it_keeps_its_name
     np.testing.assert_array_equal(_agreed(names, frame, [1, 0], [1, 0]).main, [[1], [0]])
 
 
-def test_a_line_in_a_plain_stretch_has_three_fifths_of_its_name_from_the_stretch():
-    """Of three lines of one stretch the middle one is the other whisker's, as each linking says."""
-    names = _names([0, 1, 0], [0.9, 0.9, 0.9], [[0, -1, 2], [-1, 1, -1]])
-    votes = np.array([[0.9, 0, 0], [0, 0.9, 0], [0.9, 0, 0]])
+def test_a_line_in_a_plain_stretch_has_a_third_of_its_name_from_the_stretch():
+    """Of three lines of one stretch the middle one is the other whisker's, as each linking says, but less surely."""
+    names = _names([0, 1, 0], [0.9, 0.5, 0.9], [[0, -1, 2], [-1, 1, -1]])
+    votes = np.array([[0.9, 0, 0], [0, 0.5, 0], [0.9, 0, 0]])
     same = _lines([0, 1, 2], stretch=[5, 5, 5])
     np.testing.assert_array_equal(_agreed(names, _lines([0, 1, 2]), votes=votes).whisker, [0, 1, 0])
     found = _agreed(names, same, votes=votes)
     np.testing.assert_array_equal(found.whisker, [0, 1, 0])
-    np.testing.assert_allclose(found.sure[1], agreement(np.array([2 / 5 * 0.9 + 3 / 5 * 0.9 / 3]))[0])
-    votes[1, 1] = 0.5  # less surely
-    less = names._replace(sure=np.array([0.9, 0.5, 0.9]))
-    np.testing.assert_array_equal(_agreed(less, _lines([0, 1, 2]), votes=votes).whisker, [0, 1, 0])
-    np.testing.assert_array_equal(_agreed(less, same, votes=votes).whisker, [0, 0, 0])
+    np.testing.assert_allclose(found.sure[1], agreement(np.array([2 / 3 * 0.5 + 1 / 3 * 0.5 / 3]))[0])
+    least = names._replace(sure=np.array([0.9, 0.0, 0.9]))
+    np.testing.assert_array_equal(_agreed(least, same, votes=votes).whisker, [0, 0, 0])
 
 
 def test_of_two_lines_side_by_side_the_likelier_has_the_name_and_of_two_ends_both():
@@ -141,14 +139,10 @@ def _before_and_after(pad, seed):
     return [(one.followed, one.wrong) for one in (score(segments, truth, names) for names in two)]
 
 
-def test_one_linking_alone_says_what_it_said_but_for_lines_of_a_stretch_that_has_a_name():
+def test_one_linking_alone_says_what_it_said():
     segments, _ = simulate([Pad(whiskers=4, frames=60)], 1)
     linking = link_segments(segments)
-    before = linking.identity().segment_whisker.values
+    before = linking.identity()
     best_and_others([CutLinking(linking, np.arange(segments.sizes["point"]))], segments.sizes["point"])
     assert linking.others.linkings == 0
-    after, stretch = linking.identity().segment_whisker.values, linking.solutions[0].tracklet
-    for one in np.flatnonzero(after != before):
-        assert before[one] < 0
-        assert (after[one] == before[stretch == stretch[one]]).mean() > 0.6
-    assert (after != before).mean() < 0.01
+    np.testing.assert_array_equal(linking.identity().segment_whisker, before.segment_whisker)

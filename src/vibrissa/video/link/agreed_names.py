@@ -12,7 +12,7 @@ from vibrissa.video.link.certainty import UNNAMED, agreement
 from vibrissa.video.link.chains.exclusion import Solution
 from vibrissa.video.link.identities import ABSENT, OVERLAP, SHARED, TORN, UNSURE, Names
 
-STRETCH = 0.6  # weight of all lines of a plain stretch in what is said of each
+STRETCH = 1 / 3  # weight of all lines of a plain stretch in what is said of each
 SAID = 0.1  # mean probability from which on a line is perhaps a whisker's that has none in the frame
 
 
@@ -35,8 +35,8 @@ def agreed(names: Names, solution: Solution, others: Others) -> Names:
     """Names on which several linkings of the same lines agree most.
 
     Each gives a line its probability to be a whisker's, or to be nobody's if it has no name there. What counts is the
-    mean over the linkings, two fifths for the line itself and three for all lines of its plain stretch. The line gets
-    the name with the largest, unless nobody's is larger, or a likelier line with that name lies beside it.
+    mean over the linkings, two thirds for the line itself and one for all lines of its plain stretch. The line gets the
+    name with the largest, unless nobody's is larger, or a likelier line with that name lies beside it.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """Tracklets joined over gaps: a line that ends goes on as the one that comes next where the pad has carried it.
 
 How far the pad carries lines from frame to frame, a + bφ at each of the three radii, is read from the plain links
-themselves, so whatever the whole pad does (it whisks, opens, or the head moves) needs no model. Short gaps are closed
-before long ones, and only where no other tracklet could as well go on there.
+themselves, so whatever the whole pad does (it whisks, opens, or the head moves) needs no model. All gaps are closed at
+once (matching of least cost).
 """
 
 from __future__ import annotations
@@ -10,24 +10,26 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.video.link.chains.chain_kernel import TAILS
 from vibrissa.video.link.chains.whisker_models import prior_spread
 from vibrissa.video.link.pad.pads import Lines
-from vibrissa.video.link.tracklets import MARGIN, least_two
 
 WIDTH = 30.0  # place across the pad that counts as 1 [°]
 LEAST = 4  # lines of a tracklet that is joined
 ENDS = 5  # lines that give its place at either end
 STEP = 0.8  # standard deviation of a whisker's own step [°]
 TRUST = 1.0, 4.0  # precision of the pad's swing as a prior, in the middle, and of the middle's for both ends [°⁻²]
-GAPS = 2, 5, 10, 20  # frames between the lines of a gap at most, in turn
+GAP = 200  # frames that a whisker may be gone
 GONE = 0.01  # cost of each
 STRAY = 1.8  # variance of what whiskers stray in a long gap, over that of a deviation
 KEEP = 0.94  # correlation of where they strayed from frame to frame
 STRENGTH = 0.3  # standard deviation of the logarithm of a tracklet's strength
 NEW = 12.0  # negative log density of a line that is another whisker's
+BIG = 1000.0  # keeps all costs positive
 
 
 class Ends(NamedTuple):
@@ -119,13 +121,13 @@ def _ends(frame: Integers, name: Integers, lines: Lines, motion: Array) -> Ends:
     return Ends(np.array([name[p[0]] for p in parts], np.int64), first, last, across, strength, place, error)
 
 
-def _costs(ends: Ends, motion: Array, lever: Array, longest: int) -> tuple[Integers, Integers, Array]:
+def _costs(ends: Ends, motion: Array, lever: Array) -> tuple[Integers, Integers, Array]:
     """Tracklets that may follow each other, and at what cost; below 0 where that is likelier than a new whisker."""
     order = np.argsort(ends.first, kind="stable")
     spread = 2 * STRAY * prior_spread(lever)
     found = []
     for u in range(ends.first.size):
-        low, high = np.searchsorted(ends.first[order], [ends.last[u] + 1, ends.last[u] + longest + 1])
+        low, high = np.searchsorted(ends.first[order], [ends.last[u] + 1, ends.last[u] + GAP + 1])
         v = order[low:high]
         gap = ends.first[v] - ends.last[u]
         # either place has been taken back by its own gain; both count with their mean one
@@ -160,25 +162,18 @@ def joined(frame: Integers, name: Integers, lines: Lines, motion: Array, lever: 
     (S,) array of int
         Number of the joined tracklet of each segment, −1 where it has none.
     """
-    for longest in GAPS:
-        ends = _ends(frame, name, lines, motion)
-        if ends.first.size:
-            name = _renamed(name, ends, *_plain(ends.first.size, *_costs(ends, motion, lever, longest)))
-    return name
-
-
-def _plain(count: int, u: Integers, v: Integers, cost: Array) -> tuple[Integers, Integers]:
-    """Pairs of ``count`` tracklets of which either has no other one that costs about as little."""
-    (out, out2), (into, into2) = least_two(u, v, cost, count), least_two(v, u, cost, count)
-    plain = (cost <= out[u]) & (cost <= into[v]) & (out2[u] > cost + MARGIN) & (into2[v] > cost + MARGIN)
-    return u[plain], v[plain]
-
-
-def _renamed(name: Integers, ends: Ends, u: Integers, v: Integers) -> Integers:
-    """Names of lines when each tracklet ``v`` goes on as ``u`` did."""
+    ends = _ends(frame, name, lines, motion)
+    count = ends.first.size
+    if not count:
+        return name
+    u, v, cost = _costs(ends, motion, lever)
+    each = np.arange(count)
+    value, place = np.append(cost, np.zeros(count)) + BIG, (np.append(u, each), np.append(v, count + each))
+    rows, columns = min_weight_full_bipartite_matching(coo_array((value, place), shape=(count, 2 * count)).tocsr())
     number = np.arange(int(name.max()) + 1)
     # in the order of time, so that each takes the number that the one before it has by then
-    for k in np.argsort(ends.first[u], kind="stable"):
-        number[ends.number[v[k]]] = number[ends.number[u[k]]]
+    for k in rows[np.argsort(ends.first[rows], kind="stable")]:
+        if columns[k] < count:
+            number[ends.number[columns[k]]] = number[ends.number[k]]
     _, dense = np.unique(number, return_inverse=True)
     return np.where(name >= 0, dense[np.maximum(name, 0)], -1)

@@ -45,28 +45,8 @@ def expected(frame: Integers, pairs: Pairs, swing: Array, across: Array) -> Arra
     return np.asarray(at - across[pairs.first])
 
 
-def least_two(
-    key: Integers, other: Integers, cost: Array, count: int, reach: Array | None = None
-) -> tuple[Array, Array]:
-    """Least cost of each key, and the next one.
-
-    Parameters
-    ----------
-    key, other : (N,) arrays of int
-        Pairs.
-    cost : (N,) array
-        Of each pair.
-    count : int
-        Keys.
-    reach : (S, 2) array, optional
-        First and last distance of each ``other`` from the pad. If given, one that may be another piece of the first one
-        is left out.
-
-    Returns
-    -------
-    (count,) array, (count,) array
-        Infinite where there is none.
-    """
+def _least_two(key: Integers, other: Integers, cost: Array, count: int, reach: Array | None) -> tuple[Array, Array]:
+    """Least cost of each key, and that of the next line that is not, perhaps, another piece of the first one."""
     least, second = np.full((2, count), np.inf)
     nearest = np.zeros(count, np.int64)
     order = np.lexsort((cost, key))
@@ -108,7 +88,7 @@ def tracklets(frame: Integers, pairs: Pairs, cost: Array, usable: Mask, reach: A
     for g in range(1, REACH + 1):
         free = (gap == g) & (following[pairs.first] < 0) & (before[pairs.second] < 0)
         i, j, c = pairs.first[free], pairs.second[free], cost[free]
-        (out, out2), (into, into2) = least_two(i, j, c, count, reach), least_two(j, i, c, count, reach)
+        (out, out2), (into, into2) = _least_two(i, j, c, count, reach), _least_two(j, i, c, count, reach)
         plain = (c < WORST) & (c <= out[i]) & (c <= into[j]) & (out2[i] > c + MARGIN) & (into2[j] > c + MARGIN)
         following[i[plain]], before[j[plain]] = j[plain], i[plain]
     name = np.full(count, -1)
