@@ -98,7 +98,7 @@ async function post(place, body) {
   return reply;
 }
 
-function move(place, body = {}, refused = error => failed(error)) {
+function move(place, body = {}, refused = failed) {
   if (ended) return;
   const since = performance.now();
   waiting += 1;
@@ -148,7 +148,7 @@ function find(k) { // its line that is nearest in time
   if (best === null) say(`whisker ${tracks.both(k)} has no line`); else select(best);
 }
 
-function edit(kind, more = {}, refused = undefined) {
+function edit(kind, more = {}, refused) {
   const at = selected ?? piece;
   if (at === null) return say("select a line first: click on one, or ↑ ↓", true);
   const whole = ["name", "delete"].includes(kind) && $("whole").checked ? { whole: true } : {};
@@ -165,7 +165,14 @@ function join() {
     const to = anchor;
     anchor = null;
     if (piece === null) say("no piece to join with was selected: the join is given up", true);
-    else edit("join", { to }, error => { anchor = to; failed(error); $("message").textContent += ". Select another piece and press j; Esc gives up."; draw(); tell(); });
+    else edit("join", { to }, error => {
+      failed(error);
+      if (error instanceof TypeError) return; // nobody answers any more
+      $("message").textContent += ". Select another piece and press j; Esc gives up.";
+      anchor ??= to;
+      draw();
+      tell();
+    });
   }
   tell();
 }
