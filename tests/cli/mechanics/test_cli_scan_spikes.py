@@ -61,6 +61,10 @@ BAD = {
     "trials": (["--simulate-units", "3", "--trials", "0"], "trials must be at least 1"),
     "envelope": (["--simulate-units", "3", "--mean-envelope", "-1"], "must be above 0 and at most 0.01 m"),
     "alone": (["--spikes-out", "s.csv"], "--spikes-out must go with --simulate-units"),
+    "trials alone": (["--trials", "5"], "--trials must go with --simulate-units, got 5"),
+    "seed alone": (["--seed", "1"], "--seed must go with --simulate-units, got 1"),
+    "distance alone": (["--distance", "3mm"], "--distance must go with --simulate-units, got 0.003"),
+    "envelope alone": (["--mean-envelope", "1um"], "--mean-envelope must go with --simulate-units"),
     "seed": (["--simulate-units", "3", "--seed", "-1"], "--seed must be 0 or a positive whole number"),
     "distance": (["--simulate-units", "3", "--distance", "0.1"], "must lie on the whisker"),
 }

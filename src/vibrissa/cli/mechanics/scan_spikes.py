@@ -61,8 +61,10 @@ class SpikeOptions:
             If the options contradict each other, or a name cannot be written.
         """
         if self.simulate_units is None:
-            if self.spikes_out is not None:
-                raise ConflictError("--spikes-out", "must go with --simulate-units", str(self.spikes_out))
+            for name, usual in vars(NO_SPIKES).items():
+                if getattr(self, name) != usual:
+                    option, value = "--" + name.replace("_", "-"), str(getattr(self, name))
+                    raise ConflictError(option, "must go with --simulate-units", value)
             return None
         if self.spikes_out is not None:
             from vibrissa.study.forward.forward_files import refuse_name
