@@ -9,6 +9,7 @@ from real_browser import real_browser
 
 from vibrissa.netcdf import load
 from vibrissa.video.correct.edit_file import read_edits
+from vibrissa.video.correct.edits import Edit
 
 FRAMES, PATIENCE = 120, 60  # [s] of a loaded machine
 
@@ -190,7 +191,8 @@ def test_a_new_whisker_and_refusals_of_numbers(hands, pad):
 
 
 def test_a_name_that_a_mark_gave_and_the_part_that_was_tracked_are_shown(browser, served, pad):
-    served.session.tracked |= {"names": {2: "C1"}, "numbers": [1, 2, 0, 3, 4, 5], "part": [20, 79]}
+    served.session.tracked |= {"numbers": [1, 2, 0, 3, 4, 5], "part": [20, 79]}
+    served.session.correction.apply(Edit(do="call", whisker=2, label="C1"))
     hands = Hands(browser, served)
     assert hands.ask("correct.frame()") == 20
     assert hands.ask("correct.overview.span") == [20, 79]
@@ -209,6 +211,26 @@ def test_a_name_that_a_mark_gave_and_the_part_that_was_tracked_are_shown(browser
     hands.answer("x", "0")
     assert "hiskers 2 and C1 (0) exchange names" in hands.page.inner_text("#message")
     hands.context.close()
+
+
+def test_a_whisker_is_called_by_hand_and_a_line_alone_deleted(hands, pad):
+    frame = full_frame(pad)
+    line = hands.select(3, frame)
+    hands.answer("c", "C2")
+    assert hands.page.inner_text("#message") == "Whisker C2 (3) is called C2"
+    assert "C2 (3): " in hands.page.inner_text("#whiskers")
+    hands.until("document.getElementById('where').textContent.includes('whisker C2 (3), ')")
+    hands.select(4, frame)
+    hands.answer("c", "c2")
+    assert "label must be of one whisker alone" in hands.page.inner_text("#message")
+    hands.select(3, frame)
+    hands.keys("w", "Shift+D")  # the line alone, whatever delete concerns
+    assert hands.whisker(line) == -2
+    assert hands.ask("Array.from(correct.tracks.whisker).filter(k => k === -2).length") == 1
+    assert [one.do for one in hands.edits()] == ["call", "delete"]
+    hands.keys("u", "u")
+    assert hands.whisker(line) == 3
+    assert "C2" not in hands.page.inner_text("#whiskers")
 
 
 def test_a_click_selects_a_line_in_the_frame_and_a_piece_in_the_picture_of_angles(hands, pad):

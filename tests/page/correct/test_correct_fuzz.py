@@ -9,7 +9,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from page_requests import FEW, JSON, WAIT, answered, requests
 
-DOES = ["name", "mark", "join", "split", "swap", "delete", "paint"]
+DOES = ["name", "mark", "join", "split", "swap", "delete", "call", "paint"]
 LINES = st.sampled_from([0, 1, 7, 40]) | JSON
 FIELDS = {
     "at": LINES,
@@ -17,7 +17,9 @@ FIELDS = {
     "whisker": st.integers(-1, 4) | JSON,
     "whiskers": st.lists(st.integers(-1, 4), max_size=3) | JSON,
     "frame": st.integers(-1, 20) | JSON,
+    "label": st.text(max_size=50) | JSON,
     "whole": st.booleans() | JSON,
+    "alone": st.booleans() | JSON,
 }
 EDITS = st.fixed_dictionaries({"do": st.sampled_from(DOES)}, optional=FIELDS)
 

@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 from simulated_segments import HEIGHT, WIDTH, Pad, simulate
 
+from vibrissa.measures.face import Face
+from vibrissa.measures.kinematics import KinematicsSettings, kinematics_of
 from vibrissa.netcdf import load, save
 from vibrissa.video.correct.corrected_profile import corrected_profile
 from vibrissa.video.correct.edits import Edit
-from vibrissa.video.correct.opening import open_tracks, profile_numbers
+from vibrissa.video.correct.opening import marked_names, open_tracks, profile_numbers
 from vibrissa.video.io.movie import write_movie
 from vibrissa.video.link.thorough_linking import IDENTIFIED, link_thoroughly
 from vibrissa.video.linked.linked_profile import profile_from_linking
@@ -52,6 +54,17 @@ def test_without_an_edit_places_and_names_are_the_same(tracked):
     assert after.attrs["identities"] == before.attrs["identities"]
     assert json.loads(after.attrs["names"])[0] == "C2"
     assert (after.attrs["marks"], after.attrs["edits"]) == ("[]", 0)
+
+
+def test_what_whiskers_are_called_is_in_the_profile_and_in_what_is_measured(tracked):
+    tracks = opened(tracked)
+    two = json.loads(tracks.profile.attrs["identities"])[1]
+    tracks.correction.apply(Edit(do="call", whisker=int(tracks.numbers[two]), label="δ"))
+    after = corrected_profile(tracks)
+    assert json.loads(after.attrs["names"])[:3] == ["C2", "δ", "whisker 2"]
+    measured = kinematics_of(after, KinematicsSettings(face=Face(caudal=(0.0, 0.0), rostral=(0.0, 1.0))))
+    assert measured.whisker_label.values[:2].tolist() == ["C2", "δ"]
+    assert marked_names(after, np.arange(tracks.correction.named.whiskers))[int(tracks.numbers[two])] == "δ"
 
 
 def test_a_part_of_a_movie_stays_a_part(tracked):

@@ -56,7 +56,7 @@ def edit_on(correction, do, segment, **more):
 
 def state(correction):
     named = correction.named
-    return named.whiskers, *(one.tolist() for one in named[1:])
+    return named.whiskers, correction.labels, *(one.tolist() for one in named[1:])
 
 
 def a_join(correction):
@@ -75,7 +75,9 @@ EDITS = {
     "join": a_join,
     "split": lambda c: edit_on(c, "split", middle(c, 1)),
     "delete": lambda c: edit_on(c, "delete", middle(c, 1)),
+    "delete line": lambda c: edit_on(c, "delete", middle(c, 1), alone=True),
     "swap": lambda c: Edit(do="swap", frame=60, whiskers=(1, 2)),
+    "call": lambda c: Edit(do="call", whisker=1, label="C2"),
 }
 
 
@@ -101,6 +103,32 @@ def test_edits_made_again_on_the_movie_lead_to_the_same_names(correction, linkin
     again = Correction(linking)
     again.apply_all(correction.edits, "edits")
     assert state(again) == state(correction)
+
+
+def test_a_line_alone_is_deleted_and_the_rest_of_its_piece_stays(correction):
+    before, line = correction.named, middle(correction, 1)
+    correction.apply(edit_on(correction, "delete", line, alone=True))
+    after, others = correction.named, np.arange(before.whisker.size) != line
+    assert (before.whisker[line], after.whisker[line], after.gone[line]) == (1, -1, True)
+    np.testing.assert_array_equal(after.whisker[others], before.whisker[others])
+    assert np.unique(after.piece[longest(correction, 1)]).size == 1
+
+
+def test_a_whisker_is_called_once_and_no_two_alike(linking):
+    correction = Correction(linking, labels={0: "B1", 2: "C1"})
+    before = correction.named
+    assert correction.apply(Edit(do="call", whisker=1, label="C2")) == "Whisker 1 is called C2"
+    assert correction.labels == {0: "B1", 1: "C2", 2: "C1"}
+    correction.apply(Edit(do="call", whisker=2, label="c1"))  # its own, written otherwise
+    correction.apply(Edit(do="call", whisker=0, label="delta"))
+    assert correction.labels == {0: "delta", 1: "C2", 2: "c1"}
+    with refusal("conflict", "label", "c2"):
+        correction.apply(Edit(do="call", whisker=3, label="c2"))
+    with refusal("range", "whisker", "6"):
+        correction.apply(Edit(do="call", whisker=6, label="D1"))
+    correction.undo()
+    assert correction.labels[0] == "B1"
+    np.testing.assert_array_equal(correction.named.whisker, before.whisker)
 
 
 @pytest.mark.parametrize("whole", [False, True])

@@ -17,7 +17,9 @@ EDITS = [
     Edit(do="join", at=AT, to=TO),
     Edit(do="split", at=TO),
     Edit(do="delete", at=AT, whole=True),
+    Edit(do="delete", at=AT, alone=True),
     Edit(do="swap", frame=50, whiskers=(2, 1)),
+    Edit(do="call", whisker=3, label="Ä 2"),
 ]
 
 
@@ -60,6 +62,14 @@ BAD = [
     ("unknown", {"do": "split", "at": [3, 1, 1], "whisker": 2}),
     ("unknown", {"do": "split", "at": [3, 1, 1], "whole": True}),
     ("format", {"do": "delete", "at": [3, 1, 1], "whole": 1}),
+    ("format", {"do": "delete", "at": [3, 1, 1], "alone": "yes"}),
+    ("conflict", {"do": "delete", "at": [3, 1, 1], "alone": True, "whole": True}),
+    ("unknown", {"do": "name", "at": [3, 1, 1], "whisker": 1, "alone": True}),
+    ("missing", {"do": "call", "whisker": 1}),
+    *(
+        ("format", {"do": "call", "whisker": 1, "label": bad})
+        for bad in ("", " ", "+", "12", "whisker 3", "a\nb", 41 * "a", 2)
+    ),
     ("format", {"do": "split", "at": [3, 1]}),
     ("format", {"do": "split", "at": [3, 1, float("nan")]}),
     ("format", {"do": "split", "at": [3, "1", 1]}),

@@ -14,7 +14,7 @@ from vibrissa.netcdf import save
 from vibrissa.page.correct.server import serve
 from vibrissa.page.correct.session import CorrectionSession
 from vibrissa.video.correct.corrected_profile import corrected_profile
-from vibrissa.video.correct.opening import OpenedTracks, marked_names, profile_numbers
+from vibrissa.video.correct.opening import OpenedTracks, profile_numbers
 from vibrissa.video.io.frame_store import FrameStore
 
 if TYPE_CHECKING:
@@ -72,13 +72,13 @@ def tracked(opened: OpenedTracks) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``names`` that marks gave to whiskers, by their numbers in the linking; ``numbers`` of these in the profile;
-        ``part``, first and last frame that were tracked.
+        ``numbers`` of the whiskers in the profile, by those in the linking; ``part``, first and last frame that were
+        tracked.
     """
     attrs = opened.profile.attrs
     part = [int(attrs.get("first_frame", 0)), int(attrs.get("last_frame", opened.movie.frames - 1))]
     numbers = profile_numbers(opened.profile, opened.numbers, opened.correction.linking.whiskers)
-    return {"names": marked_names(opened.profile, opened.numbers), "numbers": numbers.tolist(), "part": part}
+    return {"numbers": numbers.tolist(), "part": part}
 
 
 def write_corrected(opened: OpenedTracks, out: Path) -> str:

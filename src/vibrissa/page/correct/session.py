@@ -95,7 +95,8 @@ class CorrectionSession:
     def _facts(self, said: str) -> dict[str, Any]:
         correction = self.correction
         done, undone = len(correction.edits), correction.undone
-        return {"said": said, "whiskers": correction.named.whiskers, "edits": done, "undone": undone}
+        counts = {"whiskers": correction.named.whiskers, "edits": done, "undone": undone}
+        return {"said": said, "names": correction.labels, **counts}
 
     def _edit(self, values: Mapping[str, Any]) -> str:
         said = self.correction.apply(self._with_points(values))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.quantities.identity import SURE
-from vibrissa.video.correct.opening import OpenedTracks, calibration_of, kept_whiskers, marked_names
+from vibrissa.video.correct.opening import OpenedTracks, calibration_of, kept_whiskers
 from vibrissa.video.linked.linked_profile import profile_from_linking
 
 if TYPE_CHECKING:
@@ -52,16 +52,16 @@ def corrected_profile(opened: OpenedTracks) -> xr.Dataset:
         of_movie = json.loads(before.attrs["movie_remarks"])
         lines = [*json.loads(profile.attrs.get("remarks", "[]")), *of_movie]
         profile.attrs["remarks"] = json.dumps(lines, ensure_ascii=False)
-    if "names" in before.attrs:
-        profile.attrs["names"] = json.dumps(_names(opened, profile))
+    if "names" in before.attrs or correction.labels:
+        profile.attrs["names"] = json.dumps(_names(opened, profile), ensure_ascii=False)
     if "first_frame" in before.attrs:
         profile = _part(profile, *(int(before.attrs[name]) for name in ("first_frame", "last_frame")))
     return profile
 
 
 def _names(opened: OpenedTracks, profile: xr.Dataset) -> list[str]:
-    """Names of the whiskers of a profile: those that marks gave before, the others by their number."""
-    given = marked_names(opened.profile, opened.numbers)
+    """Names of the whiskers of a profile: those that marks or edits gave, the others by their number."""
+    given = opened.correction.labels
     return [given.get(n, f"whisker {k}") for k, n in enumerate(json.loads(profile.attrs["identities"]))]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -75,10 +75,14 @@ class Correction:
         The movie's lines, linked.
     said : LineNames, optional
         Names that the lines had before, in the numbers of the linking; those of the linking if not given.
+    labels : dict, optional
+        What whiskers were called before, by their numbers.
     """
 
-    def __init__(self, linking: Linking, said: LineNames | None = None) -> None:
-        self.linking = linking
+    def __init__(
+        self, linking: Linking, said: LineNames | None = None, labels: Mapping[int, str] | None = None
+    ) -> None:
+        self.linking, self._before = linking, dict(labels or {})
         pieces = linking.pieces
         self.lying = Lying(pieces.frame, linking.lines.reach, line_tracklets(linking))
         chains, decisions = chains_of(linking), undecided(pieces.frame.size)
@@ -93,6 +97,12 @@ class Correction:
     def edits(self) -> list[Edit]:
         """Edits that hold, in the order in which they were made."""
         return self._edits[: self._done]
+
+    @property
+    def labels(self) -> dict[int, str]:
+        """What whiskers are called, by their numbers."""
+        given = {one.whisker: one.label for one in self.edits if one.whisker is not None and one.label is not None}
+        return self._before | given
 
     @property
     def undone(self) -> int:
@@ -124,8 +134,8 @@ class Correction:
         """
         now = self._moments[self._done]
         named = now.named
-        board = Board(named.whiskers, named.whisker, named.piece, now.decisions, self.lying, self.segment_at)
-        decisions, said = moved(board, edit)
+        board = (named.whiskers, named.whisker, named.piece, now.decisions, self.lying, self.segment_at, self.labels)
+        decisions, said = moved(Board(*board), edit)
         chains, linked = now.chains, now.linked
         own = np.flatnonzero(decisions.held != now.decisions.held)
         mine = own[decisions.held[own] >= 0]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from vibrissa.errors import FormatError, MissingError, RangeError, UnknownError
+from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError, UnknownError
 
 NEEDS: dict[str, tuple[str, ...]] = {
     "name": ("at", "whisker"),
@@ -16,8 +17,10 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "split": ("at",),
     "delete": ("at",),
     "swap": ("frame", "whiskers"),
+    "call": ("whisker", "label"),
 }
-WHOLE = ("name", "delete")  # kinds that may concern all pieces of the whisker
+MAY: dict[str, tuple[str, ...]] = {"name": ("whole",), "delete": ("whole", "alone")}  # what it concerns, if not a piece
+LONGEST = 40  # characters of a label
 
 
 class LinePoint(NamedTuple):
@@ -34,10 +37,10 @@ class Edit:
 
     Attributes
     ----------
-    do : {"name", "mark", "join", "split", "delete", "swap"}
+    do : {"name", "mark", "join", "split", "delete", "swap", "call"}
         The piece at a point is a whisker; the line at a point is a whisker in this frame; the pieces at two points are
         one whisker; the name of the piece at a point ends before this frame; the piece is no whisker; two whiskers
-        exchange names from a frame on.
+        exchange names from a frame on; a whisker has a label.
     at, to : LinePoint, optional
         Points on lines.
     whisker : int, optional
@@ -46,8 +49,12 @@ class Edit:
         First frame of a swap.
     whiskers : (int, int), optional
         That are swapped.
+    label : str, optional
+        What the whisker is called, such as C2.
     whole : bool
         The edit concerns all pieces of the whisker.
+    alone : bool
+        It concerns the line at the point alone.
     """
 
     do: str
@@ -56,7 +63,9 @@ class Edit:
     whisker: int | None = None
     frame: int | None = None
     whiskers: tuple[int, int] | None = None
+    label: str | None = None
     whole: bool = False
+    alone: bool = False
 
 
 def edit_of(values: object, thing: str) -> Edit:
@@ -84,7 +93,8 @@ def edit_of(values: object, thing: str) -> Edit:
     kind = values.get("do")
     if not isinstance(kind, str) or kind not in NEEDS:
         raise UnknownError(f"{thing}, do", f"must be one of {', '.join(NEEDS)}", repr(kind)[:60])
-    allowed = ("do", *NEEDS[kind], *(("whole",) if kind in WHOLE else ()))
+    may = MAY.get(kind, ())
+    allowed = ("do", *NEEDS[kind], *may)
     for name in values:
         if name not in allowed:
             rule = f"must not be given for {kind}"
@@ -94,9 +104,13 @@ def edit_of(values: object, thing: str) -> Edit:
         if name not in values:
             raise MissingError(f"{thing}, {name}", f"must be given for {kind}")
         read[name] = _READERS[name](values[name], f"{thing}, {name}")
-    if not isinstance(values.get("whole", False), bool):
-        raise FormatError(f"{thing}, whole", "must be true or false", repr(values["whole"])[:60])
-    return Edit(**read, whole=values.get("whole", False))
+    for name in may:
+        read[name] = values.get(name, False)
+        if not isinstance(read[name], bool):
+            raise FormatError(f"{thing}, {name}", "must be true or false", repr(read[name])[:60])
+    if read.get("whole") and read.get("alone"):
+        raise ConflictError(f"{thing}, alone", "must not be given with whole")
+    return Edit(**read)
 
 
 def plain_edit(edit: Edit) -> dict[str, Any]:
@@ -118,7 +132,7 @@ def plain_edit(edit: Edit) -> dict[str, Any]:
         if isinstance(value, LinePoint):
             value = [value.frame, round(value.column, 2), round(value.row, 2)]
         values[name] = list(value) if isinstance(value, tuple) else value
-    return values | ({"whole": True} if edit.whole else {})
+    return values | {name: True for name in MAY.get(edit.do, ()) if getattr(edit, name)}
 
 
 def _count(value: object, thing: str) -> int:
@@ -140,4 +154,19 @@ def _pair(value: object, thing: str) -> tuple[int, int]:
     return _count(value[0], thing), _count(value[1], thing)
 
 
-_READERS = {"at": _point, "to": _point, "whisker": _count, "frame": _count, "whiskers": _pair}
+def _label(value: object, thing: str) -> str:
+    text = value.strip() if isinstance(value, str) else ""
+    if not 0 < len(text) <= LONGEST or not text.isprintable() or re.fullmatch(r"\+|(whisker )?[-+\d.]+", text):
+        rule = f"must be a name of at most {LONGEST} characters that is no number"
+        raise FormatError(thing, rule, repr(value)[:60], "for example C2")
+    return text
+
+
+_READERS = {
+    "at": _point,
+    "to": _point,
+    "whisker": _count,
+    "frame": _count,
+    "whiskers": _pair,
+    "label": _label,
+}

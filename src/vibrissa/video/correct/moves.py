@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +28,8 @@ class Board(NamedTuple):
         The segments.
     find : callable
         Segment at a point; it raises an InputError where there is none.
+    labels : dict
+        What whiskers are called, by their numbers.
     """
 
     whiskers: int
@@ -36,6 +38,7 @@ class Board(NamedTuple):
     decisions: Decisions
     lying: Lying
     find: Callable[[LinePoint], int]
+    labels: Mapping[int, str]
 
 
 Moved = tuple[Decisions, str]
@@ -64,10 +67,12 @@ def moved(board: Board, edit: Edit) -> Moved:
     return _MOVES[edit.do](board, edit)
 
 
-def _piece_at(board: Board, point: LinePoint | None, whole: bool = False) -> Integers:
-    """Segments of the piece at a point, or of all pieces of its whisker."""
+def _piece_at(board: Board, point: LinePoint | None, whole: bool = False, alone: bool = False) -> Integers:
+    """Segments of the piece at a point, or of all pieces of its whisker, or the one at the point alone."""
     assert point is not None
     segment = board.find(point)
+    if alone:
+        return np.array([segment])
     if whole and board.whisker[segment] >= 0:
         return np.flatnonzero(board.whisker == board.whisker[segment])
     return np.flatnonzero(board.piece == board.piece[segment])
@@ -89,6 +94,15 @@ def _whisker(board: Board, edit: Edit) -> int:
         rule = f"must be one of 0 to {board.whiskers - 1}, or {board.whiskers} for a new one"
         raise RangeError("whisker", rule, edit.whisker)
     return edit.whisker
+
+
+def _known_whisker(board: Board, edit: Edit) -> int:
+    """Number of the whisker of an edit, one that exists."""
+    whisker = _whisker(board, edit)
+    if whisker == board.whiskers:
+        rule, remedy = f"must be one of 0 to {board.whiskers - 1}", "name a piece to make a new one"
+        raise RangeError("whisker", rule, whisker, remedy)
+    return whisker
 
 
 def _given(board: Board, segments: Integers, whisker: int) -> Decisions:
@@ -113,10 +127,7 @@ def _name(board: Board, edit: Edit) -> Moved:
 
 def _mark(board: Board, edit: Edit) -> Moved:
     assert edit.at is not None
-    whisker = _whisker(board, edit)
-    if whisker == board.whiskers:
-        rule = f"must be one of 0 to {board.whiskers - 1}"
-        raise RangeError("whisker", rule, whisker, "name a piece to make a new one")
+    whisker = _known_whisker(board, edit)
     segments = np.array([board.find(edit.at)])
     return _given(board, segments, whisker), f"the line in frame {edit.at.frame} is whisker {whisker}"
 
@@ -157,10 +168,11 @@ def _split(board: Board, edit: Edit) -> Moved:
 
 
 def _delete(board: Board, edit: Edit) -> Moved:
-    segments = _piece_at(board, edit.at, edit.whole)
+    segments = _piece_at(board, edit.at, edit.whole, edit.alone)
     held, group = (one.copy() for one in board.decisions)
     held[segments], group[segments] = GONE, _next_group(board)
-    return Decisions(held, group), f"{_called(board, segments, edit.whole)}, is no whisker"
+    what = _called(board, segments, edit.whole)
+    return Decisions(held, group), f"{what.replace('piece', 'line') if edit.alone else what}, is no whisker"
 
 
 def _swap(board: Board, edit: Edit) -> Moved:
@@ -178,6 +190,16 @@ def _swap(board: Board, edit: Edit) -> Moved:
     return Decisions(held, group), f"whiskers {a} and {b} exchange names from frame {edit.frame} on"
 
 
+def _call(board: Board, edit: Edit) -> Moved:
+    assert edit.label is not None
+    whisker = _known_whisker(board, edit)
+    for other, label in board.labels.items():
+        if other != whisker and label.lower() == edit.label.lower():
+            rule, remedy = "must be of one whisker alone", "call the other one otherwise before"
+            raise ConflictError("label", rule, edit.label, remedy)
+    return board.decisions, f"whisker {whisker} is called {edit.label}"
+
+
 _MOVES: dict[str, Callable[[Board, Edit], Moved]] = {
     "name": _name,
     "mark": _mark,
@@ -185,4 +207,5 @@ _MOVES: dict[str, Callable[[Board, Edit], Moved]] = {
     "split": _split,
     "delete": _delete,
     "swap": _swap,
+    "call": _call,
 }

@@ -105,14 +105,15 @@ def open_tracks(
     progress("linking", 0, 0)
     lines, linking = linked_before(lines)
     said, numbers = said_of(lines, linking)
-    correction = Correction(linking, said)
+    labels = marked_names(before, numbers)
+    correction = Correction(linking, said, labels)
     correction.apply_all(made, str(edits))
     if made:
         tell(f"{len(made)} edit{'s' * (len(made) != 1)} of {edits} made again")
     if before.attrs.get("identity_from") != "link":
         tell(f"{profile} was not linked from lines: its whiskers may have other numbers here")
     shown = profile_numbers(before, numbers, linking.whiskers)
-    if given := [f"{shown[n]} is {name}" for n, name in sorted(marked_names(before, numbers).items())]:
+    if given := [f"{shown[n]} is {name}" for n, name in sorted(labels.items())]:
         tell(f"whisker {', '.join(given)}")
     return OpenedTracks(correction, movie_of, before, numbers)
 

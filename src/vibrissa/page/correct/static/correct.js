@@ -10,8 +10,10 @@ const $ = id => document.getElementById(id);
 const PLAYED = 30; // frames per second
 const REACH = 12; // [CSS px] a click is on a line
 const ASKED = {
-  name: "This piece is whisker", mark: "This line, in this frame, is whisker", swap: "From this frame on, exchange names with whisker", go: "Go to frame",
+  name: "This piece is whisker", mark: "This line, in this frame, is whisker", swap: "From this frame on, exchange names with whisker", call: "This whisker is called", go: "Go to frame",
 };
+
+const OF_NAMED = ["swap", "call"], OF_LINE = ["mark", "delete-line"]; // what needs a name, and a line in this frame
 
 let tracks, frames, view, overview;
 let frame = 0, selected = null, piece = null, anchor = null, asking = null, playing = 0, ended = false;
@@ -78,8 +80,8 @@ function tell() { // after a rest, so that a reader of the screen is not drowned
     const [first, last] = tracks.part, outside = frame < first || frame > last ? `not tracked, which is frames ${first} to ${last}; ` : "";
     $("where").textContent = `Frame ${frame} of ${tracks.frames}; ${outside}` + (selected !== null ? tracks.describe(selected)
       : lost ? `the selected piece has no line here: it is frames ${tracks.ends(tracks.piece[piece]).join(" to ")}` : "no line selected: click on one, or ↑ ↓");
-    for (const name of ["name", "mark", "join", "split", "swap", "delete"]) button(name).disabled = ended || (name === "swap" ? !(named() >= 0) : piece === null);
-    button("mark").disabled ||= selected === null;
+    for (const name of ["name", "mark", "join", "split", "swap", "delete", "delete-line", "call"]) button(name).disabled = ended || (OF_NAMED.includes(name) ? !(named() >= 0) : piece === null);
+    for (const name of OF_LINE) button(name).disabled ||= selected === null;
     button("join").setAttribute("aria-pressed", String(anchor !== null));
     for (const one of $("whiskers").children) one.firstChild.classList.toggle("chosen", Number(one.dataset.whisker) === named());
   }, 60);
@@ -151,7 +153,7 @@ function find(k) { // its line that is nearest in time
 function edit(kind, more = {}, refused) {
   const at = selected ?? piece;
   if (at === null) return say("select a line first: click on one, or ↑ ↓", true);
-  const whole = ["name", "delete"].includes(kind) && $("whole").checked ? { whole: true } : {};
+  const whole = ["name", "delete"].includes(kind) && !more.alone && $("whole").checked ? { whole: true } : {};
   move("edit", { do: kind, at, ...whole, ...more }, refused);
 }
 
@@ -182,16 +184,22 @@ function split() {
   edit("split");
 }
 
+function deleteLine() {
+  if (selected === null && piece !== null) return say("the selected piece has no line in this frame", true);
+  edit("delete", { alone: true });
+}
+
 // Questions
 
 function ask(kind) {
   if (kind !== "go" && piece === null) return say("select a line first: click on one, or ↑ ↓", true);
-  if (kind === "swap" && !(named() >= 0)) return say("select a line that has a name", true);
+  if (OF_NAMED.includes(kind) && !(named() >= 0)) return say("select a line that has a name", true);
   if (kind === "mark" && selected === null) return say("the selected piece has no line in this frame", true);
   asking = { kind, from: document.activeElement };
-  const few = kind === "go" ? `0 to ${tracks.frames - 1}` : `0 to ${tracks.whiskers - 1}${known()}` + (kind === "name" ? `, or + for a new one` : "");
+  const few = kind === "call" ? "such as C2" : kind === "go" ? `0 to ${tracks.frames - 1}` : `0 to ${tracks.whiskers - 1}${known()}` + (kind === "name" ? `, or + for a new one` : "");
   $("asked").textContent = `${ASKED[kind]} (${few})`;
   $("number").value = "";
+  $("number").inputMode = kind === "call" ? "text" : "numeric";
   $("ask").hidden = false;
   $("number").focus();
 }
@@ -208,7 +216,9 @@ function unask() {
 
 function answered(event) {
   event.preventDefault();
-  const { kind } = asking, text = $("number").value.trim(), number = kind === "name" && text === "+" ? tracks.whiskers : kind === "go" ? Number(text) : tracks.number(text);
+  const { kind } = asking, text = $("number").value.trim();
+  if (kind === "call") return unask(), move("edit", { do: "call", whisker: named(), label: text });
+  const number = kind === "name" && text === "+" ? tracks.whiskers : kind === "go" ? Number(text) : tracks.number(text);
   const most = kind === "go" ? tracks.frames - 1 : kind === "name" ? tracks.whiskers : tracks.whiskers - 1;
   if (text === "" || !Number.isInteger(number) || number < 0 || number > most) return say(`a whole number from 0 to ${most}${kind === "go" ? "" : known()}, got ${text || "nothing"}${kind === "mark" && text === "+" ? "; n names a new whisker" : ""}`, true);
   unask();
@@ -246,7 +256,7 @@ const ACTS = {
   begin: () => piece !== null && go(tracks.ends(tracks.piece[piece])[0]), finish: () => piece !== null && go(tracks.ends(tracks.piece[piece])[1]),
   "doubt-back": () => doubt(-1), "doubt-on": () => doubt(1),
   name: () => ask("name"), mark: () => ask("mark"), swap: () => ask("swap"), go: () => ask("go"),
-  join, split, delete: () => edit("delete"), whole: () => { $("whole").checked = !$("whole").checked; say($("whole").checked ? "Name and delete concern all pieces of the whisker." : "Name and delete concern one piece."); },
+  join, split, delete: () => edit("delete"), "delete-line": deleteLine, call: () => ask("call"), whole: () => { $("whole").checked = !$("whole").checked; say($("whole").checked ? "Name and delete concern all pieces of the whisker." : "Name and delete concern one piece."); },
   undo: () => move("undo"), redo: () => move("redo"), save, play,
   shorter: () => { overview.zoom(1 / 1.6, frame); draw(); }, longer: () => { overview.zoom(1.6, frame); draw(); }, all: () => { overview.zoom(Infinity, frame); draw(); },
   angles: () => { overview.toggleRange(); button("angles").setAttribute("aria-pressed", String(overview.every)); draw(); },

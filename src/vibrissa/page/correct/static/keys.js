@@ -12,6 +12,8 @@ export const KEYS = [
   ["s", "split: the name of the selected piece ends before this frame", { s: "split" }],
   ["x", "swap: the selected whisker and … exchange names from this frame on", { x: "swap" }],
   ["d Delete", "the selected piece is no whisker", { d: "delete", Delete: "delete", Backspace: "delete" }],
+  ["Shift+D", "the selected line alone, in this frame, is no whisker", { D: "delete-line" }],
+  ["c", "the selected whisker is called …, such as C2", { c: "call" }],
   ["w", "name and delete concern all pieces of the whisker", { w: "whole" }],
   ["u r", "undo, redo; Ctrl+Z, Ctrl+Y too", { u: "undo", r: "redo" }],
   ["g", "go to frame …", { g: "go" }],

@@ -7,7 +7,7 @@ export const colour = whisker => whisker >= 0 ? COLOURS[whisker % COLOURS.length
 
 export class Tracks {
   constructor(message) {
-    Object.assign(this, { frames: message.frames, width: message.width, height: message.height, names: message.names, numbers: message.numbers, part: message.part });
+    Object.assign(this, { frames: message.frames, width: message.width, height: message.height, numbers: message.numbers, part: message.part });
     for (const name of ["frame", "start", "angle", "column", "row"]) this[name] = message[name];
     this.count = this.frame.length;
     this.first = new Int32Array(this.frames + 1).fill(this.count);
@@ -17,7 +17,7 @@ export class Tracks {
   }
 
   take(message) { // names after an edit
-    for (const name of ["whisker", "other", "sure", "piece", "whiskers", "edits", "undone"]) this[name] = message[name];
+    for (const name of ["whisker", "other", "sure", "piece", "whiskers", "names", "edits", "undone"]) this[name] = message[name];
     this.indexPieces();
     this.doubts = this.findDoubts();
   }
@@ -35,7 +35,7 @@ export class Tracks {
   }
 
   shown(k) { return this.numbers[k] ?? Number(k); } // the number in the profile
-  name(k) { return this.names[k] ?? String(this.shown(k)); } // of a mark, else the number
+  name(k) { return this.names[k] ?? String(this.shown(k)); } // that was given, else the number
   both(k) { return k in this.names ? `${this.names[k]} (${this.shown(k)})` : String(this.shown(k)); }
   number(text) { // whisker of a name or of a number that is shown
     const same = k => this.names[k].toLowerCase() === text.toLowerCase(), at = this.numbers.indexOf(Number(text));
