@@ -25,7 +25,7 @@ FEWER = {  # sweeps, units and frames of the main job, which has every part all 
     'whiskers = ["beta", "C1", "C2"]': 'whiskers = ["C1", "C2"]',
     "conditions = 2": "conditions = 1",
     "repeats = 2": "repeats = 1",
-    "n_frames = 1750": "n_frames = 900",
+    "n_frames = 1750": "n_frames = 600",
     "gratings = 24": "gratings = 20",
     "every = 6": "every = 24",
     "n_frames = 3500": "n_frames = 1500",
