@@ -293,6 +293,7 @@ def test_nothing_is_cut_off_and_everything_has_a_name(browser, served, width, sc
         assert box["x"] >= 0
         assert box["x"] + box["width"] <= width
         assert hands.page.get_attribute(f"#{name}", "aria-label")
+    assert hands.ask("(side => side.scrollHeight - side.clientHeight)(document.getElementById('side'))") <= 1
     hands.context.close()
 
 
