@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_t
 
-from vibrissa.video.link.chains.chain_kernel import LEAVES, RETURN, STAY, TAILS, chances, edges, stationary
+from vibrissa.video.link.chains.chain_kernel import LEAVES, RETURN, STAY, TAILS, chances, edges, near
 from vibrissa.video.link.pad.common_swing import REACH
 
 FRAMES = 7
@@ -83,7 +83,23 @@ def test_steps_have_the_density_of_a_process_that_forgets():
     height = (2 * np.pi) ** -1.5 / multivariate_t(np.zeros(3), np.eye(3), TAILS).pdf(np.zeros(3))
     np.testing.assert_allclose(step, height * np.array(expected), rtol=1e-12)
     alone = [multivariate_t(np.zeros(3), spread + cov[i], TAILS).logpdf(x[i]) for i in range(3)]
-    np.testing.assert_allclose(stationary(x, cov, spread), np.log(height) + alone, rtol=1e-12)
+    which, density = near(x, cov, spread, 50.0)
+    assert which.tolist() == [0, 1, 2]
+    np.testing.assert_allclose(density, np.log(height) + alone, rtol=1e-12)
     # the name leaves a plain stretch: from line 0, which line 1 plainly follows, to line 2
     _, _, torn = edges(np.arange(3), when, x, cov, spread, keep, np.array([-1, 0, -1]), np.array([1, -1, -1]))
     np.testing.assert_allclose(torn / step, [1.0, np.exp(-LEAVES)], rtol=1e-12)
+
+
+def test_what_is_near_a_whisker_is_what_its_density_says():
+    rng = np.random.default_rng(5)
+    spread, gate = np.diag([1.0, 2.0, 0.5]) + 0.2, 4.0
+    x, cov = rng.normal(0, 6, (400, 3)), np.array([np.diag(rng.uniform(0.1, 1, 3)) + 0.05 for _ in range(400)])
+    below = [
+        t.logpdf(np.zeros(3)) - t.logpdf(one)
+        for one, t in zip(x, (multivariate_t(np.zeros(3), spread + one, TAILS) for one in cov), strict=True)
+    ]
+    expected = np.flatnonzero(np.array(below) < gate)
+    assert 20 < expected.size < 380
+    np.testing.assert_array_equal(near(x, cov, spread, gate)[0], expected)
+    assert near(x[:0], cov[:0], spread, gate)[0].size == 0

@@ -31,10 +31,18 @@ def tracklet_table(
         swung = swing * (phase * gains_at(middle, along)).sum(axis=1)
         middle = lines.place[:, 1] - swung
     rest = lines.place - swung[:, None] * lever
-    order = np.argsort(name, kind="stable")
-    parts = np.split(order, np.searchsorted(name[order], np.arange(count)))[1:]
-    place = np.array([np.median(rest[one], axis=0) for one in parts]).reshape(-1, 3)
-    return place, np.array([np.median(lines.look[one], axis=0) for one in parts]).reshape(-1, 2)
+    place, look = (
+        np.stack([_medians(name, column, count) for column in values.T], axis=1) for values in (rest, lines.look)
+    )
+    return place, look
+
+
+def _medians(name: Integers, values: Array, count: int) -> Array:
+    """Median of the values (S,) of each of ``count`` tracklets; those of −1 are nobody's."""
+    order = np.lexsort((values, name))
+    size = np.bincount(name[name >= 0], minlength=count)
+    first = name.size - size.sum() + np.cumsum(size) - size
+    return np.asarray((values[order[first + (size - 1) // 2]] + values[order[first + size // 2]]) / 2)
 
 
 def groups(frame: Integers, name: Integers, place: Array, look: Array, spread: Array, least: int) -> list[list[int]]:

@@ -34,15 +34,24 @@ def _density(x: float, y: float, z: float, a: float, b: float, c: float, d: floa
 
 
 @njit(cache=True)
-def stationary(x: Values, cov: Values, spread: Values) -> Values:
-    """Log density of each deviation (n, 3) of covariance (n, 3, 3) in the stationary distribution."""
-    out, s = np.empty(x.shape[0]), spread
+def near(x: Values, cov: Values, spread: Values, gate: float) -> tuple[Places, Values]:
+    """Deviations (n, 3) of covariance (n, 3, 3) that are near a whisker in its stationary distribution.
+
+    Those whose log density is less than ``gate`` below that of the mean: which, and that log density.
+    """
+    far = 1.001 * TAILS * (np.exp(2 * gate / (TAILS + 3)) - 1)  # square of a deviation beyond which none is
+    s, which, value = spread, [], []
     for i in range(x.shape[0]):
         m = cov[i]
+        if x[i, 1] * x[i, 1] > far * (m[1, 1] + s[1, 1]):
+            continue
         first = m[0, 0] + s[0, 0], m[0, 1] + s[0, 1], m[0, 2] + s[0, 2]
         rest = m[1, 1] + s[1, 1], m[1, 2] + s[1, 2], m[2, 2] + s[2, 2]
-        out[i] = np.log(_density(x[i, 0], x[i, 1], x[i, 2], *first, *rest))
-    return out
+        here = np.log(_density(x[i, 0], x[i, 1], x[i, 2], *first, *rest))
+        if here > np.log(_density(0.0, 0.0, 0.0, *first, *rest)) - gate:
+            which.append(i)
+            value.append(here)
+    return np.array(which, np.int64), np.array(value, np.float64)
 
 
 @njit(cache=True)

@@ -9,8 +9,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
+from numpy.typing import NDArray
 
 from vibrissa.arrays import Array, Integers, Mask
+
+Values = NDArray[np.float64]
 
 PLAIN = 10.0  # log odds against a swap above which there is none
 PRIOR = 1.0  # log odds against a swap that nothing speaks for or against
@@ -73,27 +77,43 @@ def _steps(frame: Integers, one: Array, other: Array, known: Wandering) -> Array
     return np.asarray(0.5 * (far(one, other) + far(other, one) - far(one, one) - far(other, other)))
 
 
-def _chain(block: Array, cut: Array) -> tuple[Array, Array]:
-    """Signs of blocks by Viterbi, and the probability that each is swapped, from log odds for 'as named'."""
+@njit(cache=True)
+def _either(a: float, b: float) -> float:
+    """Logarithm of the sum of two chances, from their logarithms."""
+    return max(a, b) + np.log1p(np.exp(-abs(a - b)))
+
+
+@njit(cache=True)
+def _ways(block: Values, cut: Values) -> tuple[Values, Values]:
+    """Signs of blocks by Viterbi, and the log odds that each is swapped, from log odds for 'as named'."""
     n = block.size
-    best, came = np.zeros((n, 2)), np.zeros((n, 2), int)
+    best, came = np.zeros((n, 2)), np.zeros((n, 2), np.int64)
     ahead, back = np.zeros((n, 2)), np.zeros((n, 2))
-    state = np.stack([block / 2, -block / 2], axis=1)
-    best[0] = ahead[0] = state[0]
-    for b in range(1, n):
-        step = np.array([[0.0, -cut[b - 1]], [-cut[b - 1], 0.0]])
-        came[b] = np.argmax(best[b - 1][:, None] + step, axis=0)
-        best[b] = np.max(best[b - 1][:, None] + step, axis=0) + state[b]
-        ahead[b] = np.logaddexp.reduce(ahead[b - 1][:, None] + step, axis=0) + state[b]
+    sign, signs, odds = np.zeros(n, np.int64), np.zeros(n), np.zeros(n)
+    for b in range(n):
+        for k in range(2):
+            own, cost = (0.5 - k) * block[b], cut[b - 1] if b else 0.0
+            stays, comes = best[b - 1, k], best[b - 1, 1 - k] - cost
+            came[b, k] = k if stays > comes or (stays == comes and k == 0) else 1 - k
+            best[b, k] = own + (max(stays, comes) if b else 0.0)
+            ahead[b, k] = own + (_either(ahead[b - 1, k], ahead[b - 1, 1 - k] - cost) if b else 0.0)
     for b in range(n - 2, -1, -1):
-        step = np.array([[0.0, -cut[b]], [-cut[b], 0.0]])
-        back[b] = np.logaddexp.reduce(step + (back[b + 1] + state[b + 1])[None], axis=1)
-    sign = np.zeros(n, int)
-    sign[-1] = np.argmax(best[-1])
+        for k in range(2):
+            stays, goes = back[b + 1, k] + (0.5 - k) * block[b + 1], back[b + 1, 1 - k] + (k - 0.5) * block[b + 1]
+            back[b, k] = _either(stays, goes - cut[b])
+    sign[n - 1] = 1 if best[n - 1, 1] > best[n - 1, 0] else 0
     for b in range(n - 1, 0, -1):
         sign[b - 1] = came[b, sign[b]]
-    odds = (ahead + back)[:, 1] - (ahead + back)[:, 0]
-    return 1 - 2.0 * sign, 1 / (1 + np.exp(-np.clip(odds, -40, 40)))
+    for b in range(n):
+        signs[b] = 1.0 - 2.0 * sign[b]
+        odds[b] = (ahead[b, 1] + back[b, 1]) - (ahead[b, 0] + back[b, 0])
+    return signs, odds
+
+
+def _chain(block: Array, cut: Array) -> tuple[Array, Array]:
+    """Signs of blocks, and the probability that each is swapped, from log odds for 'as named'."""
+    sign, odds = _ways(block, cut)
+    return sign, 1 / (1 + np.exp(-np.clip(odds, -40, 40)))
 
 
 def swap_of(

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibrissa.arrays import Array, Integers
-from vibrissa.video.link.chains.chain_kernel import stationary
+from vibrissa.video.link.chains.chain_kernel import near
 from vibrissa.video.link.pad.pads import Lines
 
 SPREAD = np.diag([0.8, 0.3, 0.8]) ** 2  # of a whisker's deviation at the three radii [°], but for its own swing
@@ -83,10 +83,8 @@ def candidates(
 ) -> tuple[Integers, Array, Array]:
     """Segments that can be the whisker, their deviations and log densities; ``phase`` and ``frame`` of each segment."""
     x = deviations(model, lines.place[who], phase[who], frame[who])
-    again = stationary(x, lines.covariance[who], model.spread)
-    best = stationary(np.zeros_like(x), lines.covariance[who], model.spread)
-    kept = again > best - GATE
-    return who[kept], x[kept], again[kept]
+    kept, again = near(x, lines.covariance[who], model.spread, GATE)
+    return who[kept], x[kept], again
 
 
 def refit(

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibrissa.arrays import Array, Integers, Mask
-from vibrissa.video.link.chains.chain_kernel import LEAVES, TAILS, stationary
+from vibrissa.video.link.chains.chain_kernel import LEAVES, TAILS, near
 from vibrissa.video.link.chains.exclusion import Solution
 from vibrissa.video.link.chains.whisker_models import GATE, Model, deviations
 from vibrissa.video.link.identities import OVERLAP
@@ -147,8 +147,9 @@ def _can_be(solution: Solution, whisker: int) -> Mask:
     """Lines that can be a whisker's by their place."""
     model, lines = solution.labels[whisker].model, solution.lines
     x = deviations(model, lines.place, solution.phase, solution.frame)
-    here = stationary(x, lines.covariance, model.spread)
-    return np.asarray(here > stationary(np.zeros_like(x), lines.covariance, model.spread) - GATE)
+    out = np.zeros(len(x), np.bool_)
+    out[near(x, lines.covariance, model.spread, GATE)[0]] = True
+    return out
 
 
 def _pair(solution: Solution, names: LineNames, lines: Integers, whisker: int, rival: int) -> _Pair:
