@@ -183,7 +183,7 @@ def test_what_was_done_is_saved_and_found_again(hands, pad, browser, tmp_path):
 def test_a_new_whisker_and_refusals_of_numbers(hands, pad):
     line = hands.select(2, full_frame(pad))
     hands.answer("n", "9")
-    assert "from 0 to 6" in hands.page.inner_text("#message")
+    assert "from 0 to 5, or +" in hands.page.inner_text("#message")
     hands.page.keyboard.press("Escape")
     hands.answer("n", "+")
     assert hands.whisker(line) == 6
@@ -217,20 +217,52 @@ def test_a_whisker_is_called_by_hand_and_a_line_alone_deleted(hands, pad):
     frame = full_frame(pad)
     line = hands.select(3, frame)
     hands.answer("c", "C2")
-    assert hands.page.inner_text("#message") == "Whisker C2 (3) is called C2"
+    assert hands.page.inner_text("#message") == "A name for whisker C2 (3)"
     assert "C2 (3): " in hands.page.inner_text("#whiskers")
     hands.until("document.getElementById('where').textContent.includes('whisker C2 (3), ')")
     hands.select(4, frame)
     hands.answer("c", "c2")
-    assert "label must be of one whisker alone" in hands.page.inner_text("#message")
-    hands.select(3, frame)
+    assert "name must not be that of whisker C2 (3), got c2" in hands.page.inner_text("#message")
+    assert hands.page.input_value("#number") == "c2"  # to be changed
+    hands.page.keyboard.type("C1")
+    hands.keys("Enter")
+    assert "C1 (4): " in hands.page.inner_text("#whiskers")
+    hands.page.keyboard.press("c")
+    assert hands.page.inner_text("#asked").startswith("Whisker C1 (4) is called")
+    hands.ask(f"correct.select({line})")  # the question was about another whisker
+    assert hands.page.is_hidden("#ask")
     hands.keys("w", "Shift+D")  # the line alone, whatever delete concerns
     assert hands.whisker(line) == -2
     assert hands.ask("Array.from(correct.tracks.whisker).filter(k => k === -2).length") == 1
-    assert [one.do for one in hands.edits()] == ["call", "delete"]
+    assert [one.do for one in hands.edits()] == ["call", "call", "delete"]
     hands.keys("u", "u")
     assert hands.whisker(line) == 3
+    assert "C1" not in hands.page.inner_text("#whiskers")
+    hands.page.keyboard.press("c")
+    hands.keys("Delete", "Enter")
+    assert hands.page.inner_text("#message") == "No name for whisker 3"
     assert "C2" not in hands.page.inner_text("#whiskers")
+    hands.page.locator("#end").click()
+    hands.until("document.getElementById('message').textContent.includes('the profile was not saved with them')")
+
+
+def test_what_is_typed_after_a_refused_question_is_no_key(hands, pad):
+    line = next(s for s in hands.ask(f"correct.tracks.inFrame({full_frame(pad)})") if hands.whisker(s) < 0)
+    hands.ask(f"correct.select({line})")
+    hands.page.keyboard.type("cD1sx")
+    assert "select a line that has a name" in hands.page.inner_text("#message")
+    assert not hands.served.edits.exists()
+    assert hands.whisker(line) == -1
+
+
+def test_while_the_movie_plays_the_frame_is_told_and_a_question_stops_it(hands, pad):
+    hands.select(3, full_frame(pad))
+    hands.keys("Home")
+    hands.page.keyboard.press(" ")
+    hands.until("/Frame ([5-9]|[1-9][0-9]) of/.test(document.getElementById('where').textContent)")
+    assert hands.page.get_attribute("#play", "aria-pressed") == "true"
+    hands.page.keyboard.press("c")
+    assert hands.page.get_attribute("#play", "aria-pressed") == "false"
 
 
 def test_a_click_selects_a_line_in_the_frame_and_a_piece_in_the_picture_of_angles(hands, pad):

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refusal
 from simulated_segments import HEIGHT, WIDTH, Pad, simulate
 
 from vibrissa.measures.face import Face
@@ -65,6 +66,12 @@ def test_what_whiskers_are_called_is_in_the_profile_and_in_what_is_measured(trac
     measured = kinematics_of(after, KinematicsSettings(face=Face(caudal=(0.0, 0.0), rostral=(0.0, 1.0))))
     assert measured.whisker_label.values[:2].tolist() == ["C2", "δ"]
     assert marked_names(after, np.arange(tracks.correction.named.whiskers))[int(tracks.numbers[two])] == "δ"
+
+
+def test_a_corrected_profile_without_its_edits_is_refused(tracked):
+    with refusal("conflict", str(tracked / "again.nc")) as caught:
+        opened(tracked, edits=2)
+    assert "got 2 edits and no " in str(caught.value)
 
 
 def test_a_part_of_a_movie_stays_a_part(tracked):

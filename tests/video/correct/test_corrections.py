@@ -117,17 +117,19 @@ def test_a_line_alone_is_deleted_and_the_rest_of_its_piece_stays(correction):
 def test_a_whisker_is_called_once_and_no_two_alike(linking):
     correction = Correction(linking, labels={0: "B1", 2: "C1"})
     before = correction.named
-    assert correction.apply(Edit(do="call", whisker=1, label="C2")) == "Whisker 1 is called C2"
+    assert correction.apply(Edit(do="call", whisker=1, label="C2")) == "A name for whisker 1"
     assert correction.labels == {0: "B1", 1: "C2", 2: "C1"}
     correction.apply(Edit(do="call", whisker=2, label="c1"))  # its own, written otherwise
     correction.apply(Edit(do="call", whisker=0, label="delta"))
     assert correction.labels == {0: "delta", 1: "C2", 2: "c1"}
-    with refusal("conflict", "label", "c2"):
+    with refusal("conflict", "name", "c2"):
         correction.apply(Edit(do="call", whisker=3, label="c2"))
     with refusal("range", "whisker", "6"):
         correction.apply(Edit(do="call", whisker=6, label="D1"))
     correction.undo()
     assert correction.labels[0] == "B1"
+    assert correction.apply(Edit(do="call", whisker=0, label="")) == "No name for whisker 0"
+    assert correction.labels == {1: "C2", 2: "c1"}
     np.testing.assert_array_equal(correction.named.whisker, before.whisker)
 
 

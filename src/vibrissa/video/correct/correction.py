@@ -102,7 +102,7 @@ class Correction:
     def labels(self) -> dict[int, str]:
         """What whiskers are called, by their numbers."""
         given = {one.whisker: one.label for one in self.edits if one.whisker is not None and one.label is not None}
-        return self._before | given
+        return {whisker: label for whisker, label in (self._before | given).items() if label}
 
     @property
     def undone(self) -> int:

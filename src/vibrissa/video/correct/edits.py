@@ -50,7 +50,7 @@ class Edit:
     whiskers : (int, int), optional
         That are swapped.
     label : str, optional
-        What the whisker is called, such as C2.
+        What the whisker is called, such as C2; nothing takes its name away.
     whole : bool
         The edit concerns all pieces of the whisker.
     alone : bool
@@ -156,8 +156,9 @@ def _pair(value: object, thing: str) -> tuple[int, int]:
 
 def _label(value: object, thing: str) -> str:
     text = value.strip() if isinstance(value, str) else ""
-    if not 0 < len(text) <= LONGEST or not text.isprintable() or re.fullmatch(r"\+|(whisker )?[-+\d.]+", text):
-        rule = f"must be a name of at most {LONGEST} characters that is no number"
+    bad = not isinstance(value, str) or len(text) > LONGEST or not text.isprintable()
+    if bad or re.fullmatch(r"\+|(whisker )?[-+\d.]+", text):
+        rule = f"must be a name of at most {LONGEST} characters that is no number, or nothing"
         raise FormatError(thing, rule, repr(value)[:60], "for example C2")
     return text
 

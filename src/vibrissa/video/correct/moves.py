@@ -195,9 +195,9 @@ def _call(board: Board, edit: Edit) -> Moved:
     whisker = _known_whisker(board, edit)
     for other, label in board.labels.items():
         if other != whisker and label.lower() == edit.label.lower():
-            rule, remedy = "must be of one whisker alone", "call the other one otherwise before"
-            raise ConflictError("label", rule, edit.label, remedy)
-    return board.decisions, f"whisker {whisker} is called {edit.label}"
+            rule, remedy = f"must not be that of whisker {other}", "upper and lower case are alike"
+            raise ConflictError("name", rule, edit.label, remedy)
+    return board.decisions, f"a name for whisker {whisker}" if edit.label else f"no name for whisker {whisker}"
 
 
 _MOVES: dict[str, Callable[[Board, Edit], Moved]] = {

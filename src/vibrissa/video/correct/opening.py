@@ -97,6 +97,7 @@ def open_tracks(
     before = load(profile)
     require(before, "x", "y", "arc_length")
     calibration_of(before, str(profile))
+    _refuse_lost_edits(profile, before, edits)
     about = open_movie(movie)
     lines = _lines(profile, before, movie, segments, polarity, tell, progress)
     lines = _fitted(lines, about.frame_count, about.frame_count_is_estimate, (about.width, about.height))
@@ -116,6 +117,15 @@ def open_tracks(
     if given := [f"{shown[n]} is {name}" for n, name in sorted(labels.items())]:
         tell(f"whisker {', '.join(given)}")
     return OpenedTracks(correction, movie_of, before, numbers)
+
+
+def _refuse_lost_edits(profile: Path, before: xr.Dataset, edits: Path) -> None:
+    """Refuse a corrected profile without its edits: the lines have the names that they had before."""
+    made = int(before.attrs.get("edits", 0))
+    if made and not edits.exists():
+        rule = "must come with the file of the edits that it was corrected by"
+        remedy = "correct the profile that it was made from, or give that file too"
+        raise ConflictError(str(profile), rule, f"{made} edit{'s' * (made != 1)} and no {edits}", remedy)
 
 
 def marked_names(profile: xr.Dataset, numbers: Integers) -> dict[int, str]:

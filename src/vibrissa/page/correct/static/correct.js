@@ -10,13 +10,14 @@ const $ = id => document.getElementById(id);
 const PLAYED = 30; // frames per second
 const REACH = 12; // [CSS px] a click is on a line
 const ASKED = {
-  name: "This piece is whisker", mark: "This line, in this frame, is whisker", swap: "From this frame on, exchange names with whisker", call: "This whisker is called", go: "Go to frame",
+  name: "This piece is whisker", mark: "This line, in this frame, is whisker", swap: "From this frame on, exchange names with whisker", go: "Go to frame",
 };
 
 const OF_NAMED = ["swap", "call"], OF_LINE = ["mark", "delete-line"]; // what needs a name, and a line in this frame
 
 let tracks, frames, view, overview;
 let frame = 0, selected = null, piece = null, anchor = null, asking = null, playing = 0, ended = false;
+let saved = true, deaf = 0; // edits that the saved profile has; until when letters are no keys
 let queue = Promise.resolve(), waiting = 0, speaking = 0, drawn = 0, painting = false;
 const times = { scrub: [], move: [] }; // [ms] from the hand to the picture
 
@@ -52,6 +53,7 @@ function go(to, since = performance.now()) {
 }
 
 function select(segment) { // a line, and with it its piece
+  if (asking && asking.kind !== "go") unask(); // it was about another one
   piece = segment; // a line by which the piece is known, also where it has none
   if (segment !== null && tracks.frame[segment] !== frame) go(tracks.frame[segment]);
   selected = segment;
@@ -73,9 +75,11 @@ function doubt(way) {
   select(next);
 }
 
-function tell() { // after a rest, so that a reader of the screen is not drowned
+function tell() { // after a rest, so that a reader of the screen is not drowned; while the movie plays, now and then
+  if (playing && speaking) return;
   clearTimeout(speaking);
   speaking = setTimeout(() => {
+    speaking = 0;
     const lost = piece !== null && selected === null;
     const [first, last] = tracks.part, outside = frame < first || frame > last ? `not tracked, which is frames ${first} to ${last}; ` : "";
     $("where").textContent = `Frame ${frame} of ${tracks.frames}; ${outside}` + (selected !== null ? tracks.describe(selected)
@@ -84,7 +88,7 @@ function tell() { // after a rest, so that a reader of the screen is not drowned
     for (const name of OF_LINE) button(name).disabled ||= selected === null;
     button("join").setAttribute("aria-pressed", String(anchor !== null));
     for (const one of $("whiskers").children) one.firstChild.classList.toggle("chosen", Number(one.dataset.whisker) === named());
-  }, 60);
+  }, playing ? 500 : 60);
 }
 
 const button = name => document.querySelector(`[data-key="${name}"]`);
@@ -114,6 +118,7 @@ function move(place, body = {}, refused = failed) {
 }
 
 function took(answer) {
+  saved = false;
   tracks.take(answer);
   overview.redraw();
   list();
@@ -122,7 +127,7 @@ function took(answer) {
   tell();
 }
 
-function failed(error) { say(error instanceof TypeError ? "The program that serves this page has ended." : error.message, true); }
+function failed(error) { say(error instanceof TypeError ? "The program that serves this page has ended." : tracks?.spelt(error.message) ?? error.message, true); }
 
 function list() {
   const seen = tracks.seen(), items = [], every = [...seen.keys()].sort((a, b) => tracks.shown(a) - tracks.shown(b));
@@ -191,17 +196,24 @@ function deleteLine() {
 
 // Questions
 
-function ask(kind) {
-  if (kind !== "go" && piece === null) return say("select a line first: click on one, or ↑ ↓", true);
-  if (OF_NAMED.includes(kind) && !(named() >= 0)) return say("select a line that has a name", true);
-  if (kind === "mark" && selected === null) return say("the selected piece has no line in this frame", true);
+function ask(kind, text = "") {
+  if (kind !== "go" && piece === null) return unasked("select a line first: click on one, or ↑ ↓");
+  if (OF_NAMED.includes(kind) && !(named() >= 0)) return unasked("select a line that has a name");
+  if (kind === "mark" && selected === null) return unasked("the selected piece has no line in this frame");
+  if (playing) play();
   asking = { kind, from: document.activeElement };
-  const few = kind === "call" ? "such as C2" : kind === "go" ? `0 to ${tracks.frames - 1}` : `0 to ${tracks.whiskers - 1}${known()}` + (kind === "name" ? `, or + for a new one` : "");
-  $("asked").textContent = `${ASKED[kind]} (${few})`;
-  $("number").value = "";
+  const few = kind === "go" ? `0 to ${tracks.frames - 1}` : `0 to ${tracks.whiskers - 1}${known()}` + (kind === "name" ? `, or + for a new one` : "");
+  $("asked").textContent = kind === "call" ? `Whisker ${tracks.both(named())} is called (such as C2)` : `${ASKED[kind]} (${few})`;
+  $("number").value = text || (kind === "call" ? tracks.names[named()] ?? "" : "");
   $("number").inputMode = kind === "call" ? "text" : "numeric";
   $("ask").hidden = false;
-  $("number").focus();
+  $("ask").scrollIntoView({ block: "nearest" });
+  $("number").select();
+}
+
+function unasked(why) { // what is typed as the answer must not be taken for keys
+  deaf = performance.now() + 1500;
+  say(why, true);
 }
 
 function known() { const all = Object.values(tracks.names); return all.length ? `, or ${all.join(", ")}` : ""; }
@@ -217,21 +229,33 @@ function unask() {
 function answered(event) {
   event.preventDefault();
   const { kind } = asking, text = $("number").value.trim();
-  if (kind === "call") return unask(), move("edit", { do: "call", whisker: named(), label: text });
+  if (kind === "call") return call(text);
   const number = kind === "name" && text === "+" ? tracks.whiskers : kind === "go" ? Number(text) : tracks.number(text);
   const most = kind === "go" ? tracks.frames - 1 : kind === "name" ? tracks.whiskers : tracks.whiskers - 1;
-  if (text === "" || !Number.isInteger(number) || number < 0 || number > most) return say(`a whole number from 0 to ${most}${kind === "go" ? "" : known()}, got ${text || "nothing"}${kind === "mark" && text === "+" ? "; n names a new whisker" : ""}`, true);
+  if (text === "" || !Number.isInteger(number) || number < 0 || number > most) {
+    $("number").select();
+    return say(`a whole number from 0 to ${kind === "name" ? `${most - 1}, or + for a new one` : most}${kind === "go" ? "" : known()}, got ${text || "nothing"}${kind === "mark" && text === "+" ? "; n names a new whisker" : ""}`, true);
+  }
   unask();
   if (kind === "go") return go(number);
   if (kind === "swap") return number === named() ? say("the same whisker twice", true) : move("edit", { do: "swap", frame, whiskers: [named(), number] });
   edit(kind, { whisker: number });
 }
 
+function call(label) { // a name that is refused can be changed
+  const whisker = named(), line = selected ?? piece;
+  unask();
+  move("edit", { do: "call", whisker, label }, error => {
+    if ((selected ?? piece) === line) ask("call", label);
+    failed(error);
+  });
+}
+
 async function save() {
   if (ended) return;
   say("Saving …");
   queue = queue.then(async () => { // whoever ends waits for it
-    try { say(await (await post("save", {})).text()); } catch (error) { failed(error); }
+    try { say(await (await post("save", {})).text()); saved = true; } catch (error) { failed(error); }
   });
   await queue;
 }
@@ -243,7 +267,7 @@ async function end() {
   tell();
   list();
   for (const one of [$("end"), button("save")]) one.disabled = true;
-  say("Ended: edits are kept. You may close this page.");
+  say(`Ended: edits are kept${saved ? "" : ", but the profile was not saved with them"}. You may close this page.`);
 }
 
 // Hands
@@ -262,7 +286,7 @@ const ACTS = {
   angles: () => { overview.toggleRange(); button("angles").setAttribute("aria-pressed", String(overview.every)); draw(); },
   "zoom-in": () => { view.zoomAt(1.4); draw(); }, "zoom-out": () => { view.zoomAt(1 / 1.4); draw(); }, fit: () => { view.fit(); draw(); },
   help: () => { $("help").open = !$("help").open; if ($("help").open) $("help").scrollIntoView(); },
-  escape: () => { if (anchor !== null) { anchor = null; say(""); draw(); tell(); } else select(null); },
+  escape: () => { if (asking) unask(); else if (anchor !== null) { anchor = null; say(""); draw(); tell(); } else select(null); },
 };
 
 function keys(event) {
@@ -271,8 +295,9 @@ function keys(event) {
   if (tagName === "INPUT" && type === "number") return;
   if ((event.key === " " || event.key === "Enter") && ["BUTTON", "SUMMARY", "INPUT"].includes(tagName)) return;
   const act = actOf(event);
-  if (!act) return;
+  if (!act || (performance.now() < deaf && event.key.length === 1)) return;
   event.preventDefault();
+  if (playing && act !== "play") play();
   ACTS[act](event);
 }
 
@@ -280,6 +305,7 @@ function play() {
   playing = playing ? (clearInterval(playing), 0) : setInterval(() => { if (frame >= tracks.frames - 1) play(); else if (frames.has(frame)) go(frame + 1); }, 1000 / PLAYED);
   $("play").setAttribute("aria-pressed", String(Boolean(playing)));
   $("play").textContent = playing ? "Stop" : "Play";
+  tell();
 }
 
 function bindView() {

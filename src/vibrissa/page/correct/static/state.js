@@ -1,6 +1,6 @@
 // Lines of the movie, their names and pieces, as the server gives them.
 
-const COLOURS = ["#56c8ff", "#ffb000", "#3ddc84", "#ff7ac8", "#f2e641", "#ff6b3d", "#a98bff", "#17e0cf", "#ffa98f", "#b6f25c"];
+const COLOURS = ["#56c8ff", "#ffb000", "#3ddc84", "#ff7ac8", "#f2e641", "#ff6b3d", "#a98bff", "#17e0cf", "#ffa98f", "#b6f25c", "#d9a35f", "#7f9cff", "#ff5d7e", "#8ad7b0"];
 const DOUBTFUL = 0.95; // lines less sure are places to look at
 export const GREY = "#c4c9d0";
 export const colour = whisker => whisker >= 0 ? COLOURS[whisker % COLOURS.length] : GREY;
