@@ -23,6 +23,6 @@ def test_signs_are_the_likeliest_sequence_and_chances_the_sums_over_all(blocks):
 
 
 def test_where_nothing_decides_names_stay():
-    sign, chance = _chain(np.zeros(4), np.ones(3))
+    sign, chance = _chain(np.zeros(4), np.array([0.1, 2.0, 0.7]))
     assert sign.tolist() == [1.0] * 4
-    np.testing.assert_allclose(chance, 0.5)
+    assert (chance == 0.5).all()  # to the bit: above it names would be exchanged
