@@ -38,11 +38,12 @@ def tracklet_table(
 
 
 def _medians(name: Integers, values: Array, count: int) -> Array:
-    """Median of the values (S,) of each of ``count`` tracklets; those of −1 are nobody's."""
+    """Median of the values (S,) of each of ``count`` tracklets, NaN of one without any; those of −1 are nobody's."""
     order = np.lexsort((values, name))
     size = np.bincount(name[name >= 0], minlength=count)
     first = name.size - size.sum() + np.cumsum(size) - size
-    return np.asarray((values[order[first + (size - 1) // 2]] + values[order[first + size // 2]]) / 2)
+    middle = (values[order[first + (size - 1) // 2]] + values[order[first + size // 2]]) / 2
+    return np.where(size > 0, middle, np.nan)
 
 
 def groups(frame: Integers, name: Integers, place: Array, look: Array, spread: Array, least: int) -> list[list[int]]:
