@@ -17,6 +17,9 @@ APART = 2.0  # the same over what is usual between the lines of a frame
 BLUR = 2.5  # standard deviation by which the density of directions is smoothed [°]
 BARE = 0.04  # share of the densest direction below which there are no lines
 LEAST = 0.15  # share of all lines that a pad has at least
+CROWD = 80.0  # px within which bases are together
+CROWDS = 4  # such places from which the point is sought
+MORE = 1.2  # lines that radiate from another point than all lines say, over those from that one, at least
 NEAR = 40.0  # px by which a line may pass the point from which lines radiate
 PULL = 0.02  # weight that keeps this point near the bases where all lines are parallel
 HIDDEN = 10.0  # px of each whisker that fur hides
@@ -171,9 +174,7 @@ def find_pads(pieces: Pieces) -> tuple[list[Pad], Integers, Mask]:
     if not np.any(length >= SHORTEST):
         raise TooFewError("segments", f"must hold a line of at least {SHORTEST:g} px", f"{length.max():g} px")
     weight = np.where(length >= SHORTEST, length * novelty(pieces), 0.0)
-    every = _pivot(base[weight > 0], tip[weight > 0], weight[weight > 0])
-    off, outward = _passing(base, tip, every)
-    clear = (weight > 0) & (off < NEAR) & outward
+    every, clear = _radiating(base, tip, weight)
     if not clear.any():
         clear = weight > 0
     member = np.full(length.size, -1)
@@ -181,6 +182,29 @@ def find_pads(pieces: Pieces) -> tuple[list[Pad], Integers, Mask]:
     pads = [_pad(base[mine], tip[mine], weight[mine]) for mine in (member == k for k in range(member.max() + 1))]
     pad, inward = _nearest(base, tip, weight, pads)
     return pads, pad, back ^ inward
+
+
+def _radiating(base: Array, tip: Array, weight: Array) -> tuple[Array, Mask]:
+    """Point from which lines radiate, and which ones (S,) do; not all lines are whiskers' (a lamp, cables)."""
+    long = weight > 0
+    starts = [long, *(long & (np.hypot(*(base - home).T) < CROWD) for home in _crowds(base[long], weight[long]))]
+    best, most = (_pivot(base[long], tip[long], weight[long]), np.zeros(weight.size, bool)), -1.0
+    for n, some in enumerate(starts):
+        pivot = _pivot(base[some], tip[some], weight[some])
+        off, outward = _passing(base, tip, pivot)
+        clear = long & (off < NEAR) & outward
+        # all lines show it best, unless most of them are nobody's
+        share = weight[clear].sum() * (MORE if n == 0 else 1.0)
+        if share > most:
+            best, most = (pivot, clear), share
+    return best
+
+
+def _crowds(base: Array, weight: Array) -> Array:
+    """Centres (at most ``CROWDS``, 2) of the cells in which most bases lie."""
+    cell, where = np.unique(base // CROWD, axis=0, return_inverse=True)
+    most = np.argsort(-np.bincount(where.ravel(), weight), kind="stable")[:CROWDS]
+    return np.asarray((cell[most] + 0.5) * CROWD)
 
 
 def pads_of_lines(pieces: Pieces, pads: list[Pad]) -> tuple[Integers, Mask]:
