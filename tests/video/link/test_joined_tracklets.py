@@ -7,7 +7,8 @@ import pytest
 from simulated_segments import Pad, simulate
 
 from vibrissa.video.link.joined_tracklets import GAP, LEAST, carried, joined
-from vibrissa.video.link.pad.pads import Lines, find_pads, lines_of
+from vibrissa.video.link.pad.pad_finding import find_pads
+from vibrissa.video.link.pad.pads import Lines, lines_of
 from vibrissa.video.link.pad.pieces import pieces_of
 from vibrissa.video.link.pad_linking import stretches
 

@@ -1,4 +1,4 @@
-"""Where a pad is, though most lines of the movie are a lamp's and its cables'."""
+"""Where pads are: beside a lamp and its cables, which have most lines, and on both sides of a face."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 from simulated_segments import Pad, simulate
 
 from vibrissa.quantities import dataset
-from vibrissa.video.link.pad.pads import find_pads
+from vibrissa.video.link.pad.pad_finding import find_pads
 from vibrissa.video.link.pad.pieces import pieces_of
 
 PLAIN = Pad(whiskers=7, frames=120, spread=50.0, amplitude=10.0)
@@ -54,3 +54,18 @@ def test_a_pad_is_found_where_it_is_beside_a_lamp(lines, seed):
     assert np.hypot(*(alone[0].pivot - beside[0].pivot)) < 25
     assert abs(alone[0].middle - beside[0].middle) < np.deg2rad(10)
     assert abs(alone[0].inner - beside[0].inner) < 25
+
+
+@pytest.mark.parametrize("apart", [60, 150, 200])
+@pytest.mark.parametrize("seed", [0, 1, 5])
+def test_pads_of_both_sides_are_found_however_far_they_are_apart(apart, seed):
+    """A wide pad, and one behind it with as many or half as many whiskers."""
+    right = Pad(whiskers=6, frames=60, spread=120.0, centre=(320 + apart / 2, 240.0))
+    left = Pad(whiskers=3 if seed % 2 else 6, frames=60, spread=120.0, centre=(320 - apart / 2, 240.0), direction=180.0)
+    segments, truth = simulate([right, left], seed)
+    pads, pad, _ = find_pads(pieces_of(segments))
+    assert len(pads) == 2
+    ways = [pad[(truth.segment >= 0) & (truth.segment < 6)], pad[truth.segment >= 6]]
+    own = [np.bincount(one[one >= 0], minlength=2) / one.size for one in ways]
+    assert own[0].argmax() != own[1].argmax()
+    assert min(one.max() for one in own) > 0.9

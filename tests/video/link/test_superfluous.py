@@ -8,7 +8,7 @@ from simulated_segments import Pad, simulate
 
 from vibrissa.video.link.chains.superfluous import without_superfluous
 from vibrissa.video.link.chains.whisker_models import Model, refit
-from vibrissa.video.link.pad.pads import find_pads
+from vibrissa.video.link.pad.pad_finding import find_pads
 from vibrissa.video.link.pad.pieces import pieces_of
 from vibrissa.video.link.whisker_linking import link_segments
 

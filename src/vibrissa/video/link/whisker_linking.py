@@ -14,7 +14,8 @@ from vibrissa.quantities import dataset
 from vibrissa.video.link.agreed_names import Others, agreed
 from vibrissa.video.link.chains.exclusion import Solution
 from vibrissa.video.link.identities import REASONS, Names, names_of
-from vibrissa.video.link.pad.pads import Lines, Pad, find_pads, lines_of, pads_of_lines
+from vibrissa.video.link.pad.pad_finding import find_pads, pads_of_lines
+from vibrissa.video.link.pad.pads import Lines, Pad, lines_of
 from vibrissa.video.link.pad.pieces import Pieces, pieces_of
 from vibrissa.video.link.pad_linking import link_pad, link_pad_again, link_pad_named
 
