@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 from simulated_segments import Pad, main_segment, nearest_angle, score, simulate
 
+from vibrissa.errors import TooFewError
 from vibrissa.video.link.identities import REASONS
 from vibrissa.video.link.whisker_linking import link_segments, linkings
 
@@ -97,3 +98,10 @@ def test_of_three_linkings_that_is_kept_in_which_most_points_probably_have_the_r
     assert len({round(length) for length in lengths}) > 1
     best = every[int(np.argmax(lengths))].identity()
     xr.testing.assert_equal(link_segments(segments).identity(), best)
+
+
+@pytest.mark.parametrize("frames", [1, 2, 7])
+def test_a_movie_of_too_few_frames_is_refused_with_what_to_do(frames):
+    segments, _ = simulate([Pad(whiskers=4, frames=frames)], 1)
+    with pytest.raises(TooFewError, match=f"at least 8 frames to be linked, got {frames}; follow whiskers from seeds"):
+        link_segments(segments)
