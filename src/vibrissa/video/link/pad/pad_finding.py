@@ -131,18 +131,16 @@ def _spacing(frame: Integers, angle: Array) -> float:
 
 def _radiating(base: Array, tip: Array, weight: Array) -> tuple[Array, Mask]:
     """Point from which lines radiate, and which ones (S,) do; not all lines are whiskers' (a lamp, cables)."""
-    long = weight > 0
+    long, found = weight > 0, []
     starts = [long, *(long & (np.hypot(*(base - home).T) < CROWD) for home in _crowds(base[long], weight[long]))]
-    best, most = (_pivot(base[long], tip[long], weight[long]), np.zeros(weight.size, bool)), -1.0
     for n, some in enumerate(starts):
         pivot = _pivot(base[some], tip[some], weight[some])
         off, outward = _passing(base, tip, pivot)
         clear = long & (off < NEAR) & outward
         # all lines show it best, unless most of them are nobody's
-        share = weight[clear].sum() * (MORE if n == 0 else 1.0)
-        if share > most:
-            best, most = (pivot, clear), share
-    return best
+        found.append((weight[clear].sum() * (MORE if n == 0 else 1.0), pivot, clear))
+    _, point, radiating = max(found, key=lambda one: float(one[0]))
+    return point, radiating
 
 
 def _crowds(base: Array, weight: Array) -> Array:
