@@ -131,6 +131,12 @@ def test_a_higher_probability_leaves_the_surer_names_and_says_what_is_gone():
     assert "which line it is cannot be decided" not in loose.attrs["lost"]
 
 
+@pytest.mark.parametrize("frames", [1, 7])
+def test_a_movie_of_too_few_frames_is_refused_with_what_to_do(movie, frames):
+    with pytest.raises(InputError, match=f"at least 8 frames to be linked, got {frames}; follow whiskers from seeds"):
+        track_linked(movie[:frames], calibration=CALIBRATION)
+
+
 @pytest.mark.parametrize("least", [-0.1, 1.5, float("nan")])
 def test_a_probability_is_from_0_to_1_and_of_whiskers_that_are_linked(least):
     movie = MovieFile(path="frames", pixel_size=SIDE, least_probability=0.9)

@@ -182,4 +182,4 @@ def smoothed_phase(measured: Array, weight: Array, swing: Array) -> Array:
     right[1:] += v * swing
     right[:-1] -= v * swing
     bands = np.stack([np.concatenate([[0.0], np.full(measured.size - 1, -v)]), diagonal])
-    return np.asarray(solveh_banded(bands, right))
+    return np.asarray(solveh_banded(bands[-measured.size :], right))  # a single frame has no neighbour

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibrissa.arrays import Array, Integers
-from vibrissa.errors import RangeError, TooFewError
+from vibrissa.errors import RangeError
 from vibrissa.head_pose import HeadPose, head_of
 from vibrissa.quantities import dataset
 from vibrissa.video.link.agreed_names import Others, agreed
@@ -18,7 +18,6 @@ from vibrissa.video.link.pad.pad_finding import find_pads, pads_of_lines
 from vibrissa.video.link.pad.pads import Lines, Pad, lines_of
 from vibrissa.video.link.pad.pieces import Pieces, pieces_of
 from vibrissa.video.link.pad_linking import link_pad, link_pad_again, link_pad_named
-from vibrissa.video.link.whisker_discovery import LEAST
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -201,7 +200,7 @@ def link_segments(segments: xr.Dataset) -> Linking:
     Raises
     ------
     InputError
-        If there are no lines, or too few frames to link them over.
+        If there are no lines.
     """
     return max(linkings(segments), key=lambda one: one.right_length)
 
@@ -222,12 +221,9 @@ def linkings(segments: xr.Dataset) -> list[Linking]:
     Raises
     ------
     InputError
-        If there are no lines, or too few frames to link them over.
+        If there are no lines.
     """
     pieces, head = pieces_of(segments), head_of(segments)
-    if pieces.frames < LEAST:
-        rule, remedy = f"must have at least {LEAST} frames to be linked", "follow whiskers from seeds instead"
-        raise TooFewError("movie", rule, str(pieces.frames), remedy)
     placed = in_head(pieces, head)
     pads, pad, back = find_pads(placed)
     lines = lines_of(placed, pads, pad, back)

@@ -20,6 +20,7 @@ from vibrissa.video.find.movie_segments import Background, LineSearch, find_segm
 from vibrissa.video.follow.background import reference
 from vibrissa.video.io.movie import read_blocks
 from vibrissa.video.link.thorough_linking import link_thoroughly
+from vibrissa.video.link.whisker_discovery import LEAST
 from vibrissa.video.link.whisker_linking import Linking
 from vibrissa.video.linked.line_marks import LineMark, apply_marks, marked_lines, snapped
 from vibrissa.video.linked.linked_profile import profile_from_linking, whiskers_seen
@@ -103,16 +104,15 @@ def track_linked(
     Raises
     ------
     InputError
-        If the movie cannot be read, no whisker is found, a setting is out of range, or a mark is on no line.
+        If the movie cannot be read, has too few frames, no whisker is found, a setting is out of range, or a mark is on
+        no line.
     """
     behind, name = _behind(background, movie)
     search = LineSearch(polarity=polarity, background=behind, region=region, threads=_threads())
     segments = find_segments(
         movie, search, start=start, stop=stop, drop_frames=drop_frames, progress=progress, watch=watch
     )
-    if not segments.sizes["segment"]:
-        rule, remedy = "must show whiskers", "say whether they are dark or bright, or give a larger region"
-        raise TooFewError("movie", rule, "no line in any frame", remedy)
+    _require_lines(segments)
     marked_lines(segments, marks)  # what cannot be is refused before linking, which takes minutes
     if progress is not None:
         progress("link whiskers", 0, 0)
@@ -142,6 +142,16 @@ def track_linked(
     if marks and said:
         profile.attrs["remarks"] = json.dumps([*said, *json.loads(profile.attrs.get("remarks", "[]"))])
     return LinkedTracks(profile, identified)
+
+
+def _require_lines(segments: xr.Dataset) -> None:
+    """Refuse movies whose lines cannot be linked."""
+    if not segments.sizes["segment"]:
+        rule, remedy = "must show whiskers", "say whether they are dark or bright, or give a larger region"
+        raise TooFewError("movie", rule, "no line in any frame", remedy)
+    if int(segments.attrs["frames"]) < LEAST:
+        rule, remedy = f"must have at least {LEAST} frames to be linked", "follow whiskers from seeds instead"
+        raise TooFewError("movie", rule, str(segments.attrs["frames"]), remedy)
 
 
 def _behind(background: str | Path | Frames, movie: str | Path | Frames) -> tuple[Background | Frames, str]:

@@ -156,13 +156,13 @@ def _half(base: Array, tip: Array, weight: Array, mine: Mask, pivot: Array) -> M
     middle = _pad(base[mine], tip[mine], weight[mine]).way
     second = mine & (middle[0] * way[:, 1] - middle[1] * way[:, 0] < 0)
     for _ in range(SPLITS):
-        shares = [weight[one].sum() / weight[mine].sum() for one in (mine & ~second, second)]
-        if min(shares) < LEAST:
+        halves = mine & ~second, second
+        if min(weight[one].sum() for one in halves) < LEAST * weight[mine].sum():
             return np.zeros(mine.size, bool)
-        pads = [_pad(base[one], tip[one], weight[one]) for one in (mine & ~second, second)]
+        pads = [_pad(base[one], tip[one], weight[one]) for one in halves]
         off = [np.where(_beside(base, tip, one), _passing(base, tip, one.pivot)[0], np.inf) for one in pads]
         second = mine & (off[1] < off[0])
-    return second if pads[0].way @ pads[1].way < UNLIKE else np.zeros(mine.size, bool)
+    return halves[1] if pads[0].way @ pads[1].way < UNLIKE else np.zeros(mine.size, bool)
 
 
 def _other_side(base: Array, tip: Array, weight: Array, mine: Mask) -> Mask:

@@ -138,6 +138,7 @@ def _fit(pieces: Pieces, along: Array, across: Array, weight: Array, mine: Mask)
         best = np.einsum("sij,sj->si", found, right + prior @ mean)
         # slope and bend of this pad's whiskers, from the lines that show them
         clear = mine & (found[:, 2, 2] < np.quantile(found[mine, 2, 2], 0.3))
+        clear = clear if clear.any() else mine  # few lines, all alike
         mean[1:] = np.median(best[clear, 1:], axis=0)
         sd = 1.5 * np.median(np.abs(best[clear, 1:] - mean[1:]), axis=0) + 0.5
         prior = np.diag([1e-6, *(1 / (2 * sd) ** 2)])
