@@ -55,8 +55,8 @@ class Hands:
         self.page.keyboard.type(text)
         self.keys("Enter")
 
-    def ask(self, expression):
-        return self.page.evaluate(expression)
+    def ask(self, expression, given=None):
+        return self.page.evaluate(expression, given)
 
     def select(self, whisker, frame):
         """A line of a whisker by keys alone: to a frame, then line by line."""
@@ -244,6 +244,24 @@ def test_a_whisker_is_called_by_hand_and_a_line_alone_deleted(hands, pad):
     assert "C2" not in hands.page.inner_text("#whiskers")
     hands.page.locator("#end").click()
     hands.until("document.getElementById('message').textContent.includes('the profile was not saved with them')")
+
+
+def test_a_question_leaves_the_save_in_view_and_a_long_name_the_list_as_wide_as_it_is(hands, pad):
+    hands.page.set_viewport_size({"width": 1280, "height": 720})
+    hands.select(3, full_frame(pad))
+    name = "W" * 40
+    hands.answer("c", name)
+    listed = hands.page.locator("#whiskers button", has_text=name)
+    assert listed.get_attribute("title") == f"{name} (3)"
+    assert hands.ask("(list => list.scrollWidth - list.clientWidth)(document.getElementById('whiskers'))") <= 0
+    hands.page.keyboard.press("n")
+    assert hands.page.is_visible("#ask")
+    assert hands.ask("correct.tracks.name(3)") == "W" * 11 + "…"
+    for part in ("#number", "#cancel", "#asked", "[data-key=save]"):
+        box = hands.page.locator(part).bounding_box()
+        middle = box["x"] + box["width"] / 2, box["y"] + box["height"] - 2
+        assert hands.ask("([x, y, part]) => document.elementFromPoint(x, y).matches(part)", [*middle, part]), part
+        assert box["x"] + box["width"] <= 1280
 
 
 def test_what_is_typed_after_a_refused_question_is_no_key(hands, pad):

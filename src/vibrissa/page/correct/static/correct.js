@@ -135,6 +135,7 @@ function list() {
     const item = document.createElement("li"), one = document.createElement("button"), swatch = document.createElement("span");
     item.dataset.whisker = k;
     one.type = "button";
+    one.title = tracks.both(k); // it may be longer than the list is wide
     swatch.className = "swatch";
     swatch.style.background = colour(k);
     one.append(swatch, `${tracks.both(k)}: ${Math.floor(100 * seen[k])} %`);

@@ -2,6 +2,7 @@
 
 const COLOURS = ["#56c8ff", "#ffb000", "#3ddc84", "#ff7ac8", "#f2e641", "#ff6b3d", "#a98bff", "#17e0cf", "#ffa98f", "#b6f25c", "#d9a35f", "#7f9cff", "#ff5d7e", "#8ad7b0"];
 const DOUBTFUL = 0.95; // lines less sure are places to look at
+const LONGEST = 12; // letters of a name in a picture
 export const GREY = "#c4c9d0";
 export const colour = whisker => whisker >= 0 ? COLOURS[whisker % COLOURS.length] : GREY;
 
@@ -35,7 +36,10 @@ export class Tracks {
   }
 
   shown(k) { return this.numbers[k] ?? Number(k); } // the number in the profile
-  name(k) { return this.names[k] ?? String(this.shown(k)); } // that was given, else the number
+  name(k) { // that was given, or its beginning as a picture has room for it, else the number
+    const name = [...(this.names[k] ?? String(this.shown(k)))];
+    return name.length > LONGEST ? `${name.slice(0, LONGEST - 1).join("")}…` : name.join("");
+  }
   both(k) { return k in this.names ? `${this.names[k]} (${this.shown(k)})` : String(this.shown(k)); }
   number(text) { // whisker of a name or of a number that is shown
     const same = k => this.names[k].toLowerCase() === text.toLowerCase(), at = this.numbers.indexOf(Number(text));
