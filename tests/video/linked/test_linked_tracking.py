@@ -19,6 +19,7 @@ from vibrissa.video.camera.camera import Camera
 from vibrissa.video.camera.pad.filming import film
 from vibrissa.video.camera.pad.settings import Head, WhiskingScene
 from vibrissa.video.camera.pad.truth import scene_truth
+from vibrissa.video.io.movie import write_movie
 from vibrissa.video.link.identities import REASONS
 from vibrissa.video.link.thorough_linking import link_thoroughly
 from vibrissa.video.link.whisker_linking import link_segments
@@ -231,6 +232,19 @@ def never_linked(monkeypatch):
 def test_a_mark_on_no_line_is_refused_before_lines_are_linked(movie):
     with refusal("range", "mark"):
         track_linked(movie, calibration=CALIBRATION, marks=[LineMark(20, 300, 5, "C1")])
+
+
+@pytest.mark.parametrize("at", [(FRAMES, 100, 100), (9, 100, 100), (20, 320, 100), (20, 100, -1)])
+def test_a_mark_off_the_movie_is_refused_before_its_frames_are_searched(movie, tmp_path, monkeypatch, at):
+    def find(*_, **__):
+        raise AssertionError("frames were searched first")
+
+    monkeypatch.setattr("vibrissa.video.linked.linked_tracking.find_segments", find)
+    write_movie(tmp_path / "movie.mkv", [movie])  # which does not state how many frames it has
+    np.save(tmp_path / "movie.npy", movie)
+    for one in (movie, tmp_path / "movie.npy", *([tmp_path / "movie.mkv"] if at[0] < FRAMES else [])):
+        with refusal("range", "mark"):
+            track_linked(one, calibration=CALIBRATION, marks=[LineMark(*at, "C1")], start=10)
 
 
 @pytest.mark.usefixtures("never_linked")

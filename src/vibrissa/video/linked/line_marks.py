@@ -64,11 +64,7 @@ def snapped(segments: xr.Dataset, mark: LineMark) -> int:
         nearest one is, in its frame, or in the nearest frame with lines.
     """
     first, count = int(segments.attrs.get("first_frame", 0)), int(segments.attrs["frames"])
-    if not first <= mark.frame < first + count:
-        raise RangeError("mark", f"must be in a frame from {first} to {first + count - 1}", _written(mark))
-    width, height = segments.attrs["width"], segments.attrs["height"]
-    if not (0 <= mark.column <= width - 1 and 0 <= mark.row <= height - 1):
-        raise RangeError("mark", f"must lie in the image of {width} × {height} pixels", _written(mark))
+    require_in_movie(mark, (first, first + count), (segments.attrs["width"], segments.attrs["height"]))
     frames, start = segments.segment_frame.values, segments.segment_start.values
     if not frames.size:
         raise MissingError("mark", "must be in a movie with lines", _written(mark))
@@ -86,6 +82,30 @@ def snapped(segments: xr.Dataset, mark: LineMark) -> int:
         )
         raise RangeError("mark", f"must lie within {MARK_REACH:g} px of a line of its frame", _written(mark), remedy)
     return int(np.searchsorted(start, low + best, side="right") - 1)
+
+
+def require_in_movie(mark: LineMark, frames: tuple[int, int], size: tuple[int, int]) -> None:
+    """Refuse a mark that lies in no frame.
+
+    Parameters
+    ----------
+    mark : LineMark
+        The mark.
+    frames : (first, stop)
+        First frame that is searched, and the first after it that is not.
+    size : (width, height)
+        Of the image [px].
+
+    Raises
+    ------
+    InputError
+        If the frame is not searched, or the mark lies outside the image.
+    """
+    (first, stop), (width, height) = frames, size
+    if not first <= mark.frame < stop:
+        raise RangeError("mark", f"must be in a frame from {first} to {stop - 1}", _written(mark))
+    if not (0 <= mark.column <= width - 1 and 0 <= mark.row <= height - 1):
+        raise RangeError("mark", f"must lie in the image of {width} × {height} pixels", _written(mark))
 
 
 def _written(mark: LineMark) -> str:

@@ -18,11 +18,11 @@ from vibrissa.quantities.identity import SURE
 from vibrissa.quantities.kinds import Progress
 from vibrissa.video.find.movie_segments import Background, LineSearch, find_segments
 from vibrissa.video.follow.background import reference
-from vibrissa.video.io.movie import read_blocks
+from vibrissa.video.io.movie import open_movie, read_blocks
 from vibrissa.video.link.thorough_linking import link_thoroughly
 from vibrissa.video.link.whisker_discovery import LEAST
 from vibrissa.video.link.whisker_linking import Linking
-from vibrissa.video.linked.line_marks import LineMark, apply_marks, marked_lines, snapped
+from vibrissa.video.linked.line_marks import LineMark, apply_marks, marked_lines, require_in_movie, snapped
 from vibrissa.video.linked.linked_profile import profile_from_linking, whiskers_seen
 from vibrissa.video.profile.turning import Region
 from vibrissa.video.tracking import Calibration
@@ -109,6 +109,8 @@ def track_linked(
     """
     behind, name = _behind(background, movie)
     search = LineSearch(polarity=polarity, background=behind, region=region, threads=_threads())
+    if drop_frames is None:  # else frames count otherwise
+        _require_in_movie(marks, movie, start, stop)
     segments = find_segments(
         movie, search, start=start, stop=stop, drop_frames=drop_frames, progress=progress, watch=watch
     )
@@ -142,6 +144,22 @@ def track_linked(
     if marks and said:
         profile.attrs["remarks"] = json.dumps([*said, *json.loads(profile.attrs.get("remarks", "[]"))])
     return LinkedTracks(profile, identified)
+
+
+def _require_in_movie(marks: Sequence[LineMark], movie: str | Path | Frames, start: int, stop: int | None) -> None:
+    """Refuse marks off the movie before its frames are searched, as far as the movie states its length."""
+    if not marks or (isinstance(movie, np.ndarray) and movie.ndim != 3):
+        return
+    if isinstance(movie, np.ndarray):
+        count, height, width = movie.shape
+    else:
+        about = open_movie(movie)
+        count, height, width = about.frame_count, about.height, about.width
+        if about.frame_count_is_estimate:
+            count = max(count, *(mark.frame + 1 for mark in marks))
+    end = count if stop is None else min(stop, count)
+    for mark in marks if 0 <= start < end else ():
+        require_in_movie(mark, (start, end), (width, height))
 
 
 def _require_lines(segments: xr.Dataset) -> None:
