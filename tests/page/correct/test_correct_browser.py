@@ -246,22 +246,30 @@ def test_a_whisker_is_called_by_hand_and_a_line_alone_deleted(hands, pad):
     hands.until("document.getElementById('message').textContent.includes('the profile was not saved with them')")
 
 
-def test_a_question_leaves_the_save_in_view_and_a_long_name_the_list_as_wide_as_it_is(hands, pad):
-    hands.page.set_viewport_size({"width": 1280, "height": 720})
+def test_a_long_name_leaves_the_list_as_wide_as_it_is(hands, pad):
     hands.select(3, full_frame(pad))
     name = "W" * 40
     hands.answer("c", name)
     listed = hands.page.locator("#whiskers button", has_text=name)
     assert listed.get_attribute("title") == f"{name} (3)"
     assert hands.ask("(list => list.scrollWidth - list.clientWidth)(document.getElementById('whiskers'))") <= 0
-    hands.page.keyboard.press("n")
-    assert hands.page.is_visible("#ask")
     assert hands.ask("correct.tracks.name(3)") == "W" * 11 + "…"
-    for part in ("#number", "#cancel", "#asked", "[data-key=save]"):
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (1024, 500), (390, 700)])
+@pytest.mark.parametrize("size", [15, 24])
+def test_a_question_what_is_said_of_its_answer_and_the_save_are_in_view_together(hands, pad, width, height, size):
+    hands.select(3, full_frame(pad))
+    hands.answer("c", "W" * 40)
+    hands.page.set_viewport_size({"width": width, "height": height})
+    hands.ask(f"document.body.style.fontSize = '{size}px'")
+    seen = "([x, y, part]) => document.elementFromPoint(x, y)?.matches(part) ?? false"
+    hands.answer("n", "99")
+    for part in ("#message", "#number", "#cancel", "#asked", "[data-key=save]"):
         box = hands.page.locator(part).bounding_box()
         middle = box["x"] + box["width"] / 2, box["y"] + box["height"] - 2
-        assert hands.ask("([x, y, part]) => document.elementFromPoint(x, y).matches(part)", [*middle, part]), part
-        assert box["x"] + box["width"] <= 1280
+        assert hands.ask(seen, [*middle, part]), part
+        assert box["x"] + box["width"] <= width
 
 
 def test_what_is_typed_after_a_refused_question_is_no_key(hands, pad):

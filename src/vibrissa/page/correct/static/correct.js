@@ -208,7 +208,7 @@ function ask(kind, text = "") {
   $("number").value = text || (kind === "call" ? tracks.names[named()] ?? "" : "");
   $("number").inputMode = kind === "call" ? "text" : "numeric";
   $("ask").hidden = false;
-  $("ask").scrollIntoView({ block: "nearest" });
+  $("number").focus();
   $("number").select();
 }
 
