@@ -26,8 +26,7 @@ from vibrissa.video.camera.pad.filming import film
 from vibrissa.video.camera.pad.truth import scene_truth
 from vibrissa.video.find.movie_segments import LineSearch, find_segments
 from vibrissa.video.link.certainty import AGREED, agreement
-from vibrissa.video.link.thorough_linking import counted_from_start, link_thoroughly
-from vibrissa.video.link.whisker_linking import link_segments
+from vibrissa.video.link.thorough_linking import link_thoroughly
 
 PARTS, LEVELS = 5, (0.8, 0.9, 0.95, 0.99)
 RIDGE = 1e-3  # of the squared weights of evidence in units of its scatter
@@ -53,8 +52,8 @@ def claims(segments: xr.Dataset, truth: xr.Dataset) -> dict[str, np.ndarray]:
     found = lines_of(segments, linking.identity())
     some, agreed = judged(found, match, int(truth.attrs["frames"]))
     odds = (logit(found.probability[some]) - AGREED[0]) / AGREED[1]
-    alone = link_segments(counted_from_start(segments))
-    names, found = alone.names(), lines_of(segments, alone.identity())
+    linking.others = None  # one linking alone
+    names, found = linking.names(), lines_of(segments, linking.identity())
     evidence = np.nansum([one.evidence for one in names], axis=0)
     known = np.isfinite([one.evidence[:, 0] for one in names]).any(axis=0)
     mine, right = judged(found, match, int(truth.attrs["frames"]))

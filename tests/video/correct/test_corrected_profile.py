@@ -29,7 +29,7 @@ def tracked(tmp_path_factory):
     pad = Pad(whiskers=7, frames=FRAMES, spread=50.0, amplitude=20.0, missing=0.2, carried=0.4, drift=3.0, opening=0.3)
     lines, linking = link_thoroughly(simulate([pad], 4)[0])
     identity = linking.identity()
-    assert (identity.segment_whisker.values != replace(linking, common=None).identity().segment_whisker.values).any()
+    assert (identity.segment_whisker.values != replace(linking, others=None).identity().segment_whisker.values).any()
     save(lines.assign({name: identity[name] for name in IDENTIFIED}), folder / "lines.nc")
     calibration = Calibration(frame_rate=200.0, pixel_size=1e-4)
     profile = profile_from_linking(linking, calibration, source="pad", first=[3])  # as if marked: it comes first

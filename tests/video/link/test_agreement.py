@@ -1,17 +1,20 @@
-"""What several linkings say of one movie: whiskers are those on which most agree, and how sure each line is."""
+"""What several linkings say of one movie: names are matched, and the line gets the name on which most agree."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 from simulated_segments import Pad, score, simulate
 
-from vibrissa.video.link.agreed_names import Agreed, agreed
-from vibrissa.video.link.agreement import CutLinking, common_linking
+from vibrissa.video.link.agreed_names import Others, agreed
+from vibrissa.video.link.agreement import CutLinking, PointNames, best_and_others, renamed
 from vibrissa.video.link.certainty import agreement
 from vibrissa.video.link.identities import ABSENT, SHARED, TORN, UNSURE, Names
 from vibrissa.video.link.whisker_linking import link_segments, linkings
+
+NOBODY = 2  # of two whiskers
 
 
 def _names(whisker, sure, main, also=None, reason=None):
@@ -30,69 +33,91 @@ def _lines(frame, stretch=None, reach=None):
     return SimpleNamespace(frame=np.array(frame), tracklet=stretch, lines=SimpleNamespace(reach=reach))
 
 
-def _agreed(names, lines, whisker, said):
-    """Names for what linkings say of two whiskers and nobody."""
-    return agreed(names, lines, Agreed(np.array(whisker), np.array(said)))
+def _agreed(names, lines, *others, votes=None):
+    """Agreed names when others say a whisker for each line, 0.9 sure, or nobody."""
+    sums = np.zeros((len(names.whisker), 3)) if votes is None else votes
+    for one in others:
+        sums[np.arange(len(one)), one] += 0.9
+    count = len(others) if votes is None else 1
+    return agreed(names, lines, Others(sums, count))
 
 
-def test_names_are_those_agreed_on_and_as_sure_as_the_mean_says():
+def test_numbers_of_another_linking_are_those_with_most_points_in_common():
+    mine = PointNames(np.array([0, 0, 0, 1, 1, -1, 2]), np.full(7, 0.9))
+    other = PointNames(np.array([3, 3, 1, 1, 1, 1, 0]), np.full(7, 0.8))
+    found = renamed(other, mine, 4, 3)
+    np.testing.assert_array_equal(found.whisker, [0, 0, 1, 1, 1, 1, 2])
+    np.testing.assert_array_equal(found.sure, other.sure)
+    # a whisker that only the other one has is nobody here
+    assert (
+        renamed(PointNames(np.array([0, 1]), np.ones(2)), PointNames(np.array([0, -1]), np.ones(2)), 2, 1).whisker
+        == [0, -1]
+    ).all()
+
+
+def test_two_that_agree_overrule_the_third():
     names, frame = _names([0, 1, 0], [0.9, 0.9, 0.9], [[0, 2], [1, -1]]), _lines([0, 0, 1])
-    found = _agreed(names, frame, [0, 1, 1], [[0.9, 0.0, 0.1], [0.0, 0.8, 0.0], [0.3, 0.6, 0.0]])
+    found = _agreed(names, frame, [0, 1, 1], [0, 1, 1])
     np.testing.assert_array_equal(found.whisker, [0, 1, 1])
     np.testing.assert_array_equal(found.main, [[0, -1], [1, 2]])
-    np.testing.assert_allclose(found.sure, agreement(np.array([0.9, 0.8, 0.6])))
-    assert found.reason[0, 1] == UNSURE  # some say that it is there
+    np.testing.assert_allclose(found.sure, agreement(np.array([0.9, 0.9, 0.6])))
+    assert found.reason[0, 1] == UNSURE  # one says that it is there
     assert np.isnan(found.chance[0, 1])
     np.testing.assert_array_equal(found.chance[1], found.sure[[1, 2]])
 
 
-def test_a_line_that_is_nobodys_has_no_name():
+def test_a_line_that_two_leave_without_a_name_has_none():
     names, frame = _names([0, -1], [0.7, 0.0], [[0]] * 2), _lines([0, 0])
-    found = _agreed(names, frame, [-1, 1], [[0.3, 0.0, 0.6], [0.0, 0.6, 0.2]])
+    found = _agreed(names, frame, [NOBODY, 1], [NOBODY, 1])
     np.testing.assert_array_equal(found.whisker, [-1, 1])
     np.testing.assert_array_equal(found.main, [[-1], [1]])
-    assert found.sure[0] == 0
 
 
 def test_the_piece_that_stood_for_a_whisker_does_so_as_long_as_it_keeps_its_name():
     names, frame = _names([0, 0], [0.9, 0.9], [[0], [-1]]), _lines([0, 0])
-    said = [[0.5, 0.5, 0.0]] * 2
-    np.testing.assert_array_equal(_agreed(names, frame, [0, 0], said).main, [[0], [-1]])
-    np.testing.assert_array_equal(_agreed(names, frame, [1, 0], said).main, [[1], [0]])
+    np.testing.assert_array_equal(_agreed(names, frame, [0, 0]).main, [[0], [-1]])
+    np.testing.assert_array_equal(_agreed(names, frame, [1, 0], [1, 0]).main, [[1], [0]])
 
 
-def test_a_line_in_a_plain_stretch_is_sure_by_a_third_from_the_stretch():
-    names = _names([0, 0, 0], [0.9, 0.5, 0.9], [[0, 1, 2], [-1, -1, -1]])
-    said = [[0.9, 0.0, 0.0], [0.3, 0.0, 0.0], [0.9, 0.0, 0.0]]
-    found = _agreed(names, _lines([0, 1, 2], stretch=[5, 5, 5]), [0, 0, 0], said)
-    np.testing.assert_allclose(found.sure[1], agreement(np.array([2 / 3 * 0.3 + 1 / 3 * 0.7]))[0])
-    alone = _agreed(names, _lines([0, 1, 2]), [0, 0, 0], said)
-    np.testing.assert_allclose(alone.sure, agreement(np.array([0.9, 0.3, 0.9])))
+def test_a_line_in_a_plain_stretch_has_a_third_of_its_name_from_the_stretch():
+    """Of three lines of one stretch the middle one is the other whisker's, as each linking says, but less surely."""
+    names = _names([0, 1, 0], [0.9, 0.5, 0.9], [[0, -1, 2], [-1, 1, -1]])
+    votes = np.array([[0.9, 0, 0], [0, 0.5, 0], [0.9, 0, 0]])
+    same = _lines([0, 1, 2], stretch=[5, 5, 5])
+    np.testing.assert_array_equal(_agreed(names, _lines([0, 1, 2]), votes=votes).whisker, [0, 1, 0])
+    found = _agreed(names, same, votes=votes)
+    np.testing.assert_array_equal(found.whisker, [0, 1, 0])
+    np.testing.assert_allclose(found.sure[1], agreement(np.array([2 / 3 * 0.5 + 1 / 3 * 0.5 / 3]))[0])
+    least = names._replace(sure=np.array([0.9, 0.0, 0.9]))
+    np.testing.assert_array_equal(_agreed(least, same, votes=votes).whisker, [0, 0, 0])
 
 
 def test_of_two_lines_side_by_side_the_likelier_has_the_name_and_of_two_ends_both():
-    names, said = _names([0, 0], [0.9, 0.8], [[1], [-1]]), [[0.9, 0.0, 0.0], [0.8, 0.0, 0.0]]
-    beside = _agreed(names, _lines([0, 0], reach=[[0.0, 1.0], [0.5, 2.0]]), [0, 0], said)
+    names = _names([0, 0], [0.9, 0.8], [[1], [-1]])
+    beside = _agreed(names, _lines([0, 0], reach=[[0.0, 1.0], [0.5, 2.0]]))
     np.testing.assert_array_equal(beside.whisker, [0, -1])
     np.testing.assert_array_equal(beside.main, [[0], [-1]])
-    ends = _agreed(names, _lines([0, 0], reach=[[0.0, 1.0], [0.9, 2.0]]), [0, 0], said)
+    ends = _agreed(names, _lines([0, 0], reach=[[0.0, 1.0], [0.9, 2.0]]))
     np.testing.assert_array_equal(ends.whisker, [0, 0])
     names = _names([0, 0], [0.9, 0.8], [[0, 1], [-1, -1]])
-    others = _agreed(names, _lines([0, 1], reach=[[0.0, 1.0], [0.5, 2.0]]), [0, 0], said)
+    others = _agreed(names, _lines([0, 1], reach=[[0.0, 1.0], [0.5, 2.0]]))
     np.testing.assert_array_equal(others.whisker, [0, 0])
 
 
 def test_a_pad_without_whiskers_stays_so():
     none = Names(*np.full((2, 3), -1), np.zeros(3), *(np.zeros((0, 2)) for _ in range(3)), np.zeros((3, 6)))
-    assert agreed(none, _lines([0, 0, 1]), Agreed(np.full(3, -1), np.ones((3, 1)))) is none
+    assert agreed(none, _lines([0, 0, 1]), Others(np.full((3, 1), 3.0), 5)) is none
+    nobody = PointNames(np.full(3, -1), np.zeros(3))
+    assert (renamed(PointNames(np.array([0, 1, -1]), np.ones(3)), nobody, 2, 0).whisker == -1).all()
+    assert (renamed(nobody, PointNames(np.array([0, 1, -1]), np.ones(3)), 0, 2).whisker == -1).all()
 
 
 def test_reasons_and_shared_lines_follow_the_names():
-    frame, said = _lines([0, 1]), [[0.9, 0.0, 0.0], [0.0, 0.3, 0.0]]
+    frame = _lines([0, 1])
     names = _names([0, 0], [0.9, 0.9], [[0, 1], [-1, -1]], also=[1, 1], reason=[[TORN, 0], [SHARED, SHARED]])
-    found = _agreed(names, frame, [0, 1], said)
+    found = _agreed(names, frame, [0, 1], [0, 1])
     np.testing.assert_array_equal(found.also, [1, -1])
-    np.testing.assert_array_equal(found.reason, [[0, ABSENT], [SHARED, 0 if found.sure[1] >= 0.7 else UNSURE]])
+    np.testing.assert_array_equal(found.reason, [[0, UNSURE], [SHARED, 0 if found.sure[1] >= 0.7 else UNSURE]])
 
 
 def test_of_linkings_that_disagree_the_common_names_are_about_as_good_as_the_best_ones():
@@ -108,67 +133,16 @@ def _before_and_after(pad, seed):
     """Share followed and share wrong of the best linking alone, and of the names on which all agree."""
     segments, truth = simulate([pad], seed)
     each = [CutLinking(one, np.arange(segments.sizes["point"])) for one in linkings(segments)]
-    best, found = common_linking(each, segments.sizes["point"])
-    two = (one.identity().segment_whisker.values for one in (each[best].linking, found))
+    alone = [replace(one.linking) for one in each]
+    best = best_and_others(each, segments.sizes["point"])
+    two = (one.identity().segment_whisker.values for one in (alone[best], each[best].linking))
     return [(one.followed, one.wrong) for one in (score(segments, truth, names) for names in two)]
-
-
-def test_an_exchange_of_names_in_one_of_three_linkings_is_outvoted():
-    """Whatever numbers each gives its whiskers; the lines are the same in all."""
-    segments, truth = simulate([Pad(whiskers=5, frames=120)], 2)
-    each = [
-        _renumbered(link_segments(segments), order) for order in ([0, 1, 2, 3, 4], [3, 0, 4, 1, 2], [4, 3, 2, 1, 0])
-    ]
-    assert each[0].linking.whiskers == 5
-    each[1] = _exchanged(each[1], 1, 3, 60)
-    _, found = common_linking(each, segments.sizes["point"])
-    names = found.identity().segment_whisker.values
-    one = score(segments, truth, names)
-    assert (one.found, one.switches) == (5, 0)
-    assert one.wrong < 0.002
-    place = [np.median(found.lines.place[names == k, 1]) for k in range(5)]
-    assert (np.diff(place) > 0).all()
-
-
-class _Said(SimpleNamespace):
-    """A linking that says other names."""
-
-    def identity(self):
-        return self.names
-
-
-def _renumbered(linking, order):
-    names = linking.identity()
-    number = np.append(order, -1)
-    names = names.assign(segment_whisker=("segment", number[names.segment_whisker.values]))
-    said = _Said(
-        names=names, **{word: getattr(linking, word) for word in ("pieces", "pads", "lines", "solutions", "head")}
-    )
-    said.whiskers = linking.whiskers
-    return CutLinking(said, np.arange(linking.pieces.column.size))
-
-
-def _exchanged(one, a, b, frame):
-    names = one.linking.names
-    whisker, late = names.segment_whisker.values, one.linking.pieces.frame >= frame
-    other = np.select([late & (whisker == a), late & (whisker == b)], [b, a], whisker)
-    one.linking.names = names.assign(segment_whisker=("segment", other))
-    return one
 
 
 def test_one_linking_alone_says_what_it_said():
     segments, _ = simulate([Pad(whiskers=4, frames=60)], 1)
     linking = link_segments(segments)
     before = linking.identity()
-    _, found = common_linking([CutLinking(linking, np.arange(segments.sizes["point"]))], segments.sizes["point"])
-    np.testing.assert_array_equal(found.identity().segment_whisker, before.segment_whisker)
-
-
-def test_linkings_without_whiskers_agree_on_none():
-    segments, _ = simulate([Pad(whiskers=2, frames=60)], 1)
-    linking = link_segments(segments)
-    for solution in linking.solutions:
-        solution.place([])
-    _, found = common_linking([CutLinking(linking, np.arange(segments.sizes["point"]))] * 2, segments.sizes["point"])
-    assert found.whiskers == 0
-    assert (found.identity().segment_whisker == -1).all()
+    best_and_others([CutLinking(linking, np.arange(segments.sizes["point"]))], segments.sizes["point"])
+    assert linking.others.linkings == 0
+    np.testing.assert_array_equal(linking.identity().segment_whisker, before.segment_whisker)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from simulated_segments import Pad, simulate
 
-from vibrissa.video.link.agreed_names import Agreed
+from vibrissa.video.link.agreed_names import Others, said_by
 from vibrissa.video.link.certainty import agreement, mean_of_agreement
 from vibrissa.video.link.chains.superfluous import take_away
 from vibrissa.video.link.further_whiskers import name_further_whiskers
@@ -16,18 +16,17 @@ from vibrissa.video.link.pad.phase import ALIKE
 from vibrissa.video.link.whisker_discovery import best_groups
 from vibrissa.video.link.whisker_linking import link_segments
 
-NONE = np.zeros(0, np.int64)
+OTHERS = 5  # linkings that say what the one says
 
 
-def _asked(linking, nobody=NONE):
-    """A linking of one pad on which all agree, but for some lines, which they leave to nobody."""
+def _asked(linking, nobody=()):
+    """Others that agree with a linking of one pad, but for some lines, which they leave to nobody."""
     (solution,) = linking.solutions
-    names, count = names_of(solution, solution.lever), len(solution.labels)
-    whisker = names.whisker.copy()
-    whisker[nobody] = -1
-    said = np.zeros((whisker.size, count + 1))
-    said[np.arange(whisker.size), whisker] = np.where(whisker >= 0, names.sure, 1.0)
-    linking.common = Agreed(whisker, said)
+    names = names_of(solution, solution.lever)
+    votes = OTHERS * said_by(names)
+    votes[nobody] = 0.0
+    votes[nobody, -1] = OTHERS
+    linking.others = Others(votes, OTHERS)
     return linking.identity().segment_whisker.values
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from vibrissa.arrays import Integers
 from vibrissa.errors import ConflictError, FormatError
@@ -22,6 +21,7 @@ from vibrissa.video.find.movie_segments import LineSearch, find_segments
 from vibrissa.video.foreign.segment_tables import read_segments
 from vibrissa.video.foreign.tracks import kind_of
 from vibrissa.video.io.movie import open_movie
+from vibrissa.video.link.agreement import numbers_in_common
 from vibrissa.video.link.known.known_lines import LineNames
 from vibrissa.video.link.thorough_linking import IDENTIFIED, linked_before
 from vibrissa.video.link.whisker_linking import Linking
@@ -240,9 +240,7 @@ def said_of(lines: xr.Dataset, linking: Linking) -> tuple[LineNames | None, Inte
     both, count = (whisker >= 0) & (now >= 0), int(whisker.max(initial=-1)) + 1
     common = np.zeros((count, linking.whiskers))
     np.add.at(common, (whisker[both], now[both]), 1)
-    numbers = np.full(count + 1, -1)
-    for one, same in zip(*linear_sum_assignment(-common), strict=True):
-        numbers[one] = same if common[one, same] else -1
+    numbers = numbers_in_common(common)
     if not all(name in lines for name in IDENTIFIED):
         return None, numbers[:-1]
     other, sure = lines.segment_other.values.astype(np.int64), lines.segment_probability.values

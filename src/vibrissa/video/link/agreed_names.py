@@ -1,4 +1,4 @@
-"""The names on which several linkings agree, and how sure they are."""
+"""One name for each line from what several linkings say of it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.quantities.identity import SURE
-from vibrissa.video.link.certainty import agreement
+from vibrissa.video.link.certainty import UNNAMED, agreement
 from vibrissa.video.link.chains.exclusion import Solution
 from vibrissa.video.link.identities import ABSENT, OVERLAP, SHARED, TORN, UNSURE, Names
 
@@ -16,26 +16,27 @@ STRETCH = 1 / 3  # weight of all lines of a plain stretch in what is said of eac
 SAID = 0.1  # mean probability from which on a line is perhaps a whisker's that has none in the frame
 
 
-class Agreed(NamedTuple):
-    """What several linkings say of the same lines together.
+class Others(NamedTuple):
+    """What other linkings of the same lines say.
 
     Attributes
     ----------
-    whisker : (S,) array of int
-        The whisker that most of them take each line for, −1 for nobody's.
-    said : (S, whiskers + 1) array
-        Mean of their probabilities that each line is each whisker's, or nobody's.
+    votes : (S, whiskers + 1) array
+        Sum of their probabilities that each segment is each whisker's, or nobody's.
+    linkings : int
+        How many they are.
     """
 
-    whisker: Integers
-    said: Array
+    votes: Array
+    linkings: int
 
 
-def agreed(names: Names, solution: Solution, common: Agreed) -> Names:
-    """Names on which several linkings of the same lines agree.
+def agreed(names: Names, solution: Solution, others: Others) -> Names:
+    """Names on which several linkings of the same lines agree most.
 
-    How sure a name is follows from the mean of what the linkings say, two thirds for the line itself and one for all
-    lines of its plain stretch. A line has no name if a likelier line with that name lies beside it.
+    Each gives a line its probability to be a whisker's, or to be nobody's if it has no name there. What counts is the
+    mean over the linkings, two thirds for the line itself and one for all lines of its plain stretch. The line gets the
+    name with the largest, unless nobody's is larger, or a likelier line with that name lies beside it.
 
     Parameters
     ----------
@@ -43,24 +44,34 @@ def agreed(names: Names, solution: Solution, common: Agreed) -> Names:
         Of one linking.
     solution : Solution
         What they were made from.
-    common : Agreed
+    others : Others
         Of the same pad.
 
     Returns
     -------
     Names
-        ``whisker`` and ``sure`` are those agreed on; the rest follows. ``evidence`` is as before.
+        ``sure`` is made from the mean; the rest follows. ``evidence`` is as before.
     """
     if not len(names.main):
         return names
     frame, every = solution.frame, np.arange(solution.frame.size)
-    said = (1 - STRETCH) * common.said + STRETCH * _of_stretches(common.said, solution.tracklet)
-    whisker = common.whisker.copy()
-    likely = said[every, whisker]
+    said = others.votes + said_by(names)
+    said = ((1 - STRETCH) * said + STRETCH * _of_stretches(said, solution.tracklet)) / (others.linkings + 1)
+    best = said[:, :-1].argmax(axis=1)
+    likely = said[every, best]
+    whisker = np.where(likely > said[:, -1], best, -1)
     whisker[_beside_likelier(whisker, frame, solution.lines.reach, likely)] = -1
+    sure = agreement(likely)
     perhaps = np.zeros(names.chance.shape)
     np.maximum.at(perhaps.T, frame, said[:, :-1])
-    return _with(names, frame, whisker, np.where(whisker >= 0, agreement(likely), 0.0), perhaps > SAID)
+    return _with(names, frame, whisker, np.where(whisker >= 0, sure, 0.0), perhaps > SAID)
+
+
+def said_by(names: Names) -> Array:
+    """What one linking says of each line: its probability to be each whisker's, or nobody's (S, whiskers + 1)."""
+    said = np.zeros((names.whisker.size, len(names.main) + 1))
+    said[np.arange(names.whisker.size), names.whisker] = np.where(names.whisker >= 0, names.sure, UNNAMED)
+    return said
 
 
 def _of_stretches(said: Array, stretch: Integers) -> Array:

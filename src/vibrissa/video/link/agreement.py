@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from vibrissa.arrays import Array, Integers
-from vibrissa.video.link.agreed_names import Agreed
+from vibrissa.video.link.agreed_names import Others
 from vibrissa.video.link.certainty import UNNAMED
-from vibrissa.video.link.consensus import consensus, shares
-from vibrissa.video.link.whisker_linking import Linking, linked_as
-
-SEEN = 0.1  # share of the frames in which a whisker has a line at least
+from vibrissa.video.link.whisker_linking import Linking
 
 
 class CutLinking(NamedTuple):
@@ -22,103 +20,99 @@ class CutLinking(NamedTuple):
     points: Integers
 
 
-class Said(NamedTuple):
-    """Whisker that each linking calls each point or line, −1 for none, and its probability (both (linking, n))."""
+class PointNames(NamedTuple):
+    """Whisker of each point before lines were cut (P,), −1 for none, and its probability (P,)."""
 
     whisker: Integers
     sure: Array
 
 
-def common_linking(each: list[CutLinking], count: int) -> tuple[int, Linking]:
-    """Linking whose whiskers are those on which several linkings agree.
+def best_and_others(each: list[CutLinking], count: int) -> int:
+    """Give the linking in which most points probably have the right name what the others say.
 
     Parameters
     ----------
     each : list of CutLinking
-        Linkings of the same lines.
+        Linkings of the same lines; the best is changed.
     count : int
         Points of these lines.
 
     Returns
     -------
     int
-        The linking in which most points probably have the right name; its lines are taken.
-    Linking
-        Of these lines, with what all linkings say of them.
+        Which one is the best.
     """
-    said = [_names_of_points(one, count) for one in each]
-    points = Said(*(np.stack(one) for one in zip(*said, strict=True)))
-    best = int(np.argmax(((2 * points.sure - 1) * (points.whisker >= 0)).sum(axis=1)))
-    linking, lines = each[best].linking, _names_of_lines(points, each[best])
-    part = consensus(*lines, _stretches(linking))
-    whisker = _in_order(part, linking)
-    found = linked_as(linking, whisker)
-    found.common = Agreed(whisker, _said(lines, whisker))
-    return best, found
+    said = [names_of_points(one, count) for one in each]
+    best = int(np.argmax([((2 * one.sure - 1) * (one.whisker >= 0)).sum() for one in said]))
+    mine, linking, points = said[best], each[best].linking, each[best].points
+    size, names = linking.pieces.stop - linking.pieces.start, linking.whiskers + 1
+    line, votes = np.repeat(np.arange(size.size), size), np.zeros((size.size, names))
+    for n in np.delete(np.arange(len(each)), best):
+        whisker, sure = renamed(said[n], mine, each[n].linking.whiskers, linking.whiskers)
+        chance = np.where(whisker >= 0, sure, UNNAMED)[points]
+        column = np.where(whisker >= 0, whisker, linking.whiskers)[points]  # the last is nobody's
+        votes += np.bincount(line * names + column, chance, votes.size).reshape(votes.shape) / size[:, None]
+    linking.others = Others(votes, len(each) - 1)
+    return best
 
 
-def _names_of_points(one: CutLinking, count: int) -> tuple[Integers, Array]:
-    """What a linking says of each point; points that it has left out are nobody's. Numbered through over the pads."""
+def names_of_points(one: CutLinking, count: int) -> PointNames:
+    """What a linking says of each point; points that it has left out are nobody's.
+
+    Parameters
+    ----------
+    one : CutLinking
+        The linking.
+    count : int
+        Points before lines were cut.
+
+    Returns
+    -------
+    PointNames
+        Its whiskers are numbered through over the pads.
+    """
     identity, pieces = one.linking.identity(), one.linking.pieces
     whisker, sure, size = np.full(count, -1), np.zeros(count), pieces.stop - pieces.start
     whisker[one.points] = np.repeat(identity.segment_whisker.values, size)
     sure[one.points] = np.repeat(identity.segment_probability.values, size)
-    return whisker, sure
+    return PointNames(whisker, sure)
 
 
-def _names_of_lines(points: Said, of: CutLinking) -> Said:
-    """The name that most points of each line of a linking have in each linking, with their mean probability."""
-    size = of.linking.pieces.stop - of.linking.pieces.start
-    line, every = np.repeat(np.arange(size.size), size), np.arange(size.size)
-    whisker, sure = np.full((2, len(points.whisker), size.size), -1.0)
-    for n, (name, likely) in enumerate(zip(points.whisker, points.sure, strict=True)):
-        names = int(name.max(initial=-1)) + 2  # with nobody's, the first
-        weight = np.where(name >= 0, likely, UNNAMED)[of.points]
-        said = np.bincount(line * names + name[of.points] + 1, weight, size.size * names).reshape(-1, names)
-        most = said.argmax(axis=1)
-        whisker[n], sure[n] = most - 1, said[every, most] / size
-    return Said(whisker.astype(np.int64), sure)
+def renamed(other: PointNames, mine: PointNames, others: int, whiskers: int) -> PointNames:
+    """The same with the numbers of another linking, which has most points in common under the same name.
 
+    Parameters
+    ----------
+    other, mine : PointNames
+        What two linkings say of the same points.
+    others, whiskers : int
+        How many whiskers they have.
 
-def _stretches(linking: Linking) -> Integers:
-    """Plain stretch of each line, numbered through over the pads; −1 for none."""
-    out, count = np.full(linking.pieces.frame.size, -1), 0
-    for one in linking.solutions:
-        plain = one.tracklet >= 0
-        out[plain] = one.tracklet[plain] + count
-        count = int(out.max(initial=-1)) + 1
-    return out
-
-
-def _in_order(part: Integers, linking: Linking) -> Integers:
-    """Whisker of each line: parts that are seen often enough, by their pads and their angle there; −1 for none."""
-    whisker, first, count = np.full(part.size, -1), 0, int(part.max(initial=-1)) + 1
-    home = np.zeros((len(linking.solutions), count), np.int64)
-    for n, one in enumerate(linking.solutions):
-        home[n] = np.bincount(part[one.who][part[one.who] >= 0], minlength=count)
-    for n, one in enumerate(linking.solutions):
-        own = one.who[part[one.who] >= 0]
-        kept = np.flatnonzero((home[n] >= max(SEEN * one.frames, 1)) & (home.argmax(axis=0) == n))
-        rest = linking.lines.place[own, 1] - one.phase[own, 0]
-        kept = kept[np.argsort([np.median(rest[part[own] == k]) for k in kept], kind="stable")]
-        number = np.full(count, -1)
-        number[kept] = first + np.arange(kept.size)
-        whisker[own] = number[part[own]]
-        first += kept.size
-    return whisker
-
-
-def _said(lines: Said, whisker: Integers) -> Array:
-    """Mean over linkings of the probabilities that each line is each whisker's, or nobody's (S, whiskers + 1).
-
-    A name in a linking stands for each whisker by the share of its lines that are that one's.
+    Returns
+    -------
+    PointNames
+        What ``other`` says of the whiskers of ``mine``; −1 for whiskers that ``mine`` does not have.
     """
-    count = int(whisker.max(initial=-1)) + 1
-    part, said = np.where(whisker >= 0, whisker, count), np.zeros((whisker.size, count + 1))
-    for name, sure in zip(*lines, strict=True):
-        mine = shares(name, sure, part, count + 1, int(name.max(initial=-1)) + 1)
-        mine /= np.maximum(mine.sum(axis=0), 1e-9)
-        named = name >= 0
-        said[named] += sure[named, None] * mine[:, name[named]].T
-        said[~named, count] += sure[~named]
-    return said / len(lines.whisker)
+    both = (other.whisker >= 0) & (mine.whisker >= 0)
+    common = np.zeros((others, whiskers))
+    np.add.at(common, (other.whisker[both], mine.whisker[both]), (other.sure * mine.sure)[both])
+    return PointNames(numbers_in_common(common)[other.whisker], other.sure)
+
+
+def numbers_in_common(common: Array) -> Integers:
+    """Number in one linking of each whisker of another: the two that have most in common are one.
+
+    Parameters
+    ----------
+    common : (n, m) array
+        How much each whisker of the other has in common with each of the one.
+
+    Returns
+    -------
+    (n + 1,) array of int
+        −1 for a whisker that has nothing in common with its counterpart; the last, for −1, is nobody's.
+    """
+    number = np.full(len(common) + 1, -1)
+    for one, same in zip(*linear_sum_assignment(-common), strict=True):
+        number[one] = same if common[one, same] else -1
+    return number

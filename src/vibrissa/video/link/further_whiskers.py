@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibrissa.arrays import Array, Integers, Mask
-from vibrissa.video.link.agreed_names import Agreed
+from vibrissa.video.link.agreed_names import Others, said_by
 from vibrissa.video.link.certainty import mean_of_agreement
 from vibrissa.video.link.chains.drift import with_drift
 from vibrissa.video.link.chains.exclusion import Solution
@@ -106,19 +106,24 @@ def _pieces(frame: Integers, reach: Array, own: Integers, others: Integers) -> f
 
 def _add(linking: Linking, number: int, first: int, found: Solution, theirs: Names, kept: list[int]) -> None:
     """Add whiskers to a pad in the order of their places; ``first`` is the number of its first whisker in the movie."""
-    solution, common, added = linking.solutions[number], linking.common, [found.labels[n] for n in kept]
-    assert common is not None
-    labels, last = [*solution.labels, *added], common.said.shape[1] - 1 + len(added)  # nobody
+    solution, others, added = linking.solutions[number], linking.others, [found.labels[n] for n in kept]
+    assert others is not None
+    who, before, labels = solution.who, names_of(solution, solution.lever), [*solution.labels, *added]
     order = np.argsort([one.model.place[1] for one in labels], kind="stable")
     known, new = np.split(first + np.argsort(order), [len(solution.labels)])  # numbers of the whiskers
     for one in added:
         solution.wanted[one.seen] += one.want
     solution.labels, solution.decided = [labels[n] for n in order], {}
+    last = others.votes.shape[1] - 1 + len(added)  # nobody
     column = np.concatenate([np.arange(first), known, np.arange(first + len(labels), last + 1)])
-    whisker, said = column[common.whisker], np.zeros((common.whisker.size, last + 1))
-    said[:, column] = common.said
-    for n, name in zip(kept, new, strict=True):
+    said = np.zeros((others.votes.shape[0], last + 1))
+    said[:, column] = others.votes
+    said[np.ix_(who, [*known, last])] += said_by(before)[who]
+    for n, whisker in zip(kept, new, strict=True):
         own = np.flatnonzero(theirs.whisker == n)
-        whisker[own], said[own] = name, 0.0
-        said[own, name] = mean_of_agreement(RIGHT[0] + RIGHT[1] * theirs.sure[own])
-    linking.common = Agreed(np.where(whisker == last, -1, whisker), said)
+        said[own] = 0.0
+        said[own, whisker] = (others.linkings + 1) * mean_of_agreement(RIGHT[0] + RIGHT[1] * theirs.sure[own])
+    # the linking itself now knows whiskers that the others do not: what all say together stays as it was
+    after, pad = names_of(solution, solution.lever), [*range(first, first + len(labels)), last]
+    said[np.ix_(who, pad)] -= said_by(after)[who]
+    linking.others = Others(said, others.linkings)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.video.link.agreement import CutLinking, common_linking
+from vibrissa.video.link.agreement import CutLinking, best_and_others
 from vibrissa.video.link.courses.cut_lines import cut_lines, cut_segments
 from vibrissa.video.link.courses.doubtful_lines import doubtful_lines
 from vibrissa.video.link.courses.parts import without_parts
@@ -49,9 +49,10 @@ def link_thoroughly(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
     """
     doubtful = cut_segments(segments, doubtful_lines(pieces_of(counted_from_start(segments))))
     tries = [one for first in linkings(counted_from_start(doubtful)) for one in _cut_and_linked(doubtful, first)]
-    best, linking = common_linking([one for _, one in tries], doubtful.sizes["point"])
-    name_further_whiskers(linking)
-    return tries[best][0], linking
+    each = [one for _, one in tries]
+    best = best_and_others(each, doubtful.sizes["point"])
+    name_further_whiskers(each[best].linking)
+    return tries[best][0], each[best].linking
 
 
 def _cut_and_linked(segments: xr.Dataset, first: Linking) -> list[tuple[xr.Dataset, CutLinking]]:

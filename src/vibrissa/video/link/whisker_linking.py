@@ -11,7 +11,7 @@ from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError
 from vibrissa.head_pose import HeadPose, head_of
 from vibrissa.quantities import dataset
-from vibrissa.video.link.agreed_names import Agreed, agreed
+from vibrissa.video.link.agreed_names import Others, agreed
 from vibrissa.video.link.chains.exclusion import Solution
 from vibrissa.video.link.identities import REASONS, Names, names_of
 from vibrissa.video.link.pad.pad_finding import find_pads, pads_of_lines
@@ -41,8 +41,8 @@ class Linking:
         Whiskers of each pad; they are numbered through over the pads.
     head : HeadPose, optional
         Head in whose coordinates pads and lines are; those of the image if None.
-    common : Agreed, optional
-        What several linkings of the same lines say together; its whiskers are numbered as these are.
+    others : Others, optional
+        What other linkings of the same lines say.
     """
 
     pieces: Pieces
@@ -50,7 +50,7 @@ class Linking:
     lines: Lines
     solutions: list[Solution]
     head: HeadPose | None = field(default=None, kw_only=True)
-    common: Agreed | None = field(default=None, kw_only=True)
+    others: Others | None = field(default=None, kw_only=True)
 
     @property
     def placed(self) -> Pieces:
@@ -67,10 +67,9 @@ class Linking:
         out, first = [], 0
         for n, one in enumerate(self.solutions):
             names, stop = names_of(one, self.lever(n)), first + len(one.labels)
-            if self.common is not None:
-                whisker, said = self.common
-                mine = np.where((whisker >= first) & (whisker < stop), whisker - first, -1)
-                names = agreed(names, one, Agreed(mine, said[:, [*range(first, stop), -1]]))
+            if self.others is not None:
+                votes = self.others.votes[:, [*range(first, stop), -1]]
+                names = agreed(names, one, Others(votes, self.others.linkings))
             out.append(names)
             first = stop
         return out
@@ -273,32 +272,12 @@ def link_named(segments: xr.Dataset) -> Linking:
     placed = in_head(pieces, head)
     pads, pad, back = find_pads(placed)
     lines = lines_of(placed, pads, pad, back)
-    before = Linking(pieces, pads, lines, [], head=head)
-    whisker = segments.segment_whisker.values.astype(np.int64)
+    whisker, solutions = segments.segment_whisker.values.astype(np.int64), []
     votes = np.zeros((int(whisker.max(initial=-1)) + 1, len(pads)))
     some = (whisker >= 0) & (pad >= 0)
     np.add.at(votes, (whisker[some], pad[some]), 1)
     home = np.append(votes.argmax(axis=1), -1)  # of whiskers, and of nobody
-    return linked_as(before, np.where(pad == home[whisker], whisker, -1))
-
-
-def linked_as(linking: Linking, whisker: Integers) -> Linking:
-    """Linking of the same lines, with whiskers that are known.
-
-    Parameters
-    ----------
-    linking : Linking
-        Pads, lines and head are its.
-    whisker : (S,) array of int
-        Whisker of each line, all in one pad; −1 for nobody's.
-
-    Returns
-    -------
-    Linking
-        Whiskers in the order of their pads, and within them of their numbers.
-    """
-    pieces, lines, solutions = linking.pieces, linking.lines, []
-    for n, one in enumerate(linking.pads):
-        names = np.where(lines.pad == n, whisker, -1)
+    for n, one in enumerate(pads):
+        names = np.where((pad == n) & (home[whisker] == n), whisker, -1)
         solutions.append(link_pad_named(pieces.frames, pieces.frame, lines, n, one, names))
-    return Linking(pieces, linking.pads, lines, solutions, head=linking.head)
+    return Linking(pieces, pads, lines, solutions, head=head)
