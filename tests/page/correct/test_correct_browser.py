@@ -272,6 +272,12 @@ def test_a_question_what_is_said_of_its_answer_and_the_save_are_in_view_together
         assert box["x"] + box["width"] <= width
 
 
+def test_a_long_message_is_whole_where_nothing_is_asked(hands):
+    hands.ask("document.getElementById('message').textContent = 'whisker 3 has won 12 lines; '.repeat(8)")
+    assert hands.ask("(said => said.scrollHeight - said.clientHeight)(document.getElementById('message'))") <= 0
+    assert hands.ask("(said => said.clientHeight)(document.getElementById('message'))") > 100
+
+
 def test_what_is_typed_after_a_refused_question_is_no_key(hands, pad):
     line = next(s for s in hands.ask(f"correct.tracks.inFrame({full_frame(pad)})") if hands.whisker(s) < 0)
     hands.ask(f"correct.select({line})")
