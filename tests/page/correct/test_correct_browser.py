@@ -123,6 +123,36 @@ def test_a_join_that_is_refused_waits_for_another_piece(hands, pad):
     assert "0 edits" in hands.page.inner_text("#counts")
 
 
+def band(hands):
+    """First and last frame on the ground that marks what an edit changed, or None."""
+    ink = "(o => { const p = o.base.getContext('2d'), y = o.box.y + 1, lit = [];"
+    ink += " for (let f = 0; f < o.tracks.frames; f++) { const d = p.getImageData(Math.round(o.X(f)), y, 1, 1).data;"
+    ink += " if (d[0] === 0x2f && d[1] === 0x3b && d[2] === 0x4f) lit.push(f); }"
+    ink += " return lit.length ? [lit[0], lit[lit.length - 1]] : null; })(correct.overview)"
+    return hands.ask(ink)
+
+
+def test_the_frames_whose_names_an_edit_changed_are_told_and_drawn(hands, pad):
+    frame = load(pad.segments).segment_frame.values
+    before = np.array(hands.names())
+    assert band(hands) is None
+    hands.select(2, full_frame(pad))
+    for step in (lambda: hands.answer("m", "3"), lambda: hands.keys("u"), lambda: hands.keys("r")):
+        step()
+        after = np.array(hands.names())
+        changed = frame[before != after]
+        first, last, before = int(changed.min()), int(changed.max()), after
+        where = f"frames {first} to {last}" if last > first else f"frame {first}"
+        assert hands.page.inner_text("#message").endswith(f"; names changed in {where}")
+        seen = band(hands)
+        assert seen is not None
+        assert abs(seen[0] - first) <= 1
+        assert abs(seen[1] - last) <= 1
+    hands.answer("c", "C7")
+    assert "names changed" not in hands.page.inner_text("#message")
+    assert band(hands) is None
+
+
 def test_every_edit_by_keyboard_with_undo_and_redo(hands, pad):
     """Name, mark, split, join, swap, delete; the file beside the profile follows; all undone is as it was."""
     start, frame = hands.names(), full_frame(pad)

@@ -122,7 +122,7 @@ function took(answer) {
   tracks.take(answer);
   overview.redraw();
   list();
-  say(tracks.spelt(answer.said));
+  say(tracks.spelt(answer.said) + tracks.where());
   draw();
   tell();
 }

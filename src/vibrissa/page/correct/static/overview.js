@@ -5,6 +5,7 @@ const LEFT = 46, BOTTOM = 20, RIGHT = 8, TOP = 6; // [CSS px] room for the axes
 const NARROWEST = 20; // frames that are shown at least
 const NEAR = 14; // [CSS px] a line is hit
 const BRIDGED = 4; // frames over which a piece is drawn on
+const CHANGED = "#2f3b4f"; // behind the frames that an edit changed
 const STRETCH = 16; // lines of a piece that are drawn as one path
 
 export class Overview {
@@ -91,6 +92,7 @@ export class Overview {
     const { tracks, base } = this, pen = base.getContext("2d", { alpha: false }), { ratio, x, y, w, h } = this.box, [a, b] = this.span;
     pen.fillStyle = "#1b1d21";
     pen.fillRect(0, 0, base.width, base.height);
+    this.changed(pen);
     this.axes(pen);
     pen.save();
     pen.beginPath(); pen.rect(x, y, w, h); pen.clip();
@@ -120,6 +122,14 @@ export class Overview {
     }
     this.labels(pen, labels, ratio);
     pen.restore();
+  }
+
+  changed(pen) { // the frames in which the last edit changed names
+    if (!this.tracks.changed) return;
+    const { x, y, w, h } = this.box, [a, b] = this.tracks.changed;
+    const [left, right] = [this.X(a - 0.5), this.X(b + 0.5)].map(at => Math.min(Math.max(at, x), x + w));
+    pen.fillStyle = CHANGED;
+    pen.fillRect(left, y, right - left, h);
   }
 
   labels(pen, firsts, ratio) { // the number where a piece begins, if there is room

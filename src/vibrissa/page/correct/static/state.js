@@ -18,9 +18,16 @@ export class Tracks {
   }
 
   take(message) { // names after an edit
+    const before = this.whisker;
     for (const name of ["whisker", "other", "sure", "piece", "whiskers", "names", "edits", "undone"]) this[name] = message[name];
     this.indexPieces();
     this.doubts = this.findDoubts();
+    this.changed = before ? this.findChanged(before) : null;
+  }
+
+  findChanged(before) { // first and last frame in which a line has another name than before, or null
+    const other = (_, s) => this.whisker[s] !== before[s], first = this.whisker.findIndex(other);
+    return first < 0 ? null : [this.frame[first], this.frame[this.whisker.findLastIndex(other)]];
   }
 
   indexPieces() { // segments of piece p: members[from[p]] … members[from[p + 1] - 1], by frames
@@ -48,6 +55,11 @@ export class Tracks {
   spelt(text) { // a line of the server, with names
     const both = text.replace(/\b(whiskers) (\d+) and (\d+)/gi, (_, word, a, b) => `${word} ${this.both(a)} and ${this.both(b)}`);
     return both.replace(/\b(whisker) (\d+)/gi, (_, word, k) => `${word} ${this.both(k)}`);
+  }
+  where() { // in which frames the last edit changed names
+    if (!this.changed) return "";
+    const [a, b] = this.changed;
+    return a === b ? `; names changed in frame ${a}` : `; names changed in frames ${a} to ${b}`;
   }
   points(s) { return [this.start[s], s + 1 < this.count ? this.start[s + 1] : this.column.length]; }
   size(s) { const [a, b] = this.points(s); return b - a; }
