@@ -126,10 +126,10 @@ export class Overview {
 
   changed(pen) { // the frames in which the last edit changed names
     if (!this.tracks.changed) return;
-    const { x, y, w, h } = this.box, [a, b] = this.tracks.changed;
+    const { ratio, x, y, w, h } = this.box, [a, b] = this.tracks.changed;
     const [left, right] = [this.X(a - 0.5), this.X(b + 0.5)].map(at => Math.min(Math.max(at, x), x + w));
     pen.fillStyle = CHANGED;
-    pen.fillRect(left, y, right - left, h);
+    if (right > left) pen.fillRect(left, y, Math.max(right - left, 3 * ratio), h); // a frame of a long movie is seen, too
   }
 
   labels(pen, firsts, ratio) { // the number where a piece begins, if there is room
