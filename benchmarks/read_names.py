@@ -4,10 +4,12 @@
     .venv/bin/python benchmarks/read_names.py lines.nc
     .venv/bin/python benchmarks/read_names.py lines.nc --pictures test_video2.mp4 FOLDER
 
-``read_names.csv`` holds runs of lines that are plainly one whisker's: frames, angle at 80 px from the pad in each frame
-[°], and the letters that three readers gave them. Each was an image-reading language model. It worked alone, with the
-pictures that ``--pictures`` draws of 30 strips of 75 frames, 15 of them those of the strip before: grey level over
-angle and time at two distances from the pad, and at a third with the runs drawn in and numbered. ``A+B`` is a run in
+``read_names.csv`` holds runs of lines, the linker's tracklets of at least four: frames, angle at 80 px from the pad in
+each frame [°], and the letters that three readers gave them. Each was an image-reading language model that worked alone
+with pictures of 30 strips of 75 frames, 15 of them those of the strip before: grey level over angle and time at two
+distances from the pad, and at a third with the runs drawn in and numbered. ``--pictures`` draws them; those that were
+read also showed all shorter runs in grey, longer lines by larger marks, and came with a table of the runs' frames,
+median angles and lengths. ``A+B`` is a run in
 which two whiskers lie on one another; an empty letter is a line that the reader could not tell. Where a reader began a
 whisker anew after doubtful frames and called it probably the same, it has one letter.
 
@@ -54,7 +56,7 @@ def angles(run: dict[str, str]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def read(runs: Runs, lines: Named) -> np.ndarray:
-    """Letters that the readings give each line (3, S), each a set; empty where no run is."""
+    """Letters that the readings give each line (3, S), joined by +; empty where no run is."""
     out, at = np.full((len(READINGS), lines.frame.size), "", dtype=object), angle_of(lines)
     first = np.searchsorted(lines.frame, np.arange(lines.frame.max() + 2))
     for run in runs:
