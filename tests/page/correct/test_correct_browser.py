@@ -123,34 +123,119 @@ def test_a_join_that_is_refused_waits_for_another_piece(hands, pad):
     assert "0 edits" in hands.page.inner_text("#counts")
 
 
-def band(hands):
-    """First and last frame on the ground that marks what an edit changed, or None."""
-    ink = "(o => { const p = o.base.getContext('2d'), y = o.box.y + 1, lit = [];"
-    ink += " for (let f = 0; f < o.tracks.frames; f++) { const d = p.getImageData(Math.round(o.X(f)), y, 1, 1).data;"
-    ink += " if (d[0] === 0x2f && d[1] === 0x3b && d[2] === 0x4f) lit.push(f); }"
-    ink += " return lit.length ? [lit[0], lit[lit.length - 1]] : null; })(correct.overview)"
-    return hands.ask(ink)
+LIT = """(([canvas, down, beside]) => {
+  const o = correct.overview, { x, y, w } = o.box, [a, b] = o.span.map(Math.round), lit = [];
+  const d = (canvas === 'base' ? o.base : o.canvas).getContext('2d').getImageData(x, y + down, w, 1).data;
+  for (let f = a; f <= b; f++) {
+    const at = 4 * (Math.floor(o.X(f) - x) + (f > a ? -beside : beside)), [red, green, blue] = d.slice(at, at + 3);
+    if (%s) lit.push(f);
+  }
+  return lit;
+})"""
+GROUND = LIT % "red === 0x2f && green === 0x3b && blue === 0x4f"
+BAR = LIT % "red === 0x8a && green === 0xb8 && blue === 0xff"
+CURSOR = LIT % "red > 0x80 && green > 0x80"
 
 
-def test_the_frames_whose_names_an_edit_changed_are_told_and_drawn(hands, pad):
-    frame = load(pad.segments).segment_frame.values
-    before = np.array(hands.names())
-    assert band(hands) is None
+def ground(hands):
+    """Shown frames on the ground that marks what an edit changed, beside the lines of the axes."""
+    return hands.ask(GROUND, ["base", 1, 3])
+
+
+def changes(before, after, frame):
+    """Frames in which names changed, and what a message of them begins with."""
+    frames = np.unique(frame[before != after])
+    ways, count = np.unique([(before, after)], axis=-1, return_counts=True)
+    label = {-1: "no name", -2: "no whisker"}
+    lines = {
+        f"{label.get(a, a)} → {label.get(b, b)}: {n} line{'s' * (n > 1)}"
+        for (a, b), n in zip(ways[0].T.tolist(), count.tolist(), strict=True)
+        if a != b
+    }
+    several = f"{frames.size} frames from {frames[0]} to {frames[-1]}"
+    return frames.tolist(), f"Names changed in {several if frames.size > 1 else f'frame {frames[0]}'}. ", lines
+
+
+@pytest.mark.parametrize("key", ["m3", "wd"])
+def test_an_edit_its_undo_and_redo_report_frames_and_lines_by_name(hands, pad, key):
+    """Also where the frames have gaps: those of a whole whisker that is not seen in all of them."""
+    frame, before = load(pad.segments).segment_frame.values, np.array(hands.names())
+    assert ground(hands) == []
     hands.select(2, full_frame(pad))
-    for step in (lambda: hands.answer("m", "3"), lambda: hands.keys("u"), lambda: hands.keys("r")):
+    edit = (lambda: hands.keys(*key)) if key == "wd" else (lambda: hands.answer(*key))
+    for step in (edit, lambda: hands.keys("u"), lambda: hands.keys("r")):
         step()
         after = np.array(hands.names())
-        changed = frame[before != after]
-        first, last, before = int(changed.min()), int(changed.max()), after
-        where = f"frames {first} to {last}" if last > first else f"frame {first}"
-        assert hands.page.inner_text("#message").endswith(f"; names changed in {where}")
-        seen = band(hands)
-        assert seen is not None
-        assert abs(seen[0] - first) <= 1
-        assert abs(seen[1] - last) <= 1
-    hands.answer("c", "C7")
-    assert "names changed" not in hands.page.inner_text("#message")
-    assert band(hands) is None
+        frames, begin, ways = changes(before, after, frame)
+        said, before = hands.page.inner_text("#message"), after
+        assert said.startswith(begin)
+        assert set(said.removeprefix(begin).split(". ")[0].split("; ")) == ways
+        assert ground(hands) == frames
+    assert key == "m3" or len(frames) < frames[-1] - frames[0] + 1
+
+
+def test_an_edit_without_a_change_says_no_names_changed(hands, pad):
+    hands.select(2, full_frame(pad))
+    hands.answer("m", "3")
+    before = hands.names()
+    for step in (lambda: hands.answer("m", "3"), lambda: hands.keys("u"), lambda: hands.keys("r")):
+        step()
+        assert hands.names() == before
+        assert hands.page.inner_text("#message").startswith("No names changed. ")
+        assert ground(hands) == []
+
+
+def test_an_arrow_and_a_key_lead_to_changed_frames_out_of_view(hands, pad):
+    hands.select(2, full_frame(pad))
+    hands.answer("m", "3")
+    first, last = (lambda all: (all[0], all[-1]))(ground(hands))
+    arrows = "(({ base, box: { x, y, w, ratio } }) => [x - 3 * ratio, x + w + 3 * ratio].map(at =>"
+    arrows += " base.getContext('2d').getImageData(at, y - 5 * ratio, 1, 1).data[2] === 0xff))(correct.overview)"
+    assert hands.ask(arrows) == [False, False]
+    for span, seen in (([0, first - 1], [False, True]), ([last + 1, FRAMES - 1], [True, False])):
+        hands.ask("span => { correct.overview.span = span; correct.overview.redraw(); }", span)
+        assert hands.ask(arrows) == seen
+        assert ground(hands) == []
+    hands.keys("End", "e")
+    assert hands.ask("correct.frame()") == first
+    assert first in ground(hands)
+    hands.keys("u", "Home", "u", "e")  # the last undo is refused; the one before changed the same frames
+    assert hands.ask("correct.frame()") == first
+    assert hands.page.locator("#keys dd", has_text="first frame in which the last edit changed names").count() == 1
+
+
+def test_the_caption_says_what_the_brighter_ground_is(hands):
+    assert "brighter ground: frames in which the last edit changed names" in hands.page.inner_text(".caption")
+
+
+def test_the_cursor_leaves_a_single_changed_frame_in_view(hands, pad):
+    frame = full_frame(pad)
+    hands.select(3, frame)
+    hands.keys("Shift+D", "Escape")
+    assert ground(hands) == [frame]
+    assert hands.ask(BAR, ["canvas", -4, 0]) == [frame]
+    assert hands.ask(CURSOR, ["canvas", 1, 0]) == [frame]
+
+
+@pytest.mark.parametrize("changed", [0, 7777, 19999])
+def test_one_changed_frame_of_a_long_movie_is_three_pixels_wide(hands, changed):
+    lit = "changed => { const o = correct.overview; o.axes = () => {}; o.tracks.changed = [changed];"
+    lit += " o.span = [0, 19999]; o.redraw();"
+    lit += " const d = o.base.getContext('2d').getImageData(0, o.box.y + 1, o.base.width, 1).data;"
+    lit += " return d.filter((v, i) => i % 4 === 0 && v === 0x2f && d[i + 2] === 0x4f).length / o.ratio; }"
+    assert hands.ask(lit, changed) == 3
+
+
+def test_the_range_is_seen_in_a_narrow_window_without_scrolling(hands, pad):
+    hands.page.set_viewport_size({"width": 390, "height": 800})
+    hands.select(2, full_frame(pad))
+    hands.ask("scrollTo(0, 0)")
+    hands.answer("m", "3")
+    box = hands.page.locator("#message").bounding_box()
+    at = [box["x"] + 5, box["y"] + 10]
+    assert hands.ask("scrollY") == 0
+    assert hands.page.inner_text("#message").startswith("Names changed in ")
+    assert hands.ask("([x, y]) => document.elementFromPoint(x, y)?.id", at) == "message"
 
 
 def test_every_edit_by_keyboard_with_undo_and_redo(hands, pad):
@@ -247,7 +332,7 @@ def test_a_whisker_is_called_by_hand_and_a_line_alone_deleted(hands, pad):
     frame = full_frame(pad)
     line = hands.select(3, frame)
     hands.answer("c", "C2")
-    assert hands.page.inner_text("#message") == "A name for whisker C2 (3)"
+    assert hands.page.inner_text("#message") == "Whisker 3 is called C2"
     assert "C2 (3): " in hands.page.inner_text("#whiskers")
     hands.until("document.getElementById('where').textContent.includes('whisker C2 (3), ')")
     hands.select(4, frame)
@@ -268,9 +353,13 @@ def test_a_whisker_is_called_by_hand_and_a_line_alone_deleted(hands, pad):
     hands.keys("u", "u")
     assert hands.whisker(line) == 3
     assert "C1" not in hands.page.inner_text("#whiskers")
+    assert hands.page.inner_text("#message") == "Undone: whisker 4 is called 4 again"
+    hands.keys("r")
+    assert hands.page.inner_text("#message") == "Redone: whisker 4 is called C1"
+    hands.keys("u")
     hands.page.keyboard.press("c")
     hands.keys("Delete", "Enter")
-    assert hands.page.inner_text("#message") == "No name for whisker 3"
+    assert hands.page.inner_text("#message") == "Whisker 3 is called 3"
     assert "C2" not in hands.page.inner_text("#whiskers")
     hands.page.locator("#end").click()
     hands.until("document.getElementById('message').textContent.includes('the profile was not saved with them')")
@@ -302,10 +391,23 @@ def test_a_question_what_is_said_of_its_answer_and_the_save_are_in_view_together
         assert box["x"] + box["width"] <= width
 
 
-def test_a_long_message_is_whole_where_nothing_is_asked(hands):
-    hands.ask("document.getElementById('message').textContent = 'whisker 3 has won 12 lines; '.repeat(8)")
-    assert hands.ask("(said => said.scrollHeight - said.clientHeight)(document.getElementById('message'))") <= 0
-    assert hands.ask("(said => said.clientHeight)(document.getElementById('message'))") > 100
+@pytest.mark.parametrize("height", [720, 900])
+def test_a_long_message_and_a_question_move_nothing(hands, pad, height):
+    hands.page.set_viewport_size({"width": 1280, "height": height})
+    hands.select(3, full_frame(pad))
+    parts = "['#whiskers button', '#whiskers li:last-child button', '#whole', '#overview', '#message'].map(part => {"
+    parts += " const one = document.querySelector(part), { x, y, width, height } = one.getBoundingClientRect();"
+    parts += " return [y, height, document.elementFromPoint(x + width / 2, y + height / 2) === one]; })"
+    before = hands.ask(parts)
+    hands.ask("document.getElementById('message').textContent = 'Names changed; '.repeat(80)")
+    hands.page.keyboard.press("n")
+    assert hands.page.is_visible("#ask")
+    after = hands.ask(parts)
+    assert after[:4] == before[:4]
+    assert all(seen for _, _, seen in after)
+    scrolled = "(said => [said.clientHeight, said.scrollHeight, said.scrollTop = 999, said.scrollTop])"
+    height, whole, _, down = hands.ask(scrolled + "(document.getElementById('message'))")
+    assert down == whole - height > 0
 
 
 def test_what_is_typed_after_a_refused_question_is_no_key(hands, pad):

@@ -147,8 +147,6 @@ class Correction:
         self._moments[self._done + 1 :] = [moment]
         self._edits[self._done :] = [edit]
         self._done += 1
-        if edit.do in SPREADS:
-            said = "; ".join([said, *_differences(named.whisker, moment.named.whisker, mine)])
         self._said[self._done - 1 :] = [said]
         return said[0].upper() + said[1:]
 
@@ -286,15 +284,3 @@ def _swapped(linked: LineNames, edit: Edit, lying: Lying) -> LineNames:
     table[[a, b, -1]] = b, a, NOBODY
     name, other = (np.where(later, table[one], one) for one in (linked.whisker, linked.other))
     return LineNames(name, other, linked.sure)
-
-
-def _differences(before: Integers, after: Integers, own: Integers) -> list[str]:
-    """Say how many lines each whisker has won or lost, but for those that the edit is about."""
-    other = before != after
-    other[own] = False
-    said = []
-    for whisker in np.setdiff1d(np.union1d(before[other], after[other]), [NOBODY]):
-        won, lost = int((other & (after == whisker)).sum()), int((other & (before == whisker)).sum())
-        counts = [f"{way} {count}" for way, count in (("gains", won), ("loses", lost)) if count]
-        said.append(f"whisker {whisker} {' and '.join(counts)} line{'s' * (won + lost != 1)} beside or about it")
-    return said

@@ -197,7 +197,7 @@ def _call(board: Board, edit: Edit) -> Moved:
         if other != whisker and label.lower() == edit.label.lower():
             rule, remedy = f"must not be that of whisker {other}", "upper and lower case are alike"
             raise ConflictError("name", rule, edit.label, remedy)
-    return board.decisions, f"a name for whisker {whisker}" if edit.label else f"no name for whisker {whisker}"
+    return board.decisions, f"whisker {whisker} is called {edit.label or whisker}"
 
 
 _MOVES: dict[str, Callable[[Board, Edit], Moved]] = {

@@ -122,7 +122,7 @@ function took(answer) {
   tracks.take(answer);
   overview.redraw();
   list();
-  say(tracks.spelt(answer.said) + tracks.where());
+  say(tracks.report(answer.said));
   draw();
   tell();
 }
@@ -279,7 +279,7 @@ const ACTS = {
   first: event => go(0, event.timeStamp), last: event => go(tracks.frames - 1, event.timeStamp),
   up: () => step(-1), down: () => step(1),
   begin: () => piece !== null && go(tracks.ends(tracks.piece[piece])[0]), finish: () => piece !== null && go(tracks.ends(tracks.piece[piece])[1]),
-  "doubt-back": () => doubt(-1), "doubt-on": () => doubt(1),
+  "doubt-back": () => doubt(-1), "doubt-on": () => doubt(1), changed: () => tracks.changed.length ? go(tracks.changed[0]) : say("No names changed."),
   name: () => ask("name"), mark: () => ask("mark"), swap: () => ask("swap"), go: () => ask("go"),
   join, split, delete: () => edit("delete"), "delete-line": deleteLine, call: () => ask("call"), whole: () => { $("whole").checked = !$("whole").checked; say($("whole").checked ? "Name and delete concern all pieces of the whisker." : "Name and delete concern one piece."); },
   undo: () => move("undo"), redo: () => move("redo"), save, play,

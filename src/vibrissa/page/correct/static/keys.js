@@ -16,6 +16,7 @@ export const KEYS = [
   ["c", "the selected whisker is called …, such as C2; nothing takes its name away", { c: "call" }],
   ["w", "name and delete concern all pieces of the whisker", { w: "whole" }],
   ["u r", "undo, redo; Ctrl+Z, Ctrl+Y too", { u: "undo", r: "redo" }],
+  ["e", "first frame in which the last edit changed names", { e: "changed" }],
   ["g", "go to frame …", { g: "go" }],
   ["Space", "play", { " ": "play" }],
   ["+ −", "fewer, more frames in the picture of angles; 0: all", { "+": "shorter", "=": "shorter", "-": "longer", 0: "all" }],

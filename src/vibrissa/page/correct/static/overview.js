@@ -1,11 +1,11 @@
 // Angle of all pieces over time: what has a name in its colour, what has none in grey.
 import { colour } from "./state.js";
 
-const LEFT = 46, BOTTOM = 20, RIGHT = 8, TOP = 6; // [CSS px] room for the axes
+const LEFT = 46, BOTTOM = 20, RIGHT = 8, TOP = 12; // [CSS px] room for the axes
 const NARROWEST = 20; // frames that are shown at least
 const NEAR = 14; // [CSS px] a line is hit
 const BRIDGED = 4; // frames over which a piece is drawn on
-const CHANGED = "#2f3b4f"; // behind the frames that an edit changed
+const CHANGED = "#2f3b4f", SIGN = "#8ab8ff"; // behind and above the frames that an edit changed
 const STRETCH = 16; // lines of a piece that are drawn as one path
 
 export class Overview {
@@ -124,12 +124,22 @@ export class Overview {
     pen.restore();
   }
 
-  changed(pen) { // the frames in which the last edit changed names
-    if (!this.tracks.changed) return;
-    const { ratio, x, y, w, h } = this.box, [a, b] = this.tracks.changed;
-    const [left, right] = [this.X(a - 0.5), this.X(b + 0.5)].map(at => Math.min(Math.max(at, x), x + w));
-    pen.fillStyle = CHANGED;
-    if (right > left) pen.fillRect(left, y, Math.max(right - left, 3 * ratio), h); // a frame of a long movie is seen, too
+  changed(pen) { // frames in which the last edit changed names: ground, a bar above it that the cursor leaves free, arrows to those that are not shown
+    const { ratio, x, y, w, h } = this.box, [a, b] = this.span, all = this.tracks.changed;
+    for (const f of all) if (f >= a && f <= b) {
+      const left = Math.max(Math.floor(this.X(f - 0.5)), x), right = Math.min(Math.ceil(this.X(f + 0.5)), x + w);
+      const wide = Math.max(right - left, 3 * ratio); // a frame of a long movie is seen, too
+      pen.fillStyle = CHANGED; pen.fillRect(left, y, wide, h);
+      pen.fillStyle = SIGN; pen.fillRect(left, y - 10 * ratio, wide, 8 * ratio);
+    }
+    if (all[0] < a) this.arrow(pen, x, -8 * ratio);
+    if (all.at(-1) > b) this.arrow(pen, x + w, 8 * ratio);
+  }
+
+  arrow(pen, at, long) {
+    const { ratio, y } = this.box;
+    pen.fillStyle = SIGN;
+    pen.beginPath(); pen.moveTo(at, y - 10 * ratio); pen.lineTo(at + long, y - 5 * ratio); pen.lineTo(at, y); pen.fill();
   }
 
   labels(pen, firsts, ratio) { // the number where a piece begins, if there is room

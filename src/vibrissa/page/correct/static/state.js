@@ -22,12 +22,18 @@ export class Tracks {
     for (const name of ["whisker", "other", "sure", "piece", "whiskers", "names", "edits", "undone"]) this[name] = message[name];
     this.indexPieces();
     this.doubts = this.findDoubts();
-    this.changed = before ? this.findChanged(before) : null;
+    this.compare(before ?? this.whisker);
   }
 
-  findChanged(before) { // first and last frame in which a line has another name than before, or null
-    const other = (_, s) => this.whisker[s] !== before[s], first = this.whisker.findIndex(other);
-    return first < 0 ? null : [this.frame[first], this.frame[this.whisker.findLastIndex(other)]];
+  compare(before) { // frames in which a line has another name than before, and how many lines went from which name to which
+    const frames = new Set();
+    this.ways = {};
+    for (let s = 0; s < this.count; s++) if (this.whisker[s] !== before[s]) {
+      const way = `${before[s]} ${this.whisker[s]}`;
+      frames.add(this.frame[s]);
+      this.ways[way] = (this.ways[way] ?? 0) + 1;
+    }
+    this.changed = [...frames];
   }
 
   indexPieces() { // segments of piece p: members[from[p]] … members[from[p + 1] - 1], by frames
@@ -56,10 +62,16 @@ export class Tracks {
     const both = text.replace(/\b(whiskers) (\d+) and (\d+)/gi, (_, word, a, b) => `${word} ${this.both(a)} and ${this.both(b)}`);
     return both.replace(/\b(whisker) (\d+)/gi, (_, word, k) => `${word} ${this.both(k)}`);
   }
-  where() { // in which frames the last edit changed names
-    if (!this.changed) return "";
-    const [a, b] = this.changed;
-    return a === b ? `; names changed in frame ${a}` : `; names changed in frames ${a} to ${b}`;
+  report(text) { // what an edit did: frames whose names it changed, lines by their names before and after, and the line of the server
+    const [, what, k] = text.match(/^(.*whisker) (\d+) is called/i) ?? [];
+    if (what) return `${what} ${this.shown(k)} is called ${this.names[k] ?? this.shown(k)}${what.startsWith("Undone") ? " again" : ""}`;
+    return `${this.where()}. ${this.spelt(text)}`;
+  }
+  where() {
+    const all = this.changed, label = k => k >= 0 ? this.both(k) : k === "-2" ? "no whisker" : "no name";
+    if (!all.length) return "No names changed";
+    const ways = Object.entries(this.ways).map(([way, n]) => `${way.split(" ").map(label).join(" → ")}: ${n} line${n === 1 ? "" : "s"}`);
+    return `Names changed in ${all.length === 1 ? `frame ${all[0]}` : `${all.length} frames from ${all[0]} to ${all.at(-1)}`}. ${ways.join("; ")}`;
   }
   points(s) { return [this.start[s], s + 1 < this.count ? this.start[s + 1] : this.column.length]; }
   size(s) { const [a, b] = this.points(s); return b - a; }
