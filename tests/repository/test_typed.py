@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[2]
 SET_UP = "python3 run.py"  # which does the main job too
 MAIN_JOB = "vibrissa run"
 EXPERIMENT = Path("src/vibrissa/data/experiment.toml")
-FEWER = {  # sweeps, units and frames of the main job, which has every part all the same; .ci/run does it whole
+FEWER = {  # sweeps, units, trials and frames of the main job, which has every part all the same; .ci/run does it whole
     "animals = 2": "animals = 1",
     'whiskers = ["beta", "C1", "C2"]': 'whiskers = ["C1", "C2"]',
     "conditions = 2": "conditions = 1",
@@ -28,6 +28,7 @@ FEWER = {  # sweeps, units and frames of the main job, which has every part all 
     "n_frames = 1750": "n_frames = 600",
     "gratings = 24": "gratings = 20",
     "every = 6": "every = 24",
+    "n_trials = 40": "n_trials = 20",
     "n_frames = 3500": "n_frames = 1500",
 }
 TYPED = re.compile(r"(?:vibrissa|python3|\.venv/bin/\S+) ")
@@ -47,7 +48,7 @@ def lines(text):
         if re.match(r"import |from ", block):
             yield block
         elif TYPED.match(block):
-            yield from block.replace("\\\n", " ").splitlines()
+            yield from (" ".join(line.split()) for line in block.replace("\\\n", " ").splitlines())
 
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -148,7 +149,7 @@ def test_pages_are_read_whole():
         typed = [line for line in page if line.startswith("vibrissa ")]
         assert len(typed) == len(re.findall(r"^ {4}vibrissa ", text, re.MULTILINE))
     page = "\n    vibrissa a \\\n        b\n    vibrissa c\n\n    mode 1   Hz\n\n    import os\n    os\n"
-    assert list(lines(page)) == ["vibrissa a      b", "vibrissa c", "import os\nos\n"]
+    assert list(lines(page)) == ["vibrissa a b", "vibrissa c", "import os\nos\n"]
 
 
 @pytest.mark.parametrize("line", ALL)

@@ -1,6 +1,7 @@
 """Names of verbs and options: those that are no more, and one meaning for each."""
 
 import re
+from functools import cache
 from pathlib import Path
 
 import make_options
@@ -14,6 +15,7 @@ from vibrissa.cli.shared.words.units import DIMENSIONS
 WORDS = {("--part", "text")}  # two lengths in one word
 
 
+@cache
 def taken(verb):
     """Options that a verb takes."""
     return {name for argument in app[verb].assemble_argument_collection() for name in argument.names}

@@ -77,7 +77,7 @@ def _goes_on(pieces: Pieces, lines: Lines, points: Points, pair: Integers) -> bo
         part = np.arange(pieces.start[segment], pieces.stop[segment])
         # from the gap between them: the nearer piece from its tip, the further one from its base
         arms.append((part[::-1] if lines.turned[segment] != outer else part)[: int(ARM * points.width)])
-    before, beyond = arms
+    before, beyond = map(np.ascontiguousarray, arms)  # each layout would be compiled by itself
     if np.hypot(*(points.place[before[0]] - points.place[beyond[0]])) > GAP * points.width:
         return False
     return misfit(points.place, points.sd, before, beyond) <= SMOOTH**2 * (before.size + beyond.size)
