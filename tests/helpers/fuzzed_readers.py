@@ -21,7 +21,7 @@ class Reader(NamedTuple):
     text: bool
 
 
-def reader(name: str, read: Callable[[Path], Any], cases: int = 20, text: bool = False) -> Callable[..., Any]:
+def reader(name: str, read: Callable[[Path], Any], cases: int = 40, text: bool = False) -> Callable[..., Any]:
     """Enter a maker of whole files, and what reads them."""
 
     def enter(make: Callable[[Path], Path]) -> Callable[[Path], Path]:
@@ -31,7 +31,7 @@ def reader(name: str, read: Callable[[Path], Any], cases: int = 20, text: bool =
     return enter
 
 
-def table(name: str, file: str, content: str, read: Callable[[Path], Any], cases: int = 20) -> None:
+def table(name: str, file: str, content: str, read: Callable[[Path], Any], cases: int = 40) -> None:
     """Enter a text file."""
 
     def make(folder: Path) -> Path:
@@ -61,21 +61,21 @@ def lazily(module: str, name: str, *args: Any, **how: Any) -> Callable[[Path], A
 
 K = np.arange(12)
 table(
-    "gaps", "a.csv", rows("position_mm,width_um", K + 1, 300 + 10 * K), lazily("texture.io", "read_texture"), cases=40
+    "gaps", "a.csv", rows("position_mm,width_um", K + 1, 300 + 10 * K), lazily("texture.io", "read_texture"), cases=80
 )
 table(
     "heights",
     "a.csv",
     rows("position_mm,height_um", np.arange(60) / 50, np.round(5 * np.sin(np.arange(60)), 3)),
     lazily("texture.io", "read_texture"),
-    cases=40,
+    cases=80,
 )
 table(
     "heights without units",
     "a.txt",
     "".join(f"{k / 1e5} {k % 7}e-6\n" for k in range(60)),
     lazily("texture.io", "read_height_profile", x_unit="m", z_unit="m"),
-    cases=40,
+    cases=80,
 )
 table(
     "diameters",
@@ -102,7 +102,7 @@ table(
     "a.csv",
     rows("unit,trial,spike_time", [f"u{k % 3}" for k in K], K % 4, K / 10),
     lazily("neural.io.tables.spike_csv", "read_spikes"),
-    cases=40,
+    cases=80,
 )
 table(
     "trials", "a.csv", rows("start,stop,stimulus", K, K + 0.5, K % 2), lazily("neural.io.tables.trials", "read_trials")
@@ -120,7 +120,7 @@ table(
     "a.csv",
     rows("time,displacement_um", TIMES, np.round(9 * np.sin(np.arange(120)), 3)),
     lazily("neural.io.tables.stimulus_csv", "read_stimulus_csv"),
-    cases=40,
+    cases=80,
 )
 table(
     "motion",
@@ -211,7 +211,7 @@ camera = { frame_rate = 2000.0, pixel_size = 2e-4, width = 220, height = 80 }
 n_trials = 5
 unit = { threshold = 8e-6, slope = 2.5e6, baseline = 5.0, latency = 0.012 }
 """
-table("study", "a.toml", STUDY, lazily("study.spec.settings", "read_study"), cases=40)
+table("study", "a.toml", STUDY, lazily("study.spec.settings", "read_study"), cases=80)
 MOVIE = {"name": "m.mkv", "frames": 60, "width": 100, "height": 80}
 EDITS = [
     {"do": "name", "at": [3, 1.5, 2.5], "whisker": 0, "whole": True},
@@ -223,14 +223,14 @@ table(
     "a.edits.json",
     json.dumps({"format": "vibrissa edits", "version": 1, "movie": MOVIE, "edits": EDITS}, indent=1),
     lambda path: _edits(path),
-    cases=40,
+    cases=80,
 )
 table(
     "state of the page",
     "a.json",
     json.dumps({"contact": 0.29, "base_angle": 1.2, "length": 0.04, "speed": 0.1, "a.length": 0.02}, indent=1),
     lambda path: _state(path),
-    cases=40,
+    cases=80,
 )
 
 
@@ -262,7 +262,7 @@ def tracks() -> Any:
     return dataset({"frame": "image"}, time=t, node=np.arange(6), x=x, y=y, arc_length=s)
 
 
-@reader("dataset", lazily("netcdf", "load"), cases=40)
+@reader("dataset", lazily("netcdf", "load"), cases=80)
 def whole_dataset(folder: Path) -> Path:
     from vibrissa.netcdf import save
 
@@ -270,7 +270,7 @@ def whole_dataset(folder: Path) -> Path:
     return folder / "a.nc"
 
 
-@reader("dataset of another program", lazily("netcdf", "load"), cases=20)  # a process for each
+@reader("dataset of another program", lazily("netcdf", "load"), cases=40)  # a process for each
 def foreign_dataset(folder: Path) -> Path:
     tracks().to_netcdf(folder / "a.nc", engine="h5netcdf")
     return folder / "a.nc"
@@ -295,7 +295,7 @@ for suffix in (".wav", ".npy", ".csv", ".nc"):
         return command(folder, f"a{suffix}")
 
 
-@reader("command's sidecar", lambda path: _command_beside(path), cases=40, text=True)
+@reader("command's sidecar", lambda path: _command_beside(path), cases=80, text=True)
 def sidecar(folder: Path) -> Path:
     command(folder, "a.wav")
     return folder / "a.wav.json"
@@ -308,7 +308,7 @@ def _command_beside(path: Path) -> Any:
 SOUND = {"kind": "moment", "unit": "full scale", "calibration": 1.0}
 
 
-@reader("sound", lazily("mechanics.sensor.base_signal", "read_base_signal", **SOUND), cases=40)
+@reader("sound", lazily("mechanics.sensor.base_signal", "read_base_signal", **SOUND), cases=80)
 def sound(folder: Path) -> Path:
     from scipy.io import wavfile
 
@@ -351,7 +351,7 @@ def sdf(folder: Path) -> Path:
 
 for maker in MAPS:
 
-    @reader(f"map .{maker}", lazily("texture.io", "read_height_profile", line="x:1"), cases=20)
+    @reader(f"map .{maker}", lazily("texture.io", "read_height_profile", line="x:1"), cases=40)
     def map_of_heights(folder: Path, maker: str = maker) -> Path:
         (folder / f"a.{maker}").write_bytes(MAPS[maker]())
         return folder / f"a.{maker}"
@@ -366,7 +366,7 @@ def profile_of_heights(folder: Path) -> Path:
 for one in ("frt-2.frt", "opdx-3.opdx", "stp-1.stp"):
     if (REAL / one).is_file():
 
-        @reader(f"real {one}", lambda path: _heights(path), cases=6)
+        @reader(f"real {one}", lambda path: _heights(path), cases=12)
         def real_map(folder: Path, one: str = one) -> Path:
             (folder / one).write_bytes((REAL / one).read_bytes())
             return folder / one
@@ -382,7 +382,7 @@ def _heights(path: Path) -> Any:
 # Spikes of other programs
 
 
-@reader("NWB", lazily("neural.io.formats.nwb", "read_nwb"), cases=8)
+@reader("NWB", lazily("neural.io.formats.nwb", "read_nwb"), cases=16)
 def nwb(folder: Path) -> Path:
     import datetime
     import warnings
@@ -408,14 +408,14 @@ READERS["trials of NWB"] = Reader(nwb, lazily("neural.io.formats.nwb", "read_nwb
 READERS["series of NWB"] = Reader(nwb, lazily("neural.io.formats.nwb_series", "read_nwb_stimulus"), 8, False)
 
 
-@reader("Plexon", lazily("neural.io.formats.plexon", "read_plexon"), cases=20)
+@reader("Plexon", lazily("neural.io.formats.plexon", "read_plexon"), cases=40)
 def plexon(folder: Path) -> Path:
     from plexon_files import write_plx
 
     return write_plx(folder / "a.plx", {(1, 1): [100, 900], (2, 1): [300]}, {"Start": [(0, 0), (500, 0)]})
 
 
-@reader("NeuroExplorer", lazily("neural.io.formats.plexon", "read_plexon"), cases=20)
+@reader("NeuroExplorer", lazily("neural.io.formats.plexon", "read_plexon"), cases=40)
 def nex(folder: Path) -> Path:
     from plexon_files import write_nex
 
@@ -470,7 +470,7 @@ for one in (
     "spikes/sample_index/.zarray",
 ):
 
-    @reader(f"sorting in Zarr, {one}", sorted_folder, cases=20, text="/." in f"/{one}")
+    @reader(f"sorting in Zarr, {one}", sorted_folder, cases=40, text="/." in f"/{one}")
     def zarr_sorting(folder: Path, one: str = one) -> Path:
         import zarr
 
@@ -496,7 +496,7 @@ def counts(folder: Path) -> Path:
     return folder / "a.npy"
 
 
-@reader("counts of MATLAB", lazily("neural.io.formats.binned", "read_binned", 0.01), cases=2)  # a process for each
+@reader("counts of MATLAB", lazily("neural.io.formats.binned", "read_binned", 0.01), cases=4)  # a process for each
 def counts_of_matlab(folder: Path) -> Path:
     from scipy.io import savemat
 
@@ -513,7 +513,7 @@ IN_FOLDERS = {  # of the files that describe them: how a folder is made, and a p
 }
 for one in IN_FOLDERS if find_spec("spikeinterface") else ():
 
-    @reader(f"recording, {one}", lambda path: _recording(path), cases=20, text=one != "Open Ephys numbers")
+    @reader(f"recording, {one}", lambda path: _recording(path), cases=40, text=one != "Open Ephys numbers")
     def recording(folder: Path, one: str = one) -> Path:
         import recording_folders
 
@@ -556,7 +556,7 @@ def watched(path: Path) -> None:
 
 for suffix, codec in ((".mkv", "ffv1"), (".avi", "ffvhuff"), (".mp4", "h264"), (".tif", "")):
 
-    @reader(f"movie {suffix}", watched, cases=20)
+    @reader(f"movie {suffix}", watched, cases=40)
     def film(folder: Path, suffix: str = suffix, codec: str = codec) -> Path:
         from vibrissa.video.io.movie import write_movie
 
@@ -572,7 +572,7 @@ def array_of_frames(folder: Path) -> Path:
 
 for one in (".cih", ".cihx", ".mraw"):
 
-    @reader(f"movie {one}", watched, cases=30, text=one != ".mraw")
+    @reader(f"movie {one}", watched, cases=60, text=one != ".mraw")
     def photron(folder: Path, one: str = one) -> Path:
         count, height, width = frames().shape
         said = {"Total Frame": count, "Image Width": width, "Image Height": height, "Color Bit": 8}
@@ -613,7 +613,7 @@ for suffix in (".png", ".jpg", ".tif"):
 # Tracks of other programs
 
 
-@reader("whiskers", lambda path: _tracks(path, identity="number", base="left"), cases=40)
+@reader("whiskers", lambda path: _tracks(path, identity="number", base="left"), cases=80)
 def whiskers(folder: Path) -> Path:
     from test_malformed_tracks import segment
     from test_malformed_tracks import whiskers as content
@@ -624,12 +624,12 @@ def whiskers(folder: Path) -> Path:
     return folder / "a.whiskers"
 
 
-@reader("lines of .whiskers", lazily("video.foreign.whisk_files", "read_whiskers"), cases=20)
+@reader("lines of .whiskers", lazily("video.foreign.whisk_files", "read_whiskers"), cases=40)
 def lines(folder: Path) -> Path:
     return whiskers(folder)
 
 
-@reader("measurements", lambda path: _tracks(path.with_suffix(".whiskers")), cases=20)
+@reader("measurements", lambda path: _tracks(path.with_suffix(".whiskers")), cases=40)
 def measurements(folder: Path) -> Path:
     from test_malformed_tracks import measurements as content
     from test_malformed_tracks import segment
@@ -640,7 +640,7 @@ def measurements(folder: Path) -> Path:
     return folder / "a.measurements"
 
 
-@reader("splines of MATLAB", lambda path: _tracks(path), cases=2)
+@reader("splines of MATLAB", lambda path: _tracks(path), cases=4)
 def splines(folder: Path) -> Path:
     from scipy.io import savemat
 
@@ -648,7 +648,7 @@ def splines(folder: Path) -> Path:
     return folder / "a.mat"
 
 
-@reader("keypoints of SLEAP", lambda path: _tracks(path), cases=2)
+@reader("keypoints of SLEAP", lambda path: _tracks(path), cases=4)
 def sleap(folder: Path) -> Path:
     import h5py
 
