@@ -99,6 +99,14 @@ def test_an_edit_holds_at_once_and_the_file_has_it(page):
     np.testing.assert_array_equal(again["whisker"], edited["whisker"])
 
 
+def test_an_answer_says_which_whisker_was_only_called_otherwise(page):
+    asked = [("edit", {"do": "call", "whisker": 3, "label": "C2"}), ("undo", {}), ("redo", {})]
+    facts = [unpacked(post(page, *one)[1])[0] for one in asked]
+    assert [(one["did"], one["called"]) for one in facts] == [("edit", 3), ("undo", 3), ("redo", 3)]
+    named = {"do": "name", "at": line_of(unpacked(get(page, "lines"))[1], 2, 60), "whisker": 4}
+    assert unpacked(post(page, "edit", named)[1])[0]["called"] is None
+
+
 BAD = [
     ("edit", {"do": "name", "at": -1, "whisker": 1}, 422, "at must be a line"),
     ("edit", {"do": "name", "at": 1.5, "whisker": 1}, 422, "at must be a line"),

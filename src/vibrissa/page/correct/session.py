@@ -47,10 +47,10 @@ class CorrectionSession:
         self.correction, self.frames, self.movie, self.edits = correction, frames, movie, edits
         self.tracked = dict(tracked)
         self._save, self._lock = save, threading.Lock()
-        self._does: dict[str, Callable[[Mapping[str, Any]], str]] = {
+        self._does: dict[str, Callable[[Mapping[str, Any]], tuple[Edit, str]]] = {
             "edit": self._edit,
-            "undo": lambda _: "Undone: " + self._step(self.correction.undo, 0),
-            "redo": lambda _: "Redone: " + self._step(self.correction.redo, -1),
+            "undo": lambda _: self._step(self.correction.undo, "Undone", 0),
+            "redo": lambda _: self._step(self.correction.redo, "Redone", -1),
         }
 
     def start(self) -> bytes:
@@ -58,7 +58,7 @@ class CorrectionSession:
         with self._lock:
             named = self.correction.named
             arrays = drawn_lines(self.correction.linking) | drawn_names(named)
-            facts = {**self.movie._asdict(), **self.tracked, **self._facts(""), "edits_file": self.edits.name}
+            facts = {**self.movie._asdict(), **self.tracked, **self._facts(), "edits_file": self.edits.name}
             return packed(facts, arrays)
 
     def answer(self, place: str, values: Mapping[str, Any]) -> bytes:
@@ -74,7 +74,8 @@ class CorrectionSession:
         Returns
         -------
         bytes
-            Names now, and what was done; see :func:`vibrissa.page.answer.frames.packed`.
+            Names now, what was done in a line, and the whisker that was only called otherwise, if that was the edit;
+            see :func:`vibrissa.page.answer.frames.packed`.
 
         Raises
         ------
@@ -84,32 +85,28 @@ class CorrectionSession:
         with self._lock:
             if place not in self._does:
                 raise UnknownError("request", f"must be one of {', '.join(self._does)}", place)
-            said = self._does[place](values)
-            return packed(self._facts(said), drawn_names(self.correction.named))
+            edit, said = self._does[place](values)
+            write_edits(self.edits, self.movie, self.correction.edits)
+            done = {"did": place, "said": said, "called": edit.whisker if edit.do == "call" else None}
+            return packed(self._facts() | done, drawn_names(self.correction.named))
 
     def save(self) -> str:
         """Write the corrected profile; gives a line that says so."""
         with self._lock:
             return self._save()
 
-    def _facts(self, said: str) -> dict[str, Any]:
+    def _facts(self) -> dict[str, Any]:
         correction = self.correction
         done, undone = len(correction.edits), correction.undone
-        counts = {"whiskers": correction.named.whiskers, "edits": done, "undone": undone}
-        return {"said": said, "names": correction.labels, **counts}
+        return {"names": correction.labels, "whiskers": correction.named.whiskers, "edits": done, "undone": undone}
 
-    def _edit(self, values: Mapping[str, Any]) -> str:
-        said = self.correction.apply(self._with_points(values))
-        self._write()
-        return said
+    def _edit(self, values: Mapping[str, Any]) -> tuple[Edit, str]:
+        edit = self._with_points(values)
+        return edit, self.correction.apply(edit)
 
-    def _step(self, step: Callable[[], Edit], beyond: int) -> str:
-        step()
-        self._write()
-        return self.correction.said(len(self.correction.edits) + beyond)
-
-    def _write(self) -> None:
-        write_edits(self.edits, self.movie, self.correction.edits)
+    def _step(self, step: Callable[[], Edit], word: str, beyond: int) -> tuple[Edit, str]:
+        edit = step()
+        return edit, f"{word}: {self.correction.said(len(self.correction.edits) + beyond)}"
 
     def _with_points(self, values: Mapping[str, Any]) -> Edit:
         """An edit whose points are given by segments."""

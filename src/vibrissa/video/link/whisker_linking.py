@@ -14,6 +14,7 @@ from vibrissa.quantities import dataset
 from vibrissa.video.link.agreed_names import Others, agreed
 from vibrissa.video.link.chains.exclusion import Solution
 from vibrissa.video.link.identities import REASONS, Names, names_of
+from vibrissa.video.link.line_at import line_at
 from vibrissa.video.link.pad.pad_finding import find_pads, pads_of_lines
 from vibrissa.video.link.pad.pads import Lines, Pad, lines_of
 from vibrissa.video.link.pad.pieces import Pieces, pieces_of
@@ -21,8 +22,6 @@ from vibrissa.video.link.pad_linking import link_pad, link_pad_again, link_pad_n
 
 if TYPE_CHECKING:
     import xarray as xr
-
-MARK_REACH = 6.0  # distance of a mark from the line that it names at most [px]
 
 
 @dataclass
@@ -108,18 +107,9 @@ class Linking:
         pieces = self.pieces
         if not 0 <= frame < pieces.frames:
             raise RangeError("point", f"must be in the movie of {pieces.frames} frames", frame)
-        here = np.flatnonzero(pieces.frame == frame)
-        if not here.size:
-            raise RangeError("point", "must be in a frame with lines", frame)
-        low, high = pieces.start[here[0]], pieces.stop[here[-1]]
-        off = np.hypot(pieces.column[low:high] - column, pieces.row[low:high] - row)
-        best = low + int(np.argmin(off))
-        if off.min() > MARK_REACH:
-            place = f"({pieces.column[best]:.1f}, {pieces.row[best]:.1f})"
-            remedy = f"the nearest line of the frame passes at {place}"
-            rule = f"must lie within {MARK_REACH:g} px of a line"
-            raise RangeError("point", rule, (frame, float(column), float(row)), remedy)
-        return int(np.searchsorted(pieces.start, best, side="right") - 1)
+        value = f"frame {frame}, column {column:g}, row {row:g}"
+        at = (frame, column, row)
+        return line_at(pieces.frame, pieces.start, pieces.column, pieces.row, at, "point", value)
 
     def identity(self) -> xr.Dataset:
         """Who each segment is, and what is known of each whisker in each frame.

@@ -14,7 +14,8 @@ from vibrissa.quantities.identity import SURE
 from vibrissa.video.link.known.known_lines import LineNames
 from vibrissa.video.link.known.known_names import chains_of, gone_on, names_with
 from vibrissa.video.link.known.renamed_linking import RenamedLinking, line_names, with_names
-from vibrissa.video.link.whisker_linking import MARK_REACH, Linking
+from vibrissa.video.link.line_at import line_at
+from vibrissa.video.link.whisker_linking import Linking
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,20 +69,8 @@ def snapped(segments: xr.Dataset, mark: LineMark) -> int:
     frames, start = segments.segment_frame.values, segments.segment_start.values
     if not frames.size:
         raise MissingError("mark", "must be in a movie with lines", _written(mark))
-    nearest = frames[np.argmin(np.abs(frames - mark.frame))]
-    here = np.flatnonzero(frames == nearest)
-    ends = np.append(start, segments.sizes["point"])
-    low, high = ends[here[0]], ends[here[-1] + 1]
-    column, row = (segments[name].values[low:high] for name in ("column", "row"))
-    off = np.hypot(column - mark.column, row - mark.row)
-    best = int(np.argmin(off))
-    if nearest != mark.frame or off[best] > MARK_REACH:
-        remedy = (
-            f"the nearest line of frame {nearest} passes at column {column[best]:.1f}, row {row[best]:.1f}, "
-            f"{off[best]:.1f} px away"
-        )
-        raise RangeError("mark", f"must lie within {MARK_REACH:g} px of a line of its frame", _written(mark), remedy)
-    return int(np.searchsorted(start, low + best, side="right") - 1)
+    column, row = segments.column.values, segments.row.values
+    return line_at(frames, start, column, row, mark[:3], "mark", _written(mark))
 
 
 def require_in_movie(mark: LineMark, frames: tuple[int, int], size: tuple[int, int]) -> None:

@@ -122,7 +122,7 @@ function took(answer) {
   tracks.take(answer);
   overview.redraw();
   list();
-  say(tracks.report(answer.said));
+  say(tracks.report(answer));
   draw();
   tell();
 }

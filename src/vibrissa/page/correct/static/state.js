@@ -62,10 +62,10 @@ export class Tracks {
     const both = text.replace(/\b(whiskers) (\d+) and (\d+)/gi, (_, word, a, b) => `${word} ${this.both(a)} and ${this.both(b)}`);
     return both.replace(/\b(whisker) (\d+)/gi, (_, word, k) => `${word} ${this.both(k)}`);
   }
-  report(text) { // what an edit did: frames whose names it changed, lines by their names before and after, and the line of the server
-    const [, what, k] = text.match(/^(.*whisker) (\d+) is called/i) ?? [];
-    if (what) return `${what} ${this.shown(k)} is called ${this.names[k] ?? this.shown(k)}${what.startsWith("Undone") ? " again" : ""}`;
-    return `${this.where()}. ${this.spelt(text)}`;
+  report(answer) { // what an edit did: frames whose names it changed, lines by their names before and after, and the line of the server
+    if (answer.called === null) return `${this.where()}. ${this.spelt(answer.said)}`;
+    const whisker = this.shown(answer.called), called = `${whisker} is called ${this.names[answer.called] ?? whisker}`;
+    return { edit: `Whisker ${called}`, undo: `Undone: whisker ${called} again`, redo: `Redone: whisker ${called}` }[answer.did];
   }
   where() {
     const all = this.changed, label = k => k >= 0 ? this.both(k) : k === "-2" ? "no whisker" : "no name";
