@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from vibrissa.files import written_whole
+from vibrissa.files import held, written_whole
 from vibrissa.netcdf import encoded, load, save
 from vibrissa.quantities import dataset
 
@@ -152,3 +152,20 @@ def test_truncated_result_is_told(tmp_path):
     (tmp_path / "result.nc").write_bytes(whole[: len(whole) // 2])
     with refusal("format", "result.nc"):
         load(tmp_path / "result.nc")
+
+
+def test_results_on_a_disk_of_its_own_are_made_on_it(tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    out.mkdir()
+    monkeypatch.setattr(Path, "is_mount", lambda self: self == out)
+    with held(out) as work:
+        assert work.parent == out
+        assert sorted(one.name for one in tmp_path.iterdir()) == ["out"]
+    assert list(out.iterdir()) == []
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="no /proc, in which no file can be made")
+def test_a_folder_that_cannot_be_made_is_not_said_to_be_in_use():
+    with refusal("missing", "/proc/out") as caught, held("/proc/out"):
+        pass
+    assert "must lie where files can be made" in str(caught.value)

@@ -84,7 +84,8 @@ def held(folder: str | Path) -> Iterator[Path]:
     """Hold a folder of results, which need not exist yet, for this process alone; gives an empty folder beside it.
 
     The caller writes its results into the empty folder, and moves them when they are whole. That folder and a lock
-    beside it are removed in the end; those that a killed process left are taken over.
+    beside it are removed in the end; those that a killed process left are taken over. Both are in the folder itself
+    where a disk of its own is mounted there: files are only moved within a disk.
 
     Parameters
     ----------
@@ -106,7 +107,7 @@ def held(folder: str | Path) -> Iterator[Path]:
         raise MissingError(str(folder.parent), "must be an existing folder", remedy="make it, or choose another `out`")
     if folder.exists() and not folder.is_dir():
         raise MissingError(str(folder), "must be a folder", remedy="choose another `out`")
-    work = folder.with_name(f".{folder.name}.part")
+    work = _beside(folder, "part")
     with _writing(folder), _locked(folder):
         try:
             shutil.rmtree(work, ignore_errors=True)
@@ -116,16 +117,25 @@ def held(folder: str | Path) -> Iterator[Path]:
             shutil.rmtree(work, ignore_errors=True)
 
 
+def _beside(folder: Path, part: str) -> Path:
+    """Hidden name next to a folder, or in it if it is on a disk of its own."""
+    name = f".{folder.name}.{part}"
+    return folder / name if folder.is_mount() else folder.with_name(name)
+
+
 @contextmanager
 def _locked(folder: Path) -> Iterator[None]:
     """Lock a file beside a folder; the system lets go of it when this process ends, whatever ends it."""
     from filelock import FileLock, Timeout
 
-    lock, holder = (folder.with_name(f".{folder.name}.{part}") for part in ("lock", "holder"))
+    lock, holder = (_beside(folder, part) for part in ("lock", "holder"))
     taken = FileLock(lock, blocking=False)
     try:
         taken.acquire()
     except Timeout as error:
+        if not lock.exists():
+            rule = "must lie where files can be made"
+            raise MissingError(str(folder), rule, remedy="choose another `out`") from error
         who = "another run's"
         with suppress(OSError):
             who = holder.read_text(encoding="utf-8") or who

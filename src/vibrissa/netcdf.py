@@ -36,13 +36,15 @@ def save(data: xr.Dataset, path: str | Path) -> None:
     data : Dataset
         What is written.
     path : path
-        Name of the file; one that is there is replaced.
+        Name of the file, which ends in ``.nc``; one that is there is replaced.
 
     Raises
     ------
     InputError
-        As ``written_whole``.
+        If the name ends otherwise, and as ``written_whole``.
     """
+    if Path(path).suffix != ".nc":
+        raise FormatError(str(path), "must end in .nc: a dataset is written as NetCDF")
     content = encoded(data)
     with written_whole(path) as temporary:
         temporary.write_bytes(content)

@@ -110,7 +110,11 @@ def profile(whisker: Whisker, posture: Posture, *, distance: float | None = None
     """
     refuse_beyond("distance", distance, whisker)
     place = None if distance is None else distance / whisker.length
-    return held_profile(posture, contact_distance=place, whisker=whisker, s=s)
+    points = None if s is None else np.atleast_1d(np.asarray(s, float))
+    if points is not None and not ((whisker.tip <= points) & (points <= 1)).all():
+        rule = f"must lie on the whisker, from its tip, {whisker.tip:.4g}, to its base, 1 (over L)"
+        raise RangeError("s", rule, f"{points[(points < whisker.tip) | ~(points <= 1)][0]:g}")
+    return held_profile(posture, contact_distance=place, whisker=whisker, s=points)
 
 
 @names_arguments

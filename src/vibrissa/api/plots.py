@@ -143,7 +143,7 @@ def plot_unit(units: xr.Dataset, name: str | None = None) -> Figure:
     from vibrissa.neural.coupling.unit_view import UnitViews
     from vibrissa.study.neurons.shown_unit import best_unit
 
-    require(units, "unit_name", "spike_time", "spike_trial")
+    require(units, "unit_name", "spike_time", "spike_trial", "significant")
     names = units.unit_name.to_numpy().tolist()
     if name is not None and name not in names:
         raise UnknownError("name", "must be one of the units", repr(name), did_you_mean(name, names, ", ".join(names)))

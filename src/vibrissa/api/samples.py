@@ -48,7 +48,8 @@ def sample_data(name: str) -> Path:
         return shipped[name]
     if name in RENDERED:
         return _rendered(name)
-    raise MissingError("name", "must be a sample", repr(name), did_you_mean(name, [*shipped, *RENDERED]))
+    known = [*shipped, *RENDERED]
+    raise MissingError("name", "must be a sample", repr(name), did_you_mean(name, known, f"one of {', '.join(known)}"))
 
 
 def _examples() -> Path:

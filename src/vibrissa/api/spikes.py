@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from numbers import Integral
 from os import PathLike
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -11,7 +12,7 @@ import numpy as np
 from vibrissa.api.motion import Motion
 from vibrissa.api.remarks import remark
 from vibrissa.api.shared.arguments import names_arguments
-from vibrissa.errors import ConflictError, InputError, MissingError
+from vibrissa.errors import ConflictError, FormatError, InputError, MissingError
 from vibrissa.mechanics.whisking.slow_prediction import SlowPrediction
 from vibrissa.mechanics.whisking.swing_prediction import SwingPrediction
 
@@ -270,7 +271,10 @@ def simulate_units(
     from vibrissa.neural.simulated.driven import draw_driven, fire
     from vibrissa.study.forward.forward import TrialSettings, spikes_of
 
-    population = draw_driven(units, rng=np.random.default_rng(seed)) if isinstance(units, int) else units
+    if not (isinstance(units, Integral) or hasattr(units, "data_vars")) or isinstance(units, bool):
+        raise FormatError("units", "must be a whole number, or a dataset of units", repr(units)[:60], "20, for example")
+    drawn = isinstance(units, Integral)
+    population = draw_driven(int(units), rng=np.random.default_rng(seed)) if drawn else units
     if not isinstance(motion, Motion):
         shown = as_signal(motion, unit=unit)
         return fire(population, shown.time.to_numpy(), shown.to_numpy(), n_trials, seed=seed)

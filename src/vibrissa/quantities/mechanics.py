@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vibrissa.quantities.quantity import Quantity, ends, ranged
 
-_NONE = "; not modelled, NaN"
+_NONE = "; NaN with straight modes, which carry none"
 
 
 def _at_the_base(name: str, unit: str, rate_unit: str, long_name: str) -> dict[str, Quantity]:

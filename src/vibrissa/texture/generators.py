@@ -7,6 +7,7 @@ import numpy as np
 from vibrissa.arrays import Array
 from vibrissa.errors import RangeError
 from vibrissa.texture.relief import HeightProfile
+from vibrissa.texture.surface import generator
 
 MOST_POINTS = 5_000_000
 
@@ -59,7 +60,7 @@ def self_affine(
     if not 2 * spacing <= shortest < longest <= length:
         found = f"{spacing:g}, {shortest:g}, {longest:g}, {length:g} m"
         raise RangeError("roughness", "must have 2 · spacing ≤ shortest < longest ≤ length", found)
-    rng, count = np.random.default_rng(rng), _points(length, spacing)
+    rng, count = generator(rng), _points(length, spacing)
     k = np.fft.rfftfreq(2 * count, spacing)
     power = np.where(k <= 1 / shortest, np.maximum(k, 1 / longest) ** -(1 + 2 * hurst), 0.0)
     power[0] = 0.0

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibrissa.arrays import Array, Mask
+from vibrissa.arrays import Array, ByValue, Mask
 from vibrissa.errors import FormatError, RangeError, ShapeError, TooFewError
 from vibrissa.texture.surface import LONGEST, Gaps
 
@@ -16,8 +16,8 @@ HIGHEST = 0.01  # [m] beyond it a unit is wrong
 SAY_METRES = "positions and heights are in metres"
 
 
-@dataclass(frozen=True)
-class HeightProfile:
+@dataclass(frozen=True, eq=False)
+class HeightProfile(ByValue):
     """Height of a surface along the scan, straight between its points and level beyond the first and the last.
 
     Attributes

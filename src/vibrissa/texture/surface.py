@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibrissa.arrays import Array
-from vibrissa.errors import RangeError, ShapeError, TooFewError, UnknownError
+from vibrissa.arrays import Array, ByValue
+from vibrissa.errors import FormatError, RangeError, ShapeError, TooFewError, UnknownError
 
 Reading = Literal["telegraph", "widths"]
 
@@ -18,8 +18,8 @@ WIDTH_SD = 0.1e-3  # [m] spread of the Gaussian widths in the reading "widths"
 LONGEST, MOST_PERIODS = 10.0, 100_000  # [m], [1] beyond these a grating's unit is wrong
 
 
-@dataclass(frozen=True)
-class Gaps:
+@dataclass(frozen=True, eq=False)
+class Gaps(ByValue):
     """Rectangular gaps in an otherwise flat substrate.
 
     Eq. (18) of [Boubenec2014]_: T(x) = Σ_j H(x − x_j, λ_j).
@@ -46,9 +46,13 @@ class Gaps:
         if self.position.shape != self.width.shape or self.position.ndim != 1:
             found = f"{self.position.shape}, {self.width.shape}"
             raise ShapeError("texture", "must have one width for each position", found)
-        finite = np.isfinite([*self.position, *self.width, self.depth]).all()
-        if not (finite and np.all(self.width > 0) and self.depth > 0):
-            raise RangeError("texture", "must have finite positions, positive widths and a positive depth")
+        wrong = ~(np.isfinite(self.position) & (self.width > 0) & np.isfinite(self.width))
+        if wrong.any():
+            first = int(wrong.argmax())
+            found = f"gap {first + 1} at {self.position[first]:.4g} m, {self.width[first]:.4g} m wide"
+            raise RangeError("texture", "must have finite positions and positive widths", found)
+        if not 0 < self.depth < np.inf:
+            raise RangeError("texture", "must have a positive depth", self.depth)
         land = self.position[1:] - self.end[:-1]
         if not np.all(land > 0):
             first = int(np.flatnonzero(~(land > 0))[0]) + 1
@@ -141,6 +145,30 @@ def periodic_grating(length: float, *, period: float, width: float | None = None
     return Gaps(position=end - width, width=np.full(count, width), depth=depth)
 
 
+def generator(rng: np.random.Generator | int) -> np.random.Generator:
+    """Source of randomness, as it is or from its seed.
+
+    Parameters
+    ----------
+    rng : Generator or int
+        Source, or a seed.
+
+    Returns
+    -------
+    Generator
+        Of NumPy.
+
+    Raises
+    ------
+    InputError
+        If a seed is negative or no whole number.
+    """
+    try:
+        return np.random.default_rng(rng)
+    except (TypeError, ValueError) as error:
+        raise FormatError("rng", "must be a NumPy generator, or a whole number from 0", repr(rng)[:60]) from error
+
+
 def random_grating(
     length: float,
     *,
@@ -184,7 +212,7 @@ def random_grating(
     InputError
         If the reading is unknown, no feature fits, or the grating is beyond 10 m or 100 000 periods.
     """
-    rng, mean = np.random.default_rng(rng), mean_period / 2
+    rng, mean = generator(rng), mean_period / 2
     if not 0 < smallest < mean:
         found = f"smallest {smallest:g} m, mean_period {mean_period:g} m"
         raise RangeError("grating", "must have 0 < smallest feature < mean_period / 2", found)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vibrissa.errors import RangeError, give_in, give_share
+from vibrissa.errors import RangeError, give_in, give_share, require_number
 
 YOUNGS_MODULUS = 3.74e9  # Pa, where the measured resonances of the paper fit best
 DENSITY = 1140.0  # kg/m³
@@ -53,6 +53,8 @@ class Whisker:
     density: float = DENSITY
 
     def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            require_number(f"Whisker.{name}", value)
         _check_positive("length", self.length, most=1.0, unit="m")
         _check_positive("cone_angle", self.cone_angle, most=STEEPEST_CONE, unit="rad")
         _check_positive("youngs_modulus", self.youngs_modulus, unit="Pa")

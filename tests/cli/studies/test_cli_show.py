@@ -127,7 +127,7 @@ def test_kinds_are_not_shadowed_by_those_before_them():
         (("absent.nc",), "absent.nc must be an existing file or folder"),
         ((".",), ". must hold PNG"),
         (("text.md",), "text.md must be a dataset, a table, a surface"),
-        (("bare.txt",), "as a surface it must state its units\n"),  # no option of another verb
+        (("bare.txt",), "as a surface it must state its units, got none; to scan it: give `x_unit`, "),
         (("robot.toml", "--plot"), "--plot must be left out: nothing of a study can be drawn"),
         (("robot.toml", "--out", "a.png"), "--out must go with --plot"),
         (("robot.toml", "--plot", "--out", "a.txt"), "--out must end in"),

@@ -30,9 +30,10 @@ from vibrissa.stimulus.waveform import even_rate
 from vibrissa.tables.units import in_si
 
 RIGHT = (
-    "give an xarray DataArray with a coordinate time [s] and the attribute units, an array with sampling_rate, a "
-    "pynapple Tsd, a neo AnalogSignal, or the name of a file"
+    "give an xarray DataArray with a coordinate time [s] and the attribute units, a pynapple Tsd, a neo AnalogSignal, "
+    "or the name of a file"
 )
+TIMED = "xr.DataArray(values, {'time': np.arange(len(values)) / rate}, ['time'], attrs={'units': 'm'})"
 HOLE = "give one presentation, cut from its onset to its end"
 INTERPOLATE = "interpolate it onto even times first: np.interp(np.arange(t[0], t[-1], step), t, values)"
 CUT = "cut the record to where it was measured, or interpolate over it: np.interp(t, t[seen], values[seen])"
@@ -200,7 +201,7 @@ def _of_array(thing: Any, rate: float | None) -> Signal:
         remedy = "several: xr.DataArray(values, dims=('channel', 'time'), coords={'time': t})"
         raise ShapeError("signal", "must be an array (T,)", values.shape, remedy)
     if rate is None:
-        raise MissingError("sampling_rate", "must be given with an array (Hz)", remedy="sampling_rate=2000.0")
+        raise MissingError("signal", "must have times", f"an array of {values.size} numbers", TIMED)
     require_positive("sampling_rate", rate, "Hz")
     return Signal(values, np.arange(values.size) / rate, None, None, "signal")
 

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Collection, Sequence
 from functools import wraps
 from inspect import signature
 from typing import ParamSpec, TypeVar
 
-from vibrissa.errors import FormatError, InputError, UnknownError, did_you_mean
+from vibrissa.errors import FormatError, InputError, RangeError, UnknownError, did_you_mean
 
 # names inside the rooms whose arguments have shorter ones here
 SHORTER = {"sampling_rate": "rate", "node": "nodes", "trials": "n_trials", "number_of_units": "units"}
 SHORTER |= {"number_of_modes": "n_modes", "threshold": "least_contrast", "level": "levelling", "scale": "factor"}
-SHORTER |= {"texture": "surface", "relief": "surface", "signal": "stimulus", "gap_width": "width"}
+SHORTER |= {"texture": "surface", "relief": "surface", "signal": "stimulus", "gap_width": "width", "flip": "reverse"}
 # what an argument of a kind must be, and how to write it
+PLAIN = "without a unit, in SI: 0.01 for 10 mm or 10 ms, 0.1 for 100 mm/s"
+WHOLE = "int", "int64", "int32"
+NUMBERS = "float", "float64", "float32", *WHOLE
 KINDS = {
     "Whisker": (("Whisker",), 'vb.Whisker(length=0.04, cone_angle=1.5e-3), or vb.atlas("C2")'),
     "Posture": (("Posture",), "vb.Posture(contact=0.29, base_angle=1.2)"),
@@ -27,7 +31,9 @@ KINDS = {
         "vb.HeightProfile(x, height), vb.Gaps(position, width), or vb.read_surface(path)",
     ),
     "xr.Dataset": (("Dataset",), "a Dataset that a function of vibrissa has made"),
-    "float": (("float", "int", "float64", "float32", "int64", "int32"), "a number in SI units: 0.1 for 100 mm/s"),
+    "float": (NUMBERS, PLAIN),
+    "float | None": ((*NUMBERS, "NoneType"), PLAIN),
+    "int": (WHOLE, "such as 3"),
 }
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
@@ -60,13 +66,37 @@ def names_arguments(function: Callable[Given, Result]) -> Callable[Given, Result
         try:
             return function(*args, **words)
         except InputError as error:
-            name = error.quantity.rpartition(".")[2].removeprefix("--").replace("-", "_").replace(" ", "_")
-            name = name if name in arguments else SHORTER.get(name, name)
-            if name == error.quantity or name not in arguments:
+            told = in_arguments(error, arguments)
+            if str(told) == str(error):
                 raise
-            raise error.renamed(name) from None
+            raise told from None
 
     return call
+
+
+def in_arguments(error: InputError, arguments: Collection[str]) -> InputError:
+    """An error in the words of a function: its arguments, also those that a remedy gives in backquotes.
+
+    Parameters
+    ----------
+    error : InputError
+        In the words of the rooms inside.
+    arguments : collection of str
+        Of the function.
+
+    Returns
+    -------
+    InputError
+        Of the same class.
+    """
+
+    def called(name: str) -> str:
+        other = SHORTER.get(name, name)
+        return other if name not in arguments and other in arguments else name
+
+    name = called(error.quantity.rpartition(".")[2].removeprefix("--").replace("-", "_").replace(" ", "_"))
+    rule, remedy = (re.sub(r"(?<=`)\w+", lambda word: called(word[0]), text) for text in (error.rule, error.remedy))
+    return type(error)(name if name in arguments else error.quantity, rule, error.value, remedy)
 
 
 def refuse_kind(name: str, value: object, annotation: str) -> None:
@@ -86,10 +116,37 @@ def refuse_kind(name: str, value: object, annotation: str) -> None:
     InputError
         Shows the right form.
     """
+    if choices := re.fullmatch(r"Literal\[(.*)\]", annotation):
+        refuse_choice(name, value, re.findall(r"[\w-]+", choices[1]))
     kinds, form = KINDS.get(annotation, ((), ""))
     given = type(value).__name__
     if kinds and given not in kinds:
         found = repr(value) if isinstance(value, str | int | float) else f"a {given}"
         known = [kind for kind in kinds if kind != "NoneType"][:2]
-        rule = "must be a number" if annotation == "float" else f"must be of the class {' or '.join(known)}"
+        rule = f"must be of the class {' or '.join(known)}"
+        rule = {NUMBERS: "must be a number", WHOLE: "must be a whole number"}.get(tuple(kinds[: len(NUMBERS)]), rule)
         raise FormatError(name, rule, found, form)
+    if name == "seed" and kinds == WHOLE and value < 0:  # type: ignore[operator]
+        raise RangeError(name, "must be 0 or a positive whole number", value)
+
+
+def refuse_choice(name: str, value: object, choices: Sequence[str]) -> None:
+    """Refuse a word that is none of those that an argument takes.
+
+    Parameters
+    ----------
+    name : str
+        The argument.
+    value : object
+        What was given.
+    choices : sequence of str
+        What it takes.
+
+    Raises
+    ------
+    InputError
+        Names them.
+    """
+    if choices and value not in choices:
+        near = did_you_mean(str(value), choices)
+        raise UnknownError(name, f"must be one of {', '.join(choices)}", repr(value), near)

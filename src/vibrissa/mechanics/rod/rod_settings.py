@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vibrissa.arrays import Array
-from vibrissa.errors import RangeError
+from vibrissa.errors import RangeError, require_number
 from vibrissa.mechanics.rod.kernels.state import Follicle
 from vibrissa.mechanics.rod.mesh import USUAL, Fineness
 from vibrissa.whisker.curvature import MOST, IntrinsicCurvature
@@ -54,6 +54,9 @@ class Rod:
     tolerance: float = 1e-7
 
     def __post_init__(self) -> None:
+        own = {} if isinstance(self.intrinsic_curvature, IntrinsicCurvature) else {"intrinsic_curvature"}
+        for name in ("edge_radius", "follicle_translation", "follicle_rotation", "step", "ground", "tolerance", *own):
+            require_number(f"Rod.{name}", getattr(self, name))
         if not 0 < self.step <= 1e-3:
             raise RangeError("Rod.step", "must lie in (0, 1 ms]", self.step, "in seconds")
         if not isinstance(self.intrinsic_curvature, IntrinsicCurvature) and not abs(self.intrinsic_curvature) <= MOST:

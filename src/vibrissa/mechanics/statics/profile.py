@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibrissa.arrays import Array
-from vibrissa.errors import ConvergenceError, RangeError, give_share
+from vibrissa.errors import ConvergenceError, RangeError, give_share, require_number
 from vibrissa.mechanics.statics.chebyshev import Chebyshev, chebyshev_sum
 from vibrissa.mechanics.statics.contact_law import ContactLaw, inclination
 from vibrissa.mechanics.statics.elastica_table import equilibria, equilibria_at_height
@@ -49,6 +49,8 @@ class Posture:
     adhesion: float = 0.0
 
     def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            require_number(f"Posture.{name}", value, "contact is over L, base_angle in rad")
         if not 0 < self.contact < 1:
             remedy = give_share(self.contact) if self.contact > 1 else ""
             raise RangeError("Posture.contact", "must lie between 0 and 1 (over L)", self.contact, remedy)
@@ -84,6 +86,11 @@ class Posture:
         InputError
             If no contact is; the message gives the heights within reach.
         """
+        for name, value in {"base_distance": base_distance, "base_angle": base_angle, "friction": friction}.items():
+            require_number(f"Posture.{name}", value, "base_distance is over L, base_angle in rad")
+        if not 0 < base_distance < 1:
+            remedy = give_share(base_distance) if base_distance > 1 else ""
+            raise RangeError("Posture.base_distance", "must lie between 0 and 1 (over L)", base_distance, remedy)
         contact = float(equilibria_at_height([base_distance], [base_angle], friction).contact[0])
         posture = cls(contact=contact, base_angle=base_angle, friction=friction, adhesion=adhesion)
         return posture._moved_to(base_distance) if adhesion else posture

@@ -298,6 +298,9 @@ def _forward(grid: HingeGrid, trial_counts: Array, how: EnvelopeAnalysis, rng: n
     why = _not_threshold_linear(row) or weakness(grid, samples)
     if not why and n < FEWEST_TRIALS:
         why = f"{n} trials: intervals by resampling fewer than {FEWEST_TRIALS} are too narrow"
+    for name in Hinge._fields if why else ():  # resampled trials that all end at one limit tell no interval
+        if row[f"{name}_low"] == row[f"{name}_high"]:
+            row |= {f"{name}_low": np.nan, f"{name}_high": np.nan}
     return {**row, "identified": not why, "reason": why}
 
 

@@ -139,18 +139,21 @@ def _of_table(path: Path) -> Contents:
 
 
 def _of_surface(path: Path) -> Contents:
-    from vibrissa.texture.io import read_texture
     from vibrissa.texture.relief import HeightProfile
     from vibrissa.texture.surface import Gaps
 
     notes: list[str] = []
     try:
-        found = read_texture(path, tell=notes.append)
+        found = _surface(path, notes)
     except InputError as error:
         if path.suffix == ".npy":
             return _of_movie(path)
         known = "a dataset, a table, a surface, a movie, a study or a folder of results"
-        raise FormatError(str(path), f"must be {known}", remedy=f"as a surface it {error.rule}") from error
+        got, cure = (
+            f", got {error.value}" if error.value else "",
+            f"; to scan it: {error.remedy}" if error.remedy else "",
+        )
+        raise FormatError(str(path), f"must be {known}", remedy=f"as a surface it {error.rule}{got}{cure}") from error
     said = dict.fromkeys(notes, "")
     if isinstance(found, Gaps):
         facts = {"gaps": len(found.width), "widest gap [m]": float(found.width.max()), "depth [m]": found.depth}
@@ -160,6 +163,21 @@ def _of_surface(path: Path) -> Contents:
     facts["length [m]"] = float(np.ptp(shown.position))
     kind = "gaps" if isinstance(found, Gaps) else "heights"
     return Contents(f"surface: {kind}", facts | said, _profile(shown))
+
+
+def _surface(path: Path, notes: list[str]) -> Any:
+    """Gaps or heights; a tilted profile without the line fitted to it."""
+    from vibrissa.texture.io import read_texture
+
+    try:
+        return read_texture(path, tell=notes.append)
+    except InputError as tilted:
+        try:
+            level = read_texture(path, level="line", tell=notes.append)
+        except InputError:
+            raise tilted from None
+        notes.append("it is tilted: shown without the line fitted to it; a scan asks whether to subtract it")
+        return level
 
 
 def _profile(relief: Any) -> xr.Dataset:

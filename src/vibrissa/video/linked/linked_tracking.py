@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.errors import TooFewError
+from vibrissa.errors import RangeError, TooFewError
 from vibrissa.head_pose import HeadPose, with_head
 from vibrissa.quantities import dataset
 from vibrissa.quantities.identity import SURE
@@ -109,6 +109,7 @@ def track_linked(
     """
     behind, name = _behind(background, movie)
     search = LineSearch(polarity=polarity, background=behind, region=region, threads=_threads())
+    _require_in_image(skin or (), movie)
     if drop_frames is None:  # else frames count otherwise
         _require_in_movie(marks, movie, start, stop)
     segments = find_segments(
@@ -150,16 +151,30 @@ def _require_in_movie(marks: Sequence[LineMark], movie: str | Path | Frames, sta
     """Refuse marks off the movie before its frames are searched, as far as the movie states its length."""
     if not marks or (isinstance(movie, np.ndarray) and movie.ndim != 3):
         return
-    if isinstance(movie, np.ndarray):
-        count, height, width = movie.shape
-    else:
-        about = open_movie(movie)
-        count, height, width = about.frame_count, about.height, about.width
-        if about.frame_count_is_estimate:
-            count = max(count, *(mark.frame + 1 for mark in marks))
+    count, height, width, guessed = _shape_of(movie)
+    if guessed:
+        count = max(count, *(mark.frame + 1 for mark in marks))
     end = count if stop is None else min(stop, count)
     for mark in marks if 0 <= start < end else ():
         require_in_movie(mark, (start, end), (width, height))
+
+
+def _require_in_image(skin: Sequence[tuple[float, float]], movie: str | Path | Frames) -> None:
+    """Refuse places off the image at which whiskers would leave the skin."""
+    if not skin or (isinstance(movie, np.ndarray) and movie.ndim != 3):
+        return
+    _, height, width, _ = _shape_of(movie)
+    for column, row in skin:
+        if not (0 <= column <= width - 1 and 0 <= row <= height - 1):
+            raise RangeError("skin", f"must lie in the image of {width} × {height} pixels", f"{column:g},{row:g}")
+
+
+def _shape_of(movie: str | Path | Frames) -> tuple[int, int, int, bool]:
+    """Frames, height and width of a movie, and whether the number of frames is an estimate."""
+    if isinstance(movie, np.ndarray):
+        return (*movie.shape, False)
+    about = open_movie(movie)
+    return about.frame_count, about.height, about.width, about.frame_count_is_estimate
 
 
 def _require_lines(segments: xr.Dataset) -> None:

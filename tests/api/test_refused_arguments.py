@@ -1,0 +1,61 @@
+"""Arguments of the public functions that cannot be meant: one line with argument, rule and value."""
+
+import numpy as np
+import pytest
+from refusals import refusal
+
+import vibrissa as vb
+
+WHISKER, POSTURE = vb.Whisker(length=0.04, cone_angle=1.5e-3), vb.Posture(contact=0.29, base_angle=1.2)
+MOTION = np.sin(np.arange(2000) / 20) * 1e-4
+
+WRONG = {
+    "a length with a unit": (lambda: vb.Whisker(length="40mm", cone_angle=1e-3), "format", "Whisker.length"),
+    "a contact with a unit": (lambda: vb.Posture(contact="11mm", base_angle=1.2), "format", "Posture.contact"),
+    "an angle with a unit": (lambda: vb.Posture(contact=0.3, base_angle="70deg"), "format", "Posture.base_angle"),
+    "a height with a unit": (lambda: vb.Posture.at_height("16mm", 1.2), "format", "Posture.base_distance"),
+    "a height in millimetres": (lambda: vb.Posture.at_height(16.5, 1.2), "range", "Posture.base_distance"),
+    "a curvature in words": (lambda: vb.Rod(intrinsic_curvature="a"), "format", "Rod.intrinsic_curvature"),
+    "a point beyond the base": (lambda: vb.profile(WHISKER, POSTURE, s=[0.5, 1.5]), "range", "s"),
+    "a point that is none": (lambda: vb.profile(WHISKER, POSTURE, s=[np.nan]), "range", "s"),
+    "modes about nothing": (lambda: vb.modes(WHISKER, POSTURE, about="x"), "unknown", "about"),
+    "a number of modes in words": (lambda: vb.modes(WHISKER, POSTURE, n_modes="3"), "format", "n_modes"),
+    "a broken number of modes": (lambda: vb.modes(WHISKER, POSTURE, n_modes=2.5), "format", "n_modes"),
+    "a seed below zero": (lambda: vb.random_grating(0.35, rng=-1), "format", "rng"),
+    "another seed below zero": (lambda: vb.simulate_units(MOTION, 5, seed=-1), "range", "seed"),
+    "half a trial": (lambda: vb.simulate_units(MOTION, 5, n_trials=2.5), "format", "n_trials"),
+    "half a unit": (lambda: vb.simulate_units(MOTION, 2.5), "format", "units"),
+    "an envelope with a unit": (lambda: vb.simulate_units(MOTION, mean_envelope="55um"), "format", "mean_envelope"),
+    "a dataset as a table": (lambda: vb.save(vb.modes(WHISKER), "modes.csv"), "format", "modes.csv"),
+    "a sample of no name": (lambda: vb.sample_data("foo"), "missing", "name"),
+    "a gap of no width": (lambda: vb.Gaps(position=[0, 0.01], width=[1e-3, -1e-3]), "range", "texture"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_what_cannot_be_meant_is_refused_by_its_name(case):
+    call, code, argument = WRONG[case]
+    with refusal(code, argument):
+        call()
+
+
+def test_remedies_are_in_the_words_of_the_function(tmp_path):
+    tilted = tmp_path / "tilted.csv"
+    x = np.arange(2000) * 1e-6
+    np.savetxt(tilted, np.column_stack([x, 0.1 * x]), delimiter=",", header="position_m,height_m", comments="")
+    with refusal("format", "tilted.csv") as caught:
+        vb.read_surface(tilted)
+    assert "`levelling='line'`" in str(caught.value)
+    assert np.ptp(vb.read_surface(tilted, levelling="line").height) < 1e-9
+
+
+def test_surfaces_are_equal_by_value():
+    one, same = vb.random_grating(0.1, rng=1), vb.random_grating(0.1, rng=1)
+    assert one == same
+    assert hash(one) == hash(same)
+    assert one != vb.random_grating(0.1, rng=2)
+    assert one != vb.Gaps(one.position, one.width, depth=2 * one.depth)
+    profile = vb.HeightProfile([0, 1e-3], [0, 1e-5])
+    assert profile == vb.HeightProfile([0, 1e-3], [0, 1e-5])
+    assert profile != vb.HeightProfile([0, 1e-3], [0, 2e-5])
+    assert profile != one
