@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from numbers import Integral
 from os import PathLike
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -271,10 +270,12 @@ def simulate_units(
     from vibrissa.neural.simulated.driven import draw_driven, fire
     from vibrissa.study.forward.forward import TrialSettings, spikes_of
 
-    if not (isinstance(units, Integral) or hasattr(units, "data_vars")) or isinstance(units, bool):
+    if isinstance(units, int | np.integer) and not isinstance(units, bool):
+        population = draw_driven(int(units), rng=np.random.default_rng(seed))
+    elif hasattr(units, "data_vars"):
+        population = units
+    else:
         raise FormatError("units", "must be a whole number, or a dataset of units", repr(units)[:60], "20, for example")
-    drawn = isinstance(units, Integral)
-    population = draw_driven(int(units), rng=np.random.default_rng(seed)) if drawn else units
     if not isinstance(motion, Motion):
         shown = as_signal(motion, unit=unit)
         return fire(population, shown.time.to_numpy(), shown.to_numpy(), n_trials, seed=seed)

@@ -191,7 +191,7 @@ def test_what_does_not_say_its_unit_time_or_meaning_is_refused():
     array = xr.DataArray(GOOD, {"time": times(50)}, ("time",), attrs={"units": "m"})
     with refusal("missing", "signal") as caught:
         as_signal(GOOD)
-    timed = eval(caught.value.remedy, {"xr": xr, "np": np, "values": GOOD, "rate": RATE})  # noqa: S307 (what we say)
+    timed = eval(caught.value.remedy, {"xr": xr, "np": np, "values": GOOD, "rate": RATE})
     assert as_signal(timed).attrs["sampling_rate"] == pytest.approx(RATE)
     with refusal("range", "sampling_rate"):
         as_signal(GOOD, sampling_rate=-1.0)
