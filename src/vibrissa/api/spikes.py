@@ -270,7 +270,7 @@ def simulate_units(
     from vibrissa.neural.simulated.driven import draw_driven, fire
     from vibrissa.study.forward.forward import TrialSettings, spikes_of
 
-    if isinstance(units, int | np.integer) and not isinstance(units, bool):
+    if isinstance(units, int | np.integer):
         population = draw_driven(int(units), rng=np.random.default_rng(seed))
     elif hasattr(units, "data_vars"):
         population = units
