@@ -8,12 +8,12 @@ from vibrissa.measures.face import Face, face_through, whisker_names
 from vibrissa.measures.sides import axis_between, sides_of
 
 
-def head(turn=0.0, downwards=True, seed=0):
+def head(turn=0.0, downwards=True, seed=0, lean=0.0):
     """Bases, directions and sides of an animal seen from above whose nose points up, then turned by an angle [rad]."""
     rng = np.random.default_rng(seed)
     side = np.repeat([-1.0, 1.0], 6)  # the animal's left is the image's
     bases = np.column_stack([side * rng.normal(5e-3, 4e-4, 12), np.tile(np.linspace(-2e-3, 2e-3, 6), 2)])
-    angle = rng.uniform(-0.5, 0.5, 12)
+    angle = lean + rng.uniform(-0.5, 0.5, 12)
     ways = np.column_stack([side * np.cos(angle), np.sin(angle)])
     c, s = np.cos(turn), np.sin(turn)
     flip = np.array([1.0, -1.0 if downwards else 1.0])  # made with y upwards
@@ -31,10 +31,22 @@ def test_the_axis_is_that_of_the_head_and_each_side_is_numbered_by_itself(turn, 
     with refusal("range", "nose") as caught:
         face_through(bases, "left", ways=ways, downwards=downwards)
     assert "across the line from one pad to the other" in str(caught.value)
+    assert caught.value.rule.endswith("the other, top or bottom")
     names = whisker_names(bases, face, ways=ways, downwards=downwards)
     assert names == [f"{letter}{number}" for letter in "LR" for number in range(1, 7)]
     rows = whisker_names(bases, Face(caudal=(0, 0), rostral=(1, 0)), ways=ways, downwards=downwards)
     assert sorted(rows, key=int) == [str(k) for k in range(1, 13)]  # across the head there are no sides
+
+
+def test_sides_are_seen_where_the_head_is_turned_from_the_side_of_the_nose():
+    (bases, ways), _ = head(turn=0.7, lean=0.45)  # 40°, its whiskers forwards
+    assert not sides_of(bases, ways, np.array([0.0, -1.0])).any()
+    face = face_through(bases, "top", ways=ways)
+    assert face.origin == "the axis between pads of 6 and 6 whiskers"
+    assert face.direction @ [-np.sin(0.7), -np.cos(0.7)] > np.cos(np.deg2rad(8))
+    with refusal("range", "nose", "left") as caught:
+        face_through(bases, "left", ways=ways)
+    assert caught.value.rule.endswith("the other, top or bottom")
 
 
 def test_a_whisker_that_was_never_seen_is_on_no_side():

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from vibrissa.arrays import Array
+from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError, UnknownError
 from vibrissa.measures.sides import axis_between, sides_of
 
@@ -16,6 +16,7 @@ Point = tuple[float, float]
 SIDES: dict[str, Point] = {"left": (-1.0, 0.0), "right": (1.0, 0.0), "top": (0.0, -1.0), "bottom": (0.0, 1.0)}
 LEAST_BASES = 3  # through two any line passes
 FARTHEST = 60.0  # [°] of the line from the side of the nose: one side is nearer than 45°, another may be meant
+LEADS, NEAREST = np.cos(np.radians([FARTHEST, 45.0]))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,27 +120,40 @@ def face_through(
     known, weight = bases[seen], np.ones(len(bases))[seen] if frames is None else np.asarray(frames, float)[seen]
     centre = np.average(known, axis=0, weights=weight) if len(known) else np.zeros(2)
     along, origin = towards, f"the image's axis to the {nose}"
-    side = np.zeros(len(known), int) if ways is None else sides_of(known, ways[seen], towards)
+    axis = towards
+    if len(known) >= LEAST_BASES:
+        axis = np.linalg.svd(np.sqrt(weight)[:, None] * (known - centre))[2][0]
+        axis = axis * np.sign(axis @ towards)
+    side, way = _both_sides(known, None if ways is None else ways[seen], towards, axis)
     if side.any():
-        along = axis_between(known, side, towards)
+        if way @ towards < NEAREST:
+            rule = f"must lie across the line from one pad to the other, {_leads_to(way, NEAREST)}"
+            raise RangeError("nose", rule, nose, "or give two points of face")
+        along = axis_between(known, side, way)
         origin = f"the axis between pads of {(side > 0).sum()} and {(side < 0).sum()} whiskers"
     elif len(known) >= LEAST_BASES:
-        axis = np.linalg.svd(np.sqrt(weight)[:, None] * (known - centre))[2][0]
-        along, origin = axis * np.sign(axis @ towards), f"a line fitted to the bases of {len(known)} whiskers"
-        across = np.array([-axis[1], axis[0]])
-        if ways is not None and sides_of(known, ways[seen], across).any():
-            rule = f"must lie across the line from one pad to the other, {_leads_to(across)}"
-            raise RangeError("nose", rule, nose, "or give two points of face")
-        if abs(axis @ towards) < np.cos(np.radians(FARTHEST)):
-            rule = f"must be a side to which the line through the bases leads, {_leads_to(axis)}"
+        along, origin = axis, f"a line fitted to the bases of {len(known)} whiskers"
+        if axis @ towards < LEADS:
+            rule = f"must be a side to which the line through the bases leads, {_leads_to(axis, LEADS)}"
             raise RangeError("nose", rule, nose, "or give two points of face")
     ends = [(float(one[0]), float(one[1])) for one in (centre, centre + along)]
     return Face(caudal=ends[0], rostral=ends[1], origin=origin)
 
 
-def _leads_to(axis: Array) -> str:
+def _both_sides(bases: Array, ways: Array | None, towards: Array, axis: Array) -> tuple[Integers, Array]:
+    """Side of each whisker, and the way to the nose: as given, or else across the line through the bases."""
+    across = np.array([-axis[1], axis[0]])
+    across = across if across @ towards >= 0 else -across
+    side = np.zeros(len(bases), np.int64)
+    for way in (towards, across):
+        if ways is not None and (side := sides_of(bases, ways, way)).any():
+            return side, way
+    return side, towards
+
+
+def _leads_to(axis: Array, least: float) -> str:
     """Sides of the image to which an axis leads, in words."""
-    return " or ".join(side for side, way in SIDES.items() if abs(axis @ way) > np.cos(np.radians(FARTHEST)))
+    return " or ".join(side for side, way in SIDES.items() if abs(axis @ way) > least)
 
 
 def whisker_names(

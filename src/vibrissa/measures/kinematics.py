@@ -15,7 +15,7 @@ from vibrissa.head_pose import HeadPose, head_of
 from vibrissa.measures.base_arc import LEAST_NODES, fit_base_arc
 from vibrissa.measures.bending import bending, bent_frames
 from vibrissa.measures.face import Face, Side, face_through, whisker_names
-from vibrissa.measures.kinematics_remarks import remark_on_face, remark_on_frames, remark_on_touches
+from vibrissa.measures.kinematics_remarks import remark_on_face, remark_on_frames, remark_on_object, remark_on_touches
 from vibrissa.measures.touched_object import Pole, Touchable, held_place
 from vibrissa.measures.touches import COLUMNS, touch_events
 from vibrissa.measures.whisk_cycle import BAND, frame_rate_of, whisk_cycle
@@ -135,13 +135,18 @@ def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Datas
     part = settings.base_part or (0.0, SHARE * max(map(usual_length, every)))
     whiskers = surely_named(every, profile, settings.least_probability)
     rows = [_of_whisker(time, one, face, turned, part, settings, near) for one in whiskers]
-    each = zip(names, [row.pop("events") for row in rows], strict=True)
-    events = [{"touch_whisker": name, **event} for name, touches in each for event in touches]
+    numbers = whole.whisker.values if "whisker" in whole.coords else np.arange(len(rows))
+    each = zip(names, numbers, [row.pop("events") for row in rows], strict=True)
+    events = [
+        {"touch_whisker": name, "touch_whisker_number": number, **event}
+        for name, number, touches in each
+        for event in touches
+    ]
     columns = stacked(rows)
     return dataset(
         _attributes(profile, settings, face, part, near, columns, int(sum(seen_frames(one).sum() for one in whiskers))),
         lead=("whisker",),
-        whisker=whole.whisker.values if "whisker" in whole.coords else np.arange(len(rows)),
+        whisker=numbers,
         time=time,
         whisker_label=np.array(names),
         mean_base_x=bases[:, 0],
@@ -265,7 +270,8 @@ def _table(events: list[dict[str, Any]]) -> dict[str, Array]:
     ordered = sorted(events, key=lambda event: event["touch_onset"])
     if ordered:
         return stacked(ordered)
-    return {"touch_whisker": np.array([], str)} | {name: np.array([], float) for name in COLUMNS}
+    whose = {"touch_whisker": np.array([], str), "touch_whisker_number": np.array([], np.int64)}
+    return whose | {name: np.array([], float) for name in COLUMNS}
 
 
 def _attributes(
@@ -280,7 +286,7 @@ def _attributes(
     """What counts as the face, the base and a touch, and remarks on what the user should know."""
     kept = {
         name: profile.attrs[name]
-        for name in ("frame", "pixel_size", "frame_rate", "source", "least_probability")
+        for name in ("frame", "pixel_size", "frame_rate", "first_frame", "source", "least_probability")
         if name in profile.attrs
     }
     if settings.least_probability is not None:
@@ -289,6 +295,7 @@ def _attributes(
         *([] if settings.face is not None else remark_on_face(face, settings.nose, head_of(profile) is not None)),
         *remark_on_frames(columns, followed, settings.whisking_band, settings.bridged),
         *remark_on_touches(columns, near, settings.find_touches and settings.touched is None),
+        *([] if settings.touched is None else remark_on_object(columns, near or 0.0)),
     ]
     return {
         **kept,

@@ -11,6 +11,7 @@ from vibrissa.measures.face import Face
 from vibrissa.measures.whisk_cycle import PERIODS, stretches
 
 MOST = 0.8  # share of the angles that have a phase, below which a remark says so
+DEEP = 0.1  # share of the touching frames in which a line runs deep inside the object, from which on it is said
 SINGLE = 0.5  # share of the touches that last one frame, from which on it is said
 
 
@@ -98,3 +99,29 @@ def remark_on_touches(columns: Mapping[str, Array], near: float | None, found: b
                 "suddenly; `least_frames` leaves short ones out"
             )
     return remarks
+
+
+def remark_on_object(columns: Mapping[str, Array], near: float) -> list[str]:
+    """Whether lines come near an object that was given, and whether they run through it.
+
+    Parameters
+    ----------
+    columns : mapping
+        Series of all whiskers (W, T).
+    near : float
+        Distance of a touch [m].
+
+    Returns
+    -------
+    list of str
+        Remarks.
+    """
+    distance, touching = columns["object_distance"], columns["touching"] == 1
+    if not touching.any():
+        least = np.min(distance, initial=np.inf, where=np.isfinite(distance))
+        return [f"no whisker touches the object: the nearest line passes {1e3 * least:.3g} mm from it"]
+    deep = int((distance[touching] < -near).sum())
+    if deep < DEEP * touching.sum():
+        return []
+    where = f"in {deep} of {touching.sum()} touching frames a line runs more than {1e3 * near:.2g} mm inside the object"
+    return [f"{where}, the farthest {-1e3 * np.min(distance[touching]):.2g} mm: are its place and its size right?"]

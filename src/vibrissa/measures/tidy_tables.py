@@ -50,15 +50,15 @@ def frame_columns(data: xr.Dataset) -> dict[str, Any]:
     Returns
     -------
     dict of arrays
-        ``whisker`` (its number among the tracks), ``label`` (its name), ``frame``, ``time_s``, then angles and
-        phases in degrees, curvatures in 1/mm, lengths in mm; the unit ends the name.
+        ``whisker`` (its number among the tracks), ``label`` (its name), ``frame`` (of the movie), ``time_s``, then
+        angles and phases in degrees, curvatures in 1/mm, lengths in mm; the unit ends the name.
     """
     whiskers, frames = data.sizes["whisker"], data.sizes["time"]
     series = [str(name) for name in data.data_vars if data[name].dims == ("whisker", "time")]
     return {
         "whisker": np.repeat(data.whisker.values, frames),
         "label": np.repeat(data.whisker_label.values, frames),
-        "frame": np.tile(np.arange(frames), whiskers),
+        "frame": np.tile(int(data.attrs.get("first_frame", 0)) + np.arange(frames), whiskers),
         "time_s": np.tile(data.time.values, whiskers),
         **dict(_column(data, name) for name in series),
     }
@@ -77,14 +77,9 @@ def touch_columns(data: xr.Dataset) -> dict[str, Any]:
     dict of arrays
         ``whisker`` and ``label`` as in :func:`frame_columns`, and all else in its units.
     """
-    names = [str(name) for name in data.data_vars if data[name].dims == ("touch",) and name != "touch_whisker"]
-    numbers = dict(zip(data.whisker_label.values.tolist(), data.whisker.values.tolist(), strict=True))
-    labels = data.touch_whisker.values
-    return {
-        "whisker": np.array([numbers[label] for label in labels.tolist()], int),
-        "label": labels,
-        **dict(_column(data, name) for name in names),
-    }
+    whose = {"whisker": data.touch_whisker_number.values, "label": data.touch_whisker.values}
+    names = [str(name) for name in data.data_vars if data[name].dims == ("touch",)]
+    return whose | dict(_column(data, name) for name in names if not name.startswith("touch_whisker"))
 
 
 def _column(data: xr.Dataset, name: str) -> tuple[str, Any]:

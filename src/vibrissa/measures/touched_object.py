@@ -32,6 +32,8 @@ class Pole:
 
     def __post_init__(self) -> None:
         require_not_negative("pole_radius", self.radius, "m")
+        if not np.isfinite(self.centre).all():
+            raise RangeError("pole", "must be at a finite place", self.centre)
 
     def distance(self, x: Array, y: Array) -> Array:
         """Distance of the seen line to the surface of the pole, negative where the line lies within.

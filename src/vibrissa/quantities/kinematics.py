@@ -30,6 +30,7 @@ KINEMATICS: dict[str, Quantity] = {
     "object_x": Quantity(("whisker",), "m", "place at which the whisker is held in touches, found, x"),
     "object_y": Quantity(("whisker",), "m", "place at which the whisker is held in touches, found, y"),
     "touch_whisker": Quantity(("touch",), "1", "label of the whisker that touches"),
+    "touch_whisker_number": Quantity(("touch",), "1", "number of that whisker among the tracks"),
     "touch_onset": Quantity(("touch",), "s", "time of the first frame of a touch"),
     "touch_offset": Quantity(("touch",), "s", "time of the last frame of a touch"),
     "touch_duration": Quantity(("touch",), "s", "duration of a touch, from first to last frame, both counted"),

@@ -162,9 +162,11 @@ def test_kinematics_are_behavioral_series_and_touches_intervals(folder, tmp_path
         assert "Columns: whiskers 1." in series["whisker_angle"].comments
         touches = file.intervals["whisker_touches"].to_dataframe()
         np.testing.assert_allclose(touches.start_time, found.touch_onset)
-        np.testing.assert_allclose(touches.stop_time, found.touch_offset)
+        np.testing.assert_allclose(touches.stop_time, found.touch_onset + found.touch_duration)
         np.testing.assert_array_equal(touches.touch_angle, found.touch_angle)
+        assert (touches.stop_time > touches.start_time).all()
         assert touches.touch_whisker.tolist() == ["1"] * found.sizes["touch"]
+        assert touches.touch_whisker_number.tolist() == [0] * found.sizes["touch"]
 
     assert found.sizes["touch"] == 20  # the straight whisker sweeps over the place to and fro
     read(tmp_path / "a.nwb", look)

@@ -7,7 +7,7 @@ from typing import Literal
 
 from vibrissa.cli.shared.display.output import MaybeOut, refuse_out, tell
 from vibrissa.cli.shared.display.progress import progress_bars
-from vibrissa.errors import ConflictError
+from vibrissa.errors import ConflictError, MissingError
 
 
 def correct(
@@ -49,6 +49,8 @@ def correct(
     from vibrissa.video.correct.edit_file import edit_path
     from vibrissa.video.correct.opening import open_tracks
 
+    if not page and edits is not None and not edits.exists():
+        raise MissingError("--edits", "must be an existing file with --no-page", str(edits))
     out, edits = out or profile.with_name(f"{profile.stem}-corrected.nc"), edits or edit_path(profile)
     refuse_out(out)
     if out.absolute() == profile.absolute():

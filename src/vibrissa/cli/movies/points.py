@@ -153,6 +153,8 @@ def _point(text: str, option: str) -> Point:
         column, row = map(float, text.split(","))
     except ValueError:
         raise ShapeError(option, "must be COLUMN,ROW", repr(text), f"for example {option} 120,187") from None
+    if not (isfinite(column) and isfinite(row)):
+        raise RangeError(option, "must be two finite numbers, COLUMN,ROW", repr(text))
     return column, row
 
 

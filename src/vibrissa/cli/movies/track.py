@@ -15,7 +15,7 @@ from vibrissa.cli.shared.display.progress import progress_bars, stage
 from vibrissa.cli.shared.words.losses import lost_by_reason
 from vibrissa.cli.shared.words.refusals import in_options
 from vibrissa.cli.shared.words.units import Length, Rate
-from vibrissa.errors import FormatError
+from vibrissa.errors import ConflictError, FormatError
 from vibrissa.quantities.identity import SURE
 from vibrissa.quantities.kinds import Method
 from vibrissa.video.kernel.estimator_table import Estimator, described
@@ -241,6 +241,8 @@ def _refuse_before(
     Calibration(frame_rate=1.0 if frame_rate is None else frame_rate, pixel_size=pixel_size)
     for file in filter(None, (out, segments)):
         refuse_out(file)
+    if segments is not None and segments.resolve() == out.resolve():
+        raise ConflictError("--segments", "must be another file than --out", str(segments), "choose another name")
     if preview is not None and preview.suffix not in (".mp4", ".mkv", ".png"):
         raise FormatError("--preview", "must end in .mp4, .mkv or .png", str(preview))
 

@@ -41,13 +41,13 @@ def add_kinematics(file: Any, module: Any, data: xr.Dataset, time: Array) -> Non
     if data.sizes.get("touch", 0):
         own = data.time.values
         shift = float(time[0] - own[0])
-        ends = [data[f"touch_{end}"].values + shift for end in ("onset", "offset")]
+        onset = data.touch_onset.values + shift
         columns = data[[name for name in data.data_vars if data[name].dims == ("touch",) and name not in IN_INTERVAL]]
-        text = "touches of single whiskers, from the first to the last frame in which each touches"
-        add_intervals(file, TOUCHES, text, [np.array(pair) for pair in zip(*ends, strict=True)], columns)
+        text = "touches of single whiskers, from the first frame to the end of the last one in which each touches"
+        add_intervals(file, TOUCHES, text, list(np.stack([onset, onset + data.touch_duration.values], 1)), columns)
 
 
-IN_INTERVAL = ("touch_onset", "touch_offset")  # are its start and its stop
+IN_INTERVAL = ("touch_onset", "touch_offset", "touch_duration")  # are in its start and stop
 
 
 class _Series:

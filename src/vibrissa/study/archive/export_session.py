@@ -187,9 +187,7 @@ def _moment(text: str) -> datetime:
 
 def _description(given: str | None, virtual: list[str], real: list[str]) -> str:
     made = f"vibrissa {__version__}"
-    text = (
-        given or f"A whisker's response to texture: {', '.join([*real, *virtual]) or 'results'}; analysed with {made}."
-    )
+    text = given or f"Whiskers and what they feel: {', '.join([*real, *virtual]) or 'results'}; analysed with {made}."
     if not virtual:
         return text
     if not real:

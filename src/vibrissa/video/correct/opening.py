@@ -280,9 +280,12 @@ def _fitted(lines: xr.Dataset, frames: int, estimate: bool, size: tuple[int, int
     last = int(lines.segment_frame.values.max(initial=-1)) + 1
     reach = tuple(int(np.ceil(lines[name].values.max(initial=0))) for name in ("column", "row"))
     most = frames + (2 + frames // 100 if estimate else 0)  # a container may not know its number of frames
-    if last > most or reach[0] > BEYOND * size[0] or reach[1] > BEYOND * size[1]:
+    own = lines.attrs["width"], lines.attrs["height"]
+    others = "typical_width" in lines.attrs and own != size  # of lines found in a movie the size is known
+    if others or last > most or reach[0] > BEYOND * size[0] or reach[1] > BEYOND * size[1]:
         rule = f"must be of this movie, {frames} frames of {size[0]} × {size[1]} pixels"
         found = f"lines up to frame {last - 1}, column {reach[0]}, row {reach[1]}"
+        found = f"lines of a movie of {own[0]} × {own[1]} pixels" if others else found
         raise ConflictError("segments", rule, found, "give those of this movie")
     attrs = {name: value for name, value in lines.attrs.items() if name != "first_frame"}
     if (head := head_of(lines)) is not None:
