@@ -206,7 +206,8 @@ def _of_whisker(
     inside = (arc >= part[0]) & (arc <= part[1])
     if inside.sum() < LEAST_NODES:
         rule = f"must hold {LEAST_NODES} nodes of each whisker or more"
-        raise TooFewError("base_part", rule, int(inside.sum()), f"choose a longer one than {part} m")
+        ends, last = (f"{1e3 * part[0]:.4g} to {1e3 * part[1]:.4g} mm"), f"{1e3 * np.nanmax(arc, initial=0):.4g} mm"
+        raise TooFewError("base_part", rule, f"{int(inside.sum())} in {ends}", f"the nodes reach to {last}")
     x, y = nodes["x"], nodes["y"]
     sds = [nodes[name][:, inside] if name in nodes else None for name in ("x_sd", "y_sd")]
     base = fit_base_arc(arc[inside], x[:, inside], y[:, inside], sds[0], sds[1])

@@ -24,8 +24,8 @@ class WhiskCycle(NamedTuple):
     phase : (T,) array
         0 at the most protracted, ±π at the most retracted, negative in protraction [rad].
     amplitude, set_point : (T,) arrays
-        Half of the range of a cycle and its middle [rad]: angle ≈ set point + amplitude · cos(phase). The amplitude is
-        NaN where the angle at phase 0 is not the larger one.
+        Half of the difference and the mean of the angle at phases 0 and ±π [rad]: angle ≈ set point + amplitude ·
+        cos(phase). The amplitude is NaN where the angle at phase 0 is not the larger one.
     frequency : (T,) array
         Rate of the phase over 2π [Hz]; NaN where it is not in the band.
     """

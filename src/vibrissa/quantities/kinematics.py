@@ -14,7 +14,7 @@ KINEMATICS: dict[str, Quantity] = {
     "whisker_angle_sd": Quantity(("time",), "rad", "standard deviation of the whisker's angle"),
     "image_angle": Quantity(("time",), "rad", "angle of the whisker at its base to the x axis, towards the y axis"),
     "whisking_phase": Quantity(("time",), "rad", "phase in the whisk cycle: 0 most protracted, ±π most retracted"),
-    "whisking_amplitude": Quantity(("time",), "rad", "amplitude of whisking, half of the range of a cycle"),
+    "whisking_amplitude": Quantity(("time",), "rad", "half of the difference of the angle at phases 0 and ±π"),
     "set_point": Quantity(("time",), "rad", "set point of whisking, middle of the range of a cycle"),
     "whisking_frequency": Quantity(("time",), "Hz", "instantaneous frequency of whisking"),
     "whisker_curvature": Quantity(

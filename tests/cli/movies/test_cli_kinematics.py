@@ -147,6 +147,10 @@ def test_no_touches_are_sought_unasked(vibrissa, tracks, tmp_path):
         (("--nose", "top", "--base-part", "0mm", "0.1mm"), "--base-part must hold 3 nodes"),
         (("--nose", "top", "--whisking-band", "4Hz", "300Hz"), "--whisking-band must be two frequencies"),
         (("--nose", "top", *POLE, "--wall", "0,1", "--wall", "1,1"), "--wall must be left out"),
+        (("--nose", "top", "--pole", "nan,18"), "--pole must be two finite numbers"),
+        (("--nose", "top", "--pole-radius", "1mm"), "--pole-radius must go with --pole"),
+        (("--nose", "top", *POLE, "--find-touches"), "--find-touches must be left out where the object is given"),
+        (("--nose", "top", "--base-part", "90mm", "95mm"), "got 0 in 90 to 95 mm; the nodes reach to "),
         (("--nose", "top", "--bridged", "-1"), "--bridged must"),
         (("--nose", "top", "--find-touches", "--least-frames", "0"), "--least-frames must be positive"),
     ],
@@ -170,3 +174,26 @@ def test_the_picture_has_a_column_for_each_whisker_and_its_touches_shaded(vibris
     shades = [one for one in top.patches if one.get_alpha() == 0.3]
     assert len(shades) == data.sizes["touch"] > 0
     assert shades[0].get_x() == pytest.approx(data.touch_onset[0].item())
+
+
+def test_tracks_of_other_programs_are_to_be_imported_first(vibrissa, tmp_path):
+    path = tmp_path / "test.whiskers"
+    path.write_bytes(b"bwhiskbin1")
+    code, _, err = vibrissa("kinematics", path, "--nose", "top")
+    assert code == 2
+    assert f"vibrissa import-tracks {path}" in err
+
+
+def test_frames_of_the_table_are_those_of_the_movie(vibrissa, tracks, tmp_path):
+    save(load(tracks).assign_attrs(first_frame=300), tracks)
+    out = tmp_path / "k.csv"
+    assert vibrissa("kinematics", tracks, *FACE, "--out", out)[0] == 0
+    assert columns(out)[1]["frame"].tolist() == list(range(300, 1300))
+
+
+def test_an_object_in_a_wrong_place_is_said(vibrissa, tracks):
+    _, _, far = vibrissa("kinematics", tracks, *FACE, "--pole", "3100,18")
+    assert "no whisker touches the object: the nearest line passes " in far
+    _, _, inside = vibrissa("kinematics", tracks, *FACE, "--pole", "60,18", "--pole-radius", "5mm")
+    assert "touching frames a line runs more than 0.2 mm inside the object" in inside
+    assert "inside" not in vibrissa("kinematics", tracks, *FACE, *POLE[:2])[2]

@@ -87,6 +87,8 @@ BAD = {
     "a mark on nothing": (["--mark", "0,300,5,C1"], "the nearest line of frame 0 passes at column"),
     "no mark": (["--mark", "0,300,5"], "--mark must be FRAME,COLUMN,ROW,NAME"),
     "a mark without a name": (["--mark", "0,300,5, "], "--mark must have a frame from 0 on, a point and a name"),
+    "skin off the image": (["--tracking", "link", "--skin", "999,60"], "--skin must lie in the image of 320 × 240"),
+    "lines in the file of profiles": (["--out", "a.nc", "--segments", "a.nc"], "--segments must be another file than"),
     "no table": (["--mark-file", "none.csv"], "none.csv"),
     "seeds and marks": (["--mark", "0,60,60,C1", "--seed-point", "60,60"], "--mark must not be given together with"),
     "seeds and link": (["--tracking", "link", "--seed-point", "60,60"], "--seed-point must be left out"),

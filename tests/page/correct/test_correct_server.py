@@ -198,6 +198,9 @@ def test_the_verb_makes_edits_again_without_a_page(page, pad, tmp_path, vibrissa
     assert code == 0, err
     assert load(out).sizes["whisker"] == 5
     assert "1 edit of" in err
+    code, _, err = vibrissa(*words, "--edits", tmp_path / "none.json", "--out", out)
+    assert code == 2
+    assert "--edits must be an existing file with --no-page" in err
     code, _, err = vibrissa(*words, "--out", pad.profile)
     assert code == 2
     assert len(err.strip().splitlines()) == 1
@@ -214,6 +217,10 @@ def test_files_that_do_not_belong_together_are_refused(pad, tmp_path):
     save(lines.assign(column=lines.column + 500.0), far)
     with refusal("conflict", "segments"):
         opened(segments=far)
+    other = tmp_path / "other.nc"
+    save(lines.assign_attrs(typical_width=2.0, width=int(lines.width) + 2), other)
+    with refusal("conflict", "segments"):
+        opened(segments=other)
     late = tmp_path / "late.nc"
     save(lines.assign(segment_frame=lines.segment_frame + 100), late)
     with refusal("conflict", "segments"):

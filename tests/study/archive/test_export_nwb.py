@@ -297,6 +297,8 @@ def test_what_is_not_told_is_asked_for_by_the_options_name(folder, tmp_path, vib
     ("option", "value", "message"),
     [
         ("--session-start", "2014-05-07T09:30:00", "--session-start must have a time zone"),
+        ("--session-start", "2014-05-07", "--session-start must have a time of day and its zone"),
+        ("--session-start", "2014-05-07+00:00", "--session-start must have a time of day and its zone"),
         ("--session-start", "yesterday", "--session-start must be date and time of ISO 8601"),
         ("--session-start", "2914-05-07T09:30:00Z", "--session-start must not lie in the future"),
         ("--age", "3 months", "--age must be a duration of ISO 8601"),

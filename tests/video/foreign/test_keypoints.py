@@ -124,7 +124,7 @@ def test_a_cell_that_is_no_number_is_told_in_one_line(tmp_path):
     pytest.importorskip("movement")
     deeplabcut(tmp_path / "a.csv")
     (tmp_path / "a.csv").write_text((tmp_path / "a.csv").read_text().replace("50.0", "fifty", 1))
-    with refusal("format", "a.csv"):
+    with refusal("format", "a.csv, line 4, column 2"):
         read_tracks(tmp_path / "a.csv", CALIBRATION)
 
 

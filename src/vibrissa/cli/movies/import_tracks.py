@@ -73,7 +73,7 @@ def import_tracks(
         return
     refuse_out(out)
     if (frame_rate is None) != (pixel_size is None):
-        raise ConflictError("calibration", "must have both --frame-rate and --pixel-size, or neither")
+        raise ConflictError("--frame-rate, --pixel-size", "must be given both, or neither")
     calibration = None if frame_rate is None else Calibration(frame_rate=frame_rate, pixel_size=pixel_size or 0.0)
     profile = read_tracks(
         file,

@@ -16,7 +16,7 @@ from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.options import Flag
 from vibrissa.cli.shared.words.refusals import in_options
 from vibrissa.cli.shared.words.units import Length, Rate
-from vibrissa.errors import ConflictError, MissingError, TooFewError
+from vibrissa.errors import ConflictError, FormatError, MissingError, TooFewError
 
 if TYPE_CHECKING:
     from vibrissa.measures.touched_object import Touchable
@@ -68,6 +68,10 @@ class ObjectOptions:
         line = line_of(self.wall, "--wall")
         if self.pole is not None and line is not None:
             raise ConflictError("--wall", "must be left out where --pole is given")
+        if self.pole is None and self.pole_radius:
+            raise ConflictError("--pole-radius", "must go with --pole")
+        if self.find_touches and (self.pole is not None or line is not None):
+            raise ConflictError("--find-touches", "must be left out where the object is given")
         if line is not None:
             return Wall(ends=_in_metres(line, pixel_size, "--wall"))
         if self.pole is None:
@@ -127,9 +131,13 @@ def kinematics(
 
     if out is not None:
         refuse_out(out, table=True)
+    if profile.is_file() and profile.suffix != ".nc":
+        remedy = f"read it first: vibrissa import-tracks {profile}"
+        raise FormatError(str(profile), "must be a NetCDF file (.nc) of track or import-tracks", remedy=remedy)
     tracks, line = load(profile), line_of(face, "--face")
     if "x" not in tracks:
-        raise TooFewError(str(profile), "must hold profiles", remedy="take what `vibrissa track` wrote")
+        remedy = "take what `vibrissa track --out` wrote, not its lines"
+        raise TooFewError(str(profile), "must hold profiles", remedy=remedy)
     size = float(tracks.attrs.get("pixel_size", np.nan))
     ends = None if line is None else _in_metres(line, size, "--face")
     settings = KinematicsSettings(

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from vibrissa.cli.shared.words.units import in_si
-from vibrissa.errors import FormatError, MissingError, RangeError, ShapeError
+from vibrissa.errors import FormatError, MissingError, RangeError, ShapeError, TooFewError
 from vibrissa.tables.quantity import number
 
 Side = Literal["left", "right", "top", "bottom"]
@@ -60,6 +60,8 @@ def marks_of(texts: list[str] | None, table: Path | None) -> tuple[Mark, ...]:
         for here, row in read_table(table, columns).rows():
             words = [row[name] for name in columns]
             found.append(_mark(words, here, ",".join(words)))
+        if len(found) == len(texts or ()):
+            raise TooFewError("--mark-file", "must hold at least one mark", str(table))
     return tuple(found)
 
 
@@ -84,6 +86,8 @@ def line_of(texts: list[str] | None, option: str) -> tuple[Point, Point] | None:
     points = points_of(texts, option)
     if len(points) not in (0, 2):
         raise MissingError(option, "must be given twice, a point of the line each", len(points))
+    if points and points[0] == points[1]:
+        raise RangeError(option, "must be two points apart from each other", " ".join(texts or ()))
     return (points[0], points[1]) if points else None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -178,8 +179,10 @@ def _moment(text: str) -> datetime:
         start = datetime.fromisoformat(text)
     except ValueError as error:
         raise FormatError("start", "must be date and time of ISO 8601", repr(text), ASKED["start"]) from error
+    if not re.match(r"\S+[T ]\d\d", text):
+        raise MissingError("start", "must have a time of day and its zone", repr(text), ASKED["start"])
     if start.tzinfo is None:
-        raise MissingError("start", "must have a time zone", repr(text), f"{text}+00:00, if it was that of London")
+        raise MissingError("start", "must have a time zone", repr(text), f"{text}+00:00, if it was UTC")
     if start > datetime.now(UTC):
         raise ConflictError("start", "must not lie in the future", repr(text))
     return start

@@ -51,7 +51,7 @@ def reference(background: str | Path | Image, movie: Movie) -> tuple[Image | Non
         return _mean(movie())[0], "mean"
     path = Path(background)
     if not path.is_file():
-        rule = "must be 'space', 'mean', or an image or movie without the whiskers"
+        rule = "must be 'space', 'mean', 'median' where lines are linked, or an image or movie without the whiskers"
         raise UnknownError("background", rule, repr(str(background)), "no such file")
     image, count = _mean(read_blocks(path))
     return image, f"{'image' if count == 1 else 'movie'}: {path.name}"

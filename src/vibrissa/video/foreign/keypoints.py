@@ -129,13 +129,29 @@ def _refuse_rows(path: str | Path) -> None:
         lines = Path(path).read_text(encoding="utf-8").splitlines()
     except UnicodeDecodeError as error:
         raise FormatError(str(path), "must be text", remedy="the file is damaged") from error
-    rows = [line.split(",", 1)[0].strip() for line in lines if line.split(",", 1)[0] not in HEADER and line.strip()]
+    rows = []
+    for place, line in enumerate(lines, 1):
+        first, *cells = line.split(",")
+        if first not in HEADER and line.strip():
+            rows.append(first.strip())
+            _refuse_cells(f"{path}, line {place}", cells)
     for number, row in enumerate(rows):
         if row not in (str(number), f"{number}.0"):
             rule, remedy = f"must have frame {number} in row {number}", "give predictions, a row for every frame"
             raise FormatError(str(path), rule, repr(row[:40]), remedy)
     if not rows:
         raise TooFewError(str(path), "must hold at least one frame")
+
+
+def _refuse_cells(place: str, cells: Sequence[str]) -> None:
+    """Refuse a row with a cell that is no number; an empty one was not measured."""
+    for column, cell in enumerate(cells, 2):
+        try:
+            good = not cell.strip() or not np.isinf(float(cell))
+        except ValueError:
+            good = False
+        if not good:
+            raise FormatError(f"{place}, column {column}", "must be a finite number, or empty", repr(cell[:40]))
 
 
 def profile_from_keypoints(

@@ -167,8 +167,8 @@ def read_tracks(
 
 def _needed(path: str | Path, calibration: Calibration | None) -> Calibration:
     if calibration is None:
-        remedy = "give the camera's frame rate and the pixel size"
-        raise MissingError("calibration", f"must be given: {path} does not state frame rate and scale", remedy=remedy)
+        rule = f"must be given: {path} states neither frame rate nor scale"
+        raise MissingError("frame_rate, pixel_size", rule, remedy="those of the camera")
     return calibration
 
 

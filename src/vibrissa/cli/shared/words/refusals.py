@@ -120,12 +120,20 @@ def _with_unit(option: str, typed: str, remedy: str) -> str:
     parts = rest if count else [*rest, last]
     values = [number(part) for part in parts[::2]]
     dimensional = GLOSSARY[option].kind in (*DIMENSIONS, "over length")
-    settled = "write --" in remedy or _SAYS_THE_SHARE.match(remedy)
+    two = " " in GLOSSARY[option].example  # values, of which one was read here
+    share = GLOSSARY[option].kind == "over length" and not _like_the_example(option, values)
+    settled = two or share or "write --" in remedy or _SAYS_THE_SHARE.match(remedy)
     if not dimensional or settled or not all(one is not None and one > 0 for one in values):
         return remedy
     parts[::2] = [written(option, part).partition(" ")[2] for part in parts[::2]]
     meant = f"write {option} {''.join([*parts, *count])}, if that is meant"
     return meant if not remedy or _SAYS_THE_UNIT.match(remedy) else f"{remedy}; {meant}"
+
+
+def _like_the_example(option: str, values: Sequence[float | None]) -> bool:
+    """Whether numbers are of the size of an option's example, in its unit."""
+    example = QUANTITY.fullmatch(GLOSSARY[option].example)
+    return example is None or max(filter(None, values), default=0.0) > 0.1 * float(example[1])
 
 
 def _has_unit(typed: str) -> bool:

@@ -39,6 +39,8 @@ DIMENSIONS = {
     "voltage": Dimension("a voltage", "V"),
     "slope": Dimension("a rate per length", "1/(s m)"),
 }
+FAR_BELOW = 0.01  # of the number in an example: a smaller one is likely in the next larger unit
+LARGER = {"nm": "um", "um": "mm", "ms": "s", "mrad": "rad", "uN": "mN"}
 _HAS_METAVAR = "metavar" in signature(Parameter).parameters  # of later versions of cyclopts
 _METAVARS = {"over length": "share|length"}
 
@@ -70,7 +72,8 @@ def written(option: str, text: str = "") -> str:
     if example is None:
         return f"{option} {GLOSSARY[option].example}"
     value = typed[1] if typed else text if number(text) is not None else example[1]
-    return f"{option} {value}{example[2]}"
+    small = 0 < abs(float(value)) < FAR_BELOW * float(example[1])
+    return f"{option} {value}{LARGER.get(example[2], example[2]) if small else example[2]}"
 
 
 def in_si(text: str, option: str, kind: str) -> float:
@@ -100,9 +103,9 @@ def in_si(text: str, option: str, kind: str) -> float:
         return bare
     value = converted(text, unit)
     if value is None:
-        raise FormatError(
-            option, f"must be {words}", repr(text), f"write {written(option, text)}, or the number in {unit}"
-        )
+        point = text.replace(",", ".")  # a decimal comma
+        likely = f"{option} {point}" if converted(point, unit) is not None else written(option, text)
+        raise FormatError(option, f"must be {words}", repr(text), f"write {likely}, or the number in {unit}")
     return value
 
 
