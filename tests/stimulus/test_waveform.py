@@ -35,7 +35,7 @@ def write(path, time, displacement, head="time,displacement"):
 
 def test_joints_and_the_loops_end_step_no_more_than_the_motion_itself():
     motions = [vibration(seed, offset=1e-3 * seed) for seed in range(3)]
-    loop, seams = joined(motions, 10.0, RATE)
+    loop, seams, _ = joined(motions, 10.0, RATE)
     step, bend = seam_steps(loop, seams, 0.05, RATE)
     assert seams.shape == (3,)
     assert max(step.max(), bend.max()) < 1.2
@@ -45,8 +45,9 @@ def test_joints_and_the_loops_end_step_no_more_than_the_motion_itself():
 
 def test_outside_the_overlaps_the_loop_is_the_motion_itself():
     motion = vibration(0)
-    loop, seams = joined([motion], 3.5, RATE, fade=0.1)
+    loop, seams, begins = joined([motion], 3.5, RATE, fade=0.1)
     start = int((motion.duration - 3.6) / 2 * RATE + 0.5)
+    assert begins == pytest.approx([start / RATE], abs=1e-9)
     inside = slice(200, 7000)
     difference = loop[inside] - motion.displacement[start:][inside]
     assert seams == [0]
@@ -85,8 +86,13 @@ def test_what_a_finer_motion_holds_above_the_band_does_not_fold_into_it():
 
 
 def test_a_short_motion_gives_what_it_has_and_the_others_the_rest():
-    loop, seams = joined([vibration(0, 1.0), vibration(1, 6.0)], 6.0, RATE)
+    short, long = vibration(0, 1.0), vibration(1, 6.0)
+    loop, seams, begins = joined([short, long], 6.0, RATE)
     np.testing.assert_allclose(seams, [0, 0.95], atol=1e-3)
+    for motion, seam, begin in zip((short, long), seams, begins, strict=True):  # what is said is what is replayed
+        inside = np.arange(round(seam * RATE) + 150, round(seam * RATE) + 1500)
+        source = inside - round(seam * RATE) + round(begin * RATE)
+        assert np.ptp(loop[inside] - motion.displacement[source]) < 1e-9
     assert len(loop) == 12000
 
 

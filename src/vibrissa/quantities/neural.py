@@ -69,6 +69,7 @@ NEURAL: dict[str, Quantity] = {
     "band_group_delay": Quantity(("frequency",), "s", "group delay of the stimulator's band"),
     "seam": Quantity(("seam",), "1", "seam between textures; the last goes over into the first at 1"),
     "seam_time": Quantity(("seam",), "s", "start of the overlap, before delays"),
+    "seam_source_time": Quantity(("seam",), "s", "time of the motion that is replayed from there on"),
     "seam_step": Quantity(("seam",), "1", "largest step in value at the seam, over the largest elsewhere"),
     "seam_bend": Quantity(("seam",), "1", "largest step in slope at the seam, over the largest elsewhere"),
     "seam_step_unfiltered": Quantity(

@@ -111,7 +111,8 @@ def replay_command(
     Dataset
         ``command`` (whisker, time) [m], 0 at rest; ``delay``, ``start_value``, ``copy_correlation``;
         ``largest_correlation``, ``rms_correlation``, ``peak_travel``, ``peak_speed``, ``peak_acceleration``; at
-        ``frequency`` what the filter does to resonances; at each ``seam`` its steps over the largest elsewhere.
+        ``frequency`` what the filter does to resonances; at each ``seam`` its steps over the largest elsewhere, and
+        ``seam_source_time``, the time of the motion that is replayed there [s].
 
     Raises
     ------
@@ -123,7 +124,7 @@ def replay_command(
     _refuse_settings(motions, scale, separation, seed, band)
     if not 0 <= ramp <= duration:
         raise RangeError("ramp", f"must lie between 0 and the duration of {duration:g} s", ramp)
-    raw, seams = joined(motions, duration, sampling_rate, fade=fade)
+    raw, seams, begins = joined(motions, duration, sampling_rate, fade=fade)
     loop = scale * band.filtered(raw, sampling_rate)
     correlation = circular_correlation(loop)
     shifts = _shifts(delays, correlation, sampling_rate, round(separation * sampling_rate), seed)
@@ -146,6 +147,7 @@ def replay_command(
         **_peaks(loop, sampling_rate),
         **_on_resonances(motions, band, sampling_rate),
         **_seams(raw, loop, seams, fade, sampling_rate),
+        seam_source_time=begins,
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -13,9 +14,25 @@ from vibrissa.limits import require_samples
 from vibrissa.stimulus.waveform import PointMotion
 
 
-def joined(
-    motions: Sequence[PointMotion], duration: float, sampling_rate: float, *, fade: float = 0.05
-) -> tuple[Array, Array]:
+class Loop(NamedTuple):
+    """Motions joined to one loop.
+
+    Attributes
+    ----------
+    values : (T,) array
+        One period [m], its mean 0.
+    seams : (K,) array
+        Where each overlap begins [s]; the last motion goes over into the first from 0 on.
+    begins : (K,) array
+        Time of each motion that is replayed there [s].
+    """
+
+    values: Array
+    seams: Array
+    begins: Array
+
+
+def joined(motions: Sequence[PointMotion], duration: float, sampling_rate: float, *, fade: float = 0.05) -> Loop:
     """Motions joined to one loop, without a seam at the joints or from the end to the start.
 
     Each motion gives the same time if it can, cut from its middle and freed from its mean. Neighbours overlap by
@@ -37,10 +54,8 @@ def joined(
 
     Returns
     -------
-    loop : (T,) array
-        One period [m], its mean 0.
-    seams : (K,) array
-        Where each overlap begins [s]; the last motion goes over into the first from 0 on.
+    Loop
+        Of that duration and sampling rate.
 
     Raises
     ------
@@ -55,12 +70,14 @@ def joined(
     overlap = max(round(fade * work), 2)
     shares = _shares([motion.duration for motion in motions], duration, overlap / work)
     ends = np.round(np.cumsum([0, *shares]) * work).astype(int)
-    loop = np.zeros(count * max(finer, 1))
+    loop, begins = np.zeros(count * max(finer, 1)), []
     for motion, start, end in zip(motions, ends[:-1], ends[1:], strict=True):
-        loop[np.arange(start, end + overlap) % len(loop)] += _piece(motion, end + overlap - start, overlap, work)
+        begins.append(_begin(motion, end + overlap - start, work))
+        piece = _piece(motion, begins[-1], end + overlap - start, overlap, work)
+        loop[np.arange(start, end + overlap) % len(loop)] += piece
     series = np.fft.rfft(loop)[: count // 2 + 1] * (count / len(loop))
     series[0] = 0
-    return np.fft.irfft(series, count), ends[:-1] / work
+    return Loop(np.fft.irfft(series, count), ends[:-1] / work, np.array(begins))
 
 
 def samples(duration: float, sampling_rate: float) -> int:
@@ -106,10 +123,14 @@ def _shares(durations: Sequence[float], duration: float, overlap: float) -> Arra
     return shares
 
 
-def _piece(motion: PointMotion, count: int, overlap: int, rate: float) -> Array:
-    """``count`` samples from the middle of a motion, faded in and out [m]."""
-    middle = (motion.duration - (count - 1) / rate) / 2
-    start = np.floor(middle * motion.sampling_rate) / motion.sampling_rate  # on a sample: nothing to interpolate
+def _begin(motion: PointMotion, count: int, rate: float) -> float:
+    """Time of a motion from which ``count`` samples are its middle, on a sample: nothing to interpolate."""
+    spare = (motion.duration - (count - 1) / rate) / 2
+    return float(np.floor(spare * motion.sampling_rate) / motion.sampling_rate)
+
+
+def _piece(motion: PointMotion, start: float, count: int, overlap: int, rate: float) -> Array:
+    """``count`` samples of a motion, faded in and out [m]."""
     t = np.clip(start + np.arange(count) / rate, 0, motion.duration)
     grid = np.arange(len(motion.displacement)) / motion.sampling_rate
     cut = CubicSpline(grid, motion.displacement)(t)

@@ -37,7 +37,7 @@ def test_the_single_contact_says_which_model_has_the_free_end(scanned):
 
 @pytest.mark.parametrize("model", ["modes", "auto"])
 def test_a_scan_without_a_tip_says_so_in_its_first_line(scanned, model):
-    assert "no tip was given, the atlas has it" in scanned("--model", model)[2].splitlines()[0]
+    assert "no tip was given, so the cone is sharp" in scanned("--model", model)[2].splitlines()[0]
 
 
 def test_where_neither_is_valid_the_rod_is_named_and_not_run(scanned):

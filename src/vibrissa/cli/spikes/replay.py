@@ -18,6 +18,8 @@ from vibrissa.errors import InputError, UnknownError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import xarray as xr
+
     from vibrissa.stimulus.array import Spread
 
 
@@ -135,8 +137,15 @@ def replay(
     write_command(data, out, sound=sound)
     drawing.draw("spikes.command", data)
     tell(f"the command is in {out}, what it holds in {out}.json")
+    tell(*_cuts(inputs, data))
     tell(*(in_options(data.attrs[note]) for note in ("correlation_note", "resonance_note") if data.attrs[note]))
     show(data, names_without(data, "time", "coherence_frequency"), json)
+
+
+def _cuts(inputs: Sequence[Path], data: xr.Dataset) -> list[str]:
+    """Which part of a motion is replayed, where it is not replayed from its start."""
+    cut = zip(inputs, data.seam_time.values, data.seam_source_time.values, strict=True)
+    return [f"from {at:.4g} s on, before delays, {path} is replayed from its {t:.6g} s" for path, at, t in cut if t > 0]
 
 
 def _delays(text: str) -> Spread | Sequence[float]:

@@ -199,7 +199,7 @@ def _followed(
 
 def _too_much(place: str, error: InputError | None) -> InputError:
     """What to say of a surface that the posture cannot follow."""
-    why = "" if error is None else f" ({error.quantity} {error.rule})"
+    why = "" if error is None else f": {error.quantity} is beyond it"
     remedy = "check the heights' unit, take the tilt away, scan a part, lower the base angle or raise the contact"
     return RangeError(place, f"must be within what the posture can follow before the fold{why}", remedy=remedy)
 

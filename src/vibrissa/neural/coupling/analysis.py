@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.arrays import Array, Mask, Window
-from vibrissa.errors import RangeError, UnknownError, require_fraction
+from vibrissa.errors import RangeError, UnknownError, require_fraction, require_not_negative
 from vibrissa.neural.coupling.carrier import ALIKE, REASONS, CarrierVerdict, PhaseTest, phase_in_envelope
 from vibrissa.neural.coupling.envelope_coupling import Coupling, Null, envelope_coupling
 from vibrissa.neural.coupling.lack_of_fit import CLASSES, describe, response_curve
@@ -90,6 +90,8 @@ class EnvelopeAnalysis(BinnedAnalysis):
             ends = getattr(self, name)
             if ends is not None and not -np.inf < ends[0] < ends[1] < np.inf:
                 raise RangeError(name, "must start before it stops", ends)
+        for delay in self.delays:
+            require_not_negative("delay", delay, "s")
         if self.n_resamples < 40 or self.seed < 0:
             raise RangeError("resamples and seed", "must be at least 40 and 0", f"{self.n_resamples}, {self.seed}")
 

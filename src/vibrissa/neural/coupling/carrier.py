@@ -177,9 +177,9 @@ def share_remark(units: xr.Dataset) -> str:
         return ""
     count = int(passed.sum())
     return (
-        f"of {count} units that pass the test of the envelope, {phase} follow the carrier's phase and {open_} are "
-        f"undecided: {100 * count / n:.1f} % of {n} pass with them, "
-        f"{100 * (count - phase - open_) / n:.1f} % without"
+        f"{count} of {n} units pass the test of the envelope ({100 * count / n:.1f} %); {phase} of them follow the "
+        f"carrier's phase instead, and of {open_} it is undecided; without these {count - phase - open_} units pass "
+        f"({100 * (count - phase - open_) / n:.1f} %)"
     )
 
 
