@@ -15,7 +15,7 @@ from vibrissa.errors import ConflictError, MissingError
 from vibrissa.head_pose import HeadPose
 from vibrissa.netcdf import save
 from vibrissa.quantities.kinds import Progress
-from vibrissa.study.movie.track_plan import TrackPlan, plan_tracking
+from vibrissa.study.movie.track_plan import TrackPlan, acquisition_rate, plan_tracking
 from vibrissa.study.spec.settings import MovieFile
 from vibrissa.video.checks.gop_artifact import GopArtifactWatch
 from vibrissa.video.checks.trial_led import led_frame, with_led
@@ -141,7 +141,7 @@ def track_planned(plan: TrackPlan, folder: Path, progress: Progress, segments: P
         read = read_blocks(path, start=movie.start, stop=movie.stop, drop_frames=movie.drop_frames)
         return counted(read, stage, count, progress)
 
-    calibration = Calibration(frame_rate=_frame_rate(movie, about), pixel_size=movie.pixel_size)
+    calibration = Calibration(frame_rate=acquisition_rate(movie, about), pixel_size=movie.pixel_size)
     watched = _Watched(about, calibration.frame_rate, times, movie.drop_frames is not None)
     if movie.background not in ("space", "mean", "median"):
         movie = dataclasses.replace(movie, background=str(folder / movie.background))
@@ -254,14 +254,6 @@ def _blocks_of(source: Path | Frames, movie: MovieFile, start: int, stop: int | 
     if isinstance(source, np.ndarray):
         return [source[start:stop]]
     return read_blocks(source, 64, start, stop, drop_frames=movie.drop_frames)
-
-
-def _frame_rate(movie: MovieFile, about: Movie) -> float:
-    """Rate of acquisition [Hz]: as given, else that of the camera's header."""
-    if movie.frame_rate is None and not np.isfinite(about.frame_rate):
-        remedy = "give the camera's rate, not the movie's playback rate"
-        raise MissingError("frame_rate", f"must be given: {about.path} does not hold it", remedy=remedy)
-    return about.frame_rate if movie.frame_rate is None else movie.frame_rate
 
 
 class _Watched:

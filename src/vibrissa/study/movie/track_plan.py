@@ -7,9 +7,12 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from vibrissa.arrays import Frames
-from vibrissa.errors import RangeError
+from vibrissa.errors import MissingError, RangeError
 from vibrissa.study.spec.settings import MovieFile
+from vibrissa.video.io.about import Movie
 from vibrissa.video.io.movie import frames_within, open_movie, read_blocks
 from vibrissa.video.linked.tracking_way import choose_way
 
@@ -54,8 +57,36 @@ def plan_tracking(movie: MovieFile, folder: Path) -> TrackPlan:
         If the movie or the part of it cannot be read, or settings exclude each other.
     """
     path = folder / movie.path
-    frames_within(open_movie(path), movie.start, movie.stop)
+    about = open_movie(path)
+    acquisition_rate(movie, about)
+    frames_within(about, movie.start, movie.stop)
     return plan_of(movie, lambda: read_blocks(path, start=movie.start, stop=movie.stop, drop_frames=movie.drop_frames))
+
+
+def acquisition_rate(movie: MovieFile, about: Movie) -> float:
+    """Frame rate of the camera.
+
+    Parameters
+    ----------
+    movie : MovieFile
+        Its settings.
+    about : Movie
+        What the file says.
+
+    Returns
+    -------
+    float
+        As given, else that of the camera's header [Hz].
+
+    Raises
+    ------
+    InputError
+        If there is neither.
+    """
+    if movie.frame_rate is None and not np.isfinite(about.frame_rate):
+        remedy = "give the camera's rate, not the movie's playback rate"
+        raise MissingError("frame_rate", f"must be given: {about.path} does not hold it", remedy=remedy)
+    return about.frame_rate if movie.frame_rate is None else movie.frame_rate
 
 
 def plan_of(movie: MovieFile, blocks: Callable[[], Iterable[Frames]]) -> TrackPlan:
