@@ -9,6 +9,7 @@ Internal: the public names are those of ``vibrissa`` itself.
 from __future__ import annotations
 
 import sys
+from io import TextIOWrapper
 
 from cyclopts import App, CycloptsError, Group, Parameter
 
@@ -38,6 +39,8 @@ for room in (mechanics, movies, spikes, studies):
 
 def main() -> None:
     """Run the command line; what goes wrong is one line on stderr and exit code 2, or 1 for a fault of the package."""
+    for stream in (sys.stdout, sys.stderr):
+        _never_fails(stream)
     words = with_negative([word for word in sys.argv[1:] if word != DEBUG])
     with one_line_for_all(debug=DEBUG in sys.argv):
         try:
@@ -67,6 +70,12 @@ def options_of(verb: str) -> set[str]:
     """
     arguments = app[verb].assemble_argument_collection()
     return {name for one in arguments if not one.children for name in one.names if name.startswith("--")}
+
+
+def _never_fails(stream: object) -> None:
+    """Write ? for a letter that the terminal's encoding lacks, such as µ in ASCII."""
+    if isinstance(stream, TextIOWrapper) and stream.errors in ("strict", "surrogateescape"):
+        stream.reconfigure(errors="replace")
 
 
 def _refuse(line: str) -> None:

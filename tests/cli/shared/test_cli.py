@@ -1,6 +1,7 @@
 """The command line: what scripts rely on, and one line for bad input."""
 
 import json
+import os
 import resource
 import subprocess
 import sys
@@ -143,7 +144,7 @@ BAD = {
     ),
     "pixels in millimetres": lambda movie, tmp: (
         ["track", movie, "--frame-rate", "500", "--pixel-size", "0.1", "--seed-point", "60,32"],
-        "write --pixel-size 0.1um, if",
+        "write --pixel-size 0.1mm, if",
     ),
     "pixels in micrometres, before whiskers are looked for": lambda movie, tmp: (
         ["track", tmp / "no.mkv", "--pixel-size", "95"],
@@ -231,3 +232,14 @@ def test_help_names_no_option_that_empties_a_list(vibrissa):
         code, out, _ = vibrissa(verb, "--help")
         assert code == 0
         assert "--empty" not in out
+
+
+@pytest.mark.parametrize("names", [{"PYTHONIOENCODING": "ascii"}, {"LC_ALL": "POSIX", "PYTHONUTF8": "0"}])
+def test_a_terminal_without_greek_letters_gets_the_whole_table(names):
+    command = [sys.executable, "-m", "vibrissa", "gap", "--contact", "0.29", "--base-angle", "1.2"]
+    words = ["--gap-width", "0.6mm", "--whisker.length", "40mm", "--whisker.cone-angle", "1.5mrad"]
+    env = {**os.environ, "PYTHONCOERCECLOCALE": "0", **names}
+    done = subprocess.run([*command, *words], capture_output=True, env=env, check=False)
+    assert done.returncode == 0, done.stderr
+    assert b"?" in done.stdout
+    assert done.stdout.count(b"\n") > 10

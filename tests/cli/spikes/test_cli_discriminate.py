@@ -89,6 +89,16 @@ def test_tables_of_textures_that_do_not_fit_are_refused_in_one_line(vibrissa, re
     assert message in err
 
 
+def test_textures_of_more_trials_than_the_spikes_list_are_refused(vibrissa, recording):
+    spikes = "unit,trial,spike_time\nu,0,0.5\nu,1,0.6\nu,2,\n"  # the last is silent
+    (recording / "listed.csv").write_text(spikes)
+    (recording / "more.csv").write_text("trial,texture\n" + "".join(f"{k},{'ab'[k % 2]}\n" for k in range(150)))
+    words = ("discriminate", recording / "listed.csv", "--textures", recording / "more.csv", "--window", 0, 1)
+    code, _, err = vibrissa(*words)
+    assert code == 2
+    assert "must name 3 trials, as the spikes do, got 150" in err
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -141,6 +141,8 @@ def test_of_units_whose_spikes_are_elsewhere_the_tuning_is_told(folder, tmp_path
     code, out, err = vibrissa("export", folder, "--out", tmp_path / "a.nwb", *WHO)
     assert code == 0, err
     assert "1 units, 3 trials" in out
+    assert "left out: spikes of a, c, x, y: a study keeps those of the unit that its figure shows" in err
+    assert "; --spikes and --trials add all" in err
 
     def look(file):
         assert file.units["unit_name"][:].tolist() == ["b"]

@@ -236,7 +236,7 @@ def test_splines_of_whiskertracker(tmp_path, whiskers):
 def test_whiskertracker_without_its_scale_needs_a_calibration(tmp_path):
     splines = np.random.default_rng(3).random((3, 2, 4)) * 100
     knutsen(tmp_path / "a.mat", splines, FramesPerSecond=500.0)
-    with refusal("missing", "calibration"):
+    with refusal("missing", "frame_rate, pixel_size"):
         read_tracks(tmp_path / "a.mat")
     assert read_tracks(tmp_path / "a.mat", CALIBRATION).attrs["pixel_size"] == PIXEL
 
@@ -253,7 +253,7 @@ def test_options_that_a_kind_of_file_has_no_use_for_are_refused(tmp_path):
         read_tracks(tmp_path / "a.mat", CALIBRATION, base="left")
     with refusal("conflict", "measurements"):
         read_tracks(tmp_path / "a.hdf5", CALIBRATION, measurements=tmp_path / "m")
-    with refusal("missing", "calibration"):
+    with refusal("missing", "frame_rate, pixel_size"):
         read_tracks(tmp_path / "a.hdf5")
     with refusal("unknown", "base"):
         read_tracks(tmp_path / "a.hdf5", CALIBRATION, base="up")

@@ -131,7 +131,7 @@ def refuse_kind(name: str, value: object, annotation: str) -> None:
 
 
 def refuse_choice(name: str, value: object, choices: Sequence[str]) -> None:
-    """Refuse a word that is none of those that an argument takes.
+    """Refuse an unknown word for an argument.
 
     Parameters
     ----------

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_OUTSIDE = 0.5  # share of the spikes outside of the window above which it is said
+LATE = 10.0  # times the end of the window beyond which times are likely of another unit or clock
 SILENT = 0.1  # share of the window, or of the trials, without any spike from which on it is said
 
 
@@ -165,7 +166,9 @@ def _unlikely(spikes: xr.Dataset, n_trials: int, window: Window) -> list[str]:
     (start, stop), time, lines = window, spikes.spike_time.values, []
     outside = int(((time < start) | (time >= stop)).sum())
     if outside > MOST_OUTSIDE * time.size:
-        lines.append(f"{outside} of {time.size} spikes are outside of the window of {start:g} to {stop:g} s")
+        far = float(time.max(initial=0.0))
+        unit = f"; times up to {far:g} look like milliseconds or a session's clock" if far > LATE * stop else ""
+        lines.append(f"{outside} of {time.size} spikes are outside of the window of {start:g} to {stop:g} s{unit}")
     last = float(time[time < stop].max(initial=start))
     if stop - last >= SILENT * (stop - start):
         lines.append(

@@ -146,7 +146,7 @@ def export(
         )
     tell(*remarks)
     for why in dict.fromkeys(left_out.values()):
-        tell(f"left out: {', '.join(name for name in left_out if left_out[name] == why)}: {why}")
+        tell(f"left out: {', '.join(name for name in left_out if left_out[name] == why)}: {in_options(why)}")
     _show(written, left_out, json)
 
 

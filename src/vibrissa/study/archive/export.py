@@ -30,7 +30,7 @@ from vibrissa.study.archive.export_tracks import (
     add_tracks,
     shown_time,
 )
-from vibrissa.study.archive.export_units import add_neurons, tables_of_units, taken_until
+from vibrissa.study.archive.export_units import add_neurons, tables_of_units, taken_until, without_spikes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -217,6 +217,7 @@ def _built(
     if "response" in parts:
         add_table(module, "response", "firing rate and envelope from the onset of a trial", parts["response"], "bin")
     add_neurons(file, module, parts, session, clock, sampling_rate)
+    holds["left_out"] |= without_spikes(parts)
     holds["series"] = sorted(str(name) for name, one in module.data_interfaces.items() if hasattr(one, "unit"))
     holds["tables"] = sorted(str(name) for name in module.data_interfaces if name not in holds["series"])
     holds["units"] = 0 if file.units is None else len(file.units)

@@ -56,6 +56,27 @@ def simulated(parts: Results) -> bool:
     return own or any(name in data for data in known for name in TRUTH)
 
 
+def without_spikes(parts: Results) -> dict[str, str]:
+    """Units that were analysed and whose spikes are not among the results.
+
+    Parameters
+    ----------
+    parts : mapping of Datasets
+        As of :func:`add_neurons`.
+
+    Returns
+    -------
+    dict
+        In one line which, and why; empty if there are none, or no spikes at all.
+    """
+    if "spikes" not in parts:
+        return {}
+    there = set(_names(_named(parts["spikes"])))
+    absent = [name for table in tables_of_units(parts).values() for name in _names(table) if name not in there]
+    why = "a study keeps those of the unit that its figure shows, in whole bins; `spikes` and `trials` add all"
+    return {f"spikes of {', '.join(absent)}": why} if absent else {}
+
+
 def taken_until(parts: Results) -> float | None:
     """Until when spikes and trials that are on the session's clock already take it [s]; None if there are none.
 

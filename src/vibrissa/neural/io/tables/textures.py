@@ -69,6 +69,9 @@ def textures_of(spikes: xr.Dataset, path: str | Path | None) -> list[str]:
     textures = read_textures(path)
     if "trial_start" in spikes and spikes.sizes["trial"] != len(textures):
         raise MissingError(str(path), f"must name {spikes.sizes['trial']} trials, as the recording has", len(textures))
+    listed = int(spikes.attrs.get("n_trials", len(textures)))  # of a table with lines for silent trials, too
+    if listed != len(textures):
+        raise MissingError(str(path), f"must name {listed} trials, as the spikes do", len(textures))
     last = int(spikes.spike_trial.values.max(initial=-1))
     if last >= len(textures):
         raise ShapeError(str(path), f"must name every trial; there are spikes of trial {last}", len(textures))
