@@ -161,6 +161,11 @@ MISTAKES = {
     "a common word": (f"scan gap.csv {P} {W} --velocity 0.1", "scan has no option --velocity; did you mean --speed?"),
     "frames per second": (f"{TRACK} 95um --fps 500", "track has no option --fps; did you mean --frame-rate?"),
     "a verb by another name": ("profil", '"profile"'),
+    "no kind": ("sensor gap.csv", "--kind must be given, with its value; for example --kind moment; see --help\n"),
+    "half a window": (
+        f"{BITS} 1",
+        "must be given, with its 2 values. Only got 1; for example --window 1s 10s; see --help\n",
+    ),
     "an option of another verb": ("modes --contact 0.3 --seed-point 1,2", "--seed-point"),
 }
 

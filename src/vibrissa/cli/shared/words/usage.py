@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Sequence
 
+from vibrissa.cli.shared.words.glossary import GLOSSARY
 from vibrissa.cli.shared.words.renamed import OLD_VERBS, near_name, new_name
 from vibrissa.errors import InputError
 
@@ -42,7 +43,10 @@ def usage_line(error: Exception, words: Sequence[str], taken: Collection[str] = 
         line = line.partition(" Available commands:")[0]
     if unused := re.match(r"Unused Tokens: \['(.*?)'", line):
         return _too_many(unused[1], words)
-    return f"{line.rstrip('.')}; see --help"
+    absent = re.search(r"(--[\w.-]+)\W? must be given, with its", line)
+    known = GLOSSARY.get(absent[1]) if absent else None
+    form = f"; for example {absent[1]} {known.example}" if absent and known else ""
+    return f"{line.rstrip('.')}{form}; see --help"
 
 
 def _renamed(words: Sequence[str], taken: Collection[str]) -> str:
