@@ -154,7 +154,7 @@ def test_truncated_result_is_told(tmp_path):
         load(tmp_path / "result.nc")
 
 
-def test_results_on_a_disk_of_its_own_are_made_on_it(tmp_path, monkeypatch):
+def test_results_on_a_mounted_disk_are_made_on_it(tmp_path, monkeypatch):
     out = tmp_path / "out"
     out.mkdir()
     monkeypatch.setattr(Path, "is_mount", lambda self: self == out)

@@ -20,4 +20,4 @@ class ByValue:
         return type(self) is type(other) and all(map(np.array_equal, vars(self).values(), vars(other).values()))
 
     def __hash__(self) -> int:
-        return hash((type(self), *(np.asarray(one, float).tobytes() for one in vars(self).values())))
+        return hash((type(self), *((np.asarray(one, float) + 0.0).tobytes() for one in vars(self).values())))

@@ -85,7 +85,7 @@ def held(folder: str | Path) -> Iterator[Path]:
 
     The caller writes its results into the empty folder, and moves them when they are whole. That folder and a lock
     beside it are removed in the end; those that a killed process left are taken over. Both are in the folder itself
-    where a disk of its own is mounted there: files are only moved within a disk.
+    where another disk is mounted there: files are only moved within a disk.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def held(folder: str | Path) -> Iterator[Path]:
 
 
 def _beside(folder: Path, part: str) -> Path:
-    """Hidden name next to a folder, or in it if it is on a disk of its own."""
+    """Hidden name next to a folder, or in it if another disk is mounted there."""
     name = f".{folder.name}.{part}"
     return folder / name if folder.is_mount() else folder.with_name(name)
 

@@ -53,6 +53,7 @@ def test_surfaces_are_equal_by_value():
     one, same = vb.random_grating(0.1, rng=1), vb.random_grating(0.1, rng=1)
     assert one == same
     assert hash(one) == hash(same)
+    assert hash(vb.HeightProfile([0, 1e-3], [0.0, 1e-5])) == hash(vb.HeightProfile([0, 1e-3], [-0.0, 1e-5]))
     assert one != vb.random_grating(0.1, rng=2)
     assert one != vb.Gaps(one.position, one.width, depth=2 * one.depth)
     profile = vb.HeightProfile([0, 1e-3], [0, 1e-5])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibrissa.measures.kinematics_remarks import remark_on_touches
+from vibrissa.measures.kinematics_remarks import remark_on_object, remark_on_touches
 
 
 def touched(*runs):
@@ -22,3 +22,10 @@ def test_touches_of_one_frame_are_said_where_they_are_half_or_more():
     assert len(remark_on_touches(touched(), 1e-4, found=True)) == 1
     assert remark_on_touches(touched(1, 1), 1e-4, found=False) == []  # the object was given
     assert "no touches are sought" in remark_on_touches(touched(1, 1), None, found=False)[0]
+
+
+def test_of_whiskers_that_were_not_seen_nothing_is_said_of_the_object():
+    unseen = {"object_distance": np.full((1, 5), np.nan), "touching": np.full((1, 5), np.nan)}
+    assert remark_on_object(unseen, 1e-4) == []
+    passing = {"object_distance": np.array([[np.nan, 2e-3]]), "touching": np.array([[np.nan, 0.0]])}
+    assert remark_on_object(passing, 1e-4) == ["no whisker touches the object: the nearest line passes 2 mm from it"]

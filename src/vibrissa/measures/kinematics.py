@@ -204,10 +204,7 @@ def _of_whisker(
     """All that is measured of one whisker, by the names of the table, and its ``events``."""
     arc = nodes["arc_length"]
     inside = (arc >= part[0]) & (arc <= part[1])
-    if inside.sum() < LEAST_NODES:
-        rule = f"must hold {LEAST_NODES} nodes of each whisker or more"
-        ends, last = (f"{1e3 * part[0]:.4g} to {1e3 * part[1]:.4g} mm"), f"{1e3 * np.nanmax(arc, initial=0):.4g} mm"
-        raise TooFewError("base_part", rule, f"{int(inside.sum())} in {ends}", f"the nodes reach to {last}")
+    _refuse_few(arc, inside, part)
     x, y = nodes["x"], nodes["y"]
     sds = [nodes[name][:, inside] if name in nodes else None for name in ("x_sd", "y_sd")]
     base = fit_base_arc(arc[inside], x[:, inside], y[:, inside], sds[0], sds[1])
@@ -243,6 +240,14 @@ def _of_whisker(
         "object_y": place[1],
         "events": events,
     }
+
+
+def _refuse_few(arc: Array, inside: Mask, part: tuple[float, float]) -> None:
+    """Refuse a base part with too few nodes."""
+    if inside.sum() < LEAST_NODES:
+        rule = f"must hold {LEAST_NODES} nodes of each whisker or more"
+        found = f"{int(inside.sum())} in {1e3 * part[0]:.4g} to {1e3 * part[1]:.4g} mm"
+        raise TooFewError("base_part", rule, found, f"the nodes reach to {1e3 * np.nanmax(arc, initial=0):.4g} mm")
 
 
 def _contact(

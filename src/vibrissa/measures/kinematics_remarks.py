@@ -117,6 +117,8 @@ def remark_on_object(columns: Mapping[str, Array], near: float) -> list[str]:
         Remarks.
     """
     distance, touching = columns["object_distance"], columns["touching"] == 1
+    if not np.isfinite(distance).any():
+        return []
     if not touching.any():
         least = np.min(distance, initial=np.inf, where=np.isfinite(distance))
         return [f"no whisker touches the object: the nearest line passes {1e3 * least:.3g} mm from it"]

@@ -15,7 +15,7 @@ KINEMATICS: dict[str, Quantity] = {
     "image_angle": Quantity(("time",), "rad", "angle of the whisker at its base to the x axis, towards the y axis"),
     "whisking_phase": Quantity(("time",), "rad", "phase in the whisk cycle: 0 most protracted, ±π most retracted"),
     "whisking_amplitude": Quantity(("time",), "rad", "half of the difference of the angle at phases 0 and ±π"),
-    "set_point": Quantity(("time",), "rad", "set point of whisking, middle of the range of a cycle"),
+    "set_point": Quantity(("time",), "rad", "set point of whisking, mean of the angle at phases 0 and ±π"),
     "whisking_frequency": Quantity(("time",), "Hz", "instantaneous frequency of whisking"),
     "whisker_curvature": Quantity(
         ("time",), "1/m", "curvature of the shaft at its base, positive where it bends to the nose"

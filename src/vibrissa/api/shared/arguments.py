@@ -66,10 +66,10 @@ def names_arguments(function: Callable[Given, Result]) -> Callable[Given, Result
         try:
             return function(*args, **words)
         except InputError as error:
-            told = in_arguments(error, arguments)
-            if str(told) == str(error):
+            here = in_arguments(error, arguments)
+            if str(here) == str(error):
                 raise
-            raise told from None
+            raise here from None
 
     return call
 
@@ -117,36 +117,21 @@ def refuse_kind(name: str, value: object, annotation: str) -> None:
         Shows the right form.
     """
     if choices := re.fullmatch(r"Literal\[(.*)\]", annotation):
-        refuse_choice(name, value, re.findall(r"[\w-]+", choices[1]))
+        _refuse_choice(name, value, re.findall(r"[\w-]+", choices[1]))
     kinds, form = KINDS.get(annotation, ((), ""))
     given = type(value).__name__
     if kinds and given not in kinds:
         found = repr(value) if isinstance(value, str | int | float) else f"a {given}"
         known = [kind for kind in kinds if kind != "NoneType"][:2]
-        rule = f"must be of the class {' or '.join(known)}"
-        rule = {NUMBERS: "must be a number", WHOLE: "must be a whole number"}.get(tuple(kinds[: len(NUMBERS)]), rule)
+        rule = "must be a number" if "float" in kinds else f"must be of the class {' or '.join(known)}"
+        rule = "must be a whole number" if kinds == WHOLE else rule
         raise FormatError(name, rule, found, form)
     if name == "seed" and kinds == WHOLE and value < 0:  # type: ignore[operator]
         raise RangeError(name, "must be 0 or a positive whole number", value)
 
 
-def refuse_choice(name: str, value: object, choices: Sequence[str]) -> None:
-    """Refuse an unknown word for an argument.
-
-    Parameters
-    ----------
-    name : str
-        The argument.
-    value : object
-        What was given.
-    choices : sequence of str
-        What it takes.
-
-    Raises
-    ------
-    InputError
-        Names them.
-    """
+def _refuse_choice(name: str, value: object, choices: Sequence[str]) -> None:
+    """Refuse an unknown word for an argument; name those that it takes."""
     if choices and value not in choices:
         near = did_you_mean(str(value), choices)
         raise UnknownError(name, f"must be one of {', '.join(choices)}", repr(value), near)

@@ -127,7 +127,7 @@ def expected_of(units: xr.Dataset) -> tuple[list[ThresholdLinearUnit], Array, Ar
     require(units, *Hinge._fields, "fano_factor", "trial_gain_sd", "unit_name")
     fitted = (units.slope.values > 0) & np.isfinite(units.fano_factor.values)
     if not fitted.any():
-        remedy = "in `neural`, the units that are identified; or give threshold, slope and baseline"
+        remedy = "fit units over several trials, or give threshold, slope and baseline"
         raise MissingError("table of units", "must have a unit that was fitted over trials", remedy=remedy)
     some = units.isel(unit=np.flatnonzero(fitted))
     columns = zip(*(some[name].values.tolist() for name in Hinge._fields), strict=True)
