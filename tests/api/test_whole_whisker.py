@@ -126,3 +126,12 @@ def test_what_has_no_meaning_is_refused():
         vb.scan(WHISKER, BasePath.of(path), SURFACE, speed=0.1)
     with pytest.raises(vb.InputError, match="rate"):
         vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1, model="rod").sample(-1)
+
+
+@pytest.mark.parametrize("phase", [0.0, 1.0, 2.0])
+def test_over_a_rough_surface_the_free_end_is_that_beyond_the_contact_nearest_to_the_base(phase):
+    long, x = vb.Whisker(length=0.08, cone_angle=2e-3, tip=0.2), np.linspace(0, 0.01, 1001)
+    sine = vb.HeightProfile(position=x, height=20e-6 * np.sin(2 * np.pi * x / 1e-3 + phase))
+    posture = vb.Posture(contact=0.29, base_angle=0.8)
+    free_end = float(vb.scan(long, posture, sine, speed=0.1, model="rod").sample(2000).free_end_length)
+    assert free_end == pytest.approx(0.09 * 0.08, abs=1e-3)  # within a period of the surface

@@ -15,6 +15,7 @@ from vibrissa.head_pose import HeadPose, head_of
 from vibrissa.measures.base_arc import LEAST_NODES, fit_base_arc
 from vibrissa.measures.bending import bending, bent_frames
 from vibrissa.measures.face import Face, Side, face_through, whisker_names
+from vibrissa.measures.hidden_parts import distance_with_hidden_parts
 from vibrissa.measures.kinematics_remarks import remark_on_face, remark_on_frames, remark_on_object, remark_on_touches
 from vibrissa.measures.touched_object import Pole, Touchable, held_place
 from vibrissa.measures.touches import COLUMNS, touch_events
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 SHARE = 0.25  # of the usual arc length of the longest whisker, from the base, by default taken for the base
 PIXELS = 2.0  # distance to an object by default taken for touch
+HIDDEN = 5.0  # times that distance: up to which a pole hides a line
 IN_TIME = (
     "whisker_angle",
     "whisker_angle_sd",
@@ -258,15 +260,17 @@ def _contact(
     if near is None:
         return unknown, unknown, nowhere
     if settings.touched is not None:
-        return *_by_distance(settings.touched.distance(x, y), near), nowhere
+        return *_by_distance(settings.touched, x, y, near), nowhere
     bent = bent_frames(angle, curvature)
     place = held_place(x, y, bent, near)
     if place is not None:
-        return *_by_distance(Pole(centre=place).distance(x, y), near), place
+        return *_by_distance(Pole(centre=place), x, y, near), place
     return np.where(np.isfinite(curvature), bent * 1.0, np.nan), unknown, nowhere
 
 
-def _by_distance(distance: Array, near: float) -> tuple[Array, Array]:
+def _by_distance(touched: Touchable, x: Array, y: Array, near: float) -> tuple[Array, Array]:
+    pole = isinstance(touched, Pole)
+    distance = distance_with_hidden_parts(touched, x, y, HIDDEN * near) if pole else touched.distance(x, y)
     touches: Mask = distance <= near
     return np.where(np.isfinite(distance), touches * 1.0, np.nan), distance
 

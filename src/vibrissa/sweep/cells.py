@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Array
+from vibrissa.loops import njit
 from vibrissa.mechanics.vibration.dynamics import excitation, follow_even
 from vibrissa.mechanics.vibration.excitation import TABLE, Driven, excite_even
 from vibrissa.mechanics.vibration.oscillator import first_even

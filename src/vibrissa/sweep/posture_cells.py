@@ -6,10 +6,10 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from vibrissa.arrays import Array
 from vibrissa.exact import cone_kappa, cone_modes
+from vibrissa.loops import njit
 from vibrissa.mechanics.statics.chebyshev import Chebyshev, clenshaw_slope
 from vibrissa.mechanics.statics.contact_law import ContactLaw
 from vibrissa.mechanics.statics.continuation import carry

@@ -261,3 +261,15 @@ def test_what_no_posture_follows_is_refused_with_the_place():
             on_the_flat(Posture(contact=0.2, base_angle=1.4)),
         )
     assert len(str(refused.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("height", [1e-6, 20e-6, -20e-6])
+@pytest.mark.parametrize("posture", [REFERENCE, Posture(contact=0.5, base_angle=0.8)])
+def test_a_long_straight_part_is_the_same_in_one_facet_and_in_many(posture, height):
+    """Half a whisker in one facet, farther than the profile must be known: up, level and down again."""
+    x, h = L * np.array([0, 0.6, 1.0, 1.6]), height * np.array([0, 1, 1, 0])
+    fine = np.linspace(0, x[-1], 961)
+    flat, travelled = on_the_flat(posture), np.linspace(0, 1.8, 2000)
+    coarse, many = (episodes(one, WHISKER, flat) for one in (relief(x, h), relief(fine, np.interp(fine, x, h))))
+    assert coarse.counts["jump"] == many.counts["jump"] > 0
+    np.testing.assert_allclose(coarse.contact(travelled), many.contact(travelled), atol=1e-9)

@@ -114,3 +114,10 @@ def test_one_gap_crossed_says_the_same(free_end, allowed):
     assert (int(data.jump_count), int(data.jumps_allowed)) == (1, allowed)
     shallow = crossing(POSTURE, 0.015, whisker=whisker(free_end), depth=20e-6)
     assert int(shallow.jumps_allowed) == 0
+
+
+def test_level_ground_has_nothing_below_it():
+    """The free end of a straight whisker lies along it, and rounding is no depth."""
+    level = HeightProfile(position=np.linspace(0, 0.02, 101), height=np.zeros(101))
+    said = relief_remarks(scanned_relief(predict_relief(whisker(9.6e-3), POSTURE, level, SCAN), 5000))
+    assert not any("below ground" in line for line in said)

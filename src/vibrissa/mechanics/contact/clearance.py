@@ -8,9 +8,9 @@ slope, peak, chord, offset): points, facets, blocks of 8ⁿ facets.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from vibrissa.arrays import Array, Integers
+from vibrissa.loops import njit
 from vibrissa.mechanics.contact.profile_tables import Tables, curve_at, state
 from vibrissa.mechanics.statics.chebyshev import clenshaw_slope
 
@@ -103,11 +103,11 @@ def suspect(j: int, c: Array, place: float, z: float, tables: Tables, ground: Gr
     last, top = x.size - 1, peak[-1]
     while j < last:
         u = x[j] - place
+        value, rate = _height(c, min(u, reach), reach)
+        if rate > 0 and value >= top - z:  # a convex profile: from here on it clears all
+            return last
         if u >= reach:
             return -1
-        value, rate = _height(c, u, reach)
-        if rate > 0 and value >= top - z:
-            return last
         level = 0
         while level + 2 < offset.size and (j >> 3 * level) & 7 == 0:
             level += 1

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Array, Integers
+from vibrissa.loops import njit
 from vibrissa.mechanics.contact.clearance import Ground, travel
 from vibrissa.mechanics.contact.profile_tables import Tables, along, state, touch_row
 from vibrissa.mechanics.statics.chebyshev import clenshaw_slope

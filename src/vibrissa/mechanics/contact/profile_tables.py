@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from vibrissa.arrays import Array
+from vibrissa.loops import njit
 from vibrissa.mechanics.statics.chebyshev import clenshaw_slope, polynomials
 
 _ROUNDS = 80

@@ -7,9 +7,9 @@ damping acts on the whole motion, as in the rod.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from vibrissa.arrays import Array
+from vibrissa.loops import njit
 from vibrissa.mechanics.free_end.phases import BRIDGE, FAR, FLOOR, LAND, MODES, NEAR, TIP, Course, Phases, Work
 from vibrissa.mechanics.free_end.support_kernels import NEVER, next_support
 from vibrissa.mechanics.free_end.tables import Tables

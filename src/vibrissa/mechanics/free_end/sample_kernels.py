@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from vibrissa.arrays import Array
+from vibrissa.loops import njit
 from vibrissa.mechanics.free_end.phases import MODES, Phases
 from vibrissa.mechanics.free_end.tables import Tables
 from vibrissa.mechanics.vibration.excitation import horner

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from vibrissa.loops import njit
 from vibrissa.mechanics.free_end.phases import BRIDGE, FAR, FLOOR, LAND, MODES, NEAR, TIP, Course, Work
 from vibrissa.mechanics.free_end.tables import Tables
 from vibrissa.mechanics.vibration.excitation import horner

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from vibrissa.arrays import Array, Integers
+from vibrissa.loops import njit
 from vibrissa.mechanics.statics.contact_law import ContactLaw, direction
 from vibrissa.mechanics.statics.continuation import carry, chain
 from vibrissa.mechanics.statics.shooting import Clamp, moved, onwards

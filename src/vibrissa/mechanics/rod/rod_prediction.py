@@ -186,8 +186,8 @@ class RodPrediction(SpannedScan):
             ``mode_displacement`` (mode, time), what a movie shows of the pinned modes: the motion from the equilibrium
             along its normal, fitted; its ``envelope`` [m] and ``mode_sd``; what the follicle feels; ``contact_state``,
             ``contact_count``, ``first_contact``, ``last_contact`` [m from the base], ``contact_load`` (time);
-            ``displacement`` (time, node) [m]; ``free_end_length``, from the contact that is nearest to the tip, at the
-            first moment, to the tip [m]; shares of time of the states; the attribute ``verdict``.
+            ``displacement`` (time, node) [m]; ``free_end_length``, from the contact that is nearest to the base, at
+            the first moment, to the tip [m]; shares of time of the states; the attribute ``verdict``.
 
         Raises
         ------
@@ -257,10 +257,9 @@ class RodPrediction(SpannedScan):
         }
 
     def _free_end(self, run: RodRun) -> float:
-        """From the first record's contact that is nearest to the tip, to the tip [m]; NaN if nothing touches then."""
-        touching = run.record.contact[4] > 0
-        last = run.record.contact[2, 0] if touching[0] else np.nan
-        return float(last - run.rod.shaft.s[0]) * self.whisker.length
+        """From the first record's contact that is nearest to the base, to the tip [m]; NaN if nothing touches then."""
+        nearest, count = run.record.contact[3:5, 0]
+        return float(nearest - run.rod.shaft.s[0]) * self.whisker.length if count else np.nan
 
     def _states(self, run: RodRun) -> Integers:
         return contact_states(run.record.contact, self.texture, self.whisker.length)

@@ -10,7 +10,7 @@ import numpy as np
 from vibrissa.arrays import Array, Mask
 from vibrissa.mechanics.modes.shift import resonance_shift, shift_remark
 from vibrissa.mechanics.quasi_static.response_rows import FOLLICLE
-from vibrissa.mechanics.scan.free_end import free_end_facts, free_end_lines
+from vibrissa.mechanics.scan.free_end import TOUCH, free_end_facts, free_end_lines
 from vibrissa.mechanics.scan.motion import PredictedMotion
 from vibrissa.mechanics.scan.relief_prediction import ReliefPrediction
 from vibrissa.mechanics.scan.texture_prediction import Prediction
@@ -207,8 +207,8 @@ def relief_remarks(data: xr.Dataset) -> list[str]:
         longest = 1e3 * float(data.longest_valley_step)
         why = "a shaft would lie in them and not jump, so what they excite is an artefact of the one contact"
         lines.append(f"{steps} of its jumps are steps through smooth valleys, of up to {longest:.2g} mm; {why}")
-    if deepest > 0:
-        share = percent(float((data.free_end_depth > 0).mean()))
+    if deepest > TOUCH:
+        share = percent(float((data.free_end_depth > TOUCH).mean()))
         lines.append(f"the free end beyond the contact would be below ground in {share} of the time")
     return lines + _motion_remarks(data)
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 TOO_LARGE = 30  # times: MuJoCo with the whole length on the ground moves 3 to 6 % as far, see docs/validation.md
 _EXCESS = f"the vibration is up to {TOO_LARGE} times too large"
-_TOUCH = 1e-9  # [m] of ground above the free end that counts as a contact: rounding is 1e-16
+TOUCH = 1e-9  # [m] of ground above the free end that counts as a contact: rounding is 1e-16
 
 
 def gaps_allowed(free_end: float | Array, width: Array, contact_angle: Array, depth: float) -> Mask:
@@ -70,13 +70,13 @@ def relief_allows(free_end: float, place: Array, height: Array, contact_angle: A
         Where no point of the ground is above the free end.
     """
     points, drop = relief.position, np.sin(contact_angle)
-    first, last = np.searchsorted(points, place - free_end), np.searchsorted(points, place - _TOUCH)
+    first, last = np.searchsorted(points, place - free_end), np.searchsorted(points, place - TOUCH)
     tip = np.asarray(relief.at(place - free_end) - (height - drop * free_end))
     for j in range(len(place)):
         some = slice(first[j], last[j])
         above = relief.height[some] - (height[j] - drop[j] * (place[j] - points[some]))
         tip[j] = max(tip[j], above.max(initial=-np.inf))
-    return np.asarray(tip <= _TOUCH)
+    return np.asarray(tip <= TOUCH)
 
 
 def free_end_facts(length: float, allowed: Mask) -> dict[str, Any]:

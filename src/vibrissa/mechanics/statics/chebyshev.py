@@ -11,11 +11,11 @@ from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
 
 from vibrissa.arrays import Array
+from vibrissa.loops import njit
 
 _TOGETHER = 512  # places whose sums stay in the cache
 

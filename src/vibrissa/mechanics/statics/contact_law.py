@@ -17,10 +17,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from vibrissa.arrays import Array
+from vibrissa.loops import njit
 
 Direction = tuple[float, float, float, float]
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from vibrissa.arrays import Array
+from vibrissa.loops import njit
 from vibrissa.mechanics.statics.shooting import STRIDE, Clamp, correct, moved
 
 _BACK = 6  # solutions from which the next is predicted

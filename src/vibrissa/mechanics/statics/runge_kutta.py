@@ -11,10 +11,10 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from scipy.integrate import DOP853
 
 from vibrissa.arrays import Array
+from vibrissa.loops import njit
 
 
 class Tableau(NamedTuple):

@@ -11,9 +11,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from vibrissa.arrays import Array
+from vibrissa.loops import njit
 from vibrissa.mechanics.statics.contact_law import ContactLaw, Direction, across, direction
 from vibrissa.mechanics.statics.runge_kutta import BUTCHER_6, stepper
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError, ShapeError, UnknownError
+from vibrissa.loops import njit
 from vibrissa.mechanics.vibration.excitation import TABLE, add_polynomial, horner
 from vibrissa.mechanics.vibration.oscillator import ascending, excite, grid, oscillators, rows
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from vibrissa.arrays import Array, Integers
+from vibrissa.loops import njit
 
 Pair = tuple[float, float]
 

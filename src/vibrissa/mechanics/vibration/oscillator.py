@@ -6,11 +6,11 @@ import math
 from typing import Literal
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError, ShapeError
+from vibrissa.loops import njit
 from vibrissa.mechanics.vibration.excitation import TABLE, Driven, excite_anywhere, excite_even
 
 

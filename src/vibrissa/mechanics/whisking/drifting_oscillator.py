@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError, ShapeError
+from vibrissa.loops import njit
 from vibrissa.mechanics.vibration.dynamics import RECOIL, Drive, JumpRule
 from vibrissa.mechanics.vibration.excitation import horner
 from vibrissa.mechanics.vibration.oscillator import ascending

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 import xarray as xr
 from scipy.special import xlogy
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import FormatError, RangeError, ShapeError, TooFewError, require_positive
+from vibrissa.loops import njit
 from vibrissa.neural.coupling.response import bin_edges, psth
 from vibrissa.quantities import dataset, require, stacked
 from vibrissa.stats import jackknife_half_width
@@ -280,7 +280,7 @@ def _corrected_count(table: Integers) -> float:
     return _plain_count(table) - surplus / (2 * np.log(2) * float(table.sum()))
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _relevant(cases: Integers) -> float:  # pragma: no cover - compiled
     """Outcomes that can occur, those not met in these cases included: Bayesian estimate of Panzeri and Treves (1996).
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 from scipy.special import gammainc, gammaln
 
 from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.errors import RangeError, require_not_negative
+from vibrissa.loops import njit
 
 ROUNDING = 1e-8  # [s] by which an interval may miss a period on the same clock: 0.011 − 0.010 < 0.001 in binary numbers
 

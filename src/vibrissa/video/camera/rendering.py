@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from vibrissa.arrays import Array
+from vibrissa.loops import njit
 from vibrissa.video.camera.camera import WHITE, Camera, Frames, counted, exposure_times, illumination
 from vibrissa.video.camera.field import render_background
 from vibrissa.video.camera.noise import gaussian_levels, noise_words

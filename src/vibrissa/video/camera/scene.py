@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from vibrissa.arrays import Array
 from vibrissa.errors import ConflictError, FormatError, RangeError, ShapeError
+from vibrissa.loops import njit
 from vibrissa.video.camera.camera import Camera, counted
 from vibrissa.video.camera.field import drift, empty_field, led_glow, lit_share
 from vibrissa.video.camera.scenery import Scenery

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Array
+from vibrissa.loops import njit
 
 FWHM = 2 * np.sqrt(2 * np.log(2))  # of a Gaussian, over its standard deviation
 Pixels = NDArray[np.uint32]  # numbers of pixels, row by row

@@ -7,8 +7,9 @@ image in which lines are darker than their sides: the second derivative across a
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from vibrissa.loops import njit
 
 Single = NDArray[np.float32]
 Maps = NDArray[np.float32]  # (3, height, width): by column twice, by column and row, by row twice

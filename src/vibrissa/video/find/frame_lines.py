@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Array, Mask
+from vibrissa.loops import njit
 from vibrissa.video.find.body_mask import cell_levels, leave_small, mark_body
 from vibrissa.video.find.curvature_maps import Maps, derivative_taps, second_derivatives
 from vibrissa.video.find.line_joining import join_lines

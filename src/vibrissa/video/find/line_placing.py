@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from vibrissa.arrays import Array, Mask
+from vibrissa.loops import njit
 from vibrissa.video.find.profile_fit import Single, fit_profile
 
 WINDOW = 1.5  # of the pixels across the line, over its width, to either side

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Array
+from vibrissa.loops import njit
 from vibrissa.video.find.curvature_maps import Maps, line_strength
 from vibrissa.video.find.line_tracing import arc_response
 

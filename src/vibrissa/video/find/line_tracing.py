@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Array
+from vibrissa.loops import njit
 from vibrissa.video.find.curvature_maps import Maps, across
 
 ARCS = 4  # arcs to either side of the one with the line's own curvature

@@ -7,10 +7,10 @@ Those within one pixel along the line count, weighted by a tent: a pixel's weigh
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Array
+from vibrissa.loops import njit
 
 Single = NDArray[np.float32]
 

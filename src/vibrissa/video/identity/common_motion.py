@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from vibrissa.loops import njit
 
 Values = NDArray[np.float64]
 SHIFTS = np.arange(-16.0, 16.5, 0.5)  # a: common motion between two frames at the middle of the fan [°]

@@ -14,10 +14,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Integers, Mask
+from vibrissa.loops import njit
 from vibrissa.video.identity.common_motion import common_motion
 
 Values = NDArray[np.float64]

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vibrissa.errors import RangeError
+from vibrissa.loops import njit
 from vibrissa.video.kernel.band import closing, smooth_along
 
 Values = NDArray[np.float64]

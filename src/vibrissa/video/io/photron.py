@@ -16,10 +16,10 @@ from typing import cast
 from xml.etree import ElementTree
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vibrissa.errors import FormatError, MissingError, ShapeError
+from vibrissa.loops import njit
 from vibrissa.tables.text import as_number
 from vibrissa.video.io.about import Movie, Opened, empty_block, opened_runs
 from vibrissa.video.io.grey import Frames

@@ -11,8 +11,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from vibrissa.loops import njit
 
 Image = NDArray[Any]  # grey levels, in the type of the movie or, in a band, in one that holds sums of them
 Rows = NDArray[np.float64]

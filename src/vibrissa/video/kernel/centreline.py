@@ -7,9 +7,9 @@ serial, for one core, and take the whisker as dark (``sign`` = −1 turns a brig
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from vibrissa.loops import njit
 from vibrissa.video.kernel.band import SCALE, Image, Places, Rows, Single, levels
 from vibrissa.video.kernel.estimators import place
 from vibrissa.video.kernel.path import best_path

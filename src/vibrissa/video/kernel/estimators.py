@@ -8,8 +8,8 @@ line, and nothing of the frame before draws it.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from vibrissa.loops import njit
 from vibrissa.video.kernel.band import RUN, SCALE, Image, Places, Rows, Single, copy_run
 from vibrissa.video.kernel.estimator_table import code_of
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from vibrissa.loops import njit
 from vibrissa.video.kernel.band import Rows
 
 SMOOTH = 15  # columns on either side in the local quadratic that gives slope and prediction

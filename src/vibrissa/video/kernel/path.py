@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Integers
+from vibrissa.loops import njit
 
 
 @njit(cache=True, nogil=True)

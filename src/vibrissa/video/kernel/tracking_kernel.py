@@ -8,9 +8,9 @@ many frames more a whisker that was lost must be just where it is expected.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from vibrissa.loops import njit
 from vibrissa.video.kernel.band import BACKGROUND_ROWS, Image, Places, Rows, Single, fetch
 from vibrissa.video.kernel.centreline import read_line
 from vibrissa.video.kernel.local_quadratic import SMOOTH, local_quadratic

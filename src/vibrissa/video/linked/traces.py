@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vibrissa.errors import RangeError, ShapeError, TooFewError
+from vibrissa.loops import njit
 from vibrissa.video.kernel.local_quadratic import SMOOTH, local_quadratic
 from vibrissa.video.tracking import SPACING, Calibration, labelled, lost_frames
 

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vibrissa.errors import MissingError, RangeError, TooFewError
+from vibrissa.loops import njit
 from vibrissa.video.follow.following import REASONS, Centrelines
 from vibrissa.video.kernel.local_quadratic import SMOOTH, local_quadratic
 from vibrissa.video.profile.base_end import first_frames, mean_course, whisker_from

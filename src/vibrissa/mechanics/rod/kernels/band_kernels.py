@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from numba import njit
-
 from vibrissa.arrays import Array
+from vibrissa.loops import njit
 
 HALF = 5  # two unknowns for each node, neighbours but one: 2·2 + 1
 WIDTH = 2 * HALF + 1

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from vibrissa.arrays import Array
+from vibrissa.loops import njit
 from vibrissa.mechanics.rod.kernels.band_kernels import HALF, add_block
 from vibrissa.mechanics.rod.kernels.shaft import Shaft
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError
+from vibrissa.loops import njit
 from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import Gaps
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from vibrissa.arrays import Array
+from vibrissa.loops import njit
 from vibrissa.mechanics.rod.kernels.contact_kernels import Touch
 from vibrissa.mechanics.rod.kernels.elastic_kernels import Segments
 from vibrissa.mechanics.rod.kernels.shaft import Shaft

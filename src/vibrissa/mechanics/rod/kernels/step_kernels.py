@@ -10,9 +10,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from vibrissa.arrays import Array
+from vibrissa.loops import njit
 from vibrissa.mechanics.rod.kernels.band_kernels import HALF, solve_band
 from vibrissa.mechanics.rod.kernels.base_kernels import Frame, base_frame, hold_base, relative_rates, work_at_base
 from vibrissa.mechanics.rod.kernels.contact_kernels import Stiffness, Touch, add_contacts, find_near, keep_drag

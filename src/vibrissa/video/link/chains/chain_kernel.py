@@ -8,9 +8,9 @@ comes back anywhere in its stationary distribution.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from vibrissa.loops import njit
 from vibrissa.video.link.pad.common_swing import REACH
 
 Values = NDArray[np.float64]

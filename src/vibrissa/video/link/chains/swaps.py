@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Array, Integers, Mask
+from vibrissa.loops import njit
 
 Values = NDArray[np.float64]
 

@@ -10,10 +10,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Array, Integers, Mask
+from vibrissa.loops import njit
 from vibrissa.video.link.chains.exclusion import ChainLabel, Solution
 from vibrissa.video.link.chains.swap_moves import best_lines
 from vibrissa.video.link.pad.common_swing import _inverse

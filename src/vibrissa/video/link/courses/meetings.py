@@ -8,9 +8,9 @@ the longer line before it does, that line may have gone over from one whisker to
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from vibrissa.loops import njit
 from vibrissa.video.link.courses.smooth_curve import misfit, polynomial
 
 Values = NDArray[np.float64]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Array, Integers, Mask
+from vibrissa.loops import njit
 from vibrissa.video.link.courses.course import EDGES, Courses, weights_at
 from vibrissa.video.link.pad.pads import Pad
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vibrissa.arrays import Array, Integers
+from vibrissa.loops import njit
 from vibrissa.video.link.pad.pads import Lines
 
 Values = NDArray[np.float64]
