@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from vibrissa.files import held, written_whole
+from vibrissa.files import digest, held, written_whole
 from vibrissa.netcdf import encoded, load, save
 from vibrissa.quantities import dataset
 
@@ -169,3 +169,12 @@ def test_a_folder_that_cannot_be_made_is_not_said_to_be_in_use():
     with refusal("missing", "/proc/out") as caught, held("/proc/out"):
         pass
     assert "must lie where files can be made" in str(caught.value)
+
+
+def test_the_digest_of_a_folder_is_of_all_files_below_it(tmp_path):
+    (tmp_path / "sorting").mkdir()
+    inner = tmp_path / "sorting" / "units.json"
+    inner.write_text("1")
+    before = digest(tmp_path)
+    inner.write_text("2")
+    assert digest(tmp_path) != before

@@ -158,3 +158,15 @@ def test_a_bomb_is_refused_before_it_is_read(file):
     assert file.stat().st_size < 1e5
     with refused("range", "profile.nc", "8e+03 GB"):
         load(file)
+
+
+def test_modules_in_the_folder_of_the_data_are_not_run(tmp_path, monkeypatch):
+    """The process that reads a doubtful file does not look for its libraries beside that file."""
+    save(tracks(), tmp_path / "profile.nc")
+    (tmp_path / "h5py.py").write_text("raise SystemExit('code of the data folder ran')")
+    (tmp_path / "table.mat").write_bytes(b"MATLAB 5.0 MAT-file")
+    monkeypatch.chdir(tmp_path)
+    load(tmp_path / "profile.nc")
+    with pytest.raises(InputError) as found:
+        reader_process.tables_read_by("vibrissa.neural.io.formats.matlab_tables", tmp_path / "table.mat", "must be one")
+    assert "ran" not in str(found.value)

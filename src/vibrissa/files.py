@@ -151,7 +151,7 @@ def _locked(folder: Path) -> Iterator[None]:
 
 
 def digest(path: str | Path) -> str:
-    """SHA-256 of a file, or of all files of a folder with their names; nothing where it cannot be read.
+    """SHA-256 of a file, or of all files in and below a folder with their names; nothing where it cannot be read.
 
     Parameters
     ----------
@@ -165,7 +165,8 @@ def digest(path: str | Path) -> str:
     """
     path = Path(path)
     if path.is_dir():
-        parts = [f"{part.name} {digest(part)}" for part in sorted(path.iterdir()) if part.is_file()]
+        files = sorted(part for part in path.rglob("*") if part.is_file())
+        parts = [f"{part.relative_to(path).as_posix()} {digest(part)}" for part in files]
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()
     try:
         with open(path, "rb") as file:

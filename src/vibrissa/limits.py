@@ -13,7 +13,8 @@ MOST_BINS = 1_000_000  # of one trial: a window in milliseconds, taken for secon
 SHARE = 0.5  # of the machine's memory that one computation may take: intermediate arrays need as much again
 VARIABLE = "VIBRISSA_MEMORY"  # environment: another limit [GB]
 _UNKNOWN = 4e9  # bytes, of a system that does not say how much it has
-_CGROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")  # of a container or a batch job
+_CGROUPS = "/sys/fs/cgroup"  # where the limits of containers and batch jobs are
+_MINE = "/proc/self/cgroup"  # which of them this process is in: lines number:controllers:path
 
 
 def machine_memory() -> float:
@@ -31,12 +32,12 @@ def machine_memory() -> float:
     """
     if given := os.environ.get(VARIABLE):
         try:
-            if (size := float(given)) > 0:
+            if 0 < (size := float(given)) < float("inf"):
                 return size * 1e9
         except ValueError:
             pass
         raise FormatError(VARIABLE, "must be a positive number of gigabytes", given)
-    sizes = [_of_cgroup(name) for name in _CGROUPS]
+    sizes = [_limit(file) for file in _cgroup_files()]
     try:
         sizes.append(float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")))
     except (AttributeError, ValueError, OSError):  # a system without it
@@ -44,10 +45,25 @@ def machine_memory() -> float:
     return min(size for size in sizes if size > 0)
 
 
-def _of_cgroup(name: str) -> float:
-    """Limit of a container; infinite where there is none."""
+def _cgroup_files() -> list[Path]:
+    """Files with the limits of the groups of processes that this one is in, and of those that these are in."""
     try:
-        return float(Path(name).read_text(encoding="ascii"))
+        lines = [line.split(":", 2) for line in Path(_MINE).read_text(encoding="utf-8").splitlines()]
+    except OSError:
+        lines = []
+    files = []
+    for root, name, kind in (("", "memory.max", ""), ("memory", "memory.limit_in_bytes", "memory")):
+        own = next((line[2] for line in lines if len(line) == 3 and kind in line[1].split(",")), "/")
+        group = Path("/", own.lstrip("/"))
+        for one in (group, *group.parents):
+            files.append(Path(_CGROUPS, root, one.relative_to("/"), name))
+    return files
+
+
+def _limit(file: Path) -> float:
+    """Limit of a group of processes [bytes]; infinite where there is none."""
+    try:
+        return float(file.read_text(encoding="ascii"))
     except (OSError, ValueError):  # "max", or no such file
         return float("inf")
 

@@ -42,7 +42,7 @@ def tables_read_by(module: str, path: Path, rule: str) -> Mapping[str, np.ndarra
     """
     limit = PATIENCE + path.stat().st_size / PACE
     try:
-        reader = subprocess.run([sys.executable, "-m", module, str(path)], capture_output=True, timeout=limit)
+        reader = _process(module, path, limit)
     except subprocess.TimeoutExpired as error:
         raise FormatError(str(path), f"must be readable within {limit:.0f} s", remedy="the file is damaged") from error
     if reader.returncode:
@@ -71,13 +71,16 @@ def refuse_endless(path: Path) -> None:
     limit = PATIENCE + path.stat().st_size / PACE
     rule, damaged = "must be a whole file of HDF5", "the file is damaged: its reader {}"
     try:
-        walker = subprocess.run(
-            [sys.executable, "-m", "vibrissa.hdf5_walk", str(path)], capture_output=True, timeout=limit
-        )
+        walker = _process("vibrissa.hdf5_walk", path, limit)
     except subprocess.TimeoutExpired as error:
         raise FormatError(str(path), rule, remedy=damaged.format(f"does not end within {limit:.0f} s")) from error
     if walker.returncode < 0:
         raise FormatError(str(path), rule, remedy=damaged.format("crashed"))
+
+
+def _process(module: str, path: Path, limit: float) -> subprocess.CompletedProcess[bytes]:
+    """Run a module on a file; -P keeps the folder of the data off the path on which modules are looked for."""
+    return subprocess.run([sys.executable, "-P", "-m", module, str(path)], capture_output=True, timeout=limit)
 
 
 def write_tables(tables_of: Callable[[Path], Mapping[str, Any]]) -> None:

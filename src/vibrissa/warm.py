@@ -114,7 +114,7 @@ def loops() -> int:
 
 def compiled() -> Iterator[str]:
     """Names of the loops, as the processes compile them."""
-    command = [sys.executable, "-m", "vibrissa.warm"]
+    command = [sys.executable, "-P", "-m", "vibrissa.warm"]
     lanes = [subprocess.Popen([*command, lane], stdout=subprocess.PIPE, text=True) for lane in LANES]
     try:
         yield from _lines(lanes)

@@ -9,7 +9,7 @@ from refusals import refusal
 from vibrissa.errors import InputError
 from vibrissa.tables import text
 from vibrissa.tables.reader import ANY, read_table
-from vibrissa.tables.units import FACTORS, POWERS, PURE, TEXT, spellings, to_si, unit_of, units_of
+from vibrissa.tables.units import FACTORS, POWERS, PURE, TEXT, in_si, is_unit, spellings, to_si, unit_of, units_of
 from vibrissa.tables.writer import write_table
 
 same_folder = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)  # the disk's pace
@@ -196,3 +196,14 @@ def test_blank_lines_without_end_are_refused(tmp_path):
         list(text.each_line(path))
     path.write_text("position\n" + "\n" * text.BLANK + "1\n")
     assert [number for number, _ in text.each_line(path)] == [1, text.BLANK + 2]
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [("mm/s", (2e-3, "m/s")), ("m/s", (2.0, "m/s")), ("seconds", (2.0, "s")), ("ms", (2e-3, "s")), ("µs", (2e-6, "s"))],
+)
+def test_spellings_of_other_programs_are_units(text, meant):
+    assert is_unit(text)
+    value, unit = in_si(2.0, text)
+    assert unit == meant[1]
+    assert value == pytest.approx(meant[0], rel=1e-15)

@@ -61,3 +61,12 @@ def test_what_lies_low_of_gaps_are_the_gaps():
     np.testing.assert_array_equal(start, texture.position)
     np.testing.assert_allclose(width, texture.width, rtol=1e-9)
     assert not HeightProfile(position=np.array([0, 1e-2]), height=np.zeros(2)).low()[0].size
+
+
+def test_a_wall_at_the_end_is_one_as_if_land_followed_it():
+    ending = relief([0, 1e-3, 1e-3], [0, 0, -1e-4])
+    followed = relief([0, 1e-3, 1e-3, 2e-3], [0, 0, -1e-4, -1e-4])
+    x = np.array([-1, 0, 0.5e-3, 1e-3, 1.001e-3, 5e-3, 2])
+    np.testing.assert_array_equal(ending.at(x), followed.at(x))
+    beginning, led = relief([0, 0, 1e-3], [3e-5, 0, 0]), relief([-1e-3, 0, 0, 1e-3], [3e-5, 3e-5, 0, 0])
+    np.testing.assert_array_equal(beginning.at(x), led.at(x))

@@ -269,8 +269,10 @@ def _contact(
 
 
 def _by_distance(touched: Touchable, x: Array, y: Array, near: float) -> tuple[Array, Array]:
-    pole = isinstance(touched, Pole)
-    distance = distance_with_hidden_parts(touched, x, y, HIDDEN * near) if pole else touched.distance(x, y)
+    if isinstance(touched, Pole):
+        distance = distance_with_hidden_parts(touched, x, y, HIDDEN * near)
+    else:
+        distance = touched.distance(x, y)
     touches: Mask = distance <= near
     return np.where(np.isfinite(distance), touches * 1.0, np.nan), distance
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from vibrissa.arrays import Array
-from vibrissa.errors import RangeError
+from vibrissa.signals.even_times import even_rate
 
 
 def low_pass(time: Array, signal: Array, timescale: float) -> Array:
@@ -29,10 +29,7 @@ def low_pass(time: Array, signal: Array, timescale: float) -> Array:
     InputError
         If the grid is not even.
     """
-    step = np.diff(time)
-    if len(step) < 1 or not np.allclose(step, step[0], rtol=1e-6, atol=0):
-        raise RangeError("time", "must be an even, ascending grid")
-    h = float(time[-1] - time[0]) / len(step)
+    h = 1 / even_rate(time, least=2)
     a = np.exp(-h / timescale)
     share = timescale * (1 - a) / h
     start = -(1 - share) * signal[0]  # takes the step to the first sample away

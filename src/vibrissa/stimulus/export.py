@@ -19,7 +19,7 @@ from vibrissa.errors import FormatError, MissingError, RangeError, TooFewError, 
 from vibrissa.files import digest, written_whole
 from vibrissa.netcdf import load, save
 from vibrissa.quantities import dataset, require
-from vibrissa.stimulus.waveform import even_rate
+from vibrissa.signals.even_times import even_rate
 from vibrissa.tables.reader import read_table
 from vibrissa.tables.units import PURE
 from vibrissa.tables.writer import write_table

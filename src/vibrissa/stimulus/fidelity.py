@@ -13,9 +13,10 @@ from vibrissa.arrays import Array
 from vibrissa.errors import RangeError, ShapeError, TooFewError, UnknownError, require_positive
 from vibrissa.quantities import dataset
 from vibrissa.signals.correlation import lagged_correlation
+from vibrissa.signals.even_times import even_rate
 from vibrissa.stimulus.band import Band
 from vibrissa.stimulus.export import read_command
-from vibrissa.stimulus.waveform import PointMotion, even_rate, read_motion
+from vibrissa.stimulus.waveform import PointMotion, read_motion
 
 PRINTED = 0.991  # r between command and motion, in the Methods of the paper
 

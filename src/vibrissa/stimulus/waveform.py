@@ -20,12 +20,12 @@ from vibrissa.errors import (
 )
 from vibrissa.netcdf import load
 from vibrissa.quantities import require
+from vibrissa.signals.even_times import even_rate
 from vibrissa.tables.reader import read_table
 
 LARGEST = 5e-3  # [m] of displacement 5 mm from the base; beyond it a unit is wrong
 _NEAR = 1e-6  # [m] a node this close is at the distance
 _APART = 2e-3  # [m] widest spacing of nodes between which the shaft is taken for straight
-_UNEVEN = 0.01  # of a sampling interval
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,40 +149,6 @@ def motion_at(data: xr.Dataset, distance: float, *, which: int = 0, source: str 
     first = float(known[0]) if known.size else np.nan
     motion = _between(moved.astype(float), data["arc_length"].to_numpy(), distance, source)
     return PointMotion(displacement=motion, sampling_rate=rate, source=source, resonance=first)
-
-
-def even_rate(time: Array, source: str) -> float:
-    """Sampling rate [Hz] of times [s] that must be even to a hundredth of an interval.
-
-    Parameters
-    ----------
-    time : (T,) array
-        [s].
-    source : str
-        Where they are from, for messages.
-
-    Returns
-    -------
-    float
-        [Hz].
-
-    Raises
-    ------
-    InputError
-        If they are fewer than 4, not finite, not ascending or uneven.
-    """
-    if len(time) < 4:
-        raise TooFewError(f"{source}: time", "must have at least 4 samples", len(time))
-    if not np.all(np.isfinite(time)):
-        raise RangeError(f"{source}: time", "must be finite", f"NaN at sample {np.argmin(np.isfinite(time))}")
-    step = (time[-1] - time[0]) / (len(time) - 1)
-    if not step > 0:
-        raise RangeError(f"{source}: time", "must ascend", f"{time[0]:.6g} s to {time[-1]:.6g} s")
-    off = np.abs(time - time[0] - step * np.arange(len(time))) > _UNEVEN * step
-    if off.any():
-        where = f"sample {np.argmax(off)} at {time[np.argmax(off)]:.6g} s out of step"
-        raise RangeError(f"{source}: time", "must be even", where, "interpolate where frames were lost")
-    return float(1 / step)
 
 
 def _between(moved: Array, arc: Array, distance: float, source: str) -> Array:

@@ -109,7 +109,7 @@ def in_si(values: Numbers, unit: str) -> tuple[Numbers, str]:
     >>> in_si(250.0, "micrometers"), in_si(3.0, "degC")
     ((0.00025, 'm'), (3.0, 'degC'))
     """
-    plain = OTHER_SPELLINGS.get(unit.removesuffix("s") if len(unit) > 2 else unit, unit)
+    plain = _plain(unit)
     si = next((si for si, units in UNITS.items() if plain in units and plain != PURE), None)
     return (values, plain) if si is None else (to_si(values, plain), si)
 
@@ -190,8 +190,13 @@ def is_unit(text: str) -> bool:
     bool
         True if it is; a pure number has none.
     """
-    plain = OTHER_SPELLINGS.get(text.removesuffix("s") if len(text) > 2 else text, text)
+    plain = _plain(text)
     return plain != PURE and plain in POWERS
+
+
+def _plain(unit: str) -> str:
+    """The unit by its name in the table, if another program's spelling, singular or plural, is known."""
+    return OTHER_SPELLINGS.get(unit, OTHER_SPELLINGS.get(unit.removesuffix("s") or unit, unit))
 
 
 def spellings(quantities: Iterable[tuple[str, str]]) -> list[str]:

@@ -81,7 +81,8 @@ class HeightProfile(ByValue):
         last = len(self.position) - 1
         right = np.clip(np.searchsorted(self.position, x, side="right"), 1, last)
         step = self.position[right] - self.position[right - 1]
-        share = np.clip((x - self.position[right - 1]) / np.where(step > 0, step, 1.0), 0, 1)
+        beyond = x - self.position[right - 1]
+        share = np.clip(np.where(step > 0, beyond / np.where(step > 0, step, 1.0), beyond >= 0), 0, 1)
         low, high = self.height[right - 1], self.height[right]
         return np.where(np.isnan(x), np.nan, np.where(share < 1, low + share * (high - low), high))
 

@@ -67,10 +67,31 @@ def test_limits_are_of_the_machine_its_container_or_the_environment(monkeypatch)
     limits.require_memory("frames", 10, 1.5e9)
     with pytest.raises(RangeError, match=r"frames must fit into 1\.5 GB .* got 10, which need 1\.6 GB"):
         limits.require_memory("frames", 10, 1.6e9)
-    for wrong in ("much", "-1", "nan"):
+    for wrong in ("much", "-1", "nan", "inf"):
         monkeypatch.setenv(limits.VARIABLE, wrong)
         with pytest.raises(ValueError, match="positive number of gigabytes"):
             limits.machine_memory()
+
+
+@pytest.mark.parametrize(
+    ("groups", "file"),
+    [
+        ("0::/slurm/job_7/step_0\n", "slurm/job_7/memory.max"),
+        ("9:name=systemd:/\n4:cpu,memory:/slurm/job_7/step_0\n0::/\n", "memory/slurm/job_7/memory.limit_in_bytes"),
+        ("0::/\n", "memory.max"),
+    ],
+)
+def test_the_limit_of_a_batch_job_is_found(tmp_path, monkeypatch, groups, file):
+    """That of any group which the process is in: of the job, though the step within it has none."""
+    (tmp_path / "mine").write_text(groups)
+    (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+    (tmp_path / file).write_text("12345678\n")
+    (tmp_path / "slurm" / "job_7" / "step_0").mkdir(parents=True, exist_ok=True)
+    (tmp_path / "slurm" / "job_7" / "step_0" / "memory.max").write_text("max\n")
+    monkeypatch.setattr(limits, "_CGROUPS", str(tmp_path))
+    monkeypatch.setattr(limits, "_MINE", str(tmp_path / "mine"))
+    monkeypatch.delenv(limits.VARIABLE, raising=False)
+    assert limits.machine_memory() == 12345678
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="a cap on memory is set on Linux")

@@ -25,8 +25,8 @@ from vibrissa.errors import (
 from vibrissa.netcdf import load
 from vibrissa.neural.io.tables.stimulus_csv import read_stimulus_csv
 from vibrissa.quantities import QUANTITIES
+from vibrissa.signals.even_times import even_rate
 from vibrissa.stimulus.export import read_command
-from vibrissa.stimulus.waveform import even_rate
 from vibrissa.tables.units import in_si
 
 RIGHT = (

@@ -15,7 +15,6 @@ from vibrissa.mechanics.inverse.observation_model import seen_motion
 from vibrissa.mechanics.inverse.spectral_line import (
     PARTS,
     Forcing,
-    even_rate,
     fitted_line,
     labelled_fits,
     moments,
@@ -23,6 +22,7 @@ from vibrissa.mechanics.inverse.spectral_line import (
 )
 from vibrissa.mechanics.scan.motion import PredictedMotion
 from vibrissa.quantities import dataset, require
+from vibrissa.signals.even_times import even_rate
 from vibrissa.signals.spectra import Resonance, fit_resonance, lorentzian, power_spectrum
 
 _WIDE = float(norm.ppf(0.975))

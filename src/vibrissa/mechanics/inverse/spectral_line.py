@@ -9,11 +9,11 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.arrays import Array, Integers
-from vibrissa.errors import FormatError
 from vibrissa.mechanics.inverse.observation_model import Seen
 from vibrissa.mechanics.scan.motion import PredictedMotion
 from vibrissa.mechanics.vibration.dynamics import Drive, amplitudes
 from vibrissa.quantities import dataset
+from vibrissa.signals.even_times import even_rate
 from vibrissa.signals.spectra import Line, Resonance, power_spectrum
 
 Forcing = Literal["texture", "white"]
@@ -171,27 +171,3 @@ def labelled_fits(fits: list[Resonance | None], mode: Array | Integers, forcing:
         for end in ("", "_low", "_high")
     }
     return dataset({"forcing": forcing}, mode=mode, **columns)
-
-
-def even_rate(time: Array) -> float:
-    """Sampling rate of an even grid.
-
-    Parameters
-    ----------
-    time : (T,) array
-        Times [s].
-
-    Returns
-    -------
-    float
-        [Hz].
-
-    Raises
-    ------
-    InputError
-        If the times are not evenly spaced.
-    """
-    step = np.diff(time)
-    if not np.allclose(step, step.mean(), rtol=1e-6, atol=0):
-        raise FormatError("time", "must be evenly sampled")
-    return float(1 / step.mean())

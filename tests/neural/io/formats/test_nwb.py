@@ -202,8 +202,11 @@ def test_samples_are_no_seconds(tmp_path):
     ("call", "message"),
     [
         (lambda path: write_nwb(cut_into_trials(units(), trials_at([0], 9)), path, SESSION), ("unknown", "spikes")),
-        (lambda path: write_nwb(units(), path, SESSION, command=replay().isel(time=[0, 1, 5])), ("format", "command")),
-        (lambda path: write_nwb(units(), path, SESSION, command=replay().isel(time=[0])), ("format", "command")),
+        (
+            lambda path: write_nwb(units(), path, SESSION, command=replay().isel(time=[0, 1, 5])),
+            ("range", "command: time"),
+        ),
+        (lambda path: write_nwb(units(), path, SESSION, command=replay().isel(time=[0])), ("too-few", "command: time")),
         (
             lambda path: write_nwb(known_units(), path, Session(start=SESSION.start, **ABOUT, sites=1)),
             ("range", "unit_electrode"),

@@ -9,13 +9,14 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.arrays import Array
-from vibrissa.errors import FormatError, MissingError, RangeError
+from vibrissa.errors import MissingError, RangeError
 from vibrissa.neural.io.formats.nwb import UNIT_COLUMNS, pynwb_module
 from vibrissa.neural.io.formats.nwb_session import Session as Session
 from vibrissa.neural.io.formats.nwb_session import save_nwb, session_file
 from vibrissa.neural.io.tables.inputs import require_session_clock
 from vibrissa.neural.io.tables.stimuli import name_of, presented
 from vibrissa.quantities import require
+from vibrissa.signals.even_times import even_rate
 
 
 def write_nwb(
@@ -306,7 +307,4 @@ def _series(pynwb: Any, name: str, text: str, data: xr.Dataset) -> Any:
 
 def _even(time: Array, name: str) -> dict[str, float]:
     """Rate and start of times that must be even."""
-    rate = (time.size - 1) / (time[-1] - time[0]) if time.size > 1 else 0.0
-    if not rate > 0 or np.abs(np.diff(time) * rate - 1).max() > 1e-6:
-        raise FormatError(name, "must be sampled evenly, at two times at least", f"{time.size} samples")
-    return {"rate": float(rate), "starting_time": float(time[0])}
+    return {"rate": even_rate(time, name, least=2), "starting_time": float(time[0])}
