@@ -44,7 +44,13 @@ def write(folder: Path, kind: str, n_units: int) -> None:
     elif kind == "nwb":
         onset = 20.0 * np.arange(TRIALS)
         session = Session(
-            identifier="s", description="random", start=datetime(2020, 1, 1, tzinfo=UTC), subject="a", age="P90D"
+            identifier="s",
+            description="random",
+            start=datetime(2020, 1, 1, tzinfo=UTC),
+            subject="a",
+            age="P90D",
+            sex="U",
+            species="Rattus norvegicus",
         )
         table = spike_table(fired + onset[trial], unit, names)
         write_nwb(table, path, session, trials=trial_table(onset, onset + LENGTH + 0.1))

@@ -60,7 +60,15 @@ def test_textures_come_from_a_table_of_trials_as_well(vibrissa, tmp_path):
     when = np.repeat(start, counts) + rng.uniform(0, 1, counts.sum())
     spikes, trials = spike_table(when, np.zeros(when.size, int), ["u"]), trial_table(start, start + 1, kind)
     begun = datetime(2026, 1, 1, tzinfo=UTC)
-    session = Session(identifier="x", description="two textures", start=begun, subject="r", age="P90D")
+    session = Session(
+        identifier="x",
+        description="two textures",
+        start=begun,
+        subject="r",
+        age="P90D",
+        sex="F",
+        species="Mus musculus",
+    )
     write_nwb(spikes, tmp_path / "two.nwb", session, trials=trials)
     code, out, _ = vibrissa(
         "discriminate", tmp_path / "two.nwb", "--window", 0, 1, "--permutations", 19, "--code", "mean rate", "--json"

@@ -19,7 +19,18 @@ from vibrissa.study.archive.export_series import Clock, sampling
 
 pynwb = pytest.importorskip("pynwb")
 
-WHO = ("--session-start", "2014-05-07T09:30:00+02:00", "--age", "P90D", "--sex", "F", "--subject", "rat 7")
+WHO = (
+    "--session-start",
+    "2014-05-07T09:30:00+02:00",
+    "--age",
+    "P90D",
+    "--sex",
+    "F",
+    "--subject",
+    "rat 7",
+    "--species",
+    "Rattus norvegicus",
+)
 T, NODES, RATE = 60, 5, 500.0
 TIME = np.arange(T) / RATE
 
@@ -142,17 +153,22 @@ def test_tracks_and_modes_come_back_to_the_last_bit(folder, tmp_path, vibrissa):
     np.testing.assert_allclose(again["envelope"].t, TIME, rtol=0, atol=1e-9)
 
 
-def test_kinematics_are_behavioral_series_and_touches_intervals(folder, tmp_path, vibrissa):
+@pytest.mark.parametrize(("profile_as", "kinematics_as"), [("profile", "kinematics"), ("whisking", "measures")])
+def test_kinematics_are_behavioral_series_and_touches_intervals(folder, tmp_path, vibrissa, profile_as, kinematics_as):
+    """Files are known by what they hold, whatever their names."""
     time = np.arange(1000) / RATE
     direction = 0.1 - 0.3 * np.cos(2 * np.pi * 5 * time)
     profile = circle_profile(direction, 0.0)
     pole = Pole(centre=(6e-3 * np.cos(0.2), 6e-3 * np.sin(0.2)))
     face = Face(caudal=(0.0, 0.0), rostral=(0.0, 1.0))
     found = kinematics_of(profile, KinematicsSettings(face=face, touched=pole, touch_distance=1e-4))
-    save(profile, folder / "profile.nc")
-    save(found, folder / "kinematics.nc")
-    code, _, err = vibrissa("export", folder, "--out", tmp_path / "a.nwb", *WHO)
+    save(profile, folder / f"{profile_as}.nc")
+    save(found, folder / f"{kinematics_as}.nc")
+    code, out, err = vibrissa("export", folder, "--out", tmp_path / "a.nwb", *WHO)
     assert code == 0, err
+    measures = sum(found[name].dims == ("whisker", "time") for name in found.data_vars)
+    places = sum(profile[name].dims[-2:] == ("time", "node") for name in profile.data_vars)
+    assert f"{measures + places} series" in out
 
     def look(file):
         series = file.processing["behavior"]["whisker_kinematics"].time_series
@@ -283,8 +299,8 @@ def test_what_is_not_told_is_asked_for_by_the_options_name(folder, tmp_path, vib
     call = ("export", folder, "--out", tmp_path / "a.nwb")
     code, _, err = vibrissa(*call)
     assert code == 2
-    assert err.startswith("vibrissa: --subject, --age, --sex, --session-start must be given; ")
-    for missing in ("--age", "--sex", "--session-start", "--subject"):
+    assert err.startswith("vibrissa: --subject, --age, --sex, --species, --session-start must be given; ")
+    for missing in ("--age", "--sex", "--species", "--session-start", "--subject"):
         k = WHO.index(missing)
         code, _, err = vibrissa(*call, *WHO[:k], *WHO[k + 2 :])
         assert code == 2

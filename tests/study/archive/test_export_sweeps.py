@@ -25,7 +25,7 @@ pynwb = pytest.importorskip("pynwb")
 LABORATORY = Laboratory(
     truth="modes", animals=1, whiskers=("C1",), conditions=1, textures=1, n_frames=400, speeds=(0.15,), seed=3
 )
-TOLD = SessionDetails(age="P90D", sex="M", start="2014-05-07T09:30:00+02:00", name="s1")
+TOLD = SessionDetails(age="P90D", sex="M", species="Rattus norvegicus", start="2014-05-07T09:30:00+02:00", name="s1")
 LINES = """track,animal,whisker,texture,scan_speed_mm_s,length,cone_angle,substrate,run,start
 track.nc,rat 1,C1,texture.csv,150,{whisker},{line},0,0
 missing.nc,rat 1,C1,texture.csv,150,{whisker},{line},1,0

@@ -15,7 +15,18 @@ from vibrissa.quantities import dataset
 
 pynwb = pytest.importorskip("pynwb")
 
-WHO = ("--session-start", "2014-05-07T09:30:00Z", "--age", "P90D", "--sex", "U", "--subject", "rat 7")
+WHO = (
+    "--session-start",
+    "2014-05-07T09:30:00Z",
+    "--age",
+    "P90D",
+    "--sex",
+    "U",
+    "--subject",
+    "rat 7",
+    "--species",
+    "Rattus norvegicus",
+)
 NAMES = ["b", "a", "c"]
 
 
@@ -216,7 +227,7 @@ def test_two_recordings_in_a_folder_are_refused(folder, tmp_path, vibrissa):
     save(spikes(), folder / "two.nc")
     code, _, err = vibrissa("export", folder, "--out", tmp_path / "a.nwb", *WHO)
     assert code == 2
-    assert "spikes must be there once, got two.nc; keep one recording in a folder" in err
+    assert "spikes must be in one file, got one.nc and two.nc; move one to another folder" in err
 
 
 @pytest.mark.parametrize("form", ["npy", "csv"])

@@ -40,7 +40,7 @@ class SessionOptions:
     subject : str, optional
         Name of the animal. Must be given where no table of sweeps names it.
     species : str, optional
-        Latin name of the species; Rattus norvegicus if not given.
+        Latin name of the species: Mus musculus. Must be given.
     session : str, optional
         Name of the session; that of the folder if not given.
     description : str, optional

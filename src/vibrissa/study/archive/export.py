@@ -18,7 +18,7 @@ from vibrissa.neural.io.formats.nwb import pynwb_module
 from vibrissa.neural.io.formats.nwb_session import Session, nwb_bytes, session_file
 from vibrissa.quantities.kinds import Datasets, Results
 from vibrissa.study.archive.export_folder import BASE, ONE_MOVIE, read_results
-from vibrissa.study.archive.export_kinematics import add_kinematics
+from vibrissa.study.archive.export_kinematics import CONTAINER, add_kinematics
 from vibrissa.study.archive.export_series import Clock, add_intervals, add_table
 from vibrissa.study.archive.export_session import OfAnimals, SessionDetails
 from vibrissa.study.archive.export_sweeps import PlacedSweeps, add_sweeps
@@ -218,8 +218,10 @@ def _built(
         add_table(module, "response", "firing rate and envelope from the onset of a trial", parts["response"], "bin")
     add_neurons(file, module, parts, session, clock, sampling_rate)
     holds["left_out"] |= without_spikes(parts)
-    holds["series"] = sorted(str(name) for name, one in module.data_interfaces.items() if hasattr(one, "unit"))
-    holds["tables"] = sorted(str(name) for name in module.data_interfaces if name not in holds["series"])
+    each = {str(name): one for name, one in module.data_interfaces.items()}
+    within = [str(name) for one in each.values() for name in getattr(one, "time_series", ())]  # of kinematics
+    holds["series"] = sorted([*within, *(name for name, one in each.items() if hasattr(one, "unit"))])
+    holds["tables"] = sorted(name for name, one in each.items() if not hasattr(one, "unit") and name != CONTAINER)
     holds["units"] = 0 if file.units is None else len(file.units)
     holds["trials"] = 0 if file.trials is None else len(file.trials)
     if not module.data_interfaces:

@@ -27,6 +27,8 @@ CONTENT = {  # role → variables that a dataset of it has
     "trials": {"trial_start", "trial_stop"},
     "command": {"command", "whisker", "time"},
     "scan": {"mode_amplitude", "base_moment", "time"},
+    "kinematics": {"whisker_angle", "whisker_curvature", "time"},
+    "profile": {"x", "y", "arc_length", "time", "node"},
 }
 DERIVED = "for figures and reports"
 
@@ -55,7 +57,7 @@ def read_results(folder: Path, *, may_be_empty: bool = False) -> tuple[Datasets,
     """
     if not folder.is_dir():
         raise MissingError(str(folder), "must be an existing folder of results")
-    parts, left_out = Datasets(), dict[str, str]()
+    parts, left_out, file_of = Datasets(), dict[str, str](), dict[str, str]()
     for path in sorted(folder.glob("*.nc")):
         data = load(path)
         roles = _roles(path.stem, data)
@@ -63,14 +65,13 @@ def read_results(folder: Path, *, may_be_empty: bool = False) -> tuple[Datasets,
             left_out[path.name] = DERIVED
         for role, part in roles.items():
             if role in parts:
-                raise ConflictError(
-                    f"{folder}, {role}", "must be there once", path.name, "keep one recording in a folder"
-                )
-            parts[role] = part
+                both = f"{file_of[role]} and {path.name}"
+                raise ConflictError(f"{folder}: {role}", "must be in one file", both, "move one to another folder")
+            parts[role], file_of[role] = part, path.name
     if "sweeps" in parts:
         _leave_out_shown(parts, left_out)
     if not parts and not may_be_empty:
-        raise FormatError(str(folder), "must hold results: datasets (.nc) of vibrissa run, sweeps, neural or sort")
+        raise FormatError(str(folder), "must hold results: datasets (.nc) of vibrissa run, track, kinematics, scan, neural or sort")
     return parts, left_out
 
 

@@ -26,6 +26,7 @@ ASKED = {
     "subject": "name of the animal, or of the robot",
     "age": "P90D is 90 days",
     "sex": "M, F, O (other) or U (unknown)",
+    "species": "Latin name, such as Mus musculus",
     "start": "when the clock was 0, with its zone: 2014-05-07T09:30:00+02:00",
 }
 
@@ -96,7 +97,7 @@ class SessionDetails:
         known: dict[str, Any] = {**animals.get(animal or self.subject or "", {})}
         own = replace(self, **known)
         subject = own.subject or animal
-        given = {"subject": subject, "age": own.age, "sex": own.sex, "start": own.start}
+        given = {"subject": subject} | {name: getattr(own, name) for name in ("age", "sex", "species", "start")}
         if missing := [name for name, value in given.items() if not value]:
             options, whose = ", ".join(missing), f" for {subject}" if subject else ""
             remedy = "; ".join(f"{name}: {ASKED[name]}" for name in missing)
@@ -111,7 +112,7 @@ class SessionDetails:
             subject=str(subject),
             age=str(own.age),
             sex=str(own.sex),
-            species=own.species or "Rattus norvegicus",
+            species=str(own.species),
             virtual=bool(virtual) and not real,
             experimenter=own.experimenter,
             institution=own.institution or "",

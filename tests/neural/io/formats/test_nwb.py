@@ -18,6 +18,7 @@ from vibrissa.quantities import dataset
 pynwb = pytest.importorskip("pynwb")
 
 ABOUT = {"identifier": "s1", "description": "textures replayed", "subject": "rat 7", "age": "P90D"}
+ABOUT |= {"sex": "M", "species": "Rattus norvegicus"}
 SESSION = Session(start=datetime(2014, 5, 7, 9, 30, tzinfo=UTC), **ABOUT)
 
 
@@ -216,7 +217,7 @@ def test_samples_are_no_seconds(tmp_path):
         (lambda _: Session(start=SESSION.start, **ABOUT | {"age": "3 months"}), ("format", "Session.age")),
         (lambda _: Session(start=SESSION.start, **ABOUT | {"age": "P"}), ("format", "Session.age")),
         (lambda _: Session(start=SESSION.start, **ABOUT | {"subject": " "}), ("too-few", "Session.subject")),
-        (lambda _: Session(start=SESSION.start, **ABOUT, sex="male"), ("unknown", "Session.sex")),
+        (lambda _: Session(start=SESSION.start, **ABOUT | {"sex": "male"}), ("unknown", "Session.sex")),
         (lambda _: Session(start=SESSION.start, **ABOUT, resolution=0), ("range", "Session.resolution")),
     ],
 )

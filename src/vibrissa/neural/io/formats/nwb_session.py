@@ -64,8 +64,8 @@ class Session:
     start: datetime
     subject: str
     age: str
-    sex: str = "M"
-    species: str = "Rattus norvegicus"
+    sex: str
+    species: str
     resolution: float = 2.5e-5
     probe: str = "silicon probe"
     location: str = "barrel cortex"
