@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from real_data import real
+from refusals import refusal
 from simulated_whiskers import RATE, circle_profile, profile_of
 
 from vibrissa.measures.base_arc import fit_base_arc
@@ -149,3 +150,23 @@ def test_one_frame_of_a_longer_line_does_not_change_the_base_part_of_others():
     assert usual.attrs["base_part"] == pytest.approx([0.0, 2.5e-3])
     assert once.attrs["base_part"] == usual.attrs["base_part"]
     np.testing.assert_allclose(once.whisker_angle, usual.whisker_angle, atol=1e-9)
+
+
+def test_few_keypoints_are_measured_over_three_of_them():
+    """Five points on each whisker; a quarter of the length would hold two."""
+    time, direction = np.arange(50) / RATE, 0.1 - 0.3 * np.cos(2 * np.pi * 8 * np.arange(50) / RATE)
+    arc = np.linspace(0, 16e-3, 5)
+    x, y = np.cos(direction)[:, None] * arc, np.sin(direction)[:, None] * arc
+    profile = profile_of(arc, [x], [y])
+    found = kinematics_of(profile, KinematicsSettings(face=Face(caudal=(0.0, 0.0), rostral=(0.0, 1.0))))
+    assert found.sizes["time"] == time.size
+    assert found.attrs["base_part"] == pytest.approx([0.0, 8e-3])
+    np.testing.assert_allclose(found.whisker_angle[0], np.pi / 2 + direction, atol=1e-9)
+
+
+@pytest.mark.parametrize("part", [(2e-3, 0.0), (0.0, 90e-3), (-1e-3, 2e-3), (2e-3, 2e-3)])
+def test_a_base_part_that_is_none_or_ends_beyond_the_nodes_is_refused(part):
+    arc = np.linspace(0, 16e-3, 33)
+    profile = profile_of(arc, [np.tile(arc, (9, 1))], [np.zeros((9, arc.size))])
+    with refusal("range", "base_part"):
+        kinematics_of(profile, KinematicsSettings(face=Face(caudal=(0.0, 0.0), rostral=(0.0, 1.0)), base_part=part))

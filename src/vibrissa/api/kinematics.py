@@ -56,7 +56,7 @@ def kinematics(
         into rows, else 1, 2, 3 … from caudal to rostral.
     base_part : (float, float), optional
         Arc lengths between which direction and curvature are measured [m]; by default a quarter of the
-        length up to which the longest whisker is usually seen.
+        length up to which the longest whisker is usually seen, and at least three nodes of each whisker.
     whisking_band : (float, float)
         Band of whisking [Hz].
     bridged : int

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.arrays import Array, Mask
-from vibrissa.errors import ConflictError, MissingError, TooFewError, require_not_negative, require_positive
+from vibrissa.errors import ConflictError, MissingError, RangeError, TooFewError, require_not_negative, require_positive
 from vibrissa.head_pose import HeadPose, head_of
 from vibrissa.measures.base_arc import LEAST_NODES, fit_base_arc
 from vibrissa.measures.bending import bending, bent_frames
@@ -64,7 +64,7 @@ class KinematicsSettings:
         Side of the image to which the back points, in a view from the side: names by row and column.
     base_part : (float, float), optional
         Arc lengths between which direction and curvature are measured [m]; by default a quarter of the
-        length up to which the longest whisker is usually seen.
+        length up to which the longest whisker is usually seen, and at least three nodes of each whisker.
     whisking_band : (float, float)
         Corners of the band of the whisking cycle [Hz].
     bridged : int
@@ -134,7 +134,8 @@ def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Datas
     turned = np.zeros(whole.sizes["time"]) if head is None else head.turned()
     names = _names(profile, whisker_names(bases, face, settings.dorsal, ways=ways, downwards=down))
     time, near = np.asarray(whole.time.values, float), _touch_distance(profile, settings)
-    part = settings.base_part or (0.0, SHARE * max(map(usual_length, every)))
+    part = settings.base_part or _base_part(every)
+    _refuse_beyond(part, every)
     whiskers = surely_named(every, profile, settings.least_probability)
     rows = [_of_whisker(time, one, face, turned, part, settings, near) for one in whiskers]
     numbers = whole.whisker.values if "whisker" in whole.coords else np.arange(len(rows))
@@ -242,6 +243,20 @@ def _of_whisker(
         "object_y": place[1],
         "events": events,
     }
+
+
+def _base_part(whiskers: list[dict[str, Array]]) -> tuple[float, float]:
+    """A quarter of the usual length of the longest whisker; longer where nodes are few, as keypoints are."""
+    few = [np.sort(one["arc_length"][np.isfinite(one["arc_length"])])[:LEAST_NODES] for one in whiskers]
+    return 0.0, max(SHARE * max(map(usual_length, whiskers)), *(float(arc[-1]) for arc in few if arc.size))
+
+
+def _refuse_beyond(part: tuple[float, float], whiskers: list[dict[str, Array]]) -> None:
+    """Refuse a base part that is none, or ends beyond all nodes."""
+    furthest = max(float(np.nanmax(one["arc_length"], initial=0)) for one in whiskers)
+    if not 0 <= part[0] < part[1] <= furthest * (1 + 1e-9):
+        found = f"{1e3 * part[0]:.4g} to {1e3 * part[1]:.4g} mm"
+        raise RangeError("base_part", f"must ascend, within the nodes, which reach to {1e3 * furthest:.4g} mm", found)
 
 
 def _refuse_few(arc: Array, inside: Mask, part: tuple[float, float]) -> None:

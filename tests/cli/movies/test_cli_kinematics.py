@@ -197,3 +197,16 @@ def test_an_object_in_a_wrong_place_is_said(vibrissa, tracks):
     _, _, inside = vibrissa("kinematics", tracks, *FACE, "--pole", "60,18", "--pole-radius", "5mm")
     assert "touching frames a line runs more than 0.2 mm inside the object" in inside
     assert "inside" not in vibrissa("kinematics", tracks, *FACE, *POLE[:2])[2]
+
+
+def test_the_picture_shows_whiskers_that_touch_though_others_are_seen_in_more_frames():
+    """Of six, the last alone meets the pole, and it is not seen in some frames."""
+    one = circle_profile(ANGLE - np.pi / 2, 30.0, sd=1e-5)
+    moved = [one.assign(y=one.y + 30e-3 * k).assign_coords(whisker=[k]) for k in range(6)]
+    profile = xr.concat(moved, "whisker", data_vars="all")
+    profile["arc_length"] = one.arc_length.isel(whisker=0, drop=True).expand_dims(whisker=6)
+    profile.x.values[5, :40] = np.nan
+    middle = float(profile.x[5, 50, 40]), float(profile.y[5, 50, 40])
+    found = vb.kinematics(profile, nose="bottom", pole=middle, touch_distance=1e-3)
+    assert (found.touching.sum("time") > 0).values.tolist() == [False] * 5 + [True]
+    assert figure.compute(found).whisker.values.tolist() == [0, 1, 2, 5]

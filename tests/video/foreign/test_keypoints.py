@@ -188,3 +188,15 @@ def test_the_choice_of_keypoints_is_told():
     profile = profile_from_keypoints(keypoints(), calibration=CALIBRATION, keypoints=[["w5", "w4"]])
     assert json.loads(profile.attrs["keypoints"]) == [["w5", "w4"]]
     assert profile.attrs["arc_length_from"] == "first keypoint"
+
+
+def test_keypoints_of_several_whiskers_are_not_taken_for_one():
+    """A line from the tip of one whisker to the base of the next turns back."""
+    x, y, likelihood = positions()
+    names = [f"{whisker}_{k}" for whisker in "ab" for k in range(6)]
+    both = np.hstack([x, x + 3.0]), np.hstack([y, y + 40.0]), np.hstack([likelihood, likelihood])
+    points = Keypoints(names, *(values[None] for values in both))
+    with refusal("missing", "keypoints", "a line through those of dlc.csv that turns back at a_5"):
+        profile_from_keypoints(points, calibration=CALIBRATION, source="dlc.csv")
+    named = profile_from_keypoints(points, calibration=CALIBRATION, keypoints=[names[:6], names[6:]])
+    assert named.sizes["whisker"] == 2

@@ -68,9 +68,9 @@ def _dims(data: xr.Dataset) -> list[str]:
     most = max(data.variables.values(), key=lambda one: one.ndim).dims
     alien = [str(name) for name, one in data.variables.items() if not set(one.dims) <= set(most)]
     if alien:
-        fit = [str(name) for name, one in data.data_vars.items() if set(one.dims) <= set(most)]
+        along = {str(dim) for name in alien for dim in data[name].dims} - set(most)
         rule = f"must have variables along {', '.join(map(str, most))} alone"
-        raise ShapeError("data", rule, ", ".join(alien), f"choose those that fit together: data[{fit!r}]")
+        raise ShapeError("data", rule, ", ".join(alien), f"leave them out: data.drop_dims({sorted(along)!r})")
     return [str(dim) for dim in most]
 
 

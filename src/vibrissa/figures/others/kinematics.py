@@ -32,10 +32,12 @@ def compute(kinematics: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Up to four whiskers, those measured in most frames, in their order; with the attribute ``caption``.
+        Up to four whiskers, those that touch and then those measured in most frames, in their order; with the attribute
+        ``caption``.
     """
     frames = np.isfinite(kinematics.whisker_angle.values).sum(axis=1)
-    shown = np.sort(np.argsort(-frames, kind="stable")[:SHOWN])
+    touching = kinematics.touching.values == 1 if "touching" in kinematics else np.zeros((len(frames), 1), bool)
+    shown = np.sort(np.lexsort((-frames, ~touching.any(axis=1)))[:SHOWN])
     low, high = kinematics.attrs["whisking_band"]
     touches = (
         f"Grey: touches, the whisker within {1e3 * kinematics.attrs['touch_distance']:.2g} mm of the object, or bent."
@@ -43,11 +45,11 @@ def compute(kinematics: xr.Dataset) -> xr.Dataset:
         else "No touches were sought."
     )
     caption = (
-        f"{shown.size} of {kinematics.sizes['whisker']} whiskers, those seen in most frames. Top: angle at the base "
-        f"to {_line(kinematics.attrs['face_from'])} (0° caudal, 180° rostral; blue), set point (orange) and amplitude "
-        f"(band) of whisking. Middle: phase, 0 at the most protracted (band {low:g}–{high:g} Hz). Bottom: change Δκ of "
-        f"the curvature at the base against the free whisker. {touches} Gaps: not seen. The axes of angle and Δκ hold "
-        "99 % of the values or more; single frames may lie beyond."
+        f"{shown.size} of {kinematics.sizes['whisker']} whiskers, first those that touch, then those seen in most "
+        f"frames. Top: angle at the base to {_line(kinematics.attrs['face_from'])} (0° caudal, 180° rostral; blue), "
+        f"set point (orange) and amplitude (band) of whisking. Middle: phase, 0 at the most protracted (band {low:g}–"
+        f"{high:g} Hz). Bottom: change Δκ of the curvature at the base against the free whisker. {touches} Gaps: not "
+        "seen. The axes of angle and Δκ hold 99 % of the values or more; single frames may lie beyond."
     )
     return kinematics.isel(whisker=shown).assign_attrs(caption=caption)
 

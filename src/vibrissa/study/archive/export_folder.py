@@ -71,7 +71,8 @@ def read_results(folder: Path, *, may_be_empty: bool = False) -> tuple[Datasets,
     if "sweeps" in parts:
         _leave_out_shown(parts, left_out)
     if not parts and not may_be_empty:
-        raise FormatError(str(folder), "must hold results: datasets (.nc) of vibrissa run, track, kinematics, scan, neural or sort")
+        rule = "must hold results: datasets (.nc) of vibrissa run, track, kinematics, scan, neural or sort"
+        raise FormatError(str(folder), rule)
     return parts, left_out
 
 

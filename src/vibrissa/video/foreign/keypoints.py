@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from vibrissa.errors import FormatError, InputError, PackageError, RangeError, TooFewError, UnknownError, install
+from vibrissa.errors import (
+    FormatError,
+    InputError,
+    MissingError,
+    PackageError,
+    RangeError,
+    TooFewError,
+    UnknownError,
+    install,
+)
 from vibrissa.files import existing
 from vibrissa.video.foreign.whisk_files import FURTHEST, Values
 from vibrissa.video.linked.traces import labelled_traces
@@ -24,6 +33,7 @@ Software = Literal["DeepLabCut", "SLEAP"]
 LIKELIHOOD = {"DeepLabCut": 0.6, "SLEAP": 0.0}  # DeepLabCut guesses everywhere (its pcutoff); SLEAP leaves out
 HEADER = ("scorer", "individuals", "bodyparts", "coords")
 Curve = tuple[Values, Values, Values]  # x, y (T, K) and arc length (K,) [px]
+FEWEST = 2  # keypoints of a whisker
 MOST = 300_000_000  # values of a profile
 
 
@@ -174,7 +184,7 @@ def profile_from_keypoints(
         Frame rate and pixel size; these files know neither.
     keypoints : sequence of sequences of str, optional
         For each whisker the names of its keypoints from base to tip, at least two; default: one whisker, all
-        keypoints in the order of the file. Of several individuals each has these whiskers.
+        keypoints in the order of the file, which must not turn back. Of several individuals each has these whiskers.
     least_likelihood : float
         Keypoints below it are NaN; the attribute ``keypoints_left_out`` says how many.
     node_spacing : float, optional
@@ -194,7 +204,8 @@ def profile_from_keypoints(
     Raises
     ------
     InputError
-        If a name is unknown or given twice, a whisker has fewer than two, or two neighbours are never seen together.
+        If a name is unknown or given twice, a whisker has fewer than two, or two neighbours are never seen together;
+        if no names are given and those of the file do not follow one another along one whisker.
     """
     wanted = [list(one) for one in keypoints] if keypoints is not None else [points.names]
     for one in wanted:
@@ -207,6 +218,8 @@ def profile_from_keypoints(
         for one in wanted:
             at = [points.names.index(name) for name in one]
             x, y = (np.where(out, np.nan, values)[individual][:, at] for values in (points.x, points.y))
+            if keypoints is None and len(one) >= 2 * FEWEST:
+                _refuse_turns(source, x, y, one)
             seen = np.isfinite(x) & np.isfinite(y)
             whiskers.append((np.where(seen, x, np.nan), np.where(seen, y, np.nan), _lengths(source, x, y, one)))
     if node_spacing is not None:
@@ -230,8 +243,20 @@ def _widened(values: Values, nodes: int) -> Values:
 def _refuse_names(source: str, wanted: list[str], names: list[str]) -> None:
     if unknown := [name for name in wanted if name not in names]:
         raise UnknownError("keypoints", f"must be among those of {source}: {', '.join(names)}", ", ".join(unknown))
-    if len(set(wanted)) < len(wanted) or len(wanted) < 2:
+    if len(set(wanted)) < len(wanted) or len(wanted) < FEWEST:
         raise TooFewError("keypoints", "must be at least two different ones for each whisker", ", ".join(wanted))
+
+
+def _refuse_turns(source: str, x: Values, y: Values, names: list[str]) -> None:
+    """Refuse keypoints in the order of a file whose line turns back: they are of several whiskers, or not in order."""
+    way = np.diff(x, axis=1) + 1j * np.diff(y, axis=1)
+    ahead = (way[:, 1:] * way[:, :-1].conj()).real
+    back = np.sum(ahead < 0, axis=0) > np.sum(ahead > 0, axis=0)
+    if back.any():
+        at = names[int(np.argmax(back)) + 1]
+        rule = "must be given where the keypoints do not follow one another along one whisker"
+        remedy = f"name those of each whisker, base first, from {', '.join(names)}"
+        raise MissingError("keypoints", rule, f"a line through those of {source} that turns back at {at}", remedy)
 
 
 def _lengths(source: str, x: Values, y: Values, names: list[str]) -> Values:
