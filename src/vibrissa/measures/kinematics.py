@@ -252,11 +252,11 @@ def _base_part(whiskers: list[dict[str, Array]]) -> tuple[float, float]:
 
 
 def _refuse_beyond(part: tuple[float, float], whiskers: list[dict[str, Array]]) -> None:
-    """Refuse a base part that is none, or ends beyond all nodes."""
+    """Refuse a base part that does not ascend, or ends beyond all nodes."""
     furthest = max(float(np.nanmax(one["arc_length"], initial=0)) for one in whiskers)
     if not 0 <= part[0] < part[1] <= furthest * (1 + 1e-9):
         found = f"{1e3 * part[0]:.4g} to {1e3 * part[1]:.4g} mm"
-        raise RangeError("base_part", f"must ascend, within the nodes, which reach to {1e3 * furthest:.4g} mm", found)
+        raise RangeError("base_part", "must ascend, within the nodes", found, f"these reach to {1e3 * furthest:.4g} mm")
 
 
 def _refuse_few(arc: Array, inside: Mask, part: tuple[float, float]) -> None:
