@@ -256,7 +256,9 @@ def _refuse_beyond(part: tuple[float, float], whiskers: list[dict[str, Array]]) 
     furthest = max(float(np.nanmax(one["arc_length"], initial=0)) for one in whiskers)
     if not 0 <= part[0] < part[1] <= furthest * (1 + 1e-9):
         found = f"{1e3 * part[0]:.4g} to {1e3 * part[1]:.4g} mm"
-        raise RangeError("base_part", "must ascend, within the nodes", found, f"these reach to {1e3 * furthest:.4g} mm")
+        raise RangeError(
+            "base_part", "must ascend, within the nodes", found, f"the nodes reach to {1e3 * furthest:.4g} mm"
+        )
 
 
 def _refuse_few(arc: Array, inside: Mask, part: tuple[float, float]) -> None:

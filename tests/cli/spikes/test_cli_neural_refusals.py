@@ -1,6 +1,7 @@
 """What the verbs of spikes refuse, or remark on, before and after their work."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 
@@ -77,3 +78,38 @@ def test_trials_that_end_before_the_stimulus_are_told(vibrissa, recording):
     assert code == 0, err
     assert "8 of 12 trials end before the stimulus: the shortest lasts 3.6 s of 3.999 s" in err
     assert "end before" not in vibrissa(*words, "--trial-table", recording / "whole.csv")[2]
+
+
+def test_times_that_look_like_milliseconds_are_refused_by_information_too(vibrissa, recording, tmp_path):
+    spikes = pd.read_csv(recording / "spikes.csv")
+    spikes.assign(spike_time=1e3 * spikes.spike_time).to_csv(tmp_path / "ms.csv", index=False)
+    code, out, err = vibrissa("information", "--spikes", tmp_path / "ms.csv", "--trials", 12, "--window", 0, 3.9)
+    assert (code, out) == (2, "")
+    assert err.startswith("vibrissa: spike_time must lie within the window, 0 to 3.9 s, got ")
+    assert "look like milliseconds" in err
+
+
+def test_counts_with_their_axes_in_another_order_are_refused(vibrissa, recording, tmp_path):
+    counts = np.random.default_rng(0).poisson(1.0, (4, 12, 390))  # units, trials, bins
+    np.save(tmp_path / "counts.npy", counts)
+    stimulus = ("--stimulus", recording / "stimulus.csv", "--counted-bin", "10ms")
+    code, _, err = vibrissa("neural", "--spikes", tmp_path / "counts.npy", *stimulus)
+    assert code == 2
+    assert "4 bins of 0.01 s; counts are bins x trials x units" in err
+
+
+def test_a_stimulus_that_begins_long_after_the_onset_is_remarked_on(vibrissa, recording, tmp_path):
+    stimulus = pd.read_csv(recording / "stimulus.csv")
+    stimulus.assign(time=stimulus.time + 2.0).to_csv(tmp_path / "late.csv", index=False)
+    spikes = ("--spikes", recording / "spikes.csv", "--trials", 12)
+    _, _, err = vibrissa("neural", *spikes, "--stimulus", tmp_path / "late.csv")
+    assert "the stimulus lasts from 2 to " in err
+    assert "are its times of another clock?" in err
+
+
+@pytest.mark.parametrize("name", ["own.wav", "own.npy"])
+def test_sound_that_is_no_command_is_refused_with_what_is_read(vibrissa, recording, tmp_path, name):
+    (tmp_path / name).write_bytes(b"whatever")
+    code, _, err = vibrissa("neural", "--spikes", recording / "spikes.csv", "--stimulus", tmp_path / name)
+    assert code == 2
+    assert f"{name} must have the sidecar of a command of `vibrissa replay`; of another stimulus give a CSV" in err

@@ -74,3 +74,13 @@ def test_a_rate_that_adapts_is_named():
     found, _ = described(lambda a: 5 + 3.5e5 * hinge(a), adapting=True)
     assert found.model == "adaptation"
     assert found.at in (0.05, 0.3)
+
+
+def test_columns_within_the_fit_have_no_p_value():
+    """An envelope of two values, such as a pulse, leaves nothing for a curve to add."""
+    pulse = np.tile(np.repeat([0.0, 1.0], 5), 60)
+    slopes = np.vstack([np.ones(600), pulse])
+    residual = np.random.default_rng(0).normal(size=600)
+    assert np.isnan(
+        structure_p_value(np.vstack([pulse**2, 3 * pulse]), slopes, residual, np.ones(600), 10 * np.arange(60))
+    )

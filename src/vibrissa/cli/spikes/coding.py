@@ -21,13 +21,14 @@ from vibrissa.cli.shared.recorded import (
     show_map,
 )
 from vibrissa.cli.shared.words.units import Duration
-from vibrissa.errors import ShapeError
+from vibrissa.errors import RangeError, ShapeError
 
 if TYPE_CHECKING:
     import xarray as xr
 
 MOST_OUTSIDE = 0.5  # share of the spikes outside of the window above which it is said
 LATE = 10.0  # times the end of the window beyond which times are likely of another unit or clock
+FAR = 100.0  # times its end, from which on they are refused if most are outside
 SILENT = 0.1  # share of the window, or of the trials, without any spike from which on it is said
 
 
@@ -151,10 +152,11 @@ def information(
     from vibrissa.neural.coding.information import unit_information
 
     table, count, remarks = recorded.read(window, bin_width)
+    unlikely = _unlikely(table, count, window)
     with stage("units"):
         data = unit_information(table, count, window=window, bin_width=bin_width)
     tell(*remarks)
-    tell(*_unlikely(table, count, window))
+    tell(*unlikely)
     drawing.draw("spikes.information", data)
     ends = [f"spike_information{end}" for end in ("", "_low", "_high", "_plain")]
     names = ["unit_name", "unit_rate", *ends, "information_rate", "count_information", "reason"]
@@ -167,7 +169,11 @@ def _unlikely(spikes: xr.Dataset, n_trials: int, window: Window) -> list[str]:
     outside = int(((time < start) | (time >= stop)).sum())
     if outside > MOST_OUTSIDE * time.size:
         far = float(time.max(initial=0.0))
-        unit = f"; times up to {far:g} look like milliseconds or a session's clock" if far > LATE * stop else ""
+        unit = "look like milliseconds or a session's clock"
+        if far > FAR * stop and 2 * outside > time.size:
+            rule, found = f"must lie within the window, {start:g} to {stop:g} s", f"{outside} of {time.size} outside"
+            raise RangeError("spike_time", rule, found, f"times are in seconds; those up to {far:g} {unit}")
+        unit = f"; times up to {far:g} {unit}" if far > LATE * stop else ""
         lines.append(f"{outside} of {time.size} spikes are outside of the window of {start:g} to {stop:g} s{unit}")
     last = float(time[time < stop].max(initial=start))
     if stop - last >= SILENT * (stop - start):

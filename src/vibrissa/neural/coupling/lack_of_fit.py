@@ -61,13 +61,14 @@ def structure_p_value(extra: Array, slopes: Array, residual: Array, weights: Arr
     Returns
     -------
     float
-        NaN where there are too few blocks.
+        NaN where there are too few blocks, or the columns add nothing to those fitted, as with an envelope of two
+        values.
     """
     new = _beyond(extra, slopes, weights)
-    sums = np.add.reduceat(new * weights * residual, starts, axis=1)
     rank, n_blocks = len(new), starts.size
-    if n_blocks <= rank + 2:
+    if not rank or n_blocks <= rank + 2:
         return np.nan
+    sums = np.add.reduceat(new * weights * residual, starts, axis=1)
     total = sums.sum(1)
     scatter = np.cov(sums) * n_blocks if rank > 1 else np.atleast_2d(np.var(sums, ddof=1) * n_blocks)
     statistic = float(total @ np.linalg.pinv(scatter, hermitian=True) @ total)

@@ -22,6 +22,7 @@ from vibrissa.study.spec.given import SpikesInput, StimulusInput
 if TYPE_CHECKING:
     import xarray as xr
 
+LATE = 0.1  # of its length after the onset, from which on the begin of a stimulus is remarked on
 REMARKS = {  # attributes of a table of spikes, and what is said where they are not 0
     "spikes_unsorted": "{} unsorted spikes (unit 0) are left out; `unsorted` keeps them",
     "spikes_outside": "{} spikes lie in no trial and are left out",
@@ -102,11 +103,28 @@ def read_recording(
     if spikes.period is not None and spikes.period < (length := float(time[-1] - time[0]) * (1 - 1e-9)):
         raise RangeError("period", f"must not be shorter than the stimulus of {length:.6g} s", spikes.period)
     table, count, more = read_spikes(spikes, (min(kept), max(kept)), folder, bin_width=bin_width, progress=progress)
+    _refuse_short_counts(table, end - time[0], str(spikes.spikes))
     table, beyond = _within(table, time, around)
     own = shown[name_of(shown)].sizes.get("trial", count)
     if own != count:
         raise ShapeError(str(stimulus.stimulus), f"must have {count} trials, as the spikes have", own)
-    return Recording(table, shown, count, [*remarks, *more, *beyond])
+    return Recording(table, shown, count, [*remarks, *_late(time[0], end), *more, *beyond])
+
+
+def _refuse_short_counts(table: xr.Dataset, length: float, source: str) -> None:
+    """Refuse counts whose bins last less than half of the stimulus: their axes are likely in another order."""
+    counted = table.attrs.get("counted_bins", np.inf) * table.attrs.get("counted_bin", 1.0)
+    if 2 * counted < length:
+        rule = f"must hold counts of half of the stimulus of {length:.4g} s at least"
+        found = "{counted_bins} bins of {counted_bin:g} s".format(**table.attrs)
+        raise ShapeError(source, rule, found, "counts are bins x trials x units")
+
+
+def _late(first: float, end: float) -> list[str]:
+    """Remark on a stimulus that begins long after the onset of a trial."""
+    if first <= LATE * (end - first):
+        return []
+    return [f"the stimulus lasts from {first:g} to {end:g} s after an onset: are its times of another clock?"]
 
 
 def _within(spikes: xr.Dataset, time: Array, around: Window | None) -> tuple[xr.Dataset, list[str]]:

@@ -62,6 +62,9 @@ def read_stimulus(
         If the file is bad, a unit or a channel is not known, or the motion has no carrier.
     """
     path = folder / given.stimulus
+    if path.suffix.lower() in (".wav", ".npy") and path.is_file() and not _sidecar(path).is_file():
+        remedy = "of another stimulus give a CSV with times and values, or a .nc"
+        raise MissingError(str(path), "must have the sidecar of a command of `vibrissa replay`", remedy=remedy)
     if given.whisker is None and not channels and (path.suffix.lower() in (".wav", ".npy") or _sidecar(path).is_file()):
         raise ConflictError("whisker", "must be given with a command of vibrissa replay", str(path))
     stimulus = _read(path, given)

@@ -59,7 +59,11 @@ def refuse_misplaced(
         raise RangeError("number of trials", "must be at least 1", n_trials)
     time, trial = spikes.spike_time.values, spikes.spike_trial.values
     if time.size == 0:
-        raise RangeError("spikes", "must be at least one", 0)
+        outside = int(spikes.attrs.get("spikes_outside", 0))
+        remedy = (
+            f"{outside} lie in no trial: are times of spikes and trials in seconds, of one clock?" if outside else ""
+        )
+        raise RangeError("spikes", "must be at least one", 0, remedy)
     if trial.max() >= n_trials:
         rule = f"must lie below the number of trials, {n_trials}"
         raise RangeError("trial", rule, trial.max(), "trials count from 0")
