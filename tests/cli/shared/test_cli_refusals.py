@@ -97,3 +97,11 @@ def test_the_package_below_the_command_line_names_no_option():
             if "vibrissa " in line or "dask" in line or '"""' in line or "pip" in line:
                 continue
             assert found[0].strip("\"' (`").removeprefix("--") not in ours, f"{path}: {line}"
+
+
+def test_a_unit_is_suggested_only_where_the_number_is_of_its_size_and_the_unit_another():
+    words = ["scan", "--base-angle", "1.7", "--guess", "1000"]
+    steep = RangeError("Posture.base_angle", "must be below π/2", 1.7)
+    assert "if that is meant" not in str(as_typed(steep, options_of("scan"), words))
+    fast = RangeError("guess", "must lie below 312.5 Hz", 1000.0)
+    assert "if that is meant" not in str(as_typed(fast, options_of("sensor"), words))

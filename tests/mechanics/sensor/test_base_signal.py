@@ -134,3 +134,12 @@ def test_broken_wave_files_are_refused(tmp_path):
     ):
         with refusal(*fields):
             read_base_signal(tmp_path / "base.wav", **(wave | change))
+
+
+def test_a_unit_other_than_that_of_the_header_is_refused(tmp_path):
+    """A bridge read in mV, taken for V, would give a moment a thousand times too large."""
+    path = written(tmp_path / "mv.csv", ["time_ms", "bridge_mV"], 1e3 * TIME, 1e3 * VOLTS)
+    with refusal("conflict", "unit", "V"):
+        read_base_signal(path, kind="moment", unit="V", calibration=3e-8)
+    found = read_base_signal(path, kind="moment", unit="mV", calibration=3e-11)
+    np.testing.assert_allclose(found.base_moment, 3e-8 * VOLTS, atol=1e-15)

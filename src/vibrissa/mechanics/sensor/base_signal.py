@@ -16,7 +16,7 @@ from vibrissa.mechanics.scan.follicle import base_moment
 from vibrissa.quantities import dataset
 from vibrissa.tables.reader import read_table
 from vibrissa.tables.table import Table
-from vibrissa.tables.units import to_si, units_of
+from vibrissa.tables.units import channel_and_unit, in_si, to_si, units_of
 from vibrissa.whisker import Whisker
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def read_base_signal(
     wave = Path(path).suffix.lower() == ".wav"
     if wave and sampling_rate is not None:
         raise ConflictError("sampling_rate", "must not be given: a .wav states its own", sampling_rate)
-    time, raw, clipped = _wav(path, unit, column) if wave else _table(path, column, sampling_rate)
+    time, raw, clipped = _wav(path, unit, column) if wave else _table(path, column, sampling_rate, unit)
     attrs = {"kind": kind, "unit": unit, "calibration": scale, "clipped": clipped, "zero": "of the file"}
     if rest is not None:
         raw = raw - _at_rest(time, raw, rest)
@@ -169,11 +169,15 @@ def _full_scale(path: str | Path, samples: NDArray[Any], unit: str) -> tuple[Arr
     return (samples.astype(float) - middle) / (float(ends.max) - middle + 1), clipped
 
 
-def _table(path: str | Path, column: str | None, sampling_rate: float | None) -> tuple[Array, Array, int]:
+def _table(path: str | Path, column: str | None, sampling_rate: float | None, unit: str) -> tuple[Array, Array, int]:
     table = read_table(path, {}, {"time": "s"})
     if len(table) < 2:
         raise TooFewError(str(path), "must hold a header and samples", f"{len(table)} samples")
-    values = table.numbers(_column(f"{path}, header", table.others, column))
+    column = _column(f"{path}, header", table.others, column)
+    stated = channel_and_unit(column)[1]
+    if stated is not None and in_si(1.0, stated) != in_si(1.0, unit):
+        raise ConflictError("unit", f"must be {stated}, as {path} states for {column}", unit)
+    values = table.numbers(column)
     if ("time" in table) + (sampling_rate is not None) != 1:
         rule, remedy = (
             "must have one column of time, or a sampling rate given",

@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection, Sequence
 
 from vibrissa.cli.shared.words.glossary import GLOSSARY
-from vibrissa.cli.shared.words.units import DIMENSIONS, option_of, written
+from vibrissa.cli.shared.words.units import DIMENSIONS, in_si, option_of, written
 from vibrissa.errors import InputError, RangeError
 from vibrissa.tables.quantity import QUANTITY, number
 
@@ -119,13 +119,16 @@ def _with_unit(option: str, typed: str, remedy: str) -> str:
     count = [last] if rest and rest[-1] == ":" and len(rest) > 3 else []  # of FIRST:LAST:HOW-MANY
     parts = rest if count else [*rest, last]
     values = [number(part) for part in parts[::2]]
-    dimensional = GLOSSARY[option].kind in (*DIMENSIONS, "over length")
+    kind = GLOSSARY[option].kind
+    dimensional = kind in (*DIMENSIONS, "over length")
     two = " " in GLOSSARY[option].example  # values, of which one was read here
-    share = GLOSSARY[option].kind == "over length" and not _like_the_example(option, values)
-    settled = two or share or "write --" in remedy or _SAYS_THE_SHARE.match(remedy)
+    settled = two or not _like_the_example(option, values) or "write --" in remedy or _SAYS_THE_SHARE.match(remedy)
     if not dimensional or settled or not all(one is not None and one > 0 for one in values):
         return remedy
-    parts[::2] = [written(option, part).partition(" ")[2] for part in parts[::2]]
+    units = [written(option, part).partition(" ")[2] for part in parts[::2]]
+    if kind in DIMENSIONS and [in_si(one, option, kind) for one in units] == values:
+        return remedy  # the unit is that of a bare number
+    parts[::2] = units
     meant = f"write {option} {''.join([*parts, *count])}, if that is meant"
     return meant if not remedy or _SAYS_THE_UNIT.match(remedy) else f"{remedy}; {meant}"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections import Counter
 from collections.abc import Collection
 from pathlib import Path
 from typing import Any
@@ -88,7 +89,9 @@ def read_phy(path: str | Path, *, groups: Collection[str] = GOOD) -> xr.Dataset:
     quality = [QUALITY.get(found[one], "") for one in chosen.tolist()]
     about: dict[str, Any] = {"unit_quality": np.array(quality)} if all(quality) else {}
     others = len(found) - chosen.size
-    remark = f"{chosen.size} clusters are units, {', '.join(groups)} by {source}"
+    counts = Counter(found[one] for one in chosen.tolist())
+    kinds = "all: " + ", ".join(f"{n} {one}" for one, n in counts.items()) if ALL in groups else ", ".join(groups)
+    remark = f"{chosen.size} clusters are units, {kinds} by {source}"
     if others:
         remark += f"; {others} clusters with {int((~kept).sum())} spikes are left out"
     names = [str(one) for one in chosen]
