@@ -28,6 +28,11 @@ WRONG = {
     "an envelope with a unit": (lambda: vb.simulate_units(MOTION, mean_envelope="55um"), "format", "mean_envelope"),
     "a dataset as a table": (lambda: vb.save(vb.modes(WHISKER), "modes.csv"), "format", "modes.csv"),
     "a sample of no name": (lambda: vb.sample_data("foo"), "missing", "name"),
+    "a depth for each gap": (
+        lambda: vb.Gaps(position=[0, 0.01], width=[1e-3, 1e-3], depth=[1e-5, 2e-5]),
+        "format",
+        "depth",
+    ),
     "a gap of no width": (lambda: vb.Gaps(position=[0, 0.01], width=[1e-3, -1e-3]), "range", "texture"),
 }
 

@@ -135,3 +135,9 @@ def test_over_a_rough_surface_the_free_end_is_that_beyond_the_contact_nearest_to
     posture = vb.Posture(contact=0.29, base_angle=0.8)
     free_end = float(vb.scan(long, posture, sine, speed=0.1, model="rod").sample(2000).free_end_length)
     assert free_end == pytest.approx(0.09 * 0.08, abs=1e-3)  # within a period of the surface
+
+
+def test_one_node_may_be_a_number():
+    motion = vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1)
+    one, many = motion.sample(2000, nodes=5e-3), motion.sample(2000, nodes=[5e-3])
+    np.testing.assert_array_equal(one.displacement, many.displacement)

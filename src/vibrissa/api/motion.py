@@ -82,14 +82,14 @@ class Motion:
         return f"<Motion over {kind[type(self.prediction)]} at {scan.speed:g} m/s: {found}; .sample(rate), .plot()>"
 
     @names_arguments
-    def sample(self, rate: float = 20e3, *, nodes: Sequence[float] | None = None) -> xr.Dataset:
+    def sample(self, rate: float = 20e3, *, nodes: Sequence[float] | float | None = None) -> xr.Dataset:
         """The motion at even times, from 0 until the ringing after the last event has died away.
 
         Parameters
         ----------
         rate : float
             Samples per second [Hz].
-        nodes : sequence of float, optional
+        nodes : float or sequence of float, optional
             Distances from the base of points of the shaft whose motion is wanted [m].
 
         Returns
@@ -115,6 +115,7 @@ class Motion:
         """
         if not 0 < rate < np.inf:
             raise RangeError("rate", "must be positive (Hz)", rate)
+        nodes = [float(nodes)] if isinstance(nodes, float | int) else nodes
         if isinstance(self.prediction, SlowPrediction | SwingPrediction):
             if nodes is not None:
                 raise ConflictError("nodes", "must be left out where the posture changes", nodes)

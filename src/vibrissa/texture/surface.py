@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibrissa.arrays import Array, ByValue
-from vibrissa.errors import FormatError, RangeError, ShapeError, TooFewError, UnknownError
+from vibrissa.errors import FormatError, RangeError, ShapeError, TooFewError, UnknownError, require_number
 
 Reading = Literal["telegraph", "widths"]
 
@@ -51,6 +51,7 @@ class Gaps(ByValue):
             first = int(wrong.argmax())
             found = f"gap {first + 1} at {self.position[first]:.4g} m, {self.width[first]:.4g} m wide"
             raise RangeError("texture", "must have finite positions and positive widths", found)
+        require_number("depth", self.depth, "one depth for all gaps [m]")
         if not 0 < self.depth < np.inf:
             raise RangeError("texture", "must have a positive depth", self.depth)
         land = self.position[1:] - self.end[:-1]
