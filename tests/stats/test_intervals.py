@@ -25,6 +25,8 @@ def test_tests_not_made_do_not_count():
     found = adjusted_p_values(np.array([0.02, np.nan, 0.5, 0.01, 0.03]))
     np.testing.assert_allclose(found, [0.04, np.nan, 0.5, 0.04, 0.04])
     assert np.isnan(adjusted_p_values(np.array([np.nan]))).all()
+    with refusal("range", "p-values"):
+        adjusted_p_values(np.array([0.01, np.inf]))
 
 
 def test_false_discoveries_stay_at_their_share():

@@ -58,7 +58,7 @@ def adjusted_p_values(p: Array) -> Array:
     [0.04, 0.04, 0.04, 0.5]
     """
     p = np.asarray(p, float)
-    made = np.isfinite(p)
+    made = ~np.isnan(p)
     if np.any((p[made] < 0) | (p[made] > 1)):
         raise RangeError("p-values", "must lie between 0 and 1", f"{p[made].min()}…{p[made].max()}")
     adjusted = np.full(p.shape, np.nan)

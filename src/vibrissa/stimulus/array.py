@@ -30,7 +30,7 @@ Spread = Literal["even", "random", "least"]
 
 
 def shifts_of(delays: Sequence[float], length: int, sampling_rate: float) -> Integers:
-    """Shifts [samples] of given delays [s], one for each whisker, in [0, record) and no two alike.
+    """Shifts [samples] of given delays [s], one for each whisker, in [0, record).
 
     Parameters
     ----------

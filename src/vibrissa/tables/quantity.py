@@ -46,7 +46,7 @@ def number(text: str) -> float | None:
         0.04 of ``0.04``, None of ``40mm``.
     """
     try:
-        return float(text)
+        return None if "_" in text else float(text)  # 1_0, which Python would read as ten
     except ValueError:
         return None
 

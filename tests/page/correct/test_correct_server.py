@@ -12,6 +12,7 @@ import pytest
 from corrected_pad import make_pad, served_pad
 from refusals import refusal
 
+from vibrissa.errors import MachineError
 from vibrissa.netcdf import load, save
 from vibrissa.video.correct.edit_file import read_edits
 from vibrissa.video.correct.opening import open_tracks
@@ -231,3 +232,19 @@ def test_files_that_do_not_belong_together_are_refused(pad, tmp_path):
         opened(profile=pad.segments)
     with refusal("format"):
         opened(segments=pad.movie)
+
+
+def test_an_edit_that_cannot_be_written_is_not_made(page, monkeypatch):
+    """The disk is full: names stay, and what can be undone stays too."""
+    facts, arrays = unpacked(get(page, "lines"))
+
+    def refused(*_):
+        raise MachineError("edits.json", "could not be written (No space left on device)")
+
+    monkeypatch.setattr("vibrissa.page.correct.session.write_edits", refused)
+    status, said = post(page, "edit", {"do": "delete", "at": line_of(arrays, 2, 20)})
+    assert status != 200
+    assert "No space left" in said
+    after, same = unpacked(get(page, "lines"))
+    assert after["edits"] == facts["edits"] == 0
+    np.testing.assert_array_equal(same["whisker"], arrays["whisker"])

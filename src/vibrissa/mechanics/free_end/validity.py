@@ -136,7 +136,8 @@ def free_end_verdict(facts: xr.Dataset, whisker: Whisker, posture: Posture, text
         One line.
     """
     allowed, count = int(facts.jumps_allowed), int(facts.jump_count)
-    free_end = f"its free end, which allows {allowed} of {count} jumps and bridges the other gaps"
+    jumps = f"{allowed} of {count} jumps and bridges the other gaps" if allowed else f"no jump and bridges {count} gaps"
+    free_end = f"its free end, which allows {jumps}"
     said = f"fast model of a straight whisker with {free_end}"
     beyond = limits(whisker, posture, texture, scan)
     reasons: list[str] = []

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from vibrissa.errors import FormatError, UnknownError
+from vibrissa.errors import FormatError, InputError, UnknownError
 from vibrissa.page.answer.frames import packed
 from vibrissa.page.correct.pictures import drawn_lines, drawn_names
 from vibrissa.video.correct.correction import Correction
@@ -80,13 +80,17 @@ class CorrectionSession:
         Raises
         ------
         InputError
-            If it cannot be done; nothing has changed then.
+            If it cannot be done, or its file not be written; names are as before then.
         """
         with self._lock:
             if place not in self._does:
                 raise UnknownError("request", f"must be one of {', '.join(self._does)}", place)
             edit, said = self._does[place](values)
-            write_edits(self.edits, self.movie, self.correction.edits)
+            try:
+                write_edits(self.edits, self.movie, self.correction.edits)
+            except InputError:
+                self._does["redo" if place == "undo" else "undo"]({})
+                raise
             done = {"did": place, "said": said, "called": edit.whisker if edit.do == "call" else None}
             return packed(self._facts() | done, drawn_names(self.correction.named))
 
