@@ -94,6 +94,7 @@ BAD = {
     "seeds and link": (["--tracking", "link", "--seed-point", "60,60"], "--seed-point must be left out"),
     "lines of the followed": (["--tracking", "follow", "--segments", "l.nc"], "--segments must be left out"),
     "an empty region": (["--region", "270,190,319,239"], "no line in any frame"),
+    "a region from right to left": (["--region", "90,90,40,40"], "right and bottom are the larger ones"),
     "a region off the image": (["--region", "0,0,400,100"], "--region must lie within the image of 320 × 240"),
 }
 

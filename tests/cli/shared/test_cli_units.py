@@ -115,6 +115,7 @@ MISTAKES = {
     "pixels in µm": (f"{TRACK} 95", "write --pixel-size 95um,"),
     "pixels in pixels": (f"{TRACK} 10px", "write --pixel-size 10um,"),
     "frame rate in kHz": (f"{TRACK} 95um --frame-rate 2", "write --frame-rate 2kHz\n"),
+    "frame rate in mm": (f"{TRACK} 95um --frame-rate 500mm", "write --frame-rate 2kHz, or the number in Hz\n"),
     "frame rate as fps": (f"{TRACK} 95um --frame-rate 500fps", "or the number in Hz\n"),
     "length in mm": (f"{MODES} 40 --whisker.cone-angle 1.5e-3", "write --whisker.length 40mm,"),
     "cone angle in mrad": (f"{MODES} 40mm --whisker.cone-angle 1.5", "write --whisker.cone-angle 1.5mrad,"),

@@ -81,6 +81,7 @@ class ObjectOptions:
 
 
 NO_OBJECT = ObjectOptions()
+TRACKED = (".whiskers", ".hdf5", ".h5", ".csv", ".slp")  # files of other programs
 
 
 def kinematics(
@@ -132,11 +133,12 @@ def kinematics(
     if out is not None:
         refuse_out(out, table=True)
     if profile.is_file() and profile.suffix != ".nc":
-        remedy = f"read it first: vibrissa import-tracks {profile}"
+        reader = "import-tracks" if profile.suffix in TRACKED else "track"
+        remedy = f"read it first: vibrissa {reader} {profile}"
         raise FormatError(str(profile), "must be a NetCDF file (.nc) of track or import-tracks", remedy=remedy)
     tracks, line = load(profile), line_of(face, "--face")
     if "x" not in tracks:
-        remedy = "take what `vibrissa track --out` wrote, not its lines"
+        remedy = "take what `vibrissa track --out` wrote, not its lines or measures"
         raise TooFewError(str(profile), "must hold profiles", remedy=remedy)
     size = float(tracks.attrs.get("pixel_size", np.nan))
     ends = None if line is None else _in_metres(line, size, "--face")

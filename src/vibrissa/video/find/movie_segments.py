@@ -282,7 +282,8 @@ def _part(region: tuple[int, int, int, int] | None, shape: tuple[int, ...]) -> t
     height, width = shape
     left, top, right, bottom = region or (0, 0, width - 1, height - 1)
     if not (0 <= left < right < width and 0 <= top < bottom < height):
-        raise RangeError("region", f"must lie within the image of {width} × {height} pixels", region)
+        rule, order = f"must lie within the image of {width} × {height} pixels", "its left, top, right and bottom"
+        raise RangeError("region", rule, region, f"give {order}; right and bottom are the larger ones")
     if min(right - left, bottom - top) < SMALLEST - 1:
         size = (right - left + 1, bottom - top + 1)
         raise RangeError("region" if region else "movie", f"must be at least {SMALLEST} pixels each way", size)

@@ -104,7 +104,8 @@ def in_si(text: str, option: str, kind: str) -> float:
     value = converted(text, unit)
     if value is None:
         point = text.replace(",", ".")  # a decimal comma
-        likely = f"{option} {point}" if converted(point, unit) is not None else written(option, text)
+        other = any(converted(text, si) is not None for _, si in DIMENSIONS.values())  # a quantity, of another kind
+        likely = f"{option} {point}" if converted(point, unit) is not None else written(option, "" if other else text)
         raise FormatError(option, f"must be {words}", repr(text), f"write {likely}, or the number in {unit}")
     return value
 
