@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection, Sequence
 
 from vibrissa.cli.shared.words.glossary import GLOSSARY
-from vibrissa.cli.shared.words.units import DIMENSIONS, in_si, option_of, written
+from vibrissa.cli.shared.words.units import DIMENSIONS, has_larger_unit, in_si, option_of, written
 from vibrissa.errors import InputError, RangeError
 from vibrissa.tables.quantity import QUANTITY, number
 
@@ -123,7 +123,8 @@ def _with_unit(option: str, typed: str, remedy: str) -> str:
     kind = GLOSSARY[option].kind
     dimensional = kind in (*DIMENSIONS, "over length")
     two = " " in GLOSSARY[option].example  # values, of which one was read here
-    settled = two or not _like_the_example(option, values) or "write --" in remedy or _SAYS_THE_SHARE.match(remedy)
+    alike = _like_the_example(option, values) or (kind in DIMENSIONS and has_larger_unit(option))
+    settled = two or not alike or "write --" in remedy or _SAYS_THE_SHARE.match(remedy)
     if not dimensional or settled or not all(one is not None and one > 0 for one in values):
         return remedy
     units = [written(option, part).partition(" ")[2] for part in parts[::2]]

@@ -76,6 +76,23 @@ def written(option: str, text: str = "") -> str:
     return f"{option} {value}{LARGER.get(example[2], example[2]) if small else example[2]}"
 
 
+def has_larger_unit(option: str) -> bool:
+    """Whether a small number of an option may be in a larger unit than its example, as 0.1 mm beside 95 µm.
+
+    Parameters
+    ----------
+    option : str
+        As in the glossary.
+
+    Returns
+    -------
+    bool
+        True if :func:`written` takes that unit for it.
+    """
+    example = QUANTITY.fullmatch(GLOSSARY[option].example.split(":")[0].split(" ")[0])
+    return example is not None and example[2] in LARGER
+
+
 def in_si(text: str, option: str, kind: str) -> float:
     """What was typed, in SI units.
 
