@@ -100,7 +100,7 @@ def test_whiskers_without_a_phase_are_remarked_on_with_the_remedy():
     profile = circle_profile(0.1 - 0.3 * np.cos(2 * np.pi * 5 * TIME), 20.0 + 0 * TIME)
     assert "no phase" not in kinematics_of(profile, KinematicsSettings(face=DOWN)).attrs["remarks"]
     profile.x.values[:, ::40] = profile.y.values[:, ::40] = np.nan  # never 0.25 s on end
-    assert "1 of 1 whiskers have no phase" in kinematics_of(profile, KinematicsSettings(face=DOWN)).attrs["remarks"]
+    assert "1 of 1 whiskers has no phase" in kinematics_of(profile, KinematicsSettings(face=DOWN)).attrs["remarks"]
     bridged = kinematics_of(profile, KinematicsSettings(face=DOWN, bridged=1))
     assert "no phase" not in bridged.attrs["remarks"]
 

@@ -49,13 +49,15 @@ def remark_on_frames(columns: Mapping[str, Array], followed: int, band: tuple[fl
         )
     if silent := int((~np.isfinite(phase)).all(axis=1).sum()):
         remarks.append(
-            f"{silent} of {len(phase)} whiskers have no phase: none of them is seen for {needed:.3g} s "
-            f"without a gap of more than {bridged} frames; `bridged` bridges longer gaps"
+            f"{silent} of {len(phase)} whiskers {'has' if silent == 1 else 'have'} no phase: none is seen for "
+            f"{needed:.3g} s without a gap of more than {bridged} frames; `bridged` bridges longer gaps"
         )
     if (share := np.isfinite(phase)[measured].mean() if measured.any() else 1.0) < MOST:
+        cycle = np.isfinite(columns["set_point"])[measured].mean()
         remarks.append(
-            f"{100 * share:.0f} % of the angles have a phase, amplitude and set point: stretches below {needed:.3g} s "
-            f"between gaps of more than {bridged} frames have none, so that these may be of rest alone"
+            f"{100 * share:.0f} % of the angles have a phase, {100 * cycle:.0f} % an amplitude and a set point: there "
+            f"are none in stretches below {needed:.3g} s between gaps of more than {bridged} frames, nor within "
+            f"{needed / 4:.3g} s of the ends of others, so that these may be of rest alone"
         )
     return remarks
 

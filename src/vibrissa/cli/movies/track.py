@@ -228,7 +228,8 @@ def _losses(runs: list[tuple[int, int, str]], profile: xr.Dataset) -> list[str]:
         whole.append((whole.pop()[0] if goes_on else first, last))
     longest = sorted(sorted(whole, key=lambda run: run[0] - run[1])[:RUNS])
     each = [f"{start + a}" if a == b else f"{start + a} to {start + b}" for a, b in longest]
-    more = f" and in {len(whole) - RUNS} shorter runs" if len(whole) > RUNS else ""
+    others = len(whole) - RUNS
+    more = f" and in {others} shorter run{'s' if others > 1 else ''}" if others > 0 else ""
     return [f"frames {', '.join(each)}{more}"] if runs else []
 
 
