@@ -200,6 +200,28 @@ def test_whiskers_of_whiskiwrap(tmp_path):
     np.testing.assert_allclose(steps[np.isfinite(steps)], 5, atol=1e-3)
 
 
+def test_the_first_versions_of_whiskiwrap_had_other_names_for_the_same(tmp_path):
+    whiskiwrap(tmp_path / "now.hdf5", label=False)
+    with h5py.File(tmp_path / "now.hdf5") as now, h5py.File(tmp_path / "then.hdf5", "w") as then:
+        for name in ("pixels_x", "pixels_y"):
+            now.copy(name, then)
+        summary = now["summary"][:]
+        summary.dtype.names = ("time", "id", "fol_x", "fol_y")
+        then["summary"] = summary
+    now, then = (
+        read_tracks(tmp_path / name, CALIBRATION, identity="number", whiskers=[0, 1])
+        for name in ("now.hdf5", "then.hdf5")
+    )
+    np.testing.assert_array_equal(now.x, then.x)
+    np.testing.assert_array_equal(now.arc_length, then.arc_length)
+
+
+def test_a_movie_is_no_file_of_tracks(tmp_path):
+    np.save(tmp_path / "movie.npy", np.zeros((3, 8, 8), np.uint8))
+    with refusal("format", "movie.npy", "a movie"):
+        kind_of(tmp_path / "movie.npy")
+
+
 def test_whiskiwrap_without_labels_needs_a_rule(tmp_path):
     whiskiwrap(tmp_path / "a.hdf5", label=False)
     with refusal("missing", "a.hdf5"):

@@ -33,6 +33,7 @@ OPENINGS = {  # by which that of other files is
     b"MATLAB": "WhiskerTracker",
     b"scorer": "DeepLabCut",
 }
+MOVIES = (".npy", ".mp4", ".avi", ".mkv", ".mov", ".tif", ".tiff", ".mraw", ".cihx")
 KNOWN = (
     "known are .whiskers of WHISK, HDF5 of WhiskiWrap, .csv and .h5 of DeepLabCut, .slp and analysis .h5 of SLEAP, "
     "and .mat of Knutsen's WhiskerTracker"
@@ -63,6 +64,10 @@ def kind_of(path: str | Path) -> str:
         return _kind_of_tables(path)
     if head.startswith(b"measv"):
         raise FormatError(str(path), "must hold curves, not measurements", remedy="give the .whiskers file beside it")
+    if Path(path).suffix.lower() in MOVIES:
+        raise FormatError(
+            str(path), "must be a file of tracked whiskers", "a movie", f"vibrissa track {path} tracks it"
+        )
     for opening, kind in OPENINGS.items():
         if head.startswith(opening):
             return kind

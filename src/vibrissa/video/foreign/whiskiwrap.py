@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from numpy.lib.recfunctions import rename_fields
 
 from vibrissa.errors import FormatError, MissingError, ShapeError
 from vibrissa.files import existing
@@ -14,12 +15,14 @@ from vibrissa.video.foreign.whisk_files import Segment, Values, refuse_coordinat
 from vibrissa.video.foreign.whisk_profile import KnownSegment
 
 NOBODY = 0xFFFF  # −1 in the unsigned column
+FORMER = {"time": "fid", "id": "wid", "fol_x": "follicle_x", "fol_y": "follicle_y"}  # names in its first versions
 
 
 def read_whiskiwrap(path: str | Path) -> tuple[list[Segment], dict[tuple[int, int], KnownSegment]]:
     """Segments of a WhiskiWrap HDF5 file, and what it knows of them by frame and number.
 
-    The tables ``summary`` (``fid``, ``wid``, ``follicle_x``, ``follicle_y`` and, if measured, ``label``),
+    The tables ``summary`` (``fid``, ``wid``, ``follicle_x``, ``follicle_y``, in the first versions ``time``, ``id``,
+    ``fol_x``, ``fol_y``; if measured, ``label``),
     ``pixels_x`` and ``pixels_y`` are read, by a separate process with a limit of time, since damaged lists can
     neither be recognised nor read. WhiskiWrap writes label 0 for every segment until they are classified; where
     there is no label, nobody is known.
@@ -44,7 +47,8 @@ def read_whiskiwrap(path: str | Path) -> tuple[list[Segment], dict[tuple[int, in
     rule = "must be a WhiskiWrap HDF5 file with its pixels"
     tables = tables_read_by(whiskiwrap_tables.__name__, existing(path), rule)
     columns = [np.split(tables[f"{axis}"], tables[f"{axis}_end"][:-1]) for axis in ("x", "y")]
-    return _segments(path, tables["summary"], columns), _known(tables["summary"])
+    summary = rename_fields(tables["summary"], FORMER)
+    return _segments(path, summary, columns), _known(summary)
 
 
 def _segments(path: str | Path, summary: np.ndarray, columns: list[list[Values]]) -> list[Segment]:
