@@ -59,7 +59,7 @@ def _examples() -> Path:
 
 
 def _rendered(name: str) -> Path:
-    """A virtual movie, rendered once for each user."""
+    """A virtual movie, rendered once for each version of the package on a machine."""
     from vibrissa import __version__
     from vibrissa.files import written_whole
 
