@@ -150,9 +150,9 @@ def test_no_touches_are_sought_unasked(vibrissa, tracks, tmp_path):
         (("--nose", "top", "--pole", "nan,18"), "--pole must be two finite numbers"),
         (("--nose", "top", "--pole-radius", "1mm"), "--pole-radius must go with --pole"),
         (("--nose", "top", *POLE, "--find-touches"), "--find-touches must be left out where the object is given"),
-        (("--nose", "top", "--base-part", "90mm", "95mm"), "within the nodes, got 90mm 95mm; the nodes reach to "),
+        (("--nose", "top", "--base-part", "90mm", "95mm"), "within the nodes, got 90 to 95 mm; the nodes reach to "),
         (("--nose", "top", "--bridged", "-1"), "--bridged must"),
-        (("--nose", "top", "--whisking-band", "30Hz", "4Hz"), ", got 30Hz 4Hz; choose a band"),
+        (("--nose", "top", "--whisking-band", "30Hz", "4Hz"), ", got 30 to 4 Hz; choose a band"),
         (("--nose", "top", "--find-touches", "--least-frames", "0"), "--least-frames must be positive"),
     ],
 )

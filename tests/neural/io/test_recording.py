@@ -20,6 +20,8 @@ def example(session_of):
         start=datetime(2014, 5, 7, 9, 30, tzinfo=UTC),
         subject="rat",
         age="P90D",
+        sex="F",
+        species="Rattus norvegicus",
     )
 
 

@@ -81,8 +81,7 @@ def as_typed(error: InputError, taken: Collection[str], words: Sequence[str]) ->
     if option is not None and isinstance(error, RangeError):
         typed = _value_of(option, words)
         remedy = _with_unit(option, typed, remedy)
-        both = " " in typed and " " in GLOSSARY[option].example
-        value = typed if both or _same(typed, value) or _has_unit(typed) else value
+        value = typed if _same(typed, value) or _has_unit(typed) else value
     return type(error)(quantity, rule, value, remedy)
 
 
