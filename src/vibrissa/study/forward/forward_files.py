@@ -86,6 +86,6 @@ def _write_session(spikes: xr.Dataset, path: Path) -> None:
     session = spike_table(time, spikes.spike_unit.values, names, **about)
     command = dataset(time=spikes.time.values, whisker=np.array(["scanned"]), command=moved)
     details: dict[str, Any] = {"description": "spikes predicted by vibrissa", "start": EPOCH, "subject": "simulated"}
-    animal = {"age": "P90D", "sex": "U", "species": "Rattus norvegicus"}
-    own = Session(identifier=path.stem, **animal, **details)
+    details |= {"age": "P90D", "sex": "U", "species": "Rattus norvegicus"}
+    own = Session(identifier=path.stem, **details)
     write_nwb(session, path, own, trials=trial_table(onset, onset + duration), command=command)

@@ -81,7 +81,8 @@ def as_typed(error: InputError, taken: Collection[str], words: Sequence[str]) ->
     if option is not None and isinstance(error, RangeError):
         typed = _value_of(option, words)
         remedy = _with_unit(option, typed, remedy)
-        value = typed if _same(typed, value) or _has_unit(typed) else value
+        one = " " not in GLOSSARY[option].example  # of two values the message has both
+        value = typed if one and (_same(typed, value) or _has_unit(typed)) else value
     return type(error)(quantity, rule, value, remedy)
 
 
@@ -146,12 +147,12 @@ def _has_unit(typed: str) -> bool:
 
 
 def _value_of(option: str, words: Sequence[str]) -> str:
-    """What was typed for an option, all its values, the last time; nothing if it was not typed."""
-    found, count = "", 1 + GLOSSARY[option].example.count(" ") if option in GLOSSARY else 1
+    """What was typed for an option, the last time; nothing if it was not typed."""
+    found = ""
     for k, word in enumerate(words):
         name, equals, value = word.partition("=")
         if option_of(name) == option:
-            found = value if equals else " ".join(words[k + 1 : k + 1 + count])
+            found = value if equals else words[k + 1] if k + 1 < len(words) else ""
     return found
 
 
