@@ -98,7 +98,7 @@ def load(path: str | Path) -> xr.Dataset:
     from xarray.backends import InMemoryDataStore
 
     path = existing(path)
-    with _reading(path):
+    with reading(path):
         stored = _stored(path)
         if stored is None:
             data = xr.load_dataset(path, engine="h5netcdf", decode_times=False)
@@ -108,8 +108,24 @@ def load(path: str | Path) -> xr.Dataset:
 
 
 @contextmanager
-def _reading(path: Path) -> Iterator[None]:
-    """Refuse a damaged file, with its name and the fault."""
+def reading(path: Path) -> Iterator[None]:
+    """Refuse a damaged file, with its name and the fault; what reads it does so within.
+
+    Parameters
+    ----------
+    path : path
+        A file that exists.
+
+    Returns
+    -------
+    iterator of None
+        Once.
+
+    Raises
+    ------
+    InputError
+        If it was damaged, or the library cannot read it.
+    """
     if not _verified(path):
         refuse_endless(path)
     try:
@@ -195,5 +211,5 @@ def attributes(path: str | Path) -> dict[str, Any]:
     import h5netcdf
 
     path = existing(path)
-    with _reading(path), h5netcdf.File(path, "r") as file:
+    with reading(path), h5netcdf.File(path, "r") as file:
         return dict(file.attrs)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import sys
 from importlib.metadata import version
 from pathlib import Path
@@ -162,3 +163,24 @@ def test_show_refuses_what_is_no_nwb_file_and_what_is_no_file(vibrissa, tmp_path
         assert (code, out) == (2, "")
         assert err.startswith(f"vibrissa: {tmp_path / name} {rule}")
         assert len(err.splitlines()) == 1
+
+
+def test_a_damaged_file_of_a_folder_is_named(vibrissa, tmp_path):
+    save(dataset(time=[0.0, 1.0], point_displacement=[0.0, 1e-6]), tmp_path / "good.nc")
+    (tmp_path / "half.nc").write_bytes((tmp_path / "good.nc").read_bytes()[:1000])
+    code, out, err = vibrissa("show", tmp_path)
+    assert (code, out) == (2, "")
+    assert "half.nc must be a NetCDF file written by vibrissa" in err
+
+
+@pytest.mark.parametrize(
+    ("header", "kind"),
+    [("time_us,base_angle_deg,contact", "posture in time"), ("time_ms,displacement_pm", "motion of")],
+)
+def test_lines_of_a_table_are_counted_without_comments_in_any_unit(vibrissa, tmp_path, header, kind):
+    rows = "\n".join(["0,1,0.3", "1,2,0.3"] if "contact" in header else ["0,1", "1,2"])
+    (tmp_path / "table.csv").write_text(f"# by hand\n{header}\n# a note\n{rows}\n")
+    code, out, err = vibrissa("show", tmp_path / "table.csv")
+    assert code == 0, err
+    assert kind in out
+    assert re.search(r"lines\W+2\b", out)

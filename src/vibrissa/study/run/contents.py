@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -11,7 +10,8 @@ import numpy as np
 
 from vibrissa.errors import FormatError, InputError, MissingError
 from vibrissa.files import existing
-from vibrissa.tables.text import first_line
+from vibrissa.tables.text import each_line, first_line
+from vibrissa.tables.units import channel_and_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -124,14 +124,13 @@ def _of_dataset(path: Path) -> Contents:
 
 def _of_table(path: Path) -> Contents:
     names = [name.strip() for name in first_line(path).split(",")]
-    bare = {re.sub(r"_(m|mm|um|nm|ms|mrad)$", "", name) for name in names}
+    bare = {channel_and_unit(name)[0] for name in names}
     kind = next((kind for kind, needed in TABLES if needed <= bare), "")
     if kind == "gaps of a texture" or not kind or kind == "height profile":
         return _of_surface(path)
     facts: Facts = {"columns": ", ".join(names)}
     if kind != "spikes":
-        with open(path, encoding="utf-8") as lines:
-            return Contents(f"table: {kind}", facts | {"lines": sum(1 for line in lines if line.strip()) - 1})
+        return Contents(f"table: {kind}", facts | {"lines": sum(1 for _ in each_line(path)) - 1})
     from vibrissa.neural.io.tables.spike_csv import read_spikes
 
     data = read_spikes(path, all_trials=True)
@@ -263,9 +262,11 @@ def _of_folder(path: Path) -> Contents:
         return _of_movie(path)
     import xarray as xr
 
+    from vibrissa.netcdf import reading
+
     facts: Facts = {}
     for file in files:
-        with xr.open_dataset(file, engine="h5netcdf", decode_times=False) as data:
+        with reading(file), xr.open_dataset(file, engine="h5netcdf", decode_times=False) as data:
             sizes = ", ".join(f"{name} {size}" for name, size in data.sizes.items())
             facts[file.name] = kind_of(data) if kind_of(data) != "dataset" else f"dataset: {sizes or 'single numbers'}"
     report = path / "report.html"
