@@ -125,7 +125,10 @@ def test_rates_below_the_threshold_are_held_against_the_spontaneous_ones(truth, 
 def test_nobody_driven_is_drawn_too(truth):
     units = units_of(truth)
     units["significant"] = ("unit", np.zeros(514, bool))
-    fig9.draw(fig9.compute(units)).savefig(io.BytesIO())
+    data = fig9.compute(units)
+    fig9.draw(data).savefig(io.BytesIO())
+    assert "of each of the 0 units, of 0 that pass" in data.attrs["caption"]
+    assert "SU not determined" in data.attrs["caption"]
 
 
 def test_missing_columns_and_strange_qualities_are_refused(truth):

@@ -418,8 +418,9 @@ def test_shaft_stretches_to_second_order_only(form):
 def test_response_of_another_prediction_is_refused(other, rule):
     asked = {"posture": POSTURE, "texture": ONE, "scan": scan(response="exact"), "n_modes": 3} | other
     posture, texture, how = asked.pop("posture"), asked.pop("texture"), asked.pop("scan")
-    with refusal("conflict", "response"):
+    with refusal("conflict", "response") as caught:
         predict(WHISKER, posture, texture, how, **asked, response=tables()["response"])
+    assert rule in str(caught.value)
 
 
 @pytest.mark.parametrize("width", [8e-3, 0.03])
