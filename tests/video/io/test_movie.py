@@ -323,3 +323,15 @@ def test_frames_that_cannot_be_written_leave_no_file(tmp_path, blocks, message):
 def test_unknown_suffix_is_refused(tmp_path):
     with refusal("format", "movie.gif"):
         write_movie(tmp_path / "movie.gif", [frames(8)])
+
+
+@pytest.mark.parametrize(
+    "frames", [np.arange(72, dtype=np.uint8).reshape(2, 3, 4, 3), np.linspace(0, 1, 24).reshape(2, 3, 4)]
+)
+def test_an_array_of_colours_or_fractions_is_refused_with_the_way_to_grey_levels(tmp_path, frames):
+    np.save(tmp_path / "a.npy", frames)
+    with refusal("format", "a.npy") as caught:
+        list(read_blocks(tmp_path / "a.npy"))
+    way = caught.value.remedy.partition("save ")[2].removeprefix("the mean: ")
+    np.save(tmp_path / "b.npy", eval(way, {"frames": frames}))
+    assert np.concatenate(list(read_blocks(tmp_path / "b.npy"))).shape == (2, 3, 4)

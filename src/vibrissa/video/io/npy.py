@@ -46,7 +46,17 @@ def _mapped(path: Path) -> Frames:
     mapped: Frames = read_npy(path)
     if mapped.ndim != 3 or mapped.dtype.newbyteorder("=") not in (np.uint8, np.uint16):
         found = f"{mapped.dtype} {mapped.shape}"
-        raise FormatError(str(path), "must be frames (T, height, width) of uint8 or uint16", found)
+        rule = "must be frames (T, height, width) of uint8 or uint16"
+        raise FormatError(str(path), rule, found, _remedy(mapped))
     if not mapped.size:
         raise TooFewError(str(path), "must have at least one frame", mapped.shape)
     return mapped
+
+
+def _remedy(frames: Frames) -> str:
+    """How an array becomes frames: of colours the mean, of fractions the grey levels."""
+    if frames.ndim == 4 and frames.shape[-1] in (3, 4):
+        return "of colours save the mean: frames[..., :3].mean(-1).astype('uint8')"
+    if frames.ndim == 3 and frames.dtype.kind == "f":
+        return "of grey levels from 0 to 1 save (255 * frames).round().astype('uint8')"
+    return ""
