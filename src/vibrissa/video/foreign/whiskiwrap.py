@@ -47,7 +47,8 @@ def read_whiskiwrap(path: str | Path) -> tuple[list[Segment], dict[tuple[int, in
     rule = "must be a WhiskiWrap HDF5 file with its pixels"
     tables = tables_read_by(whiskiwrap_tables.__name__, existing(path), rule)
     columns = [np.split(tables[f"{axis}"], tables[f"{axis}_end"][:-1]) for axis in ("x", "y")]
-    summary = rename_fields(tables["summary"], FORMER)
+    summary = tables["summary"]
+    summary = rename_fields(summary, FORMER) if summary.dtype.names else summary
     return _segments(path, summary, columns), _known(summary)
 
 
