@@ -65,6 +65,20 @@ def test_each_side_of_the_shutter_is_the_same_only_if_it_is_told():
     np.testing.assert_allclose(told[:2], 0.11, rtol=0.02)
 
 
+@pytest.mark.parametrize(("error", "change"), [(0.5e-6, 2e-4), (2.4e-6, 1e-3)])
+def test_stamps_that_are_rounded_change_a_fit_by_less_than_its_error(error, change):
+    """To microseconds, and to nearly a hundredth of an interval: so far times are even. What they stamp is even."""
+    truth = prediction(0)
+    signals, guess = noisy(predicted_signals(truth, TIME), 1), 1.03 * truth.omega / (2 * np.pi)
+    stamps = TIME + np.random.default_rng(5).uniform(-error, error, TIME.size)
+    even, stamped = (
+        fit_modes(one, guess, prediction=truth)[0] for one in (signals, signals.assign_coords(time=stamps))
+    )
+    np.testing.assert_allclose(stamped.resonant_frequency, even.resonant_frequency, rtol=change)
+    half_width = (even.resonant_frequency_high - even.resonant_frequency_low) / 2
+    assert (np.abs(stamped.resonant_frequency - even.resonant_frequency) < half_width).all()
+
+
 def test_lost_or_uneven_samples_are_refused():
     truth = prediction(0)
     signals = predicted_signals(truth, TIME)

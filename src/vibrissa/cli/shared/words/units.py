@@ -6,6 +6,7 @@ A type for each dimension annotates an option.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from inspect import signature
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -67,7 +68,7 @@ def written(option: str, text: str = "") -> str:
     str
         ``--base-angle 70deg``.
     """
-    example = QUANTITY.fullmatch(GLOSSARY[option].example.split(":")[0].split(" ")[0])
+    example = _example(option)
     typed = QUANTITY.fullmatch(text)
     if example is None:
         return f"{option} {GLOSSARY[option].example}"
@@ -89,8 +90,13 @@ def has_larger_unit(option: str) -> bool:
     bool
         True if :func:`written` takes that unit for it.
     """
-    example = QUANTITY.fullmatch(GLOSSARY[option].example.split(":")[0].split(" ")[0])
+    example = _example(option)
     return example is not None and example[2] in LARGER
+
+
+def _example(option: str) -> re.Match[str] | None:
+    """Number and unit of the first quantity in an option's example."""
+    return QUANTITY.fullmatch(GLOSSARY[option].example.split(":")[0].split(" ")[0])
 
 
 def in_si(text: str, option: str, kind: str) -> float:
