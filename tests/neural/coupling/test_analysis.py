@@ -130,11 +130,14 @@ def test_memory_does_not_grow_with_units_times_trials(stimulus):
     assert peak < 8 * n_units * n_trials * 1000 / 4  # a quarter of the counts of all units, trials and bins
 
 
-def test_other_units_change_the_adjusted_p_value_alone(units, spikes, stimulus):
-    first = spikes.isel(spike=np.flatnonzero(spikes.spike_unit.values == 0), unit=[0])
-    alone = analyse_units(first, stimulus, N_TRIALS)
-    for name in ("p_value", "threshold", "threshold_low", "slope_high", "noise_ceiling"):
-        assert float(alone[name][0]) == float(units[name][0])
+@pytest.mark.parametrize("name", ["driven", "late", "linear"])
+def test_other_units_change_the_adjusted_p_value_alone(name, units, spikes, stimulus):
+    unit = spikes.unit_name.values.tolist().index(name)
+    one = spikes.isel(spike=np.flatnonzero(spikes.spike_unit.values == unit), unit=[unit])
+    alone = analyse_units(one.assign(spike_unit=0 * one.spike_unit), stimulus, N_TRIALS)
+    same = ["p_value", *(f"{key}_{end}" for key in ("threshold", "slope", "latency") for end in ("low", "high"))]
+    for key in (*same, "noise_ceiling", "identified", "reason"):
+        assert alone[key].values[0] == of(units, name)[key].item()
 
 
 def test_one_driven_unit_among_many_is_found(stimulus):

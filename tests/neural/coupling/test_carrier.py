@@ -6,7 +6,15 @@ from populations import ringing
 from refusals import refusal
 
 from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
-from vibrissa.neural.coupling.carrier import ALIKE, REASONS, PhaseTest, phase_in_envelope, settled_by, share_remark
+from vibrissa.neural.coupling.carrier import (
+    ALIKE,
+    ELSEWHERE,
+    REASONS,
+    PhaseTest,
+    phase_in_envelope,
+    settled_by,
+    share_remark,
+)
 from vibrissa.neural.coupling.presentation import Presentation
 from vibrissa.neural.io.tables.spikes import join_units
 from vibrissa.neural.io.tables.stimuli import labelled_stimulus
@@ -97,3 +105,12 @@ def test_a_second_stimulus_decides(units):
     assert found.reason.values[passed].tolist() == units.reason.values[passed].tolist()
     with refusal("missing", "second stimulus"):
         settled_by(units, units.isel(unit=[0]))
+
+
+@pytest.mark.parametrize(("after", "identified"), [("", True), ("; 4 trials: intervals are too narrow", False)])
+def test_a_peak_outside_of_the_lags_alone_leaves_a_unit_identified(after, identified, units):
+    one = units.isel(unit=[0]).assign(envelope_verdict=("unit", ["envelope"]))
+    reason = f"{REASONS['cannot tell']}; {ELSEWHERE} 40 ms, outside the lags tested (0 to 30 ms){after}"
+    doubtful = {"envelope_verdict": "cannot tell", "identified": False, "reason": reason}
+    found = settled_by(one.assign({name: ("unit", [value]) for name, value in doubtful.items()}), one)
+    assert found.identified.values.tolist() == [identified]

@@ -16,8 +16,8 @@ from vibrissa.cli.shared.words.units import Duration
 if TYPE_CHECKING:
     import xarray as xr
 
-TABLE = ("unit_name", "significant", "p_value", "threshold", "threshold_low", "threshold_high", "slope", "latency",
-         "tuning_r_squared", "tuning_r_squared_ceiling")  # fmt: skip
+TABLE = ("unit_name", "significant", "p_value", "adjusted_p_value", "threshold", "threshold_low", "threshold_high",
+         "slope", "latency", "tuning_r_squared", "tuning_r_squared_ceiling")  # fmt: skip
 
 
 def neural(

@@ -267,13 +267,13 @@ def _fits(
         elif not significant[unit]:
             rows.append({**NOT_MEASURED, "reason": uncoupled})
         elif grid is not None:
-            rng = np.random.default_rng([how.seed, unit])
+            rng = np.random.default_rng(how.seed)
             own = counts.of_unit(unit)[:, drive.valid].astype(float)
             rows.append({**NOT_MEASURED, **_forward(grid, own, how, rng)})
         else:
             rows.append({**NOT_MEASURED, **_paper(record, unit, int(coupling.lag[unit]), how)})
         beyond = how.null == "circular" and (significant[unit] or coupling.peak_p_value[unit] <= how.level)
-        remarks = [rows[-1]["reason"], elsewhere(coupling, unit, how.lags, how.bin_width, beyond=bool(beyond))]
+        remarks = [elsewhere(coupling, unit, how.lags, how.bin_width, beyond=bool(beyond)), rows[-1]["reason"]]
         if significant[unit] and coupling.lag[unit] < 0:
             lead = f"the rate leads the envelope by {-1e3 * coupling.lag[unit] * how.bin_width:g} ms"
             remarks.insert(0, f"{lead}, and no response comes before its stimulus")

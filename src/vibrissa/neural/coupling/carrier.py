@@ -218,7 +218,7 @@ def settled_by(first: xr.Dataset, second: xr.Dataset) -> xr.Dataset:
         return found
     rest = [str(one).removeprefix(REASONS["cannot tell"]).removeprefix("; ") for one in first.reason.values]
     reasons = ["; ".join(filter(None, [REASONS.get(v, ""), r])) for v, r in zip(verdict, rest, strict=True)]
-    fitted = settled & (verdict != "phase") & [not one or one.startswith(ELSEWHERE) for one in rest]
+    fitted = settled & (verdict != "phase") & [not one or _elsewhere_alone(one) for one in rest]
     found["reason"] = first.reason.copy(data=np.where(settled, reasons, first.reason.values))
     found["identified"] = first.identified.copy(data=fitted | first.identified.values.astype(bool))
     return found
@@ -238,6 +238,11 @@ def peak_elsewhere(units: xr.Dataset) -> Array:
         [s]; NaN where the correlation is largest at a lag that was tested, or is none beyond chance.
     """
     return np.where([ELSEWHERE in str(one) for one in units.reason.values], units.peak_lag.values, np.nan)
+
+
+def _elsewhere_alone(reason: str) -> bool:
+    """Whether the only remark on a unit is one that leaves it identified."""
+    return reason.startswith(ELSEWHERE) and "; " not in reason
 
 
 def _phase(shown: Presentation) -> Array:

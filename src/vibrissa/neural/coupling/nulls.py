@@ -203,7 +203,7 @@ class Paper2014:
         (C,) array
             Chance values of the correlation.
         """
-        rng = np.random.default_rng([self.seed, unit])
+        rng = np.random.default_rng(self.seed)
         valid = record.rate_valid
         rate = record.rates[unit][valid]
         scaled = (rate - rate.mean()) / rate.std()
