@@ -130,7 +130,7 @@ class _Scene:
     """The panels of the movie, and what moves in them."""
 
     def __init__(self, film: Film, shown: Integers) -> None:
-        self.film, self.centre = film, _centres(film, shown)
+        self.film, self.centre = film, _centres(film)
         figure = Figure(figsize=_SIZE, dpi=100)
         figure.set_layout_engine("none")
         self.canvas = FigureCanvasAgg(figure)
@@ -192,7 +192,7 @@ class _Scene:
         return np.asarray(seen)[..., :3].copy()
 
 
-def _centres(film: Film, shown: Integers) -> Array:
+def _centres(film: Film) -> Array:
     """Middle of the close view at each record: between the contacts, or under the tip, without haste."""
     middle = film.contacts[..., 0].mean(axis=1)
     middle = np.where(np.isfinite(middle), middle, film.shaft[:, 0, 0])

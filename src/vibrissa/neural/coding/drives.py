@@ -83,7 +83,7 @@ class Stimuli:
             require_motion(one, "speed")
         shown = [Presentation.of(one, bin_width=bin_width, skip=skip, band=band) for one in stimuli]
         fine = bin_width / SAMPLES
-        parts = [_signals(one, seen, fine, smoothing) for one, seen in zip(stimuli, shown, strict=True)]
+        parts = [_signals(seen, fine, smoothing) for seen in shown]
         sizes = [len(seen.edges) - 1 for seen in shown]
         edges: Array = bin_width * np.arange(sum(sizes) + 1, dtype=float)
         time: Array = fine * np.arange(sum(len(part["envelope"]) for part in parts), dtype=float)
@@ -127,7 +127,7 @@ class Stimuli:
         return float(np.corrcoef(a, b)[0, 1])
 
 
-def _signals(stimulus: xr.Dataset, shown: Presentation, fine: float, smoothing: float) -> dict[str, Array]:
+def _signals(shown: Presentation, fine: float, smoothing: float) -> dict[str, Array]:
     """Drives of one stimulus, on a grid that its bins hold a whole number of times."""
     own = shown.time
     step = (own[-1] - own[0]) / (len(own) - 1)

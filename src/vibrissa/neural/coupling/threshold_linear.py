@@ -272,7 +272,7 @@ class HingeGrid:
         off = np.arange(-1, 2)
         around = (i + off[:, None, None], j + off[None, :, None], np.arange(n_b))
         misfit, slope, baseline = (_taylor(surface[around]) for surface in surfaces)
-        step = _lowest(*misfit, fallback=np.array([node // n_j - i, node % n_j - j], float))
+        step = _lowest(*misfit[1:], fallback=np.array([node // n_j - i, node % n_j - j], float))
         threshold = self.thresholds[i] + step[0] * (self.thresholds[1] - self.thresholds[0])
         latency = self.latencies[j] + step[1] * (self.latencies[1] - self.latencies[0])
         return np.array([threshold, np.maximum(_at(slope, step), 0), latency, np.maximum(_at(baseline, step), 0)])
@@ -294,7 +294,7 @@ def _at(taylor: Taylor, step: Array) -> Array:
     return value + g0 * step[0] + g1 * step[1] + c00 * step[0] ** 2 / 2 + c11 * step[1] ** 2 / 2 + c01 * step.prod(0)
 
 
-def _lowest(value: Array, gradient: Array, curvature: Array, *, fallback: Array) -> Array:
+def _lowest(gradient: Array, curvature: Array, *, fallback: Array) -> Array:
     """Step [nodes] to the lowest point of the parabola, at most one node; where it opens downwards, the best node."""
     (g0, g1), (c00, c11, c01) = gradient, curvature
     determinant = c00 * c11 - c01**2

@@ -53,7 +53,7 @@ def read_nwb_stimulus(
         series, clock = found[name]
         here = f"{path}, {name}"
         time, values = _times(series, here), _values(series, here)
-        names = _columns(file, series, name, values.shape[1])
+        names = _columns(file, name, values.shape[1])
         stated, conversion = str(series.unit), float(series.conversion)
         offset = float(getattr(series, "offset", 0.0) or 0.0)
     values = conversion * values.T + offset
@@ -106,13 +106,13 @@ def _chosen(file: Any, found: dict[str, tuple[Any, str]], channel: str | None, p
     name, _, place = channel.rpartition(":")
     if name in found and place.isdecimal() and int(place) < found[name][0].data.shape[-1]:
         return name, int(place)
-    for name, (series, _) in found.items():
-        if channel in (names := _columns(file, series, name, 0)):
+    for name in found:
+        if channel in (names := _columns(file, name, 0)):
             return name, names.index(channel)
     raise MissingError("whisker", f"must be a series of {path}", repr(channel), there)
 
 
-def _columns(file: Any, series: Any, name: str, count: int) -> list[str]:
+def _columns(file: Any, name: str, count: int) -> list[str]:
     """Names of the columns of a series: of a command or a stimulus that vibrissa exported, its whiskers."""
     holders = [one for one in file.processing.values() if "whiskers" in one.data_interfaces]
     if holders and name in ("command", *NAMES):
