@@ -18,7 +18,7 @@ Nodes = Mapping[str, Array]
 
 
 def nodes_of(one: xr.Dataset, head: HeadPose | None) -> dict[str, Array]:
-    """Nodes of a whisker, in head coordinates where the head is known, and in the image.
+    """Nodes of a whisker from the skin on, in head coordinates where the head is known, and in the image.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def nodes_of(one: xr.Dataset, head: HeadPose | None) -> dict[str, Array]:
     dict
         The same arrays by name, and ``image_x``, ``image_y``.
     """
-    one = one.transpose(..., "time", "node")
+    one = one.transpose(..., "time", "node").isel(node=np.argsort(one.arc_length.values))
     found = {name: one[name].values for name in ("x", "y", "x_sd", "y_sd") if name in one}
     found |= {"image_x": found["x"], "image_y": found["y"], "arc_length": one.arc_length.values}
     if head is not None:

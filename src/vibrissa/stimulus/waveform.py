@@ -175,6 +175,6 @@ def _normal(data: xr.Dataset) -> Array:
     arc = data["arc_length"].to_numpy()[seen]
     angle = np.full(len(seen), np.nan)
     angle[seen] = np.unwrap(np.arctan2(np.gradient(y.mean(0)[seen], arc), np.gradient(x.mean(0)[seen], arc)))
-    turn = np.ptp(angle[seen]) and angle[seen][-1] - angle[seen][0]
+    turn = angle[seen][np.argmax(arc)] - angle[seen][np.argmin(arc)]
     side = -1.0 if turn < 0 else 1.0
     return side * (np.cos(angle) * dy - np.sin(angle) * dx)

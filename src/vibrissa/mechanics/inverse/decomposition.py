@@ -69,7 +69,7 @@ def normal_displacement(profile: xr.Dataset) -> tuple[Array, Mask]:
     mean = _mean(x, visible, seen), _mean(y, visible)
     fit_x, fit_y = (Polynomial.fit(arc[visible], values, _PROFILE_DEGREE) for values in mean)
     angle = np.unwrap(np.arctan2(fit_y.deriv()(arc[visible]), fit_x.deriv()(arc[visible])))
-    turn = angle[-1] - angle[0]
+    turn = angle[np.argmax(arc[visible])] - angle[np.argmin(arc[visible])]
     if abs(turn) < _SMALLEST_TURN:
         raise RangeError(
             "mean profile", f"must turn by {_SMALLEST_TURN} rad to determine its concave side", f"{turn:.3g}"

@@ -132,8 +132,9 @@ def mean_course(profile: xr.Dataset) -> Course:
     seen = steady_nodes(known)
     if seen.sum() < FEWEST_NODES:
         raise TooFewError("profile", f"must have {FEWEST_NODES} nodes seen in half the frames", int(seen.sum()))
-    z = np.where(known, profile.x.values + 1j * profile.y.values, np.nan)[:, seen]
-    place, arc = np.nanmean(z, axis=0), profile.arc_length.values[seen]
+    nodes = np.flatnonzero(seen)[np.argsort(profile.arc_length.values[seen])]  # from the skin on
+    z = np.where(known, profile.x.values + 1j * profile.y.values, np.nan)[:, nodes]
+    place, arc = np.nanmean(z, axis=0), profile.arc_length.values[nodes]
     bend = np.polyfit(arc, place, 3)
     ways = [np.polyval(np.polyder(bend), at) for at in (arc[0], arc[-1])]
     mirrored = bool(np.angle(ways[1] / ways[0]) > 0)
@@ -141,8 +142,8 @@ def mean_course(profile: xr.Dataset) -> Course:
     parts = parts[np.isfinite(parts).all(axis=1)] - place
     sd = np.zeros(arc.size)
     if "y_sd" in profile or "x_sd" in profile:
-        each = np.where(known, measured_sd(profile).values, np.nan)[:, seen]
-        sd = np.sqrt(np.nanmean(each**2, axis=0) / known[:, seen].sum(axis=0))
+        each = np.where(known, measured_sd(profile).values, np.nan)[:, nodes]
+        sd = np.sqrt(np.nanmean(each**2, axis=0) / known[:, nodes].sum(axis=0))
     turned = np.conj if mirrored else np.asarray
     return Course(arc, turned(place), turned(parts), sd, mirrored)
 
