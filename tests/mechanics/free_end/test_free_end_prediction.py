@@ -161,3 +161,18 @@ def test_a_random_grating_as_the_rod_feels_it(tip, least):
         one, other = (analytic_envelope(q[None])[0][0] for q in (run.mode_displacement[k], found[k]))
         assert np.corrcoef(one, other)[0, 1] > least
         assert found[k].std() == pytest.approx(run.mode_displacement[k].std(), rel=0.1)
+
+
+@pytest.mark.parametrize("tip", [0.285, 0.28, 0.26])
+def test_an_edge_that_bears_carries_the_contact_at_the_speed_of_the_surface(tip):
+    found = moved(tip, random_grating(0.03, rng=1))
+    starts = np.append(found.phases.start * found.whisker.timescale, np.inf)
+    time, free_end, widest = found.times(2e4), found.free_end, found.texture.width.max() / found.whisker.length
+    excursion, phase = found.excursion(time), np.searchsorted(starts, time, "right") - 1
+    bears = np.isin(found.phases.support[phase], (FAR, BRIDGE, NEAR, FLOOR))
+    same = bears[1:] & (np.diff(phase) == 0)
+    speed = found.scan.speed / found.whisker.length
+    np.testing.assert_allclose(np.diff(excursion)[same], np.diff(time)[same] * speed, rtol=1e-6)
+    on_far = found.phases.support[phase] == FAR
+    assert np.abs(excursion[on_far]).max() <= 1.01 * free_end
+    assert -1.01 * widest <= excursion.min() < excursion.max() <= 1.01 * free_end

@@ -127,14 +127,13 @@ class FreeEndPrediction(SpannedScan):
         sizes = ((m, n), (m, n), (2, n), (n,), (2, m), (m,), (m,), (m,), (n,), (2, m), (3, 2, m))
         while True:
             phases = Phases(
-                np.empty(room), np.empty(room, np.int64), np.empty((room, 2, m)), np.empty((room, m, n)),
-                np.empty((room, 2, n)),
+                np.empty(room), np.empty(room, np.int64), np.empty(room, np.int64), np.empty((room, 2, m)),
+                np.empty((room, m, n)), np.empty((room, 2, n)),
             )  # fmt: skip
             stop = self.duration / self.whisker.timescale  # what rings then goes on ringing
             count = march(self.tables, course, stop, Work(*(np.zeros(size) for size in sizes)), phases)
             if count >= 0:
-                e = slice(count)
-                return Phases(phases.start[e], phases.support[e], phases.free[e], phases.forced[e], phases.held[e])
+                return Phases(*(each[:count] for each in phases))
             room *= 4
             if room > _MOST_ROOM * len(self.texture.width) + 100:
                 raise RangeError("scan", "must settle on its supports", "they change without end", "use model 'rod'")
@@ -261,9 +260,9 @@ class FreeEndPrediction(SpannedScan):
         (T,) array
             Over L, positive away from the base.
         """
-        support = self.phases.support[np.searchsorted(self.phases.start * self.whisker.timescale, t, "right") - 1]
+        phase = np.searchsorted(self.phases.start * self.whisker.timescale, t, "right") - 1
+        support, gap = self.phases.support[phase], self.phases.gap[phase]
         place = np.asarray(t, float) * self.scan.speed
-        gap = np.maximum(np.searchsorted(self.texture.position, place + 1e-12, "right") - 1, 0)
         far, near = place - self.texture.position[gap], place - self.texture.end[gap]
         out = np.select([support == LAND, support == FAR, support == TIP], [0 * place, far, 0 * place], near)
         return np.where(support == TIP, self.free_end, out / self.whisker.length)

@@ -264,8 +264,9 @@ def march(tables: Tables, course: Course, stop: float, work: Work, phases: Phase
     while t < stop:
         if count == phases.start.size:
             return -1
-        _begin(support, t, gap if support in (FAR, BRIDGE) else last, tables, course, work)
-        _write(count, t, support, work, phases)
+        borne = gap if support in (FAR, BRIDGE) else last
+        _begin(support, t, borne, tables, course, work)
+        _write(count, t, support, borne, work, phases)
         count += 1
         due, planned = _due(support, t, gap, last, course, stop)
         end, asked = _until(support, t, due, gap, last, tables, course, work)
@@ -280,8 +281,8 @@ def march(tables: Tables, course: Course, stop: float, work: Work, phases: Phase
 
 
 @njit(inline="always", error_model="numpy")
-def _write(e: int, t: float, support: int, work: Work, phases: Phases) -> None:
-    phases.start[e], phases.support[e] = t, support
+def _write(e: int, t: float, support: int, gap: int, work: Work, phases: Phases) -> None:
+    phases.start[e], phases.support[e], phases.gap[e] = t, support, gap
     phases.free[e], phases.held[e] = work.free, work.held
     phases.forced[e] = work.forced
     if support % 2:

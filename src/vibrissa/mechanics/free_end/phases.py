@@ -57,6 +57,8 @@ class Phases(NamedTuple):
         When each begins, over k.
     support : (E,) array
         Which.
+    gap : (E,) array
+        Whose edge bears, or the last one passed; −1 before the first.
     free : (E, 2, M) array
         Cosine and sine of the free motion of each mode at its start.
     forced : (E, M, n) array
@@ -67,6 +69,7 @@ class Phases(NamedTuple):
 
     start: Array
     support: Integers
+    gap: Integers
     free: Array
     forced: Array
     held: Array
