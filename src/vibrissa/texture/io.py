@@ -153,7 +153,10 @@ def read_texture(
     if useless:
         raise ConflictError(useless[0], f"must not be given: {path} is a table of gaps, which leaves nothing open")
     troughs = read_gaps(path)
-    return troughs.reversed(float(troughs.position[0] + troughs.end[-1])) if flip else troughs
+    if not flip:
+        return troughs
+    back = troughs.position[0] + troughs.end[-1] - troughs.end  # the first gap stays where the file has it
+    return Gaps(position=back[::-1], width=troughs.width[::-1], depth=troughs.depth)
 
 
 def read_height_profile(

@@ -133,7 +133,7 @@ class FreeEndPrediction(SpannedScan):
             stop = self.duration / self.whisker.timescale  # what rings then goes on ringing
             count = march(self.tables, course, stop, Work(*(np.zeros(size) for size in sizes)), phases)
             if count >= 0:
-                return Phases(*(each[:count] for each in phases))
+                return Phases._make(each[:count] for each in phases)
             room *= 4
             if room > _MOST_ROOM * len(self.texture.width) + 100:
                 raise RangeError("scan", "must settle on its supports", "they change without end", "use model 'rod'")

@@ -55,7 +55,7 @@ class RodPrediction(SpannedScan):
         (T,) array
             From 0 until the ringing after the end has died away.
         """
-        return np.arange(int(self.duration * rate) + 1) / rate
+        return np.arange(round(self.duration * rate) + 1) / rate
 
     def run(
         self,
@@ -155,11 +155,13 @@ class RodPrediction(SpannedScan):
         Raises
         ------
         InputError
-            If there are fewer than two times.
+            If there are fewer than two times, or they are not even from 0 on.
         """
         if len(t) < 2:
             raise TooFewError("times", "must be two or more for the rod", len(t))
         rate = (len(t) - 1) / float(t[-1] - t[0])
+        if not np.allclose(np.asarray(t) * rate, np.arange(len(t)), rtol=0, atol=1e-3):
+            raise RangeError("times", "must be even and begin at 0 for the rod", f"{t[0]:g} s on")
         return self.run(rate, s, duration=float(t[-1])).displacement.T
 
     def sampled(

@@ -7,9 +7,6 @@ import numpy as np
 from vibrissa.arrays import Array
 from vibrissa.mechanics.quasi_static.projection import profiles
 from vibrissa.mechanics.scan.texture_prediction import Prediction
-from vibrissa.mechanics.statics.chebyshev import Chebyshev
-
-_NODES = 8  # excursions at which the contact is solved
 
 
 def contact_travel(prediction: Prediction) -> Array:
@@ -34,9 +31,9 @@ def contact_travel(prediction: Prediction) -> Array:
         If the posture cannot follow as far.
     """
     flat, (before, after) = prediction.response.flat, prediction.events.gaps
-    low, high = float(after.min()), float(before.max())
-    between = Chebyshev(_NODES, low, high)
-    outwards = np.argsort(np.abs(between.nodes))
-    contact = np.empty(_NODES)
-    contact[outwards] = profiles(flat, between.nodes[outwards], np.array([flat.contact, 1.0])).unknowns[:, 0]
-    return np.asarray((between.polynomials(after) - between.polynomials(before)) @ between.to_series @ contact)
+    excursions = np.concatenate([after, before])
+    contact = np.empty(excursions.size)
+    for side in (excursions < 0, excursions >= 0):  # outwards, so that each profile is near the one before
+        outwards = np.flatnonzero(side)[np.argsort(np.abs(excursions[side]))]
+        contact[outwards] = profiles(flat, excursions[outwards], np.array([flat.contact, 1.0])).unknowns[:, 0]
+    return np.asarray(contact[: after.size] - contact[after.size :])

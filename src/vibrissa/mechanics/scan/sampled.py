@@ -14,6 +14,7 @@ from vibrissa.mechanics.scan.diagnostics import diagnostics, relief_diagnostics
 from vibrissa.mechanics.scan.follicle import follicle_signals
 from vibrissa.mechanics.scan.motion import PredictedMotion
 from vibrissa.mechanics.scan.relief_prediction import ReliefPrediction, free_end_depth
+from vibrissa.mechanics.scan.scan_span import scan_duration
 from vibrissa.mechanics.scan.texture_prediction import Prediction
 from vibrissa.mechanics.scan.verdict import verdict
 from vibrissa.quantities import dataset
@@ -25,9 +26,6 @@ if TYPE_CHECKING:
 
 
 Predicted: TypeAlias = Prediction | ReliefPrediction
-
-_RINGING = 7.0  # decay times of the slowest mode after the last gap: to a thousandth
-_LONGEST_RINGING = 1.0  # [s] without damping it would never end
 
 
 def predicted_signals(prediction: PredictedMotion, t: Array, *, nodes: Array | None = None) -> xr.Dataset:
@@ -185,8 +183,7 @@ def sampling_times(prediction: PredictedMotion, sampling_rate: float) -> Array:
     """
     if not (sampling_rate > 0 and np.isfinite(sampling_rate)):
         raise RangeError("sampling_rate", "must be positive (Hz)", sampling_rate)
-    decay = prediction.scan.damping * prediction.omega[0]
-    end = prediction.end + min(_RINGING / max(decay, 1e-300), _LONGEST_RINGING)
+    end = scan_duration(prediction.end, prediction.scan.damping * float(prediction.omega[0]))
     require_samples("scan", end, sampling_rate)
     return np.arange(int(np.floor(end * sampling_rate)) + 1) / sampling_rate
 

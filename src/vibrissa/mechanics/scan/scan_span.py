@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibrissa.arrays import Array
+from vibrissa.errors import RangeError
 from vibrissa.exact import cone_kappa
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.statics.profile import Posture
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 GAP_RATE = 20e3  # [Hz] at which one gap is sampled
-_RINGING, _LONGEST_RINGING = 7.0, 1.0  # decay times of the first mode after the last event, and [s] at most
+_RINGING, _LONGEST_RINGING = 7.0, 1.0  # decay times of mode 1 after the surface: to a thousandth; and [s] at most
 
 
 @dataclass(frozen=True)
@@ -62,8 +63,33 @@ class SpannedScan:
     @property
     def duration(self) -> float:
         """From time 0 until the ringing after the end has died away [s]."""
-        decay = self.scan.damping * 2 * np.pi * float(self.resonances[0])
-        return self.end + min(_RINGING / max(decay, 1e-300), _LONGEST_RINGING)
+        return scan_duration(self.end, self.scan.damping * 2 * np.pi * float(self.resonances[0]))
+
+
+def scan_duration(end: float, decay: float) -> float:
+    """From time 0 until the ringing after the surface has died away.
+
+    Parameters
+    ----------
+    end : float
+        When the surface has passed [s].
+    decay : float
+        Rate ζω at which mode 1 decays [1/s].
+
+    Returns
+    -------
+    float
+        [s]. At most one second later: without damping it would never end.
+
+    Raises
+    ------
+    InputError
+        If the surface has passed before time 0.
+    """
+    if not end >= 0:
+        remedy = "add to its positions: the contact is at position 0 at time 0"
+        raise RangeError("surface", "must not have passed before time 0", f"its end at {end:.4g} s", remedy)
+    return end + min(_RINGING / max(decay, 1e-300), _LONGEST_RINGING)
 
 
 def with_largest(data: xr.Dataset) -> xr.Dataset:
