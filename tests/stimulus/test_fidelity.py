@@ -5,6 +5,8 @@ import pytest
 from refusals import refusal
 from scipy.signal import bilinear, lfilter
 
+from vibrissa.errors import RangeError
+from vibrissa.netcdf import save
 from vibrissa.quantities import dataset
 from vibrissa.stimulus.band import Band
 from vibrissa.stimulus.delays import WHISKERS
@@ -82,6 +84,26 @@ def test_a_measured_command_of_all_whiskers_is_compared_by_name(tmp_path):
         compare_file(command(), tmp_path / "m.npy", "Z9")
 
 
+@pytest.mark.parametrize("late", [0.2, -0.2, 0.2001])
+def test_a_measured_file_with_times_of_its_own_is_compared_where_both_last(late, tmp_path):
+    ramped = command().assign_coords(time=command().time - 0.2)
+    measured = ramped.assign_coords(time=ramped.time + late)
+    moved = np.array([np.interp(measured.time, ramped.time, one) for one in ramped.command.values])
+    save(measured.assign(command=(("whisker", "time"), moved)), tmp_path / "m.nc")
+    found = compare_file(ramped, tmp_path / "m.nc", "C2")
+    assert float(found.replay_correlation) == pytest.approx(1, abs=1e-6)
+    assert float(found.replay_lag) == pytest.approx(0, abs=1e-5)
+    save(measured.assign_coords(time=measured.time + 20), tmp_path / "later.nc")
+    with pytest.raises(RangeError, match="must have been measured during the command"):
+        compare_file(ramped, tmp_path / "later.nc", "C2")
+
+
+def test_a_line_between_frequencies_of_the_coherence_counts_in_its_mean():
+    time = np.arange(50000) / RATE
+    line, noise = 1e-5 * np.sin(2 * np.pi * 41 * time), 1e-8 * np.random.default_rng(2).normal(size=(2, 50000))
+    assert float(compare(line + noise[0], line + noise[1], RATE, resolution=2.0).replay_coherence_mean) > 0.9999
+
+
 @pytest.mark.parametrize(
     ("commanded", "measured", "words"),
     [
@@ -99,3 +121,8 @@ def test_records_that_cannot_be_compared_are_refused(commanded, measured, words)
 def test_settings_that_are_not_positive_are_refused():
     with refusal("range", "longest_lag"):
         compare(COMMAND, COMMAND, RATE, longest_lag=0.0)
+
+
+def test_a_resolution_too_coarse_for_the_band_is_refused():
+    with refusal("range", "resolution"):
+        compare(COMMAND, COMMAND, RATE, resolution=100.0)

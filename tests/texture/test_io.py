@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from refusals import refusal
 
 from vibrissa.errors import InputError
-from vibrissa.texture.io import holds_gaps, read_gaps, write_gaps
+from vibrissa.texture.io import holds_gaps, read_gaps, read_texture, write_gaps
 from vibrissa.texture.surface import DEPTH, Gaps, periodic_grating, random_grating
 
 READINGS = ["telegraph", "widths"]
@@ -75,6 +75,13 @@ def test_what_would_not_be_read_again_is_not_written(tmp_path, position, width, 
     with refusal(*message):
         write_gaps(texture, tmp_path / "texture.csv")
     assert os.listdir(tmp_path) == []
+
+
+def test_gaps_that_begin_before_0_are_reversed_where_they_lie(tmp_path):
+    path = written(tmp_path, "position_mm,width_mm\n-1,0.5\n2,0.7\n")
+    found = read_texture(path, flip=True)
+    np.testing.assert_allclose(found.position, [-1e-3, 2.2e-3], atol=1e-15)
+    np.testing.assert_allclose(found.width, [0.7e-3, 0.5e-3])
 
 
 def test_missing_folder_is_told(tmp_path):

@@ -80,7 +80,8 @@ def even_shifts(count: int, length: int) -> Integers:
 def random_shifts(count: int, length: int, separation: int, *, rng: np.random.Generator) -> Integers:
     """Random shifts, any two at least ``separation`` samples apart around the loop; the first copy's is 0.
 
-    Uniform among all such sets: the gaps between neighbours are the separation and a random partition of the rest.
+    The gaps between neighbours are the separation and a random partition of the rest, by cuts drawn one by one: sets in
+    which cuts fall on one sample are a little rarer than others.
 
     Parameters
     ----------

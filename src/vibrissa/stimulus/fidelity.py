@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from scipy.interpolate import CubicSpline
-from scipy.signal import coherence, correlate, correlation_lags
+from scipy.signal import coherence, correlate, correlation_lags, welch
 
 from vibrissa.arrays import Array
 from vibrissa.errors import RangeError, ShapeError, TooFewError, UnknownError, require_positive
@@ -56,7 +56,8 @@ def compare(
     Raises
     ------
     InputError
-        If lengths differ, samples are not measured, one does not move, or the record is short.
+        If lengths differ, samples are not measured, one does not move, the record is short, or the resolution too
+        coarse for the band.
     """
     band = band or Band()
     c, m = _centred(commanded, measured, sampling_rate, longest_lag, resolution)
@@ -67,7 +68,10 @@ def compare(
     segment = min(round(sampling_rate / resolution), len(c) // 4)
     frequency, shared = coherence(c, m, sampling_rate, nperseg=segment)
     use = (frequency >= max(band.low, frequency[1])) & (frequency <= band.high)
-    weight = np.interp(frequency[use], np.fft.rfftfreq(len(c), 1 / sampling_rate), np.abs(np.fft.rfft(c)) ** 2)
+    if not use.any():
+        rule = f"must leave a frequency within the band, {band.low:g} to {band.high:g} Hz"
+        raise RangeError("resolution", rule, f"{resolution:g} Hz", f"at most {band.high:g} Hz, in a record as long")
+    weight = welch(c, sampling_rate, nperseg=segment)[1][use]  # of the same segments: lines between bins count
     return dataset(
         {"printed_correlation": PRINTED, "printed_in": "Boubenec 2014, Methods, command against actual motion"},
         replay_correlation=float(c @ m / np.sqrt((c @ c) * (m @ m))),
@@ -122,7 +126,8 @@ def compare_file(data: xr.Dataset, path: str | Path, whisker: str) -> xr.Dataset
         With ``command`` (whisker, time).
     path : path
         Text (``.csv``) with the columns time,displacement, its first sample at the start of the command, at any even
-        rate (brought to the command's by a cubic spline); or a file of all whiskers, as a command is written.
+        rate (brought to the command's by a cubic spline); or a file of all whiskers, as a command is written, with
+        its own times.
     whisker : str
         The whisker that was measured.
 
@@ -140,23 +145,35 @@ def compare_file(data: xr.Dataset, path: str | Path, whisker: str) -> xr.Dataset
     if whisker not in names:
         raise UnknownError("measured whisker", f"must be one of {', '.join(names)}", whisker)
     rate = even_rate(data["time"].to_numpy(), "command")
-    motion = _measured(path, whisker)
-    count = min(data.sizes["time"], int(motion.duration * rate + 1e-6) + 1)
-    measured = motion.displacement[:count]
-    if abs(motion.sampling_rate / rate - 1) > 1e-9:
-        grid = np.arange(len(motion.displacement)) / motion.sampling_rate
-        measured = CubicSpline(grid, motion.displacement)(np.arange(count) / rate)
-    commanded = data["command"].sel(whisker=whisker).to_numpy()[:count]
+    motion, begins = _measured(path, whisker, float(data["time"][0]))
+    first = max(0, int(np.ceil(begins * rate - 1e-6)))
+    last = min(data.sizes["time"], int((begins + motion.duration) * rate + 1e-6) + 1)
+    if last - first < 2:
+        command = f"{float(data['time'][0]):g} to {float(data['time'][-1]):g} s"
+        raise RangeError(str(path), f"must have been measured during the command, {command}", f"{begins:g} s after it")
+    commanded = data["command"].sel(whisker=whisker).to_numpy()[first:last]
+    measured = _at(motion, np.arange(first, last) / rate - begins)
     corners = {"low": data.attrs["filter_low"], "high": data.attrs["filter_high"]} if "filter_low" in data.attrs else {}
     return compare(commanded, measured, rate, band=Band(**corners)).assign_attrs(measured_whisker=whisker)
 
 
-def _measured(path: str | Path, whisker: str) -> PointMotion:
+def _at(motion: PointMotion, time: Array) -> Array:
+    """Displacement at times since its first sample; its own samples where the times are theirs."""
+    places = time * motion.sampling_rate
+    samples = np.round(places)
+    if np.abs(places - samples).max() < 1e-6:
+        return motion.displacement[samples.astype(np.int64)]
+    grid = np.arange(len(motion.displacement)) / motion.sampling_rate
+    return np.asarray(CubicSpline(grid, motion.displacement)(time))
+
+
+def _measured(path: str | Path, whisker: str, start: float) -> tuple[PointMotion, float]:
+    """Motion in a file, and how long after ``start`` its first sample is [s]."""
     if Path(path).suffix.lower() == ".csv" and not Path(f"{path}.json").is_file():
-        return read_motion(path)
+        return read_motion(path), 0.0
     found = read_command(path)
     if whisker not in found["whisker"].values.tolist():
         raise UnknownError(str(path), f"must hold the whisker {whisker}")
     rate = even_rate(found["time"].to_numpy(), str(path))
     moved = found["command"].sel(whisker=whisker).to_numpy()
-    return PointMotion(displacement=moved, sampling_rate=rate, source=str(path))
+    return PointMotion(displacement=moved, sampling_rate=rate, source=str(path)), float(found["time"][0]) - start

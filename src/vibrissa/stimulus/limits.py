@@ -74,7 +74,8 @@ def refuse_beyond(loop: Array, shifts: Integers, sampling_rate: float, limits: L
     Raises
     ------
     InputError
-        Names the whisker that is first beyond a limit, when, by how much, and the scale that would fit all limits.
+        Names the limit that is exceeded most, when the command is largest and on which whisker first, by how much, and
+        the scale that would fit all limits.
     """
     kinds = ("travel", "m", 0), ("speed", "m/s", 1), ("acceleration", "m/s²", 2)
     found = {

@@ -15,6 +15,7 @@ from vibrissa.sweep.posture_cells import exact, follow, jumps, linear
 OK, FOLD, TIP, JUMP, LINEARITY, REACH, RESTLESS = range(7)  # why a cell has no value; 0: it has one
 _FINE = 12  # samples in a period of the highest mode of a peak
 _DENSE = 150  # samples in a period of mode 1 of an rms: its displacement has jumps in slope
+_FEWEST = 200  # of an rms: a single gap may be passed in a small part of a period
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -116,7 +117,7 @@ def rms(time: Array, coefficients: Array, omega: Array, damping: float, recoil: 
         Over L.
     """
     span = time[-1] - time[0]
-    count = 2 + int(span * omega[0] * _DENSE / (2 * np.pi))
+    count = max(_FEWEST, 2 + int(span * omega[0] * _DENSE / (2 * np.pi)))
     t = time[0] + span * (np.arange(count) + 0.5) / count
     q = vibration(t, time, coefficients[:1], omega[:1], damping, recoil)[0]
     return (q + steady(t, time, coefficients[:1])).std()

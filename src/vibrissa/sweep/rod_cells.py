@@ -47,8 +47,11 @@ def rod_cell(whisker: Whisker, posture: Posture, texture: Gaps, speed: float, me
     """
     scan = Scan(speed=speed, damping=measure.damping)
     asked = RodPrediction(whisker, posture, texture, scan, n_modes=1, settings=rod)
+    last = float(texture.end[-1]) / speed
+    if measure.quantity == "peak":
+        last += 1 / float(asked.resonances[0])
     try:
-        run = asked.run(_RATE, np.array([measure.node]), duration=float(texture.end[-1]) / speed)
+        run = asked.run(_RATE, np.array([measure.node]), duration=last)
     except ConvergenceError:
         return np.nan
     met = run.time >= texture.position[0] / speed

@@ -58,6 +58,15 @@ def test_travel_of_the_contact_is_that_between_profiles_held_before_and_after_th
     assert np.ptp(along) == pytest.approx(found[-1], rel=1e-6)  # the ends are the extremes
 
 
+def test_travel_near_the_fold_is_that_between_profiles_held_too():
+    gap = Gaps(position=np.array([1e-3]), width=np.array([0.4e-3]))
+    posture = Posture(contact=0.1, base_angle=1.36)
+    prediction = predict(WHISKER, posture, gap, Scan(speed=0.1, damping=0.11), n_modes=1)
+    flat, (before, after) = prediction.response.flat, prediction.events.gaps
+    expected = hold(flat, after[0]).contact - hold(flat, before[0]).contact
+    np.testing.assert_allclose(contact_travel(prediction), expected, rtol=1e-6)
+
+
 def test_narrow_gaps_leave_the_resonance_where_it_is_and_the_shift_grows_as_the_width():
     shift = held_contacts(predicted(0.3, 0.02, np.array([0.02e-3, 0.04e-3, 0.08e-3]))).held_shift.values[:, 0] - 1
     np.testing.assert_allclose(shift[1:] / shift[:-1], 2, rtol=0.02)

@@ -6,7 +6,7 @@ from refusals import refusal
 
 from vibrissa.mechanics.across.comparison import predicted_envelopes
 from vibrissa.mechanics.contact.gap_events import trough_events
-from vibrissa.mechanics.scan.relief_prediction import predict_relief, predict_reliefs
+from vibrissa.mechanics.scan.relief_prediction import predict_relief
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.scan.texture_prediction import predict, predict_all
 from vibrissa.mechanics.statics.profile import Posture
@@ -36,7 +36,6 @@ GRID = Grid(contact=np.array([0.29]), base_angle=np.array([1.2]), speed=np.array
         (lambda: predict_slow(HELD[0], PATH, RELIEF, SCAN), "predict_relief"),
         (lambda: sweep(HELD[0], RELIEF, GRID, Measure()), "predict_relief"),
         (lambda: predict_relief(*HELD, GAPS, SCAN), "vibrissa.mechanics.scan.texture_prediction.predict"),
-        (lambda: predict_reliefs(*HELD, [RELIEF, GAPS], SCAN), "vibrissa.mechanics.scan.texture_prediction.predict"),
     ],
 )
 def test_the_line_names_the_function_that_takes_the_surface(call, instead):

@@ -7,7 +7,7 @@ import pytest
 from refusals import refusal
 
 from vibrissa.mechanics.quasi_static.response_rows import FOLLICLE, held_rows
-from vibrissa.mechanics.scan.relief_prediction import free_end_depth, predict_relief, predict_reliefs
+from vibrissa.mechanics.scan.relief_prediction import free_end_depth, predict_relief
 from vibrissa.mechanics.scan.sampled import scanned_relief
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.scan.texture_prediction import predict
@@ -116,18 +116,6 @@ def test_higher_ground_loads_the_whisker():
     )
     found = level.drive(np.array([-1.0]))[2:, 0]
     np.testing.assert_allclose(end[2:], found, rtol=1e-6, atol=1e-9)
-
-
-def test_batch_is_the_predictions_one_by_one():
-    scan = Scan(speed=0.1, damping=0.11)
-    reliefs = [self_affine(0.01, rng=np.random.default_rng(s), rms=4e-6, spacing=5e-6, shortest=50e-6) for s in (1, 2)]
-    batch = predict_reliefs(WHISKER, POSTURE, reliefs, scan, n_modes=2)
-    t = np.linspace(0, 0.12, 500)
-    for one, surface in zip(batch, reliefs, strict=True):
-        alone = predict_relief(WHISKER, POSTURE, surface, scan, n_modes=2)
-        np.testing.assert_allclose(
-            one.amplitudes(t), alone.amplitudes(t), atol=1e-6 * np.abs(alone.amplitudes(t)).max()
-        )
 
 
 def test_scan_of_a_relief_as_a_dataset():

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 from refusals import refusal
 
+from vibrissa.api.motion import scan as api_scan
+from vibrissa.errors import RangeError
 from vibrissa.mechanics.quasi_static.response import quasi_static
+from vibrissa.mechanics.rod.rod_prediction import RodPrediction
 from vibrissa.mechanics.scan.follicle import follicle_signals
 from vibrissa.mechanics.scan.sampled import predicted_signals
 from vibrissa.mechanics.scan.scan_settings import Scan
@@ -99,3 +102,21 @@ def test_times_must_ascend():
         predicted_signals(prediction(), TIME[::-1])
     with refusal("range", "times of samples and events"):
         predicted_signals(prediction(), np.array([0.0, np.nan, 1.0]))
+
+
+@pytest.mark.parametrize("model", ["modes", "free-end", "rod"])
+def test_a_surface_that_has_passed_before_time_0_is_refused(model):
+    gap = Gaps(np.array([-0.5]), np.array([3e-4]))
+    whisker = Whisker(length=0.04, cone_angle=1.5e-3, tip=0.285)
+    with pytest.raises(RangeError, match="surface must not have passed before time 0"):
+        api_scan(whisker, POSTURE, gap, speed=0.1, model=model).sample(2000)
+
+
+@pytest.mark.parametrize("time", [np.arange(5, 20) / 2000, np.array([0.0, 1e-3, 1.7e-3, 3e-3])])
+def test_the_rod_refuses_times_that_are_not_even_from_0(time):
+    rod = RodPrediction(
+        Whisker(length=0.04, cone_angle=1.5e-3, tip=0.285), POSTURE, TEXTURE, Scan(speed=0.1, damping=0.11)
+    )
+    with pytest.raises(RangeError, match="times must be even and begin at 0"):
+        rod.displacement(time, np.array([0.9]))
+    assert rod.times(2500).size == round(2500 * rod.duration) + 1

@@ -1,10 +1,13 @@
 """Signals measured at the base: what their numbers mean, and what cannot be read."""
 
+import wave
+
 import numpy as np
 import pytest
 from refusals import refusal
 from scipy.io import wavfile
 
+from vibrissa.errors import FormatError
 from vibrissa.mechanics.sensor.base_signal import read_base_signal
 from vibrissa.whisker import Whisker
 
@@ -74,6 +77,25 @@ def test_floats_of_a_wave_file_are_what_they_are_and_clipping_is_counted(tmp_pat
     wavfile.write(tmp_path / "base.wav", 2000, np.clip(4e4 * VOLTS, -(2**15), 2**15 - 1).astype(np.int16))
     clipped = read_base_signal(tmp_path / "base.wav", kind="hall", unit="full scale", calibration=1)
     assert clipped.attrs["clipped"] == np.count_nonzero(np.abs(4e4 * VOLTS) >= 2**15 - 1)
+
+
+def test_clipping_of_24_bits_is_counted_at_both_ends(tmp_path):
+    stored = np.round(0.5 * VOLTS * 2**23).astype("<i4")
+    stored[:40], stored[40:50] = 2**23 - 1, -(2**23)
+    with wave.open(str(tmp_path / "base.wav"), "wb") as file:
+        file.setparams((1, 3, 2000, 0, "NONE", ""))
+        file.writeframes(stored.view(np.uint8).reshape(-1, 4)[:, :3].tobytes())
+    found = read_base_signal(tmp_path / "base.wav", kind="hall", unit="full scale", calibration=1)
+    assert found.attrs["clipped"] == 50
+
+
+def test_the_line_whose_time_is_uneven_is_named(tmp_path):
+    time = np.arange(50) / 1000
+    time[7] += 0.0004
+    rows = "".join(f"{one:.6f},{k % 3}\n" for k, one in enumerate(time))
+    (tmp_path / "s.csv").write_text("time,moment\n" + rows)
+    with pytest.raises(FormatError, match="line 9 must be sampled evenly"):
+        read_base_signal(tmp_path / "s.csv", kind="moment", unit="N m")
 
 
 VOLT = {"kind": "moment", "unit": "V", "calibration": 1e-8, "column": "bridge"}

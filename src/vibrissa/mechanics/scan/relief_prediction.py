@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -156,33 +155,6 @@ def predict_relief(
     found = episodes(relief, whisker, on_the_flat(posture), table, like)
     response = ground_response(found.table, form=scan.response, n_modes=n_modes, modes=scan.modes)
     return ReliefPrediction(whisker, posture, scan, relief, found, response)
-
-
-def predict_reliefs(
-    whisker: Whisker, posture: Posture, reliefs: Sequence[HeightProfile], scan: Scan, *, n_modes: int = 12
-) -> list[ReliefPrediction]:
-    """Predictions for a batch of reliefs under one posture, whose tables are made once; see :func:`predict_relief`.
-
-    Parameters
-    ----------
-    whisker, posture, reliefs, scan, n_modes
-        As of :func:`predict_relief`, several reliefs.
-
-    Returns
-    -------
-    list of ReliefPrediction
-        One for each relief.
-    """
-    for relief in reliefs:
-        _check_heights(relief)
-    check_tip(posture, whisker)
-    flat, table = on_the_flat(posture), None
-    for relief in sorted(reliefs, key=lambda one: -float(np.ptp(one.height))):
-        table = episodes(relief, whisker, flat, table).table
-    histories = [episodes(relief, whisker, flat, table) for relief in reliefs]
-    response = ground_response(histories[0].table, form=scan.response, n_modes=n_modes, modes=scan.modes)
-    pairs = zip(reliefs, histories, strict=True)
-    return [ReliefPrediction(whisker, posture, scan, *pair, response) for pair in pairs]
 
 
 def _check_heights(relief: object) -> None:

@@ -56,7 +56,7 @@ def read_base_signal(
     unit : str
         Unit of the numbers in the file. One of the kind's own (``N m``, ``mN m``, ``uN m``, ``nN m``; ``1/m``,
         ``1/mm``; ``1``, ``mstrain``, ``ustrain``; ``N``, ``mN``, ``uN``) or that of the reading, such as ``V``, which
-        needs a calibration. Of integers in a ``.wav``: ``full scale``, the largest number being 1.
+        needs a calibration. Of integers in a ``.wav``: ``full scale``, the lowest number being −1.
     calibration : float, optional
         N m (moment, hall), 1/m, strain or N per unit of the reading. Its sign sets the sign: positive is what bends
         the shaft away from the substrate.
@@ -165,8 +165,14 @@ def _full_scale(path: str | Path, samples: NDArray[Any], unit: str) -> tuple[Arr
         raise UnknownError("unit", f"must be 'full scale': {path} holds integers", repr(unit), "calibrate full scale")
     ends = np.iinfo(samples.dtype)
     middle = (float(ends.max) + float(ends.min) + 1) / 2  # 8 bits are stored without sign, about 128
-    clipped = int(np.count_nonzero((samples == ends.min) | (samples == ends.max)))
+    largest = ends.max & -256 if _is_24_bit(samples) else ends.max
+    clipped = int(np.count_nonzero((samples == ends.min) | (samples == largest)))
     return (samples.astype(float) - middle) / (float(ends.max) - middle + 1), clipped
+
+
+def _is_24_bit(samples: NDArray[Any]) -> bool:
+    """Whether integers of 32 bits hold samples of 24, which lie in the upper ones."""
+    return samples.dtype.itemsize == 4 and not (samples & 255).any()
 
 
 def _table(path: str | Path, column: str | None, sampling_rate: float | None, unit: str) -> tuple[Array, Array, int]:
@@ -207,9 +213,10 @@ def _even(table: Table) -> Array:
         raise RangeError(str(path), "must have times that ascend")
     count = (time[-1] - time[0]) / step
     even = np.linspace(time[0], time[-1], len(time))
-    stray = np.abs(np.diff(time) / step - 1) if abs(count - (len(time) - 1)) > 0.5 else np.abs(time - even) / step
+    lost = abs(count - (len(time) - 1)) > 0.5
+    stray = np.abs(np.diff(time, prepend=time[0] - step) / step - 1) if lost else np.abs(time - even) / step
     if stray.max() > UNEVEN:
-        line = table.lines[min(int(np.argmax(stray > UNEVEN)) + 1, len(table) - 1)]
+        line = table.lines[int(np.argmax(stray > UNEVEN))]
         raise FormatError(
             f"{path}, line {line}", f"must be sampled evenly, every {step:g} s", None, "samples are lost?"
         )
