@@ -131,12 +131,12 @@ def _between(left: float, here: float, right: float) -> float:
 @njit(cache=True)
 def _peaks(mean: Values, first: float, offsets: Values) -> Values:
     """Angle [°], offset [px] and density of the lines, the densest first; NaN after the last; (MOST, 3)."""
-    found = np.full((4 * MOST, 3), np.nan)
+    found = np.empty((mean.size // 6 + 1, 3))  # no two within two angles and one offset, but for equal ones
     count = 0
     for k in range(2, mean.shape[0] - 2):
         for e in range(1, mean.shape[1] - 1):
             here = mean[k, e]
-            if here < FAINTEST or here < mean[k - 2 : k + 3, e - 1 : e + 2].max() or count == 4 * MOST:
+            if here < FAINTEST or here < mean[k - 2 : k + 3, e - 1 : e + 2].max() or count == len(found):
                 continue
             found[count, 0] = first + STEP * (k + _between(mean[k - 1, e], here, mean[k + 1, e]))
             found[count, 1] = offsets[e] + (offsets[1] - offsets[0]) * _between(mean[k, e - 1], here, mean[k, e + 1])
