@@ -309,7 +309,7 @@ def test_verb_prints_units_as_json(verb, files, tmp_path):
                 assert row[key + end] == (None if np.isnan(value) else pytest.approx(value, rel=1e-4))
     assert load(tmp_path / "units.nc").threshold.attrs["units"] == "m"
     table = " ".join(verb(*words).split())  # reasons are wrapped in their column, and units are below the names
-    assert re.search(r"threshold threshold_low .*\[µm\] \[µm\]", table)
+    assert re.search(r"threshold_low threshold_high .*\[µm\] \[µm\]", table)
     assert "no significant coupling" in table
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from vibrissa.arrays import Array, Complex, Integers
+from vibrissa.neural.coupling.envelope_coupling import tail_p_value
 from vibrissa.neural.coupling.presentation import Presentation
 from vibrissa.stats import jackknife_half_width
 
@@ -143,7 +144,8 @@ def by_chance(columns: Array, rate: Array, reach: int, guard: int) -> float:
     Returns
     -------
     float
-        (1 + shifts at least as good) / (1 + shifts).
+        Of :func:`vibrissa.neural.coupling.envelope_coupling.tail_p_value`: neighbouring shifts are alike, so that the
+        largest of all is met more often than one in as many.
     """
     spectra = np.conj(np.fft.rfft(columns)) * np.fft.rfft(rate - rate.mean())
     product = np.fft.irfft(spectra, rate.size)
@@ -152,7 +154,8 @@ def by_chance(columns: Array, rate: Array, reach: int, guard: int) -> float:
         explained, reach + 1, mode="wrap", origin=-((reach + 1) // 2)
     )  # of each shift and the next
     chance = largest[reach + guard : rate.size - reach - guard]
-    return float((1 + np.sum(chance >= largest[0] * (1 - 1e-9))) / (1 + chance.size))
+    independent = max(chance.size / 10 / max(guard, 1), 1.0)
+    return tail_p_value(float(largest[0]), chance, independent=independent)
 
 
 def _centred(columns: Array) -> Array:

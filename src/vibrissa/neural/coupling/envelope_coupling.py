@@ -51,7 +51,8 @@ class Coupling(NamedTuple):
     lag : (U,) array
         That lag [bins], positive where the rate comes after the envelope; 0 where the correlation is NaN.
     p_value : (U,) array
-        (1 + chance values at least as large) / (1 + chance values); NaN where the correlation is.
+        (1 + chance values at least as large) / (1 + chance values); NaN where the correlation is. Neighbouring shifts
+        are alike, so the smallest of these values are met a few times as often by chance as they say.
     tail_p_value : (U,) array
         The same, but where no chance value is as large: at most that, continued beyond the largest by an exponential
         tail. Counting ends at about 0.001, too coarse to find one driven unit among many.
@@ -161,7 +162,8 @@ def _p_value(observed: float, chance: Array) -> float:
 def tail_p_value(observed: float, chance: Array, *, independent: float = np.inf) -> float:
     """p-value by counting, or by an exponential through the largest tenth of the chance values beyond all of them.
 
-    Correlations have lighter tails than that, so the p-value is too large rather than too small.
+    Correlations have lighter tails than that, so far beyond them the p-value is too large rather than too small. Just
+    beyond them it is the counted one, which neighbouring values that are alike make too small.
 
     Parameters
     ----------

@@ -104,7 +104,7 @@ def _moments(values: Array, valid: Mask) -> tuple[Complex, Complex]:
 
 @dataclass(frozen=True, kw_only=True)
 class Circular:
-    """All circular shifts of the envelope against the rate: exact, without chance draws.
+    """All circular shifts of the envelope against the rate, without chance draws.
 
     Each shift gives the largest correlation over the same lags as the observed one. Where one stimulus runs on all
     whiskers with fixed delays, shifts by another whisker's delay hold real responses and must be left out.
