@@ -54,7 +54,7 @@ CODING: dict[str, Quantity] = {
     **ranged("whisker_kernel", ("unit", "whisker", "kernel_lag"), "1/m", "rise of ln(rate) with the envelope, per bin"),
     **ranged("whisker_effect", ("unit", "whisker"), "1/m", "rise of ln(rate) with a lasting envelope"),
     "whisker_trial_p_value": Quantity(
-        ("unit", "whisker"), "1", "p-value of a kernel, trials or blocks as draws (Wald)"
+        ("unit", "whisker"), "1", "p-value of a kernel, trials or blocks as draws (Hotelling)"
     ),
     "whisker_shift_p_value": Quantity(("unit", "whisker"), "1", "p-value against circular shifts of the whisker"),
     "whisker_p_value": Quantity(("unit", "whisker"), "1", "p-value of a whisker's kernel, adjusted over whiskers"),

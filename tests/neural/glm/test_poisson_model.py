@@ -145,3 +145,20 @@ def test_settings_are_checked(wrong, fields):
 
 def test_names_of_whiskers_are_those_of_the_command():
     assert tuple(recorded(0)[0].whisker.values) == NAMES
+
+
+def test_whiskers_that_do_nothing_seldom_pass_the_test_of_few_trials():
+    rng, trials, units, duration = np.random.default_rng(7), 10, 8, 6.0
+    command, _ = copies(3)
+    found = []
+    for penalty in (0.0, 10.0):
+        unit, trial = (one.ravel() for one in np.mgrid[:units, :trials])
+        count = rng.poisson(15 * duration, unit.size)
+        time = rng.uniform(0, duration, count.sum())
+        spikes = spike_table(
+            time, np.repeat(unit, count), [f"u{k}" for k in range(units)], trial=np.repeat(trial, count)
+        )
+        how = KernelAnalysis(penalty=penalty, past=0.0)
+        found.append(whisker_kernels(spikes, command, trials, how).whisker_trial_p_value.values.ravel())
+    share = np.mean(np.array(found) < 0.05, axis=1)
+    assert np.all(share <= 0.15)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy.special import chdtrc, kl_div, stdtrit
+from scipy.special import fdtrc, kl_div, stdtrit
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import ConvergenceError, TooFewError
@@ -117,7 +117,7 @@ def whisker_kernels(
     Dataset
         ``whisker_kernel`` (unit, whisker, kernel_lag) [1/m]: rise of ln(rate) for each metre and bin of latency;
         ``whisker_effect`` (unit, whisker) [1/m]: its sum, both with 95 % intervals; ``whisker_p_value``, adjusted over
-        whiskers, of the larger of ``whisker_trial_p_value`` (Wald's test, trials or blocks as draws) and
+        whiskers, of the larger of ``whisker_trial_p_value`` (Hotelling's test, trials or blocks as draws) and
         ``whisker_shift_p_value`` (against circular shifts of the whisker's stimulus); ``whisker_matters``;
         ``past_kernel`` (unit, past_lag): factor on the rate after a spike; ``deviance_explained`` and ``kernel_gain``
         [bit], for each spike beyond a steady rate, in draws not seen; ``penalty``, ``kernel_rate`` [Hz],
@@ -162,9 +162,8 @@ def _row(columns: Columns, counts: Array, how: KernelAnalysis) -> dict[str, Any]
         fit, strength, foreseen, varies = _fitted(design, used, how)
     except (ConvergenceError, TooFewError) as error:
         return {**_not_measured(n_whiskers, lags.size, past.size), "reason": f"cannot tell: {error}"}
-    quantile = float(stdtrit(design.n_draws - 1, 0.975))
     shifted = _shift_p_values(columns, design, used, fit, how)
-    row = _kernels(columns, fit, shifted, how, quantile) | _past(columns, fit, how, quantile)
+    row = _kernels(columns, fit, shifted, how, design.n_draws) | _past(columns, fit, how, design.n_draws)
     row |= {"deviance_explained": foreseen.share, "kernel_gain": foreseen.gain, "penalty": strength}
     row |= {"kernel_rate": float(used.mean() / how.bin_width)}
     sought = len(used) > 1 and design.own.size > 0
@@ -212,7 +211,7 @@ def _shift_p_values(
     return shift_p_values(own, response, weights, guard_bins(how.bin_width, counts.shape[1], design.starts))
 
 
-def _kernels(columns: Columns, fit: PoissonFit, shifted: Array, how: KernelAnalysis, quantile: float) -> dict[str, Any]:
+def _kernels(columns: Columns, fit: PoissonFit, shifted: Array, how: KernelAnalysis, n_draws: int) -> dict[str, Any]:
     """Kernels of the whiskers [1/m], their sums, and the test of each: the larger p-value of draws and shifts."""
     count, n_whiskers = columns.shapes.shape[1], len(columns.whiskers)
     own, size = slice(1, 1 + n_whiskers * count), (n_whiskers, count)
@@ -222,15 +221,29 @@ def _kernels(columns: Columns, fit: PoissonFit, shifted: Array, how: KernelAnaly
     row: dict[str, Any] = {}
     for name, shapes in (("whisker_kernel", columns.shapes), ("whisker_effect", columns.shapes.sum(0))):
         error = np.sqrt(np.einsum("...c,kcd,...d->k...", shapes, covariance, shapes))
-        row |= _ends(name, b @ shapes.T / columns.spread, quantile * error / columns.spread)
+        row |= _ends(name, b @ shapes.T / columns.spread, _quantile(n_draws) * error / columns.spread)
     wald = np.einsum("kc,kc->k", b, np.linalg.solve(covariance, b[..., None])[..., 0])
-    by_trials = chdtrc(count, wald)
-    adjusted = adjusted_p_values(np.maximum(by_trials, shifted))
+    by_trials = _hotelling(wald, count, n_draws)
+    adjusted = adjusted_p_values(np.fmax(by_trials, shifted))
     row |= {"whisker_trial_p_value": by_trials, "whisker_shift_p_value": shifted}
     return row | {"whisker_p_value": adjusted, "whisker_matters": adjusted <= how.level}
 
 
-def _past(columns: Columns, fit: PoissonFit, how: KernelAnalysis, quantile: float) -> dict[str, Any]:
+def _hotelling(wald: Array, count: int, n_draws: int) -> Array:
+    """p-value of Wald's statistic of so many coefficients, their covariance from so many draws; NaN of too few."""
+    left = n_draws - count
+    return (
+        np.asarray(fdtrc(count, left, wald * left / (count * (n_draws - 1))))
+        if left > 0
+        else np.full(len(wald), np.nan)
+    )
+
+
+def _quantile(n_draws: int) -> float:
+    return float(stdtrit(n_draws - 1, 0.975))
+
+
+def _past(columns: Columns, fit: PoissonFit, how: KernelAnalysis, n_draws: int) -> dict[str, Any]:
     """Factor on the rate at each lag after a spike; the interval is that of its logarithm."""
     lags = how.lags()[1]
     if not lags.size:
@@ -239,7 +252,7 @@ def _past(columns: Columns, fit: PoissonFit, how: KernelAnalysis, quantile: floa
     covariance = fit.draw_covariance[first:, first:]
     value = shapes @ fit.coefficients[first:]
     error = np.sqrt(np.einsum("jc,cd,jd->j", shapes, covariance, shapes))
-    return {name: np.exp(one) for name, one in _ends("past_kernel", value, quantile * error).items()}
+    return {name: np.exp(one) for name, one in _ends("past_kernel", value, _quantile(n_draws) * error).items()}
 
 
 def _ends(name: str, value: Array, half: Array) -> dict[str, Array]:
