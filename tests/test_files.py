@@ -4,6 +4,7 @@ import os
 import sys
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -178,3 +179,16 @@ def test_the_digest_of_a_folder_is_of_all_files_below_it(tmp_path):
     before = digest(tmp_path)
     inner.write_text("2")
     assert digest(tmp_path) != before
+
+
+def test_two_threads_may_write_one_file(tmp_path):
+    def write(content):
+        for _ in range(50):
+            with written_whole(tmp_path / "f.txt") as temporary:
+                temporary.write_text(content)
+
+    with ThreadPoolExecutor(2) as pool:
+        for one in [pool.submit(write, letter * 1000) for letter in "ab"]:
+            one.result()
+    assert (tmp_path / "f.txt").read_text() in ("a" * 1000, "b" * 1000)
+    assert os.listdir(tmp_path) == ["f.txt"]

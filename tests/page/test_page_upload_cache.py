@@ -82,3 +82,14 @@ def test_the_last_files_are_kept():
     with refusal("missing", "texture"):
         uploads.get(keys[0])
     assert uploads.get(keys[1]).width.size == 2
+
+
+def test_a_file_that_is_dropped_or_looked_at_again_is_kept_longest():
+    cache = UploadCache()
+    first, second, *_ = [cache.put(f"{k}.csv", GAPS, {})[0] for k in range(KEPT)]
+    cache.put("0.csv", GAPS, {})
+    cache.get(second)
+    for k in range(KEPT - 2):
+        cache.put(f"new {k}.csv", GAPS, {})
+    for key in (first, second):
+        np.testing.assert_allclose(cache.get(key).width, [3e-4, 2.5e-4])

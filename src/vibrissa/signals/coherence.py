@@ -31,7 +31,7 @@ def band_coherence(
     -------
     float
         Mean of (C − 1/n)/(1 − 1/n) for n independent segments: 0 on average where nothing is shared, 1 where all is;
-        NaN where the band holds no frequency.
+        NaN where the band holds no frequency, or a signal is constant.
 
     Raises
     ------
@@ -44,6 +44,8 @@ def band_coherence(
     count = (len(signal) - size // 2) // (size - size // 2) if size > 1 else 0
     if count < 4:
         raise RangeError("segment", "must fit into the record four times, half overlapping (s)", segment)
+    if np.ptp(signal) == 0 or np.ptp(reference) == 0:
+        return np.nan
     frequency, squared = coherence(signal, reference, sampling_rate, nperseg=size)
     chance = _OVERLAP_COST / count
     power = welch(reference, sampling_rate, nperseg=size)[1] * ((frequency >= band[0]) & (frequency <= band[1]))

@@ -10,11 +10,13 @@ from vibrissa.neural.coding.discrimination import (
     CANNOT,
     TELLS,
     Discrimination,
+    _accuracy_interval,
     accuracy_by_units,
     discriminate,
 )
 from vibrissa.neural.coupling.response import trial_counts
 from vibrissa.neural.io.tables.spikes import spike_table
+from vibrissa.stats import wilson_interval
 
 QUICK = {"n_permutations": 99, "n_partitions": 1}
 
@@ -187,3 +189,20 @@ def test_textures_that_do_not_fit_the_trials_are_refused():
         discriminate(counts, ["a"] * 10)
     with refusal("range", "folds"):
         discriminate(counts, ["a"] * 8 + ["b"] * 2)
+
+
+@pytest.mark.parametrize("numbers", [(6, 94), (5, 45), (20, 20)])
+def test_the_interval_of_the_accuracy_holds_it_where_textures_differ_in_number(numbers):
+    rng, n_runs, share = np.random.default_rng(5), 2000, np.array([0.75, 0.9])
+    label = np.repeat([0, 1], numbers)
+    held = 0
+    for _ in range(n_runs):
+        low, high = _accuracy_interval(rng.uniform(size=label.size) < share[label], label)
+        held += low <= share.mean() <= high
+    assert 0.93 <= held / n_runs <= 0.99
+
+
+def test_the_interval_of_the_accuracy_is_wilsons_where_all_textures_are_as_frequent():
+    label = np.repeat([0, 1], 20)
+    right = np.arange(40) % 4 > 0
+    np.testing.assert_allclose(_accuracy_interval(right, label), wilson_interval(30, 40), rtol=1e-9)

@@ -12,7 +12,7 @@ from scipy.optimize import minimize
 from scipy.stats import poisson
 
 from vibrissa.neural.coupling.segments import two_segments
-from vibrissa.neural.coupling.threshold_linear import BinnedDrive, Hinge, HingeGrid
+from vibrissa.neural.coupling.threshold_linear import BinnedDrive, Hinge, HingeGrid, between_edges
 from vibrissa.neural.coupling.tuning import (
     bootstrap_fits,
     cross_validated,
@@ -20,6 +20,7 @@ from vibrissa.neural.coupling.tuning import (
     poisson_deviance,
     poisson_line,
     predicted,
+    r_squared,
     weakness,
 )
 from vibrissa.signals.correlation import best_correlation
@@ -261,3 +262,16 @@ def test_constant_rate_has_no_segments():
 def test_impossible_fits_are_refused(call, rule):
     with refusal(*rule):
         call()
+
+
+def test_the_mean_between_edges_of_uneven_times_is_that_of_the_signal():
+    time = np.arange(1000) * 5e-4
+    time[1] *= 1.05
+    edges = np.array([0.1, 0.11, 0.125])
+    np.testing.assert_allclose(between_edges(time, np.ones(1000), edges), 1, rtol=1e-12)
+    middle = (edges[1:] + edges[:-1]) / 2
+    np.testing.assert_allclose(between_edges(time, time, edges), middle, rtol=1e-9)
+
+
+def test_a_constant_rate_has_no_share_explained():
+    assert np.isnan(r_squared(np.full(7, 0.1), np.arange(7.0)))

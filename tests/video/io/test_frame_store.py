@@ -66,3 +66,17 @@ def test_a_full_disk_is_one_line(tmp_path, frames, monkeypatch):
     with refusal("machine"):
         store.frame(0)
     store.close()
+
+
+def test_whatever_ends_the_decoding_is_said_to_whoever_asks_for_a_frame(tmp_path, frames, monkeypatch):
+    def failing(*_):
+        yield frames[:16]
+        raise MemoryError("no room")
+
+    write_movie(tmp_path / "movie.mkv", [frames])
+    monkeypatch.setattr("vibrissa.video.io.frame_store.read_blocks", failing)
+    store = FrameStore(tmp_path / "movie.mkv")
+    assert len(store.frame(3)) == SHAPE[1] * SHAPE[2]
+    with pytest.raises(MemoryError, match="no room"):
+        store.frame(20)
+    store.close()

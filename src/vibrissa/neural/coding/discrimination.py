@@ -178,7 +178,7 @@ def _one_code(
     classes = np.arange(label.max() + 1)
     answered = np.eye(classes.size)[scores.argmax(1)]
     return {
-        **estimate("accuracy", accuracy, *wilson_interval(round(accuracy * label.size), label.size)),
+        **estimate("accuracy", accuracy, *_accuracy_interval(right, label)),
         "chance_accuracy": chance.mean(),
         "chance_accuracy_high": np.quantile(chance, 0.95),
         "code_p_value": (1 + np.sum(chance >= accuracy - 1e-12)) / (1 + len(chance)),
@@ -187,6 +187,16 @@ def _one_code(
         "right": right,
         **_contrasts(each, folds, label),
     }
+
+
+def _accuracy_interval(right: Mask, label: Integers) -> tuple[float, float]:
+    """Wilson's, of as many trials as a share of that variance has: fewer than all where textures differ in number."""
+    accuracy, number = _mean_over_textures(right, label), np.bincount(label)
+    share = (np.bincount(label, right) + 0.5) / (number + 1)  # none is sure
+    variance = float(np.mean(share * (1 - share) / number)) / number.size
+    middle = float(share.mean())
+    trials = min(label.size, middle * (1 - middle) / variance)
+    return wilson_interval(accuracy * trials, trials)
 
 
 def _mean_over_textures(right: Mask, label: Integers) -> float:

@@ -30,12 +30,12 @@ class Hinge(NamedTuple):
 
 
 def between_edges(time: Array, values: Array, edges: Array) -> Array:
-    """Mean between neighbouring edges of a signal that is straight between its samples.
+    """Mean between neighbouring edges of a signal, which between two samples is taken as their mean.
 
     Parameters
     ----------
     time, values : (T,) arrays
-        Times [s] on an even grid, and the signal; its last value holds for one more step.
+        Times [s], ascending, and the signal; its last value holds for one more step.
     edges : (..., K + 1) array
         Ascending [s].
 
@@ -44,11 +44,11 @@ def between_edges(time: Array, values: Array, edges: Array) -> Array:
     (..., K) array
         In the unit of the values.
     """
-    step = time[1] - time[0]
     # integrate once by trapezoids, then read the integral at the edges
-    pieces = np.append((values[1:] + values[:-1]) / 2, values[-1]) * step
+    times = np.append(time, 2 * time[-1] - time[-2])
+    pieces = np.append((values[1:] + values[:-1]) / 2, values[-1]) * np.diff(times)
     area = np.append(0.0, np.cumsum(pieces))
-    return np.asarray(np.diff(np.interp(edges, np.append(time, time[-1] + step), area)) / np.diff(edges))
+    return np.asarray(np.diff(np.interp(edges, times, area)) / np.diff(edges))
 
 
 @dataclass(frozen=True, kw_only=True)

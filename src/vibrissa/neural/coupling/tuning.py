@@ -205,7 +205,7 @@ def r_squared(rate: Array, prediction: Array) -> float:
         At most 1.
     """
     total = float(np.sum((rate - rate.mean()) ** 2))
-    return np.nan if total == 0 else 1 - float(np.sum((rate - prediction) ** 2)) / total
+    return np.nan if np.ptp(rate) == 0 else 1 - float(np.sum((rate - prediction) ** 2)) / total
 
 
 def cross_validated(grid: HingeGrid, trial_counts: Array, width: float) -> tuple[float, float]:

@@ -12,7 +12,8 @@ def raised_cosines(lags: Array, count: int, *, stretch: float | None = None) -> 
     """Raised cosines over lags, as in [Pillow2008]_.
 
     Half the sum of 1 and a cosine of one period, four spacings wide, centred evenly over lag, or over
-    ln(lag + stretch). Inside the range they sum to 2: a constant is within reach.
+    ln(lag + stretch). Inside the range they sum to 2, near its ends to 1.5 at least: a constant is nearly within
+    reach.
 
     Parameters
     ----------

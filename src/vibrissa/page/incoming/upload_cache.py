@@ -69,6 +69,7 @@ class UploadCache:
             except InputError as error:
                 raise error.rewritten(str(path), shown) from None  # the place it was read from means nothing
         self._kept[key] = surface
+        self._kept.move_to_end(key)
         while len(self._kept) > KEPT:
             self._kept.popitem(last=False)
         return key, [note.replace(str(path), shown) for note in notes]
@@ -93,4 +94,5 @@ class UploadCache:
         """
         if key not in self._kept:
             raise MissingError("texture", "must be dropped on the page", remedy="drop the file, or choose a generator")
+        self._kept.move_to_end(key)
         return self._kept[key]

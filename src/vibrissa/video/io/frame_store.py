@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.errors import InputError, MachineError, RangeError
+from vibrissa.errors import MachineError, RangeError
 from vibrissa.video.io.movie import open_movie, read_blocks
 
 BLOCK = 16  # frames that are decoded at once: the first ones are there soon
@@ -38,7 +38,7 @@ class FrameStore:
         self._file = tempfile.TemporaryFile()  # noqa: SIM115 - open as long as the store
         self._ready = threading.Condition()
         self._done, self._ended, self._closed = 0, False, False
-        self._error: InputError | None = None
+        self._error: Exception | None = None
         self._range: tuple[float, float] | None = None
         self._thread = threading.Thread(target=self._decode, args=(path,), daemon=True)
         self._thread.start()
@@ -87,10 +87,10 @@ class FrameStore:
                     self._ready.notify_all()
                 if self._closed:
                     break
-        except InputError as error:
-            self._error = error
         except OSError as error:
             self._error = MachineError(tempfile.gettempdir(), f"could not take the frames ({error.strerror or error})")
+        except Exception as error:  # for whoever asks for a frame
+            self._error = error
         finally:
             blocks.close()  # type: ignore[attr-defined]
             with self._ready:
