@@ -9,6 +9,7 @@ Internal: the public names are those of ``vibrissa`` itself.
 from __future__ import annotations
 
 import sys
+from functools import partial
 from io import TextIOWrapper
 
 from cyclopts import App, CycloptsError, Group, Parameter
@@ -17,6 +18,7 @@ from vibrissa import __version__
 from vibrissa.cli import mechanics, movies, spikes, studies
 from vibrissa.cli.shared.boundary import DEBUG, REFUSED, one_line_for_all
 from vibrissa.cli.shared.display.output import tell
+from vibrissa.cli.shared.overwriting import refuse_overwriting
 from vibrissa.cli.shared.stoppable import stoppable
 from vibrissa.cli.shared.words.refusals import as_typed
 from vibrissa.cli.shared.words.units import with_negative
@@ -34,7 +36,7 @@ app = App(
 for room in (mechanics, movies, spikes, studies):
     group = Group.create_ordered(room.GROUP)
     for verb in room.VERBS:
-        app.command(verb, group=group)
+        app.command(verb, group=group, validator=partial(refuse_overwriting, verb))
 
 
 def main() -> None:

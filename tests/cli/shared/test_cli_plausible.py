@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vibrissa.cli import app, options_of
-from vibrissa.cli.shared.display.output import _named
+from vibrissa.cli.shared.display.output import named
 
 POSTURE = ("--contact", "0.29", "--base-angle", "1.2", "--whisker.length", "40mm", "--whisker.cone-angle", "1.5mrad")
 VERBS = [name for name in app if not name.startswith("-")]
@@ -19,7 +19,7 @@ def test_every_verb_refuses_a_result_without_a_name(verb):
     arguments = app[verb].assemble_argument_collection()
     out = [one for one in arguments if {"--out", "--spikes-out"} & set(one.names)]
     assert out
-    assert all(one.parameter.converter is _named for one in out)
+    assert all(one.parameter.converter is named for one in out)
 
 
 @pytest.mark.parametrize("verb", [verb for verb in VERBS if "--seed" in options_of(verb)])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from vibrissa.cli.shared.display.output import tell
+from vibrissa.cli.shared.display.output import MaybeOut, tell
 from vibrissa.cli.shared.display.progress import progress_bars
 from vibrissa.errors import ConflictError, FormatError, MissingError
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from vibrissa.mechanics.rod.film import Film
 
 MovieFile = Annotated[
-    Path | None,
+    MaybeOut,
     Parameter(
         help="Movie of the shaft over the ground, its contacts coloured by their state, the moment below (.mp4, .mkv); "
         "with --model rod only."

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from vibrissa.cli.shared.display.output import MaybeOut, tell
+from vibrissa.cli.shared.display.output import Beside, MaybeOut, tell
 from vibrissa.cli.shared.options import Seed
 from vibrissa.cli.shared.words.units import Length
 from vibrissa.errors import ConflictError, FormatError
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from vibrissa.mechanics.rod.rod_prediction import RodPrediction
     from vibrissa.mechanics.scan.motion import PredictedMotion
     from vibrissa.study.forward.forward import TrialSettings
+
+SpikesOut = Annotated[MaybeOut, Beside(("{0.stem}-stimulus.csv", "{0.stem}-units.csv"))]
 
 
 @Parameter(name="*")
@@ -46,7 +48,7 @@ class SpikeOptions:
     """
 
     simulate_units: str | None = None
-    spikes_out: MaybeOut = None
+    spikes_out: SpikesOut = None
     trials: int = 40
     seed: Seed = 0
     distance: Length = 5e-3

@@ -7,7 +7,7 @@ from typing import Literal
 
 from vibrissa.cli.shared.display.output import MaybeOut, refuse_out, tell
 from vibrissa.cli.shared.display.progress import progress_bars
-from vibrissa.errors import ConflictError, MissingError
+from vibrissa.errors import MissingError
 
 
 def correct(
@@ -53,8 +53,6 @@ def correct(
         raise MissingError("--edits", "must be an existing file with --no-page", str(edits))
     out, edits = out or profile.with_name(f"{profile.stem}-corrected.nc"), edits or edit_path(profile)
     refuse_out(out)
-    if out.absolute() == profile.absolute():
-        raise ConflictError("--out", "must not be the profile that is corrected", str(out), "choose another name")
     with progress_bars() as progress:
         opened = open_tracks(
             profile, movie, segments=segments, edits=edits, polarity=polarity, tell=tell, progress=progress

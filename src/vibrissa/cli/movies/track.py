@@ -55,8 +55,8 @@ def track(
     start: str | None = None,
     stop: str | None = None,
     drop_frames: Literal["nan"] | None = None,
-    preview: Path | None = None,
-    segments: Path | None = None,
+    preview: MaybeOut = None,
+    segments: MaybeOut = None,
     out: MaybeOut = None,
     json: Json = False,
 ) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from vibrissa.cli.shared.display.output import Json, Out, names_without, show, tell
+from vibrissa.cli.shared.display.output import Beside, Json, Out, names_without, show, tell
 from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.display.progress import stage
 from vibrissa.cli.shared.options import Seed
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 def replay(
     inputs: list[Path],
     *,
-    out: Out,
+    out: Annotated[Out, Beside(("{0.name}.json",))],
     distance: Length = 5e-3,
     which: int = 0,
     duration: Duration = 10.0,

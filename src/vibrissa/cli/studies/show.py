@@ -36,6 +36,8 @@ def show(file: Path, *, plot: Flag = False, out: MaybeOut = None, json: Json = F
     picture = out or Path(f"{file.absolute().stem}.png")
     if plot:
         refuse_picture(picture, "--out")
+        if picture.exists() and picture.samefile(file):
+            raise ConflictError("--plot", "must not replace the file", str(picture), "name another picture with --out")
     from vibrissa.study.run.contents import contents
 
     found = contents(file)

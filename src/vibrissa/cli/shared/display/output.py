@@ -28,16 +28,45 @@ Json = Annotated[
 ]
 
 
-def _named(_: object, tokens: Sequence[Token]) -> Path:
-    """The path of a file or folder to be written, which must have a name: "" would be the current folder."""
+def named(_: object, tokens: Sequence[Token]) -> Path:
+    """The path of a file or folder to be written, which must have a name: "" would be the current folder.
+
+    Parameters
+    ----------
+    tokens : sequence of Token
+        The word of the command line.
+
+    Returns
+    -------
+    Path
+        As typed.
+
+    Raises
+    ------
+    InputError
+        If it has no name.
+    """
     text = tokens[0].value
     if not (text and Path(text).absolute().name):
         raise FormatError(tokens[0].keyword or "--out", "must name a file or a folder", repr(text), "for example ./out")
     return Path(text)
 
 
-Out = Annotated[Path, Parameter(converter=_named)]
-MaybeOut = Annotated[Path | None, Parameter(converter=_named)]
+Out = Annotated[Path, Parameter(converter=named)]
+MaybeOut = Annotated[Path | None, Parameter(converter=named)]
+
+
+@dataclass(frozen=True)
+class Beside:
+    """Files that are written beside the one that is named, for its annotation.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Each with the path as ``{0.name}`` or ``{0.stem}``.
+    """
+
+    names: tuple[str, ...]
 
 
 @Parameter(name="*")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from cyclopts import Parameter
 
-from vibrissa.cli.shared.display.output import tell
+from vibrissa.cli.shared.display.output import MaybeOut, tell
 from vibrissa.cli.shared.display.progress import progress_bars
 from vibrissa.cli.shared.words.refusals import in_options
 from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError
@@ -33,7 +33,7 @@ class PictureOptions:
         Draw the results (.png, .pdf, .svg, or .html with the caption as text).
     """
 
-    picture: Path | None = None
+    picture: MaybeOut = None
 
     def __post_init__(self) -> None:
         if self.picture is not None:
@@ -73,7 +73,7 @@ class PagesOptions:
         Largest number of units that have a page in the picture.
     """
 
-    picture: Path | None = None
+    picture: MaybeOut = None
     unit_page: list[str] | None = None
     most_pages: int = MOST_PAGES
 
