@@ -16,12 +16,18 @@ FREQUENCY, DAMPING = 90.0, 0.05
 @pytest.fixture(scope="module")
 def bridge(tmp_path_factory):
     """A robot's bridge: an oscillator kicked at random, 5 s at 2 kHz, in volts."""
-    rate, rng = 2000, np.random.default_rng(3)
-    decay, turn = np.exp(-DAMPING * 2 * np.pi * FREQUENCY / rate), 2 * np.pi * FREQUENCY / rate
+    return written(kicked(FREQUENCY, np.random.default_rng(3)), tmp_path_factory.mktemp("bridge") / "bridge.csv")
+
+
+def kicked(frequency, rng, rate=2000):
+    decay, turn = np.exp(-DAMPING * 2 * np.pi * frequency / rate), 2 * np.pi * frequency / rate
     kick, x = rng.normal(size=10_000), np.zeros(10_000)
     for i in range(2, x.size):
         x[i] = 2 * decay * np.cos(turn) * x[i - 1] - decay**2 * x[i - 2] + kick[i]
-    path = tmp_path_factory.mktemp("bridge") / "bridge.csv"
+    return x
+
+
+def written(x, path):
     path.write_text("volts\n" + "\n".join(f"{value:.6g}" for value in x) + "\n")
     return path
 
@@ -53,6 +59,24 @@ def test_a_signal_at_the_base_tells_its_resonance(vibrissa, bridge, tmp_path):
     assert "nothing is predicted" in err
     assert load(tmp_path / "base.nc").base_moment_envelope.shape == (1, 10_000)
     assert (tmp_path / "base.png").stat().st_size > 10_000
+
+
+def test_a_second_mode_with_white_forcing_has_no_interval_and_a_remark(vibrissa, tmp_path):
+    rng = np.random.default_rng(4)
+    two = sum(x / x.std() for x in (kicked(FREQUENCY, rng), kicked(300.0, rng)))
+    files = ("--out", tmp_path / "base.nc", "--picture", tmp_path / "base.html")
+    words = ("sensor", written(two, tmp_path / "two.csv"), *BRIDGE, "--guess", "90", "--guess", "300")
+    code, out, err = vibrissa(*words, *files, "--json")
+    assert code == 0, err
+    found = json.loads(out)
+    assert found["resonant_frequency_white"][0] == pytest.approx(FREQUENCY, rel=0.02)
+    assert found["resonant_frequency_white_low"][0] < found["resonant_frequency_white_high"][0]
+    assert found["resonant_frequency_white"][1] == pytest.approx(300, rel=0.1)
+    assert [found["resonant_frequency_white_low"][1], found["damping_white_high"][1]] == [None, None]
+    assert "mode 2 has no interval: with white forcing the flank of the modes below is fitted as its width" in err
+    assert "a known texture, with whisker, posture and speed, helps" in err
+    assert "nan" not in (tmp_path / "base.html").read_text("utf-8").split("Mode 1:")[1].split("</")[0]
+    assert "[" not in vibrissa(*words)[1].split("\n")[-2]  # nor in the table
 
 
 @pytest.mark.parametrize(

@@ -66,9 +66,9 @@ def test_the_right_texture_agrees_and_a_wrong_one_does_not(truth, measured):
     assert wrong.correlation.item() < 0.5
 
 
-def test_white_fit_and_envelope_of_a_driven_oscillator():
-    rate, f, zeta, t = 4000, 90.0, 0.05, np.arange(40_000) / 4000
-    rng = np.random.default_rng(3)
+def oscillator(f, zeta, t, rng):
+    """An oscillator under white noise."""
+    rate = 1 / t[1]
     a1, a2 = (
         2 * np.exp(-zeta * 2 * np.pi * f / rate) * np.cos(2 * np.pi * f / rate),
         -np.exp(-4 * np.pi * zeta * f / rate),
@@ -77,6 +77,26 @@ def test_white_fit_and_envelope_of_a_driven_oscillator():
     kick = rng.normal(size=t.size)
     for i in range(2, t.size):
         x[i] = a1 * x[i - 1] + a2 * x[i - 2] + kick[i]
+    return x
+
+
+def test_with_white_forcing_modes_above_the_first_have_no_interval(truth, measured):
+    """Of two oscillators the flank of the first is fitted as width of the second, whose interval would not hold it."""
+    t, rng = np.arange(40_000) / 4000, np.random.default_rng(0)
+    x = sum(one / one.std() for one in (oscillator(80.0, 0.08, t, rng), oscillator(230.0, 0.05, t, rng)))
+    white = analyse_base_signal(dataset(time=t, transverse_force=1e-6 * x), [80.0, 230.0])["resonance_white"]
+    assert white.resonant_frequency_low[0] < 80 < white.resonant_frequency_high[0]
+    assert white.resonant_frequency[1] == pytest.approx(230, rel=0.1)
+    for name in ("resonant_frequency", "damping"):
+        assert np.isfinite([white[name + end][0] for end in ("_low", "_high")]).all()
+        assert np.isnan([white[name + end][1] for end in ("_low", "_high")]).all()
+    known = analyse_base_signal(measured, truth.omega[:2] / (2 * np.pi), prediction=truth)["resonance"]
+    assert np.isfinite(known.damping_high).all()  # the texture's forcing separates the modes
+
+
+def test_white_fit_and_envelope_of_a_driven_oscillator():
+    f, zeta, t = 90.0, 0.05, np.arange(40_000) / 4000
+    x = oscillator(f, zeta, t, np.random.default_rng(3))
     found = analyse_base_signal(dataset(time=t, transverse_force=1e-6 * x), [85.0])
     white = found["resonance_white"]
     assert white.resonant_frequency.item() == pytest.approx(f, rel=0.02)

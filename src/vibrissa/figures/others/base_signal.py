@@ -84,12 +84,13 @@ def _caption(found: xr.Dataset) -> str:
 
 def _mode_words(one: xr.Dataset) -> str:
     end = _forcing(one)
-    frequency, low, high = (float(one[f"resonant_frequency{end}{e}"]) for e in ("", "_low", "_high"))
-    damping, least, most = (float(one[f"damping{end}{e}"]) for e in ("", "_low", "_high"))
-    if not np.isfinite(frequency):
+    if not np.isfinite(one[f"resonant_frequency{end}"]):
         return f"Mode {int(one.mode)}: no maximum."
-    text = f"Mode {int(one.mode)}: {frequency:.1f} Hz ({low:.1f} to {high:.1f}), "
-    text += f"ζ = {damping:.3f} ({least:.3f} to {most:.3f})"
+    frequency, damping = (
+        _estimate(one, f"resonant_frequency{end}", ".1f", " Hz"),
+        _estimate(one, f"damping{end}", ".3f"),
+    )
+    text = f"Mode {int(one.mode)}: {frequency}, ζ = {damping}"
     if "correlation" in one:
         text += f"; envelope as predicted, ρ = {float(one.correlation):.2f} at {1e3 * float(one.best_lag):.0f} ms"
         if np.isfinite(one.pseudo_p):
@@ -98,6 +99,12 @@ def _mode_words(one: xr.Dataset) -> str:
                 f"{float(least_p(one.pseudo_count)):.2g}; mean {float(one.chance_mean):.2f})"
             )
     return text + "."
+
+
+def _estimate(one: xr.Dataset, name: str, form: str, unit: str = "") -> str:
+    """An estimate with its interval, if it has one."""
+    value, low, high = (float(one[name + end]) for end in ("", "_low", "_high"))
+    return f"{value:{form}}{unit}" + (f" ({low:{form}} to {high:{form}})" if np.isfinite(low) else "")
 
 
 @house_style

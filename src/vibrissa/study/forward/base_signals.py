@@ -65,7 +65,8 @@ def analyse_signal(signal: BaseSignal, folder: Path) -> xr.Dataset:
     if prediction is not None:
         columns |= fitted_columns(found["resonance"], "") | _modelled(found, guess, others)
     absent = "" if prediction is not None else "no texture: nothing is predicted, the forcing is assumed to be white"
-    absent = "; ".join(filter(None, [absent, _without_line(columns, guess)]))
+    above = "" if prediction is not None else _without_interval(columns)
+    absent = "; ".join(filter(None, [absent, _without_line(columns, guess), above]))
     attrs = {name: follicle.attrs[name] for name in ("kind", "unit", "calibration", "zero", "clipped")}
     labelled = dataset(mode=found["envelope"].mode.values, time=follicle.time.values, **columns)
     whole = found["envelope"].drop_vars("phase").merge(found["spectra"]).merge(labelled, combine_attrs="override")
@@ -77,6 +78,16 @@ def _without_line(columns: dict[str, Any], guess: Array) -> str:
     found = columns.get("resonant_frequency", columns["resonant_frequency_white"])
     lost = [f"{i} (about {at:.4g} Hz)" for i, at in enumerate(guess, 1) if not np.isfinite(found[i - 1])]
     return f"no line of its own was found for mode {', '.join(lost)}" if lost else ""
+
+
+def _without_interval(columns: dict[str, Any]) -> str:
+    """Which modes are biased by the flank of those below, in words."""
+    found = columns["resonant_frequency_white"]
+    biased = [str(i) for i in range(2, len(found) + 1) if np.isfinite(found[i - 1])]
+    if not biased:
+        return ""
+    why = "with white forcing the flank of the modes below is fitted as its width, so frequency and damping are biased"
+    return f"mode {', '.join(biased)} has no interval: {why}; a known texture, with whisker, posture and speed, helps"
 
 
 def fitted_columns(fit: xr.Dataset, forcing: str) -> dict[str, Any]:

@@ -177,7 +177,9 @@ def _base_row(one: xr.Dataset, attrs: Mapping[str, Any]) -> dict[str, str]:
 
     def found(name: str, form: str) -> str:
         value, low, high = (float(one[f"{name}{end}{part}"]) for part in ("", "_low", "_high"))
-        return f"{value:{form}} [{low:{form}}, {high:{form}}]" if np.isfinite(value) else "no maximum"
+        if not np.isfinite(value):
+            return "no maximum"
+        return f"{value:{form}}" + (f" [{low:{form}}, {high:{form}}]" if np.isfinite(low) else "")
 
     agreed = "correlation" in one
     p = f"{float(one.pseudo_p):.2g} (least {float(least_p(one.pseudo_count)):.2g})" if agreed else ""
