@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from refusals import refusal
 
+from vibrissa.cli.shared.words.refusals import as_typed
+from vibrissa.errors import InputError
 from vibrissa.mechanics.scan.relief_prediction import ReliefPrediction
 from vibrissa.mechanics.scan.texture_prediction import Prediction
 from vibrissa.study.movie.apparatus import apparatus, true_profile
@@ -99,6 +101,34 @@ def test_what_was_decided_of_the_file_is_told(folder):
 def test_bad_files_are_refused_when_they_are_read(folder, texture, message):
     with refusal(*message):
         predicted_motion(study(folder, texture))
+
+
+@pytest.mark.parametrize(
+    ("table", "key", "remedy"),
+    [
+        (
+            "0,0\n1,1\n2,2.1\n",
+            'x_unit = "mm"\nz_unit = "mm"',
+            "in [texture] level = 'line' subtracts the line, level = 'none' ",
+        ),
+        ("2,0\n1,1\n0,0\n", 'x_unit = "mm"\nz_unit = "um"', "in [texture] flip = true lets the last point of the file"),
+        ("0,0\n1,nan\n2,0\n3,0\n", 'x_unit = "mm"\nz_unit = "um"', "in [texture] fill = true draws straight lines"),
+        ("0,0\n1,1\n2,0\n", 'z_unit = "um"', "in [texture] give x_unit, one of m, mm, um, nm"),
+    ],
+)
+def test_a_refused_surface_names_the_keys_of_the_study(folder, table, key, remedy):
+    (folder / "bare.txt").write_text(table)
+    with pytest.raises(InputError) as caught:
+        study(folder, f'file = "bare.txt"\n{key}').texture.made(folder)
+    assert remedy in caught.value.remedy
+    assert "--" not in str(as_typed(caught.value, (), ()))  # at the command line too
+
+
+def test_a_key_that_must_be_given_is_said_to_be_missing(tmp_path):
+    table = {"name": "x", "scan": {"speed": 0.1}, "texture": {"length": 0.02}}
+    with refusal("format", "s.toml: scan.damping") as caught:
+        validated_study(table, "s.toml", tmp_path)
+    assert str(caught.value).endswith("s.toml: scan.damping must be given; `vibrissa scan` takes 0.11")
 
 
 @pytest.mark.parametrize(

@@ -24,6 +24,7 @@ _RULES = {  # what pydantic calls an error, and what we say
     "tuple_type": "must be a list, in [ ]",
     "missing": "must be given",
 }
+_USUAL = {"scan.damping": "`vibrissa scan` takes 0.11"}  # values of keys that a study must state
 
 
 def validated(kind: type, table: dict[str, Any], source: str, under: tuple[str, ...] = ()) -> Any:
@@ -62,6 +63,8 @@ def validated(kind: type, table: dict[str, Any], source: str, under: tuple[str, 
         first, *more = error.errors()
         place = _place(under, first["loc"])
         rules = dict.fromkeys(_rule(one) for one in (first, *more) if _place(under, one["loc"]) == place)
+        if list(rules) == [_RULES["missing"]]:
+            raise FormatError(f"{source}: {place}", _RULES["missing"], remedy=_USUAL.get(place, "")) from error
         got = "" if first["type"] in ("missing", "value_error") else f", not {short(first['input'])}"
         raise FormatError(f"{source}: {place or 'study'}", f"is not valid ({' or '.join(rules)}{got})") from error
 

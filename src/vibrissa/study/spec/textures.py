@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from vibrissa.errors import InputError
 from vibrissa.mechanics.scan.relief_prediction import ReliefPrediction, predict_relief
 from vibrissa.mechanics.scan.texture_prediction import Prediction, predict
 from vibrissa.texture.io import read_texture
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
     from vibrissa.mechanics.statics.profile import Posture
     from vibrissa.texture.relief import HeightProfile
     from vibrissa.whisker import Whisker
+
+_ARGUMENT = re.compile(r"`(\w+)(?:=([^`]*))?`")  # as the package writes it in a remedy
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,8 +107,22 @@ class TextureFile:
         Gaps or HeightProfile
             The surface.
         """
-        how = {name: value for name, value in vars(self).items() if name != "file"}
-        return read_texture(folder / self.file, tell=tell, **how)
+        how: dict[str, Any] = {name: value for name, value in vars(self).items() if name != "file"}
+        try:
+            return read_texture(folder / self.file, tell=tell, **how)
+        except InputError as error:
+            raise _in_keys(error) from error
+
+
+def _in_keys(error: InputError) -> InputError:
+    """A refusal of a surface in the words of a study file: an argument, such as `level='line'`, is a key."""
+
+    def key(found: re.Match[str]) -> str:
+        value = "true" if found[1] in ("fill", "flip") else found[2]
+        return found[1] if value is None else f"{found[1]} = {value}"
+
+    remedy, named = _ARGUMENT.subn(key, error.remedy)
+    return type(error)(error.quantity, error.rule, error.value, f"in [texture] {remedy}" if named else remedy)
 
 
 def predict_surface(
