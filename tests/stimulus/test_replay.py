@@ -98,6 +98,16 @@ def test_the_measured_motion_is_compared(call, textures, tmp_path):
         (("--fade", "3"), "fade must be positive and below 1.5 s"),
         (("--order", "0"), "order must be a whole number"),
         (("--measured-whisker", "Z1", "--measured", "T0"), "--measured-whisker must be one of"),
+        (("--low", "83", "--high", "0.1"), "band must have corners 0 < --low < --high (Hz), got 83, 0.1"),
+        (
+            ("--high", "9kHz"),
+            "must be at least four times --high, 36000 Hz, got 1000 Hz; lower --high to at most 250 Hz",
+        ),
+        (
+            ("--separation", "2s"),
+            "--separation must be at most 0.25 s, which leaves room for 24 copies in 6 s, got 2s; "
+            "lower it, or lengthen --duration to more than 48 s",
+        ),
     ],
 )
 def test_bad_input_is_one_line_and_no_file(call, textures, tmp_path, words, message):
@@ -107,6 +117,31 @@ def test_bad_input_is_one_line_and_no_file(call, textures, tmp_path, words, mess
     assert message in err
     assert err.count("\n") == 1
     assert not (tmp_path / "c.nc").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "rule"), [("c.mp3", "must end in .nc, .wav, .npy, .csv"), ("no/c.nc", "existing folder")]
+)
+def test_a_command_that_cannot_be_written_is_refused_before_any_work(call, textures, tmp_path, name, rule):
+    code, _, err = call(tmp_path / "absent.csv", *QUICK, "--out", tmp_path / name)
+    assert code == 2
+    assert rule in err
+
+
+def test_the_largest_separation_and_duration_that_a_refusal_names_are_taken(call, textures, tmp_path):
+    words = ("--sampling-rate", "1000", "--out", tmp_path / "c.npy")
+    assert call(*textures, *words, "--duration", "6", "--separation", "0.25")[0] == 0
+    assert call(*textures, *words, "--duration", "7.898")[0] == 0
+
+
+def test_inputs_that_are_too_short_are_refused_with_the_time_that_they_must_last(call, textures, tmp_path):
+    words = ("--sampling-rate", "1000", "--out", tmp_path / "c.npy")
+    err = call(*textures, *words, "--duration", "8")[2]
+    assert "--inputs must last 8.1 s in all, one overlap of 0.05 s each included, got 7.998 s; scan a longer" in err
+    assert "add one, or shorten --duration to at most 7.898 s" in err
+    err = call(*textures, *words, "--duration", "12", "--fade", "2.5")[2]
+    assert f"--inputs must each last longer than two overlaps, 5 s, got 3.999 s of {textures[0]}; scan" in err
+    assert "or shorten --fade" in err
 
 
 def test_from_surface_to_command(vibrissa, call, tmp_path):

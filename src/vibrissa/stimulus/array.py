@@ -18,6 +18,7 @@ from vibrissa.stimulus.delays import (
     circular_correlation,
     correlation_note,
     even_shifts,
+    largest_separation,
     least_shifts,
     pair_correlations,
     random_shifts,
@@ -127,6 +128,7 @@ def replay_command(
     raw, seams, begins = joined(motions, duration, sampling_rate, fade=fade)
     loop = scale * band.filtered(raw, sampling_rate)
     correlation = circular_correlation(loop)
+    _refuse_separation(delays, separation, length, sampling_rate)
     shifts = _shifts(delays, correlation, sampling_rate, round(separation * sampling_rate), seed)
     refuse_beyond(loop, shifts, sampling_rate, limits, scale)
     lead = round(ramp * sampling_rate)
@@ -187,8 +189,20 @@ def _refuse_settings(motions: Sequence[PointMotion], scale: float, separation: f
     require_not_negative("seed", seed)
     for motion in motions:
         if motion.sampling_rate < 4 * band.high:  # a cubic spline keeps 1 % up to a quarter of the rate
-            rule = f"must be at least {4 * band.high:g} Hz"
-            raise RangeError(f"{motion.source}: sampling rate", rule, motion.sampling_rate)
+            rule = f"must be at least four times `high`, {4 * band.high:g} Hz"
+            remedy = f"lower `high` to at most {motion.sampling_rate / 4:.6g} Hz, or sample the motion faster"
+            raise RangeError(f"{motion.source}: sampling rate", rule, f"{motion.sampling_rate:g} Hz", remedy)
+
+
+def _refuse_separation(delays: Spread | Sequence[float], separation: float, length: int, rate: float) -> None:
+    """Refuse a separation of random or searched delays for which the record has no room."""
+    if not isinstance(delays, str) or delays not in ("random", "least"):
+        return
+    largest = largest_separation(len(WHISKERS), length, searched=delays == "least") / rate
+    if round(separation * rate) > round(largest * rate):
+        rule = f"must be at most {largest:.4g} s, which leaves room for {len(WHISKERS)} copies in {length / rate:g} s"
+        remedy = f"lower it, or lengthen `duration` to more than {len(WHISKERS) * separation:g} s"
+        raise RangeError("separation", rule, f"{separation:g} s", remedy)
 
 
 def _shifts(delays: Spread | Sequence[float], correlation: Array, rate: float, separation: int, seed: int) -> Integers:

@@ -47,7 +47,7 @@ class Band:
 
     def __post_init__(self) -> None:
         if not 0 < self.low < self.high < np.inf:
-            raise RangeError("band", "must have corners 0 < low < high (Hz)", f"{self.low}, {self.high}")
+            raise RangeError("band", "must have corners 0 < `low` < `high` (Hz)", f"{self.low:g}, {self.high:g}")
         if not (isinstance(self.order, int) and 1 <= self.order <= _HIGHEST_ORDER):
             raise RangeError("order", f"must be a whole number, 1 to {_HIGHEST_ORDER}", self.order)
         if self.norm not in get_args(Norm):

@@ -149,11 +149,30 @@ def least_shifts(correlation: Array, count: int, separation: int) -> Integers:
     return np.array(chosen, np.int64) * stride
 
 
+def largest_separation(count: int, length: int, *, searched: bool) -> int:
+    """Largest separation of copies for which there is room.
+
+    Parameters
+    ----------
+    count, length : int
+        Copies; samples of the loop.
+    searched : bool
+        By :func:`least_shifts`, which searches on a coarser grid; else by :func:`random_shifts`.
+
+    Returns
+    -------
+    int
+        [samples].
+    """
+    stride = max(length // _LAGS, 1) if searched else 1
+    return length // stride // count * stride
+
+
 def _free(count: int, length: int, separation: int) -> int:
     free = length - count * separation
     if separation < 0 or free < 0:
-        remedy = "lower the separation or record longer"
-        raise RangeError("separation", f"must leave room for {count} copies in the record", separation, remedy)
+        rule = f"must leave room for {count} copies in the record of {length} samples"
+        raise RangeError("separation", rule, f"{separation} samples", "lower the separation or record longer")
     return free
 
 

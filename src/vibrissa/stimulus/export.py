@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -79,7 +78,8 @@ def write_command(data: xr.Dataset, path: str | Path, *, sound: Sound | None = N
     if not np.all(np.isfinite(data["command"])):
         raise RangeError("command", "must be finite")
     path = Path(path)
-    write = _writer(path)
+    refuse_ending(path)
+    write = _WRITERS[path.suffix.lower()]
     rate = even_rate(data["time"].to_numpy(), "command")
     more = _sound_facts(data, rate, sound or Sound()) if path.suffix.lower() == ".wav" else {}
     write(data, path, more)  # first: a stop between the two leaves a command that its sidecar does not describe
@@ -107,7 +107,7 @@ def read_command(path: str | Path) -> xr.Dataset:
         If a file is missing, of an unknown ending, or not as its sidecar says.
     """
     path = Path(path)
-    _writer(path)
+    refuse_ending(path)
     if path.suffix.lower() == ".nc":
         data = load(path)
         require(data, "command", "time", "whisker")
@@ -124,10 +124,21 @@ def read_command(path: str | Path) -> xr.Dataset:
     return dataset(facts["attributes"], whisker=names, time=time, command=values)
 
 
-def _writer(path: Path) -> Callable[[xr.Dataset, Path, dict[str, Any]], None]:
+def refuse_ending(path: Path) -> None:
+    """Refuse a file of another ending than those of commands.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        Names the endings.
+    """
     if path.suffix.lower() not in _WRITERS:
         raise FormatError(str(path), f"must end in {', '.join(_WRITERS)}", repr(path.suffix))
-    return _WRITERS[path.suffix.lower()]
 
 
 def _facts(data: xr.Dataset, path: Path, rate: float) -> dict[str, Any]:

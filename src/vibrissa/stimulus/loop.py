@@ -68,7 +68,7 @@ def joined(motions: Sequence[PointMotion], duration: float, sampling_rate: float
     finer = int(np.ceil(max(motion.sampling_rate for motion in motions) / sampling_rate - 1e-9))
     work = sampling_rate * max(finer, 1)
     overlap = max(round(fade * work), 2)
-    shares = _shares([motion.duration for motion in motions], duration, overlap / work)
+    shares = _shares(motions, duration, overlap / work)
     ends = np.round(np.cumsum([0, *shares]) * work).astype(int)
     loop, begins = np.zeros(count * max(finer, 1)), []
     for motion, start, end in zip(motions, ends[:-1], ends[1:], strict=True):
@@ -109,12 +109,18 @@ def samples(duration: float, sampling_rate: float) -> int:
     return count
 
 
-def _shares(durations: Sequence[float], duration: float, overlap: float) -> Array:
+def _shares(motions: Sequence[PointMotion], duration: float, overlap: float) -> Array:
     """Time that each motion fills, without the overlap after it: equal, unless some are shorter."""
-    spare = np.array(durations) - overlap
-    if spare.min() <= overlap or spare.sum() < duration:
-        have, need = f"{spare.clip(0).sum():.4g} s", f"{duration:g} s and {overlap:g} s of overlap each"
-        raise FormatError("inputs", f"must fill {need}", have, "scan a longer texture, add one, or shorten `duration`")
+    lasting = np.array([motion.duration for motion in motions])
+    spare = lasting - overlap
+    if spare.min() <= overlap:
+        short, rule = motions[int(spare.argmin())], f"must each last longer than two overlaps, {2 * overlap:g} s"
+        found = f"{short.duration:.5g} s of {short.source}"
+        raise FormatError("inputs", rule, found, "scan a longer texture, or shorten `fade`")
+    if spare.sum() < duration:
+        rule = f"must last {duration + len(motions) * overlap:g} s in all, one overlap of {overlap:g} s each included"
+        remedy = f"scan a longer texture, add one, or shorten `duration` to at most {spare.sum():.5g} s"
+        raise FormatError("inputs", rule, f"{lasting.sum():.5g} s", remedy)
     shares = np.zeros(len(spare))
     left = duration
     for rank, index in enumerate(np.argsort(spare)):

@@ -13,7 +13,7 @@ from vibrissa.cli.shared.display.progress import stage
 from vibrissa.cli.shared.options import Seed
 from vibrissa.cli.shared.words.refusals import in_options
 from vibrissa.cli.shared.words.units import Acceleration, Duration, Length, Rate, Speed, in_si
-from vibrissa.errors import InputError, UnknownError
+from vibrissa.errors import InputError, MissingError, UnknownError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -74,7 +74,7 @@ def replay(
     low
         Lower corner of the stimulator's band [Hz].
     high
-        Upper corner of the stimulator's band [Hz].
+        Upper corner of the stimulator's band [Hz], at most a quarter of the sampling rate of every input.
     order
         Order of the Bessel filter.
     norm
@@ -112,11 +112,14 @@ def replay(
 
     from vibrissa.stimulus.array import replay_command
     from vibrissa.stimulus.band import Band
-    from vibrissa.stimulus.export import Sound, write_command
+    from vibrissa.stimulus.export import Sound, refuse_ending, write_command
     from vibrissa.stimulus.fidelity import compare_file
     from vibrissa.stimulus.limits import Limits
     from vibrissa.stimulus.waveform import read_motion
 
+    refuse_ending(out)
+    if not out.absolute().parent.is_dir():
+        raise MissingError("--out", "must lie in an existing folder", str(out), "make it, or choose another")
     sound = Sound(encoding=encoding, full_scale=full_scale)
     with stage("command of the array"):
         data = replay_command(
