@@ -184,6 +184,25 @@ def test_a_part_begins_at_0(tmp_path):
         read_height_profile(tmp_path / "profile.csv", part=(2e-3, 1e-3), level="none")
 
 
+@pytest.mark.parametrize(
+    ("part", "remedy"),
+    [
+        ((0.0, 10.0), "`part` is in metres: 0.01 for 10 mm"),
+        ((0.01, 0.0302), ""),
+        ((-0.001, 0.01), ""),
+        ((0.0, 40.0), ""),
+    ],
+)
+def test_a_part_that_begins_or_ends_beyond_the_surface_is_refused(tmp_path, part, remedy):
+    x = np.linspace(0, 0.03, 301)
+    path = written(tmp_path, table(x, 1e-5 * np.sin(2 * np.pi * x / 1e-3)))
+    with refusal("format", "profile.csv", "a length of 0.03 m") as caught:
+        read_height_profile(path, part=part)
+    assert caught.value.remedy == remedy
+    assert f"the asked part, {part[0]:g} m to {part[1]:g} m" in caught.value.rule
+    assert read_height_profile(path, part=(-5e-5, 0.03005)).position.size == 301  # within a step of its ends
+
+
 def test_an_empty_file_is_told_as_one(tmp_path):
     with refusal("too-few", "profile.csv", value="an empty file"):
         read_height_profile(written(tmp_path, ""))

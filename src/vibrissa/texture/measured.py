@@ -95,14 +95,17 @@ class Measured:
         Raises
         ------
         InputError
-            If fewer than two points lie there.
+            If fewer than two points lie there, or it begins or ends more than a step beyond them.
         """
         along = (self.position - self.position[0]) * self._sense()
         inside = (along >= start) & (along <= end)
-        if np.count_nonzero(inside) < 2:
+        longest, step = float(along.max()), float(np.ptp(along)) / (along.size - 1)
+        if np.count_nonzero(inside) < 2 or start < along.min() - step or end > longest + step:
             rule = f"must hold the asked part, {start:g} m to {end:g} m from its first point"
-            remedy = "the smaller distance first" if start >= end else ""
-            raise FormatError(self.name, rule, f"a length of {along.max():.4g} m", remedy)
+            meant_mm = 10 * longest < end <= 1e3 * longest
+            remedy = f"`part` is in metres: {1e-3 * end:g} for {end:g} mm" if meant_mm else ""
+            remedy = "the smaller distance first" if start >= end else remedy
+            raise FormatError(self.name, rule, f"a length of {longest:.4g} m", remedy)
         position = self.position[inside]
         return replace(self, position=position - position[0], height=self.height[inside])
 
