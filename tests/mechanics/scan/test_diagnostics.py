@@ -111,6 +111,18 @@ def test_level_ground_has_no_jump_and_so_no_linearity():
     assert found.lift_off == 0
 
 
+@pytest.mark.parametrize(
+    ("z", "points"), [((0, 0, 50e-6, 50e-6), 4), ((50e-6, 50e-6, 0, 0), 4), ((0, 0, 50e-6, 50e-6), 2001)]
+)
+def test_a_jump_over_a_wall_is_no_step_through_a_smooth_valley(z, points):
+    corners = np.array([0, 5e-3, 5e-3 + (0 if points == 4 else 5e-6), 10e-3])
+    x = corners if points == 4 else np.linspace(0, 10e-3, points)
+    ground = HeightProfile(position=x, height=np.array(z) if points == 4 else np.interp(x, corners, z))
+    found = relief_diagnostics(predict_relief(WHISKER, POSTURE, ground, Scan(speed=0.1, damping=0.11), n_modes=2), TIME)
+    assert int(found.valley_steps) == 0
+    assert np.isfinite(found.mechanism).all()  # there is a jump
+
+
 @pytest.mark.parametrize("period", [0.02, 0.03])
 def test_steps_through_a_smooth_valley_are_told_from_jumps_over_gaps(period):
     shape = wave(2 * period, amplitude=0.1e-3, period=period, phase=np.pi / 2, spacing=20e-6)

@@ -22,10 +22,13 @@ from vibrissa.whisker import Whisker
 if TYPE_CHECKING:
     import xarray as xr
 
+    from vibrissa.texture.relief import HeightProfile
+
 
 GRAVITY = 9.81  # [m/s²]
 _SHAFT = 400  # points from which the slip along the shaft is integrated
 _CHORD = 17  # points from one place of a jump to the other
+_WALL = 1.0  # slope of the ground that is a wall; a valley in which a shaft lies is gentler by far
 
 
 def own_weight(whisker: Whisker) -> float:
@@ -159,7 +162,8 @@ def _through_valleys(prediction: ReliefPrediction, before: Array, after: Array) 
 
     A shaft that rises as K u³ ahead of its contact, K = Λ cos φ/6ε⁴, touches evenly bent ground again at such a
     distance λ that the ground between lies Kλ³/2 below the chord, and up to 1.3 Kλ³ at a corner of a sampled curve.
-    Three times as deep it is no such valley: a gap, or the space between two hills, is deeper by far.
+    Three times as deep it is no such valley: a gap, or the space between two hills, is deeper by far. Neither is
+    the corner of a wall, of half that depth or more, in which no shaft lies.
     """
     flat, relief, length = prediction.response.flat, prediction.relief, prediction.whisker.length
     bend = flat.normal_force / (6 * flat.contact**4)
@@ -167,7 +171,18 @@ def _through_valleys(prediction: ReliefPrediction, before: Array, after: Array) 
     places = before[2][:, None] + (after[2] - before[2])[:, None] * share
     chord = before[1][:, None] + (after[1] - before[1])[:, None] * share
     depth = (chord - relief.at(places * length) / length).max(axis=1, initial=0.0)
-    return np.asarray(depth < 1.5 * bend * (after[2] - before[2]) ** 3)
+    walled = _highest_walls(relief, before[2] * length, after[2] * length) > 0.5 * depth * length
+    return np.asarray((depth < 1.5 * bend * (after[2] - before[2]) ** 3) & ~walled)
+
+
+def _highest_walls(relief: HeightProfile, start: Array, end: Array) -> Array:
+    """Highest wall between two places each [m], from one point of the ground to the next, (J,) [m]; 0 without one."""
+    rise, run = np.abs(np.diff(relief.height)), np.diff(relief.position)
+    wall = np.where(rise > _WALL * run, rise, 0.0)
+    near = 1e-9  # [m] a contact is found on the edge of a wall to within rounding
+    first = np.searchsorted(relief.position[1:], start - near)
+    last = np.searchsorted(relief.position[:-1], end + near)
+    return np.array([wall[i:j].max(initial=0.0) for i, j in zip(first, last, strict=True)])
 
 
 def remarks(data: xr.Dataset) -> list[str]:
