@@ -41,8 +41,11 @@ def save(data: xr.Dataset, path: str | Path) -> None:
     Raises
     ------
     InputError
-        If the name ends otherwise, and as ``written_whole``.
+        If it is no dataset, the name ends otherwise, and as ``written_whole``.
     """
+    if not hasattr(data, "drop_encoding"):
+        remedy = "give what its method sample returns: `.sample(rate=…)`" if hasattr(data, "sample") else ""
+        raise FormatError("data", "must be a Dataset", f"a {type(data).__name__}", remedy)
     if Path(path).suffix != ".nc":
         raise FormatError(str(path), "must end in .nc: a dataset is written as NetCDF")
     content = encoded(data)

@@ -7,6 +7,7 @@ from refusals import refusal
 import vibrissa as vb
 
 WHISKER, POSTURE = vb.Whisker(length=0.04, cone_angle=1.5e-3), vb.Posture(contact=0.29, base_angle=1.2)
+GAPS = vb.Gaps(position=[1e-3], width=[6e-4])
 MOTION = np.sin(np.arange(2000) / 20) * 1e-4
 
 WRONG = {
@@ -27,6 +28,14 @@ WRONG = {
     "half a unit": (lambda: vb.simulate_units(MOTION, 2.5), "format", "units"),
     "an envelope with a unit": (lambda: vb.simulate_units(MOTION, mean_envelope="55um"), "format", "mean_envelope"),
     "a dataset as a table": (lambda: vb.save(vb.modes(WHISKER), "modes.csv"), "format", "modes.csv"),
+    "a motion, not its samples": (
+        lambda: vb.save(vb.scan(WHISKER, POSTURE, GAPS, speed=0.1, damping=0.11), "z.nc"),
+        "format",
+        "data",
+    ),
+    "a number for a whisker": (lambda: vb.atlas(3), "format", "name"),
+    "positions in words": (lambda: vb.HeightProfile(position="a", height="b"), "format", "position"),
+    "a speed with a unit": (lambda: vb.scan(WHISKER, POSTURE, GAPS, speed="100mm/s"), "format", "speed"),
     "a sample of no name": (lambda: vb.sample_data("foo"), "missing", "name"),
     "a depth for each gap": (
         lambda: vb.Gaps(position=[0, 0.01], width=[1e-3, 1e-3], depth=[1e-5, 2e-5]),
@@ -52,6 +61,27 @@ def test_remedies_are_in_the_words_of_the_function(tmp_path):
         vb.read_surface(tilted)
     assert "`levelling='line'`" in str(caught.value)
     assert np.ptp(vb.read_surface(tilted, levelling="line").height) < 1e-9
+
+
+def test_remedies_say_what_is_meant(tmp_path):
+    with refusal("format", "data") as caught:
+        vb.save(vb.scan(WHISKER, POSTURE, GAPS, speed=0.1, damping=0.11), tmp_path / "z.nc")
+    assert "`.sample(rate=…)`" in caught.value.remedy
+    with refusal("format", "speed", "'100mm/s'") as caught:
+        vb.scan(WHISKER, POSTURE, GAPS, speed="100mm/s")
+    assert "0.1 for 100 mm/s" in caught.value.remedy
+    (tmp_path / "bare.txt").write_text("0 0\n1 1\n2 0\n")
+    with refusal("format", "x_unit", "'inch'") as caught:
+        vb.read_surface(tmp_path / "bare.txt", x_unit="inch", z_unit="um")
+    assert caught.value.rule == "must be one of m, mm, um, nm"
+
+
+def test_a_surface_that_a_negative_friction_cannot_follow_names_the_friction():
+    ground = vb.HeightProfile(position=[0, 5e-3, 5.001e-3, 1e-2], height=[0, 0, 50e-6, 50e-6])
+    backwards = vb.Posture(contact=0.29, base_angle=1.2, friction=-0.4)
+    with pytest.raises(vb.InputError) as caught:
+        vb.scan(vb.atlas("C2"), backwards, ground, speed=0.1)
+    assert "its friction is negative" in caught.value.remedy
 
 
 def test_surfaces_are_equal_by_value():

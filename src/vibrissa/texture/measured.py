@@ -266,6 +266,8 @@ def _metres(name: str, values: Array, option: str, stated: str | None, given: st
     unit = given if stated is None else stated
     if unit is None:
         raise MissingError(name, "must state its units", "none", f"give `{option}`, one of m, mm, um, nm")
+    if given is not None and given not in units_of("m"):
+        raise FormatError(option, "must be one of m, mm, um, nm", repr(given))
     if unit not in units_of("m"):
         raise FormatError(name, "must have lengths in m, mm, um or nm", repr(unit))
     return to_si(values, unit)

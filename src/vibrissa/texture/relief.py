@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from reprlib import repr as short
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,7 +35,10 @@ class HeightProfile(ByValue):
 
     def __post_init__(self) -> None:
         for name in ("position", "height"):
-            object.__setattr__(self, name, np.asarray(getattr(self, name), float))
+            try:
+                object.__setattr__(self, name, np.asarray(getattr(self, name), float))
+            except (TypeError, ValueError):
+                raise FormatError(name, "must be numbers in metres", short(getattr(self, name))) from None
         if self.position.shape != self.height.shape or self.position.ndim != 1:
             found = f"{self.position.shape}, {self.height.shape}"
             raise ShapeError("relief", "must have one height for each position", found)

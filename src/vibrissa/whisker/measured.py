@@ -7,7 +7,7 @@ from functools import cache
 from importlib.resources import as_file, files
 from typing import Any
 
-from vibrissa.errors import RangeError, UnknownError, nearest
+from vibrissa.errors import FormatError, RangeError, UnknownError, nearest
 from vibrissa.tables.reader import read_table
 from vibrissa.whisker.cone import Whisker
 
@@ -136,6 +136,8 @@ def atlas_entry(name: str) -> AtlasEntry:
     InputError
         If no position has that name (the nearest are named).
     """
+    if not isinstance(name, str):
+        raise FormatError("name", "must be a text", repr(name), 'such as "C2"')
     entries = {entry.name.lower(): entry for entry in atlas()}
     key = GREEK.get(name.strip().lower(), name.strip().lower())
     if key not in entries:

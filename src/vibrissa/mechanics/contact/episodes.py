@@ -185,7 +185,7 @@ def _followed(
         try:
             table = _first_table(flat, heights, like)
         except InputError as error:
-            raise _too_much("the relief", error) from None
+            raise _too_much("the relief", error, flat) from None
     for _ in range(_TRIES):
         (travelled, place, height, slope), (kind, jumped), status, where = trace(tables(table), ground)
         if status == 0:
@@ -193,14 +193,16 @@ def _followed(
         try:
             table = _wider(table, status)
         except InputError as error:
-            raise _too_much(f"the relief at {where * whisker.length * 1e3:.4g} mm", error) from None
-    raise _too_much(f"the relief at {where * whisker.length * 1e3:.4g} mm", None)
+            raise _too_much(f"the relief at {where * whisker.length * 1e3:.4g} mm", error, flat) from None
+    raise _too_much(f"the relief at {where * whisker.length * 1e3:.4g} mm", None, flat)
 
 
-def _too_much(place: str, error: InputError | None) -> InputError:
+def _too_much(place: str, error: InputError | None, flat: Held) -> InputError:
     """What to say of a surface that the posture cannot follow."""
     why = "" if error is None else f": {error.quantity} is beyond it"
     remedy = "check the heights' unit, take the tilt away, scan a part, lower the base angle or raise the contact"
+    if flat.posture.friction < 0:
+        remedy = "its friction is negative: a surface that moves away from the base has a positive one"
     return RangeError(place, f"must be within what the posture can follow before the fold{why}", remedy=remedy)
 
 
