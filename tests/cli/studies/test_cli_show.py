@@ -184,3 +184,10 @@ def test_lines_of_a_table_are_counted_without_comments_in_any_unit(vibrissa, tmp
     assert code == 0, err
     assert kind in out
     assert re.search(r"lines\W+2\b", out)
+
+
+def test_two_columns_of_an_array_are_a_surface_without_units(vibrissa, tmp_path):
+    np.save(tmp_path / "bare.npy", np.c_[np.arange(2000) * 1e-3, np.sin(np.arange(2000) / 20)])
+    code, _, err = vibrissa("show", tmp_path / "bare.npy")
+    assert code == 2
+    assert "as a surface it must state its units, got none; to scan it: give `x_unit`, one of m" in err

@@ -70,8 +70,11 @@ def analyse_base_signal(
     name, signal, time = _signal(follicle)
     rate = (len(time) - 1) / float(time[-1] - time[0])
     at = np.atleast_1d(np.asarray(guess, float))
-    if not (np.all(at > 0) and np.all(np.diff(at) > 0) and BAND[1] * at[-1] < rate / 2):
-        raise RangeError("guess", f"must ascend, from above 0 to below {rate / 2 / BAND[1]:.4g} Hz", at.tolist())
+    if not (np.all(at > 0) and np.all(np.diff(at) > 0)):
+        raise RangeError("guess", "must ascend from above 0 (Hz)", at.tolist())
+    if not BAND[1] * at[-1] < rate / 2:
+        rule = f"must lie below {rate / 2 / BAND[1]:.4g} Hz at {rate:.6g} samples per second"
+        raise RangeError("guess", rule, at.tolist(), "leave the mode out, or sample the signal faster")
     mode = np.arange(1, len(at) + 1)
     frequency, power = power_spectrum(signal, rate)
     white = _each_once([_fit(frequency, power, start, lorentzian) for start in at], at)

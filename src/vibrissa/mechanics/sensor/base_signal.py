@@ -134,6 +134,9 @@ def _at_rest(time: Array, raw: Array, rest: tuple[float, float]) -> float:
     inside = (time >= rest[0]) & (time <= rest[1])
     if inside.sum() < 2:
         raise TooFewError("rest", f"must hold samples, of {time[0]:g} to {time[-1]:g} s", rest)
+    step = time[1] - time[0]
+    if rest[0] < time[0] - step or rest[1] > time[-1] + step:
+        raise RangeError("rest", f"must lie in the record, {time[0]:g} to {time[-1]:g} s", rest)
     return float(raw[inside].mean())
 
 
@@ -184,7 +187,10 @@ def _table(path: str | Path, column: str | None, sampling_rate: float | None, un
     if stated is not None and in_si(1.0, stated) != in_si(1.0, unit):
         raise ConflictError("unit", f"must be {stated}, as {path} states for {column}", unit)
     values = table.numbers(column)
-    if ("time" in table) + (sampling_rate is not None) != 1:
+    if "time" in table and sampling_rate is not None:
+        rule = "must have a column of time or a sampling rate, not both"
+        raise MissingError(str(path), rule, short(",".join(table.header)), "leave `sampling_rate` out")
+    if "time" not in table and sampling_rate is None:
         rule, remedy = (
             "must have one column of time, or a sampling rate given",
             "columns time, time_s, time_ms, time_us",

@@ -145,7 +145,7 @@ def _of_surface(path: Path) -> Contents:
     try:
         found = _surface(path, notes)
     except InputError as error:
-        if path.suffix == ".npy":
+        if path.suffix == ".npy" and "must state its units" not in error.rule:  # that of two columns, a surface
             return _of_movie(path)
         known = "a dataset, a table, a surface, a movie, a study or a folder of results"
         got, cure = (
@@ -158,7 +158,7 @@ def _of_surface(path: Path) -> Contents:
         facts = {"gaps": len(found.width), "widest gap [m]": float(found.width.max()), "depth [m]": found.depth}
         shown = HeightProfile.from_gaps(found)
     else:
-        facts, shown = {"points": len(found.position), "height [m]": float(np.ptp(found.height))}, found
+        facts, shown = {"points": len(found.position), "height, peak to valley [m]": float(np.ptp(found.height))}, found
     facts["length [m]"] = float(np.ptp(shown.position))
     kind = "gaps" if isinstance(found, Gaps) else "heights"
     return Contents(f"surface: {kind}", facts | said, _profile(shown))
