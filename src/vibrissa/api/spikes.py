@@ -125,7 +125,7 @@ def envelope_coupling(
     [True, True, True]
     """
     from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
-    from vibrissa.study.neurons.inputs import remarks_on
+    from vibrissa.study.neurons.inputs import remarks_on, silent_end
 
     named = str(getattr(stimulus, "name", "")) + str(getattr(stimulus, "attrs", {}).get("long_name", ""))
     if "envelope" in named and not envelope:
@@ -151,7 +151,8 @@ def envelope_coupling(
         seed=seed,
     )
     units = analyse_units(table, shown, int(count), how)
-    remark(*remarks, *remarks_on(table), *_shorter(table, shown))
+    analysed = window or (float(shown.time[0]), float(shown.time[-1]))
+    remark(*remarks, *remarks_on(table), *_shorter(table, shown), *silent_end(table, *analysed))
     events = table[["spike_time", "spike_unit", "spike_trial"]]
     return units.merge(events, combine_attrs="override").merge(shown, combine_attrs="override")
 

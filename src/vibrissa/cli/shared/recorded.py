@@ -127,16 +127,18 @@ class TrialOptions:
         Raises
         ------
         InputError
-            If neither file nor option has the number of trials.
+            If neither file nor option has the number of trials, or counts in bins end before the window.
         """
-        from vibrissa.study.neurons.inputs import read_spikes
+        from vibrissa.neural.io.tables.inputs import refuse_short_counts
+        from vibrissa.study.neurons.inputs import read_spikes, silent_end
         from vibrissa.study.spec.given import SpikesInput
 
         given = SpikesInput(spikes=str(spikes), trials=trials, **self.words())
         with progress_bars() as progress:
             asked: dict[str, Any] = {"bin_width": bin_width, "needs_count": needs_count}
             table, count, remarks = read_spikes(given, window, **asked, progress=progress)
-        return table, count, [in_options(line) for line in remarks]
+        refuse_short_counts(table, window[1])
+        return table, count, [in_options(line) for line in [*remarks, *silent_end(table, *window)]]
 
 
 def _for_each(option: str, given: list[T] | None, count: int) -> list[list[T] | None]:
@@ -186,6 +188,7 @@ class RecordingOptions:
         shown: dict[str, Any],
         bin_width: float,
         band: tuple[float, float] | None,
+        window: tuple[float, float] | None,
         *,
         channels: bool = False,
         each: bool = False,
@@ -196,8 +199,8 @@ class RecordingOptions:
         ----------
         shown : dict
             Of the stimulus, as a study file has it.
-        bin_width, band
-            Of the analysis [s], [Hz].
+        bin_width, band, window
+            Of the analysis [s], [Hz], [s]; without a window, the whole of the stimulus.
         channels : bool
             Whether all channels of the stimulus are wanted; else one.
         each : bool
@@ -216,7 +219,7 @@ class RecordingOptions:
         from vibrissa.study.neurons.inputs import read_recording
         from vibrissa.study.spec.given import SpikesInput, StimulusInput
 
-        asked: dict[str, Any] = {"bin_width": bin_width, "band": band, "channels": channels}
+        asked: dict[str, Any] = {"bin_width": bin_width, "band": band, "window": window, "channels": channels}
         with progress_bars() as progress:
             found = read_recording(SpikesInput(**self.words()), StimulusInput(**shown), **asked, progress=progress)
         if "trial" in found.stimulus.dims and not each:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 MOST_OUTSIDE = 0.5  # share of the spikes outside of the window above which it is said
 LATE = 10.0  # times the end of the window beyond which times are likely of another unit or clock
 FAR = 100.0  # times its end, from which on they are refused if most are outside
-SILENT = 0.1  # share of the window, or of the trials, without any spike from which on it is said
+SILENT = 0.1  # share of the trials without any spike from which on it is said
 
 
 def demodulation(
@@ -51,7 +51,7 @@ def demodulation(
     from vibrissa.neural.coding.demodulation import DemodulationAnalysis, demodulation
 
     how = DemodulationAnalysis(bin_width=bin_width, **vars(part))
-    found = recorded.read_with(shown.words(), bin_width, part.band)
+    found = recorded.read_with(shown.words(), bin_width, part.band, part.window)
     with stage("units"):
         data = demodulation(found.spikes, found.stimulus, found.n_trials, how)
     tell(*found.remarks)
@@ -120,7 +120,7 @@ def drives(
     remarks: list[str] = []
     for one, shown, count, own in zip(spikes, stimulus, counts, cut.each(len(spikes)), strict=True):
         words = StimulusOptions(stimulus=shown, whisker=whisker, signal=signal).words()
-        found = RecordingOptions(spikes=one, trials=count, cut=own).read_with(words, bin_width, band, each=True)
+        found = RecordingOptions(spikes=one, trials=count, cut=own).read_with(words, bin_width, band, None, each=True)
         parts += each_trial(found.spikes, found.stimulus, found.n_trials)
         remarks += [f"{one.name}: {line}" for line in found.remarks]
     heard, stimuli, presented = (list(column) for column in zip(*parts, strict=True))
@@ -175,12 +175,6 @@ def _unlikely(spikes: xr.Dataset, n_trials: int, window: Window) -> list[str]:
             raise RangeError("spike_time", rule, found, f"times are in seconds; those up to {far:g} {unit}")
         unit = f"; times up to {far:g} {unit}" if far > LATE * stop else ""
         lines.append(f"{outside} of {time.size} spikes are outside of the window of {start:g} to {stop:g} s{unit}")
-    last = float(time[time < stop].max(initial=start))
-    if stop - last >= SILENT * (stop - start):
-        lines.append(
-            f"no unit fires from {last:.4g} s to the end of the window, {stop:g} s: "
-            "if the recording ended there the bits are wrong; end the window with it"
-        )
     silent = n_trials - 1 - int(spikes.spike_trial.values.max(initial=-1))
     if silent >= max(SILENT * n_trials, 2):
         lines.append(f"no unit fires in the last {silent} of {n_trials} trials: if they were not recorded, give fewer")

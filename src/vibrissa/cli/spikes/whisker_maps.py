@@ -49,7 +49,8 @@ def surround(
     from vibrissa.neural.glm.surround import SurroundAnalysis, surround_map
 
     how = SurroundAnalysis(bin_width=bin_width, level=level, **vars(part))
-    found = recorded.read_with({"stimulus": str(command), **vars(signal)}, bin_width, part.band, channels=True)
+    presented = {"stimulus": str(command), **vars(signal)}
+    found = recorded.read_with(presented, bin_width, part.band, part.window, channels=True)
     with stage("weights of the whiskers"):
         data = surround_map(_alone(found.spikes, unit), found.stimulus, found.n_trials, how)
     tell(*found.remarks)
@@ -109,7 +110,8 @@ def glm(
         penalty=None if choose_penalty else penalty,
         level=level,
     )
-    found = recorded.read_with({"stimulus": str(command), **vars(signal)}, bin_width, part.band, channels=True)
+    presented = {"stimulus": str(command), **vars(signal)}
+    found = recorded.read_with(presented, bin_width, part.band, part.window, channels=True)
     with stage("models of the units"):
         data = whisker_kernels(_alone(found.spikes, unit), found.stimulus, found.n_trials, how)
     tell(*found.remarks)

@@ -22,6 +22,7 @@ from vibrissa.study.spec.given import SpikesInput, StimulusInput
 if TYPE_CHECKING:
     import xarray as xr
 
+SILENT = 0.1  # share of what is analysed, without any spike at its end, from which on it is said
 LATE = 0.1  # of its length after the onset, from which on the begin of a stimulus is remarked on
 REMARKS = {  # attributes of a table of spikes, and what is said where they are not 0
     "spikes_unsorted": "{} unsorted spikes (unit 0) are left out; `unsorted` keeps them",
@@ -61,6 +62,7 @@ def read_recording(
     *,
     bin_width: float | None = None,
     around: Window | None = None,
+    window: Window | None = None,
     channels: bool = False,
     band: Window | None = None,
     progress: Progress | None = None,
@@ -77,6 +79,8 @@ def read_recording(
         Width of the analysis' bins [s], which must be whole bins of counts that are given in bins.
     around : (float, float), optional
         Window that is kept as well as the stimulus [s]: one without stimulus, for the spontaneous rate.
+    window : (float, float), optional
+        Part of the stimulus that is analysed [s]; the whole of it by default.
     channels, band
         As in ``read_stimulus``.
     progress : callable, optional
@@ -103,21 +107,12 @@ def read_recording(
     if spikes.period is not None and spikes.period < (length := float(time[-1] - time[0]) * (1 - 1e-9)):
         raise RangeError("period", f"must not be shorter than the stimulus of {length:.6g} s", spikes.period)
     table, count, more = read_spikes(spikes, (min(kept), max(kept)), folder, bin_width=bin_width, progress=progress)
-    _refuse_short_counts(table, end - time[0], str(spikes.spikes))
     table, beyond = _within(table, time, around)
+    silence = silent_end(table, *(window or (float(time[0]), end)))
     own = shown[name_of(shown)].sizes.get("trial", count)
     if own != count:
         raise ShapeError(str(stimulus.stimulus), f"must have {count} trials, as the spikes have", own)
-    return Recording(table, shown, count, [*remarks, *_late(time[0], end), *more, *beyond])
-
-
-def _refuse_short_counts(table: xr.Dataset, length: float, source: str) -> None:
-    """Refuse counts whose bins last less than half of the stimulus: their axes are likely in another order."""
-    counted = table.attrs.get("counted_bins", np.inf) * table.attrs.get("counted_bin", 1.0)
-    if 2 * counted < length:
-        rule = f"must hold counts of half of the stimulus of {length:.4g} s at least"
-        found = "{counted_bins} bins of {counted_bin:g} s".format(**table.attrs)
-        raise ShapeError(source, rule, found, "counts are bins x trials x units")
+    return Recording(table, shown, count, [*remarks, *_late(time[0], end), *more, *beyond, *silence])
 
 
 def _late(first: float, end: float) -> list[str]:
@@ -125,6 +120,29 @@ def _late(first: float, end: float) -> list[str]:
     if first <= LATE * (end - first):
         return []
     return [f"the stimulus lasts from {first:g} to {end:g} s after an onset: are its times of another clock?"]
+
+
+def silent_end(spikes: xr.Dataset, start: float, stop: float) -> list[str]:
+    """Remark on silence at the end of what is analysed, which may not have been recorded.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        In trials.
+    start, stop : float
+        Part of each trial that is analysed [s].
+
+    Returns
+    -------
+    list of str
+        One sentence, or none.
+    """
+    time = spikes.spike_time.values
+    last = float(time[time < stop].max(initial=start))
+    if stop - last < SILENT * (stop - start):
+        return []
+    why = "if the recording ended there, silence was counted that was not recorded: end the window with it"
+    return [f"no unit fires from {last:.4g} s to the end of the window, {stop:.6g} s: {why}"]
 
 
 def _within(spikes: xr.Dataset, time: Array, around: Window | None) -> tuple[xr.Dataset, list[str]]:

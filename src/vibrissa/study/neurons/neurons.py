@@ -61,7 +61,8 @@ def analyse_neurons(neurons: Neurons, folder: Path = Path(), progress: Progress 
         If a file is bad, or spikes and stimulus do not fit together; options go by the names of the verb ``neural``.
     """
     how = neurons.analysis()
-    asked: dict[str, Any] = {"bin_width": neurons.bin_width, "around": neurons.spontaneous, "band": neurons.band}
+    asked: dict[str, Any] = {"bin_width": neurons.bin_width, "around": neurons.spontaneous}
+    asked |= {"window": neurons.window, "band": neurons.band}
     spikes, stimulus, n_trials, remarks = read_recording(neurons, neurons, folder, **asked, progress=progress)
     remarks += [*_silent(spikes, n_trials), *_unheard(spikes, neurons.spontaneous)]
     short = _cut_short(spikes, stimulus)

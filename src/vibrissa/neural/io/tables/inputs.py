@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.arrays import Window
-from vibrissa.errors import MissingError, RangeError, UnknownError
+from vibrissa.errors import MissingError, RangeError, ShapeError, UnknownError
 from vibrissa.quantities import require
 
 
@@ -50,7 +50,7 @@ def refuse_misplaced(
     Raises
     ------
     InputError
-        Says what the spikes look like, such as times in milliseconds.
+        Says what the spikes look like, such as times in milliseconds; or counts end before what is analysed.
     """
     if "spike_time" in spikes and "spike_trial" not in spikes:
         raise MissingError("spikes", "must be in trials", "times on the session's clock", "give their trials")
@@ -69,6 +69,7 @@ def refuse_misplaced(
         raise RangeError("trial", rule, trial.max(), "trials count from 0")
     first, last = stimulus.time.values[[0, -1]]
     step = (last - first) / (stimulus.sizes["time"] - 1)
+    refuse_short_counts(spikes, last + step if window is None else window[1])
     outside = (time < first) | (time > last + step)
     if spontaneous is not None:
         outside &= (time < spontaneous[0]) | (time >= spontaneous[1])
@@ -82,3 +83,30 @@ def refuse_misplaced(
         remedy = "times are in seconds from the stimulus' onset; these look like milliseconds or a session's clock"
     found = f"{outside.sum()} of {time.size} outside, up to {farthest:g}"
     raise RangeError("spike_time", f"must lie within the stimulus, {first:g} to {last:g} s", found, remedy)
+
+
+def refuse_short_counts(spikes: xr.Dataset, stop: float) -> None:
+    """Refuse counts in bins that end before what is analysed: the rest would count as silence.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        Of :func:`vibrissa.neural.io.formats.binned.read_binned`, or others, of which the end is not known.
+    stop : float
+        End of what is analysed, from the onset [s].
+
+    Raises
+    ------
+    InputError
+        If a whole bin is missing; names both ends.
+    """
+    if "counted_bins" not in spikes.attrs:
+        return
+    bins, width = spikes.attrs["counted_bins"], spikes.attrs["counted_bin"]
+    end = bins * width
+    if end > stop - width * (1 - 1e-6):
+        return
+    axes = "counts are bins x trials x units; " if 2 * end < stop else ""
+    remedy = f"{axes}they end at {end:.6g} s: give the right `counted_bin`, or end `window` or stimulus there"
+    rule = f"must last to the end of what is analysed, {stop:.6g} s"
+    raise ShapeError("counts", rule, f"{bins} bins of {width:g} s", remedy)
