@@ -152,7 +152,7 @@ def envelope_coupling(
     )
     units = analyse_units(table, shown, int(count), how)
     analysed = window or (float(shown.time[0]), float(shown.time[-1]))
-    remark(*remarks, *remarks_on(table), *_shorter(table, shown), *silent_end(table, *analysed))
+    remark(*remarks, *remarks_on(table), *silent_end(table, *analysed))
     events = table[["spike_time", "spike_unit", "spike_trial"]]
     return units.merge(events, combine_attrs="override").merge(shown, combine_attrs="override")
 
@@ -199,16 +199,6 @@ def _shown(stimulus: Any, unit: str | None, envelope: bool) -> tuple[xr.Dataset,
     known = "m" if signal.attrs["units"] == "1" else signal.attrs["units"]
     attrs = {"source": signal.attrs["source"]}
     return labelled_stimulus(signal.time.values, signal.values, known, envelope=envelope, attrs=attrs), []
-
-
-def _shorter(spikes: xr.Dataset, stimulus: xr.Dataset) -> list[str]:
-    """A line where trials end before the stimulus: what follows counts as silence."""
-    if "trial_stop" not in spikes:
-        return []
-    lasted = spikes.trial_stop.to_numpy() - spikes.trial_start.to_numpy()
-    length = float(stimulus.time[-1] - stimulus.time[0])
-    short = int((lasted < length - 0.01).sum())
-    return [f"{short} of {lasted.size} trials end before the stimulus of {length:.4g} s: give its window"] * bool(short)
 
 
 @names_arguments

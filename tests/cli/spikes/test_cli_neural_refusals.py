@@ -3,6 +3,9 @@
 import numpy as np
 import pandas as pd
 import pytest
+from refusals import refusal
+
+import vibrissa as vb
 
 
 @pytest.fixture
@@ -66,7 +69,7 @@ def test_a_spontaneous_window_without_spikes_is_told(vibrissa, recording):
     assert "no unit fired" not in vibrissa(*words, "--spontaneous", 0, 1)[2]
 
 
-def test_trials_that_end_before_the_stimulus_are_told(vibrissa, recording):
+def test_trials_that_end_before_the_stimulus_are_refused(vibrissa, recording):
     rng, starts = np.random.default_rng(1), 5.0 * np.arange(12)
     lines = [f"{t:.4f},a" for start in starts for t in np.sort(start + rng.uniform(0, 3.5, 40))]
     (recording / "session.csv").write_text("\n".join(["spike_time,unit", *lines]))
@@ -74,10 +77,29 @@ def test_trials_that_end_before_the_stimulus_are_told(vibrissa, recording):
     for name, lasted in (("whole", 4.0), ("short", 3.6)):
         rows = [f"{start},{start + (lasted if k % 3 else 4.0)}" for k, start in enumerate(starts)]
         (recording / f"{name}.csv").write_text("\n".join(["start,stop", *rows]))
-    code, _, err = vibrissa(*words, "--trial-table", recording / "short.csv")
-    assert code == 0, err
-    assert "8 of 12 trials end before the stimulus: the shortest lasts 3.6 s of 3.999 s" in err
-    assert "end before" not in vibrissa(*words, "--trial-table", recording / "whole.csv")[2]
+    code, out, err = vibrissa(*words, "--trial-table", recording / "short.csv")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    rule = "trials of the recording must last to the end of what is analysed, 4 s"
+    found = f"{rule}, got 8 of 12 that stop before, the shortest after 3.6 s"
+    assert f"{found}; end --window at 3.6 s" in err
+    assert vibrissa(*words, "--trial-table", recording / "short.csv", "--window", 0, 3.6)[0] == 0
+    assert vibrissa(*words, "--trial-table", recording / "whole.csv")[0] == 0
+    bits = ("information", *words[1:3], "--trial-table", recording / "short.csv", "--window")
+    assert "end --window at 3.6 s" in vibrissa(*bits, 0, 4)[2]
+    assert vibrissa(*bits, 0, 3.6)[0] == 0
+
+
+def test_python_and_the_command_line_have_one_rule_for_the_stop_of_a_trial(recording):
+    trials = np.array([(5.0 * k, 5.0 * k + 3.6) for k in range(12)])
+    rng = np.random.default_rng(2)
+    session = {"a": np.sort(np.concatenate([start + rng.uniform(0, 4.5, 60) for start, _ in trials]))}
+    for how in ({}, {"window": (0.0, 4.0)}):
+        spikes = vb.read_spikes(session, trials=trials, **how)
+        with refusal("range", "trials of the recording"):
+            vb.envelope_coupling(spikes, recording / "stimulus.csv", skip=0.5)
+        units = vb.envelope_coupling(spikes, recording / "stimulus.csv", skip=0.5, window=(0.0, 3.6))
+        rate = np.mean((spikes.spike_time.values >= 0.5) & (spikes.spike_time.values < 3.6)) * spikes.sizes["spike"]
+        assert units.unit_rate.item() == pytest.approx(rate / (12 * 3.1), rel=1e-9)
 
 
 def test_times_that_look_like_milliseconds_are_refused_by_information_too(vibrissa, recording, tmp_path):

@@ -127,9 +127,9 @@ class TrialOptions:
         Raises
         ------
         InputError
-            If neither file nor option has the number of trials, or counts in bins end before the window.
+            If neither file nor option has the number of trials, or trials or counts end before the window.
         """
-        from vibrissa.neural.io.tables.inputs import refuse_short_counts
+        from vibrissa.neural.io.tables.inputs import refuse_beyond_recording
         from vibrissa.study.neurons.inputs import read_spikes, silent_end
         from vibrissa.study.spec.given import SpikesInput
 
@@ -137,7 +137,7 @@ class TrialOptions:
         with progress_bars() as progress:
             asked: dict[str, Any] = {"bin_width": bin_width, "needs_count": needs_count}
             table, count, remarks = read_spikes(given, window, **asked, progress=progress)
-        refuse_short_counts(table, window[1])
+        refuse_beyond_recording(table, window[1])
         return table, count, [in_options(line) for line in [*remarks, *silent_end(table, *window)]]
 
 

@@ -13,7 +13,7 @@ from vibrissa.arrays import Array, Integers
 from vibrissa.errors import FormatError, RangeError, ShapeError, TooFewError, require_positive
 from vibrissa.loops import njit
 from vibrissa.neural.coupling.response import bin_edges, psth
-from vibrissa.neural.io.tables.inputs import refuse_short_counts
+from vibrissa.neural.io.tables.inputs import refuse_beyond_recording
 from vibrissa.quantities import dataset, require, stacked
 from vibrissa.stats import jackknife_half_width
 
@@ -179,7 +179,7 @@ def unit_information(
     if n_trials < 2:
         remedy = "repeats are needed; of one presentation `glm`, and of a motion `drives`, give bits per spike"
         raise RangeError("number of trials", "must be at least 2", n_trials, remedy)
-    refuse_short_counts(spikes, window[1])
+    refuse_beyond_recording(spikes, window[1])
     counts = psth(spikes, bin_edges(*window, bin_width), n_trials=n_trials).spike_count.values
     if not counts.any():
         time = spikes.spike_time.values

@@ -92,7 +92,10 @@ def recorded_spikes(
         found = f"{left_out} unsorted spikes alone" if left_out else "none"
         raise TooFewError(str(path), "must hold sorted units", found, "sort the spikes first, or give `unsorted`")
     table = trials if isinstance(trials, xr.Dataset) else trials_of_recording(path, session, event, trials, only)
-    return cut_into_trials(session, table, window), table.sizes["trial"]
+    cut = cut_into_trials(session, table, window)
+    if event is not None and trials is None:
+        cut = cut.drop_vars("trial_stop")  # an event marks the onsets alone
+    return cut, table.sizes["trial"]
 
 
 def trials_of_recording(

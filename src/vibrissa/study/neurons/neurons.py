@@ -23,7 +23,6 @@ from vibrissa.study.spec.neurons import Neurons, Window
 if TYPE_CHECKING:
     import xarray as xr
 
-SHORT = 0.01  # [s] by which trials may end before the stimulus unremarked: a bin
 SAMPLES_PER_CYCLE = 6  # of the stimulus: with fewer its envelope may be wrong
 
 
@@ -65,7 +64,6 @@ def analyse_neurons(neurons: Neurons, folder: Path = Path(), progress: Progress 
     asked |= {"window": neurons.window, "band": neurons.band}
     spikes, stimulus, n_trials, remarks = read_recording(neurons, neurons, folder, **asked, progress=progress)
     remarks += [*_silent(spikes, n_trials), *_unheard(spikes, neurons.spontaneous)]
-    short = _cut_short(spikes, stimulus)
     if "trial" in stimulus.dims:
         spikes, stimulus, more = end_to_end(spikes, stimulus, how)
         remarks, n_trials, how = [*remarks, *more], 1, replace(how, skip=0.0, band=None)
@@ -74,8 +72,6 @@ def analyse_neurons(neurons: Neurons, folder: Path = Path(), progress: Progress 
         progress("units", 0, 0)
     units = analyse_units(spikes, stimulus, n_trials, how)
     remarks += [*_early(units), *filter(None, [share_remark(units)]), *_presented_once(units, n_trials)]
-    if neurons.event is None:  # else the trials' ends are not known
-        remarks += short
     return Analysed(units, spikes, stimulus, n_trials, how, remarks)
 
 
@@ -152,20 +148,6 @@ def _coarse(stimulus: xr.Dataset) -> list[str]:
     if rate >= SAMPLES_PER_CYCLE * carrier:
         return []
     return [f"the stimulus, about {carrier:.0f} Hz, is sampled at {rate:.0f} Hz: its envelope may be wrong"]
-
-
-def _cut_short(spikes: xr.Dataset, stimulus: xr.Dataset) -> list[str]:
-    """Say that trials end before the stimulus does: another stimulus may have been shown."""
-    if "trial_stop" not in spikes:
-        return []
-    lasted = spikes.trial_stop.values - spikes.trial_start.values
-    time = stimulus.time.values
-    length = float(time[-1] - time[0])
-    short = int((lasted < length - SHORT).sum())
-    if not short:
-        return []
-    least = f"the shortest lasts {lasted.min():.4g} s of {length:.4g} s"
-    return [f"{short} of {lasted.size} trials end before the stimulus: {least}; check that it was the one shown"]
 
 
 def _early(units: xr.Dataset) -> list[str]:

@@ -9,7 +9,7 @@ import numpy as np
 from vibrissa.arrays import Array
 from vibrissa.errors import ConflictError, RangeError, TooFewError
 from vibrissa.neural.coupling.presentation import EDGE_PERIODS, LONGEST, BinnedAnalysis
-from vibrissa.neural.io.tables.inputs import refuse_short_counts
+from vibrissa.neural.io.tables.inputs import refuse_beyond_recording
 from vibrissa.neural.io.tables.spikes import spike_table
 from vibrissa.neural.io.tables.stimuli import labelled_stimulus, name_of, presented
 
@@ -150,7 +150,7 @@ def end_to_end(
     length = count * step
     attrs = {"source": stimulus.attrs.get("source", ""), "trials_joined": n_trials}
     joined = labelled_stimulus(time[0] + step * np.arange(whole.size), whole, unit, envelope=True, attrs=attrs)
-    refuse_short_counts(spikes, time[0] + length)
+    refuse_beyond_recording(spikes, time[0] + length)
     when = spikes.spike_time.values
     inside = np.flatnonzero((when >= time[0]) & (when < time[0] + length))
     some = spikes.isel(spike=inside)

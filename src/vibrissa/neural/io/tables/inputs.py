@@ -9,6 +9,8 @@ from vibrissa.arrays import Window
 from vibrissa.errors import MissingError, RangeError, ShapeError, UnknownError
 from vibrissa.quantities import require
 
+SHORT = 0.01  # [s] by which trials may end before what is analysed: a bin
+
 
 def require_session_clock(spikes: xr.Dataset, remedy: str = "") -> None:
     """Check that a table of spikes is on the session's clock, not cut into trials.
@@ -50,7 +52,7 @@ def refuse_misplaced(
     Raises
     ------
     InputError
-        Says what the spikes look like, such as times in milliseconds; or counts end before what is analysed.
+        Says what the spikes look like, such as times in milliseconds; or trials or counts end before what is analysed.
     """
     if "spike_time" in spikes and "spike_trial" not in spikes:
         raise MissingError("spikes", "must be in trials", "times on the session's clock", "give their trials")
@@ -69,7 +71,7 @@ def refuse_misplaced(
         raise RangeError("trial", rule, trial.max(), "trials count from 0")
     first, last = stimulus.time.values[[0, -1]]
     step = (last - first) / (stimulus.sizes["time"] - 1)
-    refuse_short_counts(spikes, last + step if window is None else window[1])
+    refuse_beyond_recording(spikes, last + step if window is None else window[1])
     outside = (time < first) | (time > last + step)
     if spontaneous is not None:
         outside &= (time < spontaneous[0]) | (time >= spontaneous[1])
@@ -85,21 +87,26 @@ def refuse_misplaced(
     raise RangeError("spike_time", f"must lie within the stimulus, {first:g} to {last:g} s", found, remedy)
 
 
-def refuse_short_counts(spikes: xr.Dataset, stop: float) -> None:
-    """Refuse counts in bins that end before what is analysed: the rest would count as silence.
+def refuse_beyond_recording(spikes: xr.Dataset, stop: float) -> None:
+    """Refuse trials and counts that end before what is analysed: the rest would count as silence.
 
     Parameters
     ----------
     spikes : Dataset
-        Of :func:`vibrissa.neural.io.formats.binned.read_binned`, or others, of which the end is not known.
+        In trials. Their end is known of counts in bins, and of trials with ``trial_start`` and ``trial_stop``.
     stop : float
         End of what is analysed, from the onset [s].
 
     Raises
     ------
     InputError
-        If a whole bin is missing; names both ends.
+        If a whole bin of the counts is missing, or a trial ends more than 10 ms before; names both ends.
     """
+    _refuse_short_counts(spikes, stop)
+    _refuse_short_trials(spikes, stop)
+
+
+def _refuse_short_counts(spikes: xr.Dataset, stop: float) -> None:
     if "counted_bins" not in spikes.attrs:
         return
     bins, width = spikes.attrs["counted_bins"], spikes.attrs["counted_bin"]
@@ -110,3 +117,15 @@ def refuse_short_counts(spikes: xr.Dataset, stop: float) -> None:
     remedy = f"{axes}they end at {end:.6g} s: give the right `counted_bin`, or end `window` or stimulus there"
     rule = f"must last to the end of what is analysed, {stop:.6g} s"
     raise ShapeError("counts", rule, f"{bins} bins of {width:g} s", remedy)
+
+
+def _refuse_short_trials(spikes: xr.Dataset, stop: float) -> None:
+    if "trial_stop" not in spikes or "trial_start" not in spikes:
+        return
+    lasted = spikes.trial_stop.values - spikes.trial_start.values
+    short, shortest = int((lasted < stop - SHORT).sum()), float(lasted.min(initial=np.inf))
+    if short:
+        rule = f"must last to the end of what is analysed, {stop:.6g} s"
+        found = f"{short} of {lasted.size} that stop before, the shortest after {shortest:.6g} s"
+        remedy = f"end `window` at {shortest:.6g} s, if this stimulus was shown, or correct their stop"
+        raise RangeError("trials of the recording", rule, found, remedy)
