@@ -71,4 +71,8 @@ CODING: dict[str, Quantity] = {
     **_information("information_rate", "bit/s", "information of single spikes about the time in the stimulus"),
     **_information("count_information", "bit", "information of the count in a bin about the time in the stimulus"),
     "informative": Quantity(("unit",), "1", "whether spikes inform on the stimulus beyond their interval of error"),
+    "count_informative": Quantity(
+        ("unit",), "1", "whether counts inform on the stimulus beyond their interval of error"
+    ),
+    "spike_reason": Quantity(("unit",), "1", "why the information of a spike cannot be estimated; empty if it can"),
 }

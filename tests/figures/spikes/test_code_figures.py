@@ -75,19 +75,26 @@ def test_information_is_sorted_and_the_doubtful_are_hollow():
         {"n_trials": 40, "bin_width": 0.01, "window": np.array([1.0, 5.0])},
         unit_name=["low", "none", "high"],
         unit_rate=[10.0, 0.0, 4.0],
-        informative=[True, False, False],
+        informative=[True, False, True],
+        count_informative=[True, False, False],
+        spike_reason=["", "too few spikes", ""],
         reason=["", "too few spikes", "too few trials"],
         **{f"{name}{end}": bits + step for name in names for end, step in (("", 0), ("_low", -0.1), ("_high", 0.1))},
         **{f"{name}_plain": bits + 0.3 for name in names},
     )
     found = information.compute(data)
     assert found.unit_name.values.tolist() == ["high", "low"]
-    assert "1 cannot be estimated; hollow, 1 with too few" in found.attrs["caption"]
+    caption = found.attrs["caption"]
+    assert "spikes of 2 and counts of 1 inform on the stimulus beyond their error" in caption
+    assert "1 cannot be estimated; hollow, 0 with too few spikes in A and B, 1 with too few" in caption
     figure = information.draw(found)
-    sure, doubtful = figure.axes[0].containers
+    sure, doubtful = figure.axes[2].containers
     assert (xy(sure), xy(doubtful)) == ([[0.5], [1]], [[2.0], [0]])
     assert doubtful.lines[0].get_markerfacecolor() == "none"
-    assert xy(figure.axes[1].containers[0]) == [[10.0], [0.5]]
+    assert xy(figure.axes[0].containers[0]) == [[2.0, 0.5], [0, 1]]
+    assert xy(figure.axes[1].containers[0]) == [[4.0, 10.0], [2.0, 0.5]]
+    few = information.draw(information.compute(data.assign(spike_reason=data.reason)))
+    assert xy(few.axes[0].containers[1]) == [[2.0], [0]]
     none = information.draw(information.compute(data.isel(unit=[1])))
     assert all(axis.texts for axis in none.axes)
 

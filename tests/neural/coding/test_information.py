@@ -153,6 +153,10 @@ def test_units_are_told_apart_by_what_their_spikes_tell():
     np.testing.assert_allclose(found.unit_rate[:2], 20, rtol=0.1)
     few = unit_information(recorded(rates[:1], 12), 12, window=(0, BINS * WIDTH), bin_width=WIDTH)
     assert "12 trials" in few.reason.item()
+    assert (few.informative.item(), few.spike_reason.item()) == (True, "")  # that are too few for the count alone
+    assert few.spike_information_low.item() > 0
+    assert not few.count_informative.item()
+    assert found.count_informative.values.tolist() == [True, False, False, False]
 
 
 def test_one_trial_is_refused():

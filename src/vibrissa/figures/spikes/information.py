@@ -36,17 +36,21 @@ def compute(data: xr.Dataset) -> xr.Dataset:
     some = data.isel(unit=order[np.isfinite(bits[order])])
     left = data.sizes["unit"] - some.sizes["unit"]
     start, stop = data.attrs["window"]
-    doubtful = int((some.reason.values != "").sum())
+    doubtful = [int((some[name].values != "").sum()) for name in ("spike_reason", "reason")]
+    sure = [int(some[name].sum()) for name in ("informative", "count_informative")]
     notes = [
         f"; {left} cannot be estimated" if left else "",
-        f"; hollow, {doubtful} with too few spikes or trials (see reason)" if doubtful else "",
+        f"; hollow, {doubtful[0]} with too few spikes in A and B, {doubtful[1]} with too few spikes or trials in C "
+        "(see reason)"
+        if doubtful[1]
+        else "",
     ]
     caption = (
         f"{counted(data.sizes['unit'], 'unit')}, {data.attrs['n_trials']} trials, {start:g} to {stop:g} s in bins of "
-        f"{1e3 * data.attrs['bin_width']:g} ms; {int(some.informative.sum())} inform on the stimulus beyond their error"
-        f"{''.join(notes)}. A: bits of one spike, corrected for the number of trials, with 95 % intervals; grey, as "
-        "counted, which is too large. B: bits for each second if spikes are independent, against the mean rate; grey "
-        "lines, 0.5, 1 and 2 bits for each spike. C: bits of the count in a bin."
+        f"{1e3 * data.attrs['bin_width']:g} ms; spikes of {sure[0]} and counts of {sure[1]} inform on the stimulus "
+        f"beyond their error{''.join(notes)}. A: bits of one spike, corrected for the number of trials, with 95 % "
+        "intervals; grey, as counted, which is too large. B: bits for each second if spikes are independent, against "
+        "the mean rate; grey lines, 0.5, 1 and 2 bits for each spike. C: bits of the count in a bin."
     )
     return some.assign_attrs(caption=caption)
 
@@ -84,7 +88,7 @@ def _draw_sorted(axis: Axes, data: xr.Dataset, name: str, *, names: bool) -> Non
     value, low, high = (data[f"{name}{end}"].values for end in ("", "_low", "_high"))
     axis.axvline(0, color=TRUTH, lw=0.8)
     axis.plot(data[f"{name}_plain"], place, "|", color="0.5", ms=7)
-    for mask, face in _faces(data):
+    for mask, face in _faces(data, "reason" if name == "count_information" else "spike_reason"):
         reach = np.maximum(bars(value[mask], low[mask], high[mask]), 0)
         axis.errorbar(value[mask], place[mask], xerr=reach, fmt="o", ms=4, lw=0.9, color=FOUND, mfc=face)
     written = [str(one) for one in data.unit_name.values] if names and len(place) <= MOST else []
@@ -92,9 +96,9 @@ def _draw_sorted(axis: Axes, data: xr.Dataset, name: str, *, names: bool) -> Non
     axis.set(ylim=(len(place) - 0.5, -0.5), xlabel="bits")
 
 
-def _faces(data: xr.Dataset) -> list[tuple[Mask, str]]:
+def _faces(data: xr.Dataset, reason: str) -> list[tuple[Mask, str]]:
     """Units without and with a reason against them, and what fills their points."""
-    sure = data.reason.values == ""
+    sure = data[reason].values == ""
     return [(sure, FOUND), (~sure, "none")]
 
 
@@ -103,7 +107,7 @@ def _draw_rates(axis: Axes, data: xr.Dataset) -> None:
     value, low, high = (data[f"information_rate{end}"].values for end in ("", "_low", "_high"))
     for bits in (0.5, 1, 2):
         axis.axline((0, 0), slope=bits, color=TRUTH, lw=0.8)
-    for mask, face in _faces(data):
+    for mask, face in _faces(data, "spike_reason"):
         reach = np.maximum(bars(value[mask], low[mask], high[mask]), 0)
         axis.errorbar(rate[mask], value[mask], reach, fmt="o", ms=4, lw=0.9, color=FOUND, mfc=face)
     axis.set(xlabel="mean rate [Hz]", ylabel="bits/s", xlim=(0, 1.1 * rate.max()))

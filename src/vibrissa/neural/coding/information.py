@@ -168,7 +168,9 @@ def unit_information(
     Dataset
         ``spike_information`` [bit], ``information_rate`` [bit/s] and ``count_information`` [bit] (unit), each also as
         ``_plain``, ``_extrapolated``, ``_low`` and ``_high`` (:class:`vibrissa.neural.coding.information.Information`);
-        ``unit_rate``; ``informative`` where the interval lies above 0; ``reason`` where it cannot be estimated.
+        ``unit_rate``; ``informative``, where the interval of the bits of a spike lies above 0, and
+        ``count_informative``, that of the count; ``spike_reason`` where bits of a spike cannot be estimated, ``reason``
+        where any of them cannot.
 
     Raises
     ------
@@ -206,18 +208,25 @@ def _unit_row(counts: Integers, width: float) -> dict[str, Any]:
         for name, one in zip(MEASURES, found, strict=True)
         for end, value in zip(ENDS, one, strict=True)
     }
-    row["reason"] = _reason(counts)
-    row["informative"] = not row["reason"] and row["spike_information_low"] > 0
+    row["spike_reason"] = _too_few_spikes(counts)
+    row["reason"] = row["spike_reason"] or _too_few_trials(counts)
+    row["informative"] = not row["spike_reason"] and row["spike_information_low"] > 0
+    row["count_informative"] = not row["reason"] and row["count_information_low"] > 0
     return row
 
 
-def _reason(counts: Integers) -> str:
-    in_bin = counts.sum() / counts.shape[1]
-    if in_bin < FEWEST_SPIKES:
-        return f"cannot tell: {counts.sum()} spikes in {counts.shape[1]} bins, fewer than one for each; wider bins"
-    if len(counts) < FEWEST_TRIALS:
-        return f"cannot tell bits of the count: {len(counts)} trials, fewer than {FEWEST_TRIALS}"
-    return ""
+def _too_few_spikes(counts: Integers) -> str:
+    """Reason against all measures; empty if there is none."""
+    if counts.sum() / counts.shape[1] >= FEWEST_SPIKES:
+        return ""
+    return f"cannot tell: {counts.sum()} spikes in {counts.shape[1]} bins, fewer than one for each; wider bins"
+
+
+def _too_few_trials(counts: Integers) -> str:
+    """Reason against the bits of the count alone; empty if there is none."""
+    if len(counts) >= FEWEST_TRIALS:
+        return ""
+    return f"cannot tell bits of the count: {len(counts)} trials, fewer than {FEWEST_TRIALS}"
 
 
 def _refuse(counts: Integers) -> None:
