@@ -15,7 +15,7 @@ from vibrissa.neural.coupling.envelope_coupling import Coupling, Null, envelope_
 from vibrissa.neural.coupling.lack_of_fit import CLASSES, describe, response_curve
 from vibrissa.neural.coupling.nulls import Circular, Paper2014, Record
 from vibrissa.neural.coupling.presentation import BinnedAnalysis, Presentation
-from vibrissa.neural.coupling.reasons import elsewhere, repeats
+from vibrissa.neural.coupling.reasons import elsewhere, uncoupled
 from vibrissa.neural.coupling.repeatability import r_squared_ceiling, variability
 from vibrissa.neural.coupling.response import UnitCounts
 from vibrissa.neural.coupling.segments import First, two_segments
@@ -257,7 +257,8 @@ def _fits(
     """Fit each unit that is driven by the envelope; say of the others why not."""
     drive = shown.drive()
     grid = HingeGrid.of(drive) if how.fit == "forward" and significant.any() else None
-    uncoupled = repeats(record, how.chance(), how.lags, how.bin_width) or "no significant coupling to the envelope"
+    tested = {"significant": significant, "level": how.level}
+    unfitted = uncoupled(record, how.chance(), how.lags, how.bin_width, **tested)
     rows = []
     for unit, total in enumerate(counts.totals):
         n_spikes = int(total[drive.valid].sum())
@@ -265,7 +266,7 @@ def _fits(
             why = f"too few spikes: {n_spikes} in the bins that count, fewer than {FEWEST_SPIKES}"
             rows.append({**NOT_MEASURED, "reason": why})
         elif not significant[unit]:
-            rows.append({**NOT_MEASURED, "reason": uncoupled})
+            rows.append({**NOT_MEASURED, "reason": unfitted[unit]})
         elif grid is not None:
             rng = np.random.default_rng(how.seed)
             own = counts.of_unit(unit)[:, drive.valid].astype(float)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from vibrissa.arrays import Mask
 from vibrissa.neural.coupling.carrier import ELSEWHERE
-from vibrissa.neural.coupling.envelope_coupling import Coupling, Null
+from vibrissa.neural.coupling.envelope_coupling import Coupling, Null, envelope_coupling
 from vibrissa.neural.coupling.nulls import Circular, Lags, Record, circular_correlogram
+from vibrissa.stats import adjusted_p_values
 
 REPEATED = 0.9  # correlation of the envelope with itself, shifted, above which the shift is no chance
 
@@ -41,6 +45,38 @@ def repeats(record: Record, chance: Null, lags: Lags, width: float) -> str:
     first = like[np.arange(like.size) == like - like[0]]  # the first run of them
     after = shift[first[np.argmax(likeness[first])]] * width
     return f"cannot tell: the envelope repeats after {after:g} s, and a shift by that is no chance"
+
+
+def uncoupled(
+    record: Record, chance: Null, lags: Lags, width: float, *, significant: Mask, level: float
+) -> dict[int, str]:
+    """Say of each unit that did not pass why not: no coupling, a rate that falls, or an envelope that repeats.
+
+    Parameters
+    ----------
+    record, chance, lags, width
+        As in :func:`repeats`, of all units.
+    significant : (U,) array of bool
+        Units that passed.
+    level : float
+        Largest p-value of a fall, by the same test with the sign turned, adjusted over the units that did not pass.
+
+    Returns
+    -------
+    dict of str
+        By the place of the unit.
+    """
+    others = np.flatnonzero(~significant)
+    plain = repeats(record, chance, lags, width) or "no significant coupling to the envelope"
+    reasons = dict.fromkeys(others.tolist(), plain)
+    if not others.size or not isinstance(chance, Circular) or plain.startswith("cannot tell"):
+        return reasons
+    turned = envelope_coupling(replace(record, rates=-record.rates[others]), chance, lags=lags, reach=0)
+    falls = np.nan_to_num(adjusted_p_values(turned.tail_p_value), nan=1.0) <= level
+    for place in np.flatnonzero(falls):
+        r = -turned.correlation[place]
+        reasons[int(others[place])] = f"the rate falls with the envelope (r = {r:.2f}): only rises are fitted"
+    return reasons
 
 
 def elsewhere(coupling: Coupling, unit: int, lags: Lags, width: float, *, beyond: bool) -> str:
