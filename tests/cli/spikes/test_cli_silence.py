@@ -92,3 +92,11 @@ def test_the_same_holds_in_python(folder):
     spikes = vb.read_spikes(folder / "spikes.csv")
     with pytest.warns(Remark, match="No unit fires from 2.99"):
         vb.envelope_coupling(spikes, folder / "one.csv", n_trials=TRIALS, skip=0.5)
+
+
+def test_printed_maps_name_the_whiskers(vibrissa, folder):
+    spikes = ("--spikes", folder / "spikes.csv", "--trials", TRIALS)
+    columns = {"surround": ("driving whiskers", "suppressing whiskers"), "glm": ("whiskers that matter",)}
+    for verb, wanted in columns.items():
+        out = vibrissa(*words(verb, folder, *spikes), "--window", 0, 3)[1].replace("_", " ")
+        assert all(one in out for one in wanted), out

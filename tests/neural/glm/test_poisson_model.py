@@ -70,6 +70,13 @@ def test_whiskers_that_matter_are_found():
     assert matters[:, SHARE == 0].mean() < 0.05
 
 
+def test_whiskers_that_matter_are_named():
+    found = recorded(0)[0]
+    for unit, text in enumerate(found.whiskers_that_matter.values):
+        chosen = set(found.whisker.values[found.whisker_matters.values[unit]].tolist())
+        assert set(text.split(", ")) == chosen
+
+
 def test_a_spike_holds_the_next_one_off():
     past = np.concatenate([recorded(seed)[0].past_kernel.values for seed in range(10)]).mean(0)
     np.testing.assert_allclose(past[:3], np.exp(PAST[:3]), atol=0.1)

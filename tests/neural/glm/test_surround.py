@@ -89,6 +89,17 @@ def test_verdicts_are_those_of_the_truth():
     assert set(together("strongest_whisker")) == {"C2"}
 
 
+def test_whiskers_are_named_by_what_they_do_the_strongest_first():
+    found = recorded(TRUTH, range(1))
+    names, weight = found.whisker.values, found.surround_weight.values
+    for said, column in (("drives", "driving_whiskers"), ("suppresses", "suppressing_whiskers")):
+        assert any(found[column].values)
+        for unit, text in enumerate(found[column].values):
+            chosen = np.flatnonzero(found.surround_verdict.values[unit] == said)
+            order = chosen[np.argsort(-np.abs(weight[unit, chosen]))]
+            assert text == ", ".join(names[order])
+
+
 def test_intervals_hold_where_excitability_wanders():
     found = recorded(TRUTH, range(30), stimulus=1, state=SlowState(depth=0.4, trial_sd=0.3))
     low, high = found.surround_weight_low.values, found.surround_weight_high.values

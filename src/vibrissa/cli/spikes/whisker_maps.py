@@ -56,9 +56,8 @@ def surround(
     tell(*found.remarks)
     drawing.draw("spikes.surround", {"surround": data})
     names = ["surround_weight", "surround_weight_low", "surround_weight_high", "surround_verdict"]
-    show_map(
-        data, names, ["strongest_whisker", "threshold", "latency", "n_blocks", "reason", "condition_number"], output
-    )
+    said = ["driving_whiskers", "suppressing_whiskers"]
+    show_map(data, names, [*said, "threshold", "latency", "n_blocks", "reason", "condition_number"], output)
 
 
 def glm(
@@ -121,6 +120,7 @@ def glm(
         data,
         names,
         [
+            "whiskers_that_matter",
             "kernel_rate",
             "trial_gain_sd",
             "deviance_explained",

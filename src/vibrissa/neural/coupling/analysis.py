@@ -257,7 +257,7 @@ def _fits(
     """Fit each unit that is driven by the envelope; say of the others why not."""
     drive = shown.drive()
     grid = HingeGrid.of(drive) if how.fit == "forward" and significant.any() else None
-    tested = {"significant": significant, "level": how.level}
+    tested: dict[str, Any] = {"significant": significant, "level": how.level}
     unfitted = uncoupled(record, how.chance(), how.lags, how.bin_width, **tested)
     rows = []
     for unit, total in enumerate(counts.totals):

@@ -118,11 +118,11 @@ def whisker_kernels(
         ``whisker_kernel`` (unit, whisker, kernel_lag) [1/m]: rise of ln(rate) for each metre and bin of latency;
         ``whisker_effect`` (unit, whisker) [1/m]: its sum, both with 95 % intervals; ``whisker_p_value``, adjusted over
         whiskers, of the larger of ``whisker_trial_p_value`` (Hotelling's test, trials or blocks as draws) and
-        ``whisker_shift_p_value`` (against circular shifts of the whisker's stimulus); ``whisker_matters``;
-        ``past_kernel`` (unit, past_lag): factor on the rate after a spike; ``deviance_explained`` and ``kernel_gain``
-        [bit], for each spike beyond a steady rate, in draws not seen; ``penalty``, ``kernel_rate`` [Hz],
-        ``trial_gain_sd``, ``n_blocks`` (0: trials are the draws), ``reason``. ``kernel_condition`` is the condition
-        number of the columns.
+        ``whisker_shift_p_value`` (against circular shifts of the whisker's stimulus); ``whisker_matters``, and
+        ``whiskers_that_matter`` (unit), their names; ``past_kernel`` (unit, past_lag): factor on the rate after a
+        spike; ``deviance_explained`` and ``kernel_gain`` [bit], for each spike beyond a steady rate, in draws not seen;
+        ``penalty``, ``kernel_rate`` [Hz], ``trial_gain_sd``, ``n_blocks`` (0: trials are the draws), ``reason``.
+        ``kernel_condition`` is the condition number of the columns.
 
     Raises
     ------
@@ -166,6 +166,9 @@ def _row(columns: Columns, counts: Array, how: KernelAnalysis) -> dict[str, Any]
     row = _kernels(columns, fit, shifted, how, design.n_draws) | _past(columns, fit, how, design.n_draws)
     row |= {"deviance_explained": foreseen.share, "kernel_gain": foreseen.gain, "penalty": strength}
     row |= {"kernel_rate": float(used.mean() / how.bin_width)}
+    surest = np.argsort(row["whisker_p_value"], kind="stable")
+    names = np.array(columns.whiskers)[surest]
+    row["whiskers_that_matter"] = ", ".join(names[row["whisker_matters"][surest]])
     sought = len(used) > 1 and design.own.size > 0
     row["trial_gain_sd"] = float(np.sqrt(varies)) if sought else np.nan
     row["n_blocks"] = 0 if design.starts is None else design.n_draws
@@ -193,7 +196,7 @@ def _not_measured(n_whiskers: int, n_lags: int, n_past: int) -> dict[str, Any]:
     p_values = ("whisker_p_value", "whisker_trial_p_value", "whisker_shift_p_value")
     row |= {name: np.full(n_whiskers, np.nan) for name in p_values} | {"whisker_matters": np.zeros(n_whiskers, bool)}
     unknown = ("deviance_explained", "kernel_gain", "penalty", "kernel_rate", "trial_gain_sd")
-    return row | dict.fromkeys(unknown, np.nan) | {"n_blocks": 0}
+    return row | dict.fromkeys(unknown, np.nan) | {"n_blocks": 0, "whiskers_that_matter": ""}
 
 
 def _shift_p_values(

@@ -68,8 +68,8 @@ def surround_map(
         ``surround_weight`` [1/(s m)] with its 95 % interval, ``surround_p_value`` (adjusted over the whiskers of a
         unit; the larger of that of the weight's error and ``surround_shift_p_value``, against circular shifts) and
         ``surround_verdict`` (unit, whisker): drives, suppresses, no (its interval stays within a fifth of the largest
-        weight), cannot tell. ``strongest_whisker``, ``threshold``, ``latency``, ``n_blocks`` (0: trials are the
-        draws), ``reason`` (unit).
+        weight), cannot tell. ``strongest_whisker``, ``driving_whiskers`` and ``suppressing_whiskers`` (names, the
+        strongest first), ``threshold``, ``latency``, ``n_blocks`` (0: trials are the draws), ``reason`` (unit).
         Of the design: ``condition_number``, ``weight_inflation``, ``copy_likeness``, ``likest_whisker`` (whisker).
 
     Raises
@@ -117,7 +117,8 @@ def _row(
         "surround_shift_p_value": nothing,
         "surround_verdict": np.full(len(names), "cannot tell", "<U11"),
     }
-    row |= {"strongest_whisker": "", "threshold": np.nan, "latency": np.nan, "n_blocks": 0}
+    row |= {**dict.fromkeys(("strongest_whisker", "driving_whiskers", "suppressing_whiskers"), "")}
+    row |= {"threshold": np.nan, "latency": np.nan, "n_blocks": 0}
     if counts.sum() < FEWEST_SPIKES:
         return {**row, "reason": f"too few spikes: {counts.sum():.0f} in the bins that count, below {FEWEST_SPIKES}"}
     try:
@@ -143,8 +144,15 @@ def _row(
     row["reason"] = _reason(blind, design, driven)
     if not (driven | (verdict == "suppresses")).any():
         return row
-    strongest = str(names[int(np.nanargmax(np.where(driven, weight, -np.inf)))]) if driven.any() else ""
-    return {**row, "strongest_whisker": strongest, "threshold": found.threshold, "latency": found.latency}
+    return {**row, **_named(names, weight, verdict), "threshold": found.threshold, "latency": found.latency}
+
+
+def _named(names: NDArray[np.str_], weight: Array, verdict: NDArray[np.str_]) -> dict[str, str]:
+    """Names of the whiskers that drive and that suppress, the strongest first."""
+    order = np.argsort(-np.abs(weight))
+    driving, suppressing = (names[order][verdict[order] == said].tolist() for said in ("drives", "suppresses"))
+    columns = {"driving_whiskers": ", ".join(driving), "suppressing_whiskers": ", ".join(suppressing)}
+    return columns | {"strongest_whisker": next(iter(driving), "")}
 
 
 def _blocks(grid: SurroundGrid, counts: Array, how: SurroundAnalysis) -> Integers | None:
