@@ -11,7 +11,7 @@ import numpy as np
 from vibrissa.api.motion import Motion
 from vibrissa.api.remarks import remark
 from vibrissa.api.shared.arguments import names_arguments
-from vibrissa.errors import ConflictError, FormatError, InputError, MissingError
+from vibrissa.errors import ConflictError, FormatError, InputError, MissingError, require_whole
 from vibrissa.mechanics.whisking.slow_prediction import SlowPrediction
 from vibrissa.mechanics.whisking.swing_prediction import SwingPrediction
 
@@ -52,8 +52,11 @@ def read_spikes(spikes: Any, *, trials: Any = None, **how: Any) -> xr.Dataset:
     ['MU001', 'MU002', 'SU001']
     """
     from vibrissa.api.objects.spikes import as_spikes
+    from vibrissa.study.neurons.inputs import remarks_on
 
-    return as_spikes(spikes, trials=trials, **how)
+    table = as_spikes(spikes, trials=trials, **how)
+    remark(*remarks_on(table.drop_attrs().assign_attrs(spikes_shared=table.attrs.get("spikes_shared", 0))))
+    return table
 
 
 @names_arguments
@@ -150,6 +153,7 @@ def envelope_coupling(
         spontaneous=spontaneous,
         seed=seed,
     )
+    require_whole("n_trials", count)
     units = analyse_units(table, shown, int(count), how)
     analysed = window or (float(shown.time[0]), float(shown.time[-1]))
     remark(*remarks, *remarks_on(table), *silent_end(table, *analysed))

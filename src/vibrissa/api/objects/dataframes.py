@@ -32,7 +32,8 @@ def to_dataframe(data: xr.Dataset | xr.DataArray) -> DataFrame:
         ``trial``, ``unit``, maybe ``whisker`` and ``quality``; a row without a time (NaN) names each unit, and the last
         trial where it is silent, so that :func:`vibrissa.api.objects.spikes.as_spikes` gives the same table back; what
         else is known of units or trials is a table of its own: ``to_dataframe(spikes[["trial_start", "trial_stop"]])``.
-        Of others the dimensions come first, and what has fewer of them is repeated.
+        Of ``envelope_coupling`` a row for each unit. Of others the dimensions come first, and what has fewer of them is
+        repeated.
 
     Raises
     ------
@@ -47,6 +48,8 @@ def to_dataframe(data: xr.Dataset | xr.DataArray) -> DataFrame:
     (['time_s', 'point_displacement_m'], [0.0, 1e-06])
     """
     whole = data.to_dataset(name=data.name or "value") if isinstance(data, xr.DataArray) else data
+    if {"spike_time", "significant"} <= set(whole.data_vars):  # what was found of units, with their spikes beside it
+        whole = whole[[name for name, one in whole.data_vars.items() if one.dims == ("unit",)]]
     if "spike_time" in whole:
         cells = flat_columns(whole)
         time = [np.nan if cell == "" else cell for cell in cells.pop("spike_time")]

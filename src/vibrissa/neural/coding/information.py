@@ -10,7 +10,7 @@ import xarray as xr
 from scipy.special import xlogy
 
 from vibrissa.arrays import Array, Integers
-from vibrissa.errors import FormatError, RangeError, ShapeError, TooFewError, require_positive
+from vibrissa.errors import FormatError, RangeError, ShapeError, TooFewError, require_positive, require_whole
 from vibrissa.loops import njit
 from vibrissa.neural.coupling.response import bin_edges, psth
 from vibrissa.neural.io.tables.inputs import refuse_beyond_recording
@@ -178,6 +178,7 @@ def unit_information(
         If there are no trials in the table, the bins do not fill the window or are more than a million.
     """
     require(spikes, "spike_time", "spike_trial", "spike_unit", "unit_name")
+    require_whole("number of trials", n_trials)
     if n_trials < 2:
         remedy = "repeats are needed; of one presentation `glm`, and of a motion `drives`, give bits per spike"
         raise RangeError("number of trials", "must be at least 2", n_trials, remedy)

@@ -96,7 +96,10 @@ def observed_units(
         start = trials.trial_start.values
         low, high = (start, trials.trial_stop.values) if window is None else (start + window[0], start + window[1])
         seen = within_trials(spikes, low, high)
-        return seen, [f"units are judged in {start.size} trials of {np.mean(high - low):.4g} s"]
+        shared = int((low[1:] < high[:-1]).sum())
+        overlap = [f"{shared} trials begin before the one before them ends; what they share counts once"]
+        judged = f"units are judged in {start.size} trials of {np.mean(high - low):.4g} s"
+        return seen, [judged, *(overlap if shared else [])]
     if window is not None:
         raise ConflictError("window", "must go with trials", window, "give `trial_table`, or `period` and `trials`")
     known = spikes.attrs.get("duration") if duration is None and "interval_unit" not in spikes else duration

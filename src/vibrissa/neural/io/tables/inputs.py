@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.arrays import Window
-from vibrissa.errors import MissingError, RangeError, ShapeError, UnknownError
+from vibrissa.errors import MissingError, RangeError, ShapeError, UnknownError, require_whole
 from vibrissa.quantities import require
 
 SHORT = 0.01  # [s] by which trials may end before what is analysed: a bin
@@ -57,6 +57,7 @@ def refuse_misplaced(
     if "spike_time" in spikes and "spike_trial" not in spikes:
         raise MissingError("spikes", "must be in trials", "times on the session's clock", "give their trials")
     require(spikes, "spike_time", "spike_trial", "spike_unit", "unit_name")
+    require_whole("number of trials", n_trials)
     if n_trials < 1:
         raise RangeError("number of trials", "must be at least 1", n_trials)
     time, trial = spikes.spike_time.values, spikes.spike_trial.values

@@ -172,7 +172,8 @@ def write_csv(spikes: xr.Dataset, path: str | Path) -> None:
     Raises
     ------
     InputError
-        If a name of a unit would not be read again: empty, with spaces around it, or of several lines.
+        If a name of a unit would not be read again: empty, with spaces around it, or of several lines; if a unit was
+        not observed in all trials, which would be read as silence.
     """
     write_table(path, flat_columns(spikes))
 
@@ -196,6 +197,7 @@ def flat_columns(spikes: xr.Dataset) -> dict[str, list[Any]]:
         As :func:`write_csv`.
     """
     require(spikes, "spike_time", "spike_unit", "unit_name")
+    _refuse_unobserved(spikes)
     about = {column: _text(spikes, name) for column, name in ABOUT_UNITS.items() if name in spikes}
     about |= {column: _numbers(spikes, name) for column, name in NUMBERS_OF_UNITS.items() if name in spikes}
     names = _text(spikes, "unit_name")
@@ -211,6 +213,21 @@ def flat_columns(spikes: xr.Dataset) -> dict[str, list[Any]]:
                 cells.insert(len(names), cell)
     columns["unit"] = [names[k] for k in unit]
     return columns | {name: [cells[k] for k in unit] for name, cells in about.items()}
+
+
+def _refuse_unobserved(spikes: xr.Dataset) -> None:
+    """Refuse units that were not observed in all trials: a table of spikes cannot say so."""
+    if "unit_observed" not in spikes:
+        return
+    seen = spikes.unit_observed.transpose("unit", "trial").values.astype(bool)
+    if seen.all():
+        return
+    first = int(np.flatnonzero(~seen.all(1))[0])
+    found = f"{seen[first].sum()} of {seen.shape[1]} for {str(spikes.unit_name.values[first])!r}"
+    remedy = (
+        "the others would be read as silent: vb.save(spikes, 'spikes.nc') keeps them, drop_vars('unit_observed') not"
+    )
+    raise TooFewError("units", "must be observed in all trials of a table", found, remedy)
 
 
 def _numbers(spikes: xr.Dataset, name: str) -> list[str]:
