@@ -26,6 +26,9 @@ def test_spectrum_code_finds_a_tone_in_its_band_whatever_the_bins():
     assert drive[[0, 2]].max() < 1e-3 * drive[1].max()
     assert np.ptp(drive[1]) == 0
     np.testing.assert_allclose(code.drive(3 * TONE, RATE, 5), 3 * drive, atol=1e-15)
+    with refusal("range", "SpectrumCode.edges"):
+        SpectrumCode(edges=np.array([0.0, 100.0, 0.6 * RATE])).drive(TONE, RATE, 4)
+    assert SpectrumCode(edges=np.array([0.0, 100.0, 0.5 * RATE])).drive(TONE, RATE, 4).shape == (2, 4)
     with refusal("conflict", "SpectrumCode.edges"):
         SpectrumCode(edges=np.array([30.0, 30.5, 31.0])).drive(TONE[:400], RATE, 5)
     with refusal("range", "SpectrumCode.edges"):

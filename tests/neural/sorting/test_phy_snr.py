@@ -1,6 +1,7 @@
 """Signal to noise of phy's clusters from the raw data that params.py names: known waveforms in known noise."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -49,6 +50,14 @@ def test_smallest_and_mean_waveform_of_known_height_in_known_noise(folder):
     # noise moves the peak and the trough of one waveform by some rms in all
     assert found.snr_smallest.values[0] == pytest.approx(heights[0] / 2 / noise, abs=3)
     assert heights[1] / noise - 4 < found.snr_smallest.values[1] < heights[1] / noise
+
+
+def test_a_rate_that_is_given_by_two_names_is_read_alike(folder, tmp_path):
+    shutil.copytree(folder, tmp_path / "phy")
+    params = tmp_path / "phy" / "params.py"
+    params.write_text(params.read_text().replace("sample_rate", "fs = sample_rate"))
+    spikes = read_phy(tmp_path / "phy", groups=("all",))
+    assert spikes.attrs["sampling_rate"] == phy_traces(tmp_path / "phy").rate == RATE
 
 
 def test_the_verb_says_where_the_signal_to_noise_is_from(folder, vibrissa, tmp_path):

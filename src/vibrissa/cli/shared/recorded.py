@@ -283,7 +283,7 @@ class PartOptions:
     Attributes
     ----------
     skip : float
-        Time left out at the start, while units adapt [s].
+        Time left out at the start of the stimulus, or of the window, while units adapt [s].
     window : (float, float), optional
         START STOP of the part of the stimulus that is analysed [s]; spikes outside are left out.
     band : (float, float), optional

@@ -107,8 +107,11 @@ class SpectrumCode:
         Raises
         ------
         InputError
-            If a band lies between the frequencies that so short a motion resolves.
+            If a band lies between the frequencies that so short a motion resolves, or above half the sampling rate.
         """
+        if self.edges[-1] > sampling_rate / 2:
+            rule = f"must not exceed half the sampling rate, {sampling_rate / 2:g} Hz"
+            raise RangeError("SpectrumCode.edges", rule, self.edges, "leave out the bands above, or sample faster")
         frequency, power = power_spectrum(displacement, sampling_rate)
         first = np.searchsorted(frequency, self.edges)
         if np.any(np.diff(first) == 0):

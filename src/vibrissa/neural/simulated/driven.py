@@ -94,7 +94,8 @@ def read_driven(path: str | Path) -> xr.Dataset:
     table = read_table(path, {"unit": TEXT, **{name: si for name, (si, *_) in COLUMNS.items()}}, {"quality": TEXT})
     table.refuse_empty("must have a line for each unit below its header")
     names = table.names("unit")
-    repeated = np.array([name in names[:k] for k, name in enumerate(names)])
+    repeated = np.ones(len(names), bool)
+    repeated[np.unique(names, return_index=True)[1]] = False
     table.refuse_first(repeated, "unit", "must name each unit once")
     quality = table.text("quality") if "quality" in table else ["MU"] * len(names)
     table.refuse_first(~np.isin(quality, ["SU", "MU"]), "quality", "must be SU or MU")

@@ -77,7 +77,7 @@ def read_phy(path: str | Path, *, groups: Collection[str] = GOOD) -> xr.Dataset:
     for name in NEEDED:
         if not (path / name).is_file():
             raise MissingError(str(path / name), "must be an existing file", remedy="is this a folder of phy?")
-    rate = _rate(path / "params.py")
+    rate = stated_rate(path / "params.py")
     time, cluster = _spikes(path)
     found, source = _labels(path, np.unique(cluster))
     chosen = np.array([one for one, group in found.items() if group in groups or ALL in groups], int)
@@ -110,8 +110,24 @@ def read_phy(path: str | Path, *, groups: Collection[str] = GOOD) -> xr.Dataset:
     )
 
 
-def _rate(path: Path) -> float:
-    """Sampling rate [Hz] from a file of assignments, which is not run."""
+def stated_rate(path: Path) -> float:
+    """Sampling rate from a file of assignments, which is not run.
+
+    Parameters
+    ----------
+    path : path
+        ``params.py``.
+
+    Returns
+    -------
+    float
+        [Hz].
+
+    Raises
+    ------
+    InputError
+        If it has none, or none that is positive.
+    """
     text = "\n".join(line for _, line in each_line(path))
     try:
         lines = ast.parse(text).body

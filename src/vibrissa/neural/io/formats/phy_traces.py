@@ -13,6 +13,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError
+from vibrissa.neural.io.formats.phy import stated_rate
 from vibrissa.quantities import dataset
 
 BAND = (300.0, 6000.0)  # [Hz] of waveforms, as in sorting
@@ -82,7 +83,7 @@ def phy_traces(folder: str | Path) -> PhyTraces | str:
         rule = f"must be whole samples of n_channels_dat = {channels} and dtype = {kind}, as params.py says"
         raise RangeError(str(path), rule, f"{size} bytes")
     samples = np.memmap(path, kind, "r", offset, (size // (channels * kind.itemsize), channels))
-    return PhyTraces(samples, float(given["sample_rate"]), bool(given.get("hp_filtered", False)))
+    return PhyTraces(samples, stated_rate(params), bool(given.get("hp_filtered", False)))
 
 
 def _layout(path: Path, given: dict[str, Any]) -> tuple[int, int, np.dtype[Any]]:

@@ -224,9 +224,7 @@ def _refuse_unobserved(spikes: xr.Dataset) -> None:
         return
     first = int(np.flatnonzero(~seen.all(1))[0])
     found = f"{seen[first].sum()} of {seen.shape[1]} for {str(spikes.unit_name.values[first])!r}"
-    remedy = (
-        "the others would be read as silent: vb.save(spikes, 'spikes.nc') keeps them, drop_vars('unit_observed') not"
-    )
+    remedy = "the others would be read as silent: vb.save(spikes, 'spikes.nc') keeps them apart"
     raise TooFewError("units", "must be observed in all trials of a table", found, remedy)
 
 
