@@ -135,3 +135,15 @@ def test_sound_that_is_no_command_is_refused_with_what_is_read(vibrissa, recordi
     code, _, err = vibrissa("neural", "--spikes", recording / "spikes.csv", "--stimulus", tmp_path / name)
     assert code == 2
     assert f"{name} must have the sidecar of a command of `vibrissa replay`; of another stimulus give a CSV" in err
+
+
+def test_remedies_of_a_channel_of_a_table_and_of_times_in_samples(vibrissa, recording):
+    words = ("neural", "--spikes", recording / "spikes.csv", "--trials", 12, "--stimulus", recording / "stimulus.csv")
+    assert "leave it out" in vibrissa(*words, "--whisker", "C2")[2]
+    (recording / "turned.csv").write_text("start,stop\n5,9\n0,4\n")
+    (recording / "session.csv").write_text("spike_time,unit\n1,a\n6,a\n")
+    turned = (*words[:2], recording / "session.csv", "--trial-table", recording / "turned.csv", *words[5:])
+    assert "line 3, start must be after the trial before it, got '0'; sort the table" in vibrissa(*turned)[2]
+    (recording / "samples.csv").write_text("unit,trial,spike_time\na,0,30000\na,1,90000\n")
+    samples = (*words[:2], recording / "samples.csv", *words[3:])
+    assert "these look like milliseconds, samples or a session's clock" in vibrissa(*samples)[2]

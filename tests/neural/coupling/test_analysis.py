@@ -299,7 +299,7 @@ def test_verb_prints_units_as_json(verb, files, tmp_path):
     words = ("--spikes", files[0], "--stimulus", files[1], "--trials", N_TRIALS)
     printed = json.loads(verb(*words, "--json", "--out", tmp_path / "units.nc"))["units"]
     units = analyse_units(read_spikes(files[0]), read_stimulus_csv(files[1]), N_TRIALS)
-    assert [row["unit"] for row in printed] == sorted(TRUTH)
+    assert [row["unit"] for row in printed] == [row["unit_name"] for row in printed] == sorted(TRUTH)
     for row, name in zip(printed, sorted(TRUTH), strict=True):
         assert row["significant"] is bool(of(units, name).significant)
         assert row["identified"] is bool(of(units, name).identified)

@@ -108,7 +108,8 @@ def _print_table(units: xr.Dataset, *, settled: bool) -> None:
 
 
 def _print_units(data: xr.Dataset) -> None:
-    """One JSON object with a list of units; NaN becomes null, "not measured"."""
-    columns = {str(name).replace("unit_name", "unit"): data[name].values.tolist() for name in data.data_vars}
+    """One JSON object with a list of units, each named by `unit` and `unit_name`; NaN becomes null, "not measured"."""
+    columns = {"unit": data.unit_name.values.tolist()}
+    columns |= {str(name): data[name].values.tolist() for name in data.data_vars}
     rows = zip(*columns.values(), strict=True)
     print_json({"units": [dict(zip(columns, row, strict=True)) for row in rows]})

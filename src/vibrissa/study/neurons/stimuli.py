@@ -91,7 +91,10 @@ def _read(path: Path, given: StimulusInput) -> xr.Dataset:
     found = read_stimulus_csv(path, **known)
     names = [str(one) for one in found.whisker.values] if "whisker" in found.dims else []
     if given.whisker is not None and given.whisker not in names:
-        raise UnknownError("whisker", f"must be one of {', '.join(names) or 'several channels'}", repr(given.whisker))
+        remedy = "" if names else "the stimulus has one channel: leave it out"
+        raise UnknownError(
+            "whisker", f"must be one of {', '.join(names) or 'several channels'}", repr(given.whisker), remedy
+        )
     return found
 
 
@@ -136,7 +139,7 @@ def _of_dataset(data: xr.Dataset, given: StimulusInput, path: Path) -> xr.Datase
     if "mode_displacement" in data and "point_displacement" not in data:
         raise MissingError(str(path), "must hold what was presented", "a scan", "give `simulate_units`")
     if given.whisker is not None:
-        raise ConflictError("whisker", "must go with a stimulus of several channels", str(path))
+        raise ConflictError("whisker", "must go with a stimulus of several channels", str(path), "leave it out")
     name = name_of(data)
     if not (given.envelope or given.signal_unit) or name == "stimulus_envelope":
         return data[[name]]

@@ -83,7 +83,9 @@ def refuse_misplaced(
     if outside.all():
         remedy = "let both count from the onset: subtract it from the times of the stimulus"
     if farthest > last + 10 * (last - first):
-        remedy = "times are in seconds from the stimulus' onset; these look like milliseconds or a session's clock"
+        remedy = (
+            "times are in seconds from the stimulus' onset; these look like milliseconds, samples or a session's clock"
+        )
     found = f"{outside.sum()} of {time.size} outside, up to {farthest:g}"
     raise RangeError("spike_time", f"must lie within the stimulus, {first:g} to {last:g} s", found, remedy)
 

@@ -113,7 +113,7 @@ def trials_of_table(table: Table, source: str, *, only: tuple[str, str] | None =
         raise TooFewError(table.path, "must have a line for each trial below its header", "none")
     later = np.zeros(start.size, bool)
     later[np.flatnonzero(kept)[1:]] = np.diff(start[kept]) <= 0
-    table.refuse_first(later, "start", "must be after the trial before it")
+    table.refuse_first(later, "start", "must be after the trial before it", "sort the table by its start")
     stimulus = np.array(table.text("stimulus"), str)[kept] if "stimulus" in table else None
     attrs = {"source": source, "trials_left_out": int((~kept).sum())}
     return trial_table(start[kept], stop[kept], stimulus, attrs)
