@@ -1,5 +1,7 @@
 """Direction and curvature at the base: exact on circles, second order on others, with the deviation that they state."""
 
+import json
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -54,6 +56,44 @@ def test_standard_deviations_are_those_of_repeated_noise():
     # across the shaft, less the three parameters
     assert found.misfit.mean() == pytest.approx(1e-5 * np.cos(0.45) * np.sqrt(18 / 21), rel=0.05)
     assert found.direction.mean() == pytest.approx(0.4, abs=5 * found.direction_sd[0] / np.sqrt(3000))
+    # nodes that scatter by chance are taken for more than their error in one frame of a thousand; of 3,000, in 3 ± 1.7
+    assert (found.excess > 1).sum() <= 9
+
+
+def along_a_hair(frames, bent=0.5e-3, sd=1e-5):
+    """A straight shaft whose first 2 mm were followed along a hair that leaves it by ``bent``, and noise of ``sd``."""
+    profile = circle_profile(np.full(frames, 0.4), 0.0)
+    off = bent * np.clip(1 - profile.arc_length.values / 2e-3, 0, None)
+    off = off + sd * np.random.default_rng(4).standard_normal((frames, 41))
+    profile.x.values[0] -= off * np.sin(0.4)
+    profile.y.values[0] += off * np.cos(0.4)
+    return profile
+
+
+def test_a_hair_at_the_base_enlarges_the_standard_deviations():
+    profile = along_a_hair(300)
+    sds = {name: np.full((300, 21), 1e-5) for name in ("x_sd", "y_sd")}
+    found = fitted(profile, **sds)
+    clean = fitted(circle_profile(np.full(300, 0.4), 0.0), **sds)
+    factor = found.misfit / 1e-5 * np.sqrt(21 / 18)
+    np.testing.assert_allclose(found.excess, factor, rtol=1e-3)
+    np.testing.assert_allclose(found.direction_sd, factor * clean.direction_sd, rtol=0.03)
+    np.testing.assert_allclose(found.curvature_sd, factor * clean.curvature_sd, rtol=0.03)
+    np.testing.assert_array_equal(fitted(profile).excess, 1)  # nothing is known of the nodes' error
+
+
+def test_whiskers_whose_base_part_is_no_arc_are_named_with_another_part():
+    hair, clean = along_a_hair(100), circle_profile(np.full(100, 0.4), 20.0, base=(0.0, 2e-3))
+    x, y = (np.concatenate([one[name].values for one in (hair, clean)]) for name in ("x", "y"))
+    profile = profile_of(hair.arc_length.values[0], x, y, sd=1e-5)
+    down = Face(caudal=(0.0, 1.0), rostral=(0.0, 0.0))
+    lines = json.loads(kinematics_of(profile, KinematicsSettings(face=down)).attrs["remarks"])
+    said = [line for line in lines if "base part" in line]
+    assert len(said) == 1
+    assert "of whisker 2 is no arc within the error of its nodes in 98 % of the frames or more" in said[0]
+    assert said[0].endswith("measure farther out, for example `base_part` from 0.83 to 3.3 mm")
+    farther = json.loads(kinematics_of(profile, KinematicsSettings(face=down, base_part=(2e-3, 8e-3))).attrs["remarks"])
+    assert not any("base part" in line for line in farther)
 
 
 def test_nodes_without_a_standard_deviation_do_not_count_where_others_have_one():

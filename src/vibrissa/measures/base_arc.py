@@ -5,11 +5,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import chdtri
 
 from vibrissa.arrays import Array, Mask
 
 LEAST_NODES = 3  # an arc has three parameters
 LARGEST_SD = np.deg2rad(30)  # of the direction, from which on the nodes do not determine it
+CHANCE = 1e-3  # share of the frames of true arcs in which nodes scatter as much as counts for more than their error
 STEPS = 12  # of the fit; each takes off nine tenths of the error, and more, of a part that turns by up to 60°
 
 
@@ -23,9 +25,11 @@ class BaseArc(NamedTuple):
     curvature : (T,) array
         Change of that angle with arc length [1/m].
     direction_sd, curvature_sd : (T,) arrays
-        Standard deviations; NaN where fewer than three nodes have one.
+        Standard deviations, times the excess; NaN where fewer than three nodes have one.
     misfit : (T,) array
         Root mean square distance of the nodes to the arc [m]: large where the line was followed along something else.
+    excess : (T,) array
+        Scatter of the nodes about the arc over what their standard deviations explain, 1 where it may be by chance.
     """
 
     direction: Array
@@ -33,6 +37,7 @@ class BaseArc(NamedTuple):
     direction_sd: Array
     curvature_sd: Array
     misfit: Array
+    excess: Array
 
 
 def fit_base_arc(arc: Array, x: Array, y: Array, x_sd: Array | None, y_sd: Array | None) -> BaseArc:
@@ -50,13 +55,14 @@ def fit_base_arc(arc: Array, x: Array, y: Array, x_sd: Array | None, y_sd: Array
         Nodes [m], NaN where not measured.
     x_sd, y_sd : (T, N) arrays, optional
         Standard deviations of x and y [m]; of neighbouring nodes taken as independent. Where three nodes or more have
-        one, the others do not count.
+        one, the others do not count. Where nodes scatter about the arc by more, as at hairs, the standard deviations
+        of direction and curvature are larger in proportion (the factor of Birge).
 
     Returns
     -------
     BaseArc
         NaN where less than half of the part, or fewer than three nodes, were seen, and where the direction has a
-        standard deviation of more than 30°, or none where others have one.
+        standard deviation of more than 30° by those of the nodes, or none where others have one.
     """
     seen = np.isfinite(x) & np.isfinite(y)
     rows = np.flatnonzero(seen.sum(axis=1) >= max(LEAST_NODES, arc.size / 2))
@@ -65,7 +71,7 @@ def fit_base_arc(arc: Array, x: Array, y: Array, x_sd: Array | None, y_sd: Array
         sds = [None if sd is None else sd[rows] for sd in (x_sd, y_sd)]
         found = _fitted(arc, x[rows], y[rows], seen[rows], *sds)
         measured = any(np.isfinite(sd).any() for sd in sds if sd is not None)
-        known = found.direction_sd <= LARGEST_SD if measured else np.ones(rows.size, bool)
+        known = found.direction_sd <= LARGEST_SD * found.excess if measured else np.ones(rows.size, bool)
         for whole, part in zip(result, found, strict=True):
             whole[rows[known]] = part[known]
     return BaseArc(*result)
@@ -92,14 +98,23 @@ def _fitted(arc: Array, x: Array, y: Array, seen: Mask, x_sd: Array | None, y_sd
     hidden = (arc[first] - arc[0]) / h  # of the part, before the first node seen
     variance = np.where(counted, (across / h[:, None]) ** 2, 0.0)
     covariance = np.einsum("tin,tn,tjn->tij", to_fit, variance, to_fit)
+    excess = _excess(np.where(counted, off * h[:, None] / across, 0.0), counted)
     slope = np.stack([0 * h, 1 / np.cos(turn), a_first / np.cos(turn) - hidden], axis=-1)
     return BaseArc(
         direction=chord + turn - p[:, 2] * hidden,
         curvature=p[:, 2] / h,
-        direction_sd=np.sqrt(np.einsum("ti,tij,tj->t", slope, covariance, slope)),
-        curvature_sd=np.sqrt(covariance[:, 2, 2]) / h,
+        direction_sd=excess * np.sqrt(np.einsum("ti,tij,tj->t", slope, covariance, slope)),
+        curvature_sd=excess * np.sqrt(covariance[:, 2, 2]) / h,
         misfit=h * np.sqrt(np.where(seen, off**2, 0.0).sum(axis=1) / seen.sum(axis=1)),
+        excess=excess,
     )
+
+
+def _excess(over_sd: Array, counted: Mask) -> Array:
+    """Root of χ² per degree of freedom, where true arcs seldom have as much; elsewhere 1."""
+    squares, free = (over_sd**2).sum(axis=1), np.maximum(counted.sum(axis=1) - LEAST_NODES, 1)
+    enough = counted.sum(axis=1) > LEAST_NODES
+    return np.where(enough & (squares > chdtri(free, CHANCE)), np.sqrt(squares / free), 1.0)
 
 
 def _weights(seen: Mask, across: Array) -> tuple[Mask, Array]:

@@ -16,9 +16,15 @@ from vibrissa.measures.base_arc import LEAST_NODES, fit_base_arc
 from vibrissa.measures.bending import bending, bent_frames
 from vibrissa.measures.face import Face, Side, face_through, whisker_names
 from vibrissa.measures.hidden_parts import distance_with_hidden_parts
-from vibrissa.measures.kinematics_remarks import remark_on_face, remark_on_frames, remark_on_object, remark_on_touches
+from vibrissa.measures.kinematics_remarks import (
+    remark_on_base,
+    remark_on_face,
+    remark_on_frames,
+    remark_on_object,
+    remark_on_touches,
+)
 from vibrissa.measures.touched_object import Pole, Touchable, held_place
-from vibrissa.measures.touches import COLUMNS, touch_events
+from vibrissa.measures.touches import touch_events, touch_table
 from vibrissa.measures.whisk_cycle import BAND, frame_rate_of, whisk_cycle
 from vibrissa.measures.whisker_nodes import mean_base, mean_way, nodes_of, seen_frames, surely_named, usual_length
 from vibrissa.quantities import dataset, require, stacked
@@ -145,9 +151,11 @@ def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Datas
         for name, number, touches in each
         for event in touches
     ]
-    columns = stacked(rows)
+    excess, columns = [row.pop("excess") for row in rows], stacked(rows)
+    spoilt = remark_on_base(names, excess, columns, part)
+    followed = int(sum(seen_frames(one).sum() for one in whiskers))
     return dataset(
-        _attributes(profile, settings, face, part, near, columns, int(sum(seen_frames(one).sum() for one in whiskers))),
+        _attributes(profile, settings, face, part, near, columns, followed, spoilt),
         lead=("whisker",),
         whisker=numbers,
         time=time,
@@ -155,7 +163,7 @@ def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Datas
         mean_base_x=bases[:, 0],
         mean_base_y=bases[:, 1],
         **{name: values for name, values in columns.items() if near is not None or name not in NEEDS_TOUCH},
-        **(_table(events) if near is not None else {}),
+        **(touch_table(events) if near is not None else {}),
     )
 
 
@@ -204,7 +212,7 @@ def _of_whisker(
     settings: KinematicsSettings,
     near: float | None,
 ) -> dict[str, Any]:
-    """All that is measured of one whisker, by the names of the table, and its ``events``."""
+    """All that is measured of one whisker, by the names of the table, its ``events``, and the ``excess`` of its arc."""
     arc = nodes["arc_length"]
     inside = (arc >= part[0]) & (arc <= part[1])
     _refuse_few(arc, inside, part)
@@ -242,6 +250,7 @@ def _of_whisker(
         "object_x": place[0],
         "object_y": place[1],
         "events": events,
+        "excess": base.excess,
     }
 
 
@@ -294,15 +303,6 @@ def _by_distance(touched: Touchable, x: Array, y: Array, near: float) -> tuple[A
     return np.where(np.isfinite(distance), touches * 1.0, np.nan), distance
 
 
-def _table(events: list[dict[str, Any]]) -> dict[str, Array]:
-    """Columns of the touches of all whiskers, by onset; empty where there are none."""
-    ordered = sorted(events, key=lambda event: event["touch_onset"])
-    if ordered:
-        return stacked(ordered)
-    whose = {"touch_whisker": np.array([], str), "touch_whisker_number": np.array([], np.int64)}
-    return whose | {name: np.array([], float) for name in COLUMNS}
-
-
 def _attributes(
     profile: xr.Dataset,
     settings: KinematicsSettings,
@@ -311,6 +311,7 @@ def _attributes(
     near: float | None,
     columns: Mapping[str, Array],
     followed: int,
+    spoilt: list[str],
 ) -> dict[str, Any]:
     """What counts as the face, the base and a touch, and remarks on what the user should know."""
     kept = {
@@ -323,6 +324,7 @@ def _attributes(
     remarks = [
         *([] if settings.face is not None else remark_on_face(face, settings.nose, head_of(profile) is not None)),
         *remark_on_frames(columns, followed, settings.whisking_band, settings.bridged),
+        *spoilt,
         *remark_on_touches(columns, near, settings.find_touches and settings.touched is None),
         *([] if settings.touched is None else remark_on_object(columns, near or 0.0)),
     ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from vibrissa.measures.whisk_cycle import PERIODS, stretches
 
 MOST = 0.8  # share of the angles that have a phase, below which a remark says so
 DEEP = 0.1  # share of the touching frames in which a line runs deep inside the object, from which on it is said
+SPOILT = 0.25  # share of a whisker's frames in which its base part is no arc, from which on it is said
 SINGLE = 0.5  # share of the touches that last one frame, from which on it is said
 
 
@@ -60,6 +61,42 @@ def remark_on_frames(columns: Mapping[str, Array], followed: int, band: tuple[fl
             f"{needed / 4:.3g} s of the ends of others, so that these may be of rest alone"
         )
     return remarks
+
+
+def remark_on_base(
+    names: Sequence[str], excess: Sequence[Array], columns: Mapping[str, Array], part: tuple[float, float]
+) -> list[str]:
+    """Whiskers whose base part is often no arc, and a part farther out.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the whiskers.
+    excess : sequence of (T,) arrays
+        Scatter of the nodes about the arc over what their standard deviations explain.
+    columns : mapping
+        Series of all whiskers (W, T).
+    part : (float, float)
+        Arc lengths between which they are measured [m].
+
+    Returns
+    -------
+    list of str
+        Remarks.
+    """
+    measured = np.isfinite(columns["whisker_angle"])
+    spoilt = np.array([(one > 1)[of].mean() if of.any() else 0.0 for one, of in zip(excess, measured, strict=True)])
+    named = np.flatnonzero(spoilt >= SPOILT)
+    if not named.size:
+        return []
+    whose = f"of whisker{'s' * (named.size > 1)} {', '.join(np.array(names)[named])}"
+    misfit = 1e3 * np.array([np.median(columns["base_misfit"][w, measured[w]]) for w in named])
+    start, stop = (1e3 * (end + (part[1] - part[0]) / 3) for end in part)
+    return [
+        f"the base part {whose} is no arc within the error of its nodes in {100 * spoilt[named].min():.0f} % of the "
+        f"frames or more (distance to it, median: up to {misfit.max():.2g} mm): hairs or fur at the base change angle, "
+        f"amplitude and curvature; measure farther out, for example `base_part` from {start:.2g} to {stop:.2g} mm"
+    ]
 
 
 def remark_on_touches(columns: Mapping[str, Array], near: float | None, found: bool) -> list[str]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.measures.whisk_cycle import stretches
+from vibrissa.quantities import stacked
 
 COLUMNS = (
     "touch_onset",
@@ -64,6 +65,26 @@ def touch_events(
         )
         rows.append(dict(zip(COLUMNS, map(float, values), strict=True)))
     return rows
+
+
+def touch_table(events: list[dict[str, Any]]) -> dict[str, Array]:
+    """Columns of the touches of all whiskers, by onset; empty where there are none.
+
+    Parameters
+    ----------
+    events : list of dict
+        From :func:`touch_events`, each with its ``touch_whisker`` and ``touch_whisker_number``.
+
+    Returns
+    -------
+    dict
+        Arrays of equal length by name.
+    """
+    ordered = sorted(events, key=lambda event: event["touch_onset"])
+    if ordered:
+        return stacked(ordered)
+    whose = {"touch_whisker": np.array([], str), "touch_whisker_number": np.array([], np.int64)}
+    return whose | {name: np.array([], float) for name in COLUMNS}
 
 
 def _runs(touching: Array, bridged: int) -> list[tuple[int, int]]:
