@@ -59,6 +59,7 @@ def test_a_whisking_movie_alone_gives_all_whiskers(vibrissa, movie, tmp_path):
     profile, lines = load(tmp_path / "p.nc"), load(tmp_path / "lines.nc")
     assert profile.attrs["tracking"] == "link"
     assert profile.attrs["segments"] == "lines.nc"
+    assert profile.attrs["movie"] == "whisking.mkv"  # by its name: a folder may move
     assert lines.attrs["frames"] == profile.sizes["time"] == 100
     assert {"column", "position_sd", "segment_whisker", "whisker_segment"} <= set(lines.data_vars)
     assert (tmp_path / "s.png").stat().st_size > 10_000

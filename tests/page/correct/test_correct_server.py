@@ -199,6 +199,10 @@ def test_the_verb_makes_edits_again_without_a_page(page, pad, tmp_path, vibrissa
     assert code == 0, err
     assert load(out).sizes["whisker"] == 5
     assert "1 edit of" in err
+    post(page, "undo", {})
+    code, _, err = vibrissa(*words, "--out", out)
+    assert code == 0, err
+    assert "there are no edits to make again" in err
     code, _, err = vibrissa(*words, "--edits", tmp_path / "none.json", "--out", out)
     assert code == 2
     assert "--edits must be an existing file with --no-page" in err

@@ -58,6 +58,8 @@ def correct(
             profile, movie, segments=segments, edits=edits, polarity=polarity, tell=tell, progress=progress
         )
     if not page:
+        if not opened.correction.edits:
+            tell(f"there are no edits to make again: no {edits}, or none in it")
         tell(write_corrected(opened, out))
         return
     saved = correct_on_page(opened, movie, edits, out, tell=tell, browser=browser)

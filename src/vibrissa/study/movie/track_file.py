@@ -118,7 +118,8 @@ def track_planned(plan: TrackPlan, folder: Path, progress: Progress, segments: P
     -------
     Dataset
         ``profile``, with the attribute ``tracking``, the whiskers' ``names`` (JSON) where they have some, and
-        ``remarks`` (JSON) on the movie where there are any; with skin and contact where the substrate is given, and
+        ``remarks`` (JSON) on the movie where there are any; ``movie``, the name of its file, and ``movie_frames``, its
+        number of frames where the file states it; with skin and contact where the substrate is given, and
         ``led_frame`` where a lamp is. Of a part of the movie also ``first_frame`` and ``last_frame``; time counts from
         the movie's first frame.
 
@@ -155,6 +156,9 @@ def track_planned(plan: TrackPlan, folder: Path, progress: Progress, segments: P
     profile = numbered_from(profile, movie.start) if part else profile
     if movie.drop_frames is not None and times is not None:
         profile = without_frames(profile, times.missing)
+    profile.attrs["movie"] = path.name
+    if not about.frame_count_is_estimate:
+        profile.attrs["movie_frames"] = about.frame_count
     if movie.names:
         profile.attrs["names"] = json.dumps(movie.names)
     of_movie = watched.remarks()

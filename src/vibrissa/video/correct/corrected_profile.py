@@ -15,7 +15,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # attributes of the profile before
-KEPT = "tracking", "segments", "background", "polarity", "region", "drop_frames", "marks", "movie_remarks"
+KEPT = (
+    "tracking", "segments", "background", "polarity", "region", "drop_frames", "marks", "movie", "movie_frames",
+    "movie_remarks",
+)  # fmt: skip
 
 
 def corrected_profile(opened: OpenedTracks) -> xr.Dataset:

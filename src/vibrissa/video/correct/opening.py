@@ -20,6 +20,7 @@ from vibrissa.video.correct.edit_file import EditedMovie, read_edits
 from vibrissa.video.find.movie_segments import LineSearch, find_segments
 from vibrissa.video.foreign.segment_tables import read_segments
 from vibrissa.video.foreign.tracks import kind_of
+from vibrissa.video.io.about import Movie
 from vibrissa.video.io.movie import open_movie
 from vibrissa.video.link.agreement import numbers_in_common
 from vibrissa.video.link.known.known_lines import LineNames
@@ -99,6 +100,11 @@ def open_tracks(
     calibration_of(before, str(profile))
     _refuse_lost_edits(profile, before, edits)
     about = open_movie(movie)
+    _refuse_other_movie(profile, before, movie, about)
+    if segments is None:
+        _refuse_unlinked(profile, before, movie)
+    if (own := before.attrs.get("movie", movie.name)) != movie.name:
+        tell(f"{profile} was tracked in {own}, not in {movie.name}: is that the same movie?")
     lines = _lines(profile, before, movie, segments, polarity, tell, progress)
     lines = _fitted(lines, about.frame_count, about.frame_count_is_estimate, (about.width, about.height))
     movie_of = EditedMovie(movie.name, int(lines.attrs["frames"]), about.width, about.height)
@@ -126,6 +132,29 @@ def _refuse_lost_edits(profile: Path, before: xr.Dataset, edits: Path) -> None:
         rule = "must come with the file of the edits that it was corrected by"
         remedy = "correct the profile that it was made from, or give that file too"
         raise ConflictError(str(profile), rule, f"{made} edit{'s' * (made != 1)} and no {edits}", remedy)
+
+
+def _refuse_other_movie(profile: Path, before: xr.Dataset, movie: Path, about: Movie) -> None:
+    """Refuse a movie of another length than that which was tracked, as far as the profile knows it."""
+    kept = before.attrs
+    dropped, part = "drop_frames" in kept, "first_frame" in kept  # frames count otherwise; some were not tracked
+    tracked = 0 if dropped else int(kept.get("last_frame", before.sizes["time"] - 1)) + 1
+    known, frames = "movie_frames" in kept, int(kept.get("movie_frames", tracked))
+    whole = known or not (dropped or part or "format" in kept)  # other programs leave out frames without lines
+    spare = 2 + about.frame_count // 100 if about.frame_count_is_estimate else 0
+    if about.frame_count < frames - spare or (whole and about.frame_count > frames + spare):
+        rule = f"must be the movie of {profile}, {'' if whole else 'at least '}{frames} frames"
+        raise ConflictError(str(movie), rule, about.frame_count, "give the movie that was tracked")
+
+
+def _refuse_unlinked(profile: Path, before: xr.Dataset, movie: Path) -> None:
+    """Refuse a profile whose whiskers were not linked from lines, and that names no lines."""
+    if before.attrs.get("identity_from") == "link" or "segments" in before.attrs:
+        return
+    rule = "must be linked from lines: whiskers of lines that are found now are other ones"
+    source = before.attrs.get("format", "a tracking without --tracking link")
+    remedy = f"track it first: vibrissa track {movie} --tracking link --segments lines.nc --out profile.nc"
+    raise ConflictError(str(profile), rule, f"whiskers of {source}", f"{remedy}; or give the lines by `segments`")
 
 
 def marked_names(profile: xr.Dataset, numbers: Integers) -> dict[int, str]:
