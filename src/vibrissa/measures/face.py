@@ -29,11 +29,14 @@ class Face:
         A point of it further back, and one further to the nose [m].
     origin : str
         Where it is from, in words.
+    direction_sd : float
+        Standard error of its direction [rad], where it was fitted to bases; NaN elsewhere.
     """
 
     caudal: Point
     rostral: Point
     origin: str = "two points"
+    direction_sd: float = np.nan
 
     def __post_init__(self) -> None:
         if not np.hypot(*np.subtract(self.rostral, self.caudal)) > 0:
@@ -120,7 +123,7 @@ def face_through(
     known, weight = bases[seen], np.ones(len(bases))[seen] if frames is None else np.asarray(frames, float)[seen]
     centre = np.average(known, axis=0, weights=weight) if len(known) else np.zeros(2)
     along, origin = towards, f"the image's axis to the {nose}"
-    axis = towards
+    axis, error = towards, np.nan
     if len(known) >= LEAST_BASES:
         axis = np.linalg.svd(np.sqrt(weight)[:, None] * (known - centre))[2][0]
         axis = axis * np.sign(axis @ towards)
@@ -136,8 +139,16 @@ def face_through(
         if axis @ towards < LEADS:
             rule = f"must be a side to which the line through the bases leads, {_leads_to(axis, LEADS)}"
             raise RangeError("nose", rule, nose, "or give two points of face")
+        error = _direction_sd(known - centre, weight, axis)
     ends = [(float(one[0]), float(one[1])) for one in (centre, centre + along)]
-    return Face(caudal=ends[0], rostral=ends[1], origin=origin)
+    return Face(caudal=ends[0], rostral=ends[1], origin=origin, direction_sd=error)
+
+
+def _direction_sd(bases: Array, weight: Array, axis: Array) -> float:
+    """Standard error of the direction of a line by the scatter of its bases about it [rad]."""
+    along, across = bases @ axis, bases @ np.array([-axis[1], axis[0]])
+    length = weight @ along**2
+    return float(np.sqrt((weight @ across**2) / (len(bases) - 2) / length)) if length > 0 else np.nan
 
 
 def _both_sides(bases: Array, ways: Array | None, towards: Array, axis: Array) -> tuple[Integers, Array]:

@@ -321,8 +321,9 @@ def _attributes(
     }
     if settings.least_probability is not None:
         kept["least_probability"] = settings.least_probability
+    down = profile.attrs.get("frame", "image") == "image"
     remarks = [
-        *([] if settings.face is not None else remark_on_face(face, settings.nose, head_of(profile) is not None)),
+        *([] if settings.face is not None else remark_on_face(face, settings.nose, head_of(profile) is not None, down)),
         *remark_on_frames(columns, followed, settings.whisking_band, settings.bridged),
         *spoilt,
         *remark_on_touches(columns, near, settings.find_touches and settings.touched is None),

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vibrissa.arrays import Array
-from vibrissa.measures.face import Face
+from vibrissa.measures.face import SIDES, Face, Side
 from vibrissa.measures.whisk_cycle import PERIODS, stretches
 
 MOST = 0.8  # share of the angles that have a phase, below which a remark says so
@@ -16,10 +16,18 @@ SPOILT = 0.25  # share of a whisker's frames in which its base part is no arc, f
 SINGLE = 0.5  # share of the touches that last one frame, from which on it is said
 
 
-def remark_on_face(face: Face, nose: str | None, known: bool) -> list[str]:
-    """What angles are to, and whether that is not the axis of a head that is known."""
+def remark_on_face(face: Face, nose: Side | None, known: bool, downwards: bool) -> list[str]:
+    """What angles are to, how surely that is known, and whether it is not the axis of a head that is known."""
     instead = "; without `nose`, to the axis of the head" if known and nose is not None else ""
-    return [f"angles are to {face.origin}{instead}"]
+    fitted = ""
+    if nose is not None and np.isfinite(face.direction_sd):
+        side = np.array(SIDES[nose]) * (1 if downwards else (1, -1))
+        tilt, error = np.degrees([np.arccos(min(face.direction @ side, 1.0)), face.direction_sd])
+        fitted = (
+            f", {tilt:.1f} ± {error:.1f}° (standard error) from the image's axis to the {nose}: an error of this line "
+            "shifts all angles alike; `face` gives it by two points"
+        )
+    return [f"angles are to {face.origin}{fitted}{instead}"]
 
 
 def remark_on_frames(columns: Mapping[str, Array], followed: int, band: tuple[float, float], bridged: int) -> list[str]:
@@ -46,7 +54,7 @@ def remark_on_frames(columns: Mapping[str, Array], followed: int, band: tuple[fl
     if short := followed - int(measured.sum()):
         remarks.append(
             f"{short} of {followed} lines have no angle: less than half of their base part is seen, or the standard "
-            "deviation of its direction is above 30° or unknown"
+            "deviation of its direction is above 30°, or unknown where other nodes have one"
         )
     if silent := int((~np.isfinite(phase)).all(axis=1).sum()):
         remarks.append(
@@ -58,7 +66,8 @@ def remark_on_frames(columns: Mapping[str, Array], followed: int, band: tuple[fl
         remarks.append(
             f"{100 * share:.0f} % of the angles have a phase, {100 * cycle:.0f} % an amplitude and a set point: there "
             f"are none in stretches below {needed:.3g} s between gaps of more than {bridged} frames, nor within "
-            f"{needed / 4:.3g} s of the ends of others, so that these may be of rest alone"
+            f"{needed / 4:.3g} s of the ends of others; a whisker is lost more often where it moves fast, so what is "
+            "left may be of quiet periods alone"
         )
     return remarks
 

@@ -210,4 +210,8 @@ def test_the_picture_shows_whiskers_that_touch_though_others_are_seen_in_more_fr
     middle = float(profile.x[5, 50, 40]), float(profile.y[5, 50, 40])
     found = vb.kinematics(profile, nose="bottom", pole=middle, touch_distance=1e-3)
     assert (found.touching.sum("time") > 0).values.tolist() == [False] * 5 + [True]
-    assert figure.compute(found).whisker.values.tolist() == [0, 1, 2, 5]
+    shown = figure.compute(found)
+    assert shown.whisker.values.tolist() == [0, 1, 2, 5]
+    said = "4 of 6 whiskers, first those that touch, then those seen in most frames"
+    assert figure.draw(shown).get_supxlabel() == said
+    assert figure.draw(figure.compute(found.isel(whisker=slice(2, 6)))).get_supxlabel() == ""

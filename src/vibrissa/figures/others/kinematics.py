@@ -32,8 +32,8 @@ def compute(kinematics: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Up to four whiskers, those that touch and then those measured in most frames, in their order; with the attribute
-        ``caption``.
+        Up to four whiskers, those that touch and then those measured in most frames, in their order; with the
+        attributes ``caption`` and ``shown``, which says in the picture how they were chosen, empty where all are shown.
     """
     frames = np.isfinite(kinematics.whisker_angle.values).sum(axis=1)
     touching = kinematics.touching.values == 1 if "touching" in kinematics else np.zeros((len(frames), 1), bool)
@@ -44,14 +44,15 @@ def compute(kinematics: xr.Dataset) -> xr.Dataset:
         if "touching" in kinematics
         else "No touches were sought."
     )
+    chosen = f"{shown.size} of {len(frames)} whiskers, first those that touch, then those seen in most frames"
     caption = (
-        f"{shown.size} of {kinematics.sizes['whisker']} whiskers, first those that touch, then those seen in most "
-        f"frames. Top: angle at the base to {_line(kinematics.attrs['face_from'])} (0° caudal, 180° rostral; blue), "
+        f"{chosen}. Top: angle at the base to {_line(kinematics.attrs['face_from'])} (0° caudal, 180° rostral; blue), "
         f"set point (orange) and amplitude (band) of whisking. Middle: phase, 0 at the most protracted (band {low:g}–"
         f"{high:g} Hz). Bottom: change Δκ of the curvature at the base against the free whisker. {touches} Gaps: not "
         "seen. The axes of angle and Δκ hold 99 % of the values or more; single frames may lie beyond."
     )
-    return kinematics.isel(whisker=shown).assign_attrs(caption=caption)
+    said = chosen if shown.size < len(frames) else ""
+    return kinematics.isel(whisker=shown).assign_attrs(caption=caption, shown=said)
 
 
 def _line(origin: str) -> str:
@@ -90,6 +91,8 @@ def draw(data: xr.Dataset) -> Figure:
     for k, values in ((0, np.degrees(data.whisker_angle.values)), (2, data.curvature_change.values / 1e3)):
         _hold_most(axes[k, 0], values)
     key_above(axes[0, 0])
+    if data.attrs["shown"]:
+        figure.supxlabel(data.attrs["shown"], fontsize="medium")
     for axis, label in zip(axes[:, 0], ("angle [°]", "phase [°]", "Δκ [1/mm]"), strict=True):
         axis.set_ylabel(label)
     return add_caption(figure, data)
