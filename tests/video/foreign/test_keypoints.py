@@ -164,6 +164,21 @@ def test_nothing_stands_beside_a_keypoint_not_seen():
     assert np.isfinite(profile.x.values[0, 4]).all()
 
 
+def test_a_hidden_keypoint_does_not_move_the_nodes_of_the_others():
+    """A straight whisker that looks longer by 10 % in every other frame; one keypoint is hidden in one frame."""
+    along = np.array([0.0, 18.0, 41.0, 60.0, 82.0, 100.0]) * np.where(np.arange(FRAMES) % 2, 1.1, 1.0)[:, None]
+    x, y = 50 + 0.8 * along, 100 + 0.6 * along
+    x[2, 3] = y[2, 3] = np.nan
+    points = Keypoints(NAMES, x[None], y[None], np.ones((1, *x.shape)))
+    profile = profile_from_keypoints(points, calibration=CALIBRATION, node_spacing=5 * PIXEL)
+    hidden, whole = (np.stack([profile.x.values[0, k], profile.y.values[0, k]]) for k in (2, 0))
+    arc = profile.arc_length.values[0] / PIXEL
+    beside = (arc > 41.0) & (arc < 82.0)
+    assert np.array_equal(np.isnan(hidden[0]), beside | (arc > 100))
+    seen = np.isfinite(hidden)
+    np.testing.assert_allclose(hidden[seen], whole[seen], atol=1e-9 * PIXEL)
+
+
 @pytest.mark.parametrize(
     ("wanted", "message"),
     [

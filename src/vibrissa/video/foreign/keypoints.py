@@ -188,8 +188,9 @@ def profile_from_keypoints(
     least_likelihood : float
         Keypoints below it are NaN; the attribute ``keypoints_left_out`` says how many.
     node_spacing : float, optional
-        Arc length between nodes [m] on a cubic spline over the chord length through the keypoints seen; nodes
-        between two keypoints of which one is not seen, and beyond the ends, are NaN. Default: the keypoints.
+        Arc length between nodes [m] on a cubic spline over the chord length through the keypoints seen, where
+        steps to hidden ones are the usual ones, scaled to the frame; nodes between two keypoints of which one is not
+        seen, and beyond the ends, are NaN. Default: the keypoints.
     source : str
         Name of the file, for errors.
     attrs : mapping, optional
@@ -278,12 +279,13 @@ def _resampled(source: str, whiskers: list[Curve], spacing: float) -> list[Curve
         if x.shape[0] * places.size * len(whiskers) > MOST:
             rule = f"must give fewer than {MOST} nodes in {source}"
             raise RangeError("node_spacing", rule, remedy="take a wider one")
-        rows = np.array([_on_spline(*one, lengths, places) for one in zip(x, y, strict=True)])
+        usual = _usual_steps(x, y, lengths)
+        rows = np.array([_on_spline(*one, usual, places) for one in zip(x, y, strict=True)])
         even.append((rows[:, 0], rows[:, 1], places))
     return even
 
 
-def _on_spline(x: Values, y: Values, lengths: Values, places: Values) -> Values:
+def _on_spline(x: Values, y: Values, usual: Values, places: Values) -> Values:
     """Places on a cubic spline through the keypoints seen, (2, N); NaN where a neighbour is not seen."""
     from scipy.interpolate import CubicSpline
 
@@ -291,12 +293,27 @@ def _on_spline(x: Values, y: Values, lengths: Values, places: Values) -> Values:
     out = np.full((2, places.size), np.nan)
     if seen.sum() < 2:
         return out
-    after = np.clip(np.searchsorted(lengths, places, side="left"), 1, x.size - 1)
+    every = _chord(x, y, usual)
+    after = np.clip(np.searchsorted(every, places, side="left"), 1, x.size - 1)
     between = seen[after - 1] & seen[after]
-    chord = np.cumsum(np.hypot(np.diff(x, prepend=x[0]), np.diff(y, prepend=y[0])))
-    arc = chord if seen.all() else lengths[seen]
+    arc = every[seen]
     kept = np.diff(arc, prepend=-1.0) > 0
     if kept.sum() > 1:
         inside = between & (places >= arc[0]) & (places <= arc[-1])
         out[:, inside] = CubicSpline(arc[kept], np.array([x[seen][kept], y[seen][kept]]), axis=1)(places[inside])
     return out
+
+
+def _chord(x: Values, y: Values, usual: Values) -> Values:
+    """Chord length of a frame's keypoints; a step that is not seen is the usual one, scaled as those that are."""
+    steps = np.hypot(np.diff(x), np.diff(y))
+    seen = np.isfinite(steps)
+    scale = steps[seen].sum() / usual[seen].sum() if usual[seen].sum() > 0 else 1.0
+    return np.concatenate([[0.0], np.cumsum(np.where(seen, steps, scale * usual))])
+
+
+def _usual_steps(x: Values, y: Values, lengths: Values) -> Values:
+    """Steps between keypoints over the whole, median of the frames in which all are seen; of none, those of lengths."""
+    steps = np.hypot(np.diff(x, axis=1), np.diff(y, axis=1))
+    whole = steps[np.isfinite(steps).all(axis=1) & (steps.sum(axis=1) > 0)]
+    return np.median(whole / whole.sum(axis=1, keepdims=True), axis=0) if len(whole) else np.diff(lengths)
