@@ -106,3 +106,7 @@ def test_a_table_is_a_head_and_short_gaps_are_bridged(tmp_path):
     assert bridged(long, 5).known.sum() == 2
     with refusal("format", None):
         read_head(path, 2)
+    path.write_text("frame,column,row,angle_deg\n0,10,20,170\n2,14,20,-170\n0,11,20,170\n")
+    with refusal("format", "head.csv, line 4, frame", "'0'") as caught:
+        read_head(path, 12)
+    assert caught.value.rule == "must give each frame once"

@@ -164,6 +164,9 @@ IN_SI = {
     "9.5e-05 for 95 µm": lambda: vb.track(
         np.zeros((3, 40, 60), np.uint8), frame_rate=2000, pixel_size=95, seeds=[(30, 20)]
     ),
+    "5e-07 for 0.5 µm, 0.0005 for 0.5 mm": lambda: vb.track(
+        np.zeros((3, 40, 60), np.uint8), frame_rate=2000, pixel_size=0.5, seeds=[(30, 20)]
+    ),
     "5.5e-05 for 55 µm": lambda: vb.simulate_units(vb.scan(WHISKER, POSTURE, SURFACE, speed=0.1), 3, mean_envelope=55),
     "0.036 for 36 mm": lambda: vb.fit_cone(vb.sample_data("diameters.csv"), physical_length=36),
     "0.01 for 10 ms": lambda: vb.envelope_coupling(

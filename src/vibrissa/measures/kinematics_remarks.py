@@ -22,7 +22,7 @@ def remark_on_face(face: Face, nose: Side | None, known: bool, downwards: bool) 
     fitted = ""
     if nose is not None and np.isfinite(face.direction_sd):
         side = np.array(SIDES[nose]) * (1 if downwards else (1, -1))
-        tilt, error = np.degrees([np.arccos(min(face.direction @ side, 1.0)), face.direction_sd])
+        tilt, error = np.degrees([np.arccos(min(float(face.direction @ side), 1.0)), face.direction_sd])
         fitted = (
             f", {tilt:.1f} ± {error:.1f}° (standard error) from the image's axis to the {nose}: an error of this line "
             "shifts all angles alike; `face` gives it by two points"

@@ -57,8 +57,10 @@ class Calibration:
             if not (np.isfinite(value) and value > 0):
                 raise RangeError(f"Calibration.{name}", "must be positive and finite", value, remedy)
         if self.pixel_size > LARGEST_PIXEL:
-            rule = f"must be at most {LARGEST_PIXEL} m"
-            raise RangeError("Calibration.pixel_size", rule, self.pixel_size, give_in("m", self.pixel_size, "µm", 1e-6))
+            remedy, millimetres = give_in("m", self.pixel_size, "µm", 1e-6), 1e-3 * self.pixel_size
+            if millimetres <= LARGEST_PIXEL:
+                remedy = f"{remedy}, {millimetres:.5g} for {self.pixel_size:g} mm"
+            raise RangeError("Calibration.pixel_size", f"must be at most {LARGEST_PIXEL} m", self.pixel_size, remedy)
 
 
 def track(

@@ -83,7 +83,10 @@ def test_frames_in_memory_are_linked_as_a_file_is(seen):
 
 
 BAD = {
-    "a frame beyond the end": (["--mark", "100,60,60,C1"], "--mark must be in a frame from 0 to 99"),
+    "a frame beyond the end": (
+        ["--mark", "100,60,60,C1"],
+        "--mark must be in a frame from 0 to 99, got frame 100, column 60, row 60 (C1); frames count from 0",
+    ),
     "a mark off the image": (["--mark", "0,400,60,C1"], "--mark must lie in the image of 320 × 240"),
     "a mark on nothing": (["--mark", "0,300,5,C1"], "the nearest line of frame 0 passes at column"),
     "no mark": (["--mark", "0,300,5"], "--mark must be FRAME,COLUMN,ROW,NAME"),

@@ -115,6 +115,17 @@ TRACES = {
         "must have frame 0 in row 0",
         "give predictions, a row for every frame",
     ),
+    "a table that counts frames from 1": (
+        b"scorer,n,n,n\nbodyparts,a,a,a\ncoords,x,y,likelihood\n1,1,2,1\n2,1,2,1\n",
+        ("format", "bad.csv", "'1'"),
+        "must have frame 0 in row 0",
+        "frames count from 0: subtract 1 from every number",
+    ),
+    "a table without a column": (
+        b"scorer,n,n,n,n,n\nbodyparts,a,a,a,b,b\ncoords,x,y,likelihood,x,likelihood\n0,1,2,1,3,1\n",
+        ("missing", "bad.csv, column 'y' of b"),
+        "must be in the table of DeepLabCut",
+    ),
 }
 
 
@@ -192,7 +203,7 @@ def test_bad_measurements_are_told_in_one_line(case, tmp_path):
 def test_nothing_measured_is_told_with_the_remedy(tmp_path):
     (tmp_path / "a.whiskers").write_bytes(GOOD)
     error = told(tmp_path / "a.whiskers", "missing", "a.whiskers")
-    assert error.remedy.startswith("classify the whiskers")
+    assert error.remedy.startswith("have lines linked to whiskers (`identity='link'`), classify them")
     error = told(tmp_path / "a.whiskers", "missing", "base", identity="number")
     assert error.remedy == "one of left, right, top, bottom"
 

@@ -295,8 +295,9 @@ def test_tiff_pages_of_two_sizes_are_an_error(tmp_path):
 def test_colour_tiff_is_refused(tmp_path):
     path = tmp_path / "colour.tif"
     tifffile.imwrite(path, np.zeros((4, 20, 30, 3), np.uint8), photometric="rgb")
-    with refusal("format", "colour.tif"):
+    with refusal("format", "colour.tif", "rgb") as caught:
         open_movie(path)
+    assert caught.value.remedy == "save it as 8- or 16-bit grey"
 
 
 def test_float_tiff_is_refused(tmp_path):

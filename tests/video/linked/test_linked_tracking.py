@@ -357,6 +357,6 @@ def test_whiskers_without_a_sure_name_are_reported_with_their_probability():
     calibration = Calibration(frame_rate=200.0, pixel_size=1e-4)
     profile = profile_from_linking(linking, calibration, source="pad", least_probability=least)
     (said,) = json.loads(profile.attrs["remarks"])
-    known = f"1 more whisker has no name that is {least:g} sure: it has lines from a `least_probability` of "
-    assert said.startswith(f"{known}{np.floor(100 * most[0]) / 100:.2f} on down")
+    known = f"1 more whisker has no name that is {least:g} sure: its lines would be kept with a `least_probability` of "
+    assert said.startswith(f"{known}{np.floor(100 * most[0]) / 100:.2f} or less")
     assert "remarks" not in profile_from_linking(linking, calibration, source="pad").attrs

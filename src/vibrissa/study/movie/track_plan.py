@@ -18,6 +18,8 @@ from vibrissa.video.linked.tracking_way import choose_way
 
 FOLLOWING = ("seeds", "whisking", "skin", "substrate", "names", "search", "threshold", "estimator")
 
+STRIP = 3  # times its width, above which height and number of frames hint at an array with the frames last
+
 
 class TrackPlan(NamedTuple):
     """How a movie file is tracked.
@@ -60,7 +62,32 @@ def plan_tracking(movie: MovieFile, folder: Path) -> TrackPlan:
     about = open_movie(path)
     acquisition_rate(movie, about)
     frames_within(about, movie.start, movie.stop)
-    return plan_of(movie, lambda: read_blocks(path, start=movie.start, stop=movie.stop, drop_frames=movie.drop_frames))
+    _refuse_region(movie, about)
+
+    def blocks() -> Iterable[Frames]:
+        return read_blocks(path, start=movie.start, stop=movie.stop, drop_frames=movie.drop_frames)
+
+    plan = plan_of(movie, blocks)
+    return plan._replace(remarks=(*plan.remarks, *_remark_on_axes(about)))
+
+
+def _refuse_region(movie: MovieFile, about: Movie) -> None:
+    """Refuse a region off the image before the movie is looked at."""
+    if movie.region is not None and not (movie.region[2] < about.width and movie.region[3] < about.height):
+        rule, order = (
+            f"must lie within the image of {about.width} × {about.height} pixels",
+            "left, top, right and bottom",
+        )
+        raise RangeError("region", rule, movie.region, f"give its {order}; right and bottom are the larger ones")
+
+
+def _remark_on_axes(about: Movie) -> list[str]:
+    """Say how an array is read whose last axis is much shorter than both others, as that of a few frames is."""
+    if about.codec != "npy" or STRIP * about.width >= min(about.height, about.frame_count):
+        return []
+    read = f"{about.frame_count} frames of {about.width} columns and {about.height} rows"
+    where = "if its last axis is that of the frames, save it with axes (frames, rows, columns)"
+    return [f"{about.path.name} is read as {read}: {where}"]
 
 
 def acquisition_rate(movie: MovieFile, about: Movie) -> float:

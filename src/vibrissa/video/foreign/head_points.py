@@ -58,6 +58,9 @@ def read_head(path: str | Path, frames: int, points: Sequence[str] = ()) -> Head
 def _of_table(path: str | Path, frames: int) -> HeadPose:
     read = read_table(Path(path), COLUMNS)
     frame = read.whole_numbers("frame", f"must be from 0 to {frames - 1}", 0, frames - 1)
+    again = np.ones(frame.size, bool)
+    again[np.unique(frame, return_index=True)[1]] = False
+    read.refuse_first(again, "frame", "must give each frame once")
     values = np.full((3, frames), np.nan)
     for one, name in zip(values, ("column", "row", "angle"), strict=True):
         one[frame] = read.numbers(name, blanks=True)

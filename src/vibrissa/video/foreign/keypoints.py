@@ -148,9 +148,25 @@ def _refuse_rows(path: str | Path) -> None:
     for number, row in enumerate(rows):
         if row not in (str(number), f"{number}.0"):
             rule, remedy = f"must have frame {number} in row {number}", "give predictions, a row for every frame"
+            if rows[0] == "1" and number == 0:
+                remedy = "frames count from 0: subtract 1 from every number"
             raise FormatError(str(path), rule, repr(row[:40]), remedy)
     if not rows:
         raise TooFewError(str(path), "must hold at least one frame")
+    _refuse_columns(path, lines)
+
+
+def _refuse_columns(path: str | Path, lines: Sequence[str]) -> None:
+    """Refuse a table in which a keypoint lacks one of its three columns."""
+    header = {line.split(",")[0]: line.split(",")[1:] for line in lines[: len(HEADER)]}
+    if not {"bodyparts", "coords"} <= set(header) or len(header["bodyparts"]) != len(header["coords"]):
+        return
+    of = zip(header.get("individuals", header["bodyparts"]), header["bodyparts"], header["coords"], strict=True)
+    columns = [tuple(cell.strip() for cell in one) for one in of]
+    for who, name in dict.fromkeys(one[:2] for one in columns):
+        for kind in ("x", "y", "likelihood"):
+            if (who, name, kind) not in columns:
+                raise MissingError(f"{path}, column {kind!r} of {name}", "must be in the table of DeepLabCut")
 
 
 def _refuse_cells(place: str, cells: Sequence[str]) -> None:

@@ -31,7 +31,10 @@ if TYPE_CHECKING:
 Identity = Literal["measured", "number", "longest"]
 Side = Literal["left", "right", "top", "bottom"]
 SIDES: dict[str, tuple[int, int]] = {"left": (0, 1), "right": (0, -1), "top": (1, 1), "bottom": (1, -1)}
-CLASSIFY = "classify the whiskers (WHISK's classify and reclassify), or choose identity 'number' or 'longest'"
+CLASSIFY = (
+    "have lines linked to whiskers (`identity='link'`), classify them (WHISK's classify and reclassify), or choose "
+    "identity 'number' or 'longest'"
+)
 
 
 class KnownSegment(NamedTuple):

@@ -84,7 +84,7 @@ def _described(file: Any, path: Path) -> Movie:
     first = pages[0]
     if first.samplesperpixel != 1 or first.photometric != tifffile.PHOTOMETRIC.MINISBLACK:
         found = getattr(first.photometric, "name", str(first.photometric)).lower()
-        raise FormatError(str(path), "must be grey, with black as 0", found)
+        raise FormatError(str(path), "must be grey, with black as 0", found, "save it as 8- or 16-bit grey")
     _refuse_stack(file, path)
     if first.shape != (first.imagelength, first.imagewidth):
         raise ShapeError(str(path), "must have pages of rows and columns alone", first.shape)

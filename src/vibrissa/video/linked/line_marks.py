@@ -92,7 +92,8 @@ def require_in_movie(mark: LineMark, frames: tuple[int, int], size: tuple[int, i
     """
     (first, stop), (width, height) = frames, size
     if not first <= mark.frame < stop:
-        raise RangeError("mark", f"must be in a frame from {first} to {stop - 1}", _written(mark))
+        remedy = "frames count from 0, the movie's first" if mark.frame == stop else ""
+        raise RangeError("mark", f"must be in a frame from {first} to {stop - 1}", _written(mark), remedy)
     if not (0 <= mark.column <= width - 1 and 0 <= mark.row <= height - 1):
         raise RangeError("mark", f"must lie in the image of {width} × {height} pixels", _written(mark))
 

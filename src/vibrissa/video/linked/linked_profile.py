@@ -193,8 +193,8 @@ def _unsure(whisker: Integers, sure: Array, kept: Sequence[int], least: float) -
     if not missing.size:
         return []
     most = ", ".join(f"{np.floor(100 * sure[whisker == one].max()) / 100:.2f}" for one in missing)
-    which, they = ("whisker has", "it has") if missing.size == 1 else ("whiskers have", "they have")
-    low = f"{they} lines from a `least_probability` of {most} on down"
+    which, its = ("whisker has", "its lines") if missing.size == 1 else ("whiskers have", "lines of each")
+    low = f"{its} would be kept with a `least_probability` of {most} or less"
     wrong = "in rendered movies a third of such names is wrong"
     return [f"{missing.size} more {which} no name that is {least:g} sure: {low}; {wrong}"]
 
