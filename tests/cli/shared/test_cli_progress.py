@@ -4,6 +4,7 @@ import io
 import re
 import sys
 import time
+from contextlib import nullcontext
 
 from refusals import refusal
 
@@ -41,6 +42,19 @@ def test_short_work_has_no_lines_and_long_work_has_them_before_it_ends(capsys, m
         while not err and time.monotonic() < end:
             err += capsys.readouterr().err
     assert re.fullmatch(r"vibrissa: 0:00:\d\d long\n", err)
+
+
+def test_long_stages_have_a_line_now_and_then(capsys, monkeypatch):
+    """A clock of a second for each report: ten frames of a hundred, a line every 30 s."""
+    clock = iter(range(1000))
+    monkeypatch.setattr(module, "perf_counter", lambda: float(next(clock)))
+    monkeypatch.setattr(module, "_compiling", lambda progress: nullcontext())
+    with module.progress_bars(whole=True) as report:
+        for done in range(100):
+            report("find whiskers", done, 100)
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.partition("find whiskers ")[2] for line in lines] == [f"({k} of 100)" for k in (0, 30, 60, 90)]
+    assert lines[1] == "vibrissa: 0:00:31 find whiskers (30 of 100)"
 
 
 def test_a_refusal_is_one_line(capsys):

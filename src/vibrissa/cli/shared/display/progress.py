@@ -1,4 +1,4 @@
-"""Progress on stderr: bars on a terminal, elsewhere a line for each stage."""
+"""Progress on stderr: bars on a terminal, elsewhere a line when a stage starts and every half minute of it."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 COMPILING = "compiling, in a first run only"
 PATIENCE = 1.0  # [s]
+BETWEEN = 30.0  # [s] at least, from one line of a stage to its next
 _FEWEST, _STAGE = 60, 30  # columns of a terminal on which the bar itself is shown; of the name of a stage
 
 
@@ -23,7 +24,8 @@ _FEWEST, _STAGE = 60, 30  # columns of a terminal on which the bar itself is sho
 def progress_bars(whole: bool = False) -> Iterator[Progress]:
     """Report stages on stderr: each has a bar on a terminal; elsewhere a line when it starts.
 
-    Work that ends within a second has no lines, unless the ``whole`` of its stages is wanted.
+    A stage whose number of parts is known has a line every half minute too. Work that ends within a second has no lines,
+    unless the ``whole`` of its stages is wanted.
 
     Parameters
     ----------
@@ -82,8 +84,8 @@ def _compiling(progress: Progress) -> Iterator[None]:
 
 @contextmanager
 def _lines(whole: bool) -> Iterator[Progress]:
-    """A line when a stage starts; those of the first second wait, so that a refusal is one line."""
-    begin, seen, held, printed, lock = perf_counter(), set[str](), list[str](), Event(), RLock()
+    """A line when a stage starts and now and then; those of the first second wait, so that a refusal is one line."""
+    begin, latest, held, printed, lock = perf_counter(), dict[str, float](), list[str](), Event(), RLock()
 
     def release() -> None:
         printed.set()
@@ -93,10 +95,11 @@ def _lines(whole: bool) -> Iterator[Progress]:
 
     def report(stage: str, done: int, total: int) -> None:
         with lock:
-            if stage not in seen:
-                seen.add(stage)
+            now = perf_counter()
+            if stage not in latest or (total and now - latest[stage] >= BETWEEN):
+                latest[stage] = now
                 count = f" ({done} of {total})" if total else ""
-                held.append(f"{_clock(perf_counter() - begin)} {stage}{count}")
+                held.append(f"{_clock(now - begin)} {stage}{count}")
                 if printed.is_set():
                     release()
 
