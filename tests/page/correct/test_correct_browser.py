@@ -123,6 +123,23 @@ def test_a_join_that_is_refused_waits_for_another_piece(hands, pad):
     assert "0 edits" in hands.page.inner_text("#counts")
 
 
+def test_with_shift_the_arrows_select_lines_that_have_a_name(hands, pad):
+    hands.answer("g", str(full_frame(pad)))
+    row = hands.ask("correct.tracks.byAngle(correct.frame()).map(s => correct.tracks.whisker[s])")
+    named = [one for one in row if one >= 0]
+    assert len(named) == 6
+    for key, order in (("Shift+ArrowDown", named), ("Shift+ArrowUp", named[::-1])):
+        hands.keys("Escape")
+        reached = []
+        for _ in range(7):  # and round to the first again
+            hands.keys(key)
+            reached.append(hands.ask("correct.tracks.whisker[correct.selected()]"))
+        assert reached == [*order, order[0]]
+    bare = row.index(-1)
+    hands.keys("Escape", *["ArrowDown"] * (bare + 1), "x")
+    assert "select a line that has a name: Shift+↑ ↓" in hands.page.inner_text("#message")
+
+
 LIT = """(([canvas, down, beside]) => {
   const o = correct.overview, { x, y, w } = o.box, [a, b] = o.span.map(Math.round), lit = [];
   const d = (canvas === 'base' ? o.base : o.canvas).getContext('2d').getImageData(x, y + down, w, 1).data;

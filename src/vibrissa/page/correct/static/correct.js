@@ -61,8 +61,8 @@ function select(segment) { // a line, and with it its piece
   tell();
 }
 
-function step(way) { // next line of this frame, by angle
-  const all = tracks.byAngle(frame);
+function step(way, onlyNamed) { // next line of this frame, by angle; a line without a name stays the place to go on from
+  const all = tracks.byAngle(frame).filter(s => !onlyNamed || s === selected || tracks.whisker[s] >= 0);
   if (!all.length) return;
   const at = all.indexOf(selected);
   select(all[at < 0 ? (way > 0 ? 0 : all.length - 1) : (at + way + all.length) % all.length]);
@@ -199,7 +199,7 @@ function deleteLine() {
 
 function ask(kind, text = "") {
   if (kind !== "go" && piece === null) return unasked("select a line first: click on one, or ↑ ↓");
-  if (OF_NAMED.includes(kind) && !(named() >= 0)) return unasked("select a line that has a name");
+  if (OF_NAMED.includes(kind) && !(named() >= 0)) return unasked("select a line that has a name: Shift+↑ ↓");
   if (kind === "mark" && selected === null) return unasked("the selected piece has no line in this frame");
   if (playing) play();
   asking = { kind, from: document.activeElement };
@@ -277,7 +277,7 @@ const ACTS = {
   back: event => go(frame - (event.shiftKey ? 10 : 1), event.timeStamp), on: event => go(frame + (event.shiftKey ? 10 : 1), event.timeStamp),
   "far-back": event => go(frame - 50, event.timeStamp), "far-on": event => go(frame + 50, event.timeStamp),
   first: event => go(0, event.timeStamp), last: event => go(tracks.frames - 1, event.timeStamp),
-  up: () => step(-1), down: () => step(1),
+  up: event => step(-1, event.shiftKey), down: event => step(1, event.shiftKey),
   begin: () => piece !== null && go(tracks.ends(tracks.piece[piece])[0]), finish: () => piece !== null && go(tracks.ends(tracks.piece[piece])[1]),
   "doubt-back": () => doubt(-1), "doubt-on": () => doubt(1), changed: () => tracks.changed.length ? go(tracks.changed[0]) : say("No names changed."),
   name: () => ask("name"), mark: () => ask("mark"), swap: () => ask("swap"), go: () => ask("go"),

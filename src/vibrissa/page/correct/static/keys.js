@@ -3,7 +3,7 @@
 export const KEYS = [
   ["← →", "frame before, after; with Shift 10 frames", { ArrowLeft: "back", ArrowRight: "on" }],
   ["PageUp PageDown", "50 frames back, on; Home and End: first and last frame", { PageUp: "far-back", PageDown: "far-on", Home: "first", End: "last" }],
-  ["↑ ↓", "select the line above, below in the picture of angles, in this frame", { ArrowUp: "up", ArrowDown: "down" }],
+  ["↑ ↓", "select the line above, below in the picture of angles, in this frame; with Shift the next one that has a name", { ArrowUp: "up", ArrowDown: "down" }],
   ["[ ]", "first, last frame of the selected piece", { "[": "begin", "]": "finish" }],
   [", .", "previous, next place to look at: a name ends or is less than 95 % sure", { ",": "doubt-back", ".": "doubt-on" }],
   ["n", "the selected piece is whisker …: a number, a name, or + for a new one", { n: "name" }],
