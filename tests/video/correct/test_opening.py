@@ -37,7 +37,8 @@ def test_a_profile_that_names_no_lines_is_refused_before_lines_are_sought(pad, t
         opened(pad, profile=foreign, segments=None)
     assert caught.value.rule == "must be linked from lines: whiskers of lines that are found now are other ones"
     assert caught.value.value == "whiskers of DeepLabCut"
-    assert f"vibrissa track {pad.movie} --tracking link" in caught.value.remedy
+    first = f"track it first: vibrissa track {pad.movie} --tracking link --segments lines.nc --out profile.nc"
+    assert caught.value.remedy == f"{first}; or give the lines by `segments`"
     assert list(tmp_path.iterdir()) == [foreign]
     assert opened(pad, profile=foreign).correction.named.whiskers >= 6  # its lines are given
 

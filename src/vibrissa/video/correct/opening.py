@@ -152,7 +152,7 @@ def _refuse_unlinked(profile: Path, before: xr.Dataset, movie: Path) -> None:
     if before.attrs.get("identity_from") == "link" or "segments" in before.attrs:
         return
     rule = "must be linked from lines: whiskers of lines that are found now are other ones"
-    source = before.attrs.get("format", "a tracking without --tracking link")
+    source = before.attrs.get("format", "tracks that were not linked")
     remedy = f"track it first: vibrissa track {movie} --tracking link --segments lines.nc --out profile.nc"
     raise ConflictError(str(profile), rule, f"whiskers of {source}", f"{remedy}; or give the lines by `segments`")
 

@@ -24,8 +24,8 @@ _FEWEST, _STAGE = 60, 30  # columns of a terminal on which the bar itself is sho
 def progress_bars(whole: bool = False) -> Iterator[Progress]:
     """Report stages on stderr: each has a bar on a terminal; elsewhere a line when it starts.
 
-    A stage whose number of parts is known has a line every half minute too. Work that ends within a second has no lines,
-    unless the ``whole`` of its stages is wanted.
+    A stage whose number of parts is known has a line every half minute too. Work that ends within a second has no
+    lines, unless the ``whole`` of its stages is wanted.
 
     Parameters
     ----------
