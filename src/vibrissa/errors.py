@@ -223,26 +223,6 @@ def require_number(quantity: str, value: object, form: str = "without a unit, in
         raise FormatError(quantity, "must be a number", found, form)
 
 
-def require_whole(quantity: str, value: object) -> None:
-    """Refuse what is no whole number, such as 30.5 or a text.
-
-    Parameters
-    ----------
-    quantity : str
-        Its name in the message.
-    value : object
-        As given.
-
-    Raises
-    ------
-    InputError
-        Shows the right form.
-    """
-    require_number(quantity, value, "a whole number: 30")
-    if float(value) % 1 != 0:  # type: ignore[arg-type]
-        raise RangeError(quantity, "must be a whole number", value)
-
-
 def require_positive(quantity: str, value: float | None, unit: str = "") -> None:
     """Refuse a number that is not positive and finite.
 

@@ -11,7 +11,7 @@ import numpy as np
 from vibrissa.api.motion import Motion
 from vibrissa.api.remarks import remark
 from vibrissa.api.shared.arguments import names_arguments
-from vibrissa.errors import ConflictError, FormatError, InputError, MissingError, require_whole
+from vibrissa.errors import ConflictError, FormatError, InputError, MissingError
 from vibrissa.mechanics.whisking.slow_prediction import SlowPrediction
 from vibrissa.mechanics.whisking.swing_prediction import SwingPrediction
 
@@ -128,6 +128,7 @@ def envelope_coupling(
     [True, True, True]
     """
     from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
+    from vibrissa.neural.io.tables.inputs import require_whole
     from vibrissa.study.neurons.inputs import remarks_on, silent_end
 
     named = str(getattr(stimulus, "name", "")) + str(getattr(stimulus, "attrs", {}).get("long_name", ""))

@@ -10,10 +10,10 @@ import xarray as xr
 from scipy.special import xlogy
 
 from vibrissa.arrays import Array, Integers
-from vibrissa.errors import FormatError, RangeError, ShapeError, TooFewError, require_positive, require_whole
+from vibrissa.errors import FormatError, RangeError, ShapeError, TooFewError, require_positive
 from vibrissa.loops import njit
 from vibrissa.neural.coupling.response import bin_edges, psth
-from vibrissa.neural.io.tables.inputs import refuse_beyond_recording
+from vibrissa.neural.io.tables.inputs import refuse_beyond_recording, require_whole
 from vibrissa.quantities import dataset, require, stacked
 from vibrissa.stats import jackknife_half_width
 

@@ -6,10 +6,30 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.arrays import Window
-from vibrissa.errors import MissingError, RangeError, ShapeError, UnknownError, require_whole
+from vibrissa.errors import MissingError, RangeError, ShapeError, UnknownError, require_number
 from vibrissa.quantities import require
 
 SHORT = 0.01  # [s] by which trials may end before what is analysed: a bin
+
+
+def require_whole(quantity: str, value: object) -> None:
+    """Refuse what is no whole number, such as 30.5 or a text.
+
+    Parameters
+    ----------
+    quantity : str
+        Its name in the message.
+    value : object
+        As given.
+
+    Raises
+    ------
+    InputError
+        Shows the right form.
+    """
+    require_number(quantity, value, "a whole number: 30")
+    if float(value) % 1 != 0:  # type: ignore[arg-type]
+        raise RangeError(quantity, "must be a whole number", value)
 
 
 def require_session_clock(spikes: xr.Dataset, remedy: str = "") -> None:
