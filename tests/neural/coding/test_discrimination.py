@@ -172,7 +172,7 @@ def test_counts_are_those_of_units_seen_in_every_trial():
         ({"n_permutations": 20}, ("range", "permutations")),
         ({"bin_width": 0.0}, ("range", "bin width")),
         ({"level": 1.0}, ("range", "level")),
-        ({"n_folds": 1}, ("range", "folds and partitions")),
+        ({"n_folds": 1}, ("range", "n_folds")),
         ({"seed": -1}, ("range", "seed")),
     ],
 )

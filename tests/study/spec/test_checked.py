@@ -176,6 +176,9 @@ def test_a_number_of_thousands_of_digits_is_one_line_and_a_mark_of_byte_order_is
     path.write_text("n_modes = " + "9" * 5000)
     with pytest.raises(InputError, match=r"study\.toml must be TOML"):
         read_study(path)
+    path.write_bytes('name = "Schnurrhaar, 40 µm"'.encode("latin-1"))
+    with pytest.raises(InputError, match=r"study\.toml must be text in UTF-8; save it as UTF-8"):
+        read_study(path)
     path.write_bytes(b"\xef\xbb\xbf[whisker]\nlength = 0.04\ncone_angle = 1.5e-3\nage = 3\n")
     with pytest.raises(InputError, match="age"):
         read_study(path)

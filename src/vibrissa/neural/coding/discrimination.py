@@ -67,9 +67,9 @@ class Discrimination:
         if unknown or not self.codes or len(set(self.codes)) < len(self.codes):
             raise UnknownError("codes", f"must be some of {', '.join(CODES)}, each once", ", ".join(self.codes))
         require_positive("bin width", self.bin_width, "s")
-        if self.n_folds < 2 or self.n_partitions < 1:
-            found = f"{self.n_folds}, {self.n_partitions}"
-            raise RangeError("folds and partitions", "must be at least 2 and 1", found)
+        for name, least in (("n_folds", 2), ("n_partitions", 1)):
+            if getattr(self, name) < least:
+                raise RangeError(name, f"must be at least {least}", getattr(self, name))
         require_fraction("level", self.level)
         require_not_negative("seed", self.seed)
         if self.n_permutations > MOST_PERMUTATIONS:

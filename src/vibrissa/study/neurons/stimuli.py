@@ -190,8 +190,11 @@ def named_stimulus(stimulus: xr.Dataset, source: str, band: Window | None) -> tu
         return stimulus, []
     if each.min() < 0:
         rule = "must have a carrier, faster than the envelope of it varies"
-        remedy = "give `envelope` if it is one already, or the `band` of the carrier, such as 50 Hz 200 Hz"
-        raise RangeError(source, rule, "none", remedy)
+        remedy = (
+            "give `envelope` if it is one already, or the `band` of the carrier, such as 50 Hz 200 Hz; a carrier above "
+            "half of these samples a second is lost"
+        )
+        raise RangeError(source, rule, f"none at {1 / step:.4g} samples a second", remedy)
     attrs, lead = stimulus.attrs, {str(dim): None for dim in stimulus[name_of(stimulus)].dims[:-1]}
     text = f"{Path(source).name} is never negative and has no carrier: it is taken as an envelope"
     return labelled_stimulus(time, values, unit, envelope=True, lead=lead, attrs=attrs), [text]

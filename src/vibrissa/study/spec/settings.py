@@ -309,7 +309,9 @@ def read_study(path: str | Path | None = None, scale: Scale = "small") -> Study:
         raise MissingError(str(path), "must be an existing study file (TOML)")
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except ValueError as error:  # no TOML, no UTF-8, or a number of thousands of digits
+    except UnicodeDecodeError as error:
+        raise FormatError(str(path), "must be text in UTF-8", remedy="save it as UTF-8") from error
+    except ValueError as error:  # no TOML, or a number of thousands of digits
         raise FormatError(str(path), "must be TOML", remedy=str(error)) from error
     return validated_study(table, str(path), path.parent)
 

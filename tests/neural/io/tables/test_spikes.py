@@ -387,5 +387,5 @@ def test_a_line_without_a_time_below_spikes_of_its_unit_and_trial_is_refused(tmp
     path.write_text("unit,trial,spike_time\nA,0,\nA,0,0.1\nA,1,\nB,0,\nB,1,0.2\n")
     assert read_spikes(path).attrs["n_trials"] == 2
     path.write_text("unit,trial,spike_time\nA,0,0.1\nA,0,\nA,1,0.3\n")
-    with pytest.raises(InputError, match="line 3, spike_time must be given"):
+    with pytest.raises(InputError, match="line 3, spike_time must be a time: the unit has spikes in this trial above"):
         read_spikes(path)

@@ -128,7 +128,7 @@ def _refuse_missing(table: Table, fired: Mask, place: Integers) -> None:
     places, of = np.unique(place, return_inverse=True)
     first = np.full(places.size, place.size)
     np.minimum.at(first, of[fired], np.flatnonzero(fired))
-    rule = "must be given on a line below other spikes of the unit in that trial"
+    rule = "must be a time: the unit has spikes in this trial above, so this line is not one of a silent trial"
     missing = ~fired & (first[of] < np.arange(place.size))
     table.refuse_first(missing, "spike_time", rule, "leave the line out if there was none")
 

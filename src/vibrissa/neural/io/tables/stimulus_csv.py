@@ -94,9 +94,10 @@ def _times(table: Table, path: str) -> tuple[Array, Integers]:
     wrong = np.zeros(time.size, bool)
     wrong[rows[1:]] = step <= 0
     table.refuse_first(wrong, "time", "must be later than the one before")
-    mean = (first[-1] - first[0]) / max(first.size - 1, 1)
-    wrong[rows[1:]] = np.abs(step - mean) > 0.05 * mean
-    table.refuse_first(wrong, "time", f"must follow the one before evenly, by {mean:.6g} s", "interpolate it first")
+    usual = float(np.median(step)) if step.size else 0.0
+    wrong[rows[1:]] = np.abs(step - usual) > 0.05 * usual
+    remedy = "interpolate it first; where samples are missing, give the part before or after"
+    table.refuse_first(wrong, "time", f"must follow the one before evenly, by {usual:.6g} s", remedy)
     return first, order
 
 
