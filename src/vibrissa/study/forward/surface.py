@@ -9,7 +9,7 @@ from vibrissa.mechanics.free_end.free_end_prediction import FreeEndPrediction
 from vibrissa.mechanics.free_end.validity import Model, chosen
 from vibrissa.mechanics.rod.rod_prediction import RodPrediction
 from vibrissa.mechanics.scan.diagnostics import relief_remarks, remarks
-from vibrissa.mechanics.scan.sampled import scanned, scanned_relief
+from vibrissa.mechanics.scan.sampled import node_distances, scanned, scanned_relief
 from vibrissa.mechanics.scan.texture_prediction import Prediction
 from vibrissa.mechanics.scan.undersampling import contact_lines, surface_remarks
 from vibrissa.quantities.kinds import Datasets, Progress
@@ -106,9 +106,10 @@ def scan_surface(
     Raises
     ------
     InputError
-        If the posture cannot cross the surface, or the record would be too long.
+        If the posture cannot cross the surface, a node is not on the whisker, or the record would be too long.
     """
     report = progress or (lambda *_: None)
+    node_distances(whisker, nodes)  # refused before the work
     if rod is not None:
         whole = RodPrediction(whisker, posture, texture, scan, n_modes, rod)
         data = whole.sampled(sampling_rate, nodes, progress=lambda done, of: report("the whole whisker", done, of))
