@@ -90,8 +90,8 @@ def test_whiskers_whose_base_part_is_no_arc_are_named_with_another_part():
     lines = json.loads(kinematics_of(profile, KinematicsSettings(face=down)).attrs["remarks"])
     said = [line for line in lines if "base part" in line]
     assert len(said) == 1
-    assert "of whisker 2 is no arc within the error of its nodes in 98 % of the frames or more" in said[0]
-    assert said[0].endswith("measure farther out, for example `base_part` from 0.83 to 3.3 mm")
+    assert "of the whisker labelled 2 is no arc within the error of its nodes in 98 % of the frames or more" in said[0]
+    assert said[0].endswith("measure farther out, for example from 0.83 to 3.3 mm (`base_part`)")
     farther = json.loads(kinematics_of(profile, KinematicsSettings(face=down, base_part=(2e-3, 8e-3))).attrs["remarks"])
     assert not any("base part" in line for line in farther)
 

@@ -98,13 +98,13 @@ def remark_on_base(
     named = np.flatnonzero(spoilt >= SPOILT)
     if not named.size:
         return []
-    whose = f"of whisker{'s' * (named.size > 1)} {', '.join(np.array(names)[named])}"
+    whose = f"of the whisker{'s' * (named.size > 1)} labelled {', '.join(np.array(names)[named])}"
     misfit = 1e3 * np.array([np.median(columns["base_misfit"][w, measured[w]]) for w in named])
     start, stop = (1e3 * (end + (part[1] - part[0]) / 3) for end in part)
     return [
         f"the base part {whose} is no arc within the error of its nodes in {100 * spoilt[named].min():.0f} % of the "
         f"frames or more (distance to it, median: up to {misfit.max():.2g} mm): hairs or fur at the base change angle, "
-        f"amplitude and curvature; measure farther out, for example `base_part` from {start:.2g} to {stop:.2g} mm"
+        f"amplitude and curvature; measure farther out, for example from {start:.2g} to {stop:.2g} mm (`base_part`)"
     ]
 
 
