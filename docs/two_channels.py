@@ -16,7 +16,7 @@ from scipy.signal import butter, sosfiltfilt
 from vibrissa.figures.canvas import add_caption, house_style, key_above, new_figure, split
 from vibrissa.figures.colours import LAND, PREDICTED, TRUTH
 from vibrissa.mechanics.scan.follicle import follicle_signals
-from vibrissa.mechanics.scan.relief_prediction import predict_reliefs
+from vibrissa.mechanics.scan.relief_prediction import ReliefPrediction, predict_relief
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.quantities import dataset
@@ -71,7 +71,10 @@ def compute(
     shapes = [wave(LENGTH, amplitude=AMPLITUDE, period=period, spacing=100e-6) for period in SHAPES.values()]
     textures = [HeightProfile.from_gaps(random_grating(LENGTH, rng=rng)) for _ in range(n_textures)]
     both = [riding(texture, shape) for shape in shapes for texture in textures]
-    predictions = predict_reliefs(whisker, posture, [*both, *shapes, *textures], scan, n_modes=3)
+    predictions: list[ReliefPrediction] = []
+    for relief in [*both, *shapes, *textures]:
+        table = predictions[-1].episodes.table if predictions else None
+        predictions.append(predict_relief(whisker, posture, relief, scan, n_modes=3, table=table))
     t = np.arange(0, LENGTH / scan.speed, 1 / RATE)
     inside = (t > SETTLED) & (t < t[-1] - SETTLED)
     slow, fast = (x[..., inside] for x in channels(predictions, t))
