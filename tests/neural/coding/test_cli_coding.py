@@ -51,7 +51,7 @@ def test_surround_tells_draws_and_writes_the_map(vibrissa, folder, tmp_path):
     words = ("surround", *of_spikes(folder), "--command", folder / "command.nc")
     code, out, err = vibrissa(*words, "--picture", tmp_path / "map.png", "--out", tmp_path / "map.nc")
     assert (code, err) == (0, "")
-    assert "strongest_whisker" in out
+    assert "driving_whiskers" in out
     assert "C1" in out
     assert (tmp_path / "map.png").stat().st_size > 10_000
     assert load(tmp_path / "map.nc").surround_weight.attrs["units"] == "1/(s m)"

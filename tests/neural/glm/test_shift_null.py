@@ -51,4 +51,4 @@ def test_units_driven_by_a_motion_that_was_not_played_name_no_whisker():
     found = whisker_kernels(join_units(tables), command, TRIALS, KernelAnalysis(level=0.01))
     assert found.whisker_matters.values.any(1).sum() <= 1
     by_trials = found.whisker_trial_p_value.values.min(1) * 8 <= 0.01
-    assert by_trials.sum() >= 6  # as Wald's test, which has trials alone for draws, would have it
+    assert by_trials.sum() >= 4  # of 12 units, as the test that has trials alone for draws would have it: 0.1 by chance
