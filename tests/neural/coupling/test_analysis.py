@@ -365,7 +365,7 @@ def test_a_scan_without_spikes_is_no_stimulus(tmp_path):
         (lines(GOOD, WAVE * 1e6), ("range", "stimulus.csv")),
         (lines(GOOD, 0 * WAVE), ("range", "stimulus.csv")),
         (lines(np.where(GOOD == 1, 0.9, GOOD), WAVE), ("format", "stimulus.csv, line 1002, time")),
-        (lines(np.where(GOOD > 1, GOOD + 0.5, GOOD), WAVE), ("format", "stimulus.csv, line 3, time")),
+        (lines(np.where(GOOD > 1, GOOD + 0.5, GOOD), WAVE), ("format", "stimulus.csv, line 1003, time")),
         ("time\n0\n", ("missing", "stimulus.csv")),
     ],
 )

@@ -183,7 +183,7 @@ STIMULI = {  # a file of a stimulus, and what the refusal says
     "time,displacement\nBIG": "must move by less than 1 cm",
     "time,contra\nBIG": "say otherwise by --signal-unit",
     "time,displacement\nBACK": "must be later than the one before",
-    "time,displacement\nGAP": "must follow the one before evenly, by 0.0005 s",
+    "time,displacement\nGAP": "must follow the one before evenly, by 0.001 s",
     "trial,time,displacement\n0,0,1\n1,0,1\n1,1,2\n": "must have as many samples",
     "trial,time,displacement\n-1,0,1\n": "must be a whole number from 0",
     "trial,time,displacement\n0,0,1\n0,1,2\n1,5,1\n1,6,2\n": "must have the same times in all trials",
