@@ -15,6 +15,7 @@ from vibrissa.stats.linear import clustered_model as clustered_model
 from vibrissa.stats.linear import linear_model as linear_model
 from vibrissa.stats.significance import LEVEL as LEVEL
 from vibrissa.stats.significance import fewest_draws as fewest_draws
+from vibrissa.stats.significance import hotelling_p_value as hotelling_p_value
 from vibrissa.stats.significance import least_p as least_p
 from vibrissa.stats.significance import reaches as reaches
 from vibrissa.stats.significance import significant as significant

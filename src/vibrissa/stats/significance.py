@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import fdtrc
 
 from vibrissa.arrays import Array, Mask
 
@@ -86,3 +87,26 @@ def fewest_draws(level: float = LEVEL) -> int:
     20
     """
     return int(np.floor(1 / level * (1 + 1e-12)))
+
+
+def hotelling_p_value(statistic: ArrayLike, size: int, draws: int) -> Array:
+    """p-value of x'S⁻¹x, where the covariance S of x was estimated from few draws (Hotelling's T²).
+
+    Parameters
+    ----------
+    statistic : array
+        x'S⁻¹x.
+    size : int
+        Length of x.
+    draws : int
+        Draws from which S was estimated.
+
+    Returns
+    -------
+    array
+        In the shape of ``statistic``; NaN where the draws are not more than the numbers.
+    """
+    left = draws - size
+    if left <= 0:
+        return np.full(np.shape(statistic), np.nan)
+    return np.asarray(fdtrc(size, left, np.asarray(statistic, float) * left / (size * (draws - 1))))

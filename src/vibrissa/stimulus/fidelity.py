@@ -150,7 +150,9 @@ def compare_file(data: xr.Dataset, path: str | Path, whisker: str) -> xr.Dataset
     last = min(data.sizes["time"], int((begins + motion.duration) * rate + 1e-6) + 1)
     if last - first < 2:
         command = f"{float(data['time'][0]):g} to {float(data['time'][-1]):g} s"
-        raise RangeError(str(path), f"must have been measured during the command, {command}", f"{begins:g} s after it")
+        rule = f"must have been measured during the command, {command}"
+        start = float(data["time"][0]) + begins
+        raise RangeError(str(path), rule, f"a record from {start:g} s on", "put both on one clock, from one onset")
     commanded = data["command"].sel(whisker=whisker).to_numpy()[first:last]
     measured = _at(motion, np.arange(first, last) / rate - begins)
     corners = {"low": data.attrs["filter_low"], "high": data.attrs["filter_high"]} if "filter_low" in data.attrs else {}

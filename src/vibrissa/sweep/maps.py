@@ -97,7 +97,7 @@ def sweep(
 
     Every cell is what :func:`vibrissa.mechanics.scan.texture_prediction.predict` gives: the same model by the scaled
     family of Eq. (1), marched in compiled loops. They agree to some 1e-5; near the fold, where the response bends, to
-    1 % of an rms, and a peak between samples may be missed by 0.3 %. With ``measure.rod`` it is a run of the whole
+    1.4 % of an rms, and a peak between samples may be missed by 0.3 %. With ``measure.rod`` it is a run of the whole
     whisker.
 
     Parameters

@@ -161,7 +161,8 @@ class RodPrediction(SpannedScan):
             raise TooFewError("times", "must be two or more for the rod", len(t))
         rate = (len(t) - 1) / float(t[-1] - t[0])
         if not np.allclose(np.asarray(t) * rate, np.arange(len(t)), rtol=0, atol=1e-3):
-            raise RangeError("times", "must be even and begin at 0 for the rod", f"{t[0]:g} s on")
+            found = f"{t[0]:g} to {t[-1]:g} s, the first step {t[1] - t[0]:g} s of {1 / rate:g} s on average"
+            raise RangeError("times", "must be even and begin at 0 for the rod", found, "take those of `times`")
         return self.run(rate, s, duration=float(t[-1])).displacement.T
 
     def sampled(

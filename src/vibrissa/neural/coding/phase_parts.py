@@ -154,8 +154,7 @@ def by_chance(columns: Array, rate: Array, reach: int, guard: int) -> float:
         explained, reach + 1, mode="wrap", origin=-((reach + 1) // 2)
     )  # of each shift and the next
     chance = largest[reach + guard : rate.size - reach - guard]
-    independent = max(chance.size / 10 / max(guard, 1), 1.0)
-    return tail_p_value(float(largest[0]), chance, independent=independent)
+    return tail_p_value(float(largest[0]), chance, guard=guard)
 
 
 def _centred(columns: Array) -> Array:

@@ -159,7 +159,7 @@ def _p_value(observed: float, chance: Array) -> float:
     return float((1 + np.sum(chance >= observed - 1e-12)) / (1 + chance.size))  # the margin is round-off
 
 
-def tail_p_value(observed: float, chance: Array, *, independent: float = np.inf) -> float:
+def tail_p_value(observed: float, chance: Array, *, guard: int | None = None) -> float:
     """p-value by counting, or by an exponential through the largest tenth of the chance values beyond all of them.
 
     Correlations have lighter tails than that, so far beyond them the p-value is too large rather than too small. Just
@@ -171,9 +171,9 @@ def tail_p_value(observed: float, chance: Array, *, independent: float = np.inf)
         The value.
     chance : (C,) array
         Values of chance.
-    independent : float
-        How many of the largest tenth are independent, where neighbours are alike: the tail is then that of a value
-        still to be drawn, its scale known from so many alone.
+    guard : int, optional
+        How far apart values are independent, where neighbours are alike: the tail is then that of a value still to be
+        drawn, its scale known from as many of the largest tenth as are independent.
 
     Returns
     -------
@@ -186,6 +186,7 @@ def tail_p_value(observed: float, chance: Array, *, independent: float = np.inf)
     if observed <= top[-1] or excess <= 0:
         return counted
     above = (observed - top[0]) / excess
-    if np.isfinite(independent):
+    if guard is not None:
+        independent = max(chance.size / 10 / max(guard, 1), 1.0)
         return float(top.size / chance.size * (1 + above / independent) ** -independent)
     return min(counted, float(top.size / chance.size * np.exp(-above)))

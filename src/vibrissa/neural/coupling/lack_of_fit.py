@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import fdtrc
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.neural.coupling.stimulus_blocks import block_starts, sensitivities
 from vibrissa.neural.coupling.threshold_linear import BinnedDrive, Hinge
 from vibrissa.neural.coupling.tuning import predicted
+from vibrissa.stats import hotelling_p_value
 
 LEVEL = 0.01  # largest p-value of the residual's structure at which another description is looked for
 WORTH = 0.02  # of the explainable variance: a description that adds less is not worth another name
@@ -72,7 +72,7 @@ def structure_p_value(extra: Array, slopes: Array, residual: Array, weights: Arr
     total = sums.sum(1)
     scatter = np.cov(sums) * n_blocks if rank > 1 else np.atleast_2d(np.var(sums, ddof=1) * n_blocks)
     statistic = float(total @ np.linalg.pinv(scatter, hermitian=True) @ total)
-    return float(fdtrc(rank, n_blocks - rank, statistic * (n_blocks - rank) / (rank * (n_blocks - 1))))
+    return float(hotelling_p_value(statistic, rank, n_blocks))
 
 
 def _beyond(extra: Array, slopes: Array, weights: Array) -> Array:

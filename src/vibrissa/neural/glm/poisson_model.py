@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy.special import fdtrc, kl_div, stdtrit
+from scipy.special import kl_div, stdtrit
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import ConvergenceError, TooFewError
@@ -25,7 +25,7 @@ from vibrissa.neural.io.tables.inputs import refuse_misplaced
 from vibrissa.neural.io.tables.stimuli import in_unit_of, with_channels
 from vibrissa.quantities import dataset, stacked
 from vibrissa.quantities.quantity import SUFFIXES, estimate
-from vibrissa.stats import adjusted_p_values
+from vibrissa.stats import adjusted_p_values, hotelling_p_value
 
 FEWEST_TRIALS = 10  # with fewer, blocks of the stimulus are the draws
 FEWEST_SPIKES = 3.0  # for each coefficient: with fewer the kernels are penalty rather than data
@@ -226,20 +226,10 @@ def _kernels(columns: Columns, fit: PoissonFit, shifted: Array, how: KernelAnaly
         error = np.sqrt(np.einsum("...c,kcd,...d->k...", shapes, covariance, shapes))
         row |= _ends(name, b @ shapes.T / columns.spread, _quantile(n_draws) * error / columns.spread)
     wald = np.einsum("kc,kc->k", b, np.linalg.solve(covariance, b[..., None])[..., 0])
-    by_trials = _hotelling(wald, count, n_draws)
+    by_trials = hotelling_p_value(wald, count, n_draws)
     adjusted = adjusted_p_values(np.fmax(by_trials, shifted))
     row |= {"whisker_trial_p_value": by_trials, "whisker_shift_p_value": shifted}
     return row | {"whisker_p_value": adjusted, "whisker_matters": adjusted <= how.level}
-
-
-def _hotelling(wald: Array, count: int, n_draws: int) -> Array:
-    """p-value of Wald's statistic of so many coefficients, their covariance from so many draws; NaN of too few."""
-    left = n_draws - count
-    return (
-        np.asarray(fdtrc(count, left, wald * left / (count * (n_draws - 1))))
-        if left > 0
-        else np.full(len(wald), np.nan)
-    )
 
 
 def _quantile(n_draws: int) -> float:

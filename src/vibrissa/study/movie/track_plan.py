@@ -12,7 +12,7 @@ import numpy as np
 from vibrissa.arrays import Frames
 from vibrissa.errors import MissingError, RangeError
 from vibrissa.study.spec.settings import MovieFile
-from vibrissa.video.io.about import Movie
+from vibrissa.video.io.about import Movie, refuse_region
 from vibrissa.video.io.movie import frames_within, open_movie, read_blocks
 from vibrissa.video.linked.tracking_way import choose_way
 
@@ -62,23 +62,14 @@ def plan_tracking(movie: MovieFile, folder: Path) -> TrackPlan:
     about = open_movie(path)
     acquisition_rate(movie, about)
     frames_within(about, movie.start, movie.stop)
-    _refuse_region(movie, about)
+    if movie.region is not None:  # before the movie is looked at
+        refuse_region(movie.region, (about.height, about.width))
 
     def blocks() -> Iterable[Frames]:
         return read_blocks(path, start=movie.start, stop=movie.stop, drop_frames=movie.drop_frames)
 
     plan = plan_of(movie, blocks)
     return plan._replace(remarks=(*plan.remarks, *_remark_on_axes(about)))
-
-
-def _refuse_region(movie: MovieFile, about: Movie) -> None:
-    """Refuse a region off the image before the movie is looked at."""
-    if movie.region is not None and not (movie.region[2] < about.width and movie.region[3] < about.height):
-        rule, order = (
-            f"must lie within the image of {about.width} × {about.height} pixels",
-            "left, top, right and bottom",
-        )
-        raise RangeError("region", rule, movie.region, f"give its {order}; right and bottom are the larger ones")
 
 
 def _remark_on_axes(about: Movie) -> list[str]:

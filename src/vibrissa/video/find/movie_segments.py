@@ -23,7 +23,7 @@ from vibrissa.video.find.frame_lines import LINES, FrameRoom, LineShape, find_mo
 from vibrissa.video.find.line_placing import FULL_WIDTH
 from vibrissa.video.find.line_scale import measured_shape
 from vibrissa.video.find.still_scenery import SPAN, sceneries
-from vibrissa.video.io.about import IN_COLOUR
+from vibrissa.video.io.about import IN_COLOUR, refuse_region
 from vibrissa.video.io.movie import DropFrames, frames_within, open_movie, read_blocks
 
 if TYPE_CHECKING:
@@ -281,9 +281,7 @@ def _about(movie: str | Path | Frames) -> dict[str, str]:
 def _part(region: tuple[int, int, int, int] | None, shape: tuple[int, ...]) -> tuple[slice, slice]:
     height, width = shape
     left, top, right, bottom = region or (0, 0, width - 1, height - 1)
-    if not (0 <= left < right < width and 0 <= top < bottom < height):
-        rule, order = f"must lie within the image of {width} × {height} pixels", "its left, top, right and bottom"
-        raise RangeError("region", rule, region, f"give {order}; right and bottom are the larger ones")
+    refuse_region((left, top, right, bottom), shape)
     if min(right - left, bottom - top) < SMALLEST - 1:
         size = (right - left + 1, bottom - top + 1)
         raise RangeError("region" if region else "movie", f"must be at least {SMALLEST} pixels each way", size)

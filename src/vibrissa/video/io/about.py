@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.errors import FormatError
+from vibrissa.errors import FormatError, RangeError
 from vibrissa.video.io.grey import Frames
 
 IN_COLOUR = "the movie is in colour: its luma is read as grey levels"
@@ -122,3 +122,24 @@ def empty_block(movie: Movie, frames: int) -> Frames:
     except (MemoryError, ValueError) as error:
         size = f"{frames} frames of {movie.width}×{movie.height}"
         raise FormatError(str(movie.path), "must have blocks that fit into memory", size) from error
+
+
+def refuse_region(region: tuple[int, int, int, int], shape: tuple[int, ...]) -> None:
+    """Refuse a region off the image.
+
+    Parameters
+    ----------
+    region : (int, int, int, int)
+        Left, top, right and bottom [px].
+    shape : (int, int)
+        Height and width of the image.
+
+    Raises
+    ------
+    InputError
+        If it does not lie within.
+    """
+    (height, width), (left, top, right, bottom) = shape, region
+    if not (0 <= left < right < width and 0 <= top < bottom < height):
+        rule, order = f"must lie within the image of {width} × {height} pixels", "its left, top, right and bottom"
+        raise RangeError("region", rule, region, f"give {order}; right and bottom are the larger ones")
