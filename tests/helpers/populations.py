@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cache
+from typing import ClassVar
 
 import numpy as np
 from scipy.signal import lfilter
@@ -94,6 +95,7 @@ UNCOUPLED = {one.__name__: one for one in (poisson, states, locked, other_whiske
 class PseudoTexture:
     """Null of ``envelope_coupling``: textures that the unit never met."""
 
+    guard: ClassVar[int] = 1
     envelopes: np.ndarray  # (N, K), in the bins and with the edges of the one presented
 
     def values(self, record, unit, correlogram, lags):

@@ -252,7 +252,7 @@ def p_words(value: float) -> str:
 
 
 def tail_words(value: float) -> str:
-    """P-value that an exponential tail continues beyond what can be counted; far out its size is not known.
+    """P-value that a tail continues beyond what can be counted; far out its size is not known.
 
     Parameters
     ----------

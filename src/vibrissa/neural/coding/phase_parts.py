@@ -144,8 +144,7 @@ def by_chance(columns: Array, rate: Array, reach: int, guard: int) -> float:
     Returns
     -------
     float
-        Of :func:`vibrissa.neural.coupling.envelope_coupling.tail_p_value`: neighbouring shifts are alike, so that the
-        largest of all is met more often than one in as many.
+        Of :func:`vibrissa.neural.coupling.envelope_coupling.tail_p_value`.
     """
     spectra = np.conj(np.fft.rfft(columns)) * np.fft.rfft(rate - rate.mean())
     product = np.fft.irfft(spectra, rate.size)
@@ -154,7 +153,7 @@ def by_chance(columns: Array, rate: Array, reach: int, guard: int) -> float:
         explained, reach + 1, mode="wrap", origin=-((reach + 1) // 2)
     )  # of each shift and the next
     chance = largest[reach + guard : rate.size - reach - guard]
-    return tail_p_value(float(largest[0]), chance, guard=guard)
+    return tail_p_value(float(largest[0]), chance, guard)
 
 
 def _centred(columns: Array) -> Array:

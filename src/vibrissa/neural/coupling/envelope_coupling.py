@@ -54,8 +54,8 @@ class Coupling(NamedTuple):
         (1 + chance values at least as large) / (1 + chance values); NaN where the correlation is. Neighbouring shifts
         are alike, so the smallest of these values are met a few times as often by chance as they say.
     tail_p_value : (U,) array
-        The same, but where no chance value is as large: at most that, continued beyond the largest by an exponential
-        tail. Counting ends at about 0.001, too coarse to find one driven unit among many.
+        The same, but where no chance value is as large, a tail fitted to the largest tenth of them
+        (:func:`tail_p_value`). Counting ends at about 0.001, too coarse to find one driven unit among many.
     peak : (U,) array
         Largest Pearson's r over all lags within the reach, tested or not.
     peak_lag : (U,) array
@@ -76,6 +76,10 @@ class Coupling(NamedTuple):
 
 class Null(Protocol):
     """Null distribution: the values with which the observed correlation is compared."""
+
+    @property
+    def guard(self) -> int:
+        """How far apart the values are independent."""
 
     def values(self, record: Record, unit: int, correlogram: Array, lags: Lags) -> Array:
         """Chance values of one unit, whose correlogram at all circular shifts is given.
@@ -141,7 +145,7 @@ def _of_units(record: Record, null: Null, tried: Integers, reach: int, first: in
     for unit in np.flatnonzero(np.isfinite(observed)).tolist():
         chance = null.values(record, first + unit, every[unit], (int(tried[0]), int(tried[-1])))
         p[unit] = _p_value(observed[unit], chance)
-        tail[unit] = tail_p_value(observed[unit], chance)
+        tail[unit] = tail_p_value(observed[unit], chance, null.guard)
         if isinstance(null, Circular) and not tried[0] <= peak_lag[unit] <= tried[-1]:
             peak_p[unit] = _p_value(peak[unit], null.values(record, first + unit, every[unit], (-reach, reach)))
     return Coupling(observed, lag, p, tail, peak, peak_lag, peak_p)
@@ -159,34 +163,32 @@ def _p_value(observed: float, chance: Array) -> float:
     return float((1 + np.sum(chance >= observed - 1e-12)) / (1 + chance.size))  # the margin is round-off
 
 
-def tail_p_value(observed: float, chance: Array, *, guard: int | None = None) -> float:
-    """p-value by counting, or by an exponential through the largest tenth of the chance values beyond all of them.
+def tail_p_value(observed: float, chance: Array, guard: int) -> float:
+    """p-value by counting, and beyond all chance values by a tail through the largest tenth of them.
 
-    Correlations have lighter tails than that, so far beyond them the p-value is too large rather than too small. Just
-    beyond them it is the counted one, which neighbouring values that are alike make too small.
+    The tail is that of a value still to be drawn from an exponential whose scale is known from as many values as are
+    independent: (1 + z/m)^−m, the Pareto law that mixes exponentials. A value just beyond all others is not as rare as
+    counting says where neighbours are alike, since those next to it are left out. Correlations have lighter tails than
+    an exponential, so that far out the p-value is too large rather than too small.
 
     Parameters
     ----------
     observed : float
         The value.
     chance : (C,) array
-        Values of chance.
-    guard : int, optional
-        How far apart values are independent, where neighbours are alike: the tail is then that of a value still to be
-        drawn, its scale known from as many of the largest tenth as are independent.
+        Values of chance, in order.
+    guard : int
+        How far apart these are independent.
 
     Returns
     -------
     float
         Between 0 and 1.
     """
-    counted = _p_value(observed, chance)
     top = np.sort(chance)[-max(chance.size // 10, 2) :]
     excess = float((top - top[0]).mean())
     if observed <= top[-1] or excess <= 0:
-        return counted
-    above = (observed - top[0]) / excess
-    if guard is not None:
-        independent = max(chance.size / 10 / max(guard, 1), 1.0)
-        return float(top.size / chance.size * (1 + above / independent) ** -independent)
-    return min(counted, float(top.size / chance.size * np.exp(-above)))
+        return _p_value(observed, chance)
+    independent = max(chance.size / 10 / max(guard, 1), 1.0)
+    beyond = (observed - top[0]) / excess
+    return float(top.size / chance.size * (1 + beyond / independent) ** -independent)

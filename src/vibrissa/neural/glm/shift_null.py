@@ -17,7 +17,7 @@ def shift_p_values(columns: Array, response: Array, weights: Array, guard: int) 
     What a unit answers in every trial alike, such as some other feature of the stimulus, goes with a whisker's columns
     by chance at every shift; the scatter between trials does not show it. The statistic is the weighted sum of squares
     that the columns explain of the response beyond those of the other whiskers, at every shift by the Fourier
-    transform; of more than counting can tell, an exponential tail. Shifts at which the columns coincide with another
+    transform; of more than counting can tell, a tail. Shifts at which the columns coincide with another
     whisker's are left out: there they can explain nothing beyond it.
 
     Parameters
@@ -69,7 +69,7 @@ def p_of_shifts(explained: Array, left: Array, guard: int, latest: int = 0) -> f
     apart = np.abs((np.arange(n) + n // 2) % n - n // 2) > guard + latest
     chance = explained[apart & (left > LEFT * left[0])]
     chance = chance if chance.size >= FEWEST else explained[apart]
-    return tail_p_value(float(explained[0]), chance, guard=guard)
+    return tail_p_value(float(explained[0]), chance, guard)
 
 
 def _explained(own: Array, others: Array, response: Array, weights: Array) -> tuple[Array, Array]:
