@@ -16,7 +16,7 @@ from vibrissa.mechanics.rod.rod_gap import gap_prediction, rod_gap
 from vibrissa.mechanics.scan.gap_report import crossing, held_profile
 from vibrissa.mechanics.statics.profile import Posture, check_tip
 from vibrissa.texture.surface import DEPTH
-from vibrissa.whisker import Whisker
+from vibrissa.whisker import DAMPING, Whisker
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -127,7 +127,7 @@ def gap(
     n_modes: int = 3,
     model: Model = "modes",
     speed: float = 0.1,
-    damping: float = 0.11,
+    damping: float = DAMPING,
 ) -> xr.Dataset:
     """One gap crossed: when the contact jumps, how far each mode jumps, and whether the free end allows it.
 

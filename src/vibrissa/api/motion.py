@@ -35,7 +35,7 @@ from vibrissa.mechanics.whisking.slow_prediction import SlowPrediction
 from vibrissa.mechanics.whisking.swing_prediction import SwingPrediction
 from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import Gaps
-from vibrissa.whisker import Whisker
+from vibrissa.whisker import DAMPING, Whisker
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -192,7 +192,7 @@ def scan(
     surface: Gaps | HeightProfile,
     *,
     speed: float,
-    damping: float = 0.11,
+    damping: float = DAMPING,
     n_modes: int = 3,
     response: Form = "exact",
     jump: JumpRule = "continuous",

@@ -13,6 +13,7 @@ from vibrissa.errors import FormatError, RangeError, UnknownError
 from vibrissa.mechanics.modes.straight import MOST_MODES, check_contact
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.whisker import DAMPING
 
 if TYPE_CHECKING:
     from vibrissa.mechanics.quasi_static.response import Form
@@ -99,7 +100,7 @@ class Measure:
 
     quantity: Quantity = "peak"
     response: Form = "exact"
-    damping: float = 0.11
+    damping: float = DAMPING
     jump: JumpRule = "continuous"
     least_linearity: float | None = None
     n_modes: int = 12

@@ -3,6 +3,7 @@
 Internal: the public names are those of ``vibrissa`` itself.
 """
 
+from vibrissa.whisker.cone import DAMPING as DAMPING
 from vibrissa.whisker.cone import DENSITY as DENSITY
 from vibrissa.whisker.cone import YOUNGS_MODULUS as YOUNGS_MODULUS
 from vibrissa.whisker.cone import Whisker as Whisker

@@ -16,11 +16,12 @@ from vibrissa.cli.shared.display.progress import progress_bars, stage
 from vibrissa.cli.shared.options import NO_WHISKER, PostureOptions, WhiskerOptions
 from vibrissa.cli.shared.words.units import Length, OverLength, Speed, over_length
 from vibrissa.errors import ConflictError
+from vibrissa.whisker import DAMPING
 
 if TYPE_CHECKING:
     from vibrissa.whisker import Whisker
 
-_SPEED, _DAMPING = 0.1, 0.11  # [m/s], [1] where none is given
+_SPEED = 0.1  # [m/s] where none is given
 
 
 @Parameter(name="*")
@@ -131,7 +132,7 @@ def _drawn(
         "width": over_length(gap_width, "--gap-width", cone) * cone.length,
         "depth": gap_depth,
         "speed": _SPEED if moving.speed is None else moving.speed,
-        "damping": _DAMPING if moving.damping is None else moving.damping,
+        "damping": DAMPING if moving.damping is None else moving.damping,
         "n_modes": n_modes,
     }
 

@@ -16,6 +16,7 @@ from vibrissa.cli.shared.options import NO_WHISKER, Scheduler, WhiskerOptions, W
 from vibrissa.cli.shared.words.axes import AngleAxis, Axis, NumberAxis, OverLengthAxis, SpeedAxis, axis_of, values_of
 from vibrissa.cli.shared.words.units import Length, OverLength, over_length
 from vibrissa.errors import ConflictError
+from vibrissa.whisker import DAMPING
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,7 +98,7 @@ def map_(
     quantity: Literal["peak", "rms"] = "peak",
     response: Literal["exact", "linear"] = "exact",
     jump: Literal["continuous", "ramp-limit", "paper2014"] = "continuous",
-    damping: float = 0.11,
+    damping: float = DAMPING,
     least_linearity: float | None = None,
     n_modes: int = 12,
     point: OverLength = 0.9,

@@ -19,6 +19,7 @@ from vibrissa.cli.shared.display.progress import progress_bars
 from vibrissa.cli.shared.options import NO_WHISKER, Flag, OfModes, PostureOptions, WhiskerOptions
 from vibrissa.cli.shared.words.units import Length, Rate, Speed, in_si
 from vibrissa.errors import ConflictError, RangeError, ShapeError
+from vibrissa.whisker import DAMPING
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -112,7 +113,7 @@ class ScanOptions:
     """
 
     speed: Speed
-    damping: float = 0.11
+    damping: float = DAMPING
     sampling_rate: Rate = 20000.0
     response: Literal["exact", "linear"] = "exact"
     jump: Literal["continuous", "ramp-limit", "paper2014"] = "continuous"

@@ -7,6 +7,7 @@ from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions, wri
 from vibrissa.cli.shared.display.progress import progress_bars
 from vibrissa.cli.shared.options import NO_WHISKER, PostureOptions, Seed, WhiskerOptions
 from vibrissa.cli.shared.words.units import Length, Speed
+from vibrissa.whisker import DAMPING
 
 
 def robustness(
@@ -17,7 +18,7 @@ def robustness(
     height_ratio: list[float] | None = None,
     angle_ratio: list[float] | None = None,
     mean_period: list[Length] | None = None,
-    damping: float = 0.11,
+    damping: float = DAMPING,
     sets: int = 16,
     trials: int = 20,
     seed: Seed = 0,

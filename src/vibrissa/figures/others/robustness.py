@@ -20,6 +20,7 @@ from vibrissa.quantities.kinds import Progress
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.stats import jackknife_interval
 from vibrissa.texture.surface import random_grating
+from vibrissa.whisker import DAMPING
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,7 +86,7 @@ def compute(
     scanned: Sequence[ScanWay],
     *,
     rng: np.random.Generator,
-    damping: float = 0.11,
+    damping: float = DAMPING,
     n_sets: int = 16,
     mean_periods: Sequence[float] = PERIODS,
     n_trials: int = 20,

@@ -15,6 +15,7 @@ from vibrissa.quantities import dataset
 from vibrissa.sweep.grid import Grid, Measure
 from vibrissa.sweep.maps import REASONS, sweep
 from vibrissa.texture.surface import Gaps
+from vibrissa.whisker import DAMPING
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 FORMS = get_args(Form)[::-1]  # the paper's first
 GAP = 1e-3  # [m], the paper's
-SPEED, DAMPING, FRICTION = 0.1, 0.11, 0.4
+SPEED, FRICTION = 0.1, 0.4
 CONTACTS, ANGLES = np.linspace(0.08, 0.4, 100), np.linspace(0.8, 1.5, 100)
 LINES = {"contact": (0.15, 0.2, 0.29, 0.4), "base_angle": (0.8, 1.0, 1.2, 1.4)}  # drawn as lines
 PAPER = (0.8, 1.4)  # [rad] between which the measured gain at most doubles

@@ -20,13 +20,12 @@ from vibrissa.signals.correlation import best_correlation
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.texture.surface import Gaps
 from vibrissa.whisker import Whisker
-from vibrissa.whisker.cone import DENSITY
+from vibrissa.whisker.cone import DAMPING, DENSITY
 
 Series = Callable[[int], "xr.Dataset"]
 
 MODES = 2
 LARGEST_LAG = 50e-3  # [s], of the paper
-DAMPING = 0.11  # where none was found
 
 
 def pearson_p(correlation: Array, count: Array) -> Array:

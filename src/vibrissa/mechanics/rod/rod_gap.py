@@ -15,7 +15,7 @@ from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.scan.scan_span import GAP_RATE, with_largest
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.texture.surface import DEPTH, Gaps
-from vibrissa.whisker import Whisker
+from vibrissa.whisker import DAMPING, Whisker
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,7 +54,7 @@ def gap_prediction(
     width: float,
     depth: float = DEPTH,
     speed: float = 0.1,
-    damping: float = 0.11,
+    damping: float = DAMPING,
     n_modes: int = 3,
     settings: Rod = USUAL_ROD,
 ) -> RodPrediction:

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from vibrissa.page.panel.glossary import about
-from vibrissa.whisker import DENSITY, YOUNGS_MODULUS, atlas
+from vibrissa.whisker import DAMPING, DENSITY, YOUNGS_MODULUS, atlas
 
 TEXTURES = {
     "random": "random grating (no memory)",
@@ -109,7 +109,7 @@ def _rest() -> dict[str, Control]:
         "base_angle": Control("Base angle θ_b", posture, 1.2, 0.05, 1.55, 0.01, "rad"),
         "friction": Control("Friction μ", posture, 0.4, 0.0, 2.0, 0.02),
         "speed": Control("Scanning speed v", scan, 0.1, 0.01, 1.0, 0.005, "mm/s", 1e3),
-        "damping": Control("Damping ζ", scan, 0.11, 0.0, 0.9, 0.01),
+        "damping": Control("Damping ζ", scan, DAMPING, 0.0, 0.9, 0.01),
         "model": Control("Model", scan, "contact", choices=MODELS),
         "threshold": Control("Threshold of the envelope", unit, 8e-6, 0.0, 1e-3, 5e-7, "µm", 1e6),
         "slope": Control("Slope", unit, 2.5e6, 0.0, 1e9, 1e5, "spikes/s per µm", 1e-6),

@@ -8,7 +8,7 @@ from pathlib import Path
 from vibrissa.errors import ConflictError, MissingError, RangeError
 from vibrissa.mechanics.sensor.base_signal import Kind
 from vibrissa.mechanics.statics.profile import Posture
-from vibrissa.whisker import Whisker
+from vibrissa.whisker import DAMPING, Whisker
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +58,7 @@ class BaseSignal:
     texture: str | None = None
     scan_speed: float | None = None
     start: float = 0.0
-    damping: float = 0.11
+    damping: float = DAMPING
     gratings: int = 39
 
     def __post_init__(self) -> None:

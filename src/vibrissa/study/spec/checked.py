@@ -12,6 +12,7 @@ from typing import Any
 from vibrissa.errors import FormatError, RangeError, UnknownError, did_you_mean
 from vibrissa.study.spec.described import described, units_of
 from vibrissa.tables.quantity import QUANTITY, converted, number
+from vibrissa.whisker import DAMPING
 
 HIDDEN = frozenset({"folder"})  # fields that no file gives
 
@@ -24,7 +25,7 @@ _RULES = {  # what pydantic calls an error, and what we say
     "tuple_type": "must be a list, in [ ]",
     "missing": "must be given",
 }
-_USUAL = {"scan.damping": "`vibrissa scan` takes 0.11"}  # values of keys that a study must state
+_USUAL = {"scan.damping": f"`vibrissa scan` takes {DAMPING}"}  # values of keys that a study must state
 
 
 def validated(kind: type, table: dict[str, Any], source: str, under: tuple[str, ...] = ()) -> Any:

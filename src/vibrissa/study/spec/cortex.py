@@ -11,7 +11,7 @@ from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.neural.simulated.population import Counts
 from vibrissa.study.spec.checked import refuse_outside
-from vibrissa.whisker import Whisker
+from vibrissa.whisker import DAMPING, Whisker
 
 LEAD = 0.05  # [s] left out at both ends of a texture, where the whisker meets and leaves it
 MOST = 10_000  # trials, or textures
@@ -66,7 +66,7 @@ class Cortex:
     n_textures: int = 3
     whisker: Whisker = field(default_factory=lambda: Whisker(length=0.055, cone_angle=1.2e-3, tip=0.05))
     posture: Posture = field(default_factory=lambda: Posture(contact=0.29, base_angle=1.2))
-    scan: Scan = field(default_factory=lambda: Scan(speed=0.1, damping=0.11))
+    scan: Scan = field(default_factory=lambda: Scan(speed=0.1, damping=DAMPING))
     distance: float = 5e-3
     grating_length: float = 0.36
     sampling_rate: float = 4000.0

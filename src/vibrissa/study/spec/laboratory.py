@@ -18,7 +18,7 @@ from vibrissa.study.spec.recorded_sweeps import refuse_long
 from vibrissa.texture.surface import Gaps, random_grating
 from vibrissa.video.camera.camera import Camera
 from vibrissa.whisker import atlas
-from vibrissa.whisker.cone import DENSITY, YOUNGS_MODULUS
+from vibrissa.whisker.cone import DAMPING, DENSITY, YOUNGS_MODULUS
 
 Interval = tuple[float, float]
 Truth = Literal["rod", "modes"]
@@ -108,7 +108,7 @@ class Laboratory:
     youngs_modulus: float = YOUNGS_MODULUS
     youngs_modulus_spread: float = 0.0
     density: float = DENSITY
-    damping: float = 0.11
+    damping: float = DAMPING
     damping_spread: float = 0.0
     truth: Truth = "rod"
     response: Form = "exact"

@@ -29,12 +29,11 @@ from vibrissa.study.store.result_store import SweepRow
 from vibrissa.study.sweeps.sweep_table import N_MODES
 from vibrissa.study.sweeps.truth import TrueMotion
 from vibrissa.texture.surface import Gaps
-from vibrissa.whisker import Whisker
+from vibrissa.whisker import DAMPING, Whisker
 
 if TYPE_CHECKING:
     import xarray as xr
 
-DAMPING = 0.11  # of a prediction where no fit gives one: the paper's mean
 _LITTLE = 0.3  # of a standard error, whose square adds less than a tenth to a variance
 _LEAST_SEEN = 0.9  # share of the frames in which a whisker must be followed
 

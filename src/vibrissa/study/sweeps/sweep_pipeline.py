@@ -25,10 +25,11 @@ from vibrissa.study.sweeps.compared import Textures, compare_all, jitter_of, new
 from vibrissa.study.sweeps.laboratory import plan
 from vibrissa.study.sweeps.recorded_sweeps import known_sweep, since_start
 from vibrissa.study.sweeps.repeats import repeats_of, true_repeats
-from vibrissa.study.sweeps.sweep_analysis import DAMPING, SweepFacts
+from vibrissa.study.sweeps.sweep_analysis import SweepFacts
 from vibrissa.study.sweeps.sweep_verdict import sweep_verdict
 from vibrissa.study.sweeps.sweeps import run_laboratory, run_recorded
 from vibrissa.study.sweeps.virtual_sweep import filmed_sweep, known_whisker
+from vibrissa.whisker import DAMPING
 
 if TYPE_CHECKING:
     import xarray as xr
