@@ -131,8 +131,7 @@ def _row(
         return {**row, "reason": f"cannot tell: {error}"}
     parts = DrawnParts.of_trials(best, counts) if starts is None else DrawnParts.of_blocks(best, rate, starts)
     row["n_blocks"] = 0 if starts is None else starts.size
-    found = {name: parts.interval(measure) for name, measure in parts.measures().items()}
-    found["demodulation_index"] = Estimate(*np.clip(found["demodulation_index"], -1, 1).tolist())
+    found = parts.estimates()
     for name, one in found.items():
         row |= estimate(name, *one)
     row |= {"locking_phase": float(-np.angle(parts.locked.sum())), "locking_latency": best.latency}

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
+from scipy.special import stdtrit
 
 from vibrissa.arrays import Array, Complex, Integers
 from vibrissa.neural.coupling.envelope_coupling import tail_p_value
 from vibrissa.neural.coupling.presentation import Presentation
 from vibrissa.stats import jackknife_half_width
+from vibrissa.stats.intervals import UPPER
+
+Vectors = Array | Complex
 
 KNOTS = (0.25, 0.5, 0.75)  # shares of the time at which the rate may bend with the envelope
 
@@ -272,42 +275,46 @@ class DrawnParts:
             envelope=self.envelope[rest], phase=self.phase[rest], locked=self.locked[rest], level=self.level[rest]
         )
 
-    def measures(self) -> dict[str, Measure]:
-        """Functions of the parts, by the names of the results."""
-        return {
-            "demodulation_index": lambda one: _index(of_pairs(one.envelope), of_pairs(one.phase)),
-            "envelope_modulation": lambda one: _root(of_pairs(one.envelope) / of_pairs(one.level)),
-            "phase_modulation": lambda one: _root(of_pairs(one.phase) / of_pairs(one.level)),
-            "vector_strength": lambda one: _root(of_pairs(one.locked) / of_pairs(one.level)),
+    def estimates(self) -> dict[str, Estimate]:
+        """Values and 95 % intervals by the names of the results."""
+        of: dict[str, Vectors] = {
+            "envelope_modulation": self.envelope,
+            "phase_modulation": self.phase,
+            "vector_strength": self.locked,
         }
+        return {"demodulation_index": self._index(), **{name: self._size(part) for name, part in of.items()}}
 
-    def interval(self, measure: Measure) -> Estimate:
-        """Value and interval of a function of the parts.
+    def _size(self, part: Vectors) -> Estimate:
+        """Size of a mean vector (N, M) over the mean rate, and the ends of its interval.
 
-        Parameters
-        ----------
-        measure : callable
-            Number of a :class:`DrawnParts`.
-
-        Returns
-        -------
-        Estimate
-            Value, and the ends of its 95 % interval.
+        The variance of a square V without noise's share is 2 tr Σ² + 4 V uᵀΣu, with Σ the covariance of the mean and u
+        its direction. It grows with V, and is taken at the larger of the found one and the end.
         """
-        whole, rest = measure(self), np.array([measure(self.without(draw)) for draw in range(len(self.level))])
+        rows = np.hstack([part.real, part.imag]) if np.iscomplexobj(part) else part
+        n, level = len(rows), self.level.mean()
+        mean = rows.mean(0) / level
+        scatter = np.cov((rows - self.level * mean).T / level) / n  # a gain of whole draws leaves the ratio as it is
+        total, along = np.trace(scatter), float(mean @ scatter @ mean / (mean @ mean))
+        squares = (n - 1) ** 2 / ((n + 1) * (n - 2)) * (np.sum(scatter**2) - total**2 / (n - 1))
+        squares = max(squares, total**2 / mean.size)
+        value, t = of_pairs(part) / of_pairs(self.level), float(stdtrit(n - 1, UPPER))
+        low = value - t * np.sqrt(2 * squares + 4 * max(value, 0.0) * along)
+        middle = value + 2 * t**2 * along
+        high = middle + t * np.sqrt(max(2 * squares + 4 * along * (value + t**2 * along), 0.0))
+        return Estimate(_root(value), _root(low), _root(high))
+
+    def _index(self) -> Estimate:
+        """The index, and the ends of its interval, within −1 to 1."""
+        whole, rest = self._share(), np.array([self.without(draw)._share() for draw in range(len(self.level))])
         half = float(jackknife_half_width(rest, rest.mean()))
-        return Estimate(whole, whole - half, whole + half)
+        return Estimate(*np.clip([whole, whole - half, whole + half], -1, 1).tolist())
 
-
-def _index(envelope: float, phase: float) -> float:
-    """(V_E − V_C)/(V_E + V_C) within −1 to 1: an estimated variance may fall below 0."""
-    envelope, phase = max(envelope, 0.0), max(phase, 0.0)
-    return (envelope - phase) / (envelope + phase) if envelope + phase > 0 else 0.0
+    def _share(self) -> float:
+        """(V_E − V_C)/(V_E + V_C) within −1 to 1: an estimated variance may fall below 0."""
+        envelope, phase = (max(of_pairs(part), 0.0) for part in (self.envelope, self.phase))
+        return (envelope - phase) / (envelope + phase) if envelope + phase > 0 else 0.0
 
 
 def _root(squared: float) -> float:
     """Root that keeps the sign: chance makes an unbiased square negative as often as positive."""
     return float(np.sign(squared) * np.sqrt(abs(squared)))
-
-
-Measure = Callable[[DrawnParts], float]
