@@ -224,7 +224,7 @@ def informed(line: str, counts: np.ndarray) -> None:
 
 def thalamus(folder: Path) -> None:
     tables.thalamus(Path(), next(folder.rglob(THALAMUS), DATA / THALAMUS))
-    line = "neural --spikes thalamus.csv --stimulus deflections.csv --trials 50 --skip 0.2s"
+    line = "neural --spikes thalamus.csv --stimulus deflections.csv --trials 50 --skip 0.2s --level 0.05"
     found = vibrissa(line)
     edges = np.arange(0, 3.0005, 0.01)
     counts, (_, pulse) = by_trial("thalamus.csv", 50, edges), column("deflections.csv")

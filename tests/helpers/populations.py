@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from functools import cache
-from typing import ClassVar
 
 import numpy as np
 from scipy.signal import lfilter
@@ -95,7 +94,6 @@ UNCOUPLED = {one.__name__: one for one in (poisson, states, locked, other_whiske
 class PseudoTexture:
     """Null of ``envelope_coupling``: textures that the unit never met."""
 
-    guard: ClassVar[int] = 1
     envelopes: np.ndarray  # (N, K), in the bins and with the edges of the one presented
 
     def values(self, record, unit, correlogram, lags):

@@ -156,7 +156,7 @@ def by_chance(columns: Array, rate: Array, reach: int, guard: int) -> float:
         explained, reach + 1, mode="wrap", origin=-((reach + 1) // 2)
     )  # of each shift and the next
     chance = largest[reach + guard : rate.size - reach - guard]
-    return tail_p_value(float(largest[0]), chance, guard)
+    return tail_p_value(float(largest[0]), chance)
 
 
 def _centred(columns: Array) -> Array:

@@ -258,7 +258,7 @@ def _fits(
     drive = shown.drive()
     grid = HingeGrid.of(drive) if how.fit == "forward" and significant.any() else None
     tested: dict[str, Any] = {"significant": significant, "level": how.level}
-    unfitted = uncoupled(record, how.chance(), how.lags, how.bin_width, **tested)
+    unfitted = uncoupled(record, coupling, how.chance(), how.lags, how.bin_width, **tested)
     rows = []
     for unit, total in enumerate(counts.totals):
         n_spikes = int(total[drive.valid].sum())

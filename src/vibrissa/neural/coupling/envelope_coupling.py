@@ -77,10 +77,6 @@ class Coupling(NamedTuple):
 class Null(Protocol):
     """Null distribution: the values with which the observed correlation is compared."""
 
-    @property
-    def guard(self) -> int:
-        """How far apart the values are independent."""
-
     def values(self, record: Record, unit: int, correlogram: Array, lags: Lags) -> Array:
         """Chance values of one unit, whose correlogram at all circular shifts is given.
 
@@ -145,7 +141,7 @@ def _of_units(record: Record, null: Null, tried: Integers, reach: int, first: in
     for unit in np.flatnonzero(np.isfinite(observed)).tolist():
         chance = null.values(record, first + unit, every[unit], (int(tried[0]), int(tried[-1])))
         p[unit] = _p_value(observed[unit], chance)
-        tail[unit] = tail_p_value(observed[unit], chance, null.guard)
+        tail[unit] = tail_p_value(observed[unit], chance)
         if isinstance(null, Circular) and not tried[0] <= peak_lag[unit] <= tried[-1]:
             peak_p[unit] = _p_value(peak[unit], null.values(record, first + unit, every[unit], (-reach, reach)))
     return Coupling(observed, lag, p, tail, peak, peak_lag, peak_p)
@@ -163,32 +159,32 @@ def _p_value(observed: float, chance: Array) -> float:
     return float((1 + np.sum(chance >= observed - 1e-12)) / (1 + chance.size))  # the margin is round-off
 
 
-def tail_p_value(observed: float, chance: Array, guard: int) -> float:
+def tail_p_value(observed: float, chance: Array) -> float:
     """p-value by counting, and beyond all chance values by a tail through the largest tenth of them.
 
-    The tail is that of a value still to be drawn from an exponential whose scale is known from as many values as are
-    independent: (1 + z/m)^−m, the Pareto law that mixes exponentials. A value just beyond all others is not as rare as
-    counting says where neighbours are alike, since those next to it are left out. Correlations have lighter tails than
-    an exponential, so that far out the p-value is too large rather than too small.
+    The tail is that of a value still to be drawn from an exponential whose scale is known from m independent values:
+    (1 + z/m)^−m, the Pareto law that mixes exponentials. Where neighbours are alike, a value just beyond all others is
+    not as rare as counting says, and as many are independent as there are runs of neighbours among the largest tenth,
+    as extremes of a series are counted. Correlations have lighter tails than an exponential, so that far out the
+    p-value is too large rather than too small.
 
     Parameters
     ----------
     observed : float
         The value.
     chance : (C,) array
-        Values of chance, in order.
-    guard : int
-        How far apart these are independent.
+        Values of chance, in the order of the shifts.
 
     Returns
     -------
     float
         Between 0 and 1.
     """
-    top = np.sort(chance)[-max(chance.size // 10, 2) :]
-    excess = float((top - top[0]).mean())
-    if observed <= top[-1] or excess <= 0:
+    largest = np.sort(np.argsort(chance)[-max(chance.size // 10, 2) :])
+    top = chance[largest]
+    excess = float((top - top.min()).mean())
+    if observed <= top.max() or excess <= 0:
         return _p_value(observed, chance)
-    independent = max(chance.size / 10 / max(guard, 1), 1.0)
-    beyond = (observed - top[0]) / excess
+    independent = 1 + int(np.sum(np.diff(largest) > 1))
+    beyond = (observed - top.min()) / excess
     return float(top.size / chance.size * (1 + beyond / independent) ** -independent)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -187,7 +186,6 @@ class Paper2014:
         Largest lag of the correlograms [bins].
     """
 
-    guard: ClassVar[int] = 1  # its values count as independent
     seed: int = 0
     shuffles: int = 300
     reach: int = 20

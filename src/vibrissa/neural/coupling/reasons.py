@@ -48,14 +48,18 @@ def repeats(record: Record, chance: Null, lags: Lags, width: float) -> str:
 
 
 def uncoupled(
-    record: Record, chance: Null, lags: Lags, width: float, *, significant: Mask, level: float
+    record: Record, coupling: Coupling, chance: Null, lags: Lags, width: float, *, significant: Mask, level: float
 ) -> dict[int, str]:
-    """Say of each unit that did not pass why not: no coupling, a rate that falls, or an envelope that repeats.
+    """Say of each unit that did not pass why not.
+
+    The envelope repeats, the rate falls with it, shifts are too few, or there is no coupling.
 
     Parameters
     ----------
     record, chance, lags, width
         As in :func:`repeats`, of all units.
+    coupling : Coupling
+        Of all units.
     significant : (U,) array of bool
         Units that passed.
     level : float
@@ -71,6 +75,11 @@ def uncoupled(
     reasons = dict.fromkeys(others.tolist(), plain)
     if not others.size or not isinstance(chance, Circular) or plain.startswith("cannot tell"):
         return reasons
+    for place in others[(coupling.p_value[others] <= level) & (coupling.tail_p_value[others] > level)].tolist():
+        reasons[place] = (
+            "no shift of the envelope correlates as well, but so few independent ones show no more than "
+            f"p = {coupling.tail_p_value[place]:.2g}; a longer stimulus shows more"
+        )
     turned = envelope_coupling(replace(record, rates=-record.rates[others]), chance, lags=lags, reach=0)
     falls = np.nan_to_num(adjusted_p_values(turned.tail_p_value), nan=1.0) <= level
     for place in np.flatnonzero(falls):

@@ -69,7 +69,7 @@ def p_of_shifts(explained: Array, left: Array, guard: int, latest: int = 0) -> f
     apart = np.abs((np.arange(n) + n // 2) % n - n // 2) > guard + latest
     chance = explained[apart & (left > LEFT * left[0])]
     chance = chance if chance.size >= FEWEST else explained[apart]
-    return tail_p_value(float(explained[0]), chance, guard)
+    return tail_p_value(float(explained[0]), chance)
 
 
 def _explained(own: Array, others: Array, response: Array, weights: Array) -> tuple[Array, Array]:
