@@ -279,3 +279,26 @@ def test_a_unit_of_an_envelope_is_drawn_too():
     units = vb.envelope_coupling(spikes, envelope, envelope=True, window=(1.0, 3.0), delays=(0.02,))
     labels = [axis.get_xlabel() for axis in vb.plot_unit(units, "MU001").axes]
     assert any("dB" in label for label in labels)
+
+
+def test_a_unit_is_drawn_over_the_trials_in_which_it_was_observed_also_from_a_file(tmp_path, monkeypatch):
+    from vibrissa.figures.spikes import unit_page
+
+    spikes = vb.read_spikes(vb.sample_data("spikes.csv"))
+    n_trials = int(spikes.spike_trial.max()) + 1
+    seen = np.arange(n_trials) % 2 == np.zeros((spikes.sizes["unit"], 1))
+    units = vb.envelope_coupling(
+        spikes.assign(unit_observed=(("unit", "trial"), seen)),
+        vb.sample_data("spikes-stimulus.csv"),
+        n_trials=None if "n_trials" in spikes.attrs else n_trials,
+        delays=(0.5,),
+    )
+    vb.save(units, tmp_path / "units.nc")
+    pages = []
+    monkeypatch.setattr(unit_page, "compute", lambda page: pages.append(page))
+    monkeypatch.setattr(unit_page, "draw", lambda page: None)
+    vb.plot_unit(vb.load(tmp_path / "units.nc"), "MU001")
+    (page,) = pages
+    assert page.attrs["trials_observed"] == seen[0].sum()
+    assert float(page.firing_rate.mean()) == pytest.approx(float(page.predicted_rate.mean()), rel=0.1)
+    assert (page.spike_trial.values % 2 == 0).all()

@@ -151,7 +151,8 @@ def plot_unit(units: xr.Dataset, name: str | None = None) -> Figure:
         one.name: units.attrs[one.name] for one in fields(EnvelopeAnalysis) if one.name in units.attrs
     }
     for one in {"window", "band", "spontaneous", "delays"} & set(known):
-        known[one] = tuple(map(float, known[one]))
-    spikes, table = units[["spike_time", "spike_unit", "spike_trial", "unit_name"]], units.drop_dims(["spike", "time"])
+        known[one] = tuple(map(float, np.atleast_1d(known[one])))  # netCDF has a tuple of one as a number
+    spikes = units[["spike_time", "spike_unit", "spike_trial", "unit_name", *({"unit_observed"} & set(units))]]
+    table = units.drop_dims(["spike", "time", "trial"], errors="ignore")
     views = UnitViews.of(table, spikes, units.drop_dims(["spike", "unit"]), EnvelopeAnalysis(**known))
     return unit_page.draw(unit_page.compute(views.of_unit(best_unit(units) if name is None else names.index(name))))

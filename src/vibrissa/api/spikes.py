@@ -158,7 +158,7 @@ def envelope_coupling(
     units = analyse_units(table, shown, int(count), how)
     analysed = window or (float(shown.time[0]), float(shown.time[-1]))
     remark(*remarks, *remarks_on(table), *silent_end(table, *analysed))
-    events = table[["spike_time", "spike_unit", "spike_trial"]]
+    events = table[["spike_time", "spike_unit", "spike_trial", *({"unit_observed"} & set(table.data_vars))]]
     return units.merge(events, combine_attrs="override").merge(shown, combine_attrs="override")
 
 

@@ -143,3 +143,13 @@ def test_a_real_receptor_is_the_same_through_neo_and_pynapple():
         np.testing.assert_allclose(spikes.spike_time, plain.spike_time, atol=1e-9)
         np.testing.assert_array_equal(spikes.spike_trial, plain.spike_trial)
     assert np.bincount(plain.spike_trial).sum() == 929
+
+
+def test_a_train_that_stops_early_in_a_segment_was_not_observed_there():
+    neo, pq = pytest.importorskip("neo"), pytest.importorskip("quantities")
+    block = block_of([[np.array([0.5]), np.array([0.25])], [np.array([1.0]), np.array([0.2])]], [0.0, 5.0])
+    trains = list(block.segments[1].spiketrains)
+    start = trains[0].t_start
+    short = neo.SpikeTrain(trains[1].times, t_start=start, t_stop=start + 0.5 * pq.s, name=trains[1].name)
+    block.segments[1].spiketrains = [trains[0], short]
+    assert as_spikes(block).unit_observed.values.tolist() == [[True, True], [True, False]]

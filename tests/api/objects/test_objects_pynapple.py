@@ -138,3 +138,15 @@ def test_trials_are_those_that_pynapple_aligns():
     for trials_of_a_unit in (aligned[0], aligned):  # whose elements are trials, not units
         with refusal("unknown", "pynapple TsGroup", "trials about events"):
             as_spikes(trials_of_a_unit)
+
+
+def test_trials_in_which_units_were_not_observed_are_no_part_of_the_time_support():
+    pytest.importorskip("pynapple")
+    seen = np.array([[True, False], [True, False]])
+    table = spike_table([0.5, 0.5, 1.5], [0, 1, 1], ["a", "b"], trial=[0, 0, 0], unit_observed=seen)
+    table = table.assign(trial_start=("trial", [0.0, 5.0]), trial_stop=("trial", [5.0, 10.0]))
+    group = to_pynapple(table)
+    assert group.time_support.values.tolist() == [[0.0, 5.0]]
+    assert [float(len(group[k])) for k in (0, 1)] == [1.0, 2.0]
+    with refusal("conflict", "units"):
+        to_pynapple(table.assign(unit_observed=(("unit", "trial"), [[True, True], [True, False]])))

@@ -149,3 +149,25 @@ def test_bad_input_is_told_in_one_line(change, match):
 def test_settings_are_checked(wrong):
     with refusal("range"):
         DriveAnalysis(**wrong)
+
+
+def test_stimuli_that_a_unit_did_not_meet_do_not_count_for_it():
+    shown = stimuli(1, MANY)
+    tables = recorded(shown, 1, names=("envelope", "speed"))
+    lost = [2, 4]
+    silent = [
+        table.isel(spike=np.flatnonzero(table.spike_unit.values == 0)) if k in lost else table
+        for k, table in enumerate(tables)
+    ]
+    seen = [np.repeat([[True], [k not in lost]], TRIALS, axis=1) for k in range(len(MANY))]
+    partly = [table.assign(unit_observed=(("unit", "trial"), one)) for table, one in zip(silent, seen, strict=True)]
+    found = compare_drives(partly, shown, [TRIALS] * len(MANY))
+    kept = [k for k in range(len(MANY)) if k not in lost]
+    alone = compare_drives([tables[k] for k in kept], [shown[k] for k in kept], [TRIALS] * len(kept))
+    whole = compare_drives(tables, shown, [TRIALS] * len(MANY))
+    assert float(found.drive_gain[1, 1]) == pytest.approx(float(alone.drive_gain[1, 1]), rel=0.02)
+    assert str(found.best_drive.values[1]) == "speed"
+    np.testing.assert_array_equal(found.drive_gain[0], whole.drive_gain[0])  # the other unit met them all
+    nowhere = [table.assign(unit_observed=(("unit", "trial"), one & [[True], [False]]))
+               for table, one in zip(silent, seen, strict=True)]  # fmt: skip
+    assert "observed in no trial" in str(compare_drives(nowhere, shown, [TRIALS] * len(MANY)).reason.values[1])

@@ -168,3 +168,20 @@ def test_a_window_without_any_spike_is_refused():
     rates = np.array([modulated(20, 0.9)])
     with refusal("range", "spikes"):
         unit_information(recorded(rates, 4), 4, window=(90, 91), bin_width=WIDTH)
+
+
+def test_trials_in_which_a_unit_was_not_observed_are_no_silence():
+    rng = np.random.default_rng(5)
+    counts = rng.poisson(modulated(20, 0.9), (40, BINS))
+    trial, column = (np.repeat(place, counts[np.nonzero(counts)]) for place in np.nonzero(counts))
+    seen = np.array([np.arange(40) < 20, np.zeros(40, bool)])
+    own = trial < 20
+    some = spike_table((column[own] + 0.5) * WIDTH, np.zeros(own.sum(), int), ["a", "b"], trial=trial[own])
+    how = {"window": (0.0, BINS * WIDTH), "bin_width": WIDTH}
+    found = unit_information(some.assign(unit_observed=(("unit", "trial"), seen)), 40, **how)
+    alone = unit_information(some, 20, **how).isel(unit=0)
+    for name in ("unit_rate", "spike_information", "information_rate", "count_information", "reason"):
+        np.testing.assert_equal(found[name].values[0], alone[name].values, err_msg=name)
+    assert "20 trials, fewer than 32" in str(found.reason.values[0])
+    assert np.isnan(found.unit_rate[1])
+    assert "observed in no trial" in str(found.reason.values[1])

@@ -17,6 +17,7 @@ from vibrissa.figures.paper import fig9
 from vibrissa.netcdf import load, save
 from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
 from vibrissa.neural.coupling.presentation import Presentation
+from vibrissa.neural.coupling.response import psth
 from vibrissa.neural.io.recording import recorded_spikes
 from vibrissa.neural.io.tables.spike_csv import read_spikes
 from vibrissa.neural.io.tables.spikes import join_units, spike_table
@@ -24,6 +25,7 @@ from vibrissa.neural.io.tables.stimulus_csv import read_stimulus_csv
 from vibrissa.neural.simulated.virtual import ThresholdLinearUnit, simulate_spikes
 from vibrissa.quantities import dataset
 from vibrissa.signals.envelope import analytic_envelope
+from vibrissa.study.neurons.shown_unit import best_unit, shown_unit, unit_examples
 from vibrissa.study.neurons.stimuli import read_stimulus
 from vibrissa.study.spec.given import StimulusInput
 
@@ -496,3 +498,41 @@ def test_of_an_envelope_that_repeats_it_says_that_shifts_are_no_chance():
     assert not found.significant.item()
     assert "the envelope repeats after 0.25 s" in found.reason.item()
     assert "repeats" not in analyse_units(*played(0.012, noisy), 20).reason.item()
+
+
+def test_of_a_unit_observed_in_no_trial_nothing_is_measured(spikes, stimulus):
+    observed = np.ones((spikes.sizes["unit"], N_TRIALS), bool)
+    observed[0] = False
+    asked = EnvelopeAnalysis(spontaneous=(0.0, 0.5))
+    found = analyse_units(spikes.assign(unit_observed=(("unit", "trial"), observed)), stimulus, N_TRIALS, asked)
+    one = found.isel(unit=0)
+    assert np.isnan([one.unit_rate, one.spontaneous_rate, one.envelope_correlation, one.p_value]).all()
+    assert str(one.reason.values) == "cannot tell: the unit was observed in no trial"
+    assert found.unit_rate.values[1:].min() > 0
+
+
+def test_figure_8_has_the_rate_of_the_trials_in_which_its_unit_was_observed(spikes, stimulus):
+    observed = np.ones((spikes.sizes["unit"], N_TRIALS), bool)
+    observed[:, N_TRIALS // 2 :] = False
+    partly = spikes.assign(unit_observed=(("unit", "trial"), observed))
+    half = spikes.isel(spike=np.flatnonzero(spikes.spike_trial.values < N_TRIALS // 2))
+    how = EnvelopeAnalysis()
+    units = analyse_units(partly, stimulus, N_TRIALS, how)
+    place = best_unit(units)
+    shown = shown_unit(partly, units.isel(unit=place), stimulus, N_TRIALS, how)
+    alone = shown_unit(half, units.isel(unit=place), stimulus, N_TRIALS // 2, how)
+    np.testing.assert_allclose(shown["response"].firing_rate, alone["response"].firing_rate, rtol=1e-12)
+    assert shown["spikes"].spike_trial.values.max() < N_TRIALS // 2
+    examples = unit_examples(partly, units, [place], lambda _: stimulus, N_TRIALS, how)
+    np.testing.assert_allclose(examples.example_rate[0], alone["response"].firing_rate, rtol=1e-12)
+
+
+@pytest.mark.parametrize("given", [N_TRIALS - 1, N_TRIALS + 1])
+def test_another_number_of_trials_than_units_were_observed_in_is_refused(spikes, stimulus, given):
+    observed = np.ones((spikes.sizes["unit"], N_TRIALS), bool)
+    some = spikes.isel(spike=np.flatnonzero(spikes.spike_trial.values < N_TRIALS - 1))
+    partly = some.assign(unit_observed=(("unit", "trial"), observed))
+    with refusal("shape", "number of trials", str(given)):
+        analyse_units(partly, stimulus, given)
+    with refusal("shape", "number of trials", str(given)):
+        psth(partly, np.arange(0, 2.0), n_trials=given)

@@ -260,3 +260,13 @@ def test_recordings_without_results_are_exported_and_read_again(tmp_path, vibris
         assert one["significant"]
         assert other["p_value"] == one["p_value"]
         assert other["threshold"] == pytest.approx(one["threshold"], abs=1e-6)
+
+
+def test_trials_in_which_a_unit_was_not_observed_come_back(folder, tmp_path, vibrissa):
+    seen = np.array([[True, True, True], [True, False, True], [False, False, False]])
+    cut = {"n_trials": 3, "window_start": -0.5, "window_stop": 4.0}
+    save(spikes(trial=3, attrs=cut, unit_observed=seen), folder / "spikes.nc")
+    code, _, err = vibrissa("export", folder, "--out", tmp_path / "a.nwb", *WHO)
+    assert code == 0, err
+    back = cut_into_trials(read_nwb(tmp_path / "a.nwb"), read_nwb_trials(tmp_path / "a.nwb"), (-0.5, 4.0))
+    assert back.unit_observed.values.tolist() == seen.tolist()

@@ -5,13 +5,16 @@ import json
 import h5py
 import numpy as np
 import pytest
+from refusals import refusal
 from scipy.io import savemat
 
-from vibrissa.neural.coupling.presentation import Presentation
+from vibrissa.neural.coupling.presentation import BinnedAnalysis, Presentation
+from vibrissa.neural.io.tables.spikes import spike_table
 from vibrissa.neural.io.tables.stimuli import has_no_carrier, labelled_stimulus, presented
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.study.neurons.inputs import read_recording
 from vibrissa.study.neurons.stimuli import read_stimulus
+from vibrissa.study.neurons.trial_stimuli import end_to_end
 from vibrissa.study.spec.given import SpikesInput, StimulusInput
 
 RATE, TRIALS = 1000, 12
@@ -145,6 +148,13 @@ def test_a_stimulus_of_each_trial_is_compared_with_that_trial(folder, vibrissa):
     own, other = json.loads(out)["units"]
     assert own["p_value"] < 0.01 < other["p_value"]
     assert own["envelope_correlation"] > 0.3
+
+
+def test_units_that_missed_a_trial_with_its_own_stimulus_are_refused():
+    seen = np.array([[True, True], [True, False]])
+    spikes = spike_table([0.5, 0.6], [0, 1], ["u", "v"], trial=[0, 0], unit_observed=seen)
+    with refusal("too-few", "units", "1 of 2 for 'v'"):
+        end_to_end(spikes, labelled_stimulus(TIME, np.stack([MOTION, -MOTION]), lead={"trial": None}), BinnedAnalysis())
 
 
 @pytest.mark.parametrize("fast", [65.0, 120.0])

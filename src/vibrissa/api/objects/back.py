@@ -13,6 +13,8 @@ import xarray as xr
 from vibrissa.api.objects.trials import as_trials
 from vibrissa.arrays import Array
 from vibrissa.errors import ConflictError, MissingError, PackageError, RangeError, ShapeError
+from vibrissa.neural.io.tables.spikes import observed_trials
+from vibrissa.neural.io.tables.trials import recorded_windows
 from vibrissa.quantities import require
 
 RESOLUTION = 1e-9  # [s] of pynapple's times
@@ -35,8 +37,8 @@ def to_pynapple(data: xr.Dataset | xr.DataArray, *, trials: Any = None) -> Any:
     pynapple.TsGroup, pynapple.IntervalSet, pynapple.Tsd or pynapple.TsdFrame
         Times in seconds, to pynapple's 1 ns. Of a group the keys are ``unit_id`` where the table has it (each once),
         the metadata ``unit_name``, ``whisker`` and ``quality``; units without spikes are there; the time support is
-        where they were observed: the trials' windows, the intervals, or else from the first to the last spike. Trials
-        that touch end 1 ns early, as pynapple's intervals include their ends.
+        where they were observed: the windows of their trials, the intervals, or else from the first to the last spike.
+        Trials that touch end 1 ns early, as pynapple's intervals include their ends.
 
     Raises
     ------
@@ -89,11 +91,11 @@ def _on_one_clock(nap: Any, spikes: xr.Dataset, trials: Any) -> tuple[Array, Any
     if table.sizes["trial"] <= spikes.spike_trial.values.max(initial=-1):
         found = f"{table.sizes['trial']} trials, spikes in trial {spikes.spike_trial.values.max()}"
         raise ShapeError("trials", "must be as many as there are spikes of", found)
-    onset, stop = table.trial_start.values, table.trial_stop.values
-    low, high = onset, stop
-    if "window_start" in spikes.attrs and "window_stop" in spikes.attrs:
-        low, high = onset + spikes.attrs["window_start"], onset + spikes.attrs["window_stop"]
-    return time + onset[spikes.spike_trial.values], _interval_set(nap, low, high)
+    low, high = recorded_windows(spikes, table)
+    seen = observed_trials(spikes, low.size)
+    if (seen != seen[:1]).any():
+        raise _apart()
+    return time + table.trial_start.values[spikes.spike_trial.values], _interval_set(nap, low[seen[0]], high[seen[0]])
 
 
 def _support(nap: Any, spikes: xr.Dataset) -> Any:
@@ -106,13 +108,20 @@ def _support(nap: Any, spikes: xr.Dataset) -> Any:
             for k in range(spikes.sizes["unit"])
         ]
         if any(one.shape != each[0].shape or not np.allclose(one, each[0]) for one in each):
-            remedy = "convert each unit: of_unit(spikes, name)"
-            raise ConflictError("units", "must be observed in the same intervals, as those of a TsGroup", None, remedy)
+            raise _apart()
         return _interval_set(nap, *each[0])
     if time.size < 2 or np.ptp(time) < RESOLUTION:
         remedy = "trials give it: as_spikes(…, trials=[(start, stop)])"
         raise RangeError("spikes", "must span some time, which pynapple needs", f"{time.size} spikes", remedy)
     return nap.IntervalSet(time.min(), time.max())
+
+
+def _apart() -> ConflictError:
+    rule, remedy = (
+        "must be observed in the same intervals, as those of a TsGroup",
+        "convert each unit: of_unit(spikes, name)",
+    )
+    return ConflictError("units", rule, None, remedy)
 
 
 def _intervals(nap: Any, data: xr.Dataset) -> Any:

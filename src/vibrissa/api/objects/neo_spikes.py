@@ -13,6 +13,7 @@ from vibrissa.api.objects.stretches import in_stretches
 from vibrissa.arrays import Array, Window
 from vibrissa.errors import FormatError, TooFewError, UnknownError
 from vibrissa.neural.io.tables.spikes import table_of_trains, with_intervals
+from vibrissa.neural.io.tables.trials import NEAR
 from vibrissa.tables.table import LONGEST
 
 NEO = ("SpikeTrain", "SpikeTrainProxy", "Segment", "Block")
@@ -31,7 +32,8 @@ def neo_spikes(thing: Any) -> xr.Dataset:
     -------
     Dataset
         Of one segment, or of trains alone, on their clock, with t_start and t_stop of each as the ``interval`` in
-        which the unit was observed. Of several as :func:`vibrissa.api.objects.stretches.in_stretches`.
+        which the unit was observed. Of several as :func:`vibrissa.api.objects.stretches.in_stretches`: trials in which
+        a train starts later or stops earlier than the longest of its segment are not presented to its unit.
 
     Raises
     ------
@@ -48,7 +50,10 @@ def neo_spikes(thing: Any) -> xr.Dataset:
     if len(segments) > 1:
         trains = [{name: _seconds(name, train) for name, train in one.items()} for one in segments]
         span = [_span(k, segment) for k, segment in enumerate(segments)]
-        return in_stretches(names, trains, span, {"source": described(thing)})
+        observed = [
+            [_throughout(one.get(name), ends) for one, ends in zip(segments, span, strict=True)] for name in names
+        ]
+        return in_stretches(names, trains, span, {"source": described(thing)}, np.array(observed, bool))
     trains_of_one = [_seconds(name, train) for name, train in segments[0].items()]
     spikes = table_of_trains(trains_of_one, names, {"source": described(thing)})
     return with_intervals(spikes, [np.array([_ends(train)]) for train in segments[0].values()])
@@ -86,6 +91,14 @@ def _seconds(name: str, train: Any) -> Array:
 
 def _ends(train: Any) -> Window:
     return float(train.t_start.rescale("s").magnitude), float(train.t_stop.rescale("s").magnitude)
+
+
+def _throughout(train: Any, span: Window) -> bool:
+    """Whether a train was recorded from the first start in its segment to the last stop."""
+    if train is None:
+        return False
+    start, stop = _ends(train)
+    return start <= span[0] + NEAR and span[1] <= stop + NEAR
 
 
 def _span(k: int, segment: dict[str, Any]) -> Window:

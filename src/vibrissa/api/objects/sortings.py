@@ -45,7 +45,8 @@ def sorted_spikes(sorting: Any) -> xr.Dataset:
     about = quality_of(None if labels is None else [str(label) for label in labels])
     if len(segments) == 1:
         return table_of_trains(list(trains[0].values()), names, attrs, **about)
-    return in_stretches(names, trains, [_span(sorting, k) for k in segments], attrs, **about)
+    throughout = np.ones((len(names), len(trains)), bool)
+    return in_stretches(names, trains, [_span(sorting, k) for k in segments], attrs, throughout, **about)
 
 
 def _seconds(sorting: Any, unit: Any, k: int) -> Array:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibrissa.arrays import Array, Integers
+from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.errors import ConflictError
 from vibrissa.neural.io.tables.spikes import spike_table
 from vibrissa.quantities import dataset
@@ -21,6 +21,7 @@ def in_stretches(
     stretches: Sequence[Mapping[str, Array]],
     span: Sequence[tuple[float, float]],
     attrs: Mapping[str, Any],
+    observed: Mask,
     **about_units: Any,
 ) -> xr.Dataset:
     """Spikes in trials from the times of the units in each stretch.
@@ -33,6 +34,8 @@ def in_stretches(
         Times of the units in each stretch [s], by their names; a unit that was not recorded there is absent.
     span : sequence of (float, float)
         Start and stop of each stretch on the clock of its times [s]; the stop is NaN where it is not known.
+    observed : (U, N) array of bool
+        Whether each unit was recorded throughout each stretch.
     attrs, **about_units
         As in :func:`vibrissa.neural.io.tables.spikes.spike_table`.
 
@@ -41,8 +44,8 @@ def in_stretches(
     Dataset
         Stretches that all start together count from the onset already, and their spans are ``window_start`` and, if
         one, ``window_stop``; of stretches that follow each other on one clock, each starts at its onset, which
-        ``trial_start`` keeps (and ``trial_stop``). ``unit_observed`` (unit, trial) is there where a unit is absent from
-        a stretch.
+        ``trial_start`` keeps (and ``trial_stop``). ``unit_observed`` (unit, trial) is there where a unit was not
+        recorded throughout a stretch.
 
     Raises
     ------
@@ -54,7 +57,6 @@ def in_stretches(
     if not together:
         _refuse_overlaps(start, stop)
     trial, unit, time = _events(names, stretches)
-    observed = np.array([[name in one for one in stretches] for name in names], bool)
     about = about_units if observed.all() else {**about_units, "unit_observed": observed}
     noted = {**attrs, "n_trials": len(stretches)}
     if together:

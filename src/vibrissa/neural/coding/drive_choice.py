@@ -22,6 +22,7 @@ from vibrissa.neural.coding.drives import DRIVES, LATEST, Stimuli
 from vibrissa.neural.coupling.response import UnitCounts
 from vibrissa.neural.coupling.threshold_linear import HingeGrid
 from vibrissa.neural.io.tables.inputs import refuse_misplaced
+from vibrissa.neural.io.tables.spikes import NOT_OBSERVED
 from vibrissa.quantities import dataset, stacked
 from vibrissa.quantities.quantity import SUFFIXES, estimate
 from vibrissa.stats import jackknife_half_width
@@ -104,18 +105,18 @@ def compare_drives(
     _refuse(spikes, stimuli, n_trials)
     cut = {"bin_width": how.bin_width, "skip": how.skip, "smoothing": how.smoothing, "latest": how.latest}
     shown = Stimuli.of(stimuli, band=how.band, **cut)
-    pieces = _pieces(shown)
     # latencies a bin apart at most: coarser ones miss what changes within a bin, and favour what changes more slowly
     n_latencies = max(FEWEST_LATENCIES, 1 + int(np.ceil(how.latest / how.bin_width)))
     grids = {
         name: HingeGrid.of(drive, n_thresholds=13, n_latencies=n_latencies) for name, drive in shown.drives.items()
     }
-    trials = np.array(n_trials)[shown.stimulus][shown.valid]
     names, each = spikes[0].unit_name.values, zip(spikes, n_trials, strict=True)
-    counts = np.hstack([_totals(table, names, n, shown, j) for j, (table, n) in enumerate(each)])
-    rows = [_row(grids, own[shown.valid], trials, pieces, shown, how) for own in counts]
+    counts, observed = zip(*[_totals(table, names, n, shown, j) for j, (table, n) in enumerate(each)], strict=True)
+    trials = np.stack(observed, axis=1)[:, shown.stimulus].astype(float)
+    each_unit = zip(np.hstack(counts), trials, strict=True)
+    rows = [_row(grids, own[shown.valid], seen[shown.valid], shown, how) for own, seen in each_unit]
     return dataset(
-        cut | {"level": how.level, "pieces": int(pieces.max()) + 1},
+        cut | {"level": how.level, "pieces": int(_pieces(shown.stimulus[shown.valid]).max()) + 1},
         unit_name=names,
         drive=np.array(DRIVES),
         drive_likeness=[shown.likeness("envelope", name) for name in DRIVES],
@@ -137,34 +138,36 @@ def _refuse(spikes: Sequence[xr.Dataset], stimuli: Sequence[xr.Dataset], n_trial
             raise ConflictError(f"units of stimulus {k + 1}", "must be those of the first", odd)
 
 
-def _totals(table: xr.Dataset, names: Array, n_trials: int, shown: Stimuli, stimulus: int) -> Array:
-    """Counts of the units of these names, summed over trials, in the bins of one stimulus."""
+def _totals(table: xr.Dataset, names: Array, n_trials: int, shown: Stimuli, stimulus: int) -> tuple[Array, Integers]:
+    """Counts of the units of these names in the bins of one stimulus, and trials in which each was observed."""
     edges = shown.starts[stimulus] + shown.bin_width * np.arange(np.sum(shown.stimulus == stimulus) + 1)
-    totals = UnitCounts.of(table, n_trials, edges, shown.bin_width).totals
+    counts = UnitCounts.of(table, n_trials, edges, shown.bin_width, partial=True)
     place = {name: k for k, name in enumerate(table.unit_name.values)}
-    return totals[[place[name] for name in names]].astype(float)
+    order = [place[name] for name in names]
+    return counts.totals[order].astype(float), counts.observed.sum(1)[order]
 
 
-def _pieces(shown: Stimuli) -> Integers:
-    """Piece of each bin that counts: whole stimuli, or equal parts of them where they are few."""
-    stimulus = shown.stimulus[shown.valid]
-    ways = -(-PIECES // (int(stimulus.max()) + 1))
+def _pieces(stimulus: Integers) -> Integers:
+    """Piece of each bin, whose stimulus is given: whole stimuli, or equal parts of them where they are few."""
+    kinds = np.unique(stimulus)
+    ways = -(-PIECES // kinds.size)
     piece = np.empty(len(stimulus), int)
-    for j in range(int(stimulus.max()) + 1):
-        own = np.flatnonzero(stimulus == j)
-        piece[own] = j * ways + np.arange(own.size) * ways // max(own.size, 1)
+    for j, kind in enumerate(kinds):
+        own = np.flatnonzero(stimulus == kind)
+        piece[own] = j * ways + np.arange(own.size) * ways // own.size
     return np.unique(piece, return_inverse=True)[1]
 
 
 def _foreseen(grid: HingeGrid, counts: Array, trials: Array, pieces: Integers, width: float) -> tuple[Array, float]:
     """Log-likelihood [nat] of each bin under the fit to all pieces but its own, and the latency fitted to all.
 
-    Terms that do not depend on the drive are left out.
+    Terms that do not depend on the drive are left out. Bins of no trial belong to no piece, and have no weight.
     """
-    rates, floor = counts / (trials * width), LEAST_RATE * counts.sum() / (trials.sum() * width)
-    rate, _ = _fitted(grid, rates, trials / max(rates.mean(), 1e-12))
+    floor = LEAST_RATE * counts.sum() / (trials.sum() * width)
+    rates = counts / (np.maximum(trials, 1) * width)
+    rate, _ = _fitted(grid, rates, trials / max(rates[trials > 0].mean(), 1e-12))
     weights = trials / np.maximum(rate, 0.05 * rate.mean())  # inverse of the variance of a bin's mean rate
-    found = np.empty(counts.size)
+    found = np.zeros(counts.size)
     for piece in range(int(pieces.max()) + 1):
         left = pieces == piece
         rate = np.maximum(_fitted(grid, rates, np.where(left, 0.0, weights))[0], floor)[left]
@@ -190,24 +193,29 @@ def _row(
     grids: dict[str, HingeGrid],
     counts: Array,
     trials: Array,
-    pieces: Integers,
     shown: Stimuli,
     how: DriveAnalysis,
 ) -> dict[str, Any]:
     nothing = np.full(len(DRIVES), np.nan)
     row: dict[str, Any] = {"drive_latency": nothing, "best_drive": "cannot tell"}
     row |= {f"drive_{name}{end}": nothing for name in ("gain", "loss") for end in SUFFIXES}
+    if not trials.any():
+        return {**row, "reason": NOT_OBSERVED}
     if counts.sum() < FEWEST_SPIKES:
         return {**row, "reason": f"too few spikes: {counts.sum():.0f} in the bins that count, below {FEWEST_SPIKES}"}
-    foreseen = [_foreseen(grids[name], counts, trials, pieces, how.bin_width) for name in DRIVES]
-    gains = np.array([one for one, _ in foreseen]) - _steady(counts, trials, pieces, how.bin_width)
+    seen, stimulus = trials > 0, shown.stimulus[shown.valid]
+    of_all = np.full(seen.size, -1)
+    of_all[seen] = pieces = _pieces(stimulus[seen])
+    foreseen = [_foreseen(grids[name], counts, trials, of_all, how.bin_width) for name in DRIVES]
+    counts, trials = counts[seen], trials[seen]
+    gains = np.array([one[seen] for one, _ in foreseen]) - _steady(counts, trials, pieces, how.bin_width)
     of_piece = np.array([np.bincount(pieces, one) for one in gains]) / np.log(2)
     spikes = np.bincount(pieces, counts).astype(float)
     best = int(of_piece.sum(1).argmax())
     row["drive_latency"] = np.array([latency for _, latency in foreseen])
     row |= _ends("drive_gain", of_piece, spikes, how.level / len(DRIVES))
     row |= _ends("drive_loss", of_piece[best] - of_piece, spikes, how.level / (len(DRIVES) - 1))
-    verdict, reason = _verdict(row, best, shown)
+    verdict, reason = _verdict(row, best, shown.carrier[np.unique(stimulus[seen])])
     return {**row, "best_drive": verdict, "reason": reason}
 
 
@@ -219,11 +227,11 @@ def _ends(name: str, of_piece: Array, spikes: Array, level: float) -> dict[str, 
     return estimate(name, whole, whole - half, whole + half)
 
 
-def _verdict(row: dict[str, Any], best: int, shown: Stimuli) -> tuple[str, str]:
+def _verdict(row: dict[str, Any], best: int, carrier: Array) -> tuple[str, str]:
     if not row["drive_gain_low"][best] > 0:
         return "cannot tell", "no drive predicts its spikes better than a steady rate"
     left = [name for k, name in enumerate(DRIVES) if k != best and not row["drive_loss_low"][k] > 0]
-    low, high = shown.carrier.min(), shown.carrier.max()
+    low, high = carrier.min(), carrier.max()
     pair = {"envelope", "speed"}
     if DRIVES[best] in pair and high < APART * low:
         left = sorted({*left, *(pair - {DRIVES[best]})})

@@ -12,8 +12,9 @@ from scipy.special import xlogy
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import FormatError, RangeError, ShapeError, TooFewError, require_positive
 from vibrissa.loops import njit
-from vibrissa.neural.coupling.response import bin_edges, psth
+from vibrissa.neural.coupling.response import UnitCounts, bin_edges
 from vibrissa.neural.io.tables.inputs import refuse_beyond_recording, require_whole
+from vibrissa.neural.io.tables.spikes import NOT_OBSERVED
 from vibrissa.quantities import dataset, require, stacked
 from vibrissa.stats import jackknife_half_width
 
@@ -155,7 +156,8 @@ def unit_information(
     Parameters
     ----------
     spikes : Dataset
-        Table of :func:`vibrissa.neural.io.tables.spikes.spike_table`, in trials.
+        Table of :func:`vibrissa.neural.io.tables.spikes.spike_table`, in trials; each unit counts in those in which it
+        was observed.
     n_trials : int
         Trials presented, silent ones included.
     window : (float, float)
@@ -183,8 +185,8 @@ def unit_information(
         remedy = "repeats are needed; of one presentation `glm`, and of a motion `drives`, give bits per spike"
         raise RangeError("number of trials", "must be at least 2", n_trials, remedy)
     refuse_beyond_recording(spikes, window[1])
-    counts = psth(spikes, bin_edges(*window, bin_width), n_trials=n_trials).spike_count.values
-    if not counts.any():
+    counts = UnitCounts.of(spikes, n_trials, bin_edges(*window, bin_width), bin_width, partial=True)
+    if not counts.totals.any():
         time = spikes.spike_time.values
         found = f"{time.size} from {time.min():g} to {time.max():g} s" if time.size else "none"
         rule = f"must have one in the window at least, {window[0]:g} to {window[1]:g} s"
@@ -193,7 +195,7 @@ def unit_information(
     return dataset(
         {"n_trials": n_trials, "bin_width": bin_width, "window": np.array(window, float)},
         unit_name=spikes.unit_name.values,
-        unit_rate=counts.mean((1, 2)) / bin_width,
+        unit_rate=counts.rates().mean(1),
         **stacked(rows),
     )
 
@@ -218,6 +220,8 @@ def _unit_row(counts: Integers, width: float) -> dict[str, Any]:
 
 def _too_few_spikes(counts: Integers) -> str:
     """Reason against all measures; empty if there is none."""
+    if not len(counts):
+        return NOT_OBSERVED
     if counts.sum() / counts.shape[1] >= FEWEST_SPIKES:
         return ""
     return f"cannot tell: {counts.sum()} spikes in {counts.shape[1]} bins, fewer than one for each; wider bins"

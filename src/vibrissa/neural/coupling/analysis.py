@@ -30,6 +30,7 @@ from vibrissa.neural.coupling.tuning import (
     weakness,
 )
 from vibrissa.neural.io.tables.inputs import refuse_misplaced
+from vibrissa.neural.io.tables.spikes import NOT_OBSERVED
 from vibrissa.neural.io.tables.stimuli import in_unit_of
 from vibrissa.quantities import dataset, stacked
 from vibrissa.quantities.quantity import SUFFIXES
@@ -231,7 +232,8 @@ def _spontaneous(spikes: xr.Dataset, observed: Mask, how: EnvelopeAnalysis) -> A
     inside = (spikes.spike_time.values >= start) & (spikes.spike_time.values < stop)
     inside &= observed[spikes.spike_unit.values, spikes.spike_trial.values]
     count = np.bincount(spikes.spike_unit.values[inside], minlength=n_units)
-    return count / (np.maximum(observed.sum(1), 1) * (stop - start))
+    number = observed.sum(1)
+    return count / (np.where(number > 0, number, np.nan) * (stop - start))
 
 
 Row = dict[str, Any]
@@ -263,8 +265,8 @@ def _fits(
     for unit, total in enumerate(counts.totals):
         n_spikes = int(total[drive.valid].sum())
         if n_spikes < FEWEST_SPIKES:
-            why = f"too few spikes: {n_spikes} in the bins that count, fewer than {FEWEST_SPIKES}"
-            rows.append({**NOT_MEASURED, "reason": why})
+            few = f"too few spikes: {n_spikes} in the bins that count, fewer than {FEWEST_SPIKES}"
+            rows.append({**NOT_MEASURED, "reason": few if counts.observed[unit].any() else NOT_OBSERVED})
         elif not significant[unit]:
             rows.append({**NOT_MEASURED, "reason": unfitted[unit]})
         elif grid is not None:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from vibrissa.arrays import Array, Integers, Mask, Window
 from vibrissa.errors import RangeError, TooFewError
 from vibrissa.limits import require_bins
+from vibrissa.neural.io.tables.spikes import observed_trials, refuse_partly_observed
 from vibrissa.quantities import dataset, require
 
 
@@ -116,7 +117,9 @@ class UnitCounts:
         """
         require(spikes, "spike_time", "spike_trial", "spike_unit", "unit_name")
         _refuse_trials(spikes.spike_trial.values, n_trials)
-        observed = _observed(spikes, n_trials, partial)
+        observed = observed_trials(spikes, n_trials)
+        if not partial:
+            refuse_partly_observed(spikes, observed)
         unit, n_units, start = spikes.spike_unit.values, spikes.sizes["unit"], float(edges[0])
         order = np.argsort(unit, kind="stable")
         places = np.split(order, np.searchsorted(unit, np.arange(1, n_units), sorter=order))
@@ -136,8 +139,9 @@ class UnitCounts:
         )
 
     def rates(self) -> Array:
-        """Rate of each unit in each bin, averaged over the trials in which it was observed; (U, K) [Hz]."""
-        return self.totals / np.maximum(self.observed.sum(1, keepdims=True), 1) / self.bin_width
+        """Rate of each unit in each bin, over the trials in which it was observed; (U, K) [Hz], NaN where in none."""
+        number = self.observed.sum(1, keepdims=True)
+        return self.totals / np.where(number > 0, number, np.nan) / self.bin_width
 
     def __iter__(self) -> Iterator[Integers]:
         """Counts of each unit in turn, in each trial and bin; (N, K)."""
@@ -180,19 +184,6 @@ class UnitCounts:
         return np.bincount(column[(column >= 0) & (column < n_bins)], minlength=n_bins)
 
 
-def _observed(spikes: xr.Dataset, n_trials: int, partial: bool) -> Mask:
-    """Trials in which each unit was observed, (U, N)."""
-    if "unit_observed" not in spikes:
-        return np.ones((spikes.sizes["unit"], n_trials), bool)
-    observed = np.asarray(spikes.unit_observed.transpose("unit", "trial").values, bool)
-    less = np.flatnonzero(~observed.all(1))
-    if less.size and not partial:
-        first = less[0]
-        found = f"{observed[first].sum()} of {n_trials} for {str(spikes.unit_name.values[first])!r}"
-        raise TooFewError("units", "must be observed in all trials", found, "leave it out, or take the trials it has")
-    return observed
-
-
 def psth(spikes: xr.Dataset, edges: ArrayLike, *, n_trials: int | None = None) -> xr.Dataset:
     """Spikes of each trial in each bin, and the firing rate averaged over trials.
 
@@ -219,9 +210,7 @@ def psth(spikes: xr.Dataset, edges: ArrayLike, *, n_trials: int | None = None) -
     require(spikes, "spike_time", "spike_trial")
     edges, trials = _edges(edges), _n_trials(spikes, n_trials)
     counts = _counts(spikes, edges, trials)
-    observed = np.ones(counts.shape[:-1], bool)
-    if "unit_observed" in spikes:
-        observed = spikes.unit_observed.transpose("unit", "trial").values
+    observed = observed_trials(spikes, trials) if counts.ndim == 3 else np.ones(trials, bool)
     mean, se = _mean_over_trials(counts / np.diff(edges), observed[..., None])
     names = {"unit_name": spikes.unit_name.values} if counts.ndim == 3 else {}
     return dataset(
@@ -297,10 +286,8 @@ def trial_counts(spikes: xr.Dataset, n_trials: int, window: Window, bin_width: f
     if len(edges) < 3:
         raise RangeError("bin width", "must be at most half the window", bin_width)
     counts = psth(spikes, edges, n_trials=n_trials).spike_count.transpose("trial", "unit", "bin").values
-    names = [str(name) for name in spikes.unit_name.values]
-    if "unit_observed" in spikes:
-        whole = spikes.unit_observed.transpose("unit", "trial").values.all(1)
-        counts, names = counts[:, whole], [name for name, one in zip(names, whole, strict=True) if one]
+    whole = observed_trials(spikes, n_trials).all(1)
+    counts, names = counts[:, whole], spikes.unit_name.values[whole].astype(str).tolist()
     if not names:
         raise TooFewError("units", "must include one that was observed in all trials", 0)
     if not counts.any():

@@ -10,7 +10,7 @@ import xarray as xr
 from vibrissa.arrays import Array, Integers, Window
 from vibrissa.errors import RangeError, require_positive
 from vibrissa.neural.io.tables.inputs import require_session_clock
-from vibrissa.neural.io.tables.spikes import spike_table, with_intervals
+from vibrissa.neural.io.tables.spikes import observed_trials, spike_table, with_intervals
 from vibrissa.neural.simulated.refractoriness import ROUNDING
 from vibrissa.quantities import require
 
@@ -110,7 +110,7 @@ def trials_laid_out(spikes: xr.Dataset, window: Window, n_trials: int) -> xr.Dat
         raise RangeError("trial", f"must lie below the number of trials, {n_trials}", trial.max())
     kept = (time >= window[0]) & (time <= window[1])
     onsets = (length + APART) * np.arange(n_trials)
-    seen = spikes.unit_observed.values if "unit_observed" in spikes else np.ones((spikes.sizes["unit"], n_trials), bool)
+    seen = observed_trials(spikes, n_trials)
     about = {str(name): v.values for name, v in spikes.variables.items() if v.dims == ("unit",) and name != "unit_name"}
     if "unit_waveform" in spikes:
         about |= {name: spikes[name].values for name in ("unit_waveform", "unit_waveform_sd") if name in spikes}

@@ -9,8 +9,8 @@ import numpy as np
 
 from vibrissa.errors import MissingError, RangeError, TooFewError
 from vibrissa.neural.io.formats.nwb_writer import Session, add_stimulus, add_trials, add_units
-from vibrissa.neural.io.tables.spikes import spike_table
-from vibrissa.neural.io.tables.trials import trial_table
+from vibrissa.neural.io.tables.spikes import observed_trials, spike_table, with_intervals
+from vibrissa.neural.io.tables.trials import recorded_windows, trial_table
 from vibrissa.quantities import dataset
 from vibrissa.quantities.kinds import Results
 from vibrissa.study.archive.export_series import Clock, add_table
@@ -228,14 +228,18 @@ def _named(spikes: xr.Dataset) -> xr.Dataset:
 
 
 def _on_clock(spikes: xr.Dataset, trials: xr.Dataset) -> xr.Dataset:
-    """Spikes given in trials, on the session's clock."""
+    """Spikes given in trials, on the session's clock, with the windows in which each unit was observed."""
     trial = spikes.spike_trial.values
     if trial.size and trial.max() >= trials.sizes["trial"]:
         raise RangeError("spikes", f"must lie in trials 0 to {trials.sizes['trial'] - 1}", int(trial.max()))
     known = {str(name): one.values for name, one in spikes.variables.items() if one.dims[:1] == ("unit",)}
     about: dict[str, Any] = {name: one for name, one in known.items() if name not in ("unit_name", "unit_observed")}
     time = trials.trial_start.values[trial] + spikes.spike_time.values
-    return spike_table(time, spikes.spike_unit.values, _names(spikes), **about)
+    placed = spike_table(time, spikes.spike_unit.values, _names(spikes), **about)
+    if "unit_observed" not in spikes:
+        return placed
+    windows = np.column_stack(recorded_windows(spikes, trials))
+    return with_intervals(placed, [windows[seen] for seen in observed_trials(spikes, len(windows))])
 
 
 def _with_tuning(spikes: xr.Dataset, units: xr.Dataset) -> xr.Dataset:

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrissa.arrays import Array, Mask
 from vibrissa.neural.coupling.analysis import EnvelopeAnalysis
-from vibrissa.neural.coupling.response import spike_counts
+from vibrissa.neural.coupling.response import UnitCounts
 from vibrissa.neural.io.tables.spikes import of_unit
 from vibrissa.neural.io.tables.stimuli import in_unit_of, name_of
 from vibrissa.quantities import dataset
@@ -169,12 +169,11 @@ def unit_examples(
 def _binned(
     spikes: xr.Dataset, name: str, stimulus: xr.Dataset, n_trials: int, how: EnvelopeAnalysis
 ) -> tuple[xr.Dataset, Array, Array, Array]:
-    """A unit's spikes within the stimulus, the edges of the bins, its mean rate [Hz] and the envelope in them."""
+    """A unit's spikes within the stimulus and its trials, the edges of the bins, its mean rate [Hz], the envelope."""
     shown = how.presentation(stimulus)
     start, stop = float(shown.edges[0]), float(shown.edges[-1])
     own = of_unit(spikes, name)
+    counts = UnitCounts.of(own, n_trials, shown.edges, how.bin_width, partial=True)
     inside = (own.spike_time.values >= start) & (own.spike_time.values < stop)
-    own = own.isel(spike=np.flatnonzero(inside))
-    bins = len(shown.edges) - 1
-    counts = spike_counts(own, n_trials=n_trials, start=start, n_bins=bins, bin_width=how.bin_width)
-    return own, shown.edges, counts.mean(axis=0) / how.bin_width, shown.binned()
+    inside &= counts.observed[0, own.spike_trial.values]
+    return own.isel(spike=np.flatnonzero(inside)), shown.edges, counts.rates()[0], shown.binned()

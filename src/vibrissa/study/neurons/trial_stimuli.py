@@ -10,7 +10,7 @@ from vibrissa.arrays import Array
 from vibrissa.errors import ConflictError, RangeError, TooFewError
 from vibrissa.neural.coupling.presentation import EDGE_PERIODS, LONGEST, BinnedAnalysis
 from vibrissa.neural.io.tables.inputs import refuse_beyond_recording
-from vibrissa.neural.io.tables.spikes import spike_table
+from vibrissa.neural.io.tables.spikes import observed_trials, refuse_partly_observed, spike_table
 from vibrissa.neural.io.tables.stimuli import labelled_stimulus, name_of, presented
 
 if TYPE_CHECKING:
@@ -99,9 +99,11 @@ def each_trial(spikes: xr.Dataset, stimulus: xr.Dataset, n_trials: int) -> list[
         return [(spikes, stimulus, n_trials)]
     parts = []
     for k in range(n_trials):
-        own = spikes.isel(spike=np.flatnonzero(spikes.spike_trial.values == k))
+        own = spikes.isel(
+            {"spike": np.flatnonzero(spikes.spike_trial.values == k), "trial": [k]}, missing_dims="ignore"
+        )
         own = own.assign(spike_trial=own.spike_trial - k).assign_attrs(n_trials=1)
-        parts.append((own.drop_dims("trial", errors="ignore"), stimulus.isel(trial=k), 1))
+        parts.append((own, stimulus.isel(trial=k), 1))
     return parts
 
 
@@ -134,8 +136,10 @@ def end_to_end(
     Raises
     ------
     InputError
-        If a window is given, or bins do not divide the trials.
+        If a window is given, bins do not divide the trials, or a unit was not observed in all trials: what is joined
+        has one presentation of all units.
     """
+    refuse_partly_observed(spikes, observed_trials(spikes, stimulus.sizes["trial"]))
     if how.window is not None:
         raise ConflictError("window", "must be left out where each trial has its own stimulus", how.window)
     time, _, unit, _ = presented(stimulus)

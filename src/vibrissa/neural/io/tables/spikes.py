@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibrissa.arrays import Array, Integers
-from vibrissa.errors import ConflictError, RangeError, UnknownError
+from vibrissa.arrays import Array, Integers, Mask
+from vibrissa.errors import ConflictError, RangeError, ShapeError, TooFewError, UnknownError
 from vibrissa.quantities import dataset, require
 
 
@@ -122,6 +122,60 @@ def with_intervals(spikes: xr.Dataset, each: Sequence[Array]) -> xr.Dataset:
     unit = np.repeat(np.arange(len(each)), [np.size(one) // 2 for one in each])
     found = dataset(interval_start=flat[:, 0], interval_stop=flat[:, 1], interval_unit=unit)
     return spikes.assign(found.data_vars)
+
+
+NOT_OBSERVED = "cannot tell: the unit was observed in no trial"
+
+
+def observed_trials(spikes: xr.Dataset, n_trials: int) -> Mask:
+    """Trials in which each unit was observed; the others were not presented to it.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        In trials, with ``unit_name``; all are observed unless ``unit_observed`` (unit, trial) says otherwise.
+    n_trials : int
+        Trials presented, silent ones included.
+
+    Returns
+    -------
+    (U, N) array of bool
+        Whether it was.
+
+    Raises
+    ------
+    InputError
+        If the table knows of another number of trials.
+    """
+    if "unit_observed" not in spikes:
+        return np.ones((spikes.sizes["unit"], n_trials), bool)
+    observed = spikes.unit_observed.transpose("unit", "trial").values.astype(bool)
+    if observed.shape[1] != n_trials:
+        rule = f"must be the {observed.shape[1]} in which the spikes' units were observed or not"
+        raise ShapeError("number of trials", rule, n_trials, "leave it out: the spikes have it")
+    return observed
+
+
+def refuse_partly_observed(spikes: xr.Dataset, observed: Mask) -> None:
+    """Refuse units that were observed in some of the trials only.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        With ``unit_name``.
+    observed : (U, N) array of bool
+        From :func:`observed_trials`.
+
+    Raises
+    ------
+    InputError
+        Names the first such unit.
+    """
+    less = np.flatnonzero(~observed.all(1))
+    if less.size:
+        first = less[0]
+        found = f"{observed[first].sum()} of {observed.shape[1]} for {str(spikes.unit_name.values[first])!r}"
+        raise TooFewError("units", "must be observed in all trials", found, "leave it out, or take the trials it has")
 
 
 def of_unit(spikes: xr.Dataset, name: str) -> xr.Dataset:

@@ -233,6 +233,26 @@ def cut_into_trials(spikes: xr.Dataset, trials: xr.Dataset, window: Window | Non
     return cut.assign({name: v for name, v in trials.data_vars.items() if v.dims == ("trial",)}).assign_attrs(oddities)
 
 
+def recorded_windows(spikes: xr.Dataset, trials: xr.Dataset) -> tuple[Array, Array]:
+    """Part of each trial in which its spikes were taken, on the session's clock.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        In trials; ``window_start`` and ``window_stop`` if they were cut by a window about the onset.
+    trials : Dataset
+        See :func:`trial_table`.
+
+    Returns
+    -------
+    start, stop : (R,) arrays
+        [s].
+    """
+    known = spikes.attrs
+    cut = "window_start" in known and "window_stop" in known
+    return _windows(trials, (float(known["window_start"]), float(known["window_stop"])) if cut else None)
+
+
 def _windows(trials: xr.Dataset, window: Window | None) -> tuple[Array, Array]:
     """Start and stop of each trial's window [s] on the session's clock."""
     if window is None:
@@ -242,7 +262,7 @@ def _windows(trials: xr.Dataset, window: Window | None) -> tuple[Array, Array]:
     return trials.trial_start.values + window[0], trials.trial_start.values + window[1]
 
 
-_NEAR = 1e-6  # [s] by which ends of intervals and windows may differ by rounding
+NEAR = 1e-6  # [s] by which ends of intervals and windows may differ by rounding
 
 
 def _observed(spikes: xr.Dataset, low: Array, high: Array) -> Mask:
@@ -250,5 +270,5 @@ def _observed(spikes: xr.Dataset, low: Array, high: Array) -> Mask:
     observed = np.zeros((spikes.sizes["unit"], low.size), bool)
     intervals = (spikes[f"interval_{name}"].values for name in ("unit", "start", "stop"))
     for unit, start, stop in zip(*intervals, strict=True):
-        observed[unit] |= (start <= low + _NEAR) & (high <= stop + _NEAR)
+        observed[unit] |= (start <= low + NEAR) & (high <= stop + NEAR)
     return observed
