@@ -154,7 +154,7 @@ def unit_of(column: str, quantity: str, si: str) -> str | None:
 
 
 def channel_and_unit(column: str) -> tuple[str, str | None]:
-    """Give the name of a channel, and the unit that the name of its column ends in.
+    """Give the name of a channel, and the unit that the name of its column ends in, the longest one that is known.
 
     Parameters
     ----------
@@ -170,11 +170,11 @@ def channel_and_unit(column: str) -> tuple[str, str | None]:
 
     Examples
     --------
-    >>> channel_and_unit("contra_um"), channel_and_unit("left_paw")
-    (('contra', 'um'), ('left_paw', None))
+    >>> channel_and_unit("contra_um"), channel_and_unit("velocity_mm_s"), channel_and_unit("left_paw")
+    (('contra', 'um'), ('velocity', 'mm_s'), ('left_paw', None))
     """
-    name, _, end = column.rpartition("_")
-    return (name, end) if name and is_unit(end) else (column, None)
+    cuts = [place for place, letter in enumerate(column) if letter == "_" and place > 0]
+    return next(((column[:at], column[at + 1 :]) for at in cuts if is_unit(column[at + 1 :])), (column, None))
 
 
 def is_unit(text: str) -> bool:

@@ -81,6 +81,26 @@ def test_one_motion_is_the_same_in_every_unit(folder):
     np.testing.assert_allclose(turned.values, 1e3 * MOTION * np.pi / 180, rtol=1e-7, atol=1e-12)
 
 
+@pytest.mark.parametrize("column", ["displacement_cm", "displacement (mm)", "angle (rad)", "contra [um]"])
+def test_a_column_that_ends_in_no_known_unit_is_not_taken_as_metres(tmp_path, column):
+    table(tmp_path / "odd.csv", time=TIME, **{column: MOTION})
+    with refusal("unknown", f"odd.csv: column {column!r}"):
+        shown(tmp_path, "odd.csv")
+    known, _ = shown(tmp_path, "odd.csv", signal_unit="um")
+    np.testing.assert_allclose(presented(known).values, 1e-6 * MOTION, rtol=1e-7, atol=1e-15)
+
+
+def test_a_speed_keeps_its_unit_and_a_channel_without_one_is_said_to_be_in_metres(tmp_path):
+    table(tmp_path / "speed.csv", time=TIME, velocity_mm_s=MOTION)
+    speed, remarks = shown(tmp_path, "speed.csv")
+    assert (presented(speed).unit, remarks) == ("m/s", [])
+    np.testing.assert_allclose(presented(speed).values, 1e-3 * MOTION, rtol=1e-7, atol=1e-15)
+    table(tmp_path / "pressure.csv", time=TIME, pressure_kPa=MOTION)
+    assert shown(tmp_path, "pressure.csv")[1] == [
+        "pressure.csv: no known unit ends the name of pressure_kPa: taken as metres"
+    ]
+
+
 def test_an_envelope_is_not_enveloped_again(folder):
     for name, how, told in (("env.csv", {}, 0), ("level.csv", {}, 0), ("positive.csv", {}, 1)):
         stimulus, remarks = shown(folder, name, **how)

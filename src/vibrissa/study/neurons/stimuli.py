@@ -12,7 +12,7 @@ from vibrissa.errors import ConflictError, MissingError, RangeError, UnknownErro
 from vibrissa.netcdf import load
 from vibrissa.neural.coupling.presentation import banded
 from vibrissa.neural.io.tables.stimuli import has_no_carrier, labelled_stimulus, name_of, one_channel, presented
-from vibrissa.neural.io.tables.stimulus_csv import checked_stimulus, in_stated_unit, read_stimulus_csv
+from vibrissa.neural.io.tables.stimulus_csv import ASSUMED, checked_stimulus, in_stated_unit, read_stimulus_csv
 from vibrissa.quantities import require
 from vibrissa.stimulus.export import read_command
 from vibrissa.study.spec.given import StimulusInput
@@ -54,7 +54,7 @@ def read_stimulus(
     stimulus : Dataset
         See :func:`vibrissa.neural.io.tables.stimuli.labelled_stimulus`.
     remarks : list of str
-        That it is taken for an envelope, where no one said so.
+        That it is taken for an envelope, or in metres, where no one said so.
 
     Raises
     ------
@@ -68,12 +68,14 @@ def read_stimulus(
     if given.whisker is None and not channels and (path.suffix.lower() in (".wav", ".npy") or _sidecar(path).is_file()):
         raise ConflictError("whisker", "must be given with a command of vibrissa replay", str(path))
     stimulus = _read(path, given)
+    remarks = [str(stimulus.attrs.pop(ASSUMED))] if ASSUMED in stimulus.attrs else []
     if channels:
         if given.whisker is not None and path.suffix.lower() != ".nwb":
             raise ConflictError("whisker", "must be left out where all channels are taken", given.whisker)
-        return stimulus, []
+        return stimulus, remarks
     one = one_channel(stimulus, None if path.suffix.lower() == ".nwb" else given.whisker, str(path))
-    return named_stimulus(one, str(path), band) if named else (one, [])
+    known, more = named_stimulus(one, str(path), band) if named else (one, [])
+    return known, [*remarks, *more]
 
 
 def _read(path: Path, given: StimulusInput) -> xr.Dataset:

@@ -19,6 +19,7 @@ from vibrissa.tables.writer import write_table
 NAMED = {"displacement": "m", "angle": "rad", "envelope": None}  # columns that say what they are, and their SI unit
 LEVEL = "dB"  # of a unit that envelopes alone have
 FEWEST, SLOWEST = 100, 0.01  # samples; [s] of the longest step between two
+ASSUMED = "unit_assumed"  # attribute: what to remark on a unit that no one stated
 LARGEST_SD = 0.01  # [m] numbers that move more are no metres
 
 
@@ -41,7 +42,8 @@ def read_stimulus_csv(path: str | Path, *, unit: str | None = None, envelope: bo
     -------
     Dataset
         See :func:`vibrissa.neural.io.tables.stimuli.labelled_stimulus`; with the dimension ``whisker`` where there are
-        several channels, ``trial`` where there is one presentation for each.
+        several channels, ``trial`` where there is one presentation for each. The attribute ``unit_assumed`` says of
+        channels without a unit that they are taken as metres.
 
     Raises
     ------
@@ -55,6 +57,8 @@ def read_stimulus_csv(path: str | Path, *, unit: str | None = None, envelope: bo
     columns = known or columns
     if not columns:
         raise MissingError(str(path), "must have a column beside time", ",".join(table.header), "such as displacement")
+    assumed = [name for name, (_, end) in columns.items() if unit is None and end is None and name not in NAMED]
+    _refuse_odd_units(str(path), assumed)
     time, order = _times(table, str(path))
     parts = [_channel(table, name, *columns[name], unit, envelope) for name in columns]
     kinds = {(found, is_envelope) for _, found, is_envelope in parts}
@@ -68,8 +72,21 @@ def read_stimulus_csv(path: str | Path, *, unit: str | None = None, envelope: bo
     several, repeated = len(parts) > 1, "trial" in table
     values = values[(slice(None) if several else 0, slice(None) if repeated else 0)]
     lead = ({"whisker": names} if several else {}) | ({"trial": None} if repeated else {})
-    how: dict[str, Any] = {"envelope": is_envelope, "lead": lead, "attrs": {"source": Path(path).name}}
+    attrs = {"source": Path(path).name}
+    if assumed:
+        attrs[ASSUMED] = f"{Path(path).name}: no known unit ends the name of {', '.join(assumed)}: taken as metres"
+    how: dict[str, Any] = {"envelope": is_envelope, "lead": lead, "attrs": attrs}
     return checked_stimulus(labelled_stimulus(time, values, found, **how), str(path))
+
+
+def _refuse_odd_units(path: str, columns: list[str]) -> None:
+    """Refuse names that seem to end in a unit, none of those that are known."""
+    odd = next((name for name in columns if set(name) & set("()[]") or name.startswith(tuple(NAMED))), None)
+    if odd is not None:
+        remedy = (
+            "displacement_um or angle_deg, for example; of numbers in centimetres write displacement_mm and tenfold"
+        )
+        raise UnknownError(f"{path}: column {odd!r}", "must end in a unit that is known", remedy=remedy)
 
 
 def _times(table: Table, path: str) -> tuple[Array, Integers]:
