@@ -302,3 +302,29 @@ def test_a_unit_is_drawn_over_the_trials_in_which_it_was_observed_also_from_a_fi
     assert page.attrs["trials_observed"] == seen[0].sum()
     assert float(page.firing_rate.mean()) == pytest.approx(float(page.predicted_rate.mean()), rel=0.1)
     assert (page.spike_trial.values % 2 == 0).all()
+
+
+def test_an_object_is_the_stimulus_that_the_same_numbers_in_a_file_are(tmp_path):
+    time, rng = np.arange(0, 4, 1e-3), np.random.default_rng(2)
+    slow = np.abs(np.convolve(rng.normal(size=time.size), np.ones(60) / 60, "same")) * 1e-4
+    table = "\n".join(f"{a!r},{b!r}" for a, b in zip(time.tolist(), slow.tolist(), strict=True))
+    (tmp_path / "slow.csv").write_text(f"time,displacement\n{table}\n")
+    shown = xr.DataArray(slow, coords={"time": time}, dims="time", attrs={"units": "m"})
+    spikes, found = vb.sample_data("spikes.csv"), []
+    for stimulus in (shown, str(tmp_path / "slow.csv")):
+        with pytest.warns(Remark, match="never negative and has no carrier"):
+            found.append(vb.envelope_coupling(spikes, stimulus, window=(0.5, 3.5)))
+    np.testing.assert_array_equal(found[0].envelope_correlation, found[1].envelope_correlation)
+    with refusal("range", "xarray DataArray"):
+        vb.envelope_coupling(spikes, shown - 1e-5, window=(0.5, 3.5))
+
+
+def test_a_unit_in_another_spelling_is_the_same_unit():
+    time = np.arange(0, 4, 1e-3)
+    values = 50 * np.sin(2 * np.pi * 70 * time) * (1 + 0.5 * np.sin(9 * time))
+    shown = xr.DataArray(values, coords={"time": time}, dims="time", attrs={"units": "µm"})
+    spikes = vb.sample_data("spikes.csv")
+    named, plain = (vb.envelope_coupling(spikes, shown, window=(0.5, 3.5), unit=unit) for unit in ("um", None))
+    np.testing.assert_array_equal(named.envelope_correlation, plain.envelope_correlation)
+    with refusal("conflict", "unit"):
+        vb.envelope_coupling(spikes, shown, unit="mm")

@@ -134,7 +134,7 @@ def envelope_coupling(
     named = str(getattr(stimulus, "name", "")) + str(getattr(stimulus, "attrs", {}).get("long_name", ""))
     if "envelope" in named and not envelope:
         raise ConflictError("stimulus", "must be a displacement", "an envelope", "say so: envelope=True")
-    table, shown, remarks = _spikes_and_stimulus(spikes, stimulus, unit, envelope)
+    table, shown, remarks = _spikes_and_stimulus(spikes, stimulus, unit, envelope, band)
     if "spike_trial" not in table:
         raise MissingError("spikes", "must be in trials", remedy="vb.read_spikes(spikes, trials=onsets)")
     known = table.attrs.get("n_trials")
@@ -163,7 +163,7 @@ def envelope_coupling(
 
 
 def _spikes_and_stimulus(
-    spikes: Any, stimulus: Any, unit: str | None, envelope: bool
+    spikes: Any, stimulus: Any, unit: str | None, envelope: bool, band: Seconds | None
 ) -> tuple[xr.Dataset, xr.Dataset, list[str]]:
     """Both as datasets, and remarks on the stimulus; refused in one line if they are swapped."""
     from vibrissa.api.objects.signals import as_signal
@@ -184,26 +184,29 @@ def _spikes_and_stimulus(
             raise
         remedy = "vb.envelope_coupling(spikes, stimulus)"
         raise ConflictError("spikes, stimulus", "must be in this order", "them swapped", remedy) from error
-    return table, *_shown(stimulus, unit, envelope)
+    return table, *_shown(stimulus, unit, envelope, band)
 
 
-def _shown(stimulus: Any, unit: str | None, envelope: bool) -> tuple[xr.Dataset, list[str]]:
+def _shown(stimulus: Any, unit: str | None, envelope: bool, band: Seconds | None) -> tuple[xr.Dataset, list[str]]:
     """The stimulus, by what it is, and remarks on it."""
     from vibrissa.api.objects.signals import as_signal
     from vibrissa.neural.io.tables.stimuli import OTHERS, labelled_stimulus
-    from vibrissa.study.neurons.stimuli import read_stimulus
+    from vibrissa.neural.io.tables.stimulus_csv import checked_stimulus
+    from vibrissa.study.neurons.stimuli import named_stimulus, read_stimulus
     from vibrissa.study.spec.given import StimulusInput
     from vibrissa.tables.units import in_si
 
     if isinstance(stimulus, str | PathLike):
-        return read_stimulus(StimulusInput(stimulus=str(stimulus), signal_unit=unit, envelope=envelope))
+        return read_stimulus(StimulusInput(stimulus=str(stimulus), signal_unit=unit, envelope=envelope), band=band)
     stated = unit or str(getattr(stimulus, "attrs", {}).get("units", ""))
     if not envelope and in_si(1.0, stated)[1] not in OTHERS:
-        return as_signal(stimulus, unit=unit).to_dataset(), []
-    signal = as_signal(stimulus, unit=unit, quantity=None)
-    known = "m" if signal.attrs["units"] == "1" else signal.attrs["units"]
-    attrs = {"source": signal.attrs["source"]}
-    return labelled_stimulus(signal.time.values, signal.values, known, envelope=envelope, attrs=attrs), []
+        signal, known = as_signal(stimulus, unit=unit), "m"
+    else:
+        signal = as_signal(stimulus, unit=unit, quantity=None)
+        known = "m" if signal.attrs["units"] == "1" else signal.attrs["units"]
+    source = signal.attrs["source"]
+    shown = labelled_stimulus(signal.time.values, signal.values, known, envelope=envelope, attrs={"source": source})
+    return named_stimulus(checked_stimulus(shown, source), source, band)
 
 
 @names_arguments

@@ -282,7 +282,7 @@ def _even(known: Signal, source: str) -> float:
 
 def _in_unit(known: Signal, unit: str | None, wanted: str | None, source: str) -> tuple[Array, str]:
     """Values in SI, and their unit, which must be the one wanted."""
-    if unit is not None and known.unit is not None and unit != known.unit:
+    if unit is not None and known.unit is not None and in_si(1.0, unit) != in_si(1.0, known.unit):
         raise ConflictError("unit", f"must be left out: {source} states its own, {known.unit}", unit)
     stated = unit or known.unit
     values, found = in_si(known.values, stated or wanted or "1")

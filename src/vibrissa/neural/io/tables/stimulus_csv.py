@@ -122,7 +122,7 @@ def _channel(
     table: Table, column: str, name: str, end: str | None, unit: str | None, envelope: bool
 ) -> tuple[Array, str, bool]:
     """Values in SI of one column, their unit, and whether they are an envelope."""
-    if unit is not None and end is not None and unit != end:
+    if unit is not None and end is not None and in_si(1.0, unit) != in_si(1.0, end):
         raise ConflictError("signal_unit", f"must be left out: {table.path} states it, {column}", unit)
     stated = end or unit or NAMED.get(name) or "m"
     values, found = in_stated_unit(table.numbers(column), stated)
