@@ -208,7 +208,9 @@ def test_a_plan_of_fitted_units_names_those_that_were_not_identified(vibrissa, t
     [line] = err.splitlines()
     said = line.removeprefix("vibrissa: ").partition(": not identified by the recording")[0].split(", ")
     assert said == [name for name, identified in found.items() if not identified]
-    assert "--fitted-units must not be given with" in vibrissa(*words, "--baseline", 5)[2]
+    for more in (("--baseline", 5), ("--latency", "20ms"), ("--gain-sd", 0), ("--fano-factor", 2)):
+        code, _, err = vibrissa(*words, *more)
+        assert (code, f"--fitted-units must not be given with {more[0]};" in err) == (2, True), err
 
 
 def test_trials_needed_in_decibels_are_those_in_any_other_unit(vibrissa, tmp_path):

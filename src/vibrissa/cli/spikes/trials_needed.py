@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vibrissa.cli.shared.display.output import PRINTED, OutputOptions, tell
 from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions
@@ -16,7 +16,11 @@ from vibrissa.cli.shared.words.units import Duration, Rate
 from vibrissa.errors import ConflictError, MissingError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray as xr
+
+    from vibrissa.neural.simulated.virtual import ThresholdLinearUnit
 
 TABLE = ("threshold", "slope", "baseline", "fano_factor", "spikes_per_trial", "trials_needed", "reason")
 
@@ -28,12 +32,12 @@ def trials_needed(
     slope: list[RiseOption] | None = None,
     baseline: list[Rate] | None = None,
     fitted_units: Path | None = None,
-    latency: Duration = 0.012,
+    latency: Duration | None = None,
     threshold_within: LevelOption | None = None,
     slope_within: float | None = None,
     latency_within: Duration | None = None,
-    gain_sd: float = 0.0,
-    fano_factor: float = 1.0,
+    gain_sd: float | None = None,
+    fano_factor: float | None = None,
     bin_width: Duration = 0.01,
     part: PartOptions = WHOLE,
     drawing: PictureOptions = NO_PICTURE,
@@ -53,10 +57,10 @@ def trials_needed(
     baseline
         Rate below the threshold [Hz]; once for each.
     fitted_units
-        Table that `vibrissa neural --out` wrote, in place of the three: its fitted units, each with its own variability
-        from trial to trial.
+        Table that `vibrissa neural --out` wrote, in place of the three: its fitted units, each with its own latency and
+        variability from trial to trial.
     latency
-        Delay from envelope to rate [s].
+        Delay from envelope to rate [s]; 12 ms by default.
     threshold_within
         Largest half of the threshold's 95 % interval, in the unit of the stimulus.
     slope_within
@@ -64,9 +68,9 @@ def trials_needed(
     latency_within
         Largest half of the latency's 95 % interval [s].
     gain_sd
-        Standard deviation of a gain, of mean 1, that multiplies all of a trial's rate.
+        Standard deviation of a gain, of mean 1, that multiplies all of a trial's rate; 0 by default.
     fano_factor
-        Variance over mean of the counts of a bin from trial to trial; 1 for Poisson counts.
+        Variance over mean of the counts of a bin from trial to trial; by default 1, as of Poisson counts.
     bin_width
         Width of the bins of the analysis [s].
     """
@@ -76,14 +80,12 @@ def trials_needed(
     from vibrissa.neural.coding.planner import Wanted, expected_of, plan_trials
     from vibrissa.neural.coupling.presentation import Presentation
     from vibrissa.neural.io.tables.stimuli import in_unit_of, presented, require_metres
-    from vibrissa.neural.simulated.virtual import ThresholdLinearUnit
     from vibrissa.study.neurons.stimuli import read_stimulus
     from vibrissa.study.spec.given import StimulusInput
 
-    if fitted_units is not None:
-        _refuse_both(threshold, slope, baseline)
-    elif not (threshold and slope and baseline):
-        raise MissingError("units", "must be given by --threshold, --slope and --baseline, or by --fitted-units")
+    described = {"--threshold": threshold, "--slope": slope, "--baseline": baseline}
+    more = {"--latency": latency, "--gain-sd": gain_sd, "--fano-factor": fano_factor}
+    _refuse_units(fitted_units, described, more)
     stimulus, remarks = read_stimulus(StimulusInput(**shown.words()), band=part.band)
     tell(*map(in_options, remarks))
     unit = presented(stimulus).unit
@@ -94,14 +96,9 @@ def trials_needed(
         expected, gains, fanos, names = expected_of(table)
         tell(*_unidentified(table, names))
     else:
-        names = []
-        thresholds = [one.of(unit, "--threshold") for one in threshold or ()]
-        slopes = [one.of(unit, "--slope") for one in slope or ()]
-        expected = [
-            ThresholdLinearUnit(threshold=a, slope=s, baseline=b, latency=latency)
-            for a, s, b in product(thresholds, slopes, baseline or ())
-        ]
-        gains, fanos = np.full(len(expected), gain_sd), np.full(len(expected), fano_factor)
+        names, expected = [], _combined(threshold or (), slope or (), baseline or (), latency, unit)
+        gains = np.full(len(expected), 0.0 if gain_sd is None else gain_sd)
+        fanos = np.full(len(expected), 1.0 if fano_factor is None else fano_factor)
     if drawing.picture is not None:
         require_metres(stimulus, "the threshold in the picture")
     drive = Presentation.of(stimulus, bin_width=bin_width, **vars(part)).drive()
@@ -132,7 +129,26 @@ def _unidentified(units: xr.Dataset, planned: list[str]) -> list[str]:
     return [f"{', '.join(found)}: not identified by the recording; its fit, and so the plan, may be far off"]
 
 
-def _refuse_both(*given: object) -> None:
-    """Refuse units that are described beside a table of them."""
-    if any(given):
-        raise ConflictError("--fitted-units", "must not be given with --threshold, --slope or --baseline")
+def _combined(
+    threshold: Sequence[LevelOption],
+    slope: Sequence[RiseOption],
+    baseline: Sequence[float],
+    latency: float | None,
+    unit: str,
+) -> list[ThresholdLinearUnit]:
+    """A unit for every combination, in the unit of the stimulus."""
+    from vibrissa.neural.simulated.virtual import ThresholdLinearUnit
+
+    of = [one.of(unit, "--threshold") for one in threshold], [one.of(unit, "--slope") for one in slope], baseline
+    delay: dict[str, Any] = {} if latency is None else {"latency": latency}
+    return [ThresholdLinearUnit(threshold=a, slope=s, baseline=b, **delay) for a, s, b in product(*of)]
+
+
+def _refuse_units(table: Path | None, described: dict[str, Any], more: dict[str, Any]) -> None:
+    """Refuse units that are described beside a table of them, or not described in full."""
+    given = [option for option, one in (described | more).items() if one is not None and one != []]
+    if table is not None and given:
+        remedy = "the table has threshold, slope, baseline, latency and variability of each unit"
+        raise ConflictError("--fitted-units", f"must not be given with {', '.join(given)}", remedy=remedy)
+    if table is None and not set(described) <= set(given):
+        raise MissingError("units", "must be given by --threshold, --slope and --baseline, or by --fitted-units")
