@@ -270,3 +270,17 @@ def test_trials_in_which_a_unit_was_not_observed_come_back(folder, tmp_path, vib
     assert code == 0, err
     back = cut_into_trials(read_nwb(tmp_path / "a.nwb"), read_nwb_trials(tmp_path / "a.nwb"), (-0.5, 4.0))
     assert back.unit_observed.values.tolist() == seen.tolist()
+
+
+@pytest.mark.parametrize("stops", [True, False])
+def test_trials_whose_times_are_known_keep_them(folder, tmp_path, vibrissa, stops):
+    trials = trial_table(np.array([0.5, 5.0, 11.0]), np.array([4.5, 9.0, 15.0]), ["T1", "T2", "T1"])
+    session = spike_table(np.array([0.75, 5.5, 14.0]), np.array([0, 1, 0]), ["a", "b"], attrs={"sampling_rate": 40e3})
+    cut = cut_into_trials(session, trials)
+    save(cut if stops else cut.drop_vars("trial_stop").assign_attrs(duration=4.0), folder / "spikes.nc")
+    code, _, err = vibrissa("export", folder, "--out", tmp_path / "a.nwb", *WHO)
+    assert code == 0, err
+    back = read_nwb_trials(tmp_path / "a.nwb")
+    for name in ("trial_start", "trial_stop", "trial_stimulus"):
+        np.testing.assert_array_equal(back[name], trials[name])
+    np.testing.assert_allclose(read_nwb(tmp_path / "a.nwb").spike_time, session.sortby("spike_unit").spike_time)

@@ -94,8 +94,9 @@ def taken_until(parts: Results) -> float | None:
     if "spikes" in parts and "spike_trial" not in parts["spikes"]:
         ends += [parts["spikes"].spike_time.values]
         ends += [parts["spikes"].interval_stop.values] if "interval_stop" in parts["spikes"] else []
-    if "trials" in parts:
-        ends += [parts["trials"].trial_stop.values]
+    trials = _known_trials(parts)
+    if trials is not None:
+        ends += [trials.trial_stop.values]
     return max((float(end.max()) for end in ends if end.size), default=None)
 
 
@@ -104,7 +105,8 @@ def add_neurons(
 ) -> None:
     """Add units with spike times, quality and tuning; trials; the stimulus as their template.
 
-    Spikes given in trials are placed on the clock, one trial after the other. Where spikes are there of some of
+    Spikes given in trials are placed on the clock at their trials' own times, or, where these are not known, one trial
+    after the other. Where spikes are there of some of
     the units alone, as of the one that a study's figures show, a table ``tuning`` lists all.
 
     Parameters
@@ -126,7 +128,7 @@ def add_neurons(
     InputError
         If number or length of the trials, or the sampling rate of recorded spikes, is not known.
     """
-    trials, found = parts.get("trials"), tables_of_units(parts)
+    trials, found = _known_trials(parts), tables_of_units(parts)
     if "spikes" in parts:
         spikes = _named(parts["spikes"])
         if not spikes.sizes["unit"]:
@@ -153,6 +155,16 @@ def add_neurons(
         add_trials(file, trials, template)
 
 
+def _known_trials(parts: Results) -> xr.Dataset | None:
+    """Trials on the session's clock: those given, or those that the spikes were cut by; None if there are none."""
+    if "trials" in parts or "trial_start" not in parts.get("spikes", ()):
+        return parts.get("trials")
+    spikes = parts["spikes"]
+    start = spikes.trial_start.values
+    stop = spikes.trial_stop.values if "trial_stop" in spikes else start + _presentation(parts)[1]
+    return trial_table(start, stop, spikes.trial_stimulus.values if "trial_stimulus" in spikes else None)
+
+
 def laid_trials(parts: Results, clock: Clock) -> xr.Dataset:
     """Trials laid on the session's clock, each as long as the presentation.
 
@@ -173,12 +185,17 @@ def laid_trials(parts: Results, clock: Clock) -> xr.Dataset:
     InputError
         If number or length of the trials is not known.
     """
+    start, stop, count = _presentation(parts)
+    spans = [clock.lay(np.array([start, stop])) for _ in range(count)]
+    return trial_table(np.array([span[0] - start for span in spans]), np.array([span[1] for span in spans]))
+
+
+def _presentation(parts: Results) -> tuple[float, float, int]:
+    """Start of a presentation, 0 or before its onset, and its stop [s]; and number of them."""
     known = [parts[name].attrs for name in ("spikes", "response", "units") if name in parts]
     count = next((int(attrs["n_trials"]) for attrs in known if attrs.get("n_trials", 0) > 0), 0)
-    attrs, played = (
-        known[0],
-        next((parts[name].time.values for name in ("stimulus", "motion", "command") if name in parts), None),
-    )
+    attrs = known[0]
+    played = next((parts[name].time.values for name in ("stimulus", "motion", "command") if name in parts), None)
     if "window_stop" in attrs:
         start, stop = float(attrs["window_start"]), float(attrs["window_stop"])
     elif "counted_bins" in attrs:
@@ -190,9 +207,7 @@ def laid_trials(parts: Results, clock: Clock) -> xr.Dataset:
     if not count or not stop > 0:
         remedy = "attributes n_trials and duration [s] of their dataset, or `command` for the latter"
         raise MissingError("spikes in trials", "must hold the number of trials and the length of each", remedy=remedy)
-    start = min(start, 0.0)
-    spans = [clock.lay(np.array([start, stop])) for _ in range(count)]
-    return trial_table(np.array([span[0] - start for span in spans]), np.array([span[1] for span in spans]))
+    return min(start, 0.0), stop, count
 
 
 def stimulus_of(motion: xr.Dataset) -> xr.Dataset:
