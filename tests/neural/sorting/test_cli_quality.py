@@ -95,9 +95,11 @@ def test_options_of_trials_limit_what_is_judged(tmp_path, vibrissa):
 
 def test_spikes_in_trials_are_judged_there(tmp_path, vibrissa):
     table = spike_table(np.tile(SPREAD[SPREAD < 2], 3), np.zeros(60, int), ["a"], trial=np.repeat([0, 1, 2], 20))
-    write_csv(table, tmp_path / "s.csv")
-    _code, text, err = vibrissa("quality", tmp_path / "s.csv", "--trials", "6", "--window", "0", "2", "--json")
+    write_csv(table.assign_attrs(n_trials=6), tmp_path / "s.csv")
+    _code, text, err = vibrissa("quality", tmp_path / "s.csv", "--window", "0", "2", "--json")
     assert json.loads(text)["unit_rate"] == [5.0], err
+    code, _, err = vibrissa("quality", tmp_path / "s.csv", "--trials", 12, "--window", "0", "2")
+    assert (code, "--trials must be left out: the recording has 6, got 12" in err) == (2, True), err
     assert vibrissa("quality", tmp_path / "s.csv")[2].count("trials are taken to last from 0 to 1.95 s") == 1
 
 

@@ -248,6 +248,19 @@ def refused(vibrissa, *words):
     return lines[0]
 
 
+@pytest.mark.parametrize("lost", [False, True])
+@pytest.mark.parametrize("trials", [TRIALS - 1, 2 * TRIALS])
+def test_another_number_of_trials_than_a_file_states_is_refused(folder, tmp_path, vibrissa, trials, lost):
+    counts = np.load(folder / "s.npy").astype(float)
+    if lost:
+        counts[:, 3, 1] = np.nan
+    np.save(tmp_path / "s.npy", counts)
+    spikes = ("--spikes", tmp_path / "s.npy", "--counted-bin", "10ms", "--trials", trials)
+    for words in (("neural", *spikes, "--stimulus", folder / "m.csv"), ("information", *spikes, "--window", 0, 3)):
+        line = refused(vibrissa, *words)
+        assert f"--trials must be left out: the recording has {TRIALS}, got {trials}" in line
+
+
 @pytest.mark.parametrize(("text", "message"), STIMULI.items())
 def test_odd_stimuli_end_in_one_line(folder, tmp_path, vibrissa, text, message):
     (tmp_path / "x.csv").write_text(filled(text))

@@ -218,8 +218,7 @@ def read_spikes(
     count = counted if given.trials is None else given.trials
     if count is None and needs_count:
         raise ConflictError("trials", "must be given with a CSV", remedy="count silent presentations too")
-    if counted is not None and "trial_start" in spikes and count != counted:
-        raise ConflictError("trials", f"must be left out: the recording has {counted}", count)
+    _refuse_other_count(given, counted)
     if (width := spikes.attrs.get("counted_bin")) and bin_width is not None:
         bins = bin_width / width
         if round(bins) < 1 or abs(bins - round(bins)) > 1e-6:
@@ -267,6 +266,7 @@ def read_session(
         spikes = of_kept_units(spikes, folder / given.kept)
     remarks = remarks_on(spikes)
     if "spike_trial" in spikes:
+        _refuse_other_count(given, spikes.attrs.get("n_trials"))
         if "n_trials" not in spikes.attrs:
             count = given.trials or int(spikes.spike_trial.values.max(initial=0)) + 1
             spikes = spikes.assign_attrs(n_trials=count)
@@ -279,6 +279,14 @@ def read_session(
         return spikes.drop_dims("marker"), trials_at(onsets, length), remarks
     known = given.period is not None or given.trial_table is not None or _has_trials(folder / given.spikes)
     return spikes, _trials(given, folder) if known else None, remarks
+
+
+def _refuse_other_count(given: SpikesInput, counted: int | None) -> None:
+    """Refuse a number of trials that a recording contradicts; one that states none may have silent ones at its end."""
+    if counted is not None and given.trials not in (None, counted):
+        more = "a table that lists silent trials needs a line, without a time, for each of them"
+        remedy = more if str(given.spikes).lower().endswith(".csv") else ""
+        raise ConflictError("trials", f"must be left out: the recording has {counted}", given.trials, remedy)
 
 
 def _has_trials(path: Path) -> bool:

@@ -52,8 +52,6 @@ def read_units(
     length = None if window is None else window[1]
     spikes, trials, remarks = read_session(replace(given, group=given.group or (ALL,)), folder, length)
     spikes = with_waveforms(spikes, folder / given.spikes)
-    if given.trials is not None and "spike_trial" in spikes:
-        spikes = spikes.assign_attrs(n_trials=given.trials)
     asked = any((given.period, given.trial_table, given.event, given.only))
     seen, more = observed_units(spikes, trials if asked else None, window=window, duration=duration)
     return seen, [*remarks, *more]
