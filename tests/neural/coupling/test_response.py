@@ -11,6 +11,7 @@ from scipy.stats import sem
 
 from vibrissa.neural.coupling.response import bin_edges, psth, spike_counts
 from vibrissa.neural.io.tables.spikes import spike_table
+from vibrissa.neural.io.tables.trials import cut_into_trials, trial_table
 from vibrissa.quantities import dataset
 
 
@@ -103,6 +104,16 @@ def test_even_bins_count_as_before(seed, start, width):
     table = spikes(start + np.concatenate([rng.uniform(-1, 3, 50), width * np.arange(40)]), rng.integers(0, 3, 90))
     found = psth(table, bin_edges(start, start + 30 * width, width), n_trials=3).spike_count
     np.testing.assert_array_equal(found, spike_counts(table, n_trials=3, start=start, n_bins=30, bin_width=width))
+
+
+@pytest.mark.parametrize("begin", [0.0, 2e4, 1e5, 1e6])
+def test_a_spike_on_every_edge_is_one_in_every_bin_however_late_the_trial(begin):
+    onset = begin + np.array([0.0, 10.0, 20.0])
+    time = np.round(onset[:, None] + np.arange(1000) * 1e-3, 3).ravel()
+    table = spike_table(time, np.zeros(time.size, int), ["a"])
+    cut = cut_into_trials(table, trial_table(onset, onset + 1.0))
+    assert (spike_counts(cut, n_trials=3, start=0.0, n_bins=1000, bin_width=1e-3) == 1).all()
+    assert (psth(cut, bin_edges(0, 1, 1e-3), n_trials=3).spike_count == 1).all()
 
 
 def test_histogram_agrees_with_elephant():

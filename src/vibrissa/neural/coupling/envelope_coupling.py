@@ -10,7 +10,26 @@ from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError, TooFewError
 from vibrissa.neural.coupling.nulls import Circular, Lags, Record, circular_correlogram
 
+ON_EDGE = 1e-9  # [s] 29·0.01 is not 0.29, and times less an onset at 1e5 s have an error of 15 ps
 _BLOCK = 256  # units whose correlograms are held at a time
+
+
+def bin_of(time: Array, start: float, bin_width: float) -> Integers:
+    """Number of the half-open bin [start + k·width, start + (k+1)·width) that holds each time.
+
+    Parameters
+    ----------
+    time : (T,) array
+        Times [s]; within 1 ns of an edge they are on it.
+    start, bin_width : float
+        Start of the first bin and width of each [s].
+
+    Returns
+    -------
+    (T,) array of int
+        From 0; below it before the start.
+    """
+    return np.floor((time - start + ON_EDGE) / bin_width).astype(int)
 
 
 def bin_means(time: Array, values: Array, *, start: float, n_bins: int, bin_width: float) -> Array:
@@ -33,7 +52,7 @@ def bin_means(time: Array, values: Array, *, start: float, n_bins: int, bin_widt
     InputError
         If a bin holds no sample.
     """
-    column = np.floor((time - start) / bin_width + 1e-9).astype(int)
+    column = bin_of(time, start, bin_width)
     inside = (column >= 0) & (column < n_bins)
     count = np.bincount(column[inside], minlength=n_bins)
     if np.any(count == 0):

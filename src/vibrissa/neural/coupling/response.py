@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from vibrissa.arrays import Array, Integers, Mask, Window
 from vibrissa.errors import RangeError, TooFewError
 from vibrissa.limits import require_bins
+from vibrissa.neural.coupling.envelope_coupling import ON_EDGE, bin_of
 from vibrissa.neural.io.tables.spikes import observed_trials, refuse_partly_observed
 from vibrissa.quantities import dataset, require
 
@@ -43,17 +44,11 @@ def spike_counts(spikes: xr.Dataset, *, n_trials: int, start: float, n_bins: int
     _refuse_trials(trial, n_trials)
     if not bin_width > 0:
         raise RangeError("bin width", "must be positive (s)", bin_width)
-    column = _columns(spikes.spike_time.values, start, bin_width)
+    column = bin_of(spikes.spike_time.values, start, bin_width)
     inside = (column >= 0) & (column < n_bins)
     counts = np.zeros((n_trials, n_bins), int)
     np.add.at(counts, (trial[inside], column[inside]), 1)
     return counts
-
-
-def _columns(time: Array, start: float, bin_width: float) -> Integers:
-    """Bin of each spike."""
-    # the margin puts a spike on an edge into the bin that starts there: 0.29/0.01 is 28.999…
-    return np.floor((time - start) / bin_width + 1e-9).astype(int)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,7 +121,7 @@ class UnitCounts:
         time, totals = spikes.spike_time.values, np.zeros((n_units, len(edges) - 1), int)
         for total, place in zip(totals, places, strict=True):
             place = place[observed[unit[place], spikes.spike_trial.values[place]]]
-            column = _columns(time[place], start, bin_width)
+            column = bin_of(time[place], start, bin_width)
             total += np.bincount(column[(column >= 0) & (column < total.size)], minlength=total.size)
         return cls(
             spikes=spikes,
@@ -179,7 +174,7 @@ class UnitCounts:
         """
         place = self.places[unit]
         place = place[self.observed[unit, self.spikes.spike_trial.values[place]]]
-        column = _columns(self.spikes.spike_time.values[place], self.start, self.bin_width / finer)
+        column = bin_of(self.spikes.spike_time.values[place], self.start, self.bin_width / finer)
         n_bins = self.totals.shape[1] * finer
         return np.bincount(column[(column >= 0) & (column < n_bins)], minlength=n_bins)
 
@@ -318,8 +313,7 @@ def _counts(spikes: xr.Dataset, edges: Array, n_trials: int) -> Integers:
     """Spikes of each unit, where there are units, in each trial and bin."""
     trial, time = spikes.spike_trial.values, spikes.spike_time.values
     _refuse_trials(trial, n_trials)
-    # the margin puts a spike on an edge into the bin that starts there, though 29·0.01 is not 0.29
-    column = np.searchsorted(edges - 1e-9 * np.diff(edges).min(), time, side="right") - 1
+    column = np.searchsorted(edges - ON_EDGE, time, side="right") - 1  # on an edge: in the bin that starts there
     inside = (column >= 0) & (column < edges.size - 1)
     units = () if "spike_unit" not in spikes else (spikes.sizes["unit"],)
     counts = np.zeros((*units, n_trials, edges.size - 1), int)
