@@ -170,3 +170,13 @@ def test_modules_in_the_folder_of_the_data_are_not_run(tmp_path, monkeypatch):
     with pytest.raises(InputError) as found:
         reader_process.tables_read_by("vibrissa.neural.io.formats.matlab_tables", tmp_path / "table.mat", "must be one")
     assert "ran" not in str(found.value)
+
+
+@pytest.mark.parametrize("value", [True, np.bool_(False), np.array([True, False])])
+@pytest.mark.parametrize("place", ["dataset", "time"])
+def test_an_attribute_that_is_true_or_false_is_refused_by_its_name(tmp_path, place, value):
+    data = dataset(time=np.arange(3.0))
+    (data if place == "dataset" else data.time).attrs["checked"] = value
+    with pytest.raises(InputError, match=f"attribute 'checked' of {place} must be text or numbers"):
+        save(data, tmp_path / "x.nc")
+    assert not (tmp_path / "x.nc").exists()

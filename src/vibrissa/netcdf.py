@@ -41,7 +41,7 @@ def save(data: xr.Dataset, path: str | Path) -> None:
     Raises
     ------
     InputError
-        If it is no dataset, the name ends otherwise, and as ``written_whole``.
+        If it is no dataset, an attribute of it is true or false, the name ends otherwise, and as ``written_whole``.
     """
     if not hasattr(data, "drop_encoding"):
         remedy = "give what its method sample returns: `.sample(rate=…)`" if hasattr(data, "sample") else ""
@@ -71,11 +71,24 @@ def encoded(data: xr.Dataset) -> bytes:
     bytes
         Content of a NetCDF file.
     """
+    _refuse_booleans(data)
     plain = data.drop_encoding()  # of a file that it was read from
     large = {name: _PACKED for name, one in plain.variables.items() if one.dtype.kind == "f" and one.nbytes >= _LARGE}
     with ThreadPoolExecutor(1) as unseen:
         content = bytes(unseen.submit(plain.to_netcdf, engine="h5netcdf", encoding=large).result())
     return content + _SEAL + hashlib.sha256(content).hexdigest().encode() + b"\n"
+
+
+def _refuse_booleans(data: xr.Dataset) -> None:
+    """Refuse attributes that NetCDF has no type for."""
+    import numpy as np
+
+    parts: dict[Any, Any] = {"dataset": data, **data.variables}
+    for name, one in parts.items():
+        for attribute, value in one.attrs.items():
+            if np.asarray(value).dtype.kind == "b":
+                rule = "must be text or numbers: NetCDF has no true and false"
+                raise FormatError(f"attribute {attribute!r} of {name}", rule, value, "int(…) or str(…)")
 
 
 def load(path: str | Path) -> xr.Dataset:

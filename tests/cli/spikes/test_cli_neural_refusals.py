@@ -34,6 +34,7 @@ def recording(tmp_path):
         (("surround", "--command", "absent.nc", "--out", "x.csv"), "--out must end in .nc"),
         (("glm", "--command", "absent.nc", "--out", "x.csv"), "--out must end in .nc"),
         (("information", "--window", 0, 3.9, "--out", "x.csv"), "--out must end in .nc"),
+        (("information", "--window", 0, 3.9, "--bin-width", "inf"), "must divide the window"),
         (("information", "--window", 0, 1e9), "must hold at most 1,000,000 bins"),
         (("information",), "--window must be given, with its 2 values"),
         (("demodulation", "--stimulus", "stimulus.csv", "--band", 45), "--band must be given, with its 2 values"),

@@ -1,6 +1,7 @@
 """Rival codes on motions whose answers are known."""
 
 import numpy as np
+import pytest
 from refusals import refusal
 
 from vibrissa.neural.coding.codes import EnvelopeCode, EventCode, SpectrumCode, kinetic_events
@@ -29,6 +30,8 @@ def test_spectrum_code_finds_a_tone_in_its_band_whatever_the_bins():
     with refusal("range", "SpectrumCode.edges"):
         SpectrumCode(edges=np.array([0.0, 100.0, 0.6 * RATE])).drive(TONE, RATE, 4)
     assert SpectrumCode(edges=np.array([0.0, 100.0, 0.5 * RATE])).drive(TONE, RATE, 4).shape == (2, 4)
+    odd = SpectrumCode(edges=np.array([0.0, 0.5 * RATE])).drive(TONE[:-1], RATE, 1)
+    assert float(odd[0, 0]) == pytest.approx(TONE[:-1].std() * (TONE.size - 1) / RATE, rel=0.01)  # all of the motion
     with refusal("conflict", "SpectrumCode.edges"):
         SpectrumCode(edges=np.array([30.0, 30.5, 31.0])).drive(TONE[:400], RATE, 5)
     with refusal("range", "SpectrumCode.edges"):

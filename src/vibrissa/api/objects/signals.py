@@ -23,7 +23,7 @@ from vibrissa.errors import (
     require_positive,
 )
 from vibrissa.netcdf import load
-from vibrissa.neural.io.tables.stimulus_csv import read_stimulus_csv
+from vibrissa.neural.io.tables.stimulus_csv import LARGEST_SD, read_stimulus_csv
 from vibrissa.quantities import QUANTITIES
 from vibrissa.signals.even_times import even_rate
 from vibrissa.stimulus.export import read_command
@@ -40,7 +40,6 @@ CUT = "cut the record to where it was measured, or interpolate over it: np.inter
 NEO = ("AnalogSignal", "IrregularlySampledSignal")
 LONG = 0.1  # [s] of a hole: another presentation begins after it
 UNEVEN = 0.01  # of a sampling interval
-LARGEST_SD = 0.01  # [m] numbers without a unit that move more are no metres
 
 
 class Signal(NamedTuple):

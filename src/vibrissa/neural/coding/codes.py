@@ -116,7 +116,7 @@ class SpectrumCode:
         first = np.searchsorted(frequency, self.edges)
         if np.any(np.diff(first) == 0):
             raise ConflictError("SpectrumCode.edges", f"must be wider apart than {frequency[1]:.3g} Hz", self.edges)
-        rms = np.sqrt(np.add.reduceat(power, first)[:-1] * frequency[1])
+        rms = np.sqrt(np.add.reduceat(np.append(power, 0.0), first)[:-1] * frequency[1])
         return np.repeat(rms[:, None] / n_bins, n_bins, axis=1) * displacement.size / sampling_rate
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Collection, Sequence
 
@@ -125,7 +126,7 @@ def _with_unit(option: str, typed: str, remedy: str) -> str:
     two = " " in GLOSSARY[option].example  # values, of which one was read here
     alike = _like_the_example(option, values) or (kind in DIMENSIONS and has_larger_unit(option))
     settled = two or not alike or "write --" in remedy or _SAYS_THE_SHARE.match(remedy)
-    if not dimensional or settled or not all(one is not None and one > 0 for one in values):
+    if not dimensional or settled or not all(one is not None and 0 < one < math.inf for one in values):
         return remedy
     units = [written(option, part).partition(" ")[2] for part in parts[::2]]
     if kind in DIMENSIONS and [in_si(one, option, kind) for one in units] == values:
