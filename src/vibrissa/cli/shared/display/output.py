@@ -23,7 +23,8 @@ Json = Annotated[
     Parameter(
         name="--json",
         negative="",
-        help="Print one JSON object instead of a table: SI units, or adimensional as the names of `vibrissa` say.",
+        help="Print one JSON object instead of a table: SI units, or adimensional as the names of `vibrissa` say; "
+        'null is "not measured".',
     ),
 ]
 
@@ -209,7 +210,7 @@ def refuse_out(out: Path, *, table: bool = False) -> None:
 
 
 def print_json(values: dict[str, Any]) -> None:
-    """One JSON object; NaN becomes null, "not measured".
+    """One JSON object; NaN becomes null, "not measured", and an infinite number the text "Infinity" or "-Infinity".
 
     Parameters
     ----------
@@ -227,6 +228,8 @@ def print_json(values: dict[str, Any]) -> None:
             return [plain(one) for one in value]
         if isinstance(value, dict):
             return {name: plain(one) for name, one in value.items()}
-        return None if isinstance(value, float) and not np.isfinite(value) else value
+        if not isinstance(value, float) or np.isfinite(value):
+            return value
+        return None if np.isnan(value) else ("Infinity" if value > 0 else "-Infinity")
 
     print(json.dumps(plain(values)))
