@@ -78,6 +78,19 @@ def test_a_resonance_that_the_band_takes_away_is_told():
     assert replay_command([noise(0, 40.0), *MOTIONS], **QUICK).attrs["resonance_note"] == ""
 
 
+def test_a_seam_steeper_than_the_motion_is_named():
+    # An end 100 µm from the start is reached within the fade, beside a sine of at most 2.5 mm/s
+    t = np.arange(round(11 * RATE) + 1) / RATE
+    moved = 5e-5 * np.cos(np.pi * t / 11) + 2e-5 * np.sin(2 * np.pi * 20 * t)
+    motion = PointMotion(displacement=moved, sampling_rate=RATE)
+    steep = replay_command([motion], **QUICK, fade=0.01)
+    ratio = float(steep.seam_step_unfiltered[0])
+    assert ratio > 1e-4 / 0.01 / 2.5e-3 - np.sqrt(2)
+    assert steep.attrs["seam_note"].startswith(f"in the overlap from 0 s on the motion is {ratio:.2g} times as fast")
+    assert replay_command([motion], **QUICK, fade=0.9).attrs["seam_note"] == ""
+    assert replay_command(MOTIONS, **QUICK).attrs["seam_note"] == ""
+
+
 def test_the_replayed_stimulus_is_dominated_by_the_fundamental_mode():
     # Results of the paper; a whisker that rings at 88 Hz, as those of Fig. 7A
     cone = Whisker(length=0.05, cone_angle=1.341e-3)

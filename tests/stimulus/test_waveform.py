@@ -54,6 +54,20 @@ def test_outside_the_overlaps_the_loop_is_the_motion_itself():
     assert np.ptp(difference) < 1e-12
 
 
+def test_the_end_of_a_single_motion_goes_over_into_its_own_start():
+    def moved(t):
+        return 5e-5 * np.sin(2 * np.pi * 20.13 * t + 1)  # large where the fade ends
+
+    motion = PointMotion(displacement=moved(np.arange(22001) / RATE), sampling_rate=RATE)
+    loop, _, (begin,) = joined([motion], 10.0, RATE, fade=0.05)
+    t = np.arange(20000) / RATE
+    sigma = np.sin(np.pi / 2 * np.minimum(t / 0.05, 1)) ** 2
+    rising, falling = np.sin(np.pi / 2 * sigma), np.cos(np.pi / 2 * sigma)
+    expected = rising * moved(begin + t) + falling * moved(begin + 10.0 + t)
+    np.testing.assert_allclose(loop, expected - expected.mean(), atol=1e-7)  # ends are freed from the mean of 10.05 s
+    assert seam_steps(loop, np.zeros(1), 0.05, RATE)[0].max() < np.sqrt(2)
+
+
 def test_the_power_of_independent_motions_does_not_dip_in_the_overlap():
     # 400 pairs of motions of unit power: within the overlap the mean square stays 1 within 5 standard errors
     pairs = [[vibration(2 * k, 1.0), vibration(2 * k + 1, 1.0)] for k in range(400)]

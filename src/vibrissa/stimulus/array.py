@@ -24,7 +24,7 @@ from vibrissa.stimulus.delays import (
     random_shifts,
 )
 from vibrissa.stimulus.limits import Limits, ramped, rate_of, refuse_beyond, refuse_ramps
-from vibrissa.stimulus.loop import joined, samples, seam_steps
+from vibrissa.stimulus.loop import joined, samples, seam_note, seam_steps
 from vibrissa.stimulus.waveform import PointMotion
 
 Spread = Literal["even", "random", "least"]
@@ -135,8 +135,12 @@ def replay_command(
     command = ramped(loop[(np.arange(length) - shifts[:, None]) % length], lead)
     refuse_ramps(command, lead, sampling_rate, limits)
     pairs = _correlations(correlation, shifts)
-    note = correlation_note(correlation, pairs["largest_correlation"], len(WHISKERS))
-    notes = {"correlation_note": note, "resonance_note": resonance_note(motions, band, sampling_rate)}
+    at_seams = _seams(raw, loop, seams, fade, sampling_rate)
+    notes = {
+        "correlation_note": correlation_note(correlation, pairs["largest_correlation"], len(WHISKERS)),
+        "resonance_note": resonance_note(motions, band, sampling_rate),
+        "seam_note": seam_note(at_seams["seam_step_unfiltered"], seams),
+    }
     numbers = {"duration": duration, "sampling_rate": sampling_rate, "fade": fade, "ramp": ramp, "scale": scale}
     return dataset(
         _settings(motions, band, delays, separation, seed, limits) | numbers | notes,
@@ -148,7 +152,7 @@ def replay_command(
         **pairs,
         **_peaks(loop, sampling_rate),
         **_on_resonances(motions, band, sampling_rate),
-        **_seams(raw, loop, seams, fade, sampling_rate),
+        **at_seams,
         seam_source_time=begins,
     )
 

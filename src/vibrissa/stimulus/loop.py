@@ -13,6 +13,8 @@ from vibrissa.errors import FormatError, RangeError, TooFewError, require_positi
 from vibrissa.limits import require_samples
 from vibrissa.stimulus.waveform import PointMotion
 
+STEEP = 1.5  # step at a seam over the largest elsewhere: weights give two motions at once √2 at most, the fade the rest
+
 
 class Loop(NamedTuple):
     """Motions joined to one loop.
@@ -70,11 +72,13 @@ def joined(motions: Sequence[PointMotion], duration: float, sampling_rate: float
     overlap = max(round(fade * work), 2)
     shares = _shares(motions, duration, overlap / work)
     ends = np.round(np.cumsum([0, *shares]) * work).astype(int)
-    loop, begins = np.zeros(count * max(finer, 1)), []
+    whole, begins = np.zeros(ends[-1] + overlap), []
     for motion, start, end in zip(motions, ends[:-1], ends[1:], strict=True):
         begins.append(_begin(motion, end + overlap - start, work))
         piece = _piece(motion, begins[-1], end + overlap - start, overlap, work)
-        loop[np.arange(start, end + overlap) % len(loop)] += piece
+        whole[start : end + overlap] += piece
+    loop = whole[: ends[-1]]
+    loop[:overlap] += whole[ends[-1] :]
     series = np.fft.rfft(loop)[: count // 2 + 1] * (count / len(loop))
     series[0] = 0
     return Loop(np.fft.irfft(series, count), ends[:-1] / work, np.array(begins))
@@ -171,3 +175,26 @@ def seam_steps(loop: Array, seams: Array, fade: float, sampling_rate: float) -> 
     spans = (np.round(seams * sampling_rate).astype(int)[:, None] + about) % len(loop)
     elsewhere = np.delete(np.arange(len(loop)), np.unique(spans))
     return step[spans].max(1) / step[elsewhere].max(), bend[spans].max(1) / bend[elsewhere].max()
+
+
+def seam_note(steps: Array, seams: Array) -> str:
+    """Which seam is steeper than the motions themselves, in one line; empty where none is.
+
+    Parameters
+    ----------
+    steps : (K,) array
+        Largest step at each seam over the largest elsewhere, before the filter.
+    seams : (K,) array
+        Where each overlap begins [s].
+
+    Returns
+    -------
+    str
+        The line.
+    """
+    worst = int(np.argmax(steps))
+    if steps[worst] < STEEP:
+        return ""
+    where = f"in the overlap from {seams[worst]:.4g} s on"
+    text = f"{where} the motion is {steps[worst]:.2g} times as fast as anywhere else, before the filter"
+    return f"{text}: what is joined there lies far apart; lengthen `fade`"

@@ -141,7 +141,8 @@ def replay(
     drawing.draw("spikes.command", data)
     tell(f"the command is in {out}, what it holds in {out}.json")
     tell(*_cuts(inputs, data))
-    tell(*(in_options(data.attrs[note]) for note in ("correlation_note", "resonance_note") if data.attrs[note]))
+    notes = [data.attrs[f"{about}_note"] for about in ("correlation", "resonance", "seam")]
+    tell(*(in_options(note) for note in notes if note))
     show(data, names_without(data, "time", "coherence_frequency"), json)
 
 
