@@ -29,6 +29,7 @@ def sensor(
     contact: OverLength | None = None,
     base_angle: Angle | None = None,
     friction: Friction = 0.4,
+    damping: float | None = None,
     texture_start: Duration = 0.0,
     gratings: int = 39,
     of: WhiskerOptions = NO_WHISKER,
@@ -71,6 +72,8 @@ def sensor(
         Angle of the shaft at the base to the substrate [rad].
     friction
         Coefficient of friction of the substrate.
+    damping
+        Damping ratio of every mode of the prediction; by default that fitted to mode 1.
     texture_start
         Time in the file at which x = 0 of the texture meets the contact [s].
     gratings
@@ -89,11 +92,10 @@ def sensor(
         path=str(signal.absolute()), kind=kind, unit=signal_unit, calibration=calibration, sampling_rate=sampling_rate,
         column=column, rest=rest, guess=None if guess is None else tuple(guess), modes=n_modes,
         whisker=cone, posture=posture, texture=None if texture is None else str(texture.absolute()),
-        scan_speed=speed, start=texture_start, gratings=gratings, name=signal.stem,
+        scan_speed=speed, start=texture_start, damping=damping, gratings=gratings, name=signal.stem,
     )  # fmt: skip
     with stage("base signal"):
         found = analyse_signal(entry, Path())
     drawing.draw("others.base_signal", found)
-    if found.attrs["absent"]:
-        tell(found.attrs["absent"])
+    tell(*(found.attrs[note] for note in ("absent", "model_damping_note") if found.attrs.get(note)))
     output.show(found, [str(name) for name in found.data_vars if found[name].dims == ("mode",)])

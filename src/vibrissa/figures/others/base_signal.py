@@ -79,7 +79,8 @@ def _caption(found: xr.Dataset) -> str:
     known = "white forcing, Eq. 5: the texture is not known" if _forcing(found) else "the texture's forcing"
     clipped = found.attrs["clipped"]
     warned = f" {clipped} samples lie at the ends of the range: clipped." if clipped else ""
-    return f"{found.attrs['label']}. Fits by {known}. {' '.join(words)}{warned}"
+    damped = f" {note[:1].upper()}{note[1:]}." if (note := found.attrs.get("model_damping_note", "")) else ""
+    return f"{found.attrs['label']}. Fits by {known}. {' '.join(words)}{damped}{warned}"
 
 
 def _mode_words(one: xr.Dataset) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +20,7 @@ from vibrissa.quantities import dataset
 from vibrissa.study.spec.base_signal import BaseSignal
 from vibrissa.texture.io import read_gaps
 from vibrissa.texture.shuffled import shuffled
+from vibrissa.whisker import DAMPING
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,7 +51,7 @@ def analyse_signal(signal: BaseSignal, folder: Path) -> xr.Dataset:
         ``base_power_white_fit``. With a texture ``resonant_frequency``, ``damping``, ``base_power_fit``; the
         prediction, ``…_model`` and ``…_envelope_model``; ``correlation``, ``best_lag``, ``rms_ratio`` and, of shuffled
         textures, ``pseudo_p``, ``chance_mean``, ``chance_sd`` (mode) and their ``pseudo_count``. Attributes ``signal``,
-        ``label``, ``absent``.
+        ``label``, ``absent``; of a prediction ``model_damping``, its ζ, and ``model_damping_note``, where it is from.
 
     Raises
     ------
@@ -61,8 +63,13 @@ def analyse_signal(signal: BaseSignal, folder: Path) -> xr.Dataset:
     guess = _guess(signal)
     prediction, others = _predicted(signal, folder, len(guess))
     found = analyse_base_signal(follicle, guess, prediction=prediction)
-    columns = fitted_columns(found["resonance_white"], "_white")
+    columns, model = fitted_columns(found["resonance_white"], "_white"), dict[str, Any]()
     if prediction is not None:
+        fitted = float(found["resonance"].damping[0])
+        model = _model_damping(signal, fitted)
+        if model["model_damping"] != prediction.scan.damping:
+            prediction, *others = (_damped(one, fitted) for one in (prediction, *others))
+            found = analyse_base_signal(follicle, guess, prediction=prediction)
         columns |= fitted_columns(found["resonance"], "") | _modelled(found, guess, others)
     absent = "" if prediction is not None else "no texture: nothing is predicted, the forcing is assumed to be white"
     above = "" if prediction is not None else _without_interval(columns)
@@ -70,7 +77,7 @@ def analyse_signal(signal: BaseSignal, folder: Path) -> xr.Dataset:
     attrs = {name: follicle.attrs[name] for name in ("kind", "unit", "calibration", "zero", "clipped")}
     labelled = dataset(mode=found["envelope"].mode.values, time=follicle.time.values, **columns)
     whole = found["envelope"].drop_vars("phase").merge(found["spectra"]).merge(labelled, combine_attrs="override")
-    return whole.assign_attrs(**attrs, label=signal.label, absent=absent)
+    return whole.assign_attrs(**attrs, **model, label=signal.label, absent=absent)
 
 
 def _without_line(columns: dict[str, Any], guess: Array) -> str:
@@ -125,10 +132,26 @@ def _predicted(signal: BaseSignal, folder: Path, modes: int) -> tuple[Prediction
     if signal.texture is None or signal.whisker is None or signal.posture is None or signal.scan_speed is None:
         return None, []
     texture, rng = read_gaps(folder / signal.texture), np.random.default_rng(0)
-    scan = Scan(speed=signal.scan_speed, damping=signal.damping)
+    damping = DAMPING if signal.damping is None else signal.damping  # without one a first guess, from which ζ is fitted
+    scan = Scan(speed=signal.scan_speed, damping=damping)
     textures = [texture, *(shuffled(texture, rng) for _ in range(signal.gratings))]
     first, *others = predict_all(signal.whisker, signal.posture, textures, scan, n_modes=modes + _MORE_MODES)
     return first, others
+
+
+def _model_damping(signal: BaseSignal, fitted: float) -> dict[str, Any]:
+    """Damping ratio of the prediction, and in words where it is from."""
+    if signal.damping is not None:
+        zeta, source = signal.damping, "as given"
+    elif np.isfinite(fitted):
+        zeta, source = fitted, "as fitted to mode 1"
+    else:
+        zeta, source = DAMPING, "the default, as mode 1 was not identified"
+    return {"model_damping": zeta, "model_damping_note": f"the prediction has a damping ratio of {zeta:.3g}, {source}"}
+
+
+def _damped(prediction: Prediction, damping: float) -> Prediction:
+    return replace(prediction, scan=replace(prediction.scan, damping=damping))
 
 
 def _modelled(found: dict[str, xr.Dataset], guess: Array, others: list[Prediction]) -> dict[str, Any]:

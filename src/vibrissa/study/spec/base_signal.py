@@ -8,7 +8,7 @@ from pathlib import Path
 from vibrissa.errors import ConflictError, MissingError, RangeError
 from vibrissa.mechanics.sensor.base_signal import Kind
 from vibrissa.mechanics.statics.profile import Posture
-from vibrissa.whisker import DAMPING, Whisker
+from vibrissa.whisker import Whisker
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,8 +37,8 @@ class BaseSignal:
         v [m/s].
     start : float
         When x = 0 of the texture meets the contact, in the file's time [s]; to some 50 ms.
-    damping : float
-        ζ of the prediction; fitted where the texture is known.
+    damping : float, optional
+        ζ of the prediction; by default that fitted to mode 1 under the texture's forcing, or 0.11 where none was.
     gratings : int
         Shuffled textures whose predictions give the agreement by chance; 0 for none.
     """
@@ -58,7 +58,7 @@ class BaseSignal:
     texture: str | None = None
     scan_speed: float | None = None
     start: float = 0.0
-    damping: float = DAMPING
+    damping: float | None = None
     gratings: int = 39
 
     def __post_init__(self) -> None:
@@ -67,6 +67,8 @@ class BaseSignal:
             raise MissingError("base signal", "must say about where its resonances lie", remedy=remedy)
         if not self.modes >= 1:
             raise RangeError("BaseSignal.modes", "must be at least 1", self.modes)
+        if self.texture is None and self.damping is not None:
+            raise ConflictError("base signal with a damping", "must come with a texture, as only predictions have it")
         if self.texture is not None:
             needed = {"whisker": self.whisker, "posture": self.posture, "scan_speed": self.scan_speed}
             missing = [name for name, part in needed.items() if part is None]
