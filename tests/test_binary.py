@@ -1,13 +1,15 @@
 """Arrays in binary files: damaged, of objects, or larger than memory though the file is small."""
 
 import io
+import struct
 import zipfile
 
 import numpy as np
 import pytest
 from refusals import refusal
+from scipy.io import wavfile
 
-from vibrissa.binary import read_npy, refuse_bomb
+from vibrissa.binary import read_npy, read_wav, refuse_bomb
 
 
 def test_an_array_is_read_as_it_was_written(tmp_path):
@@ -60,3 +62,31 @@ def test_an_archive_of_zeros_is_refused_by_what_it_unpacks_to(tmp_path, monkeypa
     monkeypatch.setenv("VIBRISSA_MEMORY", "0.2")
     with refusal("range", "surface.x3p", "0.03 GB unpacked, which need 0.12 GB"):
         refuse_bomb(tmp_path / "surface.x3p")
+
+
+def sound(path, stated=None, extra=b""):
+    """400 samples of two channels, with a chunk before them, and as many bytes stated as one likes."""
+    values = np.random.default_rng(0).integers(-1000, 1000, (400, 2)).astype(np.int16)
+    wavfile.write(path, 2000, values)
+    whole = path.read_bytes()
+    size = 1600 if stated is None else stated
+    path.write_bytes(whole[:36] + extra + b"data" + struct.pack("<I", size) + whole[44:])
+    return values
+
+
+@pytest.mark.parametrize("stated", [None, 0xFFFFFFFF])
+def test_a_sound_is_read_whole_also_where_its_recorder_could_not_state_a_length(tmp_path, stated):
+    values = sound(tmp_path / "a.wav", stated)
+    np.testing.assert_array_equal(read_wav(tmp_path / "a.wav")[1], values)
+
+
+@pytest.mark.parametrize("extra", [b"", b"note" + struct.pack("<I", 3) + b"abc\0"])
+@pytest.mark.parametrize(("cut", "found"), [(4, 399), (5, 398), (800, 200), (1600, 0)])
+def test_a_sound_that_is_cut_off_is_refused_with_what_is_missing(tmp_path, extra, cut, found):
+    sound(tmp_path / "a.wav", extra=extra)
+    whole = (tmp_path / "a.wav").read_bytes()
+    (tmp_path / "a.wav").write_bytes(whole[:-cut])
+    with refusal("format", "a.wav", value=str(found)) as caught:
+        read_wav(tmp_path / "a.wav")
+    assert caught.value.rule == "must hold the 400 samples that its header states"
+    assert caught.value.remedy.startswith(f"{400 - found} samples are missing")

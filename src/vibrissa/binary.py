@@ -60,6 +60,9 @@ def read_npy(path: str | Path) -> NDArray[Any]:
     return array
 
 
+_UNKNOWN = 0xFFFFFFFF  # bytes that a recorder states which cannot go back to its header
+
+
 def read_wav(path: str | Path) -> tuple[int, NDArray[Any]]:
     """Sampling rate [Hz] and samples of a sound.
 
@@ -78,12 +81,13 @@ def read_wav(path: str | Path) -> tuple[int, NDArray[Any]]:
     Raises
     ------
     InputError
-        If the file is absent, is no sound, or needs more memory than there is.
+        If the file is absent, is no sound, is cut off, or needs more memory than there is.
     """
     from scipy.io import wavfile
 
     path = existing(path)
     require_memory(str(path), f"{path.stat().st_size / 1e9:.3g} GB", COPIES * path.stat().st_size)
+    _refuse_cut_off(path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", wavfile.WavFileWarning)  # chunks of notes that recorders add
@@ -92,6 +96,30 @@ def read_wav(path: str | Path) -> tuple[int, NDArray[Any]]:
         why = "a part of it is missing" if isinstance(error, _OF_DAMAGE) else error
         raise FormatError(str(path), f"could not be read as .wav ({why})") from error
     return int(rate), samples[:, None] if samples.ndim == 1 else samples
+
+
+def _refuse_cut_off(path: Path) -> None:
+    """Refuse a sound that holds less than the header of its samples states; a damaged header is left to the reader."""
+    with path.open("rb") as file:
+        order, frame, long = ">" if file.read(12)[:4] == b"RIFX" else "<", 0, 0
+        while len(head := file.read(8)) == 8:
+            name, size = struct.unpack(f"{order}4sI", head)
+            if name == b"data":
+                break
+            begin, body = file.tell(), file.read(16)
+            if name == b"fmt " and len(body) == 16:
+                frame = struct.unpack(f"{order}12xH2x", body)[0]
+            if name == b"ds64" and len(body) == 16:
+                long = struct.unpack("<8xQ", body)[0]  # of RF64, whose data states no length of its own
+            file.seek(begin + size + size % 2)
+        else:
+            return
+        present = path.stat().st_size - file.tell()
+    size = long if size == _UNKNOWN and long else size
+    if frame and size != _UNKNOWN and size > present:
+        stated, found = size // frame, present // frame
+        rule, lost = f"must hold the {stated} samples that its header states", f"{stated - found} samples are missing"
+        raise FormatError(str(path), rule, str(found), f"{lost}: copy the file again, or record again")
 
 
 def refuse_bomb(path: str | Path) -> None:
