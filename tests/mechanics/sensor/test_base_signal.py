@@ -79,6 +79,25 @@ def test_floats_of_a_wave_file_are_what_they_are_and_clipping_is_counted(tmp_pat
     assert clipped.attrs["clipped"] == np.count_nonzero(np.abs(4e4 * VOLTS) >= 2**15 - 1)
 
 
+@pytest.mark.parametrize("end", ["base.wav", "base.csv"])
+def test_floats_that_stay_at_their_largest_or_smallest_are_counted_as_clipped(tmp_path, end):
+    cut = np.clip(VOLTS, -0.8, 0.9)
+    cut[100] = 1.5  # a single largest one is a peak
+    cut[[20, 21]] = -1.5  # and so are two
+    if end == "base.csv":
+        path = written(tmp_path / end, ["time", "bridge"], TIME, cut)
+    else:
+        wavfile.write(path := tmp_path / end, 2000, cut.astype(np.float32))
+    assert read_base_signal(path, kind="moment", unit="uN m").attrs["clipped"] == 0
+    cut[[20, 21, 100]] = 0
+    if end == "base.csv":
+        written(path, ["time", "bridge"], TIME, cut)
+    else:
+        wavfile.write(path, 2000, cut.astype(np.float32))
+    held = np.count_nonzero(cut == 0.9) + np.count_nonzero(cut == -0.8)
+    assert read_base_signal(path, kind="moment", unit="uN m").attrs["clipped"] == held > 30
+
+
 def test_clipping_of_24_bits_is_counted_at_both_ends(tmp_path):
     stored = np.round(0.5 * VOLTS * 2**23).astype("<i4")
     stored[:40], stored[40:50] = 2**23 - 1, -(2**23)

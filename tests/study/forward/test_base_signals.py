@@ -69,3 +69,14 @@ def test_where_no_resonance_is_found_the_default_is_taken_and_said(folder, tmp_p
 def test_a_damping_without_a_texture_is_refused():
     with refusal("conflict", "base signal with a damping"):
         entry(texture=None, damping=0.05)
+
+
+def test_the_command_says_how_many_samples_are_clipped(vibrissa, tmp_path):
+    ringing = np.sin(2 * np.pi * 120 * TIME) * (1 + 0.1 * np.sin(2 * np.pi * TIME))
+    words = ("--kind", "moment", "--signal-unit", "N m", "--guess", "120")
+    for top, said in ((2.0, False), (0.8, True)):
+        written(tmp_path, 1e-6 * np.clip(ringing, -top, top))
+        code, _, err = vibrissa("sensor", tmp_path / "moment.csv", *words)
+        assert code == 0, err
+        count = np.count_nonzero(np.abs(ringing) >= 0.8)
+        assert (f"{count} samples lie at the ends of the range, perhaps clipped" in err) == said

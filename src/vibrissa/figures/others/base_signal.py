@@ -77,10 +77,9 @@ def _means(values: Array, runs: list[slice]) -> Array:
 def _caption(found: xr.Dataset) -> str:
     words = [_mode_words(found.sel(mode=mode)) for mode in found.mode.values]
     known = "white forcing, Eq. 5: the texture is not known" if _forcing(found) else "the texture's forcing"
-    clipped = found.attrs["clipped"]
-    warned = f" {clipped} samples lie at the ends of the range: clipped." if clipped else ""
-    damped = f" {note[:1].upper()}{note[1:]}." if (note := found.attrs.get("model_damping_note", "")) else ""
-    return f"{found.attrs['label']}. Fits by {known}. {' '.join(words)}{damped}{warned}"
+    notes = [found.attrs.get(name, "") for name in ("model_damping_note", "clipped_note")]
+    words += [f"{note[:1].upper()}{note[1:]}." for note in notes if note]
+    return f"{found.attrs['label']}. Fits by {known}. {' '.join(words)}"
 
 
 def _mode_words(one: xr.Dataset) -> str:

@@ -29,6 +29,7 @@ CALIBRATED: dict[Kind, str] = {
     "moment": "N m", "curvature": "1/m", "strain": "strain", "hall": "N m", "force": "N",
 }  # fmt: skip
 UNEVEN = 0.1  # of a sample, by which a time may stray from the even grid: the rounding of a printed time
+_HELD = 3  # samples in a row that are no peak of a wave that is sampled finely, but its clipping
 
 
 def read_base_signal(
@@ -73,7 +74,8 @@ def read_base_signal(
     -------
     Dataset
         ``follicle``: ``base_moment`` [N m], ``base_curvature`` [1/m] or ``transverse_force`` [N] (time), as far as
-        known; in the attributes kind, unit, calibration, zero, and ``clipped``: samples at the ends of the range.
+        known; in the attributes kind, unit, calibration, zero, and ``clipped``: samples at the ends of the range; of
+        floats and tables, whose range is unknown, those that are three or more in a row the largest or smallest of all.
 
     Raises
     ------
@@ -163,7 +165,7 @@ def _full_scale(path: str | Path, samples: NDArray[Any], unit: str) -> tuple[Arr
     if samples.dtype.kind == "f":
         if not np.isfinite(samples).all():
             raise FormatError(str(path), "must hold finite samples")
-        return samples.astype(float), 0
+        return samples.astype(float), _held(samples)
     if unit != "full scale":
         raise UnknownError("unit", f"must be 'full scale': {path} holds integers", repr(unit), "calibrate full scale")
     ends = np.iinfo(samples.dtype)
@@ -171,6 +173,15 @@ def _full_scale(path: str | Path, samples: NDArray[Any], unit: str) -> tuple[Arr
     largest = ends.max & -256 if _is_24_bit(samples) else ends.max
     clipped = int(np.count_nonzero((samples == ends.min) | (samples == largest)))
     return (samples.astype(float) - middle) / (float(ends.max) - middle + 1), clipped
+
+
+def _held(values: NDArray[Any]) -> int:
+    """How many samples are, three or more in a row, the largest or the smallest of all: so a range ends in a record."""
+    held = 0
+    for end in (values.max(), values.min()):
+        starts, stops = np.flatnonzero(np.diff(values == end, prepend=False, append=False)).reshape(-1, 2).T
+        held += int((stops - starts)[stops - starts >= _HELD].sum())
+    return held
 
 
 def _is_24_bit(samples: NDArray[Any]) -> bool:
@@ -197,10 +208,10 @@ def _table(path: str | Path, column: str | None, sampling_rate: float | None, un
         )
         raise MissingError(str(path), rule, short(",".join(table.header)), remedy)
     if sampling_rate is None:
-        return _even(table), values, 0
+        return _even(table), values, _held(values)
     if not 0 < sampling_rate < np.inf:
         raise RangeError("sampling_rate", "must be positive (Hz)", sampling_rate)
-    return np.arange(len(values)) / sampling_rate, values, 0
+    return np.arange(len(values)) / sampling_rate, values, _held(values)
 
 
 def _column(here: str, signals: list[str], column: str | None) -> str:
