@@ -77,6 +77,17 @@ def test_a_measured_file_at_another_rate_is_brought_to_the_commands(tmp_path):
     assert float(compare_file(command(), tmp_path / "m.csv", "A1").replay_correlation_aligned) < 0.5
 
 
+@pytest.mark.parametrize("first", [0, 100])
+@pytest.mark.parametrize("ramp", [0.0, 0.2])
+def test_times_of_a_measured_table_are_those_since_the_first_sample_of_the_command(first, ramp, tmp_path):
+    commanded = command().assign_coords(time=command().time - ramp)
+    table = np.c_[np.arange(len(COMMAND)) / RATE, commanded.command.sel(whisker="alpha")][first:]
+    np.savetxt(tmp_path / "m.csv", table, delimiter=",", header="time,displacement", comments="")
+    data = compare_file(commanded, tmp_path / "m.csv", "alpha")
+    assert float(data.replay_correlation) == pytest.approx(1)
+    assert float(data.replay_lag) == pytest.approx(0, abs=1e-6)
+
+
 def test_a_measured_command_of_all_whiskers_is_compared_by_name(tmp_path):
     write_command(command(), tmp_path / "m.npy")
     assert float(compare_file(command(), tmp_path / "m.npy", "C2").replay_correlation) == pytest.approx(1)

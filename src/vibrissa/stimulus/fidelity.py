@@ -125,9 +125,9 @@ def compare_file(data: xr.Dataset, path: str | Path, whisker: str) -> xr.Dataset
     data : Dataset
         With ``command`` (whisker, time).
     path : path
-        Text (``.csv``) with the columns time,displacement, its first sample at the start of the command, at any even
-        rate (brought to the command's by a cubic spline); or a file of all whiskers, as a command is written, with
-        its own times.
+        Text (``.csv``) with the columns time,displacement, its times from the first sample of the command on (that of
+        the ramp, if there is one), at any even rate (brought to the command's by a cubic spline); or a file of all
+        whiskers, as a command is written, its times on the command's clock.
     whisker : str
         The whisker that was measured.
 
@@ -170,9 +170,10 @@ def _at(motion: PointMotion, time: Array) -> Array:
 
 
 def _measured(path: str | Path, whisker: str, start: float) -> tuple[PointMotion, float]:
-    """Motion in a file, and how long after ``start`` its first sample is [s]."""
+    """Motion in a file, and how long after the command's first sample, at ``start``, its own is [s]."""
     if Path(path).suffix.lower() == ".csv" and not Path(f"{path}.json").is_file():
-        return read_motion(path), 0.0
+        motion = read_motion(path)
+        return motion, motion.start
     found = read_command(path)
     if whisker not in found["whisker"].values.tolist():
         raise UnknownError(str(path), f"must hold the whisker {whisker}")

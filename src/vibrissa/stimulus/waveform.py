@@ -42,12 +42,15 @@ class PointMotion:
         Where it comes from.
     resonance : float
         First resonance of the whisker it comes from [Hz], NaN if not known.
+    start : float
+        Time of its first sample [s], on the clock of its table; 0 of others.
     """
 
     displacement: Array = field(repr=False)
     sampling_rate: float
     source: str = "motion"
     resonance: float = np.nan
+    start: float = 0.0
 
     def __post_init__(self) -> None:
         require_positive(f"{self.source}: sampling rate", self.sampling_rate, "Hz")
@@ -100,8 +103,9 @@ def read_motion(path: str | Path, *, distance: float = 5e-3, which: int = 0) -> 
     ending = Path(path).suffix.lower()
     if ending == ".csv":
         table = read_table(path, {"time": "s", "displacement": "m"}, others=False)
-        rate = even_rate(table.numbers("time"), str(path))
-        return PointMotion(displacement=table.numbers("displacement"), sampling_rate=rate, source=str(path))
+        time, moved = table.numbers("time"), table.numbers("displacement")
+        rate = even_rate(time, str(path))
+        return PointMotion(displacement=moved, sampling_rate=rate, source=str(path), start=float(time[0]))
     if ending != ".nc":
         raise FormatError(str(path), "must end in .nc or .csv", repr(ending))
     return motion_at(load(path), distance, which=which, source=str(path))

@@ -104,7 +104,8 @@ def replay(
     full_scale
         Displacement at full scale in WAV [m]; the command's peak by default.
     measured
-        Motion of the stimulator to compare: a CSV with time,displacement from the command's start, or a command.
+        Motion of the stimulator to compare: a CSV with time,displacement, 0 s being the first sample of the command
+        (of its ramp, if there is one); or a command, whose times are on this one's clock.
     measured_whisker
         The whisker that was measured.
     """
