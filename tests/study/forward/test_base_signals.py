@@ -1,5 +1,7 @@
 """A study's base signal against its prediction: which damping the model has, and what is said of the record."""
 
+import json
+
 import numpy as np
 import pytest
 from refusals import refusal
@@ -7,7 +9,7 @@ from refusals import refusal
 from vibrissa.mechanics.scan.follicle import follicle_signals
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.scan.texture_prediction import predict
-from vibrissa.mechanics.statics.profile import Posture
+from vibrissa.mechanics.statics.profile import Posture, stationary_profile
 from vibrissa.study.forward.base_signals import analyse_signal
 from vibrissa.study.spec.base_signal import BaseSignal
 from vibrissa.texture.io import write_gaps
@@ -80,3 +82,17 @@ def test_the_command_says_how_many_samples_are_clipped(vibrissa, tmp_path):
         assert code == 0, err
         count = np.count_nonzero(np.abs(ringing) >= 0.8)
         assert (f"{count} samples lie at the ends of the range, perhaps clipped" in err) == said
+
+
+def test_the_height_of_the_base_is_as_good_as_the_contact(vibrissa, folder):
+    height = WHISKER.length * float(stationary_profile(POSTURE).base_distance)
+    words = ("--kind", "moment", "--signal-unit", "N m", "--texture", folder / "plate.csv", "--speed", "0.1")
+    cone = ("--whisker.length", "0.04", "--whisker.cone-angle", "1.5e-3", "--n-modes", "1", "--gratings", "0")
+    code, out, err = vibrissa(
+        "sensor", folder / "moment.csv", *words, *cone, "--base-distance", f"{height}m", "--base-angle", "1.2", "--json"
+    )
+    assert code == 0, err
+    assert json.loads(out)["correlation"][0] > 0.999
+    code, _, err = vibrissa("sensor", folder / "moment.csv", *words, *cone, "--base-distance", "0.4")
+    assert code == 2
+    assert "--base-angle" in err

@@ -8,8 +8,8 @@ from typing import Literal
 from vibrissa.cli.shared.display.output import PRINTED, OutputOptions, tell
 from vibrissa.cli.shared.display.pictures import NO_PICTURE, PictureOptions
 from vibrissa.cli.shared.display.progress import stage
-from vibrissa.cli.shared.options import NO_WHISKER, Friction, WhiskerOptions
-from vibrissa.cli.shared.words.units import Angle, Duration, OverLength, Rate, Speed, over_length
+from vibrissa.cli.shared.options import NO_WHISKER, Friction, PostureOptions, WhiskerOptions
+from vibrissa.cli.shared.words.units import Angle, Duration, OverLength, Rate, Speed
 from vibrissa.errors import ConflictError
 
 
@@ -27,6 +27,7 @@ def sensor(
     texture: Path | None = None,
     speed: Speed | None = None,
     contact: OverLength | None = None,
+    base_distance: OverLength | None = None,
     base_angle: Angle | None = None,
     friction: Friction = 0.4,
     damping: float | None = None,
@@ -68,6 +69,8 @@ def sensor(
     contact
         Position of the contact along the shaft, over L; or, with a whisker, its distance from the tip of the cone along
         the shaft (11.6mm).
+    base_distance
+        Instead: height of the base above the substrate, over L; or, with a whisker, in its unit (18.5mm).
     base_angle
         Angle of the shaft at the base to the substrate [rad].
     friction
@@ -79,15 +82,16 @@ def sensor(
     gratings
         Number of shuffled textures whose predictions give the agreement by chance.
     """
-    from vibrissa.mechanics.statics.profile import Posture
     from vibrissa.study.forward.base_signals import analyse_signal
     from vibrissa.study.spec.base_signal import BaseSignal
 
-    if (contact is None) != (base_angle is None):
-        raise ConflictError("posture", "must have both --contact and --base-angle, or neither")
+    if (contact is None and base_distance is None) != (base_angle is None):
+        rule = "must have both a place (--contact or --base-distance) and --base-angle, or neither"
+        raise ConflictError("posture", rule)
     cone, posture = of.cone(), None
-    if contact is not None and base_angle is not None:
-        posture = Posture(contact=over_length(contact, "--contact", cone), base_angle=base_angle, friction=friction)
+    if base_angle is not None:
+        held = PostureOptions(contact=contact, base_distance=base_distance, base_angle=base_angle, friction=friction)
+        posture = held.posture(cone)
     entry = BaseSignal(
         path=str(signal.absolute()), kind=kind, unit=signal_unit, calibration=calibration, sampling_rate=sampling_rate,
         column=column, rest=rest, guess=None if guess is None else tuple(guess), modes=n_modes,
