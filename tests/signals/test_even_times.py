@@ -1,10 +1,10 @@
-"""Times: even to a hundredth of an interval, and ascending, whoever asks."""
+"""Times: even to a hundredth of an interval or to their last digit, and ascending, whoever asks."""
 
 import numpy as np
 import pytest
 from refusals import refusal
 
-from vibrissa.signals.even_times import even_rate
+from vibrissa.signals.even_times import even_rate, misfit_of
 from vibrissa.signals.smoothing import low_pass
 
 TIME = np.arange(3000) / 3000
@@ -13,6 +13,35 @@ TIME = np.arange(3000) / 3000
 def test_stamps_that_are_rounded_to_microseconds_are_even():
     assert even_rate(np.round(TIME, 6)) == pytest.approx(3000, rel=1e-6)
     np.testing.assert_allclose(low_pass(np.round(TIME, 6), TIME, 0.01), low_pass(TIME, TIME, 0.01), atol=1e-6)
+
+
+CLOCKS = [(30000, 6), (2048, 4), (44100, 6), (300, 3), (1000, 3)]  # [Hz], decimals of a second
+
+
+@pytest.mark.parametrize(("rate", "decimals"), CLOCKS)
+@pytest.mark.parametrize("cut", [np.round, lambda time, n: np.floor(np.round(time * 10**n, 6)) / 10**n])
+def test_stamps_rounded_or_cut_to_a_decimal_are_even_unless_one_is_lost(rate, decimals, cut):
+    stamps = cut(np.arange(3000) / rate, decimals)
+    assert even_rate(stamps) == pytest.approx(rate, rel=10**-decimals * rate / 2999)
+    for lost in (1, 2, 1499, 1500, 2998):
+        misfit = misfit_of(np.delete(stamps, lost))
+        assert (misfit.sample, misfit.remedy) == (lost, "interpolate where samples were lost")
+
+
+@pytest.mark.parametrize("time", [[0, 1, 3], [0, 1, 3, 4], [0, 1, 2, 4], [0, 1, 2, 4, 5, 6], [0, 1, 1, 3, 4]])
+def test_whole_numbers_with_one_missing_are_not_taken_for_rounded(time):
+    assert misfit_of(np.array(time, float))
+
+
+def test_the_diagnosis_is_that_of_the_fault():
+    drift = np.concatenate([TIME, TIME[-1] + np.arange(1, 1000) / 2950])
+    swapped = np.arange(10) / 3000
+    swapped[[4, 5]] = swapped[[5, 4]]
+    late = TIME + np.where(np.arange(3000) == 7, 0.2 / 3000, 0)
+    for time, sample, remedy in ((drift, 2999, "resample"), (swapped, 5, "sort"), (late, 7, "resample")):
+        misfit = misfit_of(time)
+        assert misfit.sample == sample
+        assert misfit.remedy.startswith(remedy)
 
 
 @pytest.mark.parametrize(

@@ -192,10 +192,11 @@ def refusals(tmp_path):
     yield write(tmp_path / "nan.csv", t, hole), ("format", "nan.csv, line 6, displacement", "'nan'"), ""
     yield (
         write(tmp_path / "uneven.csv", uneven, u),
-        ("range", "uneven.csv: time", "sample 7 at 0.00355 s out of step"),
+        ("range", "uneven.csv: time", "sample 7 at 0.00355 s, 0.1 of an interval out of step"),
         "",
     )
-    yield write(tmp_path / "lost.csv", lost, u[1:]), ("range", "lost.csv: time", "sample 1 at 0.0005 s out of step"), ""
+    found = "sample 5 at 0.003 s, 0.001 s after the one before, others 0.0005 s"
+    yield write(tmp_path / "lost.csv", lost, u[1:]), ("range", "lost.csv: time", found), "interpolate where"
     yield write(tmp_path / "back.csv", -t, u), ("range", "back.csv: time", "-0 s to -0.0095 s"), ""
     yield write(tmp_path / "few.csv", t[:3], u[:3]), ("too-few", "few.csv: time", "3"), ""
     yield write(tmp_path / "none.csv", [], []), ("too-few", "none.csv: time", "0"), ""

@@ -2,16 +2,38 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.errors import RangeError, TooFewError
 
-UNEVEN = 1e-2  # [of an interval] largest deviation of a time: stamps may be rounded
+UNEVEN = 1e-2  # [of an interval] largest deviation of a time that is not rounded
+_ROUNDED = 0.3  # [of an interval] largest of one that is: by a half and more a lost sample would be taken for rounding
+_FINEST = 9  # decimals of a second that a clock writes
+
+
+class Misfit(NamedTuple):
+    """A time that keeps to no even grid.
+
+    Attributes
+    ----------
+    sample : int
+        Which, from 0.
+    found : str
+        How it lies, in words.
+    remedy : str
+        What to do.
+    """
+
+    sample: int
+    found: str
+    remedy: str
 
 
 def even_rate(time: Array, source: str = "", least: int = 4) -> float:
-    """Sampling rate [Hz] of times [s] that must be even to a hundredth of an interval.
+    """Sampling rate [Hz] of times [s] that must be even, to a hundredth of an interval or to their last digit.
 
     Parameters
     ----------
@@ -37,11 +59,49 @@ def even_rate(time: Array, source: str = "", least: int = 4) -> float:
         raise TooFewError(name, f"must have at least {least} samples", len(time))
     if not np.all(np.isfinite(time)):
         raise RangeError(name, "must be finite", f"NaN at sample {np.argmin(np.isfinite(time))}")
-    step = (time[-1] - time[0]) / (len(time) - 1)
-    if not step > 0:
+    if not time[-1] > time[0]:
         raise RangeError(name, "must ascend", f"{time[0]:.6g} s to {time[-1]:.6g} s")
-    off = np.abs(time - time[0] - step * np.arange(len(time))) > UNEVEN * step
-    if off.any():
-        where = f"sample {np.argmax(off)} at {time[np.argmax(off)]:.6g} s out of step"
-        raise RangeError(name, "must be even", where, "interpolate where frames were lost")
-    return float(1 / step)
+    if misfit := misfit_of(time):
+        where = f"sample {misfit.sample} at {time[misfit.sample]:.6g} s, {misfit.found}"
+        raise RangeError(name, "must be even", where, misfit.remedy)
+    return float((len(time) - 1) / (time[-1] - time[0]))
+
+
+def misfit_of(time: Array) -> Misfit | None:
+    """The time that lies worst off an even grid; None where all keep to one.
+
+    A time may be off by a hundredth of the mean interval, or, where all are rounded to some decimal, by one unit of it,
+    up to three tenths of the interval; and intervals accordingly, so that none is twice as long as the others.
+
+    Parameters
+    ----------
+    time : (T,) array
+        Finite, the last above the first [s].
+
+    Returns
+    -------
+    Misfit or None
+        The worst.
+    """
+    step = (time[-1] - time[0]) / (len(time) - 1)
+    off = np.abs((time - time[0]) / step - np.arange(len(time)))
+    apart = np.diff(time) / step
+    rounding = min(_last_digit(time) / step, _ROUNDED)
+    unequal = np.abs(apart - 1) > max(2 * UNEVEN, 1.5 * rounding)  # beside both ends' errors that of the mean interval
+    if not unequal.any() and not (off > max(UNEVEN, rounding) + 1e-9).any():
+        return None
+    usual = float(np.median(apart))
+    if apart.min() <= 0:
+        return Misfit(int(np.argmin(apart)) + 1, "not after the one before", "sort the samples, each once")
+    if apart.max() > 1.5 * usual:
+        found = f"{apart.max() * step:.4g} s after the one before, others {usual * step:.4g} s"
+        return Misfit(int(np.argmax(apart)) + 1, found, "interpolate where samples were lost")
+    worst = int(np.argmax(off))
+    return Misfit(worst, f"{off[worst]:.2g} of an interval out of step", "resample it to even times")
+
+
+def _last_digit(time: Array) -> float:
+    """Unit of the last decimal that times are written with [s]; 0 where they have more decimals than a clock gives."""
+    exact = 4 * np.spacing(np.abs(time).max())
+    units = (10.0**-digits for digits in range(_FINEST + 1))
+    return next((unit for unit in units if np.abs(time - unit * np.round(time / unit)).max() <= exact), 0.0)

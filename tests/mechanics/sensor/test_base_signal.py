@@ -117,6 +117,14 @@ def test_the_line_whose_time_is_uneven_is_named(tmp_path):
         read_base_signal(tmp_path / "s.csv", kind="moment", unit="N m")
 
 
+def test_times_rounded_to_a_tenth_of_a_millisecond_are_those_of_their_mean_rate(tmp_path):
+    even = np.arange(4097) / 2048
+    path = written(tmp_path / "s.csv", ["time", "moment"], np.round(even, 4), np.sin(even))
+    found = read_base_signal(path, kind="moment", unit="N m")
+    np.testing.assert_allclose(found.time, even, atol=1e-4)
+    np.testing.assert_allclose(np.diff(found.time), 1 / 2048, rtol=1e-4)
+
+
 VOLT = {"kind": "moment", "unit": "V", "calibration": 1e-8, "column": "bridge"}
 
 

@@ -14,6 +14,7 @@ from vibrissa.binary import read_wav
 from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError, TooFewError, UnknownError
 from vibrissa.mechanics.scan.follicle import base_moment
 from vibrissa.quantities import dataset
+from vibrissa.signals.even_times import misfit_of
 from vibrissa.tables.reader import read_table
 from vibrissa.tables.table import Table
 from vibrissa.tables.units import channel_and_unit, in_si, to_si, units_of
@@ -28,7 +29,6 @@ Kind = Literal["moment", "curvature", "strain", "hall", "force"]
 CALIBRATED: dict[Kind, str] = {
     "moment": "N m", "curvature": "1/m", "strain": "strain", "hall": "N m", "force": "N",
 }  # fmt: skip
-UNEVEN = 0.1  # of a sample, by which a time may stray from the even grid: the rounding of a printed time
 _HELD = 3  # samples in a row that are no peak of a wave that is sampled finely, but its clipping
 
 
@@ -225,16 +225,9 @@ def _column(here: str, signals: list[str], column: str | None) -> str:
 def _even(table: Table) -> Array:
     """The even grid that the times keep to."""
     path, time = table.path, table.numbers("time")
-    step = float(np.median(np.diff(time)))
-    if step <= 0:
+    if not time[-1] > time[0]:
         raise RangeError(str(path), "must have times that ascend")
-    count = (time[-1] - time[0]) / step
-    even = np.linspace(time[0], time[-1], len(time))
-    lost = abs(count - (len(time) - 1)) > 0.5
-    stray = np.abs(np.diff(time, prepend=time[0] - step) / step - 1) if lost else np.abs(time - even) / step
-    if stray.max() > UNEVEN:
-        line = table.lines[int(np.argmax(stray > UNEVEN))]
-        raise FormatError(
-            f"{path}, line {line}", f"must be sampled evenly, every {step:g} s", None, "samples are lost?"
-        )
-    return even
+    if misfit := misfit_of(time):
+        line = table.lines[misfit.sample]
+        raise FormatError(f"{path}, line {line}", "must be sampled evenly", misfit.found, misfit.remedy)
+    return np.linspace(time[0], time[-1], len(time))
