@@ -92,7 +92,7 @@ BAD = {
     ),
     "no number": (["whisking", "gaps.csv", "bad.csv"], "line 3, base_angle must be a finite number, got 'x'"),
     "back": (["whisking", "gaps.csv", "fast.csv"], "scan faster or move the base more slowly"),
-    "late gap": (["whisking", "late.csv", "path.csv"], "must be crossed before the path ends"),
+    "late gap": (["whisking", "late.csv", "path.csv"], "must be reached before the path ends"),
     "gap at 0": (["whisking", "zero.csv", "path.csv"], "where the path starts"),
     "beyond the fold": (
         ["scan", "relief.csv", "--contact", "0.05", "--base-angle", "1.5"],

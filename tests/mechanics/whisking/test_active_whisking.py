@@ -68,6 +68,21 @@ def test_posture_at_rest_is_the_ordinary_prediction(form, rule):
     assert remarks(slow)[1:] == free_end_lines(slow.free_end)
 
 
+@pytest.mark.parametrize(("stop", "jumps"), [(0.0084, 0), (0.0105, 1), (0.0236, 3)])
+def test_gap_that_the_path_ends_in_is_met_as_by_a_posture_at_rest(stop, jumps):
+    """Up to its end a path is like one at rest: before the first jump, after it, and in the third gap."""
+    path = PosturePath(time=np.linspace(0, stop, 5), contact=np.full(5, 0.29), base_angle=np.full(5, 1.2))
+    slow = predict_slow(WHISKER, path, SEVERAL, scan(), n_modes=3)
+    known = predict(WHISKER, Posture(contact=0.29, base_angle=1.2), SEVERAL, scan(), n_modes=3)
+    t = np.linspace(0, stop, 400)
+    expected = known.mode_displacement(t)
+    np.testing.assert_allclose(slow.mode_displacement(t), expected, atol=1e-9 * np.abs(expected).max())
+    np.testing.assert_allclose(slow.excursion(t), known.events.excursion(t), atol=1e-13)
+    assert slow.free_end["jump_count"] == jumps
+    assert slow.free_end["free_end_length"] == pytest.approx(0.04 * (0.29 - 0.05))
+    assert not np.isfinite(slow.advance.meetings.back[-1])
+
+
 def test_height_held_gives_the_contact_that_stands_under_it():
     t = np.linspace(0, 0.1, 11)
     angle = 1.1 + 0.05 * np.sin(60 * t)

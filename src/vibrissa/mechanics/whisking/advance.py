@@ -111,15 +111,15 @@ class Advance:
             remedy = "scan faster or move the base more slowly"
             raise FormatError(f"contact at {t[i]:.4g} s", rule, f"{pace[i]:.3g} m/s", remedy)
         begin, end = self.travel(self.path.time[[0, -1]])
-        first, back = self.texture.position[0], self.texture.end[0]
+        first = self.texture.position[0]
         if first <= begin:
             remedy = "move the texture on"
             raise RangeError(
                 "first gap", f"must lie beyond x = {begin:.4g} m, where the path starts", f"{first:.4g} m", remedy
             )
-        if back >= end:
-            rule, remedy = f"must be crossed before the path ends, at x = {end:.4g} m", "make the path longer"
-            raise RangeError("first gap", rule, f"its end at {back:.4g} m", remedy)
+        if first >= end:
+            rule, remedy = f"must be reached before the path ends, at x = {end:.4g} m", "make the path longer"
+            raise RangeError("first gap", rule, f"{first:.4g} m", remedy)
 
     def travel(self, t: Array) -> Array:
         """Place X(t) = v t − L [D(t) − D(start)] of the contact's ground on the texture [m], (T,), at any times.
@@ -173,7 +173,7 @@ class Advance:
     def meetings(self) -> Meetings:
         """When the gaps are met: X = x_j; X = x_j + L d₂, of the posture at that moment; X = x_j + λ_j."""
         begin, end = self.path.time[[0, -1]]
-        met = self.texture.end < self.travel(np.array([end]))
+        met = self.texture.position < self.travel(np.array([end]))
         position, width = self.texture.position[met], self.texture.width[met]
         length, last = self.whisker.length, np.full(position.size, end)
 

@@ -211,4 +211,4 @@ class PathTable:
             Chebyshev(n, low, high if high > low else low + 1).polynomials(row)
             for n, low, high, row in zip(self.slow.shape[1:], self.low, self.high, place, strict=True)
         )
-        return np.asarray((one[:, :, None] * two[:, None, :]).reshape(place.shape[1], -1))
+        return np.asarray((one[:, :, None] * two[:, None, :]).reshape(len(one), one.shape[1] * two.shape[1]))

@@ -170,7 +170,7 @@ class SlowPrediction:
 
     @cached_property
     def free_end(self) -> dict[str, Any]:
-        """Shortest free end at a jump [m], and the jumps that the free end of the moment allows.
+        """Shortest free end at a jump [m], or at the path's end where there is none, and the jumps that it allows.
 
         As :func:`vibrissa.mechanics.scan.free_end.free_end_facts` gives them.
         """
@@ -180,8 +180,9 @@ class SlowPrediction:
         place = self.path.spline(t)
         after = self.table.deepest(place, width / length) - width / length
         angle = self.table.respond(place, after)[self.table.n_modes + FOLLICLE.index("contact_angle")]
-        free = (self.contact(t) - self.whisker.tip) * length
-        return free_end_facts(float(free.min()), gaps_allowed(free, width, angle, self.texture.depth))
+        free = (self.contact(np.append(t, self.path.time[-1])) - self.whisker.tip) * length
+        shortest = float(free[: t.size or 1].min())
+        return free_end_facts(shortest, gaps_allowed(free[: t.size], width, angle, self.texture.depth))
 
     @cached_property
     def mode_drive(self) -> Drive:
