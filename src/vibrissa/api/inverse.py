@@ -21,6 +21,7 @@ from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.mechanics.whisking.slow_prediction import SlowPrediction
 from vibrissa.mechanics.whisking.swing_prediction import SwingPrediction
 from vibrissa.quantities import one_whisker
+from vibrissa.quantities.schema import conforming
 from vibrissa.whisker import Whisker
 
 if TYPE_CHECKING:
@@ -186,6 +187,6 @@ def fit_resonances(
     else:
         start = np.asarray(guess, float)
     assert not isinstance(known, SlowPrediction | RodPrediction | SwingPrediction | FreeEndPrediction)
-    found = fit_modes(modal, start, prediction=known, exposure=exposure)[0]
+    found = fit_modes(conforming(modal), start, prediction=known, exposure=exposure)[0]
     remark_left_out(found)
     return found

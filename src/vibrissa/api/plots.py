@@ -13,6 +13,7 @@ from vibrissa.api.shared.arguments import names_arguments
 from vibrissa.api.studies import Results
 from vibrissa.errors import RangeError, UnknownError, did_you_mean
 from vibrissa.quantities import require
+from vibrissa.quantities.schema import conforming
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -96,6 +97,7 @@ def plot_tracks(
     from vibrissa.video.io.movie import read_blocks
 
     require(profile, "x", "y", "arc_length")
+    profile = conforming(profile)
     several = profile if "whisker" in profile.dims else profile.expand_dims(whisker=[0])
     first = int(profile.attrs.get("first_frame", 0))
     if isinstance(movie, str | Path):

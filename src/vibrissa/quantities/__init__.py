@@ -25,7 +25,7 @@ from vibrissa.quantities.mechanics import MECHANICS
 from vibrissa.quantities.neural import NEURAL
 from vibrissa.quantities.plans import PLANS
 from vibrissa.quantities.quantity import Quantity as Quantity
-from vibrissa.quantities.schema import refuse_unsound
+from vibrissa.quantities.schema import conforming, refuse_unsound
 from vibrissa.quantities.segments import SEGMENTS
 from vibrissa.quantities.sorting import SORTING
 from vibrissa.quantities.sweeps import SWEEPS
@@ -175,12 +175,12 @@ def measured_sd(profile: xr.Dataset) -> xr.DataArray:
 
 
 def one_whisker(profile: xr.Dataset) -> xr.Dataset:
-    """The only whisker of tracks.
+    """The only whisker of tracks, dimensions in the order of the table.
 
     Parameters
     ----------
     profile : Dataset
-        With ``x`` (whisker, time, node), or (time, node).
+        With ``x`` on whisker, time and node, or time and node, in any order.
 
     Returns
     -------
@@ -193,6 +193,7 @@ def one_whisker(profile: xr.Dataset) -> xr.Dataset:
         If there are several.
     """
     require(profile, "x", "y", "arc_length")
+    profile = conforming(profile)
     if "whisker" not in profile.dims:
         return profile
     if profile.sizes["whisker"] != 1:

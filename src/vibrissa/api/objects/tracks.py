@@ -14,6 +14,7 @@ import xarray as xr
 from vibrissa.api.objects.kinds import described
 from vibrissa.errors import ConflictError, MissingError, ShapeError, UnknownError
 from vibrissa.quantities import dataset, require
+from vibrissa.quantities.schema import conforming
 from vibrissa.signals.even_times import even_rate
 from vibrissa.tables.units import in_si
 from vibrissa.video.foreign.keypoints import LIKELIHOOD, keypoints_of, profile_from_keypoints
@@ -91,7 +92,7 @@ def as_tracks(
     for name, value in {"frame_rate": frame_rate, "pixel_size": pixel_size, **options}.items():
         if value is not None:
             raise ConflictError(name, "must be left out: a profile is in metres and seconds", value)
-    return thing
+    return conforming(thing)
 
 
 def to_movement(profile: xr.Dataset, *, unit: Literal["px", "m"] = "px", ends: bool = False) -> xr.Dataset:

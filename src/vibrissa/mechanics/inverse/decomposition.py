@@ -59,7 +59,7 @@ def normal_displacement(profile: xr.Dataset) -> tuple[Array, Mask]:
     if len(x) < 2:
         raise TooFewError("profile", "must have two frames at least: a displacement is about their mean", len(x))
     seen = measured(profile) & np.isfinite(x)
-    visible = steady_nodes(seen)
+    visible = steady_nodes(seen, arc)
     if visible.sum() < 3 * _PROFILE_DEGREE:
         rule, remedy = (
             f"must have {3 * _PROFILE_DEGREE} nodes seen in half the frames",

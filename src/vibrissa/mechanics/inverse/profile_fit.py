@@ -129,7 +129,7 @@ def mean_course(profile: xr.Dataset) -> Course:
     if profile.x.ndim != 2:
         raise TooFewError("profile", "must be of one whisker", f"dimensions {profile.x.dims}", "select one")
     known = measured(profile) & np.isfinite(profile.x.values + profile.y.values)
-    seen = steady_nodes(known)
+    seen = steady_nodes(known, profile.arc_length.values)
     if seen.sum() < FEWEST_NODES:
         raise TooFewError("profile", f"must have {FEWEST_NODES} nodes seen in half the frames", int(seen.sum()))
     nodes = np.flatnonzero(seen)[np.argsort(profile.arc_length.values[seen])]  # from the skin on
