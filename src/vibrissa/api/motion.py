@@ -121,8 +121,7 @@ class Motion:
                 raise ConflictError("nodes", "must be left out where the posture changes", nodes)
             if isinstance(self.prediction, SwingPrediction):
                 return self.prediction.sampled(rate)
-            start, stop = self.prediction.path.time[[0, -1]]
-            return active_whisking.slow_signals(self.prediction, np.arange(start, stop, 1 / rate))
+            return active_whisking.slow_signals(self.prediction, self.prediction.times(rate))
         if isinstance(self.prediction, RodPrediction | FreeEndPrediction):
             data = self.prediction.sampled(rate, nodes)
         elif isinstance(self.prediction, ReliefPrediction):

@@ -12,6 +12,7 @@ from vibrissa.errors import RangeError, TooFewError
 UNEVEN = 1e-2  # [of an interval] largest deviation of a time that is not rounded
 _ROUNDED = 0.3  # [of an interval] largest of one that is: by a half and more a lost sample would be taken for rounding
 _FINEST = 9  # decimals of a second that a clock writes
+_ROUNDING = 1e-9  # [of an interval] by which a time on the grid may seem to lie off it
 
 
 class Misfit(NamedTuple):
@@ -88,7 +89,7 @@ def misfit_of(time: Array) -> Misfit | None:
     apart = np.diff(time) / step
     rounding = min(_last_digit(time) / step, _ROUNDED)
     unequal = np.abs(apart - 1) > max(2 * UNEVEN, 1.5 * rounding)  # beside both ends' errors that of the mean interval
-    if not unequal.any() and not (off > max(UNEVEN, rounding) + 1e-9).any():
+    if not unequal.any() and not (off > max(UNEVEN, rounding) + _ROUNDING).any():
         return None
     usual = float(np.median(apart))
     if apart.min() <= 0:
@@ -98,6 +99,29 @@ def misfit_of(time: Array) -> Misfit | None:
         return Misfit(int(np.argmax(apart)) + 1, found, "interpolate where samples were lost")
     worst = int(np.argmax(off))
     return Misfit(worst, f"{off[worst]:.2g} of an interval out of step", "resample it to even times")
+
+
+def whole_steps(duration: float, rate: float) -> int:
+    """Whole steps of a rate within a time; one that ends with it counts, whichever way its time was rounded.
+
+    Parameters
+    ----------
+    duration : float
+        [s].
+    rate : float
+        Steps per second [Hz].
+
+    Returns
+    -------
+    int
+        Their number.
+
+    Examples
+    --------
+    >>> whole_steps(0.05 - -0.1, 4000), whole_steps(0.3 - 0.1, 1000)
+    (600, 200)
+    """
+    return int(duration * rate + _ROUNDING)
 
 
 def _last_digit(time: Array) -> float:

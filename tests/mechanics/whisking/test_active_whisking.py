@@ -9,6 +9,7 @@ from refusals import refusal
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
+from vibrissa.api.motion import Motion
 from vibrissa.exact import cone_kappa, cone_modes, shaft_quadrature
 from vibrissa.mechanics.scan.free_end import free_end_lines
 from vibrissa.mechanics.scan.scan_settings import Scan
@@ -306,6 +307,21 @@ def test_what_is_no_path_is_refused():
         predict_slow(WHISKER, late, ONE, scan(), n_modes=1)
     with refusal("range", "times"):
         whisked().amplitudes(np.array([0.0, 0.3]))
+
+
+@pytest.mark.parametrize(("start", "stop"), [(-0.1, 0.05), (-0.02, 0.5), (0.1, 0.4), (0, 0.3)])
+@pytest.mark.parametrize("rate", [1000, 4000, 10000])
+def test_samples_at_round_rates_end_with_the_path(start, stop, rate):
+    ends = np.array([start, stop])
+    path = PosturePath(time=ends, contact=np.full(2, 0.29), base_angle=np.full(2, 1.2))
+    late = Gaps(position=np.array([0.2 * stop - 2e-3]), width=np.array([0.3e-3]))
+    motion = Motion(predict_slow(WHISKER, path, late, scan(speed=0.2), n_modes=1))
+    t = motion.sample(rate).time.values
+    assert (t[0], t.size) == (start, round((stop - start) * rate) + 1)
+    assert t[-1] == pytest.approx(stop, abs=1e-12)
+    assert t[-1] <= stop
+    between = motion.sample(0.9987 * rate).time.values
+    assert stop - 1.01 / rate < between[-1] < stop
 
 
 def test_load_and_curvature_are_whole():

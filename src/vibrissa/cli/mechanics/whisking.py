@@ -110,7 +110,6 @@ def whisking(
         )
     import numpy as np
 
-    from vibrissa.limits import require_samples
     from vibrissa.mechanics.whisking.active_whisking import predict_slow, remarks, slow_signals
     from vibrissa.mechanics.whisking.posture_path import read_posture_path
     from vibrissa.texture.io import read_gaps
@@ -122,8 +121,7 @@ def whisking(
     with progress_bars() as progress:
         progress("postures on the way", 0, 0)
         prediction = predict_slow(cone, way, troughs, how, n_modes=drawn.n_modes)
-        require_samples("scan", way.time[-1] - way.time[0], drawn.sampling_rate)
-        t = np.arange(way.time[0], way.time[-1], 1 / drawn.sampling_rate)
+        t = prediction.times(drawn.sampling_rate)
         progress("signals of the scan", 0, 0)
         data = slow_signals(prediction, t)
     highest = prediction.omega(t).max(axis=-1) / (2 * np.pi)

@@ -6,6 +6,7 @@ import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.mechanics.whisking.base_path import BasePath
+from vibrissa.signals.even_times import whole_steps
 
 _LEAD = 25e-3  # [s] in which the base comes to the rate at which its path begins
 _STILL = 1e-6  # per second, of height over L and angle: a path that begins slower begins at rest
@@ -48,7 +49,7 @@ class BaseMotion:
         (T,) array
             [s].
         """
-        count = self.lead + int((self.stop - self.start) * self.rate + 1e-9)
+        count = self.lead + whole_steps(self.stop - self.start, self.rate)
         return self.start + (np.arange(count * every + 1) / every - self.lead) / self.rate
 
     def along(self, time: Array) -> tuple[Array, Array, Array]:

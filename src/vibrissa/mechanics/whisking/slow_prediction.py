@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from vibrissa.arrays import Array
 from vibrissa.errors import RangeError
+from vibrissa.limits import require_samples
 from vibrissa.mechanics.quasi_static.response_rows import FOLLICLE
 from vibrissa.mechanics.scan.free_end import free_end_facts, gaps_allowed
 from vibrissa.mechanics.scan.scan_settings import Scan
@@ -22,6 +23,7 @@ from vibrissa.mechanics.whisking.panels import fit
 from vibrissa.mechanics.whisking.path_table import PathTable
 from vibrissa.mechanics.whisking.posture_path import PosturePath
 from vibrissa.quantities import dataset
+from vibrissa.signals.even_times import whole_steps
 from vibrissa.texture.surface import Gaps
 from vibrissa.whisker import Whisker
 
@@ -59,6 +61,28 @@ class SlowPrediction:
     def table(self) -> PathTable:
         """What depends on the posture."""
         return self.advance.table
+
+    def times(self, rate: float) -> Array:
+        """Times at which it is sampled at a rate [s].
+
+        Parameters
+        ----------
+        rate : float
+            Samples per second [Hz].
+
+        Returns
+        -------
+        (T,) array
+            From the start of the path on; its end, if a sample falls on it.
+
+        Raises
+        ------
+        InputError
+            If the record is too long.
+        """
+        start, stop = self.path.time[[0, -1]]
+        require_samples("scan", stop - start, rate)
+        return np.minimum(start + np.arange(whole_steps(stop - start, rate) + 1) / rate, stop)
 
     def kappa(self, t: ArrayLike) -> Array:
         """Adimensional frequencies of the modes at times t, (M, T).
