@@ -24,7 +24,6 @@ from vibrissa.mechanics.scan.sampled import scanned, scanned_relief
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.scan.texture_prediction import Prediction, predict
 from vibrissa.mechanics.scan.undersampling import contact_lines, surface_remarks
-from vibrissa.mechanics.scan.verdict import verdict
 from vibrissa.mechanics.statics.contact_law import friction_remarks
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.mechanics.vibration.dynamics import JumpRule
@@ -62,8 +61,6 @@ class Motion:
     @cached_property
     def verdict(self) -> str:
         """Whether the prediction is *usable*, needs *caution* or lies *outside the model*, with the reasons."""
-        if isinstance(self.prediction, SlowPrediction):
-            return verdict(self.prediction.free_end)
         return str(self.sample().attrs["verdict"])
 
     def __repr__(self) -> str:
@@ -153,7 +150,7 @@ class Motion:
             A sentence each.
         """
         if isinstance(self.prediction, SlowPrediction):
-            judged, *lines = active_whisking.remarks(self.prediction)
+            judged, *lines = active_whisking.remarks(self.prediction, self.prediction.times(rate))
         elif isinstance(self.prediction, RodPrediction | SwingPrediction | FreeEndPrediction):
             judged, lines = str(self.sample(rate).attrs["verdict"]), []
         elif isinstance(self.prediction, ReliefPrediction):

@@ -66,7 +66,7 @@ def test_posture_at_rest_is_the_ordinary_prediction(form, rule):
     np.testing.assert_allclose(slow.excursion(t), known.events.excursion(t), atol=1e-13)
     np.testing.assert_allclose(slow.omega(t)[:, 7], known.omega, rtol=1e-12)
     assert slow.condition.frequency_rate.values.max() < 1e-12
-    assert remarks(slow)[1:] == free_end_lines(slow.free_end)
+    assert remarks(slow, t)[1:] == free_end_lines(slow.free_end)
 
 
 @pytest.mark.parametrize(("stop", "jumps"), [(0.0084, 0), (0.0105, 1), (0.0236, 3)])
@@ -261,8 +261,8 @@ def test_condition_is_the_rate_of_change_per_radian():
 def test_swifter_whisking_is_remarked_on_then_refused():
     asked = scan(speed=4.0)
     still = predict_slow(WHISKER, whisking(duration=0.5), ONE, asked, n_modes=2)
-    assert remarks(still)[1:] == free_end_lines(still.free_end)
-    lines = remarks(predict_slow(WHISKER, whisking(duration=0.05), ONE, asked, n_modes=2))
+    assert remarks(still, np.linspace(0, 0.5, 501))[1:] == free_end_lines(still.free_end)
+    lines = remarks(predict_slow(WHISKER, whisking(duration=0.05), ONE, asked, n_modes=2), np.linspace(0, 0.05, 501))
     assert any("frequency drifts" in line and " at 0.0" in line for line in lines)
     with refusal("range", "posture path", value="0.28 at 0.001 s"):
         predict_slow(WHISKER, whisking(duration=0.004), ONE, scan(speed=10.0), n_modes=2)

@@ -99,6 +99,23 @@ class StraightModes:
 
 
 Basis = StraightModes | CurvedModes  # M modes about a profile on the flat, and what each gives per unit of amplitude
+_SHAFT = 400  # points from which the slip along the shaft is integrated
+
+
+def contact_motion(modes: Basis) -> Array:
+    """Displacement of the contact along the substrate, per unit of amplitude.
+
+    Parameters
+    ----------
+    modes : Basis
+        Of a profile on the flat.
+
+    Returns
+    -------
+    (M,) array
+        δx(ε), over L.
+    """
+    return np.asarray(modes.displacement(np.linspace(modes.flat.contact, 1, _SHAFT))[0, :, 0])
 
 
 def basis(modes: Modes, flat: Held, n_modes: int) -> Basis:

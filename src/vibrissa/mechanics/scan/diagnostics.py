@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.arrays import Array, Mask
+from vibrissa.mechanics.modes.basis import contact_motion
 from vibrissa.mechanics.modes.shift import resonance_shift, shift_remark
 from vibrissa.mechanics.quasi_static.response_rows import FOLLICLE
 from vibrissa.mechanics.scan.free_end import TOUCH, free_end_facts, free_end_lines
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 
 
 GRAVITY = 9.81  # [m/s²]
-_SHAFT = 400  # points from which the slip along the shaft is integrated
 _CHORD = 17  # points from one place of a jump to the other
 _WALL = 1.0  # slope of the ground that is a wall; a valley in which a shaft lies is gentler by far
 
@@ -292,6 +292,5 @@ def _contact_load(prediction: PredictedMotion, t: Array, q: Array) -> Array:
 
 def _slip(prediction: PredictedMotion, q_rate: Array) -> Array:
     """Speed of the contact of the vibrating shaft over the ground, over the scanning speed, (T,)."""
-    shaft = np.linspace(prediction.posture.contact, 1, _SHAFT)
-    along = prediction.response.basis.displacement(shaft)[0, :, 0]
+    along = contact_motion(prediction.response.basis)
     return 1 + prediction.whisker.length * (along @ q_rate) / prediction.scan.speed

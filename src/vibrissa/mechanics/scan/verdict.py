@@ -236,6 +236,8 @@ def _of_scan(facts: Mapping[str, Any] | xr.Dataset) -> Iterator[str]:
         yield f"single contact, take model {'auto' if 'gaps' in attrs else 'rod'}"
     if count and attrs.get("whisker_tip") == 0:
         yield NO_TIP
+    if attrs.get("response") == "linear" and "linearity" not in facts:
+        yield "how far the linear response holds is not judged"
 
 
 def _level(value: float, most: float) -> str:

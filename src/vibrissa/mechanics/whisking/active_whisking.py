@@ -11,6 +11,7 @@ from vibrissa.mechanics.scan.free_end import free_end_lines
 from vibrissa.mechanics.scan.scan_settings import Scan
 from vibrissa.mechanics.scan.verdict import verdict
 from vibrissa.mechanics.whisking.advance import Advance
+from vibrissa.mechanics.whisking.path_diagnostics import path_diagnostics
 from vibrissa.mechanics.whisking.path_tabulation import tabulate
 from vibrissa.mechanics.whisking.posture_path import PosturePath
 from vibrissa.mechanics.whisking.slow_prediction import DRIFTING, SlowPrediction
@@ -80,8 +81,8 @@ def slow_signals(prediction: SlowPrediction, t: Array) -> xr.Dataset:
     Dataset
         ``mode_amplitude``, ``mode_displacement``, its ``envelope`` [m], ``excursion``, whole ``base_curvature``; of the
         moment ``moment_contact``, ``moment_base_angle``, ``moment_frequency``, ``moment_coupling``; ``contact_advance``
-        X; of the free end ``free_end_length``, the shortest at a jump [m], and the jumps that it allows; and what
-        ``condition`` gives.
+        X; what ``condition`` and :func:`vibrissa.mechanics.whisking.path_diagnostics.path_diagnostics` give; the
+        attribute ``verdict``.
     """
     t = prediction._inside(t)
     shown, scan, whisker = prediction.mode_displacement(t), prediction.scan, prediction.whisker
@@ -95,10 +96,10 @@ def slow_signals(prediction: SlowPrediction, t: Array) -> xr.Dataset:
         "gaps": len(prediction.texture.width),
         "gap_depth": prediction.texture.depth,
         "table_error": prediction.table.error,
-        "verdict": verdict(prediction.free_end),
     }
-    return dataset(
-        attrs,
+    judged = path_diagnostics(prediction, t)
+    signals = dataset(
+        attrs | {"verdict": verdict(judged)},
         mode=np.arange(1, len(shown) + 1),
         mode_amplitude=prediction.amplitudes(t),
         mode_displacement=shown,
@@ -109,23 +110,21 @@ def slow_signals(prediction: SlowPrediction, t: Array) -> xr.Dataset:
         moment_base_angle=prediction.path.spline(t)[1],
         moment_frequency=prediction.omega(t) / (2 * np.pi),
         moment_coupling=prediction.c(t),
-        **prediction.free_end,
         contact_advance=prediction.travel(t),
         **prediction.advance.rates(scan.damping, t),
     )
+    return signals.merge(judged, combine_attrs="override")
 
 
-def remarks(prediction: SlowPrediction, t: Array | None = None) -> list[str]:
+def remarks(prediction: SlowPrediction, t: Array) -> list[str]:
     """What can be said against a prediction, one line each, with the time of the worst; the verdict first.
-
-    With times t, also whether the contact would lift off at them.
 
     Parameters
     ----------
     prediction : SlowPrediction
         To be judged.
-    t : (T,) array, optional
-        Times [s] at which the load on the contact is looked at.
+    t : (T,) array
+        Times [s] at which the contact is looked at.
 
     Returns
     -------
@@ -138,12 +137,11 @@ def remarks(prediction: SlowPrediction, t: Array | None = None) -> list[str]:
         ("mode_mixing", DRIFTING, "the moving contact would send a share of {:.2g} of a mode's ringing to others"),
         ("ring_down_change", BLURRED, "the resonance or its gain changes by {:.2g} within one ring-down"),
     )
-    free = prediction.free_end
-    data, lines = prediction.condition, [verdict(free), *free_end_lines(free)]
+    data, lines = prediction.condition, [verdict(path_diagnostics(prediction, t)), *free_end_lines(prediction.free_end)]
     for name, limit, line in limits:
         i = int(data[name].values.argmax())
         if (value := float(data[name][i])) > limit:
             lines.append(f"{line.format(value)}, at {data.time.values[i]:.4g} s")
-    if t is not None and (off := prediction.contact_load(t) <= 0).any():
+    if (off := prediction.contact_load(t) <= 0).any():
         lines.append(f"the contact would lift off, first at {t[int(off.argmax())]:.4g} s")
     return lines

@@ -104,7 +104,7 @@ class Advance:
             i = int(off.argmax())
             rule = f"must not come to lie beyond the whisker's tip at {tip:.4g}, which then leaves the ground"
             raise RangeError(f"contact at {t[i]:.4g} s", rule, f"{contact[i]:.4g}")
-        pace = self.speed - self.whisker.length * self.slow.rate(t)[rows.distance][0]
+        pace = self.pace(t)
         if (halt := pace <= 0).any():
             i = int(halt.argmax())
             rule = "must advance along the texture (dragging towards the base is not modelled)"
@@ -138,6 +138,21 @@ class Advance:
         distance = np.empty_like(t)
         distance[order] = self.slow(t[order])[rows.distance][0]
         return self.speed * t - self.whisker.length * (distance - self.slow.before[rows.distance][0])
+
+    def pace(self, t: Array) -> Array:
+        """Speed dX/dt of the contact along the texture [m/s], (T,).
+
+        Parameters
+        ----------
+        t : (T,) array
+            Times [s], ascending.
+
+        Returns
+        -------
+        (T,) array
+            [m/s].
+        """
+        return np.asarray(self.speed - self.whisker.length * self.slow.rate(t)[self.table.rows.distance][0])
 
     def rates(self, damping: float, t: Array) -> dict[str, Any]:
         """Rates of frequency and gain beside the ringing, as ``condition`` of a slow prediction holds them.

@@ -31,6 +31,8 @@ class Slow(NamedTuple):
         ε⁴V'''(ε) and V''(1) of each mode.
     jump : slice
         Chebyshev coefficients of d₂/λ².
+    along : slice
+        Displacement of the contact along the ground for each mode, per unit of amplitude.
     """
 
     contact: slice
@@ -41,6 +43,7 @@ class Slow(NamedTuple):
     shear: slice
     bending: slice
     jump: slice
+    along: slice
 
     @classmethod
     def of(cls, n_modes: int, n_jump: int) -> Slow:
@@ -58,7 +61,7 @@ class Slow(NamedTuple):
         Slow
             The slices.
         """
-        ends = np.cumsum([1, 1, *5 * [n_modes], n_jump])
+        ends = np.cumsum([1, 1, *5 * [n_modes], n_jump, n_modes])
         return cls(*(slice(int(a), int(b)) for a, b in zip([0, *ends[:-1]], ends, strict=True)))
 
 

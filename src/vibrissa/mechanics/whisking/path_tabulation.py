@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from vibrissa.arrays import Array
 from vibrissa.errors import InputError, RangeError
 from vibrissa.exact import cone_kappa, cone_modes
+from vibrissa.mechanics.modes.basis import contact_motion
 from vibrissa.mechanics.quasi_static.response import Form, Response, quasi_static
 from vibrissa.mechanics.quasi_static.response_rows import FOLLICLE
 from vibrissa.mechanics.statics.chebyshev import Chebyshev
@@ -99,7 +100,8 @@ def _tables(box: PostureBox, range_of_widths: tuple[float, float], form: Form, n
     responses = [quasi_static(posture, reach, form=form, n_modes=n_modes) for posture in postures]
     borders = np.unique([end for one in responses for piece in one.pieces for end in (piece.low, piece.high)])
     coefficients = np.array([jump.coefficients for jump in jumps]).reshape(*shape, -1)
-    table = np.concatenate([values, coefficients], axis=2)
+    along = np.array([contact_motion(one.basis) for one in responses]).reshape(*shape, -1)
+    table = np.concatenate([values, coefficients, along], axis=2)
     at_nodes = _on_common_pieces(responses, borders).reshape(*shape, len(borders) - 1, n_modes + len(FOLLICLE), -1)
     return PathTable(
         np.array(box.low),
