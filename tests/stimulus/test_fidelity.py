@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from refusals import refusal
-from scipy.signal import bilinear, lfilter
+from scipy.signal import bilinear, butter, lfilter, sosfiltfilt
 
 from vibrissa.errors import RangeError
 from vibrissa.netcdf import save
@@ -38,6 +38,24 @@ def test_gain_and_lag_are_found_to_a_fraction_of_a_sample(gain, lag):
     assert float(data.replay_gain) == pytest.approx(gain, rel=2e-3)
     assert float(data.replay_correlation_aligned) > 0.999
     assert float(data.replay_correlation) < float(data.replay_correlation_aligned) + 1e-12
+
+
+@pytest.mark.parametrize("highest", [2, 5, 20])
+@pytest.mark.parametrize("samples", [-35, 35, 250])
+def test_slow_motion_is_found_as_late_as_it_is(highest, samples):
+    """An exact copy: every sample that overlaps at its lag is the same, however slow the motion."""
+    slow = sosfiltfilt(butter(3, highest, fs=RATE, output="sos"), np.random.default_rng(3).normal(size=50000))
+    for first in (5000, 15000, 25000):
+        data = compare(slow[first:][:20000], slow[first - samples :][:20000], RATE)
+        assert float(data.replay_lag) == pytest.approx(samples / RATE, abs=1e-6)
+        assert float(data.replay_gain) == pytest.approx(1, abs=1e-3)  # their means over the records differ
+        assert float(data.replay_correlation_aligned) == pytest.approx(1, abs=1e-9)
+
+
+def test_motion_at_the_end_of_a_record_alone_is_no_reason_for_a_lag():
+    pulse = np.zeros(5000)
+    pulse[-200:] = np.sin(np.linspace(0, np.pi, 200)) ** 2
+    assert float(compare(pulse, pulse, RATE).replay_lag) == pytest.approx(0, abs=1e-9)
 
 
 def test_noise_lowers_correlation_and_coherence_by_its_share_of_the_power():

@@ -9,7 +9,7 @@ import xarray as xr
 from scipy.interpolate import CubicSpline
 from scipy.signal import coherence, correlate, correlation_lags, welch
 
-from vibrissa.arrays import Array
+from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError, ShapeError, TooFewError, UnknownError, require_positive
 from vibrissa.quantities import dataset
 from vibrissa.signals.correlation import lagged_correlation
@@ -18,6 +18,7 @@ from vibrissa.stimulus.band import Band
 from vibrissa.stimulus.export import read_command
 from vibrissa.stimulus.waveform import PointMotion, read_motion
 
+_LEAST_POWER = 1e-6  # of all, in the samples that overlap at a lag: below it r is that of rounding
 PRINTED = 0.991  # r between command and motion, in the Methods of the paper
 
 
@@ -109,12 +110,25 @@ def _lag(c: Array, m: Array, longest: int) -> tuple[int, float, float]:
     """Lag of the best correlation: whole samples, refined by a parabola, and r there."""
     lags = correlation_lags(len(m), len(c))
     near = np.abs(lags) <= longest
-    whole = int(lags[near][np.argmax(correlate(m, c, method="fft")[near])])
+    whole = int(lags[near][np.argmax(_pearson(correlate(m, c, method="fft")[near], m, c, lags[near]))])
     reach = len(c) - abs(whole)
     _, r = lagged_correlation(m[max(whole, 0) :][:reach], c[max(-whole, 0) :][:reach], 1)
     bend = r[0] - 2 * r[1] + r[2]
     shift = 0.5 * (r[0] - r[2]) / bend if bend < 0 else 0.0
     return whole, whole + float(np.clip(shift, -1, 1)), float(r[1])
+
+
+def _pearson(products: Array, m: Array, c: Array, lags: Integers) -> Array:
+    """Pearson's r at each lag of m behind c from Σ m c over the samples that overlap; −1 where hardly any power is."""
+    reach = len(m) - np.abs(lags)
+    sums, powers = [], []
+    for one, start in ((m, np.maximum(lags, 0)), (c, np.maximum(-lags, 0))):
+        total, power = (np.concatenate([[0.0], np.cumsum(values)]) for values in (one, one**2))
+        sums.append(total[start + reach] - total[start])
+        powers.append((power[start + reach] - power[start] - sums[-1] ** 2 / reach) / power[-1])
+    known = np.minimum(*powers) > _LEAST_POWER
+    scale = np.sqrt(np.where(known, powers[0] * powers[1], 1.0) * (m @ m) * (c @ c))
+    return np.where(known, (products - sums[0] * sums[1] / reach) / scale, -1.0)
 
 
 def compare_file(data: xr.Dataset, path: str | Path, whisker: str) -> xr.Dataset:
