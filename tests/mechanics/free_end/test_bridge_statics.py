@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vibrissa.mechanics.free_end.bridge_statics import POWERS, Resistance, bridged, on_the_floor, two_supports
+from vibrissa.mechanics.free_end.bridge_statics import POWERS, Resistance, bridged, on_the_floor, too_wide, two_supports
 from vibrissa.mechanics.free_end.tables import tables
 from vibrissa.mechanics.statics.gap import excursion_at_jump, unit_response
 from vibrissa.mechanics.statics.profile import Posture
@@ -61,3 +61,15 @@ def test_a_tip_on_the_floor_is_a_second_support_that_lies_lower():
     for series, values in zip((turn, lift), exact, strict=True):
         found = series[1] @ share ** np.arange(POWERS)[:, None]
         np.testing.assert_allclose(found, values, rtol=0, atol=1e-3 * np.abs(values).max())
+
+
+def test_turn_grows_without_bound_where_a_gap_is_too_wide_to_be_bridged():
+    """Towards the width at which it is refused the turn is inversely proportional to what is left of the width."""
+    at, width = resistance(0.8), np.linspace(0.19, 0.2, 10_001)
+    refused = too_wide(at, width)
+    assert not refused[0]
+    assert refused[-1]
+    most = width[refused.argmax()]
+    near = most - np.array([1e-3, 2e-3, 4e-3])
+    turn, _ = two_supports(at, near, near)
+    np.testing.assert_allclose(turn[:-1] / turn[1:], 2, rtol=0.05)

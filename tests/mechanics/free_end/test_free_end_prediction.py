@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refusal
 
 from vibrissa.errors import InputError
 from vibrissa.mechanics.free_end.free_end_prediction import FreeEndPrediction
@@ -141,6 +142,38 @@ def test_deep_and_wide_gaps_are_outside_unless_they_are_bridged():
 def test_the_longer_the_free_end_the_steeper_it_may_be(tip, angle, reason):
     found = limits(cone(tip), Posture(contact=0.29, base_angle=angle), NARROW, HOW)
     assert [reason in one for one in found] == [True] * bool(reason)
+
+
+@pytest.mark.parametrize("length", [0.008, 0.04])
+def test_a_denser_whisker_scanned_as_much_more_slowly_moves_alike(length):
+    """ρ four times larger doubles k: at half the speed it is the same problem, step by step."""
+    texture = random_grating(0.01, rng=np.random.default_rng(1), mean_period=0.18e-3, smallest=2e-5)
+    light, dense = (
+        Whisker(length=length, cone_angle=3e-3, tip=0.285, density=density) for density in (1140.0 / 16, 1140.0 / 4)
+    )
+    posture = Posture(contact=0.29, base_angle=0.8)
+    fast = FreeEndPrediction(light, posture, texture, Scan(speed=0.2, damping=0.11)).mode_displacement(TIME)
+    slow = FreeEndPrediction(dense, posture, texture, Scan(speed=0.1, damping=0.11)).mode_displacement(2 * TIME)
+    np.testing.assert_allclose(fast, slow, rtol=0, atol=1e-9 * np.abs(slow).max())
+
+
+def test_steps_of_an_ordinary_whisker_are_those_of_its_validation():
+    course, k = moved(0.285)._course(), cone(0.285).timescale
+    assert (course.step * k, course.wait * k, course.look * k) == pytest.approx((4e-4, 1e-4, 1e-3), rel=1e-12)
+
+
+def small(length: float, angle: float, tip: float, base_angle: float) -> FreeEndPrediction:
+    texture = random_grating(0.03, rng=np.random.default_rng(1))
+    whisker = Whisker(length=length, cone_angle=angle, tip=tip)
+    return FreeEndPrediction(whisker, Posture(contact=0.29, base_angle=base_angle), texture, HOW)
+
+
+def test_gaps_too_wide_to_be_bridged_are_refused():
+    """Whiskers C6 and E6 of the atlas over gaps of a fifth to a third of their length."""
+    with refusal("range", "gap at 0.01424 m", value="0.00103 m, 0.22 of the whisker's length"):
+        _ = small(0.0046375, 0.00571429, 0.0943396, 0.8).phases
+    with refusal("range", "scan", value="one beyond the whisker's length; the widest gap is 0.00154 m"):
+        _ = small(0.00661573, 0.00695312, 0.28, 1.2).phases
 
 
 def test_other_surfaces_and_laws_are_refused():

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.arrays import Array
+from vibrissa.arrays import Array, Mask
 
 POWERS = 6  # of the excursion over the width, by which the turn is described
 
@@ -55,19 +55,48 @@ def two_supports(at: Resistance, place: Array, span: Array, drop: float = 0.0) -
         Δθ [rad] and Δy over L; both 0 on the flat.
     """
     e, s, x = at.contact, at.contact + place, place
-    end = s - span
+    flexibility, a, b, c, d = _balance(at, place, span)
     moment = at.load * x
     slope = at.load * (1 / (6 * e**2) - 1 / (2 * s**2) + e / (3 * s**3))
     height = at.load * (x / (6 * e**2) + 1 / (2 * s) - e / (6 * s**2) - 1 / (3 * e))
+    given, level = flexibility * moment - slope + drop / span, -height
+    determinant = a * d - b * c
+    return (given * d - b * level) / determinant, (a * level - c * given) / determinant
+
+
+def _balance(at: Resistance, place: Array, span: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """Flexibility of the beam between the supports, and what a turn and a lift do to slope and height at x."""
+    e, s, x = at.contact, at.contact + place, place
+    end = s - span
     # slope at the near edge per unit of moment there, of the beam between the supports
     flexibility = (_bent(s, end) - _bent(end, end)) / span**2
     # turn and lift of the shaft between ε and s by a unit of moment that is missing there
     once, twice = (e**-3 - s**-3) / 3, x / (3 * e**3) - (e**-2 - s**-2) / 6
     a, b = 1 - (once - flexibility) * at.turn, -(once - flexibility) * at.lift
     c, d = x - twice * at.turn, 1 - twice * at.lift
-    given, level = flexibility * moment - slope + drop / span, -height
-    determinant = a * d - b * c
-    return (given * d - b * level) / determinant, (a * level - c * given) / determinant
+    return flexibility, a, b, c, d
+
+
+def too_wide(at: Resistance, width: Array) -> Mask:
+    """Gaps over which the shaft on both edges has no stable equilibrium to first order in its deflection.
+
+    Turn and lift grow without bound as the determinant of their balance falls to 0, in gaps of some 0.2 L.
+
+    Parameters
+    ----------
+    at : Resistance
+        Of the shaft.
+    width : (J,) array
+        Widths λ, over L.
+
+    Returns
+    -------
+    (J,) array of bool
+        Which are too wide.
+    """
+    place = width[:, None] * np.linspace(0, 1, 2 * POWERS)
+    _, a, b, c, d = _balance(at, place, width[:, None])
+    return np.asarray((a * d <= b * c).any(axis=1))
 
 
 def _bent(s: Array, end: Array) -> Array:

@@ -14,7 +14,7 @@ from vibrissa.errors import ConflictError, RangeError
 from vibrissa.exact import cone_kappa
 from vibrissa.limits import require_samples
 from vibrissa.mechanics.contact.gap_events import check_gaps
-from vibrissa.mechanics.free_end.bridge_statics import POWERS, bridged, on_the_floor
+from vibrissa.mechanics.free_end.bridge_statics import POWERS, bridged, on_the_floor, too_wide
 from vibrissa.mechanics.free_end.march_kernels import march
 from vibrissa.mechanics.free_end.phases import BRIDGE, FAR, LAND, TIP, Course, Phases, Work
 from vibrissa.mechanics.free_end.sample_kernels import sample
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _STEP, _WAIT, _LOOK = 4e-4, 1e-4, 1e-3  # [s] of the march; half of each changes correlations by 0.001
+_SLOW = 15e-3  # [s] of whiskers with a shorter time k each is that share of k: small ones ring faster
 _MOST_SAMPLES = 20_000_000
 _ROOM = 20  # phases for each gap, at first
 _MOST_ROOM = 2000
@@ -133,15 +134,26 @@ class FreeEndPrediction(SpannedScan):
             stop = self.duration / self.whisker.timescale  # what rings then goes on ringing
             count = march(self.tables, course, stop, Work(*(np.zeros(size) for size in sizes)), phases)
             if count >= 0:
-                return Phases._make(each[:count] for each in phases)
+                return self._bounded(Phases._make(each[:count] for each in phases))
             room *= 4
             if room > _MOST_ROOM * len(self.texture.width) + 100:
                 raise RangeError("scan", "must settle on its supports", "they change without end", "use model 'rod'")
+
+    def _bounded(self, phases: Phases) -> Phases:
+        """The same; refused where the motion grows beyond the whisker, as over a gap hardly narrow enough."""
+        if not np.abs(phases.free).max() < 1:  # NaN, too
+            found = f"one beyond the whisker's length; the widest gap is {self.texture.width.max():.3g} m"
+            raise RangeError("scan", "must have a motion that bends the shaft little", found, "use model 'rod'")
+        return phases
 
     def _course(self) -> Course:
         length, k, speed = self.whisker.length, self.whisker.timescale, self.scan.speed
         width, depth = self.texture.width / length, self.texture.depth / length
         at = self.tables.resistance
+        if (wide := too_wide(at, width)).any():
+            rule = "must be narrow enough for a shaft that bends little to lie on both its edges"
+            found = f"{width[wide.argmax()] * length:.3g} m, {width[wide.argmax()]:.2g} of the whisker's length"
+            raise RangeError(f"gap at {self.texture.position[wide.argmax()]:.4g} m", rule, found, "use model 'rod'")
         turn, lift, least = on_the_floor(at, width, self.free_end, depth, abs(float(self.tables.slope[-1])))
         return Course(
             begin=self.texture.position / (speed * k),
@@ -153,9 +165,9 @@ class FreeEndPrediction(SpannedScan):
             depth=depth,
             free_end=self.free_end,
             speed=speed * k / length,
-            step=_STEP / k,
-            wait=_WAIT / k,
-            look=_LOOK / k,
+            step=_STEP / max(k, _SLOW),
+            wait=_WAIT / max(k, _SLOW),
+            look=_LOOK / max(k, _SLOW),
         )
 
     def _rows(self, t: Array, of: Tables) -> Array:
