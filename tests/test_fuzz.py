@@ -24,6 +24,7 @@ ELSEWHERE = {  # readers that call others of the list, or of data that is no fil
     "open_tracks": "datasets, a movie, edits",
     "read_binned": "counts",
     "read_columns": "with read_texture",
+    "read_deeplabcut": "with read_tracks",
     "read_gaps": "with read_texture",
     "read_height_profile": "with read_texture",
     "read_json": "with read_sorted_folder",

@@ -110,3 +110,22 @@ def test_a_table_is_a_head_and_short_gaps_are_bridged(tmp_path):
     with refusal("format", "head.csv, line 4, frame", "'0'") as caught:
         read_head(path, 12)
     assert caught.value.rule == "must give each frame once"
+
+
+@pytest.mark.parametrize(
+    "table", ["frame,column,row,angle_deg\n0,10,20,170\n", "column,row,angle_deg,frame\n10,20,170,0\n"]
+)
+@pytest.mark.parametrize("mark", ["", "\ufeff"])
+def test_a_table_is_known_by_its_column_of_frames(table, mark, tmp_path):
+    (tmp_path / "head.csv").write_text(mark + table, encoding="utf-8")
+    head = read_head(tmp_path / "head.csv", 1)
+    np.testing.assert_allclose([head.column[0], head.row[0], head.angle[0]], [10, 20, 170])
+
+
+def test_degrees_in_a_column_without_a_unit_are_refused(tmp_path):
+    (tmp_path / "head.csv").write_text("frame,column,row,angle\n0,10,20,3\n1,10,20,170\n")
+    with refusal("format", "head.csv, line 3, angle", "'170'") as caught:
+        read_head(tmp_path / "head.csv", 2)
+    assert "angle_deg" in caught.value.remedy
+    (tmp_path / "head.csv").write_text("frame,column,row,angle_rad\n0,10,20,7\n")
+    np.testing.assert_allclose(read_head(tmp_path / "head.csv", 1).angle, np.rad2deg(7))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from codecs import BOM_UTF8
 from collections.abc import Sequence
 from pathlib import Path
 from typing import cast
@@ -19,6 +21,7 @@ from vibrissa.video.foreign.tracks import kind_of
 from vibrissa.video.kernel.local_quadratic import local_quadratic
 
 COLUMNS = {"frame": PURE, "column": PURE, "row": PURE, "angle": "rad"}
+LONGEST = 4096  # bytes of the first line by which a table is known
 SMOOTHED = 4  # frames on either side over which tracked points are smoothed
 BRIDGED = 5  # frames without the head that are taken on a straight line
 
@@ -48,7 +51,8 @@ def read_head(path: str | Path, frames: int, points: Sequence[str] = ()) -> Head
         If the file cannot be read, holds frames beyond the movie, several animals, or other points.
     """
     with existing(path).open("rb") as stream:
-        table = stream.read(6) == b"frame,"
+        header = re.split(rb"[,;\t]", stream.readline(LONGEST).removeprefix(BOM_UTF8))
+    table = b"frame" in map(bytes.strip, header)
     head = _of_table(path, frames) if table else _of_keypoints(path, frames, points)
     if not head.known.any():
         raise TooFewError(str(path), "must hold the head in a frame at least")
@@ -64,6 +68,9 @@ def _of_table(path: str | Path, frames: int) -> HeadPose:
     values = np.full((3, frames), np.nan)
     for one, name in zip(values, ("column", "row", "angle"), strict=True):
         one[frame] = read.numbers(name, blanks=True)
+    if read.column("angle") == "angle":
+        remedy = "it is taken in radians: call it angle_deg if it is in degrees, angle_rad if not"
+        read.refuse_first(np.abs(read.numbers("angle", blanks=True)) > 2 * np.pi, "angle", "must be within ±2π", remedy)
     return HeadPose(values[0], values[1], _continuous(values[2]))
 
 

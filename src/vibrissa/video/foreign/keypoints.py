@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
@@ -22,6 +23,8 @@ from vibrissa.errors import (
     install,
 )
 from vibrissa.files import existing
+from vibrissa.tables.deeplabcut import read_deeplabcut
+from vibrissa.video.foreign.sleap import refuse_unassigned
 from vibrissa.video.foreign.whisk_files import FURTHEST, Values
 from vibrissa.video.linked.traces import labelled_traces
 from vibrissa.video.tracking import Calibration
@@ -31,7 +34,6 @@ if TYPE_CHECKING:
 
 Software = Literal["DeepLabCut", "SLEAP"]
 LIKELIHOOD = {"DeepLabCut": 0.6, "SLEAP": 0.0}  # DeepLabCut guesses everywhere (its pcutoff); SLEAP leaves out
-HEADER = ("scorer", "individuals", "bodyparts", "coords")
 Curve = tuple[Values, Values, Values]  # x, y (T, K) and arc length (K,) [px]
 FEWEST = 2  # keypoints of a whisker
 MOST = 300_000_000  # values of a profile
@@ -76,30 +78,38 @@ def read_keypoints(path: str | Path, software: Software) -> Keypoints:
     Raises
     ------
     InputError
-        If movement is not installed, the file is missing or not of that kind, has no frames, or its rows are not the
-        frames from 0 on.
+        If movement is not installed, the file is missing or not of that kind, or has no frames; as
+        :func:`vibrissa.tables.deeplabcut.read_deeplabcut` and
+        :func:`vibrissa.video.foreign.sleap.refuse_unassigned`.
     """
     existing(path)
-    if software == "DeepLabCut" and Path(path).suffix == ".csv":
-        _refuse_rows(path)
+    with _reading(str(path), software):
+        table = read_deeplabcut(path) if software == "DeepLabCut" else None
+        if table is None:
+            refuse_unassigned(path)
+        load, log = import_module("movement.io.load_poses"), import_module("loguru").logger
+        log.disable("movement")
+        try:
+            data = load.from_sleap_file(Path(path)) if table is None else load.from_dlc_style_df(table)
+            return keypoints_of(str(path), data)
+        finally:
+            log.enable("movement")
+
+
+@contextmanager
+def _reading(source: str, software: Software) -> Iterator[None]:
+    """Refuse a damaged file in one line, without the warnings of movement and of the readers below it."""
     with warnings.catch_warnings():  # movement takes over the hook by which Python shows warnings
         warnings.simplefilter("ignore")
         try:
-            load = import_module("movement.io.load_poses")
-        except ImportError as error:
-            raise PackageError(str(path), "needs movement", remedy=install("tracks")) from error
-        log = import_module("loguru").logger
-        log.disable("movement")
-        try:
-            read = load.from_dlc_file if software == "DeepLabCut" else load.from_sleap_file
-            return keypoints_of(str(path), read(Path(path)))
+            yield
         except InputError:
             raise
-        except Exception as error:  # whatever the readers below it raise on a damaged file
+        except ImportError as error:
+            raise PackageError(source, "needs movement", remedy=install("tracks")) from error
+        except Exception as error:  # whatever those readers raise
             cause = (str(error).strip() or type(error).__name__).splitlines()[0]
-            raise FormatError(str(path), f"must be a file of {software}", remedy=cause) from error
-        finally:
-            log.enable("movement")
+            raise FormatError(source, f"must be a file of {software}", remedy=cause) from error
 
 
 def keypoints_of(source: str, data: xr.Dataset) -> Keypoints:
@@ -131,53 +141,6 @@ def keypoints_of(source: str, data: xr.Dataset) -> Keypoints:
     if np.isinf(x).any() or np.isinf(y).any() or max(np.nanmax(np.abs(v), initial=0) for v in (x, y)) > FURTHEST:
         raise FormatError(source, f"must have coordinates below {FURTHEST:g} px", remedy="the file is damaged")
     return Keypoints(names, x, y, data.confidence.transpose(*dims).values.astype(float))
-
-
-def _refuse_rows(path: str | Path) -> None:
-    """Refuse a table whose rows are not the frames from 0 on: movement counts rows."""
-    try:
-        lines = Path(path).read_text(encoding="utf-8").splitlines()
-    except UnicodeDecodeError as error:
-        raise FormatError(str(path), "must be text", remedy="the file is damaged") from error
-    rows = []
-    for place, line in enumerate(lines, 1):
-        first, *cells = line.split(",")
-        if first not in HEADER and line.strip():
-            rows.append(first.strip())
-            _refuse_cells(f"{path}, line {place}", cells)
-    for number, row in enumerate(rows):
-        if row not in (str(number), f"{number}.0"):
-            rule, remedy = f"must have frame {number} in row {number}", "give predictions, a row for every frame"
-            if rows[0] == "1" and number == 0:
-                remedy = "frames count from 0: subtract 1 from every number"
-            raise FormatError(str(path), rule, repr(row[:40]), remedy)
-    if not rows:
-        raise TooFewError(str(path), "must hold at least one frame")
-    _refuse_columns(path, lines)
-
-
-def _refuse_columns(path: str | Path, lines: Sequence[str]) -> None:
-    """Refuse a table in which a keypoint lacks one of its three columns."""
-    header = {line.split(",")[0]: line.split(",")[1:] for line in lines[: len(HEADER)]}
-    if not {"bodyparts", "coords"} <= set(header) or len(header["bodyparts"]) != len(header["coords"]):
-        return
-    of = zip(header.get("individuals", header["bodyparts"]), header["bodyparts"], header["coords"], strict=True)
-    columns = [tuple(cell.strip() for cell in one) for one in of]
-    for who, name in dict.fromkeys(one[:2] for one in columns):
-        for kind in ("x", "y", "likelihood"):
-            if (who, name, kind) not in columns:
-                raise MissingError(f"{path}, column {kind!r} of {name}", "must be in the table of DeepLabCut")
-
-
-def _refuse_cells(place: str, cells: Sequence[str]) -> None:
-    """Refuse a row with a cell that is no number; an empty one was not measured."""
-    for column, cell in enumerate(cells, 2):
-        try:
-            good = not cell.strip() or not np.isinf(float(cell))
-        except ValueError:
-            good = False
-        if not good:
-            raise FormatError(f"{place}, column {column}", "must be a finite number, or empty", repr(cell[:40]))
 
 
 def profile_from_keypoints(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from codecs import BOM_UTF8
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, cast
@@ -59,7 +60,7 @@ def kind_of(path: str | Path) -> str:
         If the file is missing or none of these.
     """
     with existing(path).open("rb") as stream:
-        head = stream.read(128)
+        head = stream.read(128).removeprefix(BOM_UTF8)
     if head.startswith(HDF5):
         return _kind_of_tables(path)
     if head.startswith(b"measv"):
