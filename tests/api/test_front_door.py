@@ -91,6 +91,9 @@ def test_a_part_of_a_movie_is_tracked_alike_from_a_file_and_from_memory():
     assert (held.attrs["first_frame"], held.attrs["last_frame"]) == (100, 129)
     titles = [axis.get_title(loc="left") for axis in vb.plot_tracks(held, frames, frames=[100, 129]).axes]
     assert titles == ["frame 100, 0.0500 s", "frame 129, 0.0645 s"]
+    part = vb.plot_tracks(held.isel(time=slice(10, 20)), frames, frames=[110, 119])
+    assert part.axes[0].get_title(loc="left") == "frame 110, 0.0550 s"
+    np.testing.assert_array_equal(part.axes[0].images[0].get_array(), frames[110])
     with refusal("range", "frames"):
         vb.plot_tracks(held, frames, frames=[99])
     with refusal("range", "start, stop"):

@@ -14,6 +14,7 @@ from vibrissa.api.studies import Results
 from vibrissa.errors import RangeError, UnknownError, did_you_mean
 from vibrissa.quantities import require
 from vibrissa.quantities.schema import conforming
+from vibrissa.signals.frame_numbers import frame_numbers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -99,7 +100,7 @@ def plot_tracks(
     require(profile, "x", "y", "arc_length")
     profile = conforming(profile)
     several = profile if "whisker" in profile.dims else profile.expand_dims(whisker=[0])
-    first = int(profile.attrs.get("first_frame", 0))
+    first = int(frame_numbers(profile)[0])
     if isinstance(movie, str | Path):
         blocks: Iterable[Any] = read_blocks(movie, start=first, drop_frames=profile.attrs.get("drop_frames"))
     else:

@@ -316,7 +316,7 @@ def _attributes(
     """What counts as the face, the base and a touch, and remarks on what the user should know."""
     kept = {
         name: profile.attrs[name]
-        for name in ("frame", "pixel_size", "frame_rate", "first_frame", "source", "least_probability")
+        for name in ("frame", "pixel_size", "frame_rate", "source", "least_probability")
         if name in profile.attrs
     }
     if settings.least_probability is not None:

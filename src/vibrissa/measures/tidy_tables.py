@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibrissa.signals.frame_numbers import frame_numbers
 from vibrissa.tables.writer import write_table
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ def frame_columns(data: xr.Dataset) -> dict[str, Any]:
     return {
         "whisker": np.repeat(data.whisker.values, frames),
         "label": np.repeat(data.whisker_label.values, frames),
-        "frame": np.tile(int(data.attrs.get("first_frame", 0)) + np.arange(frames), whiskers),
+        "frame": np.tile(frame_numbers(data), whiskers),
         "time_s": np.tile(data.time.values, whiskers),
         **dict(_column(data, name) for name in series),
     }

@@ -119,3 +119,5 @@ def test_the_longest_runs_of_lost_frames_are_named_whatever_their_reasons(capsys
     runs = [(2, 2, "a"), (5, 9, "a"), (10, 13, "b"), (14, 14, "a"), (20, 24, "b"), (30, 31, "a"), (40, 40, "b")]
     remarks_on(dataset({"lost": json.dumps([runs])}, time=np.arange(100.0)))
     assert "whisker 0 was lost in frames 5 to 14, 20 to 24, 30 to 31 and in 2 shorter runs" in capsys.readouterr().err
+    remarks_on(dataset({"lost": json.dumps([[(40, 40, "b")]])}, time=np.arange(100.0)))
+    assert "whisker 0 was lost in frame 40\n" in capsys.readouterr().err

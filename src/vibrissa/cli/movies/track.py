@@ -18,6 +18,7 @@ from vibrissa.cli.shared.words.units import Length, Rate
 from vibrissa.errors import ConflictError, FormatError
 from vibrissa.quantities.identity import SURE
 from vibrissa.quantities.kinds import Method
+from vibrissa.signals.frame_numbers import frame_numbers
 from vibrissa.video.kernel.estimator_table import Estimator, described
 
 if TYPE_CHECKING:
@@ -219,7 +220,7 @@ def remarks_on(profile: xr.Dataset) -> None:
 def _losses(runs: list[tuple[int, int, str]], profile: xr.Dataset) -> list[str]:
     """In how many frames a whisker was lost and mostly why; if it is followed in most, the longest runs."""
     lost = lost_by_reason(runs)
-    count, start = profile.sizes["time"], int(profile.attrs.get("first_frame", 0))
+    count, start = profile.sizes["time"], int(frame_numbers(profile)[0])
     if 2 * lost.total() > count:
         return [f"{lost.total()} of {count} frames, mostly: {lost.most_common(1)[0][0]}"]
     whole: list[tuple[int, int]] = []  # whatever the reason
@@ -230,7 +231,8 @@ def _losses(runs: list[tuple[int, int, str]], profile: xr.Dataset) -> list[str]:
     each = [f"{start + a}" if a == b else f"{start + a} to {start + b}" for a, b in longest]
     others = len(whole) - RUNS
     more = f" and in {others} shorter run{'s' if others > 1 else ''}" if others > 0 else ""
-    return [f"frames {', '.join(each)}{more}"] if runs else []
+    one = len(whole) == 1 and whole[0][0] == whole[0][1]
+    return [f"frame{'' if one else 's'} {', '.join(each)}{more}"] if runs else []
 
 
 def _refuse_before(
@@ -259,7 +261,7 @@ def _preview(movie: Path, profile: xr.Dataset, path: Path | None) -> None:
     from vibrissa.figures.others import preview
     from vibrissa.video.io.movie import read_blocks
 
-    first, drop = int(profile.attrs.get("first_frame", 0)), profile.attrs.get("drop_frames")
+    first, drop = int(frame_numbers(profile)[0]), profile.attrs.get("drop_frames")
     blocks = read_blocks(movie, start=first, drop_frames=drop)
     with stage("preview"):
         if path.suffix == ".png":

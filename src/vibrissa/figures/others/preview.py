@@ -18,6 +18,7 @@ from vibrissa.figures.colours import ON_PICTURE as COLOURS
 from vibrissa.figures.others.text_strip import LETTER, text_strip
 from vibrissa.quantities import dataset
 from vibrissa.quantities import measured as measured_nodes
+from vibrissa.signals.frame_numbers import frame_numbers
 from vibrissa.video.io.colour import write_colour
 
 if TYPE_CHECKING:
@@ -107,7 +108,7 @@ def overlay(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int]) -> Itera
     """
     (columns, rows), names = seen(profile), whisker_names(profile)
     lost = json.loads(profile.attrs.get("lost", "[]")) or [[]] * len(names)
-    low, span = 0.0, 0.0
+    low, span, numbers = 0.0, 0.0, frame_numbers(profile)
     for index, image in chosen_frames(blocks, frames):
         if not span:
             low, span = float(image.min()), max(float(np.ptp(image)), 1.0)
@@ -118,8 +119,7 @@ def overlay(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int]) -> Itera
             _dots(picture, columns[w, index], rows[w, index], size, rgb(w))
         for w in range(len(columns) if len(columns) > FEW else 0):
             _name(picture, columns[w, index], rows[w, index], size, names[w], rgb(w))
-        number = index + int(profile.attrs.get("first_frame", 0))
-        title = f"frame {number}   {float(profile.time[index]):.4f} s"
+        title = f"frame {numbers[index]}   {float(profile.time[index]):.4f} s"
         yield np.concatenate([picture, *_captions(index, title, names, lost, picture.shape[1])])
 
 
@@ -238,7 +238,7 @@ def compute(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int] | None = 
     chosen = evenly(0, profile.sizes["time"] - 1, 6) if frames is None else list(frames)
     images = np.stack([image for _, image in chosen_frames(blocks, chosen)])
     columns, rows = (np.moveaxis(values[:, chosen], 0, 1) for values in seen(profile))
-    numbers = [k + int(profile.attrs.get("first_frame", 0)) for k in chosen]
+    numbers = frame_numbers(profile)[chosen].tolist()
     attrs = {"names": json.dumps(whisker_names(profile)), "frames": json.dumps(numbers)}
     attrs["pixel_size"] = profile.attrs["pixel_size"]
     when = {"time": profile.time.values[chosen]}

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from vibrissa.arrays import Array
 from vibrissa.errors import FormatError, RangeError, TooFewError, UnknownError
+from vibrissa.signals.frame_numbers import frame_numbers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -87,8 +88,7 @@ def with_led(profile: xr.Dataset, frame: int) -> xr.Dataset:
     """
     if not 0 <= frame < profile.sizes["time"]:
         raise UnknownError("led_frame", f"must be one of the {profile.sizes['time']} frames", frame)
-    number = frame + int(profile.attrs.get("first_frame", 0))
-    return profile.assign_attrs(led_frame=number, led_time=float(profile.time[frame]))
+    return profile.assign_attrs(led_frame=int(frame_numbers(profile)[frame]), led_time=float(profile.time[frame]))
 
 
 def _course(blocks: Iterable[Image], region: Region | None) -> Array:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.arrays import Integers
+from vibrissa.signals.frame_numbers import frame_numbers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,7 +23,7 @@ def without_frames(profile: xr.Dataset, missing: Integers) -> xr.Dataset:
     Parameters
     ----------
     profile : Dataset
-        With ``time``; the attributes ``first_frame``, if it is a part of a movie, and ``lost``.
+        With ``time``, and the attribute ``lost``.
     missing : (N,) array of int
         Numbers of the frames in the movie, ascending, from 0.
 
@@ -33,7 +34,7 @@ def without_frames(profile: xr.Dataset, missing: Integers) -> xr.Dataset:
         number.
     """
     count = profile.sizes["time"]
-    here = missing - int(profile.attrs.get("first_frame", 0))
+    here = missing - int(frame_numbers(profile)[0])
     here = here[(here >= 0) & (here < count)]
     there = np.ones(count, bool)
     there[here] = False
