@@ -35,6 +35,15 @@ def file(tmp_path):
     return tmp_path / "profile.nc"
 
 
+def test_attributes_of_one_character_may_be_stored_as_bytes(file):
+    """As the library of netCDF writes them, by which xarray writes if it is installed."""
+    tracks().assign_attrs(side="L").to_netcdf(file, engine="h5netcdf")
+    with h5py.File(file, "r+") as stored:
+        stored["time"].attrs["units"], stored.attrs["side"] = np.bytes_("s"), np.bytes_("L")
+    assert load(file).identical(tracks().assign_attrs(side="L"))
+    assert attributes(file)["side"] == "L"
+
+
 def test_no_flipped_bit_is_taken_for_a_result(file):
     save(tracks(), file)
     whole, rng = file.read_bytes(), np.random.default_rng(0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
@@ -188,7 +188,7 @@ def _stored(path: Path) -> tuple[dict[str, xr.Variable], dict[str, Any]] | None:
     from h5netcdf.attrs import Attributes
 
     def attrs(of: h5py.HLObject) -> dict[str, Any]:
-        return dict(Attributes(of.attrs, h5py.check_dtype, h5py))
+        return _texts(Attributes(of.attrs, h5py.check_dtype, h5py))
 
     with h5py.File(path, "r") as file:
         _fits(path, [one for one in file.values() if isinstance(one, h5py.Dataset)])
@@ -228,4 +228,12 @@ def attributes(path: str | Path) -> dict[str, Any]:
 
     path = existing(path)
     with reading(path), h5netcdf.File(path, "r") as file:
-        return dict(file.attrs)
+        return _texts(file.attrs)
+
+
+def _texts(attrs: Mapping[str, Any]) -> dict[str, Any]:
+    """Attributes, those of one character too as text: the library of netCDF writes them as bytes."""
+    filling = ("_FillValue", "missing_value")  # of the kind of their variable
+    return {
+        name: one.decode() if isinstance(one, bytes) and name not in filling else one for name, one in attrs.items()
+    }
