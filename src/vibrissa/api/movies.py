@@ -232,7 +232,7 @@ def read_tracks(
     Parameters
     ----------
     tracks : path or Dataset
-        A file of WHISK, WhiskiWrap, WhiskerMan, DeepLabCut, SLEAP or of ``track`` itself; or a poses dataset of
+        A file of WHISK, WhiskiWrap, DeepLabCut, SLEAP, WhiskerTracker or of ``track`` itself; or a poses dataset of
         movement.
     frame_rate : float, optional
         [Hz], where the file does not state it.

@@ -8,10 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from refusals import refusal
 
+from vibrissa.api.movies import read_tracks
 from vibrissa.api.objects.dataframes import to_dataframe
 from vibrissa.api.objects.tracks import _plural, as_tracks, to_movement
 from vibrissa.quantities import dataset
 from vibrissa.video.foreign.keypoints import Keypoints, profile_from_keypoints
+from vibrissa.video.foreign.tracks import read_tracks as read_file
+from vibrissa.video.foreign.whisk_profile import write_whiskers
 from vibrissa.video.tracking import Calibration
 
 PIXEL, RATE = 95e-6, 500.0
@@ -190,3 +193,14 @@ def test_a_profile_as_a_flat_table():
     assert list(frame.columns) == ["whisker", "time_s", "node", "x_m", "y_m", "y_sd_m", "arc_length_m"]
     assert len(frame) == 8
     assert frame.arc_length_m.tolist() == [0.0, 5 * PIXEL] * 4
+
+
+def test_files_of_lines_are_read_as_their_reader_does(tmp_path):
+    path = tmp_path / "a.whiskers"
+    whole = profile_of(whiskers=1, frames=8, nodes=12).drop_vars("y_sd")
+    write_whiskers(whole.assign(x=whole.x.fillna(0.01) + 0 * whole.x, y=0.01 + 0 * whole.y), path)
+    how = {"identity": "number", "base": "right", "whiskers": [0], "skin": [(400.0, 100.0)]}
+    found = read_tracks(str(path), frame_rate=RATE, pixel_size=PIXEL, **how)
+    assert found.identical(read_file(path, CALIBRATION, **how))
+    with refusal("conflict", "identity"):
+        read_tracks(profile_of(), identity="number")

@@ -19,6 +19,7 @@ from vibrissa.signals.even_times import even_rate
 from vibrissa.tables.units import in_si
 from vibrissa.video.foreign.keypoints import LIKELIHOOD, keypoints_of, profile_from_keypoints
 from vibrissa.video.foreign.tracks import read_tracks
+from vibrissa.video.foreign.whisk_profile import Identity, Side
 from vibrissa.video.tracking import Calibration
 
 HERE = "movement dataset"
@@ -36,6 +37,11 @@ def as_tracks(
     keypoints: Sequence[Sequence[str]] | None = None,
     least_likelihood: float | None = None,
     node_spacing: float | None = None,
+    measurements: str | PathLike[str] | None = None,
+    identity: Identity | Literal["link"] | None = None,
+    whiskers: Sequence[int] | None = None,
+    skin: Sequence[tuple[float, float]] | None = None,
+    base: Side | None = None,
 ) -> xr.Dataset:
     """Profile of the whiskers of any object: x and y of nodes along the shaft, in time.
 
@@ -50,6 +56,8 @@ def as_tracks(
         Side of a pixel [m]; a movement dataset that :func:`to_movement` made has its own.
     keypoints, least_likelihood, node_spacing
         As in :func:`vibrissa.video.foreign.keypoints.profile_from_keypoints`; without a likelihood, 0.6 of DeepLabCut.
+    measurements, identity, whiskers, skin, base
+        Of files of WHISK and WhiskiWrap, as in :func:`vibrissa.video.foreign.tracks.read_tracks`.
 
     Returns
     -------
@@ -80,12 +88,23 @@ def as_tracks(
         "least_likelihood": least_likelihood,
         "node_spacing": node_spacing,
     }
+    lines: dict[str, Any] = {
+        "measurements": measurements,
+        "identity": identity,
+        "whiskers": whiskers,
+        "skin": skin,
+        "base": base,
+    }
     if isinstance(thing, str | PathLike):
         given = frame_rate is not None or pixel_size is not None
-        return read_tracks(str(thing), _calibration(str(thing), frame_rate, pixel_size) if given else None, **options)
+        calibration = _calibration(str(thing), frame_rate, pixel_size) if given else None
+        return read_tracks(str(thing), calibration, **options, **lines)
     if not isinstance(thing, xr.Dataset):
         right = "give a profile, a movement poses dataset, or the name of a file"
         raise UnknownError("tracks", "must be an object that holds x and y in time", described(thing), right)
+    for name, value in lines.items():
+        if value is not None:
+            raise ConflictError(name, "must be left out: a dataset has whiskers, not lines", value)
     if "position" in thing:
         return _of_movement(thing, frame_rate, pixel_size, **options)
     require(thing, "time", "node", "x", "y", "arc_length")
