@@ -62,15 +62,17 @@ def opened(path: Path, holes: bool = False) -> Iterator[Opened]:
         first = next(decoded, None)
         if first is None:
             raise TooFewError(str(path), "must have at least one frame")
-        movie = _described(path, container, first, checksums)
-        yield Opened(movie, partial(_blocks, movie, chain([first], decoded)))
+        turns = _quarter_turns(path, first)
+        movie = _described(path, container, first, checksums, turns)
+        yield Opened(movie, partial(_blocks, movie, turns, chain([first], decoded)))
 
 
-def _blocks(movie: Movie, decoded: Iterable[av.VideoFrame], frames: int) -> Iterator[Frames]:
+def _blocks(movie: Movie, turns: int, decoded: Iterable[av.VideoFrame], frames: int) -> Iterator[Frames]:
     block, filled = empty_block(movie, frames), 0
     try:
         for frame in decoded:
-            block[filled] = grey_levels(frame, movie.path, movie.bits, movie.expanded, movie.colour)
+            levels = grey_levels(frame, movie.path, movie.bits, movie.expanded, movie.colour)
+            block[filled] = np.rot90(levels, turns)
             filled += 1
             if filled == frames:
                 yield block
@@ -214,6 +216,15 @@ def _alike(frame: av.VideoFrame, first: av.VideoFrame, path: Path, number: int) 
     raise ShapeError(str(path), rule, f"{found} at frame {number}")
 
 
+def _quarter_turns(path: Path, frame: av.VideoFrame) -> int:
+    """Quarter turns, anticlockwise, by which players show a frame turned: the rotation mark of its container."""
+    degrees = getattr(frame, "rotation", 0)  # the first versions 14 of PyAV may not know it
+    if degrees % 90:
+        remedy = "write it with its frames turned: ffmpeg -i IN -c:v ffv1 OUT.mkv"
+        raise FormatError(str(path), "must be shown in quarter turns", f"{degrees} degrees", remedy)
+    return int(degrees // 90)
+
+
 def _cut_off(path: Path, count: int, announced: int) -> InputError:
     found = f"{count} readable frames of {announced or 'an unknown number'}"
     return FormatError(str(path), "is cut off or damaged", found, "copy it again, or cut it after those frames")
@@ -257,14 +268,19 @@ def _ends_early(container: av.container.InputContainer, last: av.VideoFrame) -> 
 
 
 def _described(
-    path: Path, container: av.container.InputContainer, frame: av.VideoFrame, checksums: SliceChecksums | None
+    path: Path,
+    container: av.container.InputContainer,
+    frame: av.VideoFrame,
+    checksums: SliceChecksums | None,
+    turns: int,
 ) -> Movie:
     stream = container.streams.video[0]
     bits, expanded = kind_of(frame, path)
+    width, height = (frame.height, frame.width) if turns % 2 else (frame.width, frame.height)
     return Movie(
         path=path,
-        width=frame.width,
-        height=frame.height,
+        width=width,
+        height=height,
         bits=bits,
         codec=stream.codec_context.name,
         lossy=stream.codec_context.name not in LOSSLESS,
