@@ -10,7 +10,7 @@ from vibrissa.measures.bending import bending, bent_frames
 from vibrissa.measures.face import Face
 from vibrissa.measures.kinematics import KinematicsSettings, kinematics_of
 from vibrissa.measures.touched_object import Pole, Wall, held_place
-from vibrissa.measures.touches import touch_events
+from vibrissa.measures.touches import long_touches, touch_events
 
 DOWN = Face(caudal=(0.0, 0.0), rostral=(0.0, 1.0))  # protraction turns the whisker from x towards y
 PLACE = 0.2  # [rad] direction of the pole from the base
@@ -158,10 +158,31 @@ def test_events_end_at_free_frames_and_survive_short_gaps_only():
     time, flat = np.arange(11) / 10, np.zeros(11)
     change = np.array([0, 1, -3, nan, 2, 0, 1, nan, nan, 1, 4], float)
     how = {"angle": flat, "phase": flat, "change": change}
-    rows = touch_events(time, touching, **how, least_frames=1, bridged=1)
+    rows = touch_events(time, touching, **how, bridged=1)
     assert [row["touch_onset"] for row in rows] == pytest.approx([0.1, 0.6, 0.9])
     assert [row["touch_duration"] for row in rows] == pytest.approx([0.4, 0.1, 0.2])
     assert [row["touch_curvature_change"] for row in rows] == [-3, 1, 4]
     assert [row["touch_onset_seen"] for row in rows] == [1, 1, 0]
     assert [row["touch_offset_seen"] for row in rows] == [1, 0, 0]
-    assert len(touch_events(time, touching, **how, least_frames=2, bridged=0)) == 2
+    assert len(touch_events(time, long_touches(touching, 2, 0), **how, bridged=0)) == 2
+
+
+def test_frames_of_touches_left_out_are_free():
+    nan = np.nan
+    touching = np.array([0, 1, 1, nan, 1, 0, 1, nan, nan, 1, 1], float)
+    np.testing.assert_array_equal(long_touches(touching, 1, 1), touching)
+    np.testing.assert_array_equal(long_touches(touching, 2, 1), [0, 1, 1, nan, 1, 0, 0, nan, nan, 1, 1])
+    np.testing.assert_array_equal(long_touches(touching, 3, 1), [0, 1, 1, nan, 1, 0, 0, nan, nan, 0, 0])
+
+
+def test_the_frames_that_touch_are_those_of_the_touches(pole):
+    _, profile, _ = pole
+    touched = Pole(centre=POLE)
+    every = kinematics_of(profile, KinematicsSettings(face=DOWN, touched=touched))
+    longest = round(float(every.touch_duration.max()) * RATE)
+    some = kinematics_of(profile, KinematicsSettings(face=DOWN, touched=touched, least_frames=longest))
+    none = kinematics_of(profile, KinematicsSettings(face=DOWN, touched=touched, least_frames=longest + 1))
+    for found in (every, some, none):
+        assert found.touching.sum() == pytest.approx(float(found.touch_duration.sum()) * RATE)
+    assert none.sizes["touch"] == 0
+    assert np.nanmax(np.abs(none.curvature_change)) < np.nanmax(np.abs(every.curvature_change))  # all frames are free

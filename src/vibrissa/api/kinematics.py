@@ -70,7 +70,7 @@ def kinematics(
     find_touches : bool
         Find touches from the bending of the whisker, where no object is given.
     least_frames : int
-        Frames below which a touch is left out.
+        Frames below which a touch is left out; its frames are free then, also in ``touching``.
     least_probability : float, optional
         Probability of a name below which a whisker counts as not seen, from that of the tracking (the default) to 1.
         Face, base part and labels are those of all names.

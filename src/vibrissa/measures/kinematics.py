@@ -24,7 +24,7 @@ from vibrissa.measures.kinematics_remarks import (
     remark_on_touches,
 )
 from vibrissa.measures.touched_object import Pole, Touchable, held_place
-from vibrissa.measures.touches import touch_events, touch_table
+from vibrissa.measures.touches import long_touches, touch_events, touch_table
 from vibrissa.measures.whisk_cycle import BAND, frame_rate_of, whisk_cycle
 from vibrissa.measures.whisker_nodes import mean_base, mean_way, nodes_of, seen_frames, surely_named, usual_length
 from vibrissa.quantities import dataset, require, stacked
@@ -82,7 +82,7 @@ class KinematicsSettings:
     find_touches : bool
         Whether touches are found from the bending of the whisker, where no object is given.
     least_frames : int
-        Frames below which a touch is left out.
+        Frames below which a touch is left out, and its frames count as free.
     least_probability : float, optional
         Probability of a name below which the whisker counts as not seen; else that of the tracking. The face, the
         base part and the labels are those of all names.
@@ -223,6 +223,7 @@ def _of_whisker(
     angle, curvature = face.angle(base.direction, turn), turn * base.curvature
     cycle = whisk_cycle(time, angle, band=settings.whisking_band, bridged=settings.bridged)
     touching, distance, place = _contact(nodes["image_x"], nodes["image_y"], angle, curvature, settings, near)
+    touching = long_touches(touching, settings.least_frames, settings.bridged)
     bent = bending(angle, curvature, touching != 1)
     events = touch_events(
         time,
@@ -230,7 +231,6 @@ def _of_whisker(
         angle=angle,
         phase=cycle.phase,
         change=bent.change,
-        least_frames=settings.least_frames,
         bridged=settings.bridged,
     )
     series = (

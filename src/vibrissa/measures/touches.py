@@ -22,8 +22,32 @@ COLUMNS = (
 )
 
 
+def long_touches(touching: Array, least_frames: int, bridged: int) -> Array:
+    """Whether a whisker touches, where touches that are too short count as free.
+
+    Parameters
+    ----------
+    touching : (T,) array
+        1 where it touches, 0 where it does not, NaN where it was not seen.
+    least_frames : int
+        Frames below which a touch is left out.
+    bridged : int
+        Longest gap of unseen frames that does not end a touch.
+
+    Returns
+    -------
+    (T,) array
+        0 in the frames of touches that are left out.
+    """
+    kept = touching.copy()
+    for start, stop in _runs(touching, bridged):
+        if stop - start < least_frames:
+            kept[start:stop] *= 0.0  # frames that were not seen stay NaN
+    return kept
+
+
 def touch_events(
-    time: Array, touching: Array, *, angle: Array, phase: Array, change: Array, least_frames: int, bridged: int
+    time: Array, touching: Array, *, angle: Array, phase: Array, change: Array, bridged: int
 ) -> list[dict[str, Any]]:
     """Touches of one whisker, in the order of their onsets.
 
@@ -35,8 +59,6 @@ def touch_events(
         1 where it touches, 0 where it does not, NaN where it was not seen.
     angle, phase, change : (T,) arrays
         Angle and phase [rad] and Δκ [1/m]; NaN where not measured.
-    least_frames : int
-        Frames below which a touch is left out.
     bridged : int
         Longest gap of unseen frames that does not end a touch; frames in which it is seen free always do.
 
@@ -49,8 +71,6 @@ def touch_events(
     frame = float(time[-1] - time[0]) / (time.size - 1)
     rows = []
     for start, stop in _runs(touching, bridged):
-        if stop - start < least_frames:
-            continue
         part = change[start:stop]
         largest = part[np.nanargmax(np.abs(part))] if np.isfinite(part).any() else np.nan
         values = (

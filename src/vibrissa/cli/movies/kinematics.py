@@ -40,7 +40,7 @@ class ObjectOptions:
     find_touches : bool
         Find touches from the bending of each whisker, where no object is given.
     least_frames : int
-        Least length of a touch, in frames; shorter ones are left out.
+        Least length of a touch, in frames; shorter ones are left out, and their frames are free.
     """
 
     pole: str | None = None

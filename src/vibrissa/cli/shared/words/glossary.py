@@ -194,7 +194,7 @@ GLOSSARY: dict[str, Option] = {
     "--wall": _O("point", "COLUMN,ROW of a point of a wall; twice", "310,0"),
     "--touch-distance": _O("length", "Largest distance of a touching centreline to a surface", "0.1mm", most=0.1),
     "--find-touches": _O("flag", "Find touches from the bending of the whisker"),
-    "--least-frames": _O("count", "Frames below which a touch is left out", "2"),
+    "--least-frames": _O("count", "Frames below which a touch is left out, its frames being free", "2"),
     # stimuli
     "--inputs": _O("file", "Motion that is replayed, a file for each texture", "scan.nc"),
     "--duration": _O("duration", "Length of a recording or of a command", "10s"),
