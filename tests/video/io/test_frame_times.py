@@ -105,6 +105,7 @@ def test_a_profile_has_the_right_times_and_no_values_where_frames_are_missing(tm
     np.testing.assert_allclose(there, whole.y.values[0, KEPT], atol=2e-6)  # [m], 0.02 px
     assert json.loads(kept.attrs["lost"])[0] == [[4, 5, "not in the movie"], [11, 13, "not in the movie"]]
     assert kept.attrs["missing_frames"] == 5
+    assert "counted in the numbers of frames" in kept.attrs["remarks"]
     part = tracked(path, drop_frames="nan", start=3, stop=9)
     np.testing.assert_allclose(part.time, np.arange(3, 9) / 100)
     assert json.loads(part.attrs["lost"])[0] == [[1, 2, "not in the movie"]]

@@ -63,7 +63,7 @@ class FrameTimes:
             count = int(np.count_nonzero(holes))
             found = f"{count} hole{'s' * (count > 1)}, the largest of {holes.max()} frames, {holes.sum()} in all"
             then = (
-                "missing frames are NaN"
+                "missing frames are NaN, and counted in the numbers of frames"
                 if kept
                 else "later frames are timed too early; `drop_frames='nan'` corrects this"
             )
