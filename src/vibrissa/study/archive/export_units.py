@@ -201,7 +201,7 @@ def _presentation(parts: Results) -> tuple[float, float, int]:
     elif "counted_bins" in attrs:
         start, stop = 0.0, float(attrs["counted_bins"]) * float(attrs["counted_bin"])
     elif played is not None and "duration" not in attrs:
-        start, stop = float(played[0]), float(played[-1])
+        start, stop = float(played[0]), float(played[-1] + np.diff(played).mean())  # a sample lasts to the next
     else:
         start, stop = 0.0, float(attrs.get("duration", 0.0))
     if not count or not stop > 0:

@@ -26,7 +26,7 @@ SILENT = 0.1  # share of what is analysed, without any spike at its end, from wh
 LATE = 0.1  # of its length after the onset, from which on the begin of a stimulus is remarked on
 REMARKS = {  # attributes of a table of spikes, and what is said where they are not 0
     "spikes_unsorted": "{} unsorted spikes (unit 0) are left out; `unsorted` keeps them",
-    "spikes_outside": "{} spikes lie in no trial and are left out",
+    "spikes_outside": "{} spikes lie {where} and are left out",
     "spikes_shared": "{} spikes lie in two trials, which overlap, and count in both",
     "spikes_repeated": "{} spikes have the very time of another of their unit; all are kept: was one counted twice?",
     "trials_left_out": "{} trials of other protocols are left out",
@@ -322,5 +322,8 @@ def remarks_on(spikes: xr.Dataset) -> list[str]:
     list of str
         A sentence each, with its count.
     """
-    lines = [text.format(spikes.attrs[name]) for name, text in REMARKS.items() if spikes.attrs.get(name)]
-    return [*lines, *filter(None, [spikes.attrs.get("remark")])]
+    about = spikes.attrs
+    cut = "window_stop" in about
+    where = f"outside {about['window_start']:g} to {about['window_stop']:g} s of every trial" if cut else "in no trial"
+    lines = [text.format(about[name], where=where) for name, text in REMARKS.items() if about.get(name)]
+    return [*lines, *filter(None, [about.get("remark")])]

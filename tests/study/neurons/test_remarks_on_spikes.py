@@ -1,0 +1,15 @@
+"""What is said of spikes that are left out."""
+
+import numpy as np
+
+from vibrissa.neural.io.tables.spikes import spike_table
+from vibrissa.neural.io.tables.trials import cut_into_trials, trial_table
+from vibrissa.study.neurons.inputs import remarks_on
+
+
+def test_spikes_left_out_by_the_window_are_not_said_to_lie_in_no_trial():
+    spikes = spike_table(np.array([0.5, 2.0, 9.5, 12.0]), np.zeros(4, int), ["a"])
+    trials = trial_table(np.array([0.0]), np.array([10.0]))
+    assert remarks_on(cut_into_trials(spikes, trials)) == ["1 spikes lie in no trial and are left out"]
+    found = remarks_on(cut_into_trials(spikes, trials, (1.0, 9.0)))
+    assert found == ["3 spikes lie outside 1 to 9 s of every trial and are left out"]
