@@ -98,6 +98,13 @@ def test_floats_that_stay_at_their_largest_or_smallest_are_counted_as_clipped(tm
     assert read_base_signal(path, kind="moment", unit="uN m").attrs["clipped"] == held > 30
 
 
+def test_a_sensor_at_rest_is_not_clipped(tmp_path):
+    pushed = np.abs(VOLTS) + 0.01
+    pushed[:50] = 0  # before it is touched
+    path = written(tmp_path / "base.csv", ["time", "bridge"], TIME, pushed)
+    assert read_base_signal(path, kind="moment", unit="uN m").attrs["clipped"] == 0
+
+
 def test_clipping_of_24_bits_is_counted_at_both_ends(tmp_path):
     stored = np.round(0.5 * VOLTS * 2**23).astype("<i4")
     stored[:40], stored[40:50] = 2**23 - 1, -(2**23)

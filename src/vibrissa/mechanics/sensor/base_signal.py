@@ -176,11 +176,12 @@ def _full_scale(path: str | Path, samples: NDArray[Any], unit: str) -> tuple[Arr
 
 
 def _held(values: NDArray[Any]) -> int:
-    """How many samples are, three or more in a row, the largest or the smallest of all: so a range ends in a record."""
+    """How many samples are, three or more in a row and more than once, the largest or the smallest of all."""
     held = 0
     for end in (values.max(), values.min()):
         starts, stops = np.flatnonzero(np.diff(values == end, prepend=False, append=False)).reshape(-1, 2).T
-        held += int((stops - starts)[stops - starts >= _HELD].sum())
+        runs = (stops - starts)[stops - starts >= _HELD]
+        held += int(runs.sum()) if runs.size > 1 else 0  # a single one may be a rest
     return held
 
 
