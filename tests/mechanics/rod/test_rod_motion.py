@@ -13,6 +13,7 @@ from vibrissa.mechanics.rod.rod_scan import clear_of, drag
 from vibrissa.mechanics.rod.rod_settings import Rod
 from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import Gaps, random_grating
+from vibrissa.whisker import Whisker
 
 GAP = Gaps(np.array([0.0]), np.array([0.6e-3]), 35e-6)
 
@@ -47,6 +48,20 @@ def test_a_small_vibration_decays_at_the_damping_that_was_asked_for(mode):
     assert peaks.size >= 4
     assert found == pytest.approx(ratio, rel=0.01)
     assert np.diff(time[peaks]).mean() == pytest.approx(2 * np.pi / kappa[mode] / np.sqrt(1 - ratio**2), rel=0.004)
+
+
+def test_a_small_whisker_is_computed_in_steps_of_its_own_time():
+    # all lengths and times halved is the same motion, over L: of whiskers of 9 and 4.5 ms too
+    runs = [
+        drag(
+            Whisker(length=0.02 * scale, cone_angle=2.4e-3, tip=0.285), POSTURE,
+            Gaps(np.array([0.0]), np.array([0.3e-3 * scale]), 17e-6 * scale),
+            speed=0.1, damping=0.11, start=-1e-3 * scale, duration=0.01 * scale, sampling_rate=20e3 / scale,
+        )
+        for scale in (1.0, 0.5)
+    ]  # fmt: skip
+    large, small = (run.mode_displacement for run in runs)
+    np.testing.assert_allclose(small, large, rtol=0, atol=1e-9 * np.abs(large).max())
 
 
 def balance(step):

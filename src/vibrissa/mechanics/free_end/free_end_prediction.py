@@ -24,6 +24,7 @@ from vibrissa.mechanics.scan.diagnostics import own_weight
 from vibrissa.mechanics.scan.follicle import force_unit
 from vibrissa.mechanics.scan.free_end import free_end_facts
 from vibrissa.mechanics.scan.sampled import node_distances
+from vibrissa.mechanics.scan.scan_settings import QUICK
 from vibrissa.mechanics.scan.scan_span import SpannedScan
 from vibrissa.mechanics.scan.texture_prediction import check_scale
 from vibrissa.mechanics.statics.edge_contact import on_the_flat
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _STEP, _WAIT, _LOOK = 4e-4, 1e-4, 1e-3  # [s] of the march; half of each changes correlations by 0.001
-_SLOW = 15e-3  # [s] of whiskers with a shorter time k each is that share of k: small ones ring faster
 _MOST_SAMPLES = 20_000_000
 _ROOM = 20  # phases for each gap, at first
 _MOST_ROOM = 2000
@@ -165,9 +165,9 @@ class FreeEndPrediction(SpannedScan):
             depth=depth,
             free_end=self.free_end,
             speed=speed * k / length,
-            step=_STEP / max(k, _SLOW),
-            wait=_WAIT / max(k, _SLOW),
-            look=_LOOK / max(k, _SLOW),
+            step=_STEP / max(k, QUICK),
+            wait=_WAIT / max(k, QUICK),
+            look=_LOOK / max(k, QUICK),
         )
 
     def _rows(self, t: Array, of: Tables) -> Array:

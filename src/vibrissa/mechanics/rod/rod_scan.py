@@ -16,6 +16,7 @@ from vibrissa.mechanics.rod.mesh import REACH
 from vibrissa.mechanics.rod.observation import across, fitted_modes
 from vibrissa.mechanics.rod.rod_model import Record, RestingRod
 from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
+from vibrissa.mechanics.scan.scan_settings import QUICK
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import Gaps
@@ -127,7 +128,8 @@ def drag(
         reach=fine_reach(surface, length),
         n_modes=n_modes,
     )
-    every = int(np.ceil(1 / (sampling_rate * settings.step) - 1e-9))
+    longest = settings.step * min(1.0, timescale / QUICK)
+    every = int(np.ceil(1 / (sampling_rate * longest) - 1e-9))
     step = 1 / (sampling_rate * every)
     at = rod.state.at.copy()
     fit = fitted_modes(rod.shaft.s, at, posture.contact, cone_kappa(posture.contact, n_modes))

@@ -35,7 +35,7 @@ class Rod:
     fineness : Fineness
         Of the mesh.
     step : float
-        Longest step in time [s].
+        Longest step in time [s]; for a whisker whose time k is below 15 ms, that times k over 15 ms.
     ground : float
         Stiffness of the ground, over force unit and L.
     tolerance : float

@@ -13,6 +13,7 @@ from vibrissa.mechanics.quasi_static.response import Form
 from vibrissa.mechanics.vibration.dynamics import JumpRule
 
 FASTEST = 10.0  # [m/s] of a scan: beyond it a unit is wrong
+QUICK = 15e-3  # [s] whiskers with a shorter time k ring faster: steps in time are the same share of k as at this one
 
 
 @dataclass(frozen=True, kw_only=True)
