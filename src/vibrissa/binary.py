@@ -60,7 +60,7 @@ def read_npy(path: str | Path) -> NDArray[Any]:
     return array
 
 
-_UNKNOWN = 0xFFFFFFFF  # bytes that a recorder states which cannot go back to its header
+_UNKNOWN = 0x7FFFF000  # bytes, or more, are what a recorder states that cannot go back to its header, as in a pipe
 
 
 def read_wav(path: str | Path) -> tuple[int, NDArray[Any]]:
@@ -115,9 +115,9 @@ def _refuse_cut_off(path: Path) -> None:
         else:
             return
         present = path.stat().st_size - file.tell()
-    size = long if size == _UNKNOWN and long else size
-    if frame and size != _UNKNOWN and size > present:
-        stated, found = size // frame, present // frame
+    size = long or size
+    stated, found = (size // frame, present // frame) if frame else (0, 0)
+    if stated > found and (long or size < _UNKNOWN):
         rule, lost = f"must hold the {stated} samples that its header states", f"{stated - found} samples are missing"
         raise FormatError(str(path), rule, str(found), f"{lost}: copy the file again, or record again")
 

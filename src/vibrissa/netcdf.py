@@ -234,6 +234,12 @@ def attributes(path: str | Path) -> dict[str, Any]:
 def _texts(attrs: Mapping[str, Any]) -> dict[str, Any]:
     """Attributes, those of one character too as text: the library of netCDF writes them as bytes."""
     filling = ("_FillValue", "missing_value")  # of the kind of their variable
-    return {
-        name: one.decode() if isinstance(one, bytes) and name not in filling else one for name, one in attrs.items()
-    }
+    return {name: _text(one) if isinstance(one, bytes) and name not in filling else one for name, one in attrs.items()}
+
+
+def _text(stored: bytes) -> str:
+    """Text of bytes in UTF-8, or in the code of a single byte where they are none."""
+    try:
+        return stored.decode()
+    except UnicodeDecodeError:
+        return stored.decode("latin-1")

@@ -11,7 +11,7 @@ import numpy as np
 from vibrissa.api.motion import Motion
 from vibrissa.api.remarks import remark
 from vibrissa.api.shared.arguments import names_arguments
-from vibrissa.errors import ConflictError, FormatError, InputError, MissingError
+from vibrissa.errors import ConflictError, FormatError, InputError, MissingError, ShapeError
 from vibrissa.mechanics.whisking.slow_prediction import SlowPrediction
 from vibrissa.mechanics.whisking.swing_prediction import SwingPrediction
 
@@ -204,6 +204,9 @@ def _shown(stimulus: Any, unit: str | None, envelope: bool, band: Seconds | None
     else:
         signal = as_signal(stimulus, unit=unit, quantity=None)
         known = "m" if signal.attrs["units"] == "1" else signal.attrs["units"]
+    if signal.ndim > 1:
+        found = f"{signal.shape[0]} channels"
+        raise ShapeError("stimulus", "must be one channel", found, "take one: stimulus[0]")
     source = signal.attrs["source"]
     shown = labelled_stimulus(signal.time.values, signal.values, known, envelope=envelope, attrs={"source": source})
     return named_stimulus(checked_stimulus(shown, source), source, band)

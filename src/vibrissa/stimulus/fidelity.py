@@ -18,6 +18,7 @@ from vibrissa.stimulus.band import Band
 from vibrissa.stimulus.export import read_command
 from vibrissa.stimulus.waveform import PointMotion, read_motion
 
+_AS_GOOD = 0.1  # of what the largest correlation leaves unexplained: peaks so little lower are as large
 _LEAST_POWER = 1e-6  # of all, in the samples that overlap at a lag: below it r is that of rounding
 PRINTED = 0.991  # r between command and motion, in the Methods of the paper
 
@@ -110,12 +111,19 @@ def _lag(c: Array, m: Array, longest: int) -> tuple[int, float, float]:
     """Lag of the best correlation: whole samples, refined by a parabola, and r there."""
     lags = correlation_lags(len(m), len(c))
     near = np.abs(lags) <= longest
-    whole = int(lags[near][np.argmax(_pearson(correlate(m, c, method="fft")[near], m, c, lags[near]))])
+    whole = _shortest(lags[near], _pearson(correlate(m, c, method="fft")[near], m, c, lags[near]))
     reach = len(c) - abs(whole)
     _, r = lagged_correlation(m[max(whole, 0) :][:reach], c[max(-whole, 0) :][:reach], 1)
     bend = r[0] - 2 * r[1] + r[2]
     shift = 0.5 * (r[0] - r[2]) / bend if bend < 0 else 0.0
     return whole, whole + float(np.clip(shift, -1, 1)), float(r[1])
+
+
+def _shortest(lags: Integers, r: Array) -> int:
+    """The lag of the largest correlation; of a motion that repeats, with peaks that are as large, the shortest."""
+    least = r.max() - _AS_GOOD * (1 - r.max() ** 2) - 1e-9
+    peaks = np.flatnonzero((r >= least) & (r >= np.append(r[1:], -1)) & (r >= np.append(-1, r[:-1])))
+    return int(lags[peaks[np.argmin(np.abs(lags[peaks]))]])
 
 
 def _pearson(products: Array, m: Array, c: Array, lags: Integers) -> Array:

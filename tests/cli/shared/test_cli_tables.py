@@ -13,7 +13,7 @@ from vibrissa.quantities import dataset
 EXAMPLES = Path(__file__).parents[3] / "examples"
 HERE = ("--contact", "0.29", "--base-angle", "1.2")
 CONE = ("--whisker.length", "0.04", "--whisker.cone-angle", "1.5e-3")
-SPIKES = ("--spikes", "spikes.csv", "--stimulus", "spikes-stimulus.csv", "--trials", "60")
+SPIKES = ("--spikes", "spikes.csv", "--stimulus", "spikes-stimulus.csv", "--trials", "20")
 VERBS = {
     "modes": ("modes", "--contact", "0.29", "--atlas", "C2"),
     "curved modes": ("modes", "--contact", "0.3", "--about", "profile", "--base-angle", "1.2"),

@@ -95,7 +95,8 @@ def _on_one_clock(nap: Any, spikes: xr.Dataset, trials: Any) -> tuple[Array, Any
     seen = observed_trials(spikes, low.size)
     if (seen != seen[:1]).any():
         raise _apart()
-    return time + table.trial_start.values[spikes.spike_trial.values], _interval_set(nap, low[seen[0]], high[seen[0]])
+    every = seen.all(0)  # all trials where there is no unit
+    return time + table.trial_start.values[spikes.spike_trial.values], _interval_set(nap, low[every], high[every])
 
 
 def _support(nap: Any, spikes: xr.Dataset) -> Any:

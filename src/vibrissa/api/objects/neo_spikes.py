@@ -18,6 +18,8 @@ from vibrissa.tables.table import LONGEST
 
 NEO = ("SpikeTrain", "SpikeTrainProxy", "Segment", "Block")
 
+_SHORT = 1e-3  # [s] by which trains of one recording may end apart, as by a sample
+
 
 def neo_spikes(thing: Any) -> xr.Dataset:
     """Spikes of neo's objects: several segments are trials, one is a session.
@@ -94,11 +96,12 @@ def _ends(train: Any) -> Window:
 
 
 def _throughout(train: Any, span: Window) -> bool:
-    """Whether a train was recorded from the first start in its segment to the last stop."""
+    """Whether a train was recorded from the first start in its segment to the last stop; its own spikes are no ends."""
     if train is None:
         return False
-    start, stop = _ends(train)
-    return start <= span[0] + NEAR and span[1] <= stop + NEAR
+    (start, stop), time = _ends(train), train.rescale("s").magnitude
+    begun = start <= span[0] + _SHORT or (time.size > 0 and abs(time.min() - start) <= NEAR)
+    return bool(begun and (span[1] <= stop + _SHORT or (time.size > 0 and abs(time.max() - stop) <= NEAR)))
 
 
 def _span(k: int, segment: dict[str, Any]) -> Window:

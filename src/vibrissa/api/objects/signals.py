@@ -25,7 +25,7 @@ from vibrissa.errors import (
 from vibrissa.netcdf import load
 from vibrissa.neural.io.tables.stimulus_csv import LARGEST_SD, read_stimulus_csv
 from vibrissa.quantities import QUANTITIES
-from vibrissa.signals.even_times import even_rate
+from vibrissa.signals.even_times import UNEVEN, even_rate, misfit_of
 from vibrissa.stimulus.export import read_command
 from vibrissa.tables.units import in_si
 
@@ -39,7 +39,6 @@ INTERPOLATE = "interpolate it onto even times first: np.interp(np.arange(t[0], t
 CUT = "cut the record to where it was measured, or interpolate over it: np.interp(t, t[seen], values[seen])"
 NEO = ("AnalogSignal", "IrregularlySampledSignal")
 LONG = 0.1  # [s] of a hole: another presentation begins after it
-UNEVEN = 0.01  # of a sampling interval
 
 
 class Signal(NamedTuple):
@@ -267,8 +266,8 @@ def _even(known: Signal, source: str) -> float:
         raise RangeError(source, "must have finite samples", where, CUT)
     step = np.diff(time)
     usual = float(np.median(step)) if step.size else 0.0
-    wrong = np.abs(step - usual) > UNEVEN * abs(usual)
-    if usual > 0 and wrong.any():
+    wrong = np.abs(step - usual) > 2 * UNEVEN * abs(usual)  # both ends may be off
+    if usual > 0 and wrong.any() and time[-1] > time[0] and misfit_of(time):
         k = int(np.argmax(wrong))
         what = "a hole" if step[k] > 1.5 * usual else "a step"
         where = f"{what} of {step[k]:.6g} s after {time[k]:.6g} s, steps of {usual:.6g} s elsewhere"

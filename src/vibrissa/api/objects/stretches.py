@@ -59,6 +59,9 @@ def in_stretches(
     trial, unit, time = _events(names, stretches)
     about = about_units if observed.all() else {**about_units, "unit_observed": observed}
     noted = {**attrs, "n_trials": len(stretches)}
+    if missed := int((~observed).sum()):
+        text = "trials in which a unit was not recorded throughout count as not presented to it"
+        noted["remark"] = f"{missed} of {observed.size} {text}"
     if together:
         noted |= {"window_start": float(start[0])} | ({"window_stop": float(stop[0])} if np.ptp(stop) < SAME else {})
         return spike_table(time, unit, names, trial=trial, attrs=noted, **about)

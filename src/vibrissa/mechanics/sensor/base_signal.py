@@ -29,6 +29,7 @@ Kind = Literal["moment", "curvature", "strain", "hall", "force"]
 CALIBRATED: dict[Kind, str] = {
     "moment": "N m", "curvature": "1/m", "strain": "strain", "hall": "N m", "force": "N",
 }  # fmt: skip
+_STEEP = 3  # steps of the converter by which values still change just before they are clipped
 _HELD = 3  # samples in a row that are no peak of a wave that is sampled finely, but its clipping
 
 
@@ -176,12 +177,15 @@ def _full_scale(path: str | Path, samples: NDArray[Any], unit: str) -> tuple[Arr
 
 
 def _held(values: NDArray[Any]) -> int:
-    """How many samples are, three or more in a row and more than once, the largest or the smallest of all."""
-    held = 0
-    for end in (values.max(), values.min()):
+    """How many samples are at an end of all values at which they stop short again and again, and are not at rest."""
+    held, levels = 0, np.unique(values)
+    quantum = np.diff(levels).min(initial=np.inf)  # of the converter
+    for end in {levels[0], levels[-1]} - {0, np.median(values)}:
         starts, stops = np.flatnonzero(np.diff(values == end, prepend=False, append=False)).reshape(-1, 2).T
-        runs = (stops - starts)[stops - starts >= _HELD]
-        held += int(runs.sum()) if runs.size > 1 else 0  # a single one may be a rest
+        long = (stops - starts >= _HELD) & (starts > 0)
+        steps = np.abs(values[starts[long] - 1] - end)
+        if steps.size > 1 and np.median(steps) > _STEEP * quantum:
+            held += int((stops - starts)[long].sum())
     return held
 
 
@@ -230,5 +234,6 @@ def _even(table: Table) -> Array:
         raise RangeError(str(path), "must have times that ascend")
     if misfit := misfit_of(time):
         line = table.lines[misfit.sample]
-        raise FormatError(f"{path}, line {line}", "must be sampled evenly", misfit.found, misfit.remedy)
+        remedy = f"{misfit.remedy}, or leave the column of time out and give `sampling_rate`"
+        raise FormatError(f"{path}, line {line}", "must be sampled evenly", misfit.found, remedy)
     return np.linspace(time[0], time[-1], len(time))

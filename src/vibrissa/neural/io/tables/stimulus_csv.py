@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from vibrissa.tables.units import PURE, channel_and_unit, in_si, is_unit
 from vibrissa.tables.writer import write_table
 
 NAMED = {"displacement": "m", "angle": "rad", "envelope": None}  # columns that say what they are, and their SI unit
+UNREAD = frozenset({"cm", "dm", "km", "in", "inch", "inches", "px", "pixel", "pixels"})  # ends of names, no units here
 LEVEL = "dB"  # of a unit that envelopes alone have
 FEWEST, SLOWEST = 100, 0.01  # samples; [s] of the longest step between two
 ASSUMED = "unit_assumed"  # attribute: what to remark on a unit that no one stated
@@ -80,12 +82,11 @@ def read_stimulus_csv(path: str | Path, *, unit: str | None = None, envelope: bo
 
 
 def _refuse_odd_units(path: str, columns: list[str]) -> None:
-    """Refuse names that seem to end in a unit, none of those that are known."""
-    odd = next((name for name in columns if set(name) & set("()[]") or name.startswith(tuple(NAMED))), None)
+    """Refuse names that end in a unit which is not known, or not written as one."""
+    ends = {name: re.split(r"[_\s(\[]+", name.rstrip(")] "))[-1] for name in columns}
+    odd = next((name for name, end in ends.items() if end in UNREAD or (is_unit(end) and end != name)), None)
     if odd is not None:
-        remedy = (
-            "displacement_um or angle_deg, for example; of numbers in centimetres write displacement_mm and tenfold"
-        )
+        remedy = "displacement_um or angle_deg, for example; or state the unit of all numbers (`signal_unit`)"
         raise UnknownError(f"{path}: column {odd!r}", "must end in a unit that is known", remedy=remedy)
 
 
