@@ -41,7 +41,7 @@ def test_a_narrow_bridge_of_a_uniform_shaft_turns_as_a_beam_on_two_supports():
 
 def test_polynomials_are_the_law_itself():
     at, width = resistance(1.2), np.array([0.002, 0.03])
-    turn, lift = bridged(at, width)
+    turn, lift = bridged(at, width, free_end=0.14)
     share = np.linspace(0, 1, 9)
     exact = two_supports(at, width[:, None] * (1 - share), width[:, None])
     for series, values in zip((turn, lift), exact, strict=True):
@@ -66,10 +66,23 @@ def test_a_tip_on_the_floor_is_a_second_support_that_lies_lower():
 def test_turn_grows_without_bound_where_a_gap_is_too_wide_to_be_bridged():
     """Towards the width at which it is refused the turn is inversely proportional to what is left of the width."""
     at, width = resistance(0.8), np.linspace(0.19, 0.2, 10_001)
-    refused = too_wide(at, width)
+    refused = too_wide(at, width, free_end=0.29)
     assert not refused[0]
     assert refused[-1]
     most = width[refused.argmax()]
     near = most - np.array([1e-3, 2e-3, 4e-3])
     turn, _ = two_supports(at, near, near)
     np.testing.assert_allclose(turn[:-1] / turn[1:], 2, rtol=0.05)
+
+
+@pytest.mark.parametrize(("contact", "width"), [(0.12, 0.125), (0.12, 0.175), (0.15, 0.175), (0.2, 0.225)])
+def test_a_gap_is_bridged_as_long_as_its_far_edge_is_on_the_shaft(contact, width):
+    """Beyond the tip the balance of a shaft without an end is lost, which bears on nothing."""
+    posture, free_end, widths = Posture(contact=contact, base_angle=1.2), contact - 0.05, np.array([width])
+    at = tables(0.05, posture, damping=0.11, farthest=0.0).resistance
+    assert not too_wide(at, widths, free_end)[0]
+    share = np.linspace(0, free_end / width, 9)
+    exact = two_supports(at, width * (1 - share), np.full(9, width))
+    for series, values in zip(bridged(at, widths, free_end), exact, strict=True):
+        found = series[0] @ share ** np.arange(POWERS)[:, None]
+        np.testing.assert_allclose(found, values, rtol=0, atol=0.015 * np.abs(values).max())

@@ -176,6 +176,16 @@ def test_gaps_too_wide_to_be_bridged_are_refused():
         _ = small(0.00661573, 0.00695312, 0.28, 1.2).phases
 
 
+def test_a_gap_that_the_tip_drops_into_before_its_bridge_loses_balance_is_computed():
+    """An eighth of L, at a contact where beyond the tip there would be no balance; as the whole rod has it."""
+    whisker, posture = Whisker(length=0.04, cone_angle=1.2e-3, tip=0.05), Posture(contact=0.12, base_angle=1.2)
+    gap = Gaps(np.array([5e-3]), np.array([5e-3]), 3e-3)
+    found = FreeEndPrediction(whisker, posture, gap, HOW).sampled(4e3)
+    rod = drag(whisker, posture, gap, speed=0.1, damping=0.11, duration=0.2, sampling_rate=4e3)
+    curvature = rod.record.moment / whisker.length
+    assert np.ptp(found.base_curvature.values) == pytest.approx(np.ptp(curvature), rel=0.4)  # the turn is 2 rad
+
+
 def test_other_surfaces_and_laws_are_refused():
     with pytest.raises(InputError, match="must be gaps"):
         moved(0.28, HEIGHTS)

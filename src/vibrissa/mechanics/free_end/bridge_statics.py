@@ -77,7 +77,7 @@ def _balance(at: Resistance, place: Array, span: Array) -> tuple[Array, Array, A
     return flexibility, a, b, c, d
 
 
-def too_wide(at: Resistance, width: Array) -> Mask:
+def too_wide(at: Resistance, width: Array, free_end: float) -> Mask:
     """Gaps over which the shaft on both edges has no stable equilibrium to first order in its deflection.
 
     Turn and lift grow without bound as the determinant of their balance falls to 0, in gaps of some 0.2 L.
@@ -88,13 +88,25 @@ def too_wide(at: Resistance, width: Array) -> Mask:
         Of the shaft.
     width : (J,) array
         Widths λ, over L.
+    free_end : float
+        Length of shaft beyond ε, over L; beyond it there is nothing that the far edge could bear.
 
     Returns
     -------
     (J,) array of bool
         Which are too wide.
     """
-    place = width[:, None] * np.linspace(0, 1, 2 * POWERS)
+    return _unbalanced(at, width, _to_the_tip(width, free_end))
+
+
+def _to_the_tip(width: Array, free_end: float) -> Array:
+    """Largest d/λ with the far edge on the shaft; short of the tip, for that of a sharp cone resists no turn."""
+    return np.minimum(0.999 * free_end / width, 1.0)
+
+
+def _unbalanced(at: Resistance, width: Array, reach: Array) -> Mask:
+    """Whether the determinant is not positive somewhere from d = 0 to reach λ."""
+    place = width[:, None] * (1 - reach[:, None] * np.linspace(0, 1, 2 * POWERS))
     _, a, b, c, d = _balance(at, place, width[:, None])
     return np.asarray((a * d <= b * c).any(axis=1))
 
@@ -104,7 +116,7 @@ def _bent(s: Array, end: Array) -> Array:
     return -1 / s + end / s**2 - end**2 / (3 * s**3)
 
 
-def bridged(at: Resistance, width: Array) -> tuple[Array, Array]:
+def bridged(at: Resistance, width: Array, free_end: float) -> tuple[Array, Array]:
     """Turn and lift while a gap is bridged, as polynomials in d/λ.
 
     Parameters
@@ -113,16 +125,21 @@ def bridged(at: Resistance, width: Array) -> tuple[Array, Array]:
         Of the shaft.
     width : (J,) array
         Widths λ, over L.
+    free_end : float
+        Length of shaft beyond ε, over L.
 
     Returns
     -------
     turn, lift : (J, POWERS) arrays
         Coefficients.
     """
-    share = np.linspace(0, 1, 2 * POWERS)
-    fit = np.linalg.pinv(share[:, None] ** np.arange(POWERS))
-    found = two_supports(at, width[:, None] * (1 - share), width[:, None])
-    turn, lift = (values @ fit.T for values in found)
+    # a shaft without an end is as smooth as the real one, unless it loses its balance beyond the tip
+    whole = np.ones(len(width))
+    reach = np.where(_unbalanced(at, width, whole), _to_the_tip(width, free_end), whole)[:, None]
+    share, powers = np.linspace(0, 1, 2 * POWERS), np.arange(POWERS)
+    fit = np.linalg.pinv(share[:, None] ** powers)
+    found = two_supports(at, width[:, None] * (1 - reach * share), width[:, None])
+    turn, lift = (values @ fit.T / reach**powers for values in found)
     return turn, lift
 
 

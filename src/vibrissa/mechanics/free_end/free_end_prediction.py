@@ -150,7 +150,7 @@ class FreeEndPrediction(SpannedScan):
         length, k, speed = self.whisker.length, self.whisker.timescale, self.scan.speed
         width, depth = self.texture.width / length, self.texture.depth / length
         at = self.tables.resistance
-        if (wide := too_wide(at, width)).any():
+        if (wide := too_wide(at, width, self.free_end)).any():
             rule = "must be narrow enough for a shaft that bends little to lie on both its edges"
             found = f"{width[wide.argmax()] * length:.3g} m, {width[wide.argmax()]:.2g} of the whisker's length"
             raise RangeError(f"gap at {self.texture.position[wide.argmax()]:.4g} m", rule, found, "use model 'rod'")
@@ -159,7 +159,7 @@ class FreeEndPrediction(SpannedScan):
             begin=self.texture.position / (speed * k),
             end=self.texture.end / (speed * k),
             width=width,
-            bridge=np.stack(bridged(at, width)),
+            bridge=np.stack(bridged(at, width, self.free_end)),
             floor=np.stack([turn, lift]),
             least=least,
             depth=depth,
