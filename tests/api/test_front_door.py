@@ -94,6 +94,16 @@ def test_a_part_of_a_movie_is_tracked_alike_from_a_file_and_from_memory():
     part = vb.plot_tracks(held.isel(time=slice(10, 20)), frames, frames=[110, 119])
     assert part.axes[0].get_title(loc="left") == "frame 110, 0.0550 s"
     np.testing.assert_array_equal(part.axes[0].images[0].get_array(), frames[110])
+    strided = held.isel(time=slice(0, None, 10))
+    for source in (frames, movie):
+        shown = vb.plot_tracks(strided, source).axes
+        assert [axis.get_title(loc="left").partition(",")[0] for axis in shown[:3]] == [
+            f"frame {k}" for k in (100, 110, 120)
+        ]
+        for axis, k in zip(shown, (100, 110, 120), strict=False):
+            np.testing.assert_array_equal(axis.images[0].get_array(), frames[k])
+    with refusal("range", "frames", value="[105]"):
+        vb.plot_tracks(strided, frames, frames=[110, 105])
     with refusal("range", "frames"):
         vb.plot_tracks(held, frames, frames=[99])
     with refusal("range", "start, stop"):

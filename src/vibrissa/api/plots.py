@@ -74,7 +74,7 @@ def plot_tracks(
     movie : path or (T, height, width) array
         The movie that was tracked.
     frames : sequence of int, optional
-        Which frames of the movie, from 0, of those that were tracked; six, evenly, by default.
+        Which frames of the movie, from 0, of those in the profile; six, evenly, by default.
 
     Returns
     -------
@@ -100,15 +100,16 @@ def plot_tracks(
     require(profile, "x", "y", "arc_length")
     profile = conforming(profile)
     several = profile if "whisker" in profile.dims else profile.expand_dims(whisker=[0])
-    first = int(frame_numbers(profile)[0])
+    numbers = frame_numbers(profile).tolist()
+    first, last = min(numbers), max(numbers)
     if isinstance(movie, str | Path):
         blocks: Iterable[Any] = read_blocks(movie, start=first, drop_frames=profile.attrs.get("drop_frames"))
     else:
         blocks = [np.asarray(movie)[first:]]
-    rows = None if frames is None else [frame - first for frame in frames]
-    if rows is not None and not all(0 <= row < profile.sizes["time"] for row in rows):
-        last = first + profile.sizes["time"] - 1
-        raise RangeError("frames", f"must be among those that were tracked, {first} to {last}", list(frames or ()))
+    if frames is not None and not set(frames) <= set(numbers):
+        rule = f"must be among the {len(numbers)} of the profile, {first} to {last}"
+        raise RangeError("frames", rule, sorted(set(frames) - set(numbers)))
+    rows = None if frames is None else [numbers.index(frame) for frame in frames]
     return preview.draw(preview.compute(blocks, several, rows))
 
 

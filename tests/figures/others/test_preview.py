@@ -33,6 +33,7 @@ def profile():
     sd[1, 3:6] = np.nan
     attrs = {
         "pixel_size": PIXEL,
+        "frame_rate": 500.0,
         "names": json.dumps(["C1", "C2"]),
         "lost": json.dumps([[], [[3, 5, "too faint or hidden"]]]),
     }
@@ -187,3 +188,14 @@ def test_the_sheet_counts_columns_and_rows_in_pixels(movie, profile):
         True,
     ]
     assert (panels[0].get_ylabel(), panels[3].get_xlabel()) == ("row [px]", "column [px]")
+
+
+def test_a_part_that_leaves_out_frames_is_shown_on_its_own_pictures(movie, profile):
+    """Each picture's grey is ten times its number: every second from 2 on, in any order, or every third."""
+    part = profile.isel(time=slice(2, None, 2))
+    rest = [movie[0][2:], *movie[1:]]
+    data = preview.compute(rest, part, [3, 0, 2])
+    assert json.loads(data.attrs["frames"]) == [8, 2, 6]
+    assert data.image.values[:, 30, 30].tolist() == [80, 20, 60]
+    every_third = profile.isel(time=slice(0, None, 3))
+    assert [int(one[30, 200, 0]) for one in preview.overlay(movie, every_third, [0, 2])] == [0, 60]

@@ -89,11 +89,11 @@ def overlay(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int]) -> Itera
     Parameters
     ----------
     blocks : iterable of (T, height, width) arrays
-        The frames that were tracked.
+        The movie, from the first frame of the profile on.
     profile : Dataset
         From :func:`vibrissa.video.tracking.track`, in the frame ``image``.
     frames : sequence of int
-        Which of them, rising, counted from the first that was tracked.
+        Which frames of the profile, rising, from 0.
 
     Yields
     ------
@@ -109,7 +109,8 @@ def overlay(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int]) -> Itera
     (columns, rows), names = seen(profile), whisker_names(profile)
     lost = json.loads(profile.attrs.get("lost", "[]")) or [[]] * len(names)
     low, span, numbers = 0.0, 0.0, frame_numbers(profile)
-    for index, image in chosen_frames(blocks, frames):
+    places = numbers[list(frames)] - numbers.min()  # a selected part may leave out frames of the movie
+    for index, (_, image) in zip(frames, chosen_frames(blocks, places.tolist()), strict=True):
         if not span:
             low, span = float(image.min()), max(float(np.ptp(image)), 1.0)
         size = max(1, -(-WIDE // image.shape[1]))
@@ -228,7 +229,7 @@ def compute(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int] | None = 
     Parameters
     ----------
     blocks, profile, frames
-        As in :func:`overlay`; six frames, evenly, by default.
+        As in :func:`overlay`, frames in any order; six, evenly, by default.
 
     Returns
     -------
@@ -236,9 +237,10 @@ def compute(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int] | None = 
         ``image`` (time, image_row, image_column), ``line_column`` and ``line_row`` (time, whisker, node) [pixels].
     """
     chosen = evenly(0, profile.sizes["time"] - 1, 6) if frames is None else list(frames)
-    images = np.stack([image for _, image in chosen_frames(blocks, chosen)])
+    numbers, first = frame_numbers(profile)[chosen].tolist(), int(frame_numbers(profile).min())
+    pictures = dict(chosen_frames(blocks, [number - first for number in sorted(set(numbers))]))
+    images = np.stack([pictures[number - first] for number in numbers])
     columns, rows = (np.moveaxis(values[:, chosen], 0, 1) for values in seen(profile))
-    numbers = frame_numbers(profile)[chosen].tolist()
     attrs = {"names": json.dumps(whisker_names(profile)), "frames": json.dumps(numbers)}
     attrs["pixel_size"] = profile.attrs["pixel_size"]
     when = {"time": profile.time.values[chosen]}
