@@ -86,7 +86,7 @@ def test_a_second_mode_with_white_forcing_has_no_interval_and_a_remark(vibrissa,
         ((*BRIDGE, "--guess", "1200"), "--guess must lie below 625 Hz at 2000 samples per second, got"),
         ((*BRIDGE, "--guess", "90", "--guess", "60"), "--guess must ascend from above 0 (Hz)"),
         ((*BRIDGE, "--guess", "90", "--rest", "4", "6"), "--rest must lie in the record, 0 to 4.9995 s, got"),
-        ((*BRIDGE, "--guess", "90", "--contact", "0.3"), "both a place (--contact or --base-distance) and --base-angle"),
+        ((*BRIDGE, "--guess", "90", "--contact", "0.3"), "both a place (--contact or --base-distance) and"),
         ((*BRIDGE, "--guess", "90", "--texture", "t.csv"), "must come with whisker, posture, scan_speed"),
         (
             ("--kind", "moment", "--signal-unit", "V", "--sampling-rate", "2000", "--guess", "90"),
