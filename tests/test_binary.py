@@ -74,7 +74,7 @@ def sound(path, stated=None, extra=b""):
     return values
 
 
-@pytest.mark.parametrize("stated", [None, 0xFFFFFFFF])
+@pytest.mark.parametrize("stated", [None, 0xFFFFFFFF, 0xFFFFFFFF - 36, 0x80000000, 0x7FFFFFFF, 0x7FFFF000, 1601])
 def test_a_sound_is_read_whole_also_where_its_recorder_could_not_state_a_length(tmp_path, stated):
     values = sound(tmp_path / "a.wav", stated)
     np.testing.assert_array_equal(read_wav(tmp_path / "a.wav")[1], values)

@@ -52,6 +52,14 @@ def test_slow_motion_is_found_as_late_as_it_is(highest, samples):
         assert float(data.replay_correlation_aligned) == pytest.approx(1, abs=1e-9)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_of_lags_that_a_tone_has_the_shortest_is_taken(seed):
+    time = np.arange(10000) / RATE
+    tone, late = (np.sin(2 * np.pi * 80 * (time - lag)) for lag in (0, 3e-3))
+    noise = 0.01 * np.random.default_rng(seed).normal(size=time.size)
+    assert float(compare(tone, 0.9 * late + noise, RATE).replay_lag) == pytest.approx(3e-3, abs=1e-5)
+
+
 def test_motion_at_the_end_of_a_record_alone_is_no_reason_for_a_lag():
     pulse = np.zeros(5000)
     pulse[-200:] = np.sin(np.linspace(0, np.pi, 200)) ** 2

@@ -152,4 +152,22 @@ def test_a_train_that_stops_early_in_a_segment_was_not_observed_there():
     start = trains[0].t_start
     short = neo.SpikeTrain(trains[1].times, t_start=start, t_stop=start + 0.5 * pq.s, name=trains[1].name)
     block.segments[1].spiketrains = [trains[0], short]
-    assert as_spikes(block).unit_observed.values.tolist() == [[True, True], [True, False]]
+    spikes = as_spikes(block)
+    assert spikes.unit_observed.values.tolist() == [[True, True], [True, False]]
+    assert spikes.attrs["remark"].startswith("1 of 4 trials in which a unit was not recorded")
+
+
+@pytest.mark.parametrize("stop", [0.2, 1.0 - 1 / 30000])
+def test_a_train_that_ends_with_its_last_spike_or_a_sample_early_was_observed_throughout(stop):
+    neo, pq = pytest.importorskip("neo"), pytest.importorskip("quantities")
+    block = block_of([[np.array([0.5]), np.array([0.25])], [np.array([1.0]), np.array([0.2])]], [0.0, 5.0])
+    trains = list(block.segments[1].spiketrains)
+    start = trains[0].t_start
+    early = start + (stop * TRIAL if stop > 0.5 else stop) * pq.s
+    block.segments[1].spiketrains = [
+        trains[0],
+        neo.SpikeTrain(trains[1].times, t_start=start, t_stop=early, name=trains[1].name),
+    ]
+    spikes = as_spikes(block)
+    assert "unit_observed" not in spikes
+    assert "remark" not in spikes.attrs

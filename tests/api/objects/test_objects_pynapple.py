@@ -73,6 +73,8 @@ def test_trials_that_touch_are_not_joined_and_those_that_overlap_are_refused():
     again = as_spikes(group, trials=intervals)
     assert again.spike_trial.values.tolist() == [0, 1, 1]
     np.testing.assert_allclose(again.spike_time, touching.spike_time, atol=1e-9)
+    nobody = touching.isel(unit=[], spike=[])
+    assert len(to_pynapple(nobody)) == 0
     overlapping = as_spikes({"a": [0.5, 1.2]}, trials=[(0.0, 1.0), (1.0, 2.0)], window=(-0.5, 1.0))
     with refusal("conflict", "trials"):
         to_pynapple(overlapping)

@@ -172,6 +172,13 @@ def test_uneven_times_and_holes_are_refused_with_a_remedy(time, words):
     assert "np.interp(" in str(caught.value)
 
 
+@pytest.mark.parametrize(("rate", "digits"), [(30000, 6), (2048, 4)])
+def test_times_rounded_by_a_clock_are_even_as_in_files(rate, digits):
+    time = np.round(np.arange(2000) / rate, digits)
+    found = as_signal(xr.DataArray(np.sin(time), {"time": time}, ("time",), attrs={"units": "m"}))
+    assert float(1 / np.diff(found.time).mean()) == pytest.approx(rate, rel=1e-3)
+
+
 def test_a_hole_between_two_epochs_of_pynapple_is_refused():
     nap = pytest.importorskip("pynapple")
     signal = nap.Tsd(times(50), GOOD).restrict(nap.IntervalSet([0.0, 0.015], [0.01, 0.02]))

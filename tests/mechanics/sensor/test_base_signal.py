@@ -98,10 +98,17 @@ def test_floats_that_stay_at_their_largest_or_smallest_are_counted_as_clipped(tm
     assert read_base_signal(path, kind="moment", unit="uN m").attrs["clipped"] == held > 30
 
 
-def test_a_sensor_at_rest_is_not_clipped(tmp_path):
-    pushed = np.abs(VOLTS) + 0.01
-    pushed[:50] = 0  # before it is touched
-    path = written(tmp_path / "base.csv", ["time", "bridge"], TIME, pushed)
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.where(TIME < 0.05, 0, np.abs(VOLTS) + 0.01),  # before it is touched
+        np.maximum(np.sin(2 * np.pi * 3 * TIME), 0) * np.abs(VOLTS),  # between touches
+        np.round(100 * np.sin(2 * np.pi * 5 * TIME)),  # in whole steps of a converter
+    ],
+    ids=["rest", "touches", "steps"],
+)
+def test_rests_and_slow_turns_are_not_clipped(tmp_path, values):
+    path = written(tmp_path / "base.csv", ["time", "bridge"], TIME, values)
     assert read_base_signal(path, kind="moment", unit="uN m").attrs["clipped"] == 0
 
 

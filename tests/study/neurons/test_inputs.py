@@ -90,6 +90,14 @@ def test_a_column_that_ends_in_no_known_unit_is_not_taken_as_metres(tmp_path, co
     np.testing.assert_allclose(presented(known).values, 1e-6 * MOTION, rtol=1e-7, atol=1e-15)
 
 
+@pytest.mark.parametrize("column", ["displacement_C1", "displacement_left", "envelope_low", "motor (C1)"])
+def test_names_of_channels_are_no_units(tmp_path, column):
+    table(tmp_path / "named.csv", time=TIME, **{column: np.abs(MOTION)})
+    assert shown(tmp_path, "named.csv")[1][0] == (
+        f"named.csv: no known unit ends the name of {column}: taken as metres"
+    )
+
+
 def test_a_speed_keeps_its_unit_and_a_channel_without_one_is_said_to_be_in_metres(tmp_path):
     table(tmp_path / "speed.csv", time=TIME, velocity_mm_s=MOTION)
     speed, remarks = shown(tmp_path, "speed.csv")
