@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 MEASURED = FOUND = "#0072B2"  # what was measured or found
 TRUTH = "0.72"  # what was put into a simulation: it lies behind, broad and pale
@@ -36,3 +37,19 @@ def ordered(count: int) -> list[str]:
     from matplotlib.colors import to_hex
 
     return [to_hex(colormaps["viridis"](place)) for place in np.linspace(_DARKEST, _PALEST, count)]
+
+
+def rgb(whisker: int) -> NDArray[np.uint8]:
+    """Colour of a whisker on a picture.
+
+    Parameters
+    ----------
+    whisker : int
+        Its number.
+
+    Returns
+    -------
+    (3,) array of uint8
+        Red, green and blue.
+    """
+    return np.frombuffer(bytes.fromhex(ON_PICTURE[whisker % len(ON_PICTURE)][1:]), np.uint8)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 
+from vibrissa.figures.colours import rgb
 from vibrissa.figures.others import preview
 from vibrissa.figures.others.text_strip import TEXT
 from vibrissa.quantities import dataset
@@ -44,7 +45,7 @@ def profile():
 def coloured(picture, whisker, height=HEIGHT):
     """Columns and rows of the movie's pixels in a whisker's colour [px]."""
     size = picture.shape[1] // WIDTH
-    rows, columns = np.nonzero((picture[: height * size] == preview.rgb(whisker)).all(axis=2))
+    rows, columns = np.nonzero((picture[: height * size] == rgb(whisker)).all(axis=2))
     return (columns + 0.5) / size - 0.5, (rows + 0.5) / size - 0.5
 
 
@@ -65,7 +66,7 @@ def test_where_colours_repeat_names_are_at_the_tips(movie, profile):
         pictures += preview.overlay(movie, many.assign_attrs(profile.attrs | {"names": names, "lost": "[]"}), [4])
     size = pictures[0].shape[1] // WIDTH
     few, named = (one[: HEIGHT * size] for one in pictures)
-    ink = (preview.rgb(preview.FEW - 1), preview.rgb(0))  # of the last whisker that is drawn in each
+    ink = (rgb(preview.FEW - 1), rgb(0))  # of the last whisker that is drawn in each
     rows, columns = np.nonzero((few != named).any(axis=2) & ~((few == ink[0]) & (named == ink[1])).all(axis=2))
     assert rows.size > 50
     assert np.abs(rows - 20 * size).max() < 15

@@ -19,6 +19,12 @@ from vibrissa.quantities import require
 
 RESOLUTION = 1e-9  # [s] of pynapple's times
 ABOUT_UNITS = ("unit_whisker", "unit_quality")
+APART = (
+    "units",
+    "must be observed in the same intervals, as those of a TsGroup",
+    None,
+    "convert each unit: of_unit(spikes, name)",
+)
 
 
 def to_pynapple(data: xr.Dataset | xr.DataArray, *, trials: Any = None) -> Any:
@@ -94,7 +100,7 @@ def _on_one_clock(nap: Any, spikes: xr.Dataset, trials: Any) -> tuple[Array, Any
     low, high = recorded_windows(spikes, table)
     seen = observed_trials(spikes, low.size)
     if (seen != seen[:1]).any():
-        raise _apart()
+        raise ConflictError(*APART)
     every = seen.all(0)  # all trials where there is no unit
     return time + table.trial_start.values[spikes.spike_trial.values], _interval_set(nap, low[every], high[every])
 
@@ -109,20 +115,12 @@ def _support(nap: Any, spikes: xr.Dataset) -> Any:
             for k in range(spikes.sizes["unit"])
         ]
         if any(one.shape != each[0].shape or not np.allclose(one, each[0]) for one in each):
-            raise _apart()
+            raise ConflictError(*APART)
         return _interval_set(nap, *each[0])
     if time.size < 2 or np.ptp(time) < RESOLUTION:
         remedy = "trials give it: as_spikes(…, trials=[(start, stop)])"
         raise RangeError("spikes", "must span some time, which pynapple needs", f"{time.size} spikes", remedy)
     return nap.IntervalSet(time.min(), time.max())
-
-
-def _apart() -> ConflictError:
-    rule, remedy = (
-        "must be observed in the same intervals, as those of a TsGroup",
-        "convert each unit: of_unit(spikes, name)",
-    )
-    return ConflictError("units", rule, None, remedy)
 
 
 def _intervals(nap: Any, data: xr.Dataset) -> Any:

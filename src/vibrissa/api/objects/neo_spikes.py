@@ -35,7 +35,8 @@ def neo_spikes(thing: Any) -> xr.Dataset:
     Dataset
         Of one segment, or of trains alone, on their clock, with t_start and t_stop of each as the ``interval`` in
         which the unit was observed. Of several as :func:`vibrissa.api.objects.stretches.in_stretches`: trials in which
-        a train starts later or stops earlier than the longest of its segment are not presented to its unit.
+        a train starts later or stops earlier than the longest of its segment, by more than 1 ms and elsewhere than at
+        its own first or last spike, are not presented to its unit.
 
     Raises
     ------

@@ -15,6 +15,7 @@ from vibrissa.arrays import Array
 from vibrissa.errors import MissingError, RangeError
 from vibrissa.figures.canvas import house_style, new_figure, round_length, whisker_names
 from vibrissa.figures.colours import ON_PICTURE as COLOURS
+from vibrissa.figures.colours import rgb
 from vibrissa.figures.others.text_strip import LETTER, text_strip
 from vibrissa.quantities import dataset
 from vibrissa.quantities import measured as measured_nodes
@@ -109,8 +110,7 @@ def overlay(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int]) -> Itera
     (columns, rows), names = seen(profile), whisker_names(profile)
     lost = json.loads(profile.attrs.get("lost", "[]")) or [[]] * len(names)
     low, span, numbers = 0.0, 0.0, frame_numbers(profile)
-    places = numbers[list(frames)] - numbers.min()  # a selected part may leave out frames of the movie
-    for index, (_, image) in zip(frames, chosen_frames(blocks, places.tolist()), strict=True):
+    for index, (_, image) in zip(frames, chosen_frames(blocks, _places(profile, frames)), strict=True):
         if not span:
             low, span = float(image.min()), max(float(np.ptp(image)), 1.0)
         size = max(1, -(-WIDE // image.shape[1]))
@@ -122,6 +122,12 @@ def overlay(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int]) -> Itera
             _name(picture, columns[w, index], rows[w, index], size, names[w], rgb(w))
         title = f"frame {numbers[index]}   {float(profile.time[index]):.4f} s"
         yield np.concatenate([picture, *_captions(index, title, names, lost, picture.shape[1])])
+
+
+def _places(profile: xr.Dataset, frames: Sequence[int]) -> list[int]:
+    """Places of frames of a profile in its movie, from its first on: a selected part may leave frames out."""
+    numbers = frame_numbers(profile)
+    return [int(one) for one in numbers[list(frames)] - numbers.min()]
 
 
 def chosen_frames(blocks: Blocks, frames: Sequence[int]) -> Iterator[tuple[int, NDArray[Any]]]:
@@ -173,22 +179,6 @@ def seen(profile: xr.Dataset) -> tuple[Array, Array]:
     return tuple(np.where(measured, profile[name].values / pixel, np.nan) for name in ("x", "y"))  # type: ignore[return-value]
 
 
-def rgb(whisker: int) -> NDArray[np.uint8]:
-    """Colour of a whisker.
-
-    Parameters
-    ----------
-    whisker : int
-        Its number.
-
-    Returns
-    -------
-    (3,) array of uint8
-        Red, green and blue.
-    """
-    return np.frombuffer(bytes.fromhex(COLOURS[whisker % len(COLOURS)][1:]), np.uint8)
-
-
 def _dots(picture: Picture, columns: Array, rows: Array, size: int, ink: Any) -> None:
     """Squares of 3 × 3 pixels on the nodes; the whisker stays in sight between them."""
     ok = np.isfinite(columns)
@@ -237,9 +227,9 @@ def compute(blocks: Blocks, profile: xr.Dataset, frames: Sequence[int] | None = 
         ``image`` (time, image_row, image_column), ``line_column`` and ``line_row`` (time, whisker, node) [pixels].
     """
     chosen = evenly(0, profile.sizes["time"] - 1, 6) if frames is None else list(frames)
-    numbers, first = frame_numbers(profile)[chosen].tolist(), int(frame_numbers(profile).min())
-    pictures = dict(chosen_frames(blocks, [number - first for number in sorted(set(numbers))]))
-    images = np.stack([pictures[number - first] for number in numbers])
+    places, numbers = _places(profile, chosen), frame_numbers(profile)[chosen].tolist()
+    pictures = dict(chosen_frames(blocks, sorted(set(places))))
+    images = np.stack([pictures[place] for place in places])
     columns, rows = (np.moveaxis(values[:, chosen], 0, 1) for values in seen(profile))
     attrs = {"names": json.dumps(whisker_names(profile)), "frames": json.dumps(numbers)}
     attrs["pixel_size"] = profile.attrs["pixel_size"]
