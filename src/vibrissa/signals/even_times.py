@@ -88,7 +88,7 @@ def misfit_of(time: Array) -> Misfit | None:
     off = np.abs((time - time[0]) / step - np.arange(len(time)))
     apart = np.diff(time) / step
     rounding = min(_last_digit(time) / step, _ROUNDED)
-    unequal = np.abs(apart - 1) > max(2 * UNEVEN, 1.5 * rounding)  # beside both ends' errors that of the mean interval
+    unequal = np.abs(apart - 1) > max(2 * UNEVEN, 1.5 * rounding)  # the errors of both ends and of the mean
     if not unequal.any() and not (off > max(UNEVEN, rounding) + _ROUNDING).any():
         return None
     usual = float(np.median(apart))
@@ -102,7 +102,7 @@ def misfit_of(time: Array) -> Misfit | None:
 
 
 def whole_steps(duration: float, rate: float) -> int:
-    """Whole steps of a rate within a time; one that ends with it counts, whichever way its time was rounded.
+    """Whole steps of a rate within a time; one that ends with it counts, however its time was rounded.
 
     Parameters
     ----------
