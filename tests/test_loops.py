@@ -63,3 +63,34 @@ def test_a_loop_is_made_anew_when_one_that_it_calls_has_changed(folder: Path) ->
 def test_a_loop_is_made_anew_when_a_number_in_it_has_changed(folder: Path) -> None:
     """A number that it takes from another file is compiled in."""
     assert said(folder, 2.0, 4.0)[-1] == "6.0"
+
+
+RECORDED = """
+from typing import NamedTuple
+from vibrissa.loops import njit
+
+class {name}(NamedTuple):
+    value: float
+
+made = {name}
+"""
+READER = """
+from vibrissa.loops import njit
+from recorded import made
+
+@njit(cache=True)
+def read(record):
+    return 2.0 * record.value
+
+print(read(made(1.0)))
+"""
+
+
+def test_a_loop_is_made_anew_when_the_class_that_it_was_kept_for_has_another_name(tmp_path: Path) -> None:
+    """Its own file is the same, and what was kept names a class that is no longer there."""
+    tmp_path.joinpath("reader.py").write_text(READER)
+    for name in ("First", "Second", "Second"):
+        tmp_path.joinpath("recorded.py").write_text(RECORDED.format(name=name))
+        run = subprocess.run([sys.executable, "-B", "reader.py"], cwd=tmp_path, capture_output=True, text=True)
+        assert run.stdout.split() == ["2.0"], run.stderr
+    assert len(list(tmp_path.glob("__pycache__/reader.read*.nbc"))) == 1

@@ -51,6 +51,13 @@ class _Kept(FunctionCache):
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
         return *super()._index_key(sig, codegen), compiled_in(self._py_func)  # type: ignore[no-untyped-call]
 
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        try:
+            return super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+        except (AttributeError, ImportError):  # kept for a class that the code no longer has
+            self.flush()  # type: ignore[no-untyped-call]
+            return None
+
 
 def compiled_in(function: FunctionType) -> str:
     """Digest of what is compiled into a loop: files of the loops that it calls, and values of global names.
