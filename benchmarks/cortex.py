@@ -22,7 +22,7 @@ import numpy as np
 
 from vibrissa.neural.coupling.analysis import analyse_units
 from vibrissa.neural.coupling.envelope_coupling import Null, envelope_coupling
-from vibrissa.neural.coupling.nulls import Circular, Paper2014, Record
+from vibrissa.neural.coupling.nulls import BinnedRecord, Circular, Paper2014
 from vibrissa.neural.coupling.threshold_linear import BinnedDrive, Hinge, HingeGrid
 from vibrissa.neural.coupling.tuning import ENDS, bootstrap_fits, forward_fit, predicted
 from vibrissa.neural.io.tables.spikes import join_units
@@ -44,7 +44,7 @@ def p_values(rates: np.ndarray, envelopes: np.ndarray, null: Null, lags: tuple[i
     """p-value of each unit against its own envelope."""
     ends, settled = (bins >= 5) & (bins < bins.size - 5), bins >= skip
     records = (
-        Record(rates=rate[None], envelope=envelope, rate_valid=settled, envelope_valid=ends)
+        BinnedRecord(rates=rate[None], envelope=envelope, rate_valid=settled, envelope_valid=ends)
         for rate, envelope in zip(rates, envelopes, strict=True)
     )
     return np.array([envelope_coupling(record, null, lags=lags).p_value[0] for record in records])
@@ -142,7 +142,7 @@ def population(n_units: int = 170, n_driven: int = 45, n_trials: int = 60) -> No
 def speed() -> None:
     rng = np.random.default_rng(SEED)
     envelope, rates = populations.envelopes(1, rng)[0], rng.poisson(5, (200, populations.BINS)).astype(float)
-    record = Record.whole(rates, envelope)
+    record = BinnedRecord.whole(rates, envelope)
     test = best(lambda: envelope_coupling(record, Circular(), lags=(0, 3))) / len(rates)
     transform = best(lambda: [np.fft.rfft(rate) for rate in rates]) / len(rates)
     print(f"exact test {1e3 * test:.3f} ms for each unit, {test / transform:.0f} transforms of its length")

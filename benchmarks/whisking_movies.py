@@ -8,7 +8,7 @@ import numpy as np
 from vibrissa.video.camera.camera import Camera
 from vibrissa.video.camera.pad.layout import draw_whiskers
 from vibrissa.video.camera.pad.motion import head_path
-from vibrissa.video.camera.pad.settings import Head, Paw, Pole, WhiskingScene, Whisks
+from vibrissa.video.camera.pad.settings import FilmedPole, Head, Paw, WhiskingScene, Whisks
 from vibrissa.video.camera.scenery import Light
 
 WIDTH, HEIGHT, RATE = 640, 480, 500.0
@@ -70,7 +70,7 @@ def pole(seed: int, rng: Rng) -> WhiskingScene:
     reach = 0.55 * whiskers.length[0]
     forward, sideward = whiskers.base[0] + reach * np.array([-np.cos(angle), -np.sin(angle)])
     place = (nose[0] - sideward, nose[1] + forward)  # the head looks down
-    return dataclasses.replace(scene, pole=Pole(position=place, touched_by=(0, 1)))
+    return dataclasses.replace(scene, pole=FilmedPole(position=place, touched_by=(0, 1)))
 
 
 def bright(seed: int, rng: Rng) -> WhiskingScene:

@@ -86,7 +86,7 @@ def _whisking(path: Path) -> None:
     """Film row C of a pad that whisks, beside a pole."""
     from vibrissa.video.camera.camera import Camera
     from vibrissa.video.camera.pad.filming import film
-    from vibrissa.video.camera.pad.settings import Head, Pole, WhiskingScene, Whisks
+    from vibrissa.video.camera.pad.settings import FilmedPole, Head, WhiskingScene, Whisks
     from vibrissa.video.io.movie import write_movie
 
     pixel = 0.13e-3
@@ -96,7 +96,7 @@ def _whisking(path: Path) -> None:
         sides=("left",),
         names=("C1", "C2", "C3", "C4"),
         whisks=Whisks(amplitude=radians(18)),
-        pole=Pole(position=(365 * pixel, 262 * pixel), touched_by=(0,)),
+        pole=FilmedPole(position=(365 * pixel, 262 * pixel), touched_by=(0,)),
         seed=1,
     )
     write_movie(path, film(scene, 500), playback_rate=25)

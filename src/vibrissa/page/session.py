@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from vibrissa.mechanics.scan.sampled import Predicted
     from vibrissa.mechanics.statics.gap import JumpTable
     from vibrissa.mechanics.statics.profile import Posture
-    from vibrissa.page.panel.state import Choice, State
+    from vibrissa.page.panel.state import Choice, PageState
 
 MODES = 3
 LONGEST = 6.0  # [s] of one scan: what the page draws stays a few megabytes
@@ -91,12 +91,12 @@ class PageSession:
         self._held: dict[Posture, HeldTable] = {}
         self._went: dict[str, Episodes] = {}
 
-    def predict(self, state: State, letter: str = "a") -> Predicted:
+    def predict(self, state: PageState, letter: str = "a") -> Predicted:
         """The prediction for one of the two textures.
 
         Parameters
         ----------
-        state : State
+        state : PageState
             Values of the controls.
         letter : {"a", "b"}
             Which texture.
@@ -121,12 +121,12 @@ class PageSession:
         _refuse_long(float(surface.position[-1]), scan.speed)
         return replace(self._relief(whisker.length, posture, choice), whisker=whisker, scan=scan)
 
-    def whole_job(self, state: State, letter: str = "a", *, sampled: bool = False) -> WholeJob:
+    def whole_job(self, state: PageState, letter: str = "a", *, sampled: bool = False) -> WholeJob:
         """The scan of the whole whisker for one of the two textures.
 
         Parameters
         ----------
-        state : State
+        state : PageState
             Values of the controls.
         letter : {"a", "b"}
             Which texture.
@@ -152,12 +152,12 @@ class PageSession:
         _refuse_long(float((surface.end if isinstance(surface, Gaps) else surface.position)[-1]), state.scan.speed)
         return WholeJob(whisker, posture, state.scan, choice, sampled, surface=surface)
 
-    def shaft_tables(self, state: State, letter: str = "a") -> ShaftTables:
+    def shaft_tables(self, state: PageState, letter: str = "a") -> ShaftTables:
         """Where the shaft is without vibration, for the prediction of the same state.
 
         Parameters
         ----------
-        state : State
+        state : PageState
             Values of the controls.
         letter : {"a", "b"}
             Which texture.

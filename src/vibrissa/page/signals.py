@@ -41,7 +41,7 @@ DRAWN = 20_000  # points of a relief that are drawn
 
 
 @dataclass(frozen=True)
-class Record:
+class ScanRecord:
     """What a scan gives to be drawn, whichever model made it.
 
     Attributes
@@ -87,7 +87,7 @@ def live_arrays(prediction: Predicted, unit: ThresholdLinearUnit, known: ShaftTa
     quasi_static, q = prediction.drive(t), prediction.amplitudes(t)
     bent = base_curvature(prediction.whisker, prediction.response.basis.base_curvature, q)
     curvature = quasi_static[len(q)] / length + bent
-    record = Record(
+    record = ScanRecord(
         excursion=prediction.excursion(t) * length,
         modes=(q + quasi_static[: len(q)]) * length,
         curvature=curvature,
@@ -100,13 +100,13 @@ def live_arrays(prediction: Predicted, unit: ThresholdLinearUnit, known: ShaftTa
 
 
 def arrays_of(
-    record: Record, unit: ThresholdLinearUnit, surface: Gaps | HeightProfile, third: float, timescale: float
+    record: ScanRecord, unit: ThresholdLinearUnit, surface: Gaps | HeightProfile, third: float, timescale: float
 ) -> Arrays:
     """Everything drawn of a scan, as float32 arrays by name.
 
     Parameters
     ----------
-    record : Record
+    record : ScanRecord
         The scan.
     unit : ThresholdLinearUnit
         Driven by the envelope of the shaft's displacement 5 mm from the base.

@@ -22,7 +22,7 @@ _SIDE = 8  # nodes of an exact response on each side of d = 0: polynomials throu
 _WIDTHS = 12  # Chebyshev nodes of d₂/λ² between the narrowest and the widest gap
 
 
-class Shaft(NamedTuple):
+class SharedShaft(NamedTuple):
     """What the cells of one contact share.
 
     Attributes
@@ -44,7 +44,7 @@ class Shaft(NamedTuple):
 
 
 @lru_cache(maxsize=16)  # rows that differ in friction follow one another
-def shaft(contact: float, n_modes: int, node: float) -> Shaft:
+def shaft(contact: float, n_modes: int, node: float) -> SharedShaft:
     """Points, quadrature and modes of one contact; the displacement is looked at in ``node``, between ε and 1.
 
     Parameters
@@ -58,7 +58,7 @@ def shaft(contact: float, n_modes: int, node: float) -> Shaft:
 
     Returns
     -------
-    Shaft
+    SharedShaft
         What the cells share.
     """
     along = Chebyshev(41 + 2 * n_modes, np.log(contact), 0.0, ends=True)  # ln s
@@ -70,7 +70,7 @@ def shaft(contact: float, n_modes: int, node: float) -> Shaft:
     project[:-1, :-1] = shape[:, :-1] * weight * s**3  # s² ds, ds = s d ln s
     project[-1, -1] = 1.0
     order = np.argsort(np.append(s, node), kind="stable")
-    return Shaft(
+    return SharedShaft(
         np.append(s, node)[order],
         np.ascontiguousarray(project[:, order]),
         np.append(shape[:, -1], 0.0),
@@ -152,7 +152,7 @@ def linear(posture: Array, s: Array, project: Array, out: Array) -> bool:
     posture : (6,) array
         ε, Λ̂, θ_b, D, H and μ.
     s, project : arrays
-        As of :class:`Shaft`.
+        As of :class:`SharedShaft`.
     out : (R,) array
         Written.
 
@@ -183,7 +183,7 @@ def exact(posture: Array, end: float, s: Array, project: Array, z: Array, fit: A
     end : float
         Excursion over L, of either sign.
     s, project : arrays
-        As of :class:`Shaft`.
+        As of :class:`SharedShaft`.
     z, fit : arrays
         Of :func:`side_nodes`.
     out : (R, K) array

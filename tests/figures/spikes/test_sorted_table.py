@@ -7,7 +7,7 @@ from real_browser import real_browser
 from vibrissa.neural.coupling.analysis import NOT_MEASURED
 from vibrissa.neural.coupling.carrier import ELSEWHERE
 from vibrissa.quantities import dataset, stacked
-from vibrissa.study.report.pages import Page, write_html
+from vibrissa.study.report.pages import FigurePage, write_html
 from vibrissa.study.report.unit_table import unit_table
 
 NAMES = ["u10", "u2", '<img src=x onerror="document.title=1">', "u1"]
@@ -56,7 +56,7 @@ def test_cells_hold_what_is_read_and_what_is_sorted():
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     where = tmp_path_factory.mktemp("page")
-    first = Page("", "four units", "caption", "<svg></svg>")
+    first = FigurePage("", "four units", "caption", "<svg></svg>")
     write_html(where / "units.html", unit_table(units(), range(4)), first, [], [])
     with real_browser(where) as browser:
         page = browser.new_page()

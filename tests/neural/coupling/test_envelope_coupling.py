@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.stats import poisson
 
 from vibrissa.neural.coupling.envelope_coupling import bin_means, envelope_coupling
-from vibrissa.neural.coupling.nulls import Circular, Paper2014, Record, circular_correlogram
+from vibrissa.neural.coupling.nulls import BinnedRecord, Circular, Paper2014, circular_correlogram
 
 
 def test_means_of_bins_by_hand():
@@ -64,7 +64,7 @@ def test_masked_ends_make_lags_those_of_the_overlap():
     rng = np.random.default_rng(5)
     rate, envelope, ends = rng.normal(size=100), rng.normal(size=100), np.ones(100, bool)
     ends[[0, -1]] = False
-    record = Record(rates=rate[None], envelope=envelope, rate_valid=np.ones(100, bool), envelope_valid=ends)
+    record = BinnedRecord(rates=rate[None], envelope=envelope, rate_valid=np.ones(100, bool), envelope_valid=ends)
     found = envelope_coupling(record, Circular())
     lags = {k: np.corrcoef(np.roll(envelope, k)[np.roll(ends, k)], rate[np.roll(ends, k)])[0, 1] for k in (-1, 0, 1)}
     assert found.correlation[0] == pytest.approx(max(lags.values()))
@@ -79,7 +79,7 @@ def test_p_value_by_counting_all_shifts():
     rate, envelope = rng.normal(size=64), rng.normal(size=64)
     r = {k: max(np.corrcoef(rate, np.roll(envelope, k + j))[0, 1] for j in (0, 1)) for k in range(-32, 32)}
     chance = [r[k] for k in r if abs(k) > 4 + 1]
-    found = envelope_coupling(Record.whole(rate, envelope), Circular(guard=4), lags=(0, 1))
+    found = envelope_coupling(BinnedRecord.whole(rate, envelope), Circular(guard=4), lags=(0, 1))
     assert found.p_value[0] == pytest.approx((1 + sum(one >= r[0] for one in chance)) / (1 + len(chance)))
 
 
@@ -87,7 +87,7 @@ def test_other_whiskers_delays_are_left_out_of_the_null():
     rng = np.random.default_rng(7)
     envelope = rng.normal(size=500)
     rate = 0.5 * envelope + sum(np.roll(envelope, 100 * j) for j in (1, 2, 3, 4))  # the others drive it harder
-    record = Record.whole(rate, envelope)
+    record = BinnedRecord.whole(rate, envelope)
     assert envelope_coupling(record, Circular()).p_value[0] == pytest.approx(5 / 488, abs=0.03)
     left = Circular(delays=(100, 200, 300, 400))
     n = len(left.shifts(500, (-1, 1)))
@@ -99,11 +99,11 @@ def test_pseudo_textures_are_the_null_they_are_given():
     rng = np.random.default_rng(8)
     envelope, others = rng.normal(size=200), rng.normal(size=(300, 200))
     driven = envelope_coupling(
-        Record.whole(envelope + 0.1 * others[0], envelope), populations.PseudoTexture(envelopes=others)
+        BinnedRecord.whole(envelope + 0.1 * others[0], envelope), populations.PseudoTexture(envelopes=others)
     )
     assert driven.p_value[0] == pytest.approx(1 / 301)
     idle = envelope_coupling(
-        Record.whole(rng.normal(size=(200, 200)), envelope), populations.PseudoTexture(envelopes=others)
+        BinnedRecord.whole(rng.normal(size=(200, 200)), envelope), populations.PseudoTexture(envelopes=others)
     )
     assert 0.2 < np.mean(idle.p_value <= 0.4) < 0.6
 
@@ -114,7 +114,7 @@ def test_tail_beyond_all_shifts_is_not_optimistic(name):
     envelopes, rng = populations.stimulated(600, 10)
     rates = populations.UNCOUPLED[name](envelopes, 40, rng).astype(float)
     found = [
-        envelope_coupling(Record.whole(rate, one), Circular(), lags=(0, 3))
+        envelope_coupling(BinnedRecord.whole(rate, one), Circular(), lags=(0, 3))
         for rate, one in zip(rates, envelopes, strict=True)
     ]
     counted, tail = (np.array([getattr(one, key)[0] for one in found]) for key in ("p_value", "tail_p_value"))
@@ -130,7 +130,7 @@ def test_the_first_beyond_all_shifts_is_not_rarer_than_it_is():
     for _ in range(150):
         envelope = np.abs(gaussian_filter1d(rng.standard_normal(200), 2, mode="wrap"))
         rates = rng.poisson(2.0, (20, 200)).astype(float)
-        found.append(envelope_coupling(Record.whole(rates, envelope), Circular(), lags=(0, 3)))
+        found.append(envelope_coupling(BinnedRecord.whole(rates, envelope), Circular(), lags=(0, 3)))
     counted, tail = (np.concatenate([getattr(one, key) for one in found]) for key in ("p_value", "tail_p_value"))
     assert np.mean(counted < 0.0055) > 2 * 0.0055
     for p in (0.01, 0.003, 0.001, 0.0003):
@@ -141,9 +141,9 @@ def test_silent_units_have_no_p_value_and_do_not_disturb_others():
     rng = np.random.default_rng(9)
     rates, envelope = rng.normal(size=(3, 100)), rng.normal(size=100)
     rates[1] = 0
-    found = envelope_coupling(Record.whole(rates, envelope), Circular())
+    found = envelope_coupling(BinnedRecord.whole(rates, envelope), Circular())
     assert np.isnan(found.p_value).tolist() == np.isnan(found.correlation).tolist() == [False, True, False]
-    alone = envelope_coupling(Record.whole(rates[2], envelope), Circular())
+    alone = envelope_coupling(BinnedRecord.whole(rates[2], envelope), Circular())
     assert found.p_value[2] == alone.p_value[0]
 
 
@@ -155,7 +155,7 @@ def share_coupled(population, n_units, n_trials, null, lags, *, skip=100, seed=0
     ends, settled = (k >= 5) & (k < k.size - 5), k >= skip
     p = [
         envelope_coupling(
-            Record(rates=rate[None], envelope=one, rate_valid=settled, envelope_valid=ends), null, lags=lags
+            BinnedRecord(rates=rate[None], envelope=one, rate_valid=settled, envelope_valid=ends), null, lags=lags
         ).p_value[0]
         for rate, one in zip(rates, envelopes, strict=True)
     ]
@@ -182,7 +182,7 @@ def test_tail_of_a_driven_unit_lies_far_beyond_what_can_be_counted():
     rng = np.random.default_rng(11)
     envelope = populations.envelopes(1, rng)[0]
     rate = populations.driven(envelope, 60, rng, slope=1e5).astype(float)
-    found = envelope_coupling(Record.whole(rate, envelope), Circular(), lags=(0, 3))
+    found = envelope_coupling(BinnedRecord.whole(rate, envelope), Circular(), lags=(0, 3))
     assert found.p_value[0] > 1e-3
     assert found.tail_p_value[0] < 1e-5  # one driven unit among hundreds is found
 
@@ -190,10 +190,10 @@ def test_tail_of_a_driven_unit_lies_far_beyond_what_can_be_counted():
 @pytest.mark.parametrize(
     ("call", "rule"),
     [
-        (lambda: Record.whole(np.zeros((2, 30)), np.zeros(31)), ("shape", "rates, envelope and masks")),
-        (lambda: Record.whole(np.zeros(10), np.zeros(10)), ("range", "bins that count")),
+        (lambda: BinnedRecord.whole(np.zeros((2, 30)), np.zeros(31)), ("shape", "rates, envelope and masks")),
+        (lambda: BinnedRecord.whole(np.zeros(10), np.zeros(10)), ("range", "bins that count")),
         (
-            lambda: envelope_coupling(Record.whole(np.zeros(40), np.zeros(40)), Circular(), lags=(1, 0)),
+            lambda: envelope_coupling(BinnedRecord.whole(np.zeros(40), np.zeros(40)), Circular(), lags=(1, 0)),
             ("range", "lags"),
         ),
         (lambda: Circular(guard=20).shifts(40, (0, 0)), ("too-few", "circular shifts")),
@@ -207,7 +207,9 @@ def test_impossible_records_are_refused(call, rule):
 def test_the_largest_correlation_is_reported_where_it_was_not_tested():
     rng = np.random.default_rng(8)
     envelope = rng.normal(size=1000)
-    record = Record.whole(np.array([np.roll(envelope, 4) + rng.normal(size=1000), rng.normal(size=1000)]), envelope)
+    record = BinnedRecord.whole(
+        np.array([np.roll(envelope, 4) + rng.normal(size=1000), rng.normal(size=1000)]), envelope
+    )
     found = envelope_coupling(record, Circular(), lags=(0, 3), reach=5)
     assert found.peak_lag[0] == 4
     assert found.peak[0] > 0.5 > found.correlation[0]

@@ -9,7 +9,7 @@ from test_real_spikes import locust
 
 from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
 from vibrissa.neural.coupling.envelope_coupling import envelope_coupling
-from vibrissa.neural.coupling.nulls import Record
+from vibrissa.neural.coupling.nulls import BinnedRecord
 from vibrissa.neural.coupling.presentation import Presentation
 from vibrissa.neural.coupling.response import spike_counts
 from vibrissa.neural.coupling.threshold_linear import Hinge, HingeGrid
@@ -54,7 +54,7 @@ def receptor(k):
 def coupled(counts, shown):
     """Coupling of the counts with an envelope, against all circular shifts."""
     valid = {"rate_valid": shown.rate_valid, "envelope_valid": shown.envelope_valid}
-    record = Record(rates=counts / HOW.bin_width, envelope=shown.binned(), **valid)
+    record = BinnedRecord(rates=counts / HOW.bin_width, envelope=shown.binned(), **valid)
     return envelope_coupling(record, HOW.chance(), lags=HOW.lags)
 
 

@@ -10,7 +10,7 @@ from vibrissa.video.camera.camera import Camera
 from vibrissa.video.camera.pad.curves import scene_curves
 from vibrissa.video.camera.pad.filming import film
 from vibrissa.video.camera.pad.layout import draw_whiskers
-from vibrissa.video.camera.pad.settings import Head, Paw, Pole, WhiskingScene, Whisks
+from vibrissa.video.camera.pad.settings import FilmedPole, Head, Paw, WhiskingScene, Whisks
 from vibrissa.video.camera.pad.truth import scene_truth
 from vibrissa.whisker.measured import atlas_entry
 
@@ -129,7 +129,7 @@ def test_a_touched_pole_lies_at_the_whiskers_surface_and_the_free_whisker_beyond
     curves = scene_curves(free, time)
     rear, front = np.argsort(curves.angle[0])[[10, -10]]
     place = [np.mean([v[0, rear, 60], v[0, front, 60]]) for v in (curves.x, curves.y)]
-    pole = Pole(position=tuple(place), touched_by=(0,))
+    pole = FilmedPole(position=tuple(place), touched_by=(0,))
     bent = scene_curves(dataclasses.replace(free, pole=pole), time)
     touching = bent.touching[0]
     assert 0 < touching.sum() < 100
@@ -163,7 +163,7 @@ def test_equal_seeds_give_equal_movies_and_pieces_of_any_size():
         ({"names": ("Z9",)}, "WhiskingScene.names"),
         ({"sides": ("upper",)}, "WhiskingScene.sides"),
         ({"polarity": "grey"}, "WhiskingScene.polarity"),
-        ({"pole": Pole(position=(0.0, 0.0), touched_by=(12,))}, "Pole.touched_by"),
+        ({"pole": FilmedPole(position=(0.0, 0.0), touched_by=(12,))}, "FilmedPole.touched_by"),
     ],
 )
 def test_impossible_scenes_are_refused_by_name(changed, thing):

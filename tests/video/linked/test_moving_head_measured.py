@@ -9,11 +9,11 @@ from moved_heads import SIDE, scene
 from vibrissa.head_pose import HeadPose
 from vibrissa.measures.kinematics import KinematicsSettings, kinematics_of
 from vibrissa.measures.tidy_tables import write_kinematics
-from vibrissa.measures.touched_object import Pole as TouchedPole
+from vibrissa.measures.touched_object import FilmedPole as TouchedPole
 from vibrissa.video.camera.camera import exposure_times
 from vibrissa.video.camera.pad.filming import film
 from vibrissa.video.camera.pad.motion import head_path
-from vibrissa.video.camera.pad.settings import Pole
+from vibrissa.video.camera.pad.settings import FilmedPole
 from vibrissa.video.camera.pad.truth import scene_truth
 from vibrissa.video.linked.linked_tracking import track_linked
 from vibrissa.video.tracking import Calibration
@@ -30,7 +30,7 @@ def measured():
     angle = free.whisker_angle.values[1]
     at = int(np.argmin(np.abs(angle - np.quantile(angle, 0.7))))
     place = tuple(float(free[name].values[1, at, 60]) for name in "xy")
-    one = dataclasses.replace(one, pole=Pole(position=place, radius=3 * SIDE, touched_by=(1,)))
+    one = dataclasses.replace(one, pole=FilmedPole(position=place, radius=3 * SIDE, touched_by=(1,)))
     truth = scene_truth(one, FRAMES).profile
     path = head_path(one, exposure_times(one.camera, FRAMES))
     head = HeadPose(path.nose[:, 0] / SIDE, path.nose[:, 1] / SIDE, np.rad2deg(path.heading))

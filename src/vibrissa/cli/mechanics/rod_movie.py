@@ -13,7 +13,7 @@ from vibrissa.cli.shared.display.progress import progress_bars
 from vibrissa.errors import ConflictError, FormatError, MissingError
 
 if TYPE_CHECKING:
-    from vibrissa.mechanics.rod.film import Film
+    from vibrissa.mechanics.rod.film import RodFilm
 
 MovieFile = Annotated[
     MaybeOut,
@@ -69,7 +69,7 @@ def film_rate(lasting: float, rate: float) -> float:
     return rate / max(1, int(rate / wanted))  # a part of it, so that the steps in time are the same
 
 
-def write_film(movie: Path | None, film: Callable[[], Film]) -> None:
+def write_film(movie: Path | None, film: Callable[[], RodFilm]) -> None:
     """Write the movie, if one is named.
 
     Parameters

@@ -20,7 +20,7 @@ from vibrissa.arrays import Array, Integers
 from vibrissa.errors import FormatError, TooFewError
 from vibrissa.figures.colours import KINDS, PREDICTED
 from vibrissa.figures.others.scan import moment_unit
-from vibrissa.mechanics.rod.film import Film
+from vibrissa.mechanics.rod.film import RodFilm
 from vibrissa.mechanics.rod.rod_states import STATES
 from vibrissa.video.io.colour import PLAYBACK_RATE, write_colour
 
@@ -33,12 +33,12 @@ _PLACES = ((0.08, 0.4, 0.4, 0.48), (0.58, 0.4, 0.4, 0.48), (0.08, 0.1, 0.9, 0.17
 _WIDE, _LEAST = 1.5e-3, 20e-6  # [m] half the width of the close view, and least difference of heights in it
 
 
-def slowed(film: Film) -> float:
+def slowed(film: RodFilm) -> float:
     """By how much a movie of a record is slower than the motion.
 
     Parameters
     ----------
-    film : Film
+    film : RodFilm
         The record.
 
     Returns
@@ -52,12 +52,12 @@ def slowed(film: Film) -> float:
     return float(fitting[-1]) if fitting.size else 1.0
 
 
-def chosen_times(film: Film) -> Integers:
+def chosen_times(film: RodFilm) -> Integers:
     """Records that are shown: the nearest to each frame's time.
 
     Parameters
     ----------
-    film : Film
+    film : RodFilm
         The record.
 
     Returns
@@ -70,14 +70,14 @@ def chosen_times(film: Film) -> Integers:
     return np.unique(np.rint((shown - film.time[0]) / (film.time[1] - film.time[0])).astype(int))
 
 
-def write_movie(path: Path, film: Film, progress: Callable[[int, int], None] | None = None) -> int:
+def write_movie(path: Path, film: RodFilm, progress: Callable[[int, int], None] | None = None) -> int:
     """Write the movie as MP4 or MKV.
 
     Parameters
     ----------
     path : Path
         ``.mp4`` or ``.mkv``.
-    film : Film
+    film : RodFilm
         The record.
     progress : callable, optional
         Takes the frames that are done, and all of them.
@@ -100,13 +100,13 @@ def write_movie(path: Path, film: Film, progress: Callable[[int, int], None] | N
 
 
 def frames(
-    film: Film, shown: Integers, progress: Callable[[int, int], None] | None = None
+    film: RodFilm, shown: Integers, progress: Callable[[int, int], None] | None = None
 ) -> Iterator[NDArray[np.uint8]]:
     """Pictures of some records.
 
     Parameters
     ----------
-    film : Film
+    film : RodFilm
         The record.
     shown : (F,) array of int
         Which of its times.
@@ -129,7 +129,7 @@ def frames(
 class _Scene:
     """The panels of the movie, and what moves in them."""
 
-    def __init__(self, film: Film, shown: Integers) -> None:
+    def __init__(self, film: RodFilm, shown: Integers) -> None:
         self.film, self.centre = film, _centres(film)
         figure = Figure(figsize=_SIZE, dpi=100)
         figure.set_layout_engine("none")
@@ -192,7 +192,7 @@ class _Scene:
         return np.asarray(seen)[..., :3].copy()
 
 
-def _centres(film: Film) -> Array:
+def _centres(film: RodFilm) -> Array:
     """Middle of the close view at each record: between the contacts, or under the tip, without haste."""
     middle = film.contacts[..., 0].mean(axis=1)
     middle = np.where(np.isfinite(middle), middle, film.shaft[:, 0, 0])
@@ -200,7 +200,7 @@ def _centres(film: Film) -> Array:
     return np.asarray(uniform_filter1d(middle, width, mode="nearest"))
 
 
-def _seen(film: Film, k: int, axis: Axes, high: float) -> Array:
+def _seen(film: RodFilm, k: int, axis: Axes, high: float) -> Array:
     """Outline of the ground within an axis, closed below it."""
     (first, last), (floor, ceiling) = axis.get_xlim(), axis.get_ylim()
     first, last, floor = 2 * first - last, 2 * last - first, 2 * floor - ceiling

@@ -16,7 +16,7 @@ from vibrissa.limits import require_samples
 from vibrissa.mechanics.contact.gap_events import check_gaps
 from vibrissa.mechanics.free_end.bridge_statics import POWERS, bridged, on_the_floor, too_wide
 from vibrissa.mechanics.free_end.march_kernels import march
-from vibrissa.mechanics.free_end.phases import BRIDGE, FAR, LAND, TIP, Course, Phases, Work
+from vibrissa.mechanics.free_end.phases import BRIDGE, FAR, LAND, TIP, Passage, Phases, Work
 from vibrissa.mechanics.free_end.sample_kernels import sample
 from vibrissa.mechanics.free_end.tables import MODES_HELD, NO_POINTS, Tables, tables
 from vibrissa.mechanics.free_end.validity import free_end_verdict
@@ -146,7 +146,7 @@ class FreeEndPrediction(SpannedScan):
             raise RangeError("scan", "must have a motion that bends the shaft little", found, "use model 'rod'")
         return phases
 
-    def _course(self) -> Course:
+    def _course(self) -> Passage:
         length, k, speed = self.whisker.length, self.whisker.timescale, self.scan.speed
         width, depth = self.texture.width / length, self.texture.depth / length
         at = self.tables.resistance
@@ -155,7 +155,7 @@ class FreeEndPrediction(SpannedScan):
             found = f"{width[wide.argmax()] * length:.3g} m, {width[wide.argmax()]:.2g} of the whisker's length"
             raise RangeError(f"gap at {self.texture.position[wide.argmax()]:.4g} m", rule, found, "use model 'rod'")
         turn, lift, least = on_the_floor(at, width, self.free_end, depth, abs(float(self.tables.slope[-1])))
-        return Course(
+        return Passage(
             begin=self.texture.position / (speed * k),
             end=self.texture.end / (speed * k),
             width=width,

@@ -10,7 +10,7 @@ import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.loops import njit
-from vibrissa.mechanics.free_end.phases import BRIDGE, FAR, FLOOR, LAND, MODES, NEAR, TIP, Course, Phases, Work
+from vibrissa.mechanics.free_end.phases import BRIDGE, FAR, FLOOR, LAND, MODES, NEAR, TIP, Passage, Phases, Work
 from vibrissa.mechanics.free_end.support_kernels import NEVER, next_support
 from vibrissa.mechanics.free_end.tables import Tables
 from vibrissa.mechanics.vibration.excitation import horner
@@ -44,7 +44,7 @@ def _particular(still: Array, omega: float, zeta: float, out: Array) -> None:
 
 
 @njit(inline="always", error_model="numpy")
-def _begin(support: int, t: float, gap: int, tables: Tables, course: Course, work: Work) -> None:
+def _begin(support: int, t: float, gap: int, tables: Tables, course: Passage, work: Work) -> None:
     """Polynomials of a phase, and its free motion, from the whole amplitudes."""
     land = support % 2 == 0
     n, side = work.whole.size, MODES[support]
@@ -75,7 +75,7 @@ def _begin(support: int, t: float, gap: int, tables: Tables, course: Course, wor
 
 
 @njit(inline="always", error_model="numpy")
-def _excursion(support: int, t: float, gap: int, tables: Tables, course: Course, work: Work) -> None:
+def _excursion(support: int, t: float, gap: int, tables: Tables, course: Passage, work: Work) -> None:
     """Amplitudes and angle of the shaft at rest on an edge, and how much of the angle the modes leave out."""
     n, powers = work.whole.size, work.still.shape[1]
     speed = course.speed
@@ -117,7 +117,7 @@ def _vibration(tau: float, support: int, tables: Tables, work: Work) -> None:
 
 
 @njit(inline="always", error_model="numpy")
-def _due(support: int, t: float, gap: int, last: int, course: Course, stop: float) -> tuple[float, int]:
+def _due(support: int, t: float, gap: int, last: int, course: Passage, stop: float) -> tuple[float, int]:
     """When the phase ends at the latest, and the support then."""
     if support in (FAR, BRIDGE):
         off, following = course.begin[gap] + course.free_end / course.speed, NEAR
@@ -145,7 +145,7 @@ def _due(support: int, t: float, gap: int, last: int, course: Course, stop: floa
 
 @njit(inline="always", error_model="numpy")
 def _until(
-    support: int, t: float, due: float, gap: int, last: int, tables: Tables, course: Course, work: Work
+    support: int, t: float, due: float, gap: int, last: int, tables: Tables, course: Passage, work: Work
 ) -> tuple[float, int]:
     """First time at which the motion asks for another support, and which; or the time it is due."""
     span, before = due - t, 0.0
@@ -236,14 +236,14 @@ def _hand_over(tau: float, support: int, following: int, tables: Tables, work: W
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def march(tables: Tables, course: Course, stop: float, work: Work, phases: Phases) -> int:
+def march(tables: Tables, course: Passage, stop: float, work: Work, phases: Phases) -> int:
     """Carry the shaft over all gaps.
 
     Parameters
     ----------
     tables : Tables
         Of the shaft.
-    course : Course
+    course : Passage
         Of the gaps.
     stop : float
         When it ends, over k.

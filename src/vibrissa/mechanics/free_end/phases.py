@@ -15,7 +15,7 @@ LAND, FAR, BRIDGE, NEAR, FLOOR, TIP = 0, 1, 2, 3, 4, 5
 MODES = (0, 1, 0, 1, 0, 2)  # of land, of an edge, of the tip
 
 
-class Course(NamedTuple):
+class Passage(NamedTuple):
     """What the march passes.
 
     Attributes

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibrissa.loops import njit
-from vibrissa.mechanics.free_end.phases import BRIDGE, FAR, FLOOR, LAND, MODES, NEAR, TIP, Course, Work
+from vibrissa.mechanics.free_end.phases import BRIDGE, FAR, FLOOR, LAND, MODES, NEAR, TIP, Passage, Work
 from vibrissa.mechanics.free_end.tables import Tables
 from vibrissa.mechanics.vibration.excitation import horner
 
@@ -14,7 +14,7 @@ NEVER = -1
 
 @njit(inline="always", error_model="numpy")
 def next_support(
-    support: int, t: float, tau: float, gap: int, last: int, tables: Tables, course: Course, work: Work
+    support: int, t: float, tau: float, gap: int, last: int, tables: Tables, course: Passage, work: Work
 ) -> int:
     """Support that the motion asks for, or NEVER: of the amplitudes ``work.now``, tau after the phase's start."""
     n, powers = work.now.size, work.still.shape[1]
@@ -47,7 +47,7 @@ def next_support(
 
 
 @njit(inline="always", error_model="numpy")
-def _leaves_land(t: float, tau: float, gap: int, last: int, tables: Tables, course: Course, work: Work) -> int:
+def _leaves_land(t: float, tau: float, gap: int, last: int, tables: Tables, course: Passage, work: Work) -> int:
     """The contact rolls to the next far edge, or to the tip or the near edge behind it."""
     if tau < course.wait and tau > 0:
         return NEVER
@@ -66,7 +66,7 @@ def _leaves_land(t: float, tau: float, gap: int, last: int, tables: Tables, cour
 
 
 @njit(inline="always", error_model="numpy")
-def _leaves_far(t: float, tau: float, angle: float, gap: int, tables: Tables, course: Course, work: Work) -> int:
+def _leaves_far(t: float, tau: float, angle: float, gap: int, tables: Tables, course: Passage, work: Work) -> int:
     """The shaft lies down on the land again, or comes to the near edge."""
     if angle > 1e-12 and tau >= course.wait:
         return LAND

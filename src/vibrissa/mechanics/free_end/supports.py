@@ -18,7 +18,7 @@ from vibrissa.arrays import Array
 from vibrissa.errors import RangeError
 from vibrissa.exact import gauss
 from vibrissa.mechanics.modes.curved import Condition, supported
-from vibrissa.mechanics.modes.curved_operator import Rod, linearised
+from vibrissa.mechanics.modes.curved_operator import LinearRod, linearised
 from vibrissa.mechanics.statics.edge_contact import Held
 
 _MORE_POLYNOMIALS = 24  # than the highest mode has radians in ln s, as the modes about the profile
@@ -29,14 +29,14 @@ _REAL = 1e-9  # Im κ² over |κ²| below which it is rounding
 _SHORTEST = 1e-6  # [L] of a free end that has a mass
 
 
-class Shaft(NamedTuple):
+class FreeEndShaft(NamedTuple):
     """Coordinates of the shaft and its free end, N + B of them.
 
     Attributes
     ----------
     held : Held
         Profile on the flat.
-    rod : Rod
+    rod : LinearRod
         The shaft above the contact, N coordinates.
     tip : float
         Where the free end ends, over L.
@@ -45,7 +45,7 @@ class Shaft(NamedTuple):
     """
 
     held: Held
-    rod: Rod
+    rod: LinearRod
     tip: float
     mass: Array
     bending: Array
@@ -86,7 +86,7 @@ class Support(NamedTuple):
     reaction: Array
 
 
-def whole_shaft(held: Held, tip: float, n_modes: int) -> Shaft:
+def whole_shaft(held: Held, tip: float, n_modes: int) -> FreeEndShaft:
     """Coordinates of a shaft that ends at a tip.
 
     Parameters
@@ -100,7 +100,7 @@ def whole_shaft(held: Held, tip: float, n_modes: int) -> Shaft:
 
     Returns
     -------
-    Shaft
+    FreeEndShaft
         Its mass and stiffness.
     """
     waves = n_modes * np.log(1 / held.contact) / (1 - np.sqrt(held.contact))
@@ -117,7 +117,7 @@ def whole_shaft(held: Held, tip: float, n_modes: int) -> Shaft:
     mass[:n, :n], bending[:n, :n] = rod.mass, np.eye(n)
     mass += (up * (weight * s**2)) @ up.T + np.outer(along, along) * np.sum(weight * s**2)
     bending[n:, n:] = (curvature * (weight * s**4)) @ curvature.T
-    return Shaft(held, rod, tip, mass, bending)
+    return FreeEndShaft(held, rod, tip, mass, bending)
 
 
 def _free_end(tip: float, contact: float) -> tuple[Array, Array, Array, Array]:
@@ -132,7 +132,7 @@ def _free_end(tip: float, contact: float) -> tuple[Array, Array, Array, Array]:
     return s, weight, np.asarray(across, float), np.asarray(curvature, float)
 
 
-def supports(shaft: Shaft, n_modes: int, damping: float) -> tuple[tuple[Support, ...], float]:
+def supports(shaft: FreeEndShaft, n_modes: int, damping: float) -> tuple[tuple[Support, ...], float]:
     """Modes on land, on an edge and on the tip, damped as the rod is.
 
     C = a₀M + a₁K + c₂(Mφ₂)(Mφ₂)ᵀ gives the first three modes on land the ratio asked for; see
@@ -140,7 +140,7 @@ def supports(shaft: Shaft, n_modes: int, damping: float) -> tuple[tuple[Support,
 
     Parameters
     ----------
-    shaft : Shaft
+    shaft : FreeEndShaft
         With its free end.
     n_modes : int
         How many modes.
@@ -167,7 +167,7 @@ def supports(shaft: Shaft, n_modes: int, damping: float) -> tuple[tuple[Support,
     return tuple(_with_ratios(_modes(shaft, one, n_modes), damped) for one in conditions), relaxation
 
 
-def _modes(shaft: Shaft, condition: Condition, n_modes: int) -> Support:
+def _modes(shaft: FreeEndShaft, condition: Condition, n_modes: int) -> Support:
     """Modes on one support, normalised by ∫ s² |r|² ds = 1, of a base curvature above 0; ratios not yet known."""
     rod, b = shaft.rod, _BENDING if condition == "flat" else 0
     contact = supported(rod, shaft.held, condition, "coulomb")
@@ -190,7 +190,7 @@ def _modes(shaft: Shaft, condition: Condition, n_modes: int) -> Support:
     return Support(np.sqrt(omega2), np.zeros(n_modes), shape, dual, np.linalg.pinv(contact.work.T) @ imbalance)
 
 
-def _damping(shaft: Shaft, land: Support, ratio: float) -> tuple[Array, float]:
+def _damping(shaft: FreeEndShaft, land: Support, ratio: float) -> tuple[Array, float]:
     """C and a₁, from the first three modes of the shaft above its contact."""
     n = len(shaft.rod.mass)
     shape, dual, mass = land.shape[:, :n], land.dual[:, :n], shaft.rod.mass
@@ -208,12 +208,12 @@ def _with_ratios(support: Support, damping: Array) -> Support:
     return support._replace(zeta=np.minimum(zeta, _OVERDAMPED))
 
 
-def free_end_parts(shaft: Shaft) -> Array:
+def free_end_parts(shaft: FreeEndShaft) -> Array:
     """Momentum of the free end as its contact turns and shifts: columns that a dual takes, (N + B, 2).
 
     Parameters
     ----------
-    shaft : Shaft
+    shaft : FreeEndShaft
         With its free end.
 
     Returns
@@ -230,12 +230,12 @@ def free_end_parts(shaft: Shaft) -> Array:
     return out
 
 
-def lifted(shaft: Shaft) -> tuple[Array, float]:
+def lifted(shaft: FreeEndShaft) -> tuple[Array, float]:
     """The shaft at rest on land that is lifted by 1 at the contact without turning there.
 
     Parameters
     ----------
-    shaft : Shaft
+    shaft : FreeEndShaft
         With its free end.
 
     Returns
@@ -253,12 +253,12 @@ def lifted(shaft: Shaft) -> tuple[Array, float]:
     return np.append(found[:n], np.zeros(_BENDING)), float(found[n + 1] * size)
 
 
-def on_the_tip(shaft: Shaft) -> Array:
+def on_the_tip(shaft: FreeEndShaft) -> Array:
     """The shaft at rest that touches the flat 1 closer to the tip of the cone than ε, and turns there.
 
     Parameters
     ----------
-    shaft : Shaft
+    shaft : FreeEndShaft
         With its free end.
 
     Returns
@@ -273,12 +273,12 @@ def on_the_tip(shaft: Shaft) -> Array:
     return np.append(np.linalg.solve(equations, moment)[:n], np.zeros(_BENDING))
 
 
-def rolling(shaft: Shaft, land: Support) -> Array:
+def rolling(shaft: FreeEndShaft, land: Support) -> Array:
     """Bending moment at the contact on land, per unit of each mode's amplitude, (M,), over force unit and L.
 
     Parameters
     ----------
-    shaft : Shaft
+    shaft : FreeEndShaft
         With its free end.
     land : Support
         Its modes on land.
@@ -291,6 +291,6 @@ def rolling(shaft: Shaft, land: Support) -> Array:
     return land.reaction[1] * _turn_unit(shaft.rod)
 
 
-def _turn_unit(rod: Rod) -> float:
+def _turn_unit(rod: LinearRod) -> float:
     """What the moment of a turn is counted in, see :func:`vibrissa.mechanics.modes.curved.supported`."""
     return float(np.linalg.norm(rod.contact[1]) / np.linalg.norm(rod.contact_turn))

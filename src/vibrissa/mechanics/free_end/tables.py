@@ -13,7 +13,7 @@ from vibrissa.arrays import Array
 from vibrissa.exact import cone_kappa, cone_modes
 from vibrissa.mechanics.free_end.bridge_statics import POWERS, Resistance
 from vibrissa.mechanics.free_end.supports import (
-    Shaft,
+    FreeEndShaft,
     Support,
     free_end_parts,
     lifted,
@@ -173,12 +173,12 @@ def tables(
     )
 
 
-def rod_field(shaft: Shaft, rows: Array, s: Array) -> Array:
+def rod_field(shaft: FreeEndShaft, rows: Array, s: Array) -> Array:
     """(δx, δy) of motions of the shaft above its contact, (2, K, S), of coordinates (K, N) at points (S,).
 
     Parameters
     ----------
-    shaft : Shaft
+    shaft : FreeEndShaft
         Its coordinates.
     rows : (K, N) array
         Motions.
@@ -195,7 +195,7 @@ def rod_field(shaft: Shaft, rows: Array, s: Array) -> Array:
     return np.asarray((rows @ shaft.rod.shift.transpose(0, 2, 1)) @ series)
 
 
-def _as_curved(shaft: Shaft, support: Support) -> CurvedModes:
+def _as_curved(shaft: FreeEndShaft, support: Support) -> CurvedModes:
     """The part of the modes above the contact, as a projection takes them."""
     n, rod = len(shaft.rod.mass), shaft.rod
     shape, dual = support.shape[:, :n], support.dual[:, :n]
@@ -230,7 +230,7 @@ def _turning(flat: Held, unit: UnitResponse) -> float:
     return float(flat.normal_force * abs(unit.contact / unit.contact_angle))
 
 
-def _rise(shaft: Shaft, edge: Support, unit: UnitResponse) -> Array:
+def _rise(shaft: FreeEndShaft, edge: Support, unit: UnitResponse) -> Array:
     """Heights near the contact as powers of the distance from it."""
     contact, n = shaft.held.contact, len(shaft.rod.mass)
     x = np.linspace(0, min(_FARTHEST, 0.9 * (1 - contact)), 8 * _LOCAL)
@@ -239,7 +239,7 @@ def _rise(shaft: Shaft, edge: Support, unit: UnitResponse) -> Array:
     return np.asarray(found.T)
 
 
-def _field(shaft: Shaft, rows: Array, s: Array) -> Array:
+def _field(shaft: FreeEndShaft, rows: Array, s: Array) -> Array:
     """Motions at points of the shaft; the free end continues straight."""
     contact = shaft.held.contact
     out = rod_field(shaft, rows, np.maximum(s, contact))

@@ -18,7 +18,7 @@ from scipy.stats import t as student
 from vibrissa.arrays import Array
 from vibrissa.errors import ConvergenceError, TooFewError
 from vibrissa.exact import cone_kappa
-from vibrissa.mechanics.inverse.profile_fit import Course, FittedCurve, lay, mean_course, residuals, start
+from vibrissa.mechanics.inverse.profile_fit import FittedCurve, MeanCourse, lay, mean_course, residuals, start
 from vibrissa.mechanics.inverse.profile_fit_errors import Given, derivative, scale, with_errors
 from vibrissa.mechanics.modes.straight import CONTACT_RANGE
 from vibrissa.quantities import dataset, require
@@ -122,7 +122,7 @@ def _resonances(resonance: xr.Dataset) -> Measured:
     return index, np.log(omega), np.log(high[index] / low[index]) / (2 * _WIDE)
 
 
-def _candidates(course: Course, lengths: Array, friction: float) -> list[FittedCurve]:
+def _candidates(course: MeanCourse, lengths: Array, friction: float) -> list[FittedCurve]:
     """The best curve for each of some lengths; without those with which none fits."""
     seen, angle = float(course.arc[-1]), float(np.arctan(friction))
     fits = []
@@ -140,7 +140,7 @@ def _candidates(course: Course, lengths: Array, friction: float) -> list[FittedC
     return fits
 
 
-def _joined(course: Course, laid: FittedCurve, measured: Measured) -> Candidate:
+def _joined(course: MeanCourse, laid: FittedCurve, measured: Measured) -> Candidate:
     """ε and θ_b from the profile, then from the ratios of the resonances too; ln k from their size."""
     modes, log_omega, error = measured
     seen = float(course.arc[-1])
@@ -166,7 +166,7 @@ def _joined(course: Course, laid: FittedCurve, measured: Measured) -> Candidate:
     return Candidate(laid, misfit, state, covariance - gain @ by @ covariance, surprise)
 
 
-def _deviance(course: Course, candidates: list[Candidate]) -> Array:
+def _deviance(course: MeanCourse, candidates: list[Candidate]) -> Array:
     misfit = np.array([one.misfit for one in candidates])
     factor = scale(course, candidates[int(misfit.argmin())].laid, float(course.arc[-1]), "length")
     return misfit * factor + [one.surprise for one in candidates]

@@ -24,7 +24,7 @@ FEWEST_NODES = 24
 _TRIED = [(contact, angle) for contact in (0.06, 0.12, 0.2, 0.3, 0.42) for angle in (0.5, 0.8, 1.1, 1.4)]
 
 
-class Course(NamedTuple):
+class MeanCourse(NamedTuple):
     """Mean places of the nodes seen, as complex numbers, mirrored if need be so that the shaft turns left to the base.
 
     Attributes
@@ -106,7 +106,7 @@ def _curve(load: float, span: float, friction_angle: float) -> Curve:
     return curve(load, span, ContactLaw(float(np.tan(friction_angle))))
 
 
-def mean_course(profile: xr.Dataset) -> Course:
+def mean_course(profile: xr.Dataset) -> MeanCourse:
     """Mean places of the nodes seen in half of the frames or more, without those at a shadow's border.
 
     Parameters
@@ -117,7 +117,7 @@ def mean_course(profile: xr.Dataset) -> Course:
 
     Returns
     -------
-    Course
+    MeanCourse
         Of the mean profile.
 
     Raises
@@ -145,7 +145,7 @@ def mean_course(profile: xr.Dataset) -> Course:
         each = np.where(known, measured_sd(profile).values, np.nan)[:, nodes]
         sd = np.sqrt(np.nanmean(each**2, axis=0) / known[:, nodes].sum(axis=0))
     turned = np.conj if mirrored else np.asarray
-    return Course(arc, turned(place), turned(parts), sd, mirrored)
+    return MeanCourse(arc, turned(place), turned(parts), sd, mirrored)
 
 
 def _nanmean(values: Complex) -> Complex:
@@ -154,14 +154,14 @@ def _nanmean(values: Complex) -> Complex:
     return np.where(seen.any(axis=0), total / np.maximum(seen.sum(axis=0), 1), np.nan)
 
 
-def residuals(course: Course, laid: FittedCurve, unit: float, skin: float = 0.0) -> Array:
+def residuals(course: MeanCourse, laid: FittedCurve, unit: float, skin: float = 0.0) -> Array:
     """Distances across the curve at every node, and the mean distance along it, times √N; over ``unit``.
 
     The distance across determines the shape: nodes are at given arc lengths, so their distances along follow from it.
 
     Parameters
     ----------
-    course : Course
+    course : MeanCourse
         The nodes.
     laid : FittedCurve
         The curve.
@@ -180,12 +180,12 @@ def residuals(course: Course, laid: FittedCurve, unit: float, skin: float = 0.0)
     return np.append(off.imag, np.sqrt(off.size) * off.real.mean())
 
 
-def start(course: Course, whisker: Whisker, friction_angle: float) -> FittedCurve:
+def start(course: MeanCourse, whisker: Whisker, friction_angle: float) -> FittedCurve:
     """The best of some postures, each laid on the nodes by the rigid motion of least squares.
 
     Parameters
     ----------
-    course : Course
+    course : MeanCourse
         The nodes.
     whisker : Whisker
         Gives L.
@@ -211,12 +211,12 @@ def start(course: Course, whisker: Whisker, friction_angle: float) -> FittedCurv
     return min(tried, key=lambda laid: float(np.sum(residuals(course, laid, whisker.length) ** 2)))
 
 
-def lay(course: Course, first: FittedCurve, unit: float) -> FittedCurve:
+def lay(course: MeanCourse, first: FittedCurve, unit: float) -> FittedCurve:
     """Least squares of the residuals over θ.
 
     Parameters
     ----------
-    course : Course
+    course : MeanCourse
         The nodes.
     first : FittedCurve
         Where to start.

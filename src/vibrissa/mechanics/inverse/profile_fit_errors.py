@@ -10,7 +10,7 @@ import numpy as np
 from scipy.linalg import toeplitz
 
 from vibrissa.arrays import Array, Complex
-from vibrissa.mechanics.inverse.profile_fit import Course, FittedCurve, residuals
+from vibrissa.mechanics.inverse.profile_fit import FittedCurve, MeanCourse, residuals
 from vibrissa.mechanics.statics.edge_contact import Held
 from vibrissa.mechanics.statics.profile import Posture
 
@@ -24,7 +24,7 @@ class Given:
 
     Attributes
     ----------
-    course : Course
+    course : MeanCourse
         The nodes.
     unit, length_sd, skin_sd : float
         L [m]; standard deviations of L and of where arc length is 0.
@@ -36,7 +36,7 @@ class Given:
         Standard deviation of either, across the line.
     """
 
-    course: Course
+    course: MeanCourse
     unit: float
     length_sd: float
     skin_sd: float
@@ -88,12 +88,12 @@ def with_errors(given: Given, laid: FittedCurve) -> FitState:
     return fit if given.line is None else with_line(fit, given)
 
 
-def noise_and_model(course: Course, laid: FittedCurve, unit: float, jacobian: Array) -> tuple[Array, Array]:
+def noise_and_model(course: MeanCourse, laid: FittedCurve, unit: float, jacobian: Array) -> tuple[Array, Array]:
     """Covariances of θ that come from the noise of the mean, and from residuals beyond that noise.
 
     Parameters
     ----------
-    course : Course
+    course : MeanCourse
         The nodes.
     laid : FittedCurve
         The best curve.
@@ -228,12 +228,12 @@ def with_line(known: FitState, given: Given) -> FitState:
     return FitState(state, known.covariance - gain @ slope @ known.covariance, known.friction_angle, surprise)
 
 
-def scale(course: Course, laid: FittedCurve, unit: float, free: Literal["friction_angle", "length"]) -> float:
+def scale(course: MeanCourse, laid: FittedCurve, unit: float, free: Literal["friction_angle", "length"]) -> float:
     """What turns the sum of squares into a deviance of one more parameter, whose curvature there is 1/variance.
 
     Parameters
     ----------
-    course : Course
+    course : MeanCourse
         The nodes.
     laid : FittedCurve
         The best curve.

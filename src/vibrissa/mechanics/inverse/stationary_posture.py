@@ -16,7 +16,7 @@ from scipy.stats import t as student
 
 from vibrissa.arrays import Array, Complex
 from vibrissa.errors import MissingError, RangeError, ShapeError
-from vibrissa.mechanics.inverse.profile_fit import Course, FittedCurve, lay, mean_course, residuals, start
+from vibrissa.mechanics.inverse.profile_fit import FittedCurve, MeanCourse, lay, mean_course, residuals, start
 from vibrissa.mechanics.inverse.profile_fit_errors import FitState, Given, derivative, laid_of, lean, scale, with_errors
 from vibrissa.quantities import dataset
 from vibrissa.whisker import Whisker
@@ -115,7 +115,7 @@ def fit_profile(
     return _labelled(given, known, interval, wide, freedom)
 
 
-def _line(course: Course, profile: xr.Dataset, substrate: Line, sd: float | None) -> tuple[Complex, float]:
+def _line(course: MeanCourse, profile: xr.Dataset, substrate: Line, sd: float | None) -> tuple[Complex, float]:
     """Both points of the line, mirrored as the course is, and their error [m]."""
     if sd is None and "pixel_size" not in profile.attrs:
         raise MissingError("substrate_sd", "must be given where the profile has no pixel size")
@@ -189,7 +189,7 @@ def _labelled(given: Given, known: FitState, interval: Array, wide: float, freed
     )
 
 
-def _angle_r2(course: Course, laid: FittedCurve, unit: float) -> float:
+def _angle_r2(course: MeanCourse, laid: FittedCurve, unit: float) -> float:
     """Share of the variance of the angle, of chords of about a millimetre, that the curve explains."""
     step = max(1, round(_CHORD / float(np.median(np.diff(course.arc)))))
     fitted, _ = laid.at(1 - course.arc / laid.length, unit)
@@ -199,7 +199,7 @@ def _angle_r2(course: Course, laid: FittedCurve, unit: float) -> float:
     return float(1 - np.sum(residual**2) / np.sum((angle - angle.mean()) ** 2))
 
 
-def _bend_r2(course: Course, laid: FittedCurve, unit: float) -> float:
+def _bend_r2(course: MeanCourse, laid: FittedCurve, unit: float) -> float:
     """Share of the squared distances from the best straight line that the curve explains."""
     centred = (course.place - course.place.mean()) / unit
     flat = np.linalg.svd(np.column_stack([centred.real, centred.imag]), compute_uv=False)[1] ** 2

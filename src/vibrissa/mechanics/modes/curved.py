@@ -17,7 +17,7 @@ from scipy.linalg import eig, eigh, null_space
 
 from vibrissa.arrays import Array, Complex
 from vibrissa.errors import RangeError, UnknownError
-from vibrissa.mechanics.modes.curved_operator import Rod, linearised
+from vibrissa.mechanics.modes.curved_operator import LinearRod, linearised
 from vibrissa.mechanics.statics.contact_law import sliding_friction
 from vibrissa.mechanics.statics.edge_contact import Held, on_the_flat
 from vibrissa.mechanics.statics.profile import Posture
@@ -223,12 +223,12 @@ class Contact(NamedTuple):
     turning: Array
 
 
-def supported(rod: Rod, held: Held, condition: Condition, law: Law) -> Contact:
+def supported(rod: LinearRod, held: Held, condition: Condition, law: Law) -> Contact:
     """Stiffness, constraints and reactions of a contact.
 
     Parameters
     ----------
-    rod : Rod
+    rod : LinearRod
         The linearised shaft.
     held : Held
         Its profile on the flat.
@@ -261,7 +261,7 @@ def supported(rod: Rod, held: Held, condition: Condition, law: Law) -> Contact:
     return Contact(stiffness, fixed, work, force, turning)
 
 
-def _eigenmodes(rod: Rod, contact: Contact, n_modes: int, *, symmetric: bool) -> tuple[Complex, Array, Array]:
+def _eigenmodes(rod: LinearRod, contact: Contact, n_modes: int, *, symmetric: bool) -> tuple[Complex, Array, Array]:
     """κ, modes and dual modes, normalised, (M,), (M, N), (M, N).
 
     Trial motion obeys the constraint; in test motion the contact force does no work.

@@ -18,7 +18,7 @@ from vibrissa.mechanics.statics.edge_contact import Held
 _MORE_NODES = 24  # of quadrature than polynomials, for sin θ and powers of s
 
 
-class Rod(NamedTuple):
+class LinearRod(NamedTuple):
     """The linearised shaft in the basis of bending moments, N polynomials and Q nodes.
 
     Attributes
@@ -45,7 +45,7 @@ class Rod(NamedTuple):
     contact_turn: Array
 
 
-def linearised(held: Held, count: int) -> Rod:
+def linearised(held: Held, count: int) -> LinearRod:
     """With ln s = −(1 − z) σ, σ = ln(1/ε)/2: s⁴ϑ' = s^{3/2} g(z), and ∫ s⁴ϑ'² ds = ∫ g² d ln s.
 
     Parameters
@@ -57,7 +57,7 @@ def linearised(held: Held, count: int) -> Rod:
 
     Returns
     -------
-    Rod
+    LinearRod
         In the basis of bending moments.
     """
     z, weights, polynomials, from_base, analysis = _nodes(count)
@@ -71,7 +71,7 @@ def linearised(held: Held, count: int) -> Rod:
     stiffening = weights * s * push * np.sin(held.force_angle - angle)
     inertia = weights * s**3
     ends, coefficients = (-1.0) ** np.arange(len(z)), analysis @ shift
-    return Rod(
+    return LinearRod(
         stiffness=np.eye(count) + (turn * stiffening[:, None]).T @ turn,
         mass=sum((part * inertia[:, None]).T @ part for part in shift),
         turn=analysis @ turn,

@@ -22,7 +22,7 @@ from vibrissa.mechanics.rod.kernels.band_kernels import HALF, WIDTH
 from vibrissa.mechanics.rod.kernels.contact_kernels import Stiffness, add_contacts, find_near, untouched
 from vibrissa.mechanics.rod.kernels.elastic_kernels import add_elastic, bend, segments
 from vibrissa.mechanics.rod.kernels.ground import ground_of
-from vibrissa.mechanics.rod.kernels.shaft import Shaft
+from vibrissa.mechanics.rod.kernels.shaft import RodShaft
 from vibrissa.mechanics.rod.kernels.state import CLAMPED, Damping, Follicle
 
 _MODES = 3
@@ -49,12 +49,12 @@ class RodModes(NamedTuple):
     stiffness: Array
 
 
-def viscous(shaft: Shaft, modes: RodModes, ratio: float) -> Damping:
+def viscous(shaft: RodShaft, modes: RodModes, ratio: float) -> Damping:
     """Damping of the rod about an equilibrium.
 
     Parameters
     ----------
-    shaft : Shaft
+    shaft : RodShaft
         The rod.
     modes : RodModes
         About the equilibrium.
@@ -75,13 +75,13 @@ def viscous(shaft: Shaft, modes: RodModes, ratio: float) -> Damping:
 
 
 def rod_modes(
-    shaft: Shaft, at: Array, stiffness: Stiffness, level: float, follicle: Follicle = CLAMPED, count: int = _MODES
+    shaft: RodShaft, at: Array, stiffness: Stiffness, level: float, follicle: Follicle = CLAMPED, count: int = _MODES
 ) -> RodModes:
     """First modes about an equilibrium on a flat, along which all contacts slide.
 
     Parameters
     ----------
-    shaft : Shaft
+    shaft : RodShaft
         The rod.
     at : (2N + 3,) array
         Its equilibrium.
@@ -135,11 +135,11 @@ def _first_of_the_last_contact(touching: Mask) -> int:
     return int(apart[-1]) + 1 if apart.size else 0
 
 
-def _above(shaft: Shaft, first: int) -> Shaft:
+def _above(shaft: RodShaft, first: int) -> RodShaft:
     """The shaft without its first nodes; nothing bends at its new tip."""
     bending = shaft.bending[first:].copy()
     bending[0] = 0.0
-    return Shaft(
+    return RodShaft(
         s=shaft.s[first:],
         rest=shaft.rest[first:],
         mass=shaft.mass[first:],
@@ -150,7 +150,7 @@ def _above(shaft: Shaft, first: int) -> Shaft:
     )
 
 
-def _matrices(shaft: Shaft, at: Array, stiffness: Stiffness, level: float) -> tuple[Array, Array]:
+def _matrices(shaft: RodShaft, at: Array, stiffness: Stiffness, level: float) -> tuple[Array, Array]:
     """Minus the derivatives of the forces by the positions, (U, U): of the elastic ones, and of all with contacts."""
     work, size, still = segments(shaft.rest.size), at.size, np.zeros_like(at)
     band, force = np.zeros((size + HALF, WIDTH)), np.zeros(size + HALF)

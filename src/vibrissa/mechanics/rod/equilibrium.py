@@ -13,8 +13,8 @@ from vibrissa.mechanics.rod.damping import rod_modes, viscous
 from vibrissa.mechanics.rod.kernels.contact_kernels import Stiffness, untouched
 from vibrissa.mechanics.rod.kernels.elastic_kernels import segments
 from vibrissa.mechanics.rod.kernels.ground import ground_of
-from vibrissa.mechanics.rod.kernels.shaft import Shaft, shaft
-from vibrissa.mechanics.rod.kernels.state import Damping, Follicle, State, at_rest
+from vibrissa.mechanics.rod.kernels.shaft import RodShaft, shaft
+from vibrissa.mechanics.rod.kernels.state import Damping, Follicle, RodState, at_rest
 from vibrissa.mechanics.rod.mesh import REACH, graded_nodes
 from vibrissa.mechanics.rod.rod_model import RestingRod
 from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
@@ -114,7 +114,7 @@ def shaft_end(whisker: Whisker) -> float:
     return max(whisker.tip, _THINNEST)
 
 
-def rod_shaft(whisker: Whisker, s: Array, settings: Rod) -> Shaft:
+def rod_shaft(whisker: Whisker, s: Array, settings: Rod) -> RodShaft:
     """The shaft of a whisker with nodes at s.
 
     Parameters
@@ -128,7 +128,7 @@ def rod_shaft(whisker: Whisker, s: Array, settings: Rod) -> Shaft:
 
     Returns
     -------
-    Shaft
+    RodShaft
         Discretised.
     """
     own = settings.curvature_at(s, whisker.length)
@@ -150,7 +150,7 @@ def _first_guess(posture: Posture, s: Array, lift: float, base: Array) -> Array:
     return np.concatenate([places.ravel(), base[2:]])
 
 
-def _settle(rod: RestingRod, curved: Shaft, level: float, way: Array) -> None:
+def _settle(rod: RestingRod, curved: RodShaft, level: float, way: Array) -> None:
     """Ever longer steps from rest to rest, while curvature, level and the base's way grow, until all is still."""
     nothing = np.zeros((0, rod.state.at.size))
     flat = ground_of(None, 1.0)
@@ -168,7 +168,7 @@ def _settle(rod: RestingRod, curved: Shaft, level: float, way: Array) -> None:
     raise ConvergenceError("equilibrium of the rod", moved, _SETTLED)
 
 
-def _stop(state: State) -> None:
+def _stop(state: RodState) -> None:
     """Bring the rod to rest where it is."""
     for rate in (state.rate, state.rate_before, state.rate_earlier):
         rate[:] = 0.0

@@ -8,13 +8,13 @@ import numpy as np
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.mechanics.rod.kernels.ground import Ground
-from vibrissa.mechanics.rod.rod_model import Record
+from vibrissa.mechanics.rod.rod_model import RodRecord
 from vibrissa.mechanics.scan.follicle import force_unit
 from vibrissa.whisker import Whisker
 
 
 @dataclass(frozen=True)
-class Film:
+class RodFilm:
     """The rod along time, in the frame in which its base is (or was at first) at rest.
 
     Attributes
@@ -45,8 +45,8 @@ class Film:
 
 
 def film_of(
-    whisker: Whisker, time: Array, record: Record, ground: Ground, s: Array, shift: Array, state: Integers
-) -> Film:
+    whisker: Whisker, time: Array, record: RodRecord, ground: Ground, s: Array, shift: Array, state: Integers
+) -> RodFilm:
     """Film of a record that holds the shapes.
 
     Parameters
@@ -55,7 +55,7 @@ def film_of(
         Gives the units.
     time : (T,) array
         [s].
-    record : Record
+    record : RodRecord
         With its shapes.
     ground : Ground
         Under the rod.
@@ -68,7 +68,7 @@ def film_of(
 
     Returns
     -------
-    Film
+    RodFilm
         In metres.
     """
     length, nodes = whisker.length, record.shapes[:, :-1].reshape(time.size, -1, 2)
@@ -77,7 +77,7 @@ def film_of(
         for which, place in enumerate(record.contact[[3, 2], k]):  # from the base: the larger s first
             if touches:
                 contacts[k, which] = [np.interp(place, s, nodes[k, :, axis]) for axis in range(2)]
-    return Film(
+    return RodFilm(
         time=time,
         shaft=length * nodes,
         ground=length * np.stack([ground.x, ground.y], axis=1),

@@ -12,7 +12,7 @@ from vibrissa.mechanics.rod.equilibrium import rod_shaft
 from vibrissa.mechanics.rod.kernels.contact_kernels import Stiffness, untouched
 from vibrissa.mechanics.rod.kernels.elastic_kernels import segments
 from vibrissa.mechanics.rod.kernels.ground import Ground
-from vibrissa.mechanics.rod.kernels.shaft import Shaft
+from vibrissa.mechanics.rod.kernels.shaft import RodShaft
 from vibrissa.mechanics.rod.kernels.state import Damping, at_rest
 from vibrissa.mechanics.rod.rod_model import RestingRod
 from vibrissa.mechanics.rod.rod_settings import Rod
@@ -22,12 +22,12 @@ from vibrissa.whisker import Whisker
 _FAR_BELOW = -1e6  # over L: the flat under a rod in the air
 
 
-def free_shape(shaft: Shaft, base: Array) -> Array:
+def free_shape(shaft: RodShaft, base: Array) -> Array:
     """Positions of a rod that nothing bends.
 
     Parameters
     ----------
-    shaft : Shaft
+    shaft : RodShaft
         The rod.
     base : (3,) array
         x, y and angle of the base.
@@ -43,7 +43,7 @@ def free_shape(shaft: Shaft, base: Array) -> Array:
     return np.concatenate([nodes.ravel(), base[2:]])
 
 
-def clear_of(ground: Ground, shift: Array, shaft: Shaft, at: Array) -> bool:
+def clear_of(ground: Ground, shift: Array, shaft: RodShaft, at: Array) -> bool:
     """Whether a rod is off the ground.
 
     Parameters
@@ -52,7 +52,7 @@ def clear_of(ground: Ground, shift: Array, shaft: Shaft, at: Array) -> bool:
         The ground.
     shift : (2,) array
         Where its origin is.
-    shaft : Shaft
+    shaft : RodShaft
         The rod.
     at : (2N + 3,) array
         Its positions.

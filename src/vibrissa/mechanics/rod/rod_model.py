@@ -12,11 +12,11 @@ from vibrissa.arrays import Array
 from vibrissa.errors import ConvergenceError
 from vibrissa.mechanics.rod.damping import RodModes
 from vibrissa.mechanics.rod.kernels.contact_kernels import Stiffness, Touch, untouched
-from vibrissa.mechanics.rod.kernels.elastic_kernels import Segments
+from vibrissa.mechanics.rod.kernels.elastic_kernels import SegmentWork
 from vibrissa.mechanics.rod.kernels.ground import Ground
 from vibrissa.mechanics.rod.kernels.record_kernels import COLUMNS
-from vibrissa.mechanics.rod.kernels.shaft import Shaft
-from vibrissa.mechanics.rod.kernels.state import CLAMPED, Damping, Follicle, State
+from vibrissa.mechanics.rod.kernels.shaft import RodShaft
+from vibrissa.mechanics.rod.kernels.state import CLAMPED, Damping, Follicle, RodState
 from vibrissa.mechanics.rod.kernels.step_kernels import Method, advance
 from vibrissa.mechanics.rod.rod_settings import Rod
 from vibrissa.mechanics.statics.profile import Posture
@@ -28,7 +28,7 @@ _AWAY = 2.0  # [L] from the base, where no node of a whisker at work is
 _HALVINGS = 8  # of a step that does not converge: 25 µs become 0.1 µs at least
 
 
-class Record(NamedTuple):
+class RodRecord(NamedTuple):
     """What was recorded of a run, along time.
 
     Attributes
@@ -70,9 +70,9 @@ class RestingRod:
         The cone.
     posture : Posture
         As Eq. (1) has it; gives the height of the base.
-    shaft : Shaft
+    shaft : RodShaft
         Its discretisation.
-    state : State
+    state : RodState
         At rest.
     touch : Touch
         Its contacts.
@@ -82,7 +82,7 @@ class RestingRod:
         For the damping ratio that was asked for.
     drive : (3,) array
         x, y and angle of what holds the base, so that the base itself is where Eq. (1) has it.
-    work : Segments
+    work : SegmentWork
         Forces in the shaft.
     follicle : Follicle
         How the base is held.
@@ -93,13 +93,13 @@ class RestingRod:
     whisker: Whisker
     posture: Posture
     settings: Rod
-    shaft: Shaft
-    state: State
+    shaft: RodShaft
+    state: RodState
     touch: Touch
     stiffness: Stiffness
     damping: Damping
     drive: Array
-    work: Segments = field(repr=False)
+    work: SegmentWork = field(repr=False)
     follicle: Follicle = CLAMPED
     modes: RodModes = field(init=False)
 
@@ -125,7 +125,7 @@ class RestingRod:
         shapes: bool = False,
         halvings: int = _HALVINGS,
         progress: Callable[[int, int], None] | None = None,
-    ) -> Record:
+    ) -> RodRecord:
         """Carry the rod through a drive; it continues from where it was.
 
         Parameters
@@ -149,7 +149,7 @@ class RestingRod:
 
         Returns
         -------
-        Record
+        RodRecord
             At every record's end.
 
         Raises
@@ -181,7 +181,7 @@ class RestingRod:
                 progress(lines.stop, rows)
         m = project.shape[0]
         columns = record.T
-        return Record(
+        return RodRecord(
             projected=columns[:m] - resting[:, None],
             force=columns[m : m + 2],
             moment=columns[m + 2],

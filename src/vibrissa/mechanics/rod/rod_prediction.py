@@ -12,7 +12,7 @@ from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError, TooFewError
 from vibrissa.exact import cone_kappa
 from vibrissa.limits import require_samples
-from vibrissa.mechanics.rod.film import Film, film_of
+from vibrissa.mechanics.rod.film import RodFilm, film_of
 from vibrissa.mechanics.rod.rod_scan import RodRun, drag
 from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
 from vibrissa.mechanics.rod.rod_states import STATES, contact_states
@@ -111,7 +111,7 @@ class RodPrediction(SpannedScan):
             progress=progress,
         )
 
-    def film(self, rate: float, *, progress: Callable[[int, int], None] | None = None) -> Film:
+    def film(self, rate: float, *, progress: Callable[[int, int], None] | None = None) -> RodFilm:
         """What a movie of it shows.
 
         Parameters
@@ -123,7 +123,7 @@ class RodPrediction(SpannedScan):
 
         Returns
         -------
-        Film
+        RodFilm
             In the frame of the base.
 
         Raises

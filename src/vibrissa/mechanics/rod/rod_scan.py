@@ -14,7 +14,7 @@ from vibrissa.mechanics.rod.equilibrium import resting_rod
 from vibrissa.mechanics.rod.kernels.ground import Ground, ground_of
 from vibrissa.mechanics.rod.mesh import REACH
 from vibrissa.mechanics.rod.observation import across, fitted_modes
-from vibrissa.mechanics.rod.rod_model import Record, RestingRod
+from vibrissa.mechanics.rod.rod_model import RestingRod, RodRecord
 from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
 from vibrissa.mechanics.scan.scan_settings import QUICK
 from vibrissa.mechanics.statics.profile import Posture
@@ -37,7 +37,7 @@ class RodRun:
         Amplitudes of the pinned modes in the motion from the equilibrium, over L: what a movie shows, q + Q(d).
     displacement : (P, T) array
         Along the normal at the points that were asked for, over L.
-    record : Record
+    record : RodRecord
         All else.
     rod : RestingRod
         As the run left it.
@@ -48,7 +48,7 @@ class RodRun:
     time: Array
     mode_displacement: Array
     displacement: Array
-    record: Record
+    record: RodRecord
     rod: RestingRod = field(repr=False)
     ground: Ground = field(repr=False)
 

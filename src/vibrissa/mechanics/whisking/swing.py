@@ -10,7 +10,7 @@ import numpy as np
 from vibrissa.arrays import Array
 from vibrissa.errors import RangeError, UnknownError
 from vibrissa.mechanics.rod.kernels.ground import Ground, ground_of
-from vibrissa.mechanics.rod.rod_model import Record, RestingRod
+from vibrissa.mechanics.rod.rod_model import RestingRod, RodRecord
 from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
 from vibrissa.mechanics.whisking.base_motion import BaseMotion
 from vibrissa.mechanics.whisking.base_path import BasePath
@@ -38,7 +38,7 @@ class SwingRun:
         Distance from the base to x = 0 of the surface at the path's first time [m].
     level : float
         Height of the ground under the rod's own zero, over L.
-    record : Record
+    record : RodRecord
         All else; x of the contacts in the frame of the ground.
     tip : (2, T) array
         x in the frame of the ground and height, over L.
@@ -60,7 +60,7 @@ class SwingRun:
     acceleration: Array
     surface_distance: float
     level: float
-    record: Record
+    record: RodRecord
     tip: Array
     ground: Ground
     drive: Array
@@ -173,7 +173,7 @@ def _check(speed: float, damping: float, sampling_rate: float, about: str) -> No
         raise UnknownError("about", "must be 'contact' or 'air'", repr(about))
 
 
-def _from(record: Record, first: int) -> Record:
+def _from(record: RodRecord, first: int) -> RodRecord:
     """The record without its beginning."""
     cut = {name: getattr(record, name)[..., first:] for name in ("projected", "force", "moment", "contact", "energy")}
     return record._replace(**cut, shapes=record.shapes[first:] if record.shapes.size else record.shapes)

@@ -11,7 +11,7 @@ import numpy as np
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError
 from vibrissa.limits import require_samples
-from vibrissa.mechanics.rod.film import Film, film_of
+from vibrissa.mechanics.rod.film import RodFilm, film_of
 from vibrissa.mechanics.rod.free_rod import free_damping
 from vibrissa.mechanics.rod.rod_settings import USUAL_ROD, Rod
 from vibrissa.mechanics.rod.rod_states import STATES, contact_states
@@ -127,7 +127,9 @@ class SwingPrediction:
         return swing_signals(self, self.run(rate, progress=progress))
 
 
-def swing_film(prediction: SwingPrediction, rate: float, *, progress: Callable[[int, int], None] | None = None) -> Film:
+def swing_film(
+    prediction: SwingPrediction, rate: float, *, progress: Callable[[int, int], None] | None = None
+) -> RodFilm:
     """What a movie of a swing shows.
 
     Parameters
@@ -141,7 +143,7 @@ def swing_film(prediction: SwingPrediction, rate: float, *, progress: Callable[[
 
     Returns
     -------
-    Film
+    RodFilm
         In a frame that goes along at the travel's first rate; heights over the ground of the beginning.
 
     Raises

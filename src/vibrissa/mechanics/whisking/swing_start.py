@@ -12,7 +12,7 @@ from vibrissa.errors import ConflictError, InputError, RangeError
 from vibrissa.mechanics.rod.equilibrium import resting_rod, rod_shaft, shaft_end
 from vibrissa.mechanics.rod.free_rod import clear_of, damped_in_air, free_rod, free_shape
 from vibrissa.mechanics.rod.kernels.ground import Ground
-from vibrissa.mechanics.rod.kernels.shaft import Shaft
+from vibrissa.mechanics.rod.kernels.shaft import RodShaft
 from vibrissa.mechanics.rod.kernels.state import Damping
 from vibrissa.mechanics.rod.mesh import REACH, graded_nodes
 from vibrissa.mechanics.rod.rod_model import RestingRod
@@ -156,7 +156,7 @@ def _nodes(whisker: Whisker, path: BasePath, touching: list[Posture], ground: Gr
     return graded_nodes(end, (low + high) / 2, settings.fineness, (high - low) / 2 + REACH)
 
 
-def _distance(path: BasePath, curved: Shaft, level: float) -> float:
+def _distance(path: BasePath, curved: RodShaft, level: float) -> float:
     """From the base to the contact of Eq. (1) where the path begins, or to what is under the tip."""
     height, angle, _ = path.spline(path.time[0])
     try:

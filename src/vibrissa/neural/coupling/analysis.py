@@ -13,7 +13,7 @@ from vibrissa.errors import RangeError, UnknownError, require_fraction, require_
 from vibrissa.neural.coupling.carrier import ALIKE, REASONS, CarrierVerdict, PhaseTest, phase_in_envelope
 from vibrissa.neural.coupling.envelope_coupling import Coupling, Null, envelope_coupling
 from vibrissa.neural.coupling.lack_of_fit import CLASSES, describe, response_curve
-from vibrissa.neural.coupling.nulls import Circular, Paper2014, Record
+from vibrissa.neural.coupling.nulls import BinnedRecord, Circular, Paper2014
 from vibrissa.neural.coupling.presentation import BinnedAnalysis, Presentation
 from vibrissa.neural.coupling.reasons import elsewhere, uncoupled
 from vibrissa.neural.coupling.repeatability import r_squared_ceiling, variability
@@ -183,7 +183,7 @@ def _judged(row: Row, of: CarrierVerdict) -> Row:
     return row | {"identified": False, "reason": "; ".join(filter(None, [REASONS[of.verdict], row["reason"]]))}
 
 
-def binned_record(counts: UnitCounts, shown: Presentation) -> Record:
+def binned_record(counts: UnitCounts, shown: Presentation) -> BinnedRecord:
     """Rates of units beside the envelope, with the bins that count.
 
     Parameters
@@ -195,11 +195,11 @@ def binned_record(counts: UnitCounts, shown: Presentation) -> Record:
 
     Returns
     -------
-    Record
+    BinnedRecord
         What is tested.
     """
     valid = {"rate_valid": shown.rate_valid, "envelope_valid": shown.envelope_valid}
-    return Record(rates=counts.rates(), envelope=shown.binned(), **valid)
+    return BinnedRecord(rates=counts.rates(), envelope=shown.binned(), **valid)
 
 
 def _verdicts(counts: UnitCounts, shown: Presentation, likeness: float, significant: Mask) -> list[CarrierVerdict]:
@@ -249,7 +249,7 @@ NOT_MEASURED: Row = {
 
 
 def _fits(
-    record: Record,
+    record: BinnedRecord,
     counts: UnitCounts,
     shown: Presentation,
     coupling: Coupling,
@@ -338,7 +338,7 @@ def _below(grid: HingeGrid, rate: Array, fit: Hinge) -> float:
     return float(rate[below].mean()) if below.any() else np.nan
 
 
-def _paper(record: Record, unit: int, lag: int, how: EnvelopeAnalysis) -> Row:
+def _paper(record: BinnedRecord, unit: int, lag: int, how: EnvelopeAnalysis) -> Row:
     """Two segments at the best whole shift."""
     shifted, valid = np.roll(record.envelope, lag), record.rate_valid & np.roll(record.envelope_valid, lag)
     envelope, rate = shifted[valid], record.rates[unit][valid]

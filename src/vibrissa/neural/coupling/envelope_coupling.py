@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError, TooFewError
-from vibrissa.neural.coupling.nulls import Circular, Lags, Record, circular_correlogram
+from vibrissa.neural.coupling.nulls import BinnedRecord, Circular, Lags, circular_correlogram
 
 ON_EDGE = 1e-9  # [s] 29·0.01 is not 0.29, and times less an onset at 1e5 s have an error of 15 ps
 _BLOCK = 256  # units whose correlograms are held at a time
@@ -96,12 +96,12 @@ class Coupling(NamedTuple):
 class Null(Protocol):
     """Null distribution: the values with which the observed correlation is compared."""
 
-    def values(self, record: Record, unit: int, correlogram: Array, lags: Lags) -> Array:
+    def values(self, record: BinnedRecord, unit: int, correlogram: Array, lags: Lags) -> Array:
         """Chance values of one unit, whose correlogram at all circular shifts is given.
 
         Parameters
         ----------
-        record : Record
+        record : BinnedRecord
             Rates and envelope.
         unit : int
             Place of the unit.
@@ -118,12 +118,12 @@ class Null(Protocol):
         ...
 
 
-def envelope_coupling(record: Record, null: Null, *, lags: Lags = (-1, 1), reach: int = 5) -> Coupling:
+def envelope_coupling(record: BinnedRecord, null: Null, *, lags: Lags = (-1, 1), reach: int = 5) -> Coupling:
     """Whether the envelope drives the units: largest correlation over a few lags against what chance gives.
 
     Parameters
     ----------
-    record : Record
+    record : BinnedRecord
         Rates and envelope.
     null : Null
         :class:`Circular` or :class:`Paper2014`, or envelopes of other textures as in ``benchmarks/cortex.py``.
@@ -150,7 +150,7 @@ def envelope_coupling(record: Record, null: Null, *, lags: Lags = (-1, 1), reach
     return Coupling(*(np.concatenate(column) for column in zip(*blocks, strict=True)))
 
 
-def _of_units(record: Record, null: Null, tried: Integers, reach: int, first: int) -> Coupling:
+def _of_units(record: BinnedRecord, null: Null, tried: Integers, reach: int, first: int) -> Coupling:
     """Coupling of one block of units."""
     rates = record.rates[first : first + _BLOCK]
     every = circular_correlogram(rates, record.rate_valid, record.envelope, record.envelope_valid)

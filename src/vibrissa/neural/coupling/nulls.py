@@ -13,7 +13,7 @@ Lags = tuple[int, int]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Record:
+class BinnedRecord:
     """Binned rates of units and the envelope presented, with what of them counts.
 
     Attributes
@@ -39,7 +39,7 @@ class Record:
             raise RangeError("bins that count", "must be at least 20", remedy="give a longer record or narrower bins")
 
     @classmethod
-    def whole(cls, rates: Array, envelope: Array) -> Record:
+    def whole(cls, rates: Array, envelope: Array) -> BinnedRecord:
         """Record in which every bin counts.
 
         Parameters
@@ -51,7 +51,7 @@ class Record:
 
         Returns
         -------
-        Record
+        BinnedRecord
             With masks that are true throughout.
         """
         every = np.ones(len(envelope), bool)
@@ -151,7 +151,7 @@ class Circular:
             raise TooFewError("circular shifts", "must leave at least 20", int(kept.sum()), "fewer delays, less guard")
         return shift[kept]
 
-    def values(self, record: Record, unit: int, correlogram: Array, lags: Lags) -> Array:
+    def values(self, record: BinnedRecord, unit: int, correlogram: Array, lags: Lags) -> Array:
         """Largest correlation over the lags at each shift that counts.
 
         Parameters
@@ -190,7 +190,7 @@ class Paper2014:
     shuffles: int = 300
     reach: int = 20
 
-    def values(self, record: Record, unit: int, correlogram: Array, lags: Lags) -> Array:
+    def values(self, record: BinnedRecord, unit: int, correlogram: Array, lags: Lags) -> Array:
         """All correlogram values of all shuffles of the bins that count.
 
         Parameters
@@ -210,7 +210,7 @@ class Paper2014:
         shuffled = rng.permuted(np.tile(scaled, (self.shuffles, 1)), axis=1)
         return _correlations(shuffled, *self._shifted(record)).ravel()
 
-    def _shifted(self, record: Record) -> tuple[Array, Array]:
+    def _shifted(self, record: BinnedRecord) -> tuple[Array, Array]:
         """Envelope, scaled, and whether it counts, beside each valid bin of the rate at each lag; (valid, lags)."""
         lags = np.arange(-self.reach, self.reach + 1)
         source = (np.flatnonzero(record.rate_valid)[:, None] - lags) % len(record.envelope)

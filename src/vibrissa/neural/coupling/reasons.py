@@ -9,18 +9,18 @@ import numpy as np
 from vibrissa.arrays import Mask
 from vibrissa.neural.coupling.carrier import ELSEWHERE
 from vibrissa.neural.coupling.envelope_coupling import Coupling, Null, envelope_coupling
-from vibrissa.neural.coupling.nulls import Circular, Lags, Record, circular_correlogram
+from vibrissa.neural.coupling.nulls import BinnedRecord, Circular, Lags, circular_correlogram
 from vibrissa.stats import adjusted_p_values
 
 REPEATED = 0.9  # correlation of the envelope with itself, shifted, above which the shift is no chance
 
 
-def repeats(record: Record, chance: Null, lags: Lags, width: float) -> str:
+def repeats(record: BinnedRecord, chance: Null, lags: Lags, width: float) -> str:
     """Say that circular shifts of the envelope are no chance, since it is like itself after one of them.
 
     Parameters
     ----------
-    record : Record
+    record : BinnedRecord
         Gives the envelope in bins.
     chance : Null
         What is taken for chance.
@@ -48,7 +48,7 @@ def repeats(record: Record, chance: Null, lags: Lags, width: float) -> str:
 
 
 def uncoupled(
-    record: Record, coupling: Coupling, chance: Null, lags: Lags, width: float, *, significant: Mask, level: float
+    record: BinnedRecord, coupling: Coupling, chance: Null, lags: Lags, width: float, *, significant: Mask, level: float
 ) -> dict[int, str]:
     """Say of each unit that did not pass why not.
 

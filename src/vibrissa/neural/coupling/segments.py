@@ -13,7 +13,7 @@ from vibrissa.errors import TooFewError, UnknownError
 First = Literal["flat-first", "free-first"]
 
 
-class Segments(NamedTuple):
+class TwoSegments(NamedTuple):
     """Two segments that meet at the threshold.
 
     Attributes
@@ -35,7 +35,7 @@ class Segments(NamedTuple):
     r_squared: float
 
 
-def two_segments(envelope: Array, rate: Array, *, first: First = "flat-first") -> Segments:
+def two_segments(envelope: Array, rate: Array, *, first: First = "flat-first") -> TwoSegments:
     """Least squares of two segments that meet.
 
     The paper prints neither whether the first one is flat (which moves the threshold by about 5 µm) nor how it was
@@ -52,7 +52,7 @@ def two_segments(envelope: Array, rate: Array, *, first: First = "flat-first") -
 
     Returns
     -------
-    Segments
+    TwoSegments
         NaN where rate or envelope is constant.
 
     Raises
@@ -65,7 +65,7 @@ def two_segments(envelope: Array, rate: Array, *, first: First = "flat-first") -
     if first not in ("flat-first", "free-first"):
         raise UnknownError("first segment", "must be flat-first or free-first", first)
     if np.ptp(rate) == 0 or np.ptp(envelope) == 0:
-        return Segments(*[np.nan] * 5)
+        return TwoSegments(*[np.nan] * 5)
     scale = float(envelope.std())
     x = envelope / scale
 
@@ -82,6 +82,6 @@ def two_segments(envelope: Array, rate: Array, *, first: First = "flat-first") -
     misfit, (baseline, rise, *below) = fitted(threshold)
     below_slope = below[0] / scale if below else 0.0
     total = float(np.sum((rate - rate.mean()) ** 2))
-    return Segments(
+    return TwoSegments(
         threshold * scale, rise / scale + below_slope, float(baseline), float(below_slope), 1 - misfit / total
     )

@@ -11,7 +11,7 @@ import xarray as xr
 from vibrissa.arrays import Array, Integers
 from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, binned_record
 from vibrissa.neural.coupling.lack_of_fit import CLASSES, response_curve
-from vibrissa.neural.coupling.nulls import Circular, Record, circular_correlogram
+from vibrissa.neural.coupling.nulls import BinnedRecord, Circular, circular_correlogram
 from vibrissa.neural.coupling.presentation import Presentation
 from vibrissa.neural.coupling.response import UnitCounts
 from vibrissa.neural.coupling.threshold_linear import BinnedDrive, Hinge
@@ -42,7 +42,7 @@ class UnitViews:
         The envelope and its bins.
     drive : BinnedDrive
         The envelope at any latency.
-    record : Record
+    record : BinnedRecord
         Rates and envelope.
     """
 
@@ -53,7 +53,7 @@ class UnitViews:
     counts: UnitCounts
     shown: Presentation
     drive: BinnedDrive
-    record: Record
+    record: BinnedRecord
 
     @classmethod
     def of(cls, units: xr.Dataset, spikes: xr.Dataset, stimulus: xr.Dataset, how: EnvelopeAnalysis) -> UnitViews:

@@ -25,7 +25,7 @@ from vibrissa.signals.envelope import analytic_envelope
 if TYPE_CHECKING:
     from vibrissa.arrays import Array
     from vibrissa.mechanics.scan.sampled import Predicted
-    from vibrissa.page.panel.state import State
+    from vibrissa.page.panel.state import PageState
     from vibrissa.page.session import PageSession
 
 Arrays = Mapping[str, NDArray[np.float32]]
@@ -113,7 +113,7 @@ def _on(hurried: Callable[[], bool]) -> None:
         raise GivenUpError
 
 
-def _live(session: PageSession, state: State, hurried: Callable[[], bool]) -> Answer:
+def _live(session: PageSession, state: PageState, hurried: Callable[[], bool]) -> Answer:
     if state.whole:
         return _whole(session, state, hurried)
     prediction = session.predict(state)
@@ -126,7 +126,7 @@ def _drawn(arrays: Arrays) -> Arrays:
     return drawn | {name: sketched(arrays[name], MOST) for name in SKETCHED}
 
 
-def _whole(session: PageSession, state: State, hurried: Callable[[], bool]) -> Answer:
+def _whole(session: PageSession, state: PageState, hurried: Callable[[], bool]) -> Answer:
     """The whole whisker, and beside it the same one cut at its contact; or how far they are."""
     job = session.whole_job(state)
     found = session.whole.get([job.cut(), job], hurried)
@@ -177,7 +177,7 @@ def facts(prediction: Predicted) -> dict[str, Any]:
     }
 
 
-def _notes(session: PageSession, state: State, hurried: Callable[[], bool]) -> Answer:
+def _notes(session: PageSession, state: PageState, hurried: Callable[[], bool]) -> Answer:
     if state.whole:
         found = session.whole.get([session.whole_job(state)], hurried)
         return ({"progress": found} if isinstance(found, float) else {"notes": [found[0].verdict]}), {}
@@ -210,7 +210,7 @@ def notes(prediction: Predicted, hurried: Callable[[], bool] = _patient) -> list
     return relief_remarks(data.assign(free_end_depth=("time", depth)).assign_attrs(counts))
 
 
-def _contrast(session: PageSession, state: State, hurried: Callable[[], bool]) -> Answer:
+def _contrast(session: PageSession, state: PageState, hurried: Callable[[], bool]) -> Answer:
     found = _motions(session, state, hurried)
     if isinstance(found, float):
         return {"progress": found}, {}
@@ -229,7 +229,7 @@ def _contrast(session: PageSession, state: State, hurried: Callable[[], bool]) -
 
 
 def _motions(
-    session: PageSession, state: State, hurried: Callable[[], bool]
+    session: PageSession, state: PageState, hurried: Callable[[], bool]
 ) -> list[tuple[Array, Array, Array]] | float:
     """Times, displacement 5 mm from the base and its envelope for either texture; or how far they are."""
     if state.whole:
@@ -248,7 +248,7 @@ def _motions(
     return motions
 
 
-ANSWERS: dict[str, Callable[[PageSession, State, Callable[[], bool]], Answer]] = {
+ANSWERS: dict[str, Callable[[PageSession, PageState, Callable[[], bool]], Answer]] = {
     "live": _live,
     "notes": _notes,
     "contrast": _contrast,

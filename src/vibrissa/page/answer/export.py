@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 
     from vibrissa.arrays import Array
     from vibrissa.mechanics.scan.sampled import Predicted
-    from vibrissa.page.panel.state import Choice, State
+    from vibrissa.page.panel.state import Choice, PageState
     from vibrissa.page.session import PageSession
     from vibrissa.study.spec.settings import Film
 
-    Maker = Callable[[Predicted, State, str], bytes]
+    Maker = Callable[[Predicted, PageState, str], bytes]
 
 RATE = 20_000.0  # [Hz] of data and sound, as `vibrissa scan`
 LOUD = 0.9  # of full scale: the loudest sample
@@ -45,14 +45,14 @@ FOLDER, BESIDE = "vibrissa-study", "texture.csv"  # in the archive: its folder, 
 THEN = (1980, 1, 1, 0, 0, 0)  # of every file in the archive: equal states give equal archives
 
 
-def exported(session: PageSession, state: State, letter: str, name: str) -> bytes:
+def exported(session: PageSession, state: PageState, letter: str, name: str) -> bytes:
     """One file.
 
     Parameters
     ----------
     session : PageSession
         That makes the prediction.
-    state : State
+    state : PageState
         Values of the controls.
     letter : {"a", "b"}
         Which texture.
@@ -82,11 +82,11 @@ def _dataset(prediction: Predicted) -> xr.Dataset:
     return scanned_relief(prediction, RATE, nodes=[NODE])
 
 
-def _netcdf(prediction: Predicted, state: State, letter: str) -> bytes:
+def _netcdf(prediction: Predicted, state: PageState, letter: str) -> bytes:
     return encoded(_dataset(prediction))
 
 
-def _csv(prediction: Predicted, state: State, letter: str) -> bytes:
+def _csv(prediction: Predicted, state: PageState, letter: str) -> bytes:
     """Time and signals, with their units in the header; lengths in metres."""
     return _table(_dataset(prediction), prediction.whisker.length)
 
@@ -104,7 +104,7 @@ def _table(data: xr.Dataset, length: float) -> bytes:
     return table_text(columns, digits=9).encode()
 
 
-def _wave(prediction: Predicted, state: State, letter: str) -> bytes:
+def _wave(prediction: Predicted, state: PageState, letter: str) -> bytes:
     """Displacement 5 mm from the base, 16 bits, at true pitch; the loudest sample at 0.9 of full scale."""
     return _sound(node_motion(prediction, sampling_times(prediction, RATE))[0])
 
@@ -119,7 +119,7 @@ def _sound(moved: Array) -> bytes:
     return file.getvalue()
 
 
-def _texture(prediction: Predicted, state: State, letter: str) -> bytes:
+def _texture(prediction: Predicted, state: PageState, letter: str) -> bytes:
     """The texture as `vibrissa scan` reads it."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "texture.csv"
@@ -130,7 +130,7 @@ def _texture(prediction: Predicted, state: State, letter: str) -> bytes:
         return path.read_bytes()
 
 
-def _study(prediction: Predicted, state: State, letter: str) -> bytes:
+def _study(prediction: Predicted, state: PageState, letter: str) -> bytes:
     """An archive with the study file and, where it names one, its texture: unpacked it runs as it is."""
     files = {"study.toml": _settings(prediction, state, letter)}
     if state.texture(letter).kind not in READINGS:
@@ -144,7 +144,7 @@ def _study(prediction: Predicted, state: State, letter: str) -> bytes:
     return archive.getvalue()
 
 
-def _settings(prediction: Predicted, state: State, letter: str) -> bytes:
+def _settings(prediction: Predicted, state: PageState, letter: str) -> bytes:
     """The study file of the same whisker, posture, scan, texture and neuron, filmed by the virtual camera."""
     # loaded when a study is wanted: codecs and schema take 50 MB of the page's memory
     from vibrissa.study.pick.pick import as_toml
@@ -184,41 +184,41 @@ def _image(prediction: Predicted, film: Film) -> dict[str, int]:
     return {name: 20 * int(np.ceil(size / film.camera.pixel_size / 20) + 3) for name, size in sizes.items()}
 
 
-def _picture(kind: Literal["png", "svg"], prediction: Predicted, state: State, letter: str) -> bytes:
+def _picture(kind: Literal["png", "svg"], prediction: Predicted, state: PageState, letter: str) -> bytes:
     return picture(prediction, live_arrays(prediction, state.unit), kind)
 
 
-def _sampled(session: PageSession, state: State, letter: str) -> xr.Dataset:
+def _sampled(session: PageSession, state: PageState, letter: str) -> xr.Dataset:
     """The scan of the whole whisker at 20 kHz, as `vibrissa scan --model rod --node 0.005` gives it."""
     found: xr.Dataset = session.whole.wait(session.whole_job(state, letter, sampled=True))
     return found
 
 
-def _whole_netcdf(session: PageSession, state: State, letter: str) -> bytes:
+def _whole_netcdf(session: PageSession, state: PageState, letter: str) -> bytes:
     return encoded(_sampled(session, state, letter))
 
 
-def _whole_csv(session: PageSession, state: State, letter: str) -> bytes:
+def _whole_csv(session: PageSession, state: PageState, letter: str) -> bytes:
     return _table(_sampled(session, state, letter), state.whisker.length)
 
 
-def _whole_wave(session: PageSession, state: State, letter: str) -> bytes:
+def _whole_wave(session: PageSession, state: PageState, letter: str) -> bytes:
     moved = _sampled(session, state, letter).displacement.to_numpy()[:, 0]
     return _sound(moved - moved.mean())
 
 
-def _whole_picture(kind: Literal["png", "svg"], session: PageSession, state: State, letter: str) -> bytes:
+def _whole_picture(kind: Literal["png", "svg"], session: PageSession, state: PageState, letter: str) -> bytes:
     job = session.whole_job(state, letter)
     scan = session.whole.wait(job)
     return picture(session.predict(state, letter), whole_arrays(scan, job, state.unit), kind, "whole whisker (rod); ")
 
 
-def _whole_study(session: PageSession, state: State, letter: str) -> bytes:
+def _whole_study(session: PageSession, state: PageState, letter: str) -> bytes:
     remedy = "copy the command or Python, or choose the other model"
     raise ConflictError("study.zip", "must be of one contact: a study does not film the whole whisker", remedy=remedy)
 
 
-WHOLE: dict[str, Callable[[PageSession, State, str], bytes]] = {  # what else a state of the whole whisker gives
+WHOLE: dict[str, Callable[[PageSession, PageState, str], bytes]] = {  # what else a state of the whole whisker gives
     "data.nc": _whole_netcdf,
     "signals.csv": _whole_csv,
     "sound.wav": _whole_wave,

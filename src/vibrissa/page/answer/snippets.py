@@ -12,19 +12,19 @@ from vibrissa.page.shaft_table import NODE
 
 if TYPE_CHECKING:
     from vibrissa.mechanics.scan.sampled import Predicted
-    from vibrissa.page.panel.state import Choice, State
+    from vibrissa.page.panel.state import Choice, PageState
 
 TEXTURE, DATA = "vibrissa-texture.csv", "vibrissa-scan.nc"  # the first as the page gives it
 
 
-def command(prediction: Predicted, state: State, letter: str) -> bytes:
+def command(prediction: Predicted, state: PageState, letter: str) -> bytes:
     """Line for a shell: `vibrissa scan` of the texture that the page gives.
 
     Parameters
     ----------
     prediction : Prediction or ReliefPrediction
         Of the state.
-    state : State
+    state : PageState
         Values of the controls.
     letter : {"a", "b"}
         Which texture.
@@ -46,7 +46,7 @@ def command(prediction: Predicted, state: State, letter: str) -> bytes:
     return (shlex.join([*words, "--out", DATA]) + "\n").encode()
 
 
-def script(prediction: Predicted, state: State, letter: str) -> bytes:
+def script(prediction: Predicted, state: PageState, letter: str) -> bytes:
     """Python that makes the same scan.
 
     Parameters

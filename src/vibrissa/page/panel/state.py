@@ -39,7 +39,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class State:
+class PageState:
     """Everything that is set on the page.
 
     Attributes
@@ -127,7 +127,7 @@ class State:
         return float(self.values[name])
 
 
-def read_state(given: Mapping[str, Any]) -> State:
+def read_state(given: Mapping[str, Any]) -> PageState:
     """Check the values that the page, or an address, gives; the others take their defaults.
 
     Parameters
@@ -137,7 +137,7 @@ def read_state(given: Mapping[str, Any]) -> State:
 
     Returns
     -------
-    State
+    PageState
         All values.
 
     Raises
@@ -150,7 +150,7 @@ def read_state(given: Mapping[str, Any]) -> State:
             raise UnknownError(
                 f"control {short(name)}", "is unknown", remedy=did_you_mean(str(name)[:LONGEST_TEXT], CONTROLS)
             )
-    return State({name: _checked(name, one, given.get(name, one.default)) for name, one in CONTROLS.items()})
+    return PageState({name: _checked(name, one, given.get(name, one.default)) for name, one in CONTROLS.items()})
 
 
 def _checked(name: str, control: Control, value: Any) -> float | str:

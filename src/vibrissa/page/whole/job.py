@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from vibrissa.mechanics.scan.scan_settings import Scan
     from vibrissa.mechanics.statics.profile import Posture
     from vibrissa.page.panel.state import Choice
-    from vibrissa.page.signals import Record
+    from vibrissa.page.signals import ScanRecord
     from vibrissa.texture.relief import HeightProfile
     from vibrissa.texture.surface import Gaps
     from vibrissa.whisker import Whisker
@@ -58,7 +58,7 @@ class WholeScan:
 
     Attributes
     ----------
-    record : Record
+    record : ScanRecord
         What is drawn.
     facts : dict
         Numbers that the page shows, see :func:`vibrissa.page.answer.answers.facts`.
@@ -66,6 +66,6 @@ class WholeScan:
         Of the rod on itself.
     """
 
-    record: Record
+    record: ScanRecord
     facts: dict[str, Any]
     verdict: str

@@ -12,7 +12,7 @@ from vibrissa.mechanics.rod.rod_prediction import RodPrediction
 from vibrissa.mechanics.rod.rod_scan import RodRun
 from vibrissa.mechanics.statics.edge_contact import on_the_flat
 from vibrissa.page.shaft_table import NODE
-from vibrissa.page.signals import POSITIONS, RATE, Record, quick_count
+from vibrissa.page.signals import POSITIONS, RATE, ScanRecord, quick_count
 from vibrissa.page.whole.job import WholeJob, WholeScan
 from vibrissa.sweep.processes import end_with_parent
 from vibrissa.texture.surface import Gaps
@@ -99,12 +99,12 @@ def computed(job: WholeJob, progress: Callable[[int, int], None] | None = None) 
     return WholeScan(_record(prediction, run, data), _facts(prediction, run), str(data.verdict))
 
 
-def _record(prediction: RodPrediction, run: RodRun, data: xr.Dataset) -> Record:
+def _record(prediction: RodPrediction, run: RodRun, data: xr.Dataset) -> ScanRecord:
     length, moved = prediction.whisker.length, data.displacement.to_numpy()[:, 0]
     s, at = run.rod.shaft.s, run.record.shapes[:, :-1].reshape(run.time.size, -1, 2)  # from the contact on the flat
     some = slice(None, None, -(-len(run.time) // POSITIONS))
     x, y = np.moveaxis(length * (at[some] - at[0, -1]), 2, 0)
-    return Record(
+    return ScanRecord(
         excursion=-length * _contact(run, s, at[..., 0]),
         modes=data.mode_displacement.to_numpy() * length,
         curvature=data.base_curvature.to_numpy(),

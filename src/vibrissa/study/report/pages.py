@@ -27,7 +27,7 @@ _PLAIN = {"Date": None, "Creator": None}
 INDEX = "index.html"
 
 
-class Page(NamedTuple):
+class FigurePage(NamedTuple):
     """A figure in HTML.
 
     Attributes
@@ -67,7 +67,7 @@ def write_picture(figure: Figure, path: Path) -> None:
         (_with_caption(figure) if kind == "pdf" else figure).savefig(temporary, metadata=about)
 
 
-def page_of(figure: Figure, name: str) -> Page:
+def page_of(figure: Figure, name: str) -> FigurePage:
     """Figure as SVG, its title and caption apart.
 
     Parameters
@@ -79,13 +79,13 @@ def page_of(figure: Figure, name: str) -> Page:
 
     Returns
     -------
-    Page
+    FigurePage
         Whose texts are not escaped yet, but for those in the SVG.
     """
     heading = figure.get_suptitle()
     if heading:
         figure.suptitle("")
-    return Page(name, heading, caption_of(figure), svg_of(figure))
+    return FigurePage(name, heading, caption_of(figure), svg_of(figure))
 
 
 def svg_of(figure: Figure) -> str:
@@ -144,7 +144,9 @@ def _with_caption(figure: Figure) -> Figure:
     return figure
 
 
-def write_html(path: Path, table: dict[str, Any], first: Page, pages: Iterable[Page], remarks: Sequence[str]) -> None:
+def write_html(
+    path: Path, table: dict[str, Any], first: FigurePage, pages: Iterable[FigurePage], remarks: Sequence[str]
+) -> None:
     """Write one page of HTML: what is to be said, the first figure, the table, and the others below.
 
     Parameters
@@ -162,7 +164,7 @@ def write_html(path: Path, table: dict[str, Any], first: Page, pages: Iterable[P
 
 
 def write_folder(
-    folder: Path, table: dict[str, Any], first: Page, pages: Iterable[Page], remarks: Sequence[str]
+    folder: Path, table: dict[str, Any], first: FigurePage, pages: Iterable[FigurePage], remarks: Sequence[str]
 ) -> None:
     """Write the same as a folder: ``index.html``, and a file for each page; pages of an earlier run are removed.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibrissa.arrays import Array
-from vibrissa.neural.coupling.nulls import Circular, Record, circular_correlogram
+from vibrissa.neural.coupling.nulls import BinnedRecord, Circular, circular_correlogram
 from vibrissa.signals.correlation import lagged_correlation
 
 REACH, GUARD = 0.2, 0.06  # [s] lags shown, at most; shifts left out about 0, where the envelope is like itself
@@ -52,7 +52,7 @@ def correlogram(rate: Array, envelope: Array, width: float, tested: tuple[int, i
     lags, found = lagged_correlation(rate, envelope, min(round(REACH / width), max(1, n // 4)))
     chance = np.array([np.nan])
     if n >= FEWEST_BINS and np.isfinite(found).all():
-        record = Record.whole(rate, envelope)
+        record = BinnedRecord.whole(rate, envelope)
         around = circular_correlogram(record.rates, record.rate_valid, envelope, record.envelope_valid)[0]
         chance = Circular(guard=max(1, round(GUARD / width))).values(record, 0, around, tested)
     return np.asarray(lags * width, float), found, float(np.quantile(chance, 0.99))

@@ -13,9 +13,9 @@ import numpy as np
 from vibrissa.arrays import Array
 from vibrissa.loops import njit
 from vibrissa.mechanics.rod.kernels.band_kernels import HALF
-from vibrissa.mechanics.rod.kernels.elastic_kernels import Segments
-from vibrissa.mechanics.rod.kernels.shaft import Shaft
-from vibrissa.mechanics.rod.kernels.state import Damping, Follicle, Scheme, State
+from vibrissa.mechanics.rod.kernels.elastic_kernels import SegmentWork
+from vibrissa.mechanics.rod.kernels.shaft import RodShaft
+from vibrissa.mechanics.rod.kernels.state import Damping, Follicle, RodState, Scheme
 
 
 class Frame(NamedTuple):
@@ -41,7 +41,7 @@ class Frame(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def base_frame(angle: float, drive: Array, scheme: Scheme, state: State) -> Frame:
+def base_frame(angle: float, drive: Array, scheme: Scheme, state: RodState) -> Frame:
     """Frame that the base carries, at the end of a step.
 
     Parameters
@@ -52,7 +52,7 @@ def base_frame(angle: float, drive: Array, scheme: Scheme, state: State) -> Fram
         Ground and base at the end of the step.
     scheme : Scheme
         Of the step.
-    state : State
+    state : RodState
         Before it.
 
     Returns
@@ -66,7 +66,7 @@ def base_frame(angle: float, drive: Array, scheme: Scheme, state: State) -> Fram
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _held_rate(axis: int, drive: Array, scheme: Scheme, state: State) -> float:
+def _held_rate(axis: int, drive: Array, scheme: Scheme, state: RodState) -> float:
     """By differences, so that the rate of a base at rest is exactly 0."""
     held = state.held
     step, last = drive[2 + axis] - held[0, axis], held[0, axis] - held[1, axis]
@@ -74,14 +74,14 @@ def _held_rate(axis: int, drive: Array, scheme: Scheme, state: State) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def relative_rates(frame: Frame, state: State) -> None:
+def relative_rates(frame: Frame, state: RodState) -> None:
     """Rates against the frame of the base, in its axes.
 
     Parameters
     ----------
     frame : Frame
         Of the base.
-    state : State
+    state : RodState
         ``drift`` is written.
     """
     for i in range(0, state.at.size - 1, 2):
@@ -93,7 +93,9 @@ def relative_rates(frame: Frame, state: State) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def hold_base(follicle: Follicle, damping: Damping, drive: Array, frame: Frame, scheme: Scheme, state: State) -> None:
+def hold_base(
+    follicle: Follicle, damping: Damping, drive: Array, frame: Frame, scheme: Scheme, state: RodState
+) -> None:
     """Clamp the base to the drive, or add the springs of the follicle.
 
     Parameters
@@ -108,7 +110,7 @@ def hold_base(follicle: Follicle, damping: Damping, drive: Array, frame: Frame, 
         Of the base.
     scheme : Scheme
         Of the step.
-    state : State
+    state : RodState
         ``force`` and ``matrix`` are changed.
     """
     size = state.at.size
@@ -128,7 +130,7 @@ def hold_base(follicle: Follicle, damping: Damping, drive: Array, frame: Frame, 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def work_at_base(
-    shaft: Shaft, damping: Damping, moved: Array, scheme: Scheme, frame: Frame, state: State, work: Segments
+    shaft: RodShaft, damping: Damping, moved: Array, scheme: Scheme, frame: Frame, state: RodState, work: SegmentWork
 ) -> float:
     """Work of what holds the base on the shaft in a step, as of a clamp, by the mean of the loads at its two ends.
 
@@ -136,7 +138,7 @@ def work_at_base(
 
     Parameters
     ----------
-    shaft : Shaft
+    shaft : RodShaft
         The rod.
     damping : Damping
         Of it.
@@ -146,9 +148,9 @@ def work_at_base(
         Of the step.
     frame : Frame
         Of the base.
-    state : State
+    state : RodState
         At the end of the step; ``load`` is written.
-    work : Segments
+    work : SegmentWork
         At the end of the step.
 
     Returns
@@ -175,7 +177,7 @@ def work_at_base(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _dashpots(shaft: Shaft, damping: Damping, frame: Frame, state: State) -> tuple[float, float, float]:
+def _dashpots(shaft: RodShaft, damping: Damping, frame: Frame, state: RodState) -> tuple[float, float, float]:
     """Force of the shaft on the dashpots of the damping by mass and by modes, x, y and moment about the base.
 
     The clamp's own half cell does not move against it.

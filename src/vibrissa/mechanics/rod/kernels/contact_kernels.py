@@ -14,7 +14,7 @@ from vibrissa.arrays import Array, Integers
 from vibrissa.loops import njit
 from vibrissa.mechanics.rod.kernels.band_kernels import add_block
 from vibrissa.mechanics.rod.kernels.ground import Ground, clearance
-from vibrissa.mechanics.rod.kernels.shaft import Shaft
+from vibrissa.mechanics.rod.kernels.shaft import RodShaft
 from vibrissa.mechanics.statics.contact_law import ContactLaw, friction_ratio
 
 _BEARS = 1e-2  # normal force over s² above which a contact counts: a hundredth of what it bears at rest, or less
@@ -90,12 +90,12 @@ def untouched(nodes: int, edges: int) -> Touch:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def find_near(shaft: Shaft, ground: Ground, shift: tuple[float, float], at: Array, touch: Touch) -> None:
+def find_near(shaft: RodShaft, ground: Ground, shift: tuple[float, float], at: Array, touch: Touch) -> None:
     """Find the nodes and the edges that may touch within this step.
 
     Parameters
     ----------
-    shaft : Shaft
+    shaft : RodShaft
         The rod.
     ground : Ground
         The ground.
@@ -181,7 +181,7 @@ def _note(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def add_contacts(
-    shaft: Shaft,
+    shaft: RodShaft,
     ground: Ground,
     stiffness: Stiffness,
     shift: tuple[float, float],
@@ -196,7 +196,7 @@ def add_contacts(
 
     Parameters
     ----------
-    shaft : Shaft
+    shaft : RodShaft
         The rod.
     ground : Ground
         The ground.
@@ -245,7 +245,7 @@ def add_contacts(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _add_edge(
-    shaft: Shaft,
+    shaft: RodShaft,
     ground: Ground,
     stiffness: Stiffness,
     shift: tuple[float, float],

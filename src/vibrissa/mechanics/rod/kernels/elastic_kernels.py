@@ -9,10 +9,10 @@ import numpy as np
 from vibrissa.arrays import Array
 from vibrissa.loops import njit
 from vibrissa.mechanics.rod.kernels.band_kernels import HALF, add_block
-from vibrissa.mechanics.rod.kernels.shaft import Shaft
+from vibrissa.mechanics.rod.kernels.shaft import RodShaft
 
 
-class Segments(NamedTuple):
+class SegmentWork(NamedTuple):
     """Work space: what is computed for each segment and node at every iteration.
 
     Attributes
@@ -36,7 +36,7 @@ class Segments(NamedTuple):
     force_y: Array
 
 
-def segments(count: int) -> Segments:
+def segments(count: int) -> SegmentWork:
     """Work space of a rod of this number of segments.
 
     Parameters
@@ -46,26 +46,26 @@ def segments(count: int) -> Segments:
 
     Returns
     -------
-    Segments
+    SegmentWork
         Zeros.
     """
     sizes = (count, count, count, count, count + 1, count, count)
-    return Segments(*(np.zeros(size) for size in sizes))
+    return SegmentWork(*(np.zeros(size) for size in sizes))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def bend(shaft: Shaft, damping: float, at: Array, rate: Array, work: Segments) -> None:
+def bend(shaft: RodShaft, damping: float, at: Array, rate: Array, work: SegmentWork) -> None:
     """Angles of the segments and moments at the nodes.
 
     Parameters
     ----------
-    shaft : Shaft
+    shaft : RodShaft
         N segments.
     damping : float
         Time by which the strain's rate counts beside the strain, over k.
     at, rate : (2N + 3,) arrays
         x and y of the nodes in turn, then the angle of the base; and their rates.
-    work : Segments
+    work : SegmentWork
         Written.
     """
     count = shaft.rest.size
@@ -87,13 +87,20 @@ def bend(shaft: Shaft, damping: float, at: Array, rate: Array, work: Segments) -
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def add_elastic(
-    shaft: Shaft, damping: float, per_rate: float, at: Array, rate: Array, work: Segments, force: Array, matrix: Array
+    shaft: RodShaft,
+    damping: float,
+    per_rate: float,
+    at: Array,
+    rate: Array,
+    work: SegmentWork,
+    force: Array,
+    matrix: Array,
 ) -> None:
     """Add the elastic forces, and minus their derivatives by the motion.
 
     Parameters
     ----------
-    shaft : Shaft
+    shaft : RodShaft
         N segments.
     damping : float
         Time by which the strain's rate counts beside the strain, over k.
@@ -101,7 +108,7 @@ def add_elastic(
         Derivative of the rate by the position, in the step in time.
     at, rate : (2N + 3,) arrays
         State, see :func:`bend`.
-    work : Segments
+    work : SegmentWork
         From :func:`bend`; the forces of the segments are written.
     force : (2N + 3,) array
         Added to.
@@ -147,7 +154,7 @@ def _add_pair(matrix: Array, i: int, j: int, block: tuple[float, float, float, f
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _couple(matrix: Array, j: int, stiffness: float, work: Segments) -> None:
+def _couple(matrix: Array, j: int, stiffness: float, work: SegmentWork) -> None:
     """The bending at node j couples the segments j − 1 and j."""
     ax, ay, bx, by = -stiffness * work.turn_x[j - 1], -stiffness * work.turn_y[j - 1], work.turn_x[j], work.turn_y[j]
     _add_pair(matrix, j - 1, j, (ax * bx, ax * by, ay * bx, ay * by))
@@ -155,7 +162,7 @@ def _couple(matrix: Array, j: int, stiffness: float, work: Segments) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _couple_base(matrix: Array, count: int, stiffness: float, work: Segments, force: Array) -> None:
+def _couple_base(matrix: Array, count: int, stiffness: float, work: SegmentWork, force: Array) -> None:
     """The bending at the base couples the last segment to the base's angle; the moment turns the base."""
     last = 2 * count + 2
     force[last] -= work.moment[count]

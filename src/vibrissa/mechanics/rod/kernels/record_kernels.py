@@ -7,28 +7,28 @@ import numpy as np
 from vibrissa.arrays import Array
 from vibrissa.loops import njit
 from vibrissa.mechanics.rod.kernels.contact_kernels import Touch
-from vibrissa.mechanics.rod.kernels.elastic_kernels import Segments
-from vibrissa.mechanics.rod.kernels.shaft import Shaft
-from vibrissa.mechanics.rod.kernels.state import Damping, State
+from vibrissa.mechanics.rod.kernels.elastic_kernels import SegmentWork
+from vibrissa.mechanics.rod.kernels.shaft import RodShaft
+from vibrissa.mechanics.rod.kernels.state import Damping, RodState
 
 COLUMNS = 21  # of the record beside the projections
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_line(
-    shaft: Shaft, damping: Damping, project: Array, state: State, touch: Touch, work: Segments, line: Array
+    shaft: RodShaft, damping: Damping, project: Array, state: RodState, touch: Touch, work: SegmentWork, line: Array
 ) -> None:
     """Write one line of the record.
 
     Parameters
     ----------
-    shaft : Shaft
+    shaft : RodShaft
         The rod.
     damping : Damping
         Of it.
     project : (M, 2N + 3) array
         What is recorded of the positions, as their inner products.
-    state, touch, work : State, Touch, Segments
+    state, touch, work : RodState, Touch, SegmentWork
         After a step.
     line : (M + 21,) array
         Written, as :func:`vibrissa.mechanics.rod.kernels.step_kernels.advance` says.
@@ -47,7 +47,7 @@ def write_line(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _energies(shaft: Shaft, damping: Damping, state: State, work: Segments) -> tuple[float, float, float]:
+def _energies(shaft: RodShaft, damping: Damping, state: RodState, work: SegmentWork) -> tuple[float, float, float]:
     """Kinetic energy, elastic energy, and power of the viscous damping."""
     kinetic = elastic = lost = 0.0
     for i in range(shaft.s.size):

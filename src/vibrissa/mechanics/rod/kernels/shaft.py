@@ -9,7 +9,7 @@ import numpy as np
 from vibrissa.arrays import Array
 
 
-class Shaft(NamedTuple):
+class RodShaft(NamedTuple):
     """A discretised shaft of N segments and N + 1 nodes, from the tip to the base.
 
     Units: lengths over L, times over the whisker's timescale k, forces over πEα⁴L²/4. The bending stiffness of the cone
@@ -43,7 +43,7 @@ class Shaft(NamedTuple):
     radius: Array
 
 
-def shaft(s: Array, cone_angle: float, *, curvature: Array | float = 0.0, thick: bool = False) -> Shaft:
+def shaft(s: Array, cone_angle: float, *, curvature: Array | float = 0.0, thick: bool = False) -> RodShaft:
     """The cone with nodes at s.
 
     Parameters
@@ -59,7 +59,7 @@ def shaft(s: Array, cone_angle: float, *, curvature: Array | float = 0.0, thick:
 
     Returns
     -------
-    Shaft
+    RodShaft
         The arrays that the kernels take.
     """
     middle = (s[1:] + s[:-1]) / 2
@@ -67,7 +67,7 @@ def shaft(s: Array, cone_angle: float, *, curvature: Array | float = 0.0, thick:
     cells = np.diff(faces)
     bending = s**4 / cells
     bending[0] = 0.0
-    return Shaft(
+    return RodShaft(
         s=s,
         rest=np.diff(s),
         mass=np.diff(faces**3) / 3,

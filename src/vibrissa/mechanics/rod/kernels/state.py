@@ -75,7 +75,7 @@ class Scheme(NamedTuple):
     behind: float
 
 
-class State(NamedTuple):
+class RodState(NamedTuple):
     """Positions and rates of now and of the two steps before, (2N + 3,) each: x and y of the nodes, the base's angle.
 
     Attributes
@@ -118,7 +118,7 @@ class State(NamedTuple):
     kept: Array
 
 
-def at_rest(at: Array) -> State:
+def at_rest(at: Array) -> RodState:
     """A rod that does not move.
 
     Parameters
@@ -128,10 +128,10 @@ def at_rest(at: Array) -> State:
 
     Returns
     -------
-    State
+    RodState
         With no rates.
     """
-    return State(
+    return RodState(
         at=at.copy(),
         before=at.copy(),
         earlier=at.copy(),

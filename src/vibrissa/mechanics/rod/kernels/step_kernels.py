@@ -16,11 +16,11 @@ from vibrissa.loops import njit
 from vibrissa.mechanics.rod.kernels.band_kernels import HALF, solve_band
 from vibrissa.mechanics.rod.kernels.base_kernels import Frame, base_frame, hold_base, relative_rates, work_at_base
 from vibrissa.mechanics.rod.kernels.contact_kernels import Stiffness, Touch, add_contacts, find_near, keep_drag
-from vibrissa.mechanics.rod.kernels.elastic_kernels import Segments, add_elastic, bend
+from vibrissa.mechanics.rod.kernels.elastic_kernels import SegmentWork, add_elastic, bend
 from vibrissa.mechanics.rod.kernels.ground import Ground
 from vibrissa.mechanics.rod.kernels.record_kernels import write_line
-from vibrissa.mechanics.rod.kernels.shaft import Shaft
-from vibrissa.mechanics.rod.kernels.state import Damping, Follicle, Scheme, State
+from vibrissa.mechanics.rod.kernels.shaft import RodShaft
+from vibrissa.mechanics.rod.kernels.state import Damping, Follicle, RodState, Scheme
 
 _ITERATIONS, _CAREFUL = 40, 12  # at most; from where on by halves
 _FARTHEST = 1e-3  # over L (an angle at the base: rad): no iteration moves a node farther
@@ -59,7 +59,7 @@ def _uneven(step: float, last: float) -> Scheme:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _set_rates(scheme: Scheme, state: State) -> None:
+def _set_rates(scheme: Scheme, state: RodState) -> None:
     """Rates of the positions."""
     for i in range(state.at.size):
         past = scheme.now * state.at[i] - scheme.before * state.before[i] + scheme.earlier * state.earlier[i]
@@ -67,7 +67,7 @@ def _set_rates(scheme: Scheme, state: State) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _add_inertia(shaft: Shaft, damping: Damping, scheme: Scheme, frame: Frame, state: State) -> None:
+def _add_inertia(shaft: RodShaft, damping: Damping, scheme: Scheme, frame: Frame, state: RodState) -> None:
     """Set rates, inertia and the damping by mass; begin forces and their derivatives."""
     state.force[:] = 0.0
     state.matrix[:] = 0.0
@@ -96,7 +96,7 @@ def _add_inertia(shaft: Shaft, damping: Damping, scheme: Scheme, frame: Frame, s
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _solve(
-    shaft: Shaft,
+    shaft: RodShaft,
     ground: Ground,
     stiffness: Stiffness,
     damping: Damping,
@@ -105,9 +105,9 @@ def _solve(
     moved: Array,
     scheme: Scheme,
     tolerance: float,
-    state: State,
+    state: RodState,
     touch: Touch,
-    work: Segments,
+    work: SegmentWork,
 ) -> bool:
     """Newton's method for one step; whether its iterations ended."""
     step, frame = scheme.step, base_frame(damping.angle, drive, scheme, state)
@@ -140,8 +140,8 @@ def _solve(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _finish(
-    shaft: Shaft, damping: Damping, drive: Array, moved: Array, scheme: Scheme, state: State, touch: Touch,
-    work: Segments,
+    shaft: RodShaft, damping: Damping, drive: Array, moved: Array, scheme: Scheme, state: RodState, touch: Touch,
+    work: SegmentWork,
 ) -> None:  # fmt: skip
     """Keep what a step, or a part of one, has found; count its work."""
     keep_drag(touch)
@@ -159,7 +159,7 @@ def _finish(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _in_parts(
-    shaft: Shaft,
+    shaft: RodShaft,
     ground: Ground,
     stiffness: Stiffness,
     damping: Damping,
@@ -168,9 +168,9 @@ def _in_parts(
     place: Array,
     moved: Array,
     method: Method,
-    state: State,
+    state: RodState,
     touch: Touch,
-    work: Segments,
+    work: SegmentWork,
 ) -> None:
     """Redo a step in halves, and those that do not converge in halves again; ``place`` is work space."""
     start, held_x, held_y, held_angle = state.kept, state.held[0, 0], state.held[0, 1], state.held[0, 2]
@@ -200,7 +200,7 @@ def _in_parts(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def advance(
-    shaft: Shaft,
+    shaft: RodShaft,
     ground: Ground,
     stiffness: Stiffness,
     damping: Damping,
@@ -209,9 +209,9 @@ def advance(
     method: Method,
     every: int,
     project: Array,
-    state: State,
+    state: RodState,
     touch: Touch,
-    work: Segments,
+    work: SegmentWork,
     record: Array,
     shapes: Array,
 ) -> None:
@@ -229,12 +229,12 @@ def advance(
         Steps for each line of the record.
     project : (M, 2N + 3) array
         What is recorded of the positions, as their inner products.
-    state, touch, work : State, Touch, Segments
+    state, touch, work : RodState, Touch, SegmentWork
         Changed. Of a state that was at rest, the base was at rest where the drive begins.
     record : (T // every, M + 21) array
         Written: the products; force of the shaft on the follicle (x, y) and moment; what ``Touch.summary`` names;
-        kinetic energy, energy of bending and stretching, power of viscous damping; ``State.totals``; steps that did not
-        converge.
+        kinetic energy, energy of bending and stretching, power of viscous damping; ``RodState.totals``; steps that
+        did not converge.
     shapes : (T // every, 2N + 3) or (0, 0) array
         Written: the positions.
     """

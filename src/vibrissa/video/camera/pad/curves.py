@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from vibrissa.arrays import Array, Mask
 from vibrissa.video.camera.pad.layout import Whiskers, draw_whiskers
 from vibrissa.video.camera.pad.motion import HeadPath, head_path, whisker_angles
-from vibrissa.video.camera.pad.settings import Pole, WhiskingScene
+from vibrissa.video.camera.pad.settings import FilmedPole, WhiskingScene
 
 UNROLL = 0.4  # share of the curvature in the image's plane lost per radian of protraction: the shaft rolls about itself
 SLIPS = np.deg2rad(40.0)  # turn of the tip at which a whisker slips off the pole
@@ -68,7 +68,7 @@ def _placed(whiskers: Whiskers, course: Array, head: HeadPath) -> tuple[Array, A
     return x, y
 
 
-def _touch(pole: Pole, whiskers: Whiskers, who: int, course: Array, head: HeadPath, x: Array, y: Array) -> Mask:
+def _touch(pole: FilmedPole, whiskers: Whiskers, who: int, course: Array, head: HeadPath, x: Array, y: Array) -> Mask:
     """Bend one whisker where it would pass through the pole, in ``x`` and ``y``; say when it touches.
 
     The shaft turns back as a uniform cantilever does that is loaded where it meets the pole, 2σ − σ² of the turn there,
@@ -96,7 +96,7 @@ def _touch(pole: Pole, whiskers: Whiskers, who: int, course: Array, head: HeadPa
     return touching
 
 
-def _beyond(pole: Pole, x: Array, y: Array, side: float) -> tuple[Mask, NDArray[np.intp]]:
+def _beyond(pole: FilmedPole, x: Array, y: Array, side: float) -> tuple[Mask, NDArray[np.intp]]:
     """Whether each shaft (T, N) has the pole's border or all of it on its rear side, and the node beside the pole."""
     dx, dy = pole.position[0] - x, pole.position[1] - y
     squared = dx**2 + dy**2

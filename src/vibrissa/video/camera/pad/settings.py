@@ -116,7 +116,7 @@ class Paw:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pole:
+class FilmedPole:
     """A pole that does not move, at which some whiskers bend as they protract; the others pass above or below it.
 
     Attributes
@@ -175,7 +175,7 @@ class WhiskingScene:
     hair_opacity: float = 0.9
     light: Light = field(default_factory=Light)
     paw: Paw | None = None
-    pole: Pole | None = None
+    pole: FilmedPole | None = None
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -192,7 +192,7 @@ class WhiskingScene:
             _check_side("WhiskingScene.sides", side)
         if self.pole is not None and not all(0 <= who < self.n_whiskers for who in self.pole.touched_by):
             rule = f"must be numbers of whiskers, 0 to {self.n_whiskers - 1}"
-            raise RangeError("Pole.touched_by", rule, self.pole.touched_by)
+            raise RangeError("FilmedPole.touched_by", rule, self.pole.touched_by)
 
     @property
     def n_whiskers(self) -> int:
