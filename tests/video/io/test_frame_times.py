@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from fractions import Fraction
 from pathlib import Path
@@ -118,6 +119,37 @@ def test_missing_frames_are_missing_where_lines_are_linked(tmp_path):
     np.testing.assert_allclose(profile.time, np.arange(17) / 100)
     assert np.isnan(profile.y.values[:, [4, 5, 11, 12, 13]]).all()
     assert np.isfinite(profile.y.values[0, KEPT]).any(axis=1).mean() > 0.9
+
+
+def head_of_deeplabcut(path: Path, frames: np.ndarray) -> str:
+    """Predictions, a row for each of these frames, of a head that moves by 0.1 px in a frame."""
+    cells = ",".join(f"{point}" for point in ("neck",) * 3 + ("nose",) * 3)
+    lines = [f"scorer{',net' * 6}", f"bodyparts,{cells}", "coords,x,y,likelihood,x,y,likelihood"]
+    lines += [f"{row},{20 + 0.1 * at},30,1,{40 + 0.1 * at},30,1" for row, at in enumerate(frames)]
+    path.write_text("\n".join(lines) + "\n")
+    return str(path)
+
+
+@pytest.mark.parametrize("rows", [KEPT, np.arange(17)], ids=["pictures", "frames"])
+def test_the_head_of_each_picture_is_in_the_frame_of_that_picture(tmp_path, rows):
+    path = stamped(tmp_path / "m.mkv", scene(17)[KEPT], KEPT.tolist(), Fraction(1, 25))
+    head = head_of_deeplabcut(tmp_path / "head.csv", rows)
+    how = {"tracking": "link", "drop_frames": "nan", "head": head, "head_points": ("neck", "nose")}
+    movie = MovieFile(path=str(path), frame_rate=100.0, pixel_size=1e-4, **how)
+    profile = track_file(movie, Path(), lambda *_: None)
+    np.testing.assert_allclose(profile.head_column[KEPT], 40 + 0.1 * KEPT, atol=1e-9)
+    part = track_file(dataclasses.replace(movie, start=8, stop=16), Path(), lambda *_: None)
+    np.testing.assert_allclose(part.head_column[[0, 1, 2, 6]], 40 + 0.1 * np.array([8, 9, 10, 14]), atol=1e-9)
+
+
+@pytest.mark.parametrize(("rows", "drop"), [(11, None), (11, "nan"), (13, "nan"), (18, "nan")])
+def test_a_head_of_other_pictures_is_refused(tmp_path, rows, drop):
+    path = stamped(tmp_path / "m.mkv", scene(17)[KEPT], KEPT.tolist(), Fraction(1, 25))
+    head = head_of_deeplabcut(tmp_path / "head.csv", np.arange(rows))
+    movie = MovieFile(path=str(path), frame_rate=100.0, pixel_size=1e-4, tracking="link", drop_frames=drop, head=head)
+    counted = "12 pictures, or of its 17 frames" if drop else "12 frames"
+    with pytest.raises(InputError, match=rf"must have a row for each of the movie's {counted}, got {rows}"):
+        track_file(movie, Path(), lambda *_: None)
 
 
 def test_by_default_holes_are_reported_alone(tmp_path):

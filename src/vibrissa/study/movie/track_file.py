@@ -247,7 +247,10 @@ def _head(movie: MovieFile, source: Path | Frames) -> HeadPose | None:
     if movie.head is None:
         return None
     if movie.head != "find":
-        head = read_head(movie.head, sum(map(len, _blocks_of(source, movie, 0, None))), movie.head_points)
+        pictures = None
+        if movie.drop_frames is not None and not isinstance(source, np.ndarray):
+            pictures = sure_frame_times(source).slots
+        head = read_head(movie.head, sum(map(len, _blocks_of(source, movie, 0, None))), movie.head_points, pictures)
         return HeadPose(*(one[movie.start : movie.stop] for one in head))
     blocks = _blocks_of(source, movie, movie.start, movie.stop)
     return bridged(find_head(blocks, 1.0 if movie.polarity == "dark" else -1.0), BRIDGED)

@@ -10,7 +10,7 @@ from typing import cast
 
 import numpy as np
 
-from vibrissa.arrays import Array
+from vibrissa.arrays import Array, Integers
 from vibrissa.errors import FormatError, RangeError, TooFewError, UnknownError
 from vibrissa.files import existing
 from vibrissa.head_pose import HeadPose
@@ -26,7 +26,7 @@ SMOOTHED = 4  # frames on either side over which tracked points are smoothed
 BRIDGED = 5  # frames without the head that are taken on a straight line
 
 
-def read_head(path: str | Path, frames: int, points: Sequence[str] = ()) -> HeadPose:
+def read_head(path: str | Path, frames: int, points: Sequence[str] = (), pictures: Integers | None = None) -> HeadPose:
     """The head in every frame of a movie, from a file.
 
     Parameters
@@ -38,6 +38,9 @@ def read_head(path: str | Path, frames: int, points: Sequence[str] = ()) -> Head
         Frames of the movie.
     points : sequence of str
         Two of the file's keypoints, the caudal one first; by default its two.
+    pictures : (P,) array of int, optional
+        Frames of which the movie has a picture, where dropped ones are counted too; default: all. Rows of keypoints
+        are pictures, or frames if there are as many rows as frames; a table gives frames.
 
     Returns
     -------
@@ -48,12 +51,13 @@ def read_head(path: str | Path, frames: int, points: Sequence[str] = ()) -> Head
     Raises
     ------
     InputError
-        If the file cannot be read, holds frames beyond the movie, several animals, or other points.
+        If the file cannot be read, holds frames beyond the movie, several animals, or other points; if DeepLabCut's
+        has rows for a part of the movie.
     """
     with existing(path).open("rb") as stream:
         header = re.split(rb"[,;\t]", stream.readline(LONGEST).removeprefix(BOM_UTF8))
     table = b"frame" in map(bytes.strip, header)
-    head = _of_table(path, frames) if table else _of_keypoints(path, frames, points)
+    head = _of_table(path, frames) if table else _of_keypoints(path, frames, points, pictures)
     if not head.known.any():
         raise TooFewError(str(path), "must hold the head in a frame at least")
     return smoothed(bridged(head, BRIDGED))
@@ -74,12 +78,35 @@ def _of_table(path: str | Path, frames: int) -> HeadPose:
     return HeadPose(values[0], values[1], _continuous(values[2]))
 
 
-def _of_keypoints(path: str | Path, frames: int, points: Sequence[str]) -> HeadPose:
+def _of_keypoints(path: str | Path, frames: int, points: Sequence[str], pictures: Integers | None) -> HeadPose:
     kind = kind_of(path)
     if kind not in LIKELIHOOD:
         rule, remedy = "must hold keypoints of the head", "give a file of DeepLabCut or SLEAP, or a table"
         raise FormatError(str(path), rule, f"a file of {kind}", remedy)
-    return head_of_keypoints(str(path), read_keypoints(path, cast(Software, kind)), LIKELIHOOD[kind], frames, points)
+    found = read_keypoints(path, cast(Software, kind))
+    pictures = np.arange(frames) if pictures is None else pictures
+    # SLEAP ends with the last frame that has an animal
+    _refuse_rows(str(path), found.x.shape[1], len(pictures), frames, kind == "SLEAP")
+    if found.x.shape[1] <= len(pictures) < frames:
+        found = _in_frames(found, pictures, frames)
+    return head_of_keypoints(str(path), found, LIKELIHOOD[kind], frames, points)
+
+
+def _refuse_rows(path: str, rows: int, pictures: int, frames: int, fewer: bool) -> None:
+    """Refuse rows that are neither the movie's pictures nor its frames."""
+    if rows in (pictures, frames) or (fewer and rows < pictures):
+        return
+    whole = f"{frames} frames" if pictures == frames else f"{pictures} pictures, or of its {frames} frames"
+    remedy = "give the tracks of this movie, or a table of frame, column, row and angle_deg"
+    raise RangeError(path, f"must have a row for each of the movie's {whole}", rows, remedy)
+
+
+def _in_frames(found: Keypoints, pictures: Integers, frames: int) -> Keypoints:
+    """Keypoints of a movie's pictures in its frames, NaN in dropped ones."""
+    animals, rows, points = found.x.shape
+    placed = np.full((3, animals, frames, points), np.nan)
+    placed[:, :, pictures[:rows]] = found.x, found.y, found.likelihood
+    return Keypoints(found.names, *placed)
 
 
 def head_of_keypoints(
