@@ -9,7 +9,7 @@ from moved_heads import SIDE, scene
 from vibrissa.head_pose import HeadPose
 from vibrissa.measures.kinematics import KinematicsSettings, kinematics_of
 from vibrissa.measures.tidy_tables import write_kinematics
-from vibrissa.measures.touched_object import FilmedPole as TouchedPole
+from vibrissa.measures.touched_object import Pole as TouchedPole
 from vibrissa.video.camera.camera import exposure_times
 from vibrissa.video.camera.pad.filming import film
 from vibrissa.video.camera.pad.motion import head_path
