@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import struct
 from pathlib import Path
 
 import av
@@ -337,21 +336,3 @@ def test_an_array_of_colours_or_fractions_is_refused_with_the_way_to_grey_levels
     way = caught.value.remedy.partition("save ")[2].removeprefix("the mean: ")
     np.save(tmp_path / "b.npy", eval(way, {"frames": frames}))
     assert np.concatenate(list(read_blocks(tmp_path / "b.npy"))).shape == (2, 3, 4)
-
-
-# rows of the matrix of a track (ISO/IEC 14496-12): x' = a x + c y, y' = b x + d y with y downwards
-CLOCKWISE = {1: (0, 1, -1, 0), 2: (-1, 0, 0, -1), 3: (0, -1, 1, 0)}
-
-
-@pytest.mark.parametrize("turns", CLOCKWISE)
-def test_frames_are_turned_as_the_rotation_mark_says(tmp_path, turns):
-    path = encode(tmp_path / "a.mp4", frames(8, 3)[:, :38, :54], "mpeg4", "yuv420p")
-    upright = np.concatenate(list(read_blocks(path)))
-    content = bytearray(path.read_bytes())
-    matrix = content.index(b"tkhd") + 44  # behind version, flags, times, number, duration, layer, group and volume
-    a, b, c, d = CLOCKWISE[turns]
-    content[matrix : matrix + 36] = struct.pack(">9i", a << 16, b << 16, 0, c << 16, d << 16, 0, 0, 0, 1 << 30)
-    path.write_bytes(content)
-    np.testing.assert_array_equal(np.concatenate(list(read_blocks(path))), np.rot90(upright, -turns, axes=(1, 2)))
-    movie = open_movie(path)
-    assert (movie.height, movie.width) == ((54, 38) if turns % 2 else (38, 54))

@@ -53,8 +53,8 @@ def opened(path: Path, holes: bool = False) -> Iterator[Opened]:
     Raises
     ------
     InputError
-        If it is no movie, has no frames, or its pixels have no exact grey level; also if the frame size or the pixel
-        format changes, or the movie is cut off or damaged.
+        If it is no movie, has no frames, or its pixels have no exact grey level; if pixels are not square, or players
+        show it mirrored; also if the frame size or the pixel format changes, or the movie is cut off or damaged.
     """
     with _container(path) as container:
         checksums = _checksums(container)
@@ -62,6 +62,7 @@ def opened(path: Path, holes: bool = False) -> Iterator[Opened]:
         first = next(decoded, None)
         if first is None:
             raise TooFewError(str(path), "must have at least one frame")
+        _refuse_oblong(path, container, first)
         turns = _quarter_turns(path, first)
         movie = _described(path, container, first, checksums, turns)
         yield Opened(movie, partial(_blocks, movie, turns, chain([first], decoded)))
@@ -219,10 +220,29 @@ def _alike(frame: av.VideoFrame, first: av.VideoFrame, path: Path, number: int) 
 def _quarter_turns(path: Path, frame: av.VideoFrame) -> int:
     """Quarter turns, anticlockwise, by which players show a frame turned: the rotation mark of its container."""
     degrees = getattr(frame, "rotation", 0)  # the first versions 14 of PyAV may not know it
+    remedy = "write it with its frames turned: ffmpeg -i IN -c:v ffv1 OUT.mkv"
+    if _mirrored(frame):
+        raise FormatError(str(path), "must be shown as it is or turned", "a mirrored picture", remedy)
     if degrees % 90:
-        remedy = "write it with its frames turned: ffmpeg -i IN -c:v ffv1 OUT.mkv"
         raise FormatError(str(path), "must be shown in quarter turns", f"{degrees} degrees", remedy)
     return int(degrees // 90)
+
+
+def _mirrored(frame: av.VideoFrame) -> bool:
+    """Whether players show a frame mirrored: the determinant of its display matrix is negative."""
+    matrix: Any = frame.side_data.get("DISPLAYMATRIX")  # its type is not known to have a buffer
+    if matrix is None:
+        return False
+    a, b, _, c, d, *_ = np.frombuffer(matrix, np.int32).astype(float)
+    return bool(a * d < b * c)
+
+
+def _refuse_oblong(path: Path, container: av.container.InputContainer, frame: av.VideoFrame) -> None:
+    """Refuse pixels that are not square; a width rounded to whole pixels leaves them square."""
+    aspect = float(container.streams.video[0].sample_aspect_ratio or 1)  # unknown is None, or 0
+    if abs(aspect - 1) * frame.width > 1:
+        remedy = 'make them square: ffmpeg -i IN -vf "scale=iw*sar:ih,setsar=1" -c:v ffv1 OUT.mkv'
+        raise FormatError(str(path), "must have square pixels", f"{aspect:g} times as wide as high", remedy)
 
 
 def _cut_off(path: Path, count: int, announced: int) -> InputError:

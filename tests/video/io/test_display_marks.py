@@ -1,0 +1,75 @@
+"""Marks of a container by which players show frames turned, mirrored or wider than they are stored."""
+
+from __future__ import annotations
+
+import struct
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+from refusals import refusal
+
+from vibrissa.video.io.movie import open_movie, read_blocks
+
+# rows of the matrix of a track (ISO/IEC 14496-12): x' = a x + c y, y' = b x + d y with y downwards
+CLOCKWISE = {1: (0, 1, -1, 0), 2: (-1, 0, 0, -1), 3: (0, -1, 1, 0)}
+MIRRORED = {
+    "left for right": (-1, 0, 0, 1),
+    "upside down": (1, 0, 0, -1),
+    "transposed": (0, 1, 1, 0),
+    "across": (0, -1, -1, 0),
+}
+
+
+def encode(path: Path, aspect: Fraction | None = None) -> Path:
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("mpeg4", rate=25)
+        stream.height, stream.width, stream.pix_fmt = 38, 54, "yuv420p"
+        if aspect is not None:
+            stream.codec_context.sample_aspect_ratio = aspect
+        for image in np.random.default_rng(7).integers(0, 256, (3, 38, 54), np.uint8):
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(image, format="gray").reformat(format="yuv420p")))
+        container.mux(stream.encode())
+    return path
+
+
+def marked(path: Path, matrix: tuple[int, ...]) -> Path:
+    """The movie with this matrix of its track."""
+    content = bytearray(path.read_bytes())
+    at = content.index(b"tkhd") + 44  # behind version, flags, times, number, duration, layer, group and volume
+    a, b, c, d = matrix
+    content[at : at + 36] = struct.pack(">9i", a << 16, b << 16, 0, c << 16, d << 16, 0, 0, 0, 1 << 30)
+    path.write_bytes(content)
+    return path
+
+
+@pytest.mark.parametrize("turns", CLOCKWISE)
+def test_frames_are_turned_as_the_rotation_mark_says(tmp_path, turns):
+    path = encode(tmp_path / "a.mp4")
+    upright = np.concatenate(list(read_blocks(path)))
+    marked(path, CLOCKWISE[turns])
+    np.testing.assert_array_equal(np.concatenate(list(read_blocks(path))), np.rot90(upright, -turns, axes=(1, 2)))
+    movie = open_movie(path)
+    assert (movie.height, movie.width) == ((54, 38) if turns % 2 else (38, 54))
+
+
+@pytest.mark.parametrize("way", MIRRORED)
+def test_a_mirrored_picture_is_refused(tmp_path, way):
+    with refusal("format", "a.mp4", "a mirrored picture") as caught:
+        open_movie(marked(encode(tmp_path / "a.mp4"), MIRRORED[way]))
+    assert "ffmpeg -i IN" in caught.value.remedy
+
+
+@pytest.mark.parametrize("suffix", [".mp4", ".mkv"])
+@pytest.mark.parametrize("aspect", [Fraction(2), Fraction(10, 11)])
+def test_pixels_that_are_not_square_are_refused(tmp_path, suffix, aspect):
+    with refusal("format", f"a{suffix}", f"{float(aspect):g} times as wide as high") as caught:
+        open_movie(encode(tmp_path / f"a{suffix}", aspect))
+    assert "scale=iw*sar:ih,setsar=1" in caught.value.remedy
+
+
+@pytest.mark.parametrize("aspect", [None, Fraction(1), Fraction(54, 55)])
+def test_a_width_rounded_to_whole_pixels_leaves_them_square(tmp_path, aspect):
+    assert open_movie(encode(tmp_path / "a.mp4", aspect)).width == 54
