@@ -158,6 +158,20 @@ def test_frames_without_the_whisker_stay_in_place_and_are_told():
     assert np.isfinite(profile.x.values[0]).any(axis=1).tolist() == [False, False, True, True, False, False, True]
 
 
+def test_frames_of_a_part_of_a_movie_keep_their_numbers(tmp_path):
+    """Cut to frames 3 to 6, written and read again: the lines are in frames 3 to 6, at their times."""
+    segments = [line(frame, 0, rise=10.0 * frame) for frame in range(8)]
+    whole = profile_from_whisk(segments, calibration=CALIBRATION, identity="number", base="left")
+    write_whiskers(whole.isel(time=slice(3, 7)), tmp_path / "part.whiskers")
+    assert [one.frame for one in read_whiskers(tmp_path / "part.whiskers")] == [3, 4, 5, 6]
+    assert read_measurements(tmp_path / "part.measurements")["frame"].tolist() == [3, 4, 5, 6]
+    back = read_tracks(tmp_path / "part.whiskers", CALIBRATION)
+    seen = np.isfinite(back.y.values[0]).any(axis=1)
+    np.testing.assert_allclose(back.time[seen], np.arange(3, 7) / CALIBRATION.frame_rate)
+    height = np.nanmin(back.y.values[0, seen], axis=1) / CALIBRATION.pixel_size
+    np.testing.assert_allclose(height - height[0], [0, 10, 20, 30], atol=0.5)  # nodes are placed again
+
+
 def test_nothing_stands_in_a_gap_of_a_trace():
     one = line(0, 0)
     kept = (np.arange(200) < 80) | (np.arange(200) >= 110)

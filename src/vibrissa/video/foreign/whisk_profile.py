@@ -13,6 +13,7 @@ from vibrissa.arrays import Array
 from vibrissa.errors import FormatError, MissingError, RangeError, TooFewError, UnknownError
 from vibrissa.files import written_whole
 from vibrissa.quantities import require
+from vibrissa.signals.frame_numbers import frame_numbers
 from vibrissa.video.foreign.whisk_files import (
     FURTHEST,
     Segment,
@@ -206,7 +207,8 @@ def write_whiskers(profile: xr.Dataset, path: str | Path) -> Path:
 
     A segment is a whisker in one frame, its points the nodes with a measured position from the base on, in pixels
     and single precision; nodes not measured (NaN, or straight between skin and base end) are left out, so a gap
-    within a whisker is a longer step. Frames with fewer than two such nodes have no segment. ``wid`` and identity are
+    within a whisker is a longer step. Frames with fewer than two such nodes have no segment; their
+    numbers are those of the movie, also of a part of it. ``wid`` and identity are
     the whisker's place in the profile. Thickness, score, angle and curvature are NaN: not measured. The follicle is
     where arc length starts: node 0, or the line carried straight on from its first two nodes; the tip is the last
     measured node.
@@ -253,11 +255,11 @@ def _segments(profile: xr.Dataset) -> tuple[list[Segment], Values]:
     sds = [np.isfinite(_by_whisker(profile, name)) for name in ("x_sd", "y_sd") if name in profile]
     seen = placed & np.any(sds, axis=0) if sds else placed
     arc = np.broadcast_to(profile.arc_length.values / size, (x.shape[0], x.shape[2]))
-    segments, starts = [], []
+    segments, starts, numbers = [], [], frame_numbers(profile).tolist()
     for frame, w in np.argwhere((seen.sum(axis=2) >= 2).T).tolist():
         at = seen[w, frame]
         unknown = np.full(at.sum(), np.nan)
-        segments.append(Segment(frame, w, x[w, frame, at], y[w, frame, at], unknown, unknown))
+        segments.append(Segment(numbers[frame], w, x[w, frame, at], y[w, frame, at], unknown, unknown))
         starts.append(_origin(x[w, frame], y[w, frame], arc[w]))
     return segments, np.array(starts)
 
