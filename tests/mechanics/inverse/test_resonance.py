@@ -122,3 +122,27 @@ def test_what_folds_back_at_a_slow_camera_is_in_the_model_too():
     exact, _ = fit_modes(signals, guess, prediction=truth, exposure=exposure, instants=parts)
     np.testing.assert_allclose(exact.resonant_frequency, guess, rtol=1e-6)
     np.testing.assert_allclose(exact.damping, 0.11, rtol=1e-5)
+
+
+def test_a_short_record_leaves_out_the_modes_whose_bands_have_too_few_bins():
+    """Of 200 frames at 2 kHz bins are 10 Hz apart: a band of 1.1 times the resonance has 20 from 182 Hz on."""
+    truth = prediction(0)
+    guess = truth.omega / (2 * np.pi)
+    fit, _ = fit_modes(predicted_signals(truth, TIME[:200]), guess)
+    few = 1.1 * guess / 10 < 19
+    assert few.tolist() == [True, False, False]
+    assert np.isnan(fit.damping.values[few]).all()
+    assert "mode 1: spectrum must have at least 20 bins in the band of the fit, got" in fit.attrs["left_out"]
+
+
+def test_a_mode_above_half_the_frame_rate_is_named_with_the_frequency_to_which_it_folds():
+    truth = prediction(0)
+    time = np.arange(2000) / 500
+    guess = np.array([120.0, 348.0, 690.0])
+    fit, _ = fit_modes(noisy(predicted_signals(truth, time), 1), guess)
+    reasons = fit.attrs["left_out"].split("; record faster")
+    assert "mode 2 is expected at 348 Hz, above half the frame rate of 500 Hz: it folds to 152 Hz" in reasons[0]
+    assert "mode 3 is expected at 690 Hz, above half the frame rate of 500 Hz: it folds to 190 Hz" in reasons[1]
+    # a sine of 348 Hz sampled at 500 Hz is one of 152 Hz
+    sine = np.cos(2 * np.pi * 348 * time)
+    assert np.fft.rfftfreq(2000, 1 / 500)[np.argmax(np.abs(np.fft.rfft(sine)))] == 152

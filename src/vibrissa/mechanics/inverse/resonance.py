@@ -60,8 +60,9 @@ def fit_modes(
     -------
     resonance : Dataset
         ``resonant_frequency``, ``damping`` (mode) and the ends of their 95 % intervals, which hold what the noise of
-        the spectrum does; attribute ``forcing``. NaN where a fit found no maximum or the spectrum does not reach; the
-        attribute ``left_out`` then says which and why. What an error of the posture does: :func:`widened`.
+        the spectrum does; attribute ``forcing``. NaN where a fit found no maximum, or the spectrum has too few bins or
+        does not reach; the attribute ``left_out`` then says which and why. What an error of the posture does:
+        :func:`widened`.
     spectra : Dataset
         ``frequency``, ``power`` and ``power_fit`` (mode, frequency); ``power_fit`` is NaN outside the fitted band.
 
@@ -84,11 +85,13 @@ def fit_modes(
     seen = None if prediction is None else seen_motion(prediction, modal, moments(time, exposure, instants)[0])
     for i, start in enumerate(guess):
         line = lorentzian if prediction is None else texture_line(prediction, i, time, seen=seen, **shutter)
+        if start >= rate / 2:
+            left_out.append(_folded(i, float(start), rate))
+            fits.append(None)
+            continue
         try:
-            if start >= rate / 2:
-                raise ConvergenceError("resonance fit (it is above half the frame rate)", float(start), 0)
             fit = fit_resonance(frequency, power[i], guess=float(start), line=line, band=BAND, start=_begin(near, i))
-        except ConvergenceError as error:
+        except (ConvergenceError, TooFewError) as error:
             left_out.append(f"mode {i + 1}: {error}")
             fits.append(None)
         else:
@@ -101,6 +104,13 @@ def fit_modes(
     if left_out:
         resonance.attrs["left_out"] = "; ".join(left_out)
     return resonance, spectra
+
+
+def _folded(mode: int, frequency: float, rate: float) -> str:
+    """Why a mode is not fitted whose line [Hz] is above half the frame rate [Hz]."""
+    seen = abs(frequency - rate * round(frequency / rate))
+    place = f"mode {mode + 1} is expected at {frequency:.0f} Hz, above half the frame rate of {rate:g} Hz"
+    return f"{place}: it folds to {seen:.0f} Hz; record faster"
 
 
 def _begin(near: xr.Dataset | None, mode: int) -> tuple[float, float] | None:
