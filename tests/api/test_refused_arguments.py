@@ -34,6 +34,11 @@ WRONG = {
         "data",
     ),
     "a number for a whisker": (lambda: vb.atlas(3), "format", "name"),
+    "times of an array": (
+        lambda: vb.track(np.zeros((9, 60, 90), np.uint8), pixel_size=1e-4, frame_rate=500, drop_frames="nan"),
+        "conflict",
+        "drop_frames",
+    ),
     "positions in words": (lambda: vb.HeightProfile(position="a", height="b"), "format", "position"),
     "a speed with a unit": (lambda: vb.scan(WHISKER, POSTURE, GAPS, speed="100mm/s"), "format", "speed"),
     "a sample of no name": (lambda: vb.sample_data("foo"), "missing", "name"),

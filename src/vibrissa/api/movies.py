@@ -112,7 +112,7 @@ def track(
         ``start``.
     drop_frames : {"nan"}, optional
         Frames that the movie's time stamps, or the numbers of its images, show to be missing become missing frames
-        (NaN); by default they are reported alone.
+        (NaN); by default they are reported alone. Of a file, not of frames in memory.
     segments : path, optional
         File (NetCDF) to which the lines of all frames are written, and which whisker each is linked to.
 
@@ -191,6 +191,9 @@ def _track_frames(frames: NDArray[Any], settings: MovieFile, segments: Path | No
         raise MissingError("frame_rate", "must be given with frames in memory", remedy="the camera's rate in Hz")
     if settings.substrate is not None:
         raise ConflictError("substrate", "must go with a movie file", remedy="write the frames with a lossless codec")
+    if settings.drop_frames is not None:
+        remedy = "the times of the frames are in the file, not in the array"
+        raise ConflictError("drop_frames", "must go with a movie file", settings.drop_frames, remedy)
     part = _part(frames, settings.start, settings.stop)
     tracked = track_in_memory(plan_of(settings, lambda: [part]), frames, segments)
     remark(*json.loads(tracked.attrs.get("remarks", "[]")))
