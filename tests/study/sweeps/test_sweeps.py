@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses
+import json
 from functools import partial
 
 import numpy as np
@@ -24,6 +25,7 @@ from vibrissa.study.sweeps.sweeps import read_series, run_jobs, run_laboratory, 
 from vibrissa.study.sweeps.virtual_sweep import filmed_sweep, virtual_sweep
 from vibrissa.sweep.engine import Engine
 from vibrissa.texture.io import write_gaps
+from vibrissa.texture.surface import random_grating
 
 LABORATORY = Laboratory(
     truth="modes", animals=1, whiskers=("C1",), conditions=1, textures=1, n_frames=500, speeds=(0.15,), seed=3
@@ -226,6 +228,20 @@ def test_a_users_sweeps_are_analysed_like_the_laboratorys(recorded, filmed, tmp_
     white = found.resonant_frequency_white[2]  # … but Eq. 5, about a posture on which the texture is not taken off
     np.testing.assert_allclose(white, row["resonant_frequency_white"], rtol=0.01)
     assert float(found.base_height[0]) == pytest.approx(filmed.known.base_height)
+
+
+def test_sweeps_of_a_table_that_was_edited_have_the_textures_of_its_lines(tmp_path):
+    """A texture's number follows the order of the lines, which no file of a sweep depends on."""
+    for name, seed in (("plate.csv", 1), ("grid.csv", 2)):
+        write_gaps(random_grating(0.05, rng=np.random.default_rng(seed)), tmp_path / name)
+    head = "track,animal,whisker,texture,scan_speed,run\n"
+    lines = {name: f"absent.nc,r,C2,{name},0.1,{run}\n" for run, name in enumerate(("plate.csv", "grid.csv"))}
+    for names in (("plate.csv", "grid.csv"), ("grid.csv", "plate.csv"), ("grid.csv",)):
+        (tmp_path / "sweeps.csv").write_text(head + "".join(lines[name] for name in names))
+        found = run_recorded(tmp_path / "sweeps.csv", tmp_path / "out", engine=ONE)
+        assert [json.loads(found.attrs["textures"])[number] for number in found.texture.values] == list(names)
+        assert found.run.values.tolist() == [("plate.csv", "grid.csv").index(name) for name in names]
+    assert len(list((tmp_path / "out" / "sweeps").iterdir())) == 2  # no sweep was done again
 
 
 LINE = "m.avi,r,C2,unknown,100"

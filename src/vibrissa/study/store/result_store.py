@@ -37,7 +37,7 @@ class StoredWork:
     Attributes
     ----------
     row : dict
-        What is known of it beforehand.
+        What is known of it beforehand, whatever a stored file says: it need not be in ``made_of``.
     work : callable
         A pure function: gives the rest of the row, and time series.
     made_of : str
@@ -183,7 +183,7 @@ def _found(folder: Path, job: StoredWork, row: SweepRow | None) -> SweepRow:
     if row is None:
         remedy = "give an `out` on a file system that all see under the same name"
         raise MachineError(str(path_of(folder, job.address)), "must be seen by all workers", None, remedy)
-    return row
+    return row | job.row
 
 
 def do(job: StoredWork, folder: Path) -> None:
