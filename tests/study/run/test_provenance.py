@@ -4,6 +4,7 @@ import hashlib
 import importlib
 import json
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from vibrissa.study.spec.settings import read_study
 from vibrissa.study.stages.stages import STAGES, outputs_of
 from vibrissa.study.store.source import source_digest
 from vibrissa.sweep.engine import Engine
+from vibrissa.video.foreign.whisk_files import WHISKERS
 
 STUDY = """
 name = "small"
@@ -129,6 +131,20 @@ def test_files_of_a_table_of_sweeps_are_inputs(tmp_path):
     (tmp_path / "sweeps.csv").write_text(f"{head}\na.nc,rat,C1,plate.csv,100,40,1.5\n")
     (tmp_path / "study.toml").write_text('name = "mine"\nsweeps = "sweeps.csv"\n')
     assert set(input_files(read_study(tmp_path / "study.toml"))) == {"sweeps.csv", "a.nc", "plate.csv"}
+
+
+def test_files_that_are_read_beside_others_are_inputs(tmp_path):
+    head = "track,animal,whisker,texture,scan_speed_mm_s,length_mm,cone_angle_mrad"
+    (tmp_path / "day").mkdir()
+    (tmp_path / "day" / "sweeps.csv").write_text(f"{head}\na.whiskers,rat,C1,unknown,100,40,1.5\n")
+    (tmp_path / "day" / "a.whiskers").write_bytes(WHISKERS)
+    (tmp_path / "day" / "a.measurements").touch()
+    (tmp_path / "m.mraw").touch()
+    movie = '[movie]\npath = "m.cihx"\npixel_size = 1e-4\n'
+    (tmp_path / "study.toml").write_text(f'name = "mine"\nsweeps = "day/sweeps.csv"\n{movie}')
+    found = {path.relative_to(tmp_path) for path in input_files(read_study(tmp_path / "study.toml")).values()}
+    sweeps = {Path("day", name) for name in ("sweeps.csv", "a.whiskers", "a.measurements")}
+    assert found == sweeps | {Path("m.cihx"), Path("m.mraw")}
 
 
 def changed(out, folder, name):

@@ -21,11 +21,12 @@ from vibrissa.study.store.result_store import StoredWork, made_of
 from vibrissa.study.sweeps.laboratory import plan
 from vibrissa.study.sweeps.sweep_analysis import analyse_sweep
 from vibrissa.study.sweeps.sweep_table import COORDINATES, N_MODES, sweep_table
-from vibrissa.study.sweeps.sweeps import read_series, run_jobs, run_laboratory, run_recorded
+from vibrissa.study.sweeps.sweeps import read_series, recorded_jobs, run_jobs, run_laboratory, run_recorded
 from vibrissa.study.sweeps.virtual_sweep import filmed_sweep, virtual_sweep
 from vibrissa.sweep.engine import Engine
 from vibrissa.texture.io import write_gaps
 from vibrissa.texture.surface import random_grating
+from vibrissa.video.foreign.whisk_files import WHISKERS
 
 LABORATORY = Laboratory(
     truth="modes", animals=1, whiskers=("C1",), conditions=1, textures=1, n_frames=500, speeds=(0.15,), seed=3
@@ -242,6 +243,25 @@ def test_sweeps_of_a_table_that_was_edited_have_the_textures_of_its_lines(tmp_pa
         assert [json.loads(found.attrs["textures"])[number] for number in found.texture.values] == list(names)
         assert found.run.values.tolist() == [("plate.csv", "grid.csv").index(name) for name in names]
     assert len(list((tmp_path / "out" / "sweeps").iterdir())) == 2  # no sweep was done again
+
+
+def test_the_frames_beside_a_header_and_the_measurements_beside_curves_are_part_of_a_sweep(tmp_path):
+    """Each change of any of them, and their first coming, makes another sweep; other files beside them do not."""
+    (tmp_path / "sweeps.csv").write_text(
+        "track,movie,animal,whisker,texture,scan_speed,pixel_size,seed\n"
+        ",a.cih,r,C2,unknown,0.1,1e-4,10 10\n,B.mraw,r,C2,unknown,0.1,1e-4,10 10\n"
+        "c.whiskers,,r,C2,unknown,0.1,,\nd.nc,,r,C2,unknown,0.1,,\n"
+    )
+    for name, content in (("a.cih", b"header"), ("B.mraw", b"frames"), ("c.whiskers", WHISKERS), ("d.nc", b"CDF")):
+        (tmp_path / name).write_bytes(content)
+    before = [job.address for job in recorded_jobs(tmp_path / "sweeps.csv")[0]]
+    changes = (("a.mraw", 0), ("B.cihx", 1), ("c.measurements", 2), ("d.measurements", None), ("a.measurements", None))
+    for content in (b"one", b"two"):
+        for name, line in changes:
+            (tmp_path / name).write_bytes(content)
+            after = [job.address for job in recorded_jobs(tmp_path / "sweeps.csv")[0]]
+            assert [k for k in range(4) if after[k] != before[k]] == ([] if line is None else [line]), name
+            before = after
 
 
 LINE = "m.avi,r,C2,unknown,100"

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vibrissa.study.spec.recorded_sweeps import read_sweeps
 from vibrissa.study.spec.textures import TextureFile
+from vibrissa.video.foreign.whisk_files import measurements_beside
+from vibrissa.video.io import photron
 
 if TYPE_CHECKING:
     from vibrissa.study.spec.settings import Study
 
 
 def input_files(study: Study) -> dict[str, Path]:
-    """Every file that a study names, by the name it has there; those of its table of sweeps too.
+    """Every file that a study reads, by the name it has there; those of its table of sweeps too.
 
     Parameters
     ----------
@@ -26,7 +28,37 @@ def input_files(study: Study) -> dict[str, Path]:
     dict of Path
         By the name in the study.
     """
-    return {name: study.folder / name for name in sorted(set(_names(study)))}
+    return dict(sorted(with_companions(study.folder, _names(study)).items()))
+
+
+def with_companions(folder: Path, names: Iterable[str]) -> dict[str, Path]:
+    """Files that are named, and those beside them that are read with them.
+
+    These are the other file of a Photron movie (``.mraw``, ``.cih`` or ``.cihx``), and WHISK's ``.measurements``.
+
+    Parameters
+    ----------
+    folder : Path
+        Where relative paths start.
+    names : iterable of str
+        As the user gives them.
+
+    Returns
+    -------
+    dict of Path
+        By the name; of a file that is not named, that which it would have.
+    """
+    found = {}
+    for name in names:
+        found[name] = folder / name
+        found |= {str(Path(name).with_name(other.name)): other for other in _companions(folder / name)}
+    return found
+
+
+def _companions(path: Path) -> list[Path]:
+    if path.suffix.lower() in photron.SUFFIXES:
+        return [one for one in photron.pair(path) if one not in (None, path)]
+    return list(filter(None, [measurements_beside(path)]))
 
 
 def _names(study: Study) -> Iterator[str]:

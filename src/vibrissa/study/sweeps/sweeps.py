@@ -14,6 +14,7 @@ import numpy as np
 from vibrissa.files import digest
 from vibrissa.netcdf import load, save
 from vibrissa.quantities.kinds import Progress
+from vibrissa.study.spec.inputs import with_companions
 from vibrissa.study.spec.laboratory import Laboratory
 from vibrissa.study.spec.parts import every_by_modes
 from vibrissa.study.spec.recorded_sweeps import RecordedSweep, read_sweeps
@@ -202,7 +203,8 @@ def _recorded_job(entry: RecordedSweep, names: list[str]) -> StoredWork:
     identity = (entry.animal, entry.whisker_name, texture, entry.condition, entry.run)
     geometry = (whisker.length, whisker.cone_angle, whisker.timescale)
     row = _row(*identity, entry.scan_speed, entry.base_height, *geometry)
-    contents = {name: digest(entry.folder / name) for name in (entry.movie, entry.track, entry.texture) if name}
+    named = with_companions(entry.folder, filter(None, (entry.movie, entry.track, entry.texture)))
+    contents = {name: digest(path) for name, path in named.items()}
     of = made_of(files=contents, entry={**asdict(entry), "folder": ""})
     return StoredWork(row, partial(recorded_sweep, entry), of)
 

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Literal, cast
 
 from vibrissa.errors import ConflictError, FormatError, MissingError
 from vibrissa.files import existing
+from vibrissa.video.foreign import whisk_files
 from vibrissa.video.foreign.keypoints import LIKELIHOOD, Software, profile_from_keypoints, read_keypoints
 from vibrissa.video.foreign.knutsen import read_knutsen
 from vibrissa.video.foreign.segment_tables import read_segments
-from vibrissa.video.foreign.whisk_files import WHISKERS, Segment, read_measurements, read_whiskers
+from vibrissa.video.foreign.whisk_files import Segment, measurements_beside, read_measurements, read_whiskers
 from vibrissa.video.foreign.whisk_profile import Identity, KnownSegment, Side, known_of, profile_from_whisk
 from vibrissa.video.foreign.whiskiwrap import read_whiskiwrap
 from vibrissa.video.link.thorough_linking import link_thoroughly
@@ -28,9 +29,7 @@ HDF5 = b"\x89HDF\r\n\x1a\n"
 # by which the kind of an HDF5 file is known
 TABLES = {"summary": "WhiskiWrap", "df_with_missing": "DeepLabCut", "tracks": "SLEAP", "pred_points": "SLEAP"}
 OPENINGS = {  # by which that of other files is
-    WHISKERS[:10]: "WHISK",
-    b"whisker1": "WHISK",
-    b"bwhiskpoly": "WHISK",
+    **dict.fromkeys(whisk_files.OPENINGS, "WHISK"),
     b"MATLAB": "WhiskerTracker",
     b"scorer": "DeepLabCut",
 }
@@ -181,10 +180,8 @@ def _needed(path: str | Path, calibration: Calibration | None) -> Calibration:
 def _whisk(path: Path, measurements: str | Path | None) -> Curves:
     """Segments, and what the measurements know of them (None: there are none)."""
     segments = read_whiskers(path)
-    beside = path.with_suffix(".measurements")
-    if measurements is None and not beside.is_file():
-        return segments, None
-    return segments, known_of(read_measurements(beside if measurements is None else measurements))
+    known = measurements_beside(path) if measurements is None else measurements
+    return segments, None if known is None else known_of(read_measurements(known))
 
 
 def _keypoint_profile(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,6 +18,7 @@ Values = NDArray[np.float64]
 Table = NDArray[np.void]
 
 WHISKERS = b"bwhiskbin1\0\0"
+OPENINGS = (WHISKERS[:10], b"whisker1", b"bwhiskpoly")  # of files of curves
 MEASUREMENTS = b"measv3\0\0"
 FURTHEST = 1e5  # coordinates beyond it are no pixels
 CONVERT = "convert it with WHISK's whisker_convert to whiskbin1"
@@ -149,6 +151,27 @@ def _row(measures: int) -> np.dtype[np.void]:
     fields: list[Any] = [(name, "<i4") for name in (*head, "velocity_valid", "measures")]
     fields += [("face_axis", "S1"), ("data", "<f8", (measures,)), ("velocity", "<f8", (measures,))]
     return np.dtype(fields)
+
+
+def measurements_beside(path: Path) -> Path | None:
+    """Find the measurements that are read with a file of curves: those of the same name.
+
+    Parameters
+    ----------
+    path : Path
+        Any file.
+
+    Returns
+    -------
+    Path or None
+        ``.measurements``; None where there are none, or the file has no curves of WHISK.
+    """
+    beside = path.with_suffix(".measurements")
+    if not (beside.is_file() and path.is_file()):
+        return None
+    with suppress(OSError), path.open("rb") as stream:  # a file that cannot be read is refused where it is needed
+        return beside if stream.read(10).startswith(OPENINGS) else None
+    return None
 
 
 def read_measurements(path: str | Path) -> Table:

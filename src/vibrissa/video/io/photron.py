@@ -135,11 +135,27 @@ def _recording(path: Path) -> _Recording:
     return recording
 
 
+def pair(path: Path) -> tuple[Path | None, Path | None]:
+    """Find the other file of a movie, of which one is given.
+
+    Parameters
+    ----------
+    path : Path
+        Header or frames.
+
+    Returns
+    -------
+    header, frames : Path or None
+        Which may be the given one; None where there is none beside it.
+    """
+    beside = {other.suffix.lower(): other for other in sorted(path.parent.glob("*")) if other.stem == path.stem}
+    if path.suffix.lower() == ".mraw":
+        return beside.get(".cihx", beside.get(".cih")), path
+    return path, beside.get(".mraw")
+
+
 def _pair(path: Path) -> tuple[Path, Path]:
-    """Header and frames, of which one is given."""
-    beside = {other.suffix.lower(): other for other in sorted(path.parent.iterdir()) if other.stem == path.stem}
-    header = beside.get(".cihx", beside.get(".cih")) if path.suffix.lower() == ".mraw" else path
-    mraw = path if path.suffix.lower() == ".mraw" else beside.get(".mraw")
+    header, mraw = pair(path)
     if header is None or mraw is None:
         part, suffix = ("header", ".cih or .cihx") if header is None else ("frames", ".mraw")
         remedy = f"copy {path.stem}{suffix} there too"
