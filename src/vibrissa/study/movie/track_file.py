@@ -20,6 +20,7 @@ from vibrissa.study.spec.settings import MovieFile
 from vibrissa.video.checks.gop_artifact import GopArtifactWatch
 from vibrissa.video.checks.trial_led import led_frame, with_led
 from vibrissa.video.find.head_finding import find_head
+from vibrissa.video.follow.background import OF_THE_MOVIE
 from vibrissa.video.foreign.head_points import BRIDGED, bridged, read_head
 from vibrissa.video.io.about import IN_COLOUR, Movie
 from vibrissa.video.io.frame_times import FrameTimes
@@ -144,7 +145,7 @@ def track_planned(plan: TrackPlan, folder: Path, progress: Progress, segments: P
 
     calibration = Calibration(frame_rate=acquisition_rate(movie, about), pixel_size=movie.pixel_size)
     watched = _Watched(about, calibration.frame_rate, times, movie.drop_frames is not None)
-    if movie.background not in ("space", "mean", "median"):
+    if movie.background not in OF_THE_MOVIE:
         movie = dataclasses.replace(movie, background=str(folder / movie.background))
     if movie.head not in (None, "find"):
         movie = dataclasses.replace(movie, head=str(folder / movie.head))

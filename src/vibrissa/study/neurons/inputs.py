@@ -196,10 +196,8 @@ def read_spikes(
         If the file is bad, or the number of trials is not known.
     """
     trials: xr.Dataset | Path | str | None = given.trial_table
-    if trials is not None and (folder / str(trials)).is_file():
-        trials = folder / str(trials)
-    elif trials is not None and Path(given.spikes).suffix.lower() != ".nwb":
-        existing(folder / str(trials))
+    if (table := given.trial_table_file(folder)) is not None:
+        trials = existing(folder / table)
     if given.period is not None:
         trials = _trials(given, folder)
     spikes, counted = recorded_spikes(
@@ -303,9 +301,8 @@ def _trials(given: SpikesInput, folder: Path) -> xr.Dataset:
     """Trials of a recording on the session's clock."""
     if given.period is not None and given.trials is not None:
         return trials_at(given.first_onset + given.period * np.arange(given.trials, dtype=np.float64), given.period)
-    table = given.trial_table
-    if table is not None and (folder / table).is_file():
-        table = str(folder / table)
+    file = given.trial_table_file(folder)
+    table = given.trial_table if file is None else folder / file
     return trials_of_recording(folder / given.spikes, None, given.event, table, given.only)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -62,6 +63,23 @@ class SpikesInput:
     def groups(self) -> tuple[str, ...] | None:
         """Groups that are read: whatever their labels, where a dataset of quality chooses among them."""
         return self.group or (("all",) if self.kept else None)
+
+    def trial_table_file(self, folder: Path) -> str | None:
+        """The table of trials where it is a file.
+
+        Parameters
+        ----------
+        folder : Path
+            Where relative paths start.
+
+        Returns
+        -------
+        str or None
+            None without a table, or where it is one in the NWB file of the spikes.
+        """
+        table = self.trial_table
+        within = table is not None and self.spikes.lower().endswith(".nwb") and not (folder / table).is_file()
+        return None if within else table
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from vibrissa.study.spec.recorded_sweeps import read_sweeps
 from vibrissa.study.spec.textures import TextureFile
+from vibrissa.video.follow.background import OF_THE_MOVIE
 from vibrissa.video.foreign.whisk_files import measurements_beside
 from vibrissa.video.io import photron
 
@@ -64,8 +65,10 @@ def _companions(path: Path) -> list[Path]:
 def _names(study: Study) -> Iterator[str]:
     if study.movie is not None:
         yield study.movie.path
-        if study.movie.background not in ("space", "mean"):
+        if study.movie.background not in OF_THE_MOVIE:
             yield study.movie.background
+        if study.movie.head is not None and study.movie.head != "find":
+            yield study.movie.head
     if isinstance(study.texture, TextureFile):
         yield study.texture.file
     for signal in study.base_signal:
@@ -74,6 +77,10 @@ def _names(study: Study) -> Iterator[str]:
     for recording in study.neural:
         yield recording.spikes
         yield recording.stimulus
+        yield from filter(None, [recording.kept, recording.trial_table_file(study.folder)])
+        sidecar, kind = f"{recording.stimulus}.json", Path(recording.stimulus).suffix.lower()
+        if kind in (".wav", ".npy") or (kind == ".csv" and (study.folder / sidecar).is_file()):
+            yield sidecar
     if study.sweeps is not None:
         yield study.sweeps
         for entry in read_sweeps(study.folder / study.sweeps):

@@ -90,7 +90,7 @@ class MovieFile:
     marks : ((frame, column, row, name), ...)
         Points of whiskers in any frame [pixels], with the whisker's name, of whiskers that are linked.
     head : str, optional
-        File with the head in every frame, or "find": linked lines are linked in coordinates that move with it.
+        File with the head in every frame, relative to the study file, or "find": lines are linked in its coordinates.
     head_points : (str, str)
         Names of a caudal and of a rostral keypoint of the head in that file; by default its two.
     least_probability : float

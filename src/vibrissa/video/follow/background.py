@@ -22,6 +22,9 @@ SAMPLED = 7  # every seventh pixel of either direction measures the light
 DARK = 0.05  # share of the brightest pixel below which one says nothing of the light: a face, an arm
 
 
+OF_THE_MOVIE = ("space", "mean", "median")  # backgrounds that are no file
+
+
 def reference(background: str | Path | Image, movie: Movie) -> tuple[Image | None, str]:
     """The image that is taken as background, and what it is called in the attribute ``background``.
 
