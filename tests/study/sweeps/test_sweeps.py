@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from refusals import refusal
 
-from vibrissa.errors import ConvergenceError, InputError
+from vibrissa.errors import ConvergenceError, InputError, RangeError
 from vibrissa.mechanics.inverse.stationary_posture import fit_profile
 from vibrissa.netcdf import load, save
 from vibrissa.study.movie.apparatus import true_profile
@@ -328,6 +328,28 @@ def test_units_of_the_header_are_those_of_the_numbers(tmp_path):
     assert (one.scan_speed, one.base_height, one.pixel_size) == pytest.approx((0.15, 0.02, 95e-6))
     assert (one.seed, one.skin, one.run, one.texture) == ((120, 44), (3, 40), 2, None)
     assert one.folder == tmp_path
+
+
+def test_a_texture_may_come_before_the_movie_and_friction_may_pull(tmp_path):
+    head = "track,animal,whisker,texture,scan_speed,start_ms,friction,exposure"
+    (tmp_path / "sweeps.csv").write_text(f"{head}\nt.nc,r,C2,unknown,0.1,-50,-0.2,0\n")
+    (one,) = read_sweeps(tmp_path / "sweeps.csv")
+    assert (one.start, one.friction) == (-0.05, -0.2)
+
+
+@pytest.mark.parametrize(
+    ("column", "cell", "said"),
+    [
+        ("exposure_ms", "-1", "exposure_ms must be zero or positive, got '-1'"),
+        ("length_mm", "4000", "must be at most 1000, got '4000'; .*: length, length_m, length_mm, length_um"),
+        ("pixel_size", "100", "must be at most 0.001, got '100'; .*pixel_size_um"),
+    ],
+)
+def test_a_number_out_of_its_range_is_refused_with_the_remedy(tmp_path, column, cell, said):
+    text = f"track,animal,whisker,texture,scan_speed,{column}\nt.nc,r,C2,unknown,0.1,{cell}\n"
+    (tmp_path / "sweeps.csv").write_text(text)
+    with pytest.raises(RangeError, match=said):
+        read_sweeps(tmp_path / "sweeps.csv")
 
 
 def test_a_recorded_sweep_that_would_not_fit_into_memory_is_rejected(recorded, filmed, tmp_path, monkeypatch):

@@ -15,7 +15,7 @@ from vibrissa.limits import require_memory
 from vibrissa.mechanics.scan.scan_settings import FASTEST
 from vibrissa.tables.reader import read_table
 from vibrissa.tables.text import as_number
-from vibrissa.tables.units import PURE, TEXT, to_si
+from vibrissa.tables.units import PURE, TEXT, spellings, to_si
 from vibrissa.whisker import Whisker, atlas_whisker
 
 PER_NODE, NODES = 90.0, 400  # bytes that the analysis takes for each node of each frame; nodes of a usual whisker
@@ -39,6 +39,7 @@ WHOLE = ("condition", "run", "which")
 COLUMNS = {**dict.fromkeys((*WORDS, *WHOLE, *POINTS), TEXT), **NUMBERS}
 NEEDED = ("animal", "whisker", "texture", "scan_speed")
 Units = Mapping[str, tuple[str, str]]  # quantity and unit of each column
+SIGNED = ("start", "friction")  # may be negative: a texture that came before the movie, a contact that is pulled along
 LARGEST = {"scan_speed": FASTEST, "base_height": 0.5, "length": 1.0, "cone_angle": 0.1, "pixel_size": 1e-3}
 
 
@@ -173,10 +174,19 @@ def _values(here: str, units: Units, given: Mapping[str, str]) -> dict[str, Any]
         else:
             kind, unit = units[name]
             values[kind] = to_si(_number(place, cell), unit)
-            if not 0 <= values[kind] <= LARGEST.get(kind, np.inf):
-                rule = f"must lie between 0 and {LARGEST.get(kind, np.inf) / to_si(1.0, unit):g}"
-                raise RangeError(place, rule, short(cell))
+            if kind not in SIGNED:
+                _refuse_outside(place, kind, unit, values[kind], cell)
     return values
+
+
+def _refuse_outside(place: str, kind: str, unit: str, value: float, cell: str) -> None:
+    if value < 0:
+        raise RangeError(place, "must be zero or positive", short(cell), "leave the cell empty if it is not known")
+    if value > LARGEST.get(kind, np.inf):
+        remedy = (
+            f"numbers in another unit have it in the column's name: {', '.join(spellings([(kind, NUMBERS[kind])]))}"
+        )
+        raise RangeError(place, f"must be at most {LARGEST[kind] / to_si(1.0, unit):g}", short(cell), remedy)
 
 
 def _number(place: str, cell: str, *, whole: bool = False) -> float:
