@@ -16,11 +16,12 @@ from vibrissa.study.run.study import run_study
 from vibrissa.study.spec.comparison import Comparison
 from vibrissa.study.spec.laboratory import Laboratory
 from vibrissa.study.spec.parts import GIVES, absent, given, inputs, refuse_missing
-from vibrissa.study.spec.settings import Study, read_study
+from vibrissa.study.spec.settings import MovieFile, Study, read_study
 from vibrissa.study.stages.prices import START
 from vibrissa.study.stages.stages import expected
 from vibrissa.study.sweeps.laboratory import plan as planned_sweeps
 from vibrissa.study.sweeps.sweeps import study_jobs
+from vibrissa.video.io.movie import write_movie
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
@@ -142,6 +143,14 @@ def test_a_plan_for_a_program_has_the_same_numbers():
     assert data.memory_needed.attrs["units"] == "byte"
     assert list(data.left_out.values[: len(plan.figures)]) == [""] * len(plan.figures)
     assert json.dumps(data.work.values.tolist())
+
+
+@pytest.mark.parametrize(("start", "stop", "frames"), [(0, None, 30), (0, 20, 20), (5, None, 25), (5, 20, 15)])
+def test_only_the_part_of_a_movie_that_is_tracked_is_planned(tmp_path, start, stop, frames):
+    write_movie(tmp_path / "m.avi", [np.zeros((30, 40, 60), np.uint8)])
+    movie = MovieFile(path="m.avi", pixel_size=1e-4, start=start, stop=stop)
+    stages = dict(plan_study(Study(name="part", movie=movie, folder=tmp_path)).stages)
+    assert stages["tracking"].frames == frames
 
 
 def test_sizes_and_times_read_well():
