@@ -163,6 +163,22 @@ def test_faults_are_refused_by_file_line_and_column(file, text, others, code, pl
     assert caught.value.remedy.startswith(remedy)
 
 
+@pytest.mark.parametrize(
+    ("column", "remedy"),
+    [
+        ("frame_rate_kHz", "name it frame_rate, in Hz"),
+        ("run_no", "name it run"),
+        ("friction_pct", "name it friction"),
+        ("width_in", "width may be width, width_m, width_mm, "),
+    ],
+)
+def test_a_column_in_a_unit_that_it_cannot_have_is_refused_with_the_names_it_may_have(file, column, remedy):
+    with refusal("unknown") as caught:
+        known = {"frame_rate": "Hz", "run": TEXT, "friction": PURE, "width": "m"}
+        read_table(file(f"{column}\n1\n"), {}, known, others=False)
+    assert caught.value.remedy.startswith(remedy)
+
+
 @same_folder
 @given(st.binary() | st.text().map(str.encode))
 def test_any_bytes_are_read_or_refused_in_one_line(tmp_path, content):

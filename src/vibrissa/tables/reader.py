@@ -15,7 +15,7 @@ from typing import NoReturn
 from vibrissa.errors import FormatError, MissingError, ShapeError, TooFewError, UnknownError, nearest
 from vibrissa.tables.table import Table
 from vibrissa.tables.text import each_line
-from vibrissa.tables.units import spellings, unit_of, units_of
+from vibrissa.tables.units import PURE, TEXT, spellings, unit_of, units_of
 
 SEPARATORS = "columns are separated by commas, decimals written with a point"
 ANY = "any"  # in place of a delimiter: white space, commas and semicolons
@@ -113,7 +113,9 @@ def _refuse_unknown(here: str, name: str, known: Mapping[str, str]) -> NoReturn:
     part_of = [kind for kind in known if name.lower() in kind.split("_")]
     stem = name.rpartition("_")[0].lower()
     if stem in known and name.lower() not in spellings(known.items()):
-        remedy = f"{stem} may be {', '.join(spellings([(stem, known[stem])]))}"
+        names = spellings([(stem, known[stem])])
+        unit = f", in {known[stem]}" * (known[stem] not in (TEXT, PURE))
+        remedy = f"{stem} may be {', '.join(names)}" if len(names) > 1 else f"name it {stem}{unit}"
         raise UnknownError(here, "has an unknown column", short(name), remedy)
     near = part_of or nearest(name.lower(), spellings(known.items()), cutoff=0.75)
     remedy = f"did you mean {near[0]}?" if near else f"columns are {', '.join(known)}, in SI or ending in their unit"
