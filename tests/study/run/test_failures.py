@@ -118,7 +118,15 @@ def test_where_nobody_can_work_nothing_is_made(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "kind", [OSError(errno.ENOSPC, "No space left on device"), MemoryError(), MachineError("x", "was lost")]
+    "kind",
+    [
+        OSError(errno.ENOSPC, "No space left on device"),
+        OSError(errno.EIO, "Input/output error"),
+        OSError(errno.ESTALE, "Stale file handle"),
+        OSError(errno.ETIMEDOUT, "Connection timed out"),
+        MemoryError(),
+        MachineError("x", "was lost"),
+    ],
 )
 def test_what_may_pass_is_not_kept_as_a_result(tmp_path, kind):
     job = StoredWork({}, partial(fails_once, kind, tmp_path / "mark"), made_of(once=1))

@@ -27,7 +27,9 @@ if TYPE_CHECKING:
 SweepRow = dict[str, Any]
 
 _LETTERS = 24  # of an address: 96 bits
-_PASSING = {errno.ENOSPC, errno.EDQUOT, errno.ENOMEM, errno.EMFILE, errno.ENFILE}  # errors that may pass by themselves
+_PASSING = {  # errors that may pass by themselves, the last three of them of a network disk
+    errno.ENOSPC, errno.EDQUOT, errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.EIO, errno.ESTALE, errno.ETIMEDOUT,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
