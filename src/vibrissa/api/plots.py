@@ -145,9 +145,11 @@ def plot_unit(units: xr.Dataset, name: str | None = None) -> Figure:
     from vibrissa.figures.spikes import unit_page
     from vibrissa.neural.coupling.analysis import EnvelopeAnalysis
     from vibrissa.neural.coupling.unit_view import UnitViews
+    from vibrissa.neural.io.tables.selection import at_places
     from vibrissa.study.neurons.shown_unit import best_unit
 
     require(units, "unit_name", "spike_time", "spike_trial", "significant")
+    units = at_places(units)
     names = units.unit_name.to_numpy().tolist()
     if name is not None and name not in names:
         raise UnknownError("name", "must be one of the units", repr(name), did_you_mean(name, names, ", ".join(names)))

@@ -38,7 +38,9 @@ def read_spikes(spikes: Any, *, trials: Any = None, **how: Any) -> xr.Dataset:
     Returns
     -------
     Dataset
-        ``spike_time`` [s], ``spike_unit`` and, with trials, ``spike_trial`` (spike); ``unit_name`` (unit).
+        ``spike_time`` [s], ``spike_unit`` and, with trials, ``spike_trial`` (spike); ``unit_name`` (unit). The
+        coordinates ``unit`` and, of a table of trials, ``trial`` number them: select or sort by them as xarray does
+        (``isel(unit=[1])``, ``sortby("unit_name")``), and the functions of this package leave out the spikes of others.
 
     Raises
     ------
@@ -52,11 +54,12 @@ def read_spikes(spikes: Any, *, trials: Any = None, **how: Any) -> xr.Dataset:
     ['MU001', 'MU002', 'SU001']
     """
     from vibrissa.api.objects.spikes import as_spikes
+    from vibrissa.neural.io.tables.selection import labelled
     from vibrissa.study.neurons.inputs import remarks_on
 
     table = as_spikes(spikes, trials=trials, **how)
     remark(*remarks_on(table.drop_attrs().assign_attrs(spikes_shared=table.attrs.get("spikes_shared", 0))))
-    return table
+    return labelled(table)
 
 
 @names_arguments
@@ -129,6 +132,7 @@ def envelope_coupling(
     """
     from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
     from vibrissa.neural.io.tables.inputs import require_whole
+    from vibrissa.neural.io.tables.selection import labelled
     from vibrissa.study.neurons.inputs import remarks_on, silent_end
 
     named = str(getattr(stimulus, "name", "")) + str(getattr(stimulus, "attrs", {}).get("long_name", ""))
@@ -159,7 +163,7 @@ def envelope_coupling(
     analysed = window or (float(shown.time[0]), float(shown.time[-1]))
     remark(*remarks, *remarks_on(table), *silent_end(table, *analysed))
     events = table[["spike_time", "spike_unit", "spike_trial", *({"unit_observed"} & set(table.data_vars))]]
-    return units.merge(events, combine_attrs="override").merge(shown, combine_attrs="override")
+    return labelled(units.merge(events, combine_attrs="override").merge(shown, combine_attrs="override"))
 
 
 def _spikes_and_stimulus(

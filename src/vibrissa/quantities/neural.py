@@ -12,6 +12,7 @@ NEURAL: dict[str, Quantity] = {
     "bin_envelope": Quantity(("bin",), "m", "envelope averaged over the bin"),
     "bin_envelope_true": Quantity(("bin",), "m", "true envelope averaged over the bin"),
     # units, trials and quality
+    "unit": Quantity(("unit",), "1", "number of a unit, to which spikes refer"),
     "spike_unit": Quantity(("spike",), "1", "unit of a spike, index into the names"),
     "unit_name": Quantity(("unit",), "1", "name of a unit"),
     "unit_whisker": Quantity(("unit",), "1", "principal whisker of a unit"),

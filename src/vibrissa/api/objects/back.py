@@ -13,6 +13,7 @@ import xarray as xr
 from vibrissa.api.objects.trials import as_trials
 from vibrissa.arrays import Array
 from vibrissa.errors import ConflictError, MissingError, PackageError, RangeError, ShapeError
+from vibrissa.neural.io.tables.selection import at_places
 from vibrissa.neural.io.tables.spikes import observed_trials
 from vibrissa.neural.io.tables.trials import recorded_windows
 from vibrissa.quantities import require
@@ -64,7 +65,7 @@ def to_pynapple(data: xr.Dataset | xr.DataArray, *, trials: Any = None) -> Any:
         return _signal(nap, data)
     if "spike_time" not in data:
         return _intervals(nap, data)
-    require(data, "spike_time", "spike_unit", "unit_name")
+    data = at_places(data)
     time, support = _on_one_clock(nap, data, trials)
     unit, names = data.spike_unit.values, data.unit_name.values
     ids = data.unit_id.values.tolist() if "unit_id" in data else []

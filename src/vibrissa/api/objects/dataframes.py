@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.errors import ShapeError, TooFewError
+from vibrissa.neural.io.tables.selection import at_places
 from vibrissa.neural.io.tables.spike_csv import flat_columns
 from vibrissa.tables.frame import data_frame
 
@@ -51,7 +52,7 @@ def to_dataframe(data: xr.Dataset | xr.DataArray) -> DataFrame:
     if {"spike_time", "significant"} <= set(whole.data_vars):  # what was found of units, with their spikes beside it
         whole = whole[[name for name, one in whole.data_vars.items() if one.dims == ("unit",)]]
     if "spike_time" in whole:
-        cells = flat_columns(whole)
+        cells = flat_columns(at_places(whole))
         time = [np.nan if cell == "" else cell for cell in cells.pop("spike_time")]
         return data_frame({"spike_time_s": time, **cells})
     dims = _dims(whole)

@@ -19,10 +19,10 @@ from vibrissa.arrays import Window
 from vibrissa.errors import ConflictError, FormatError, ShapeError, UnknownError
 from vibrissa.neural.io.formats.foreign import one_line
 from vibrissa.neural.io.recording import PLEXON, session_spikes
+from vibrissa.neural.io.tables.selection import at_places
 from vibrissa.neural.io.tables.spike_csv import NEEDED, OPTIONAL, spikes_of_table
 from vibrissa.neural.io.tables.spikes import table_of_trains
 from vibrissa.neural.io.tables.trials import cut_into_trials
-from vibrissa.quantities import require
 from vibrissa.tables.frame import table_of_frame
 from vibrissa.tables.table import LONGEST
 
@@ -54,12 +54,13 @@ def as_spikes(
     Parameters
     ----------
     thing : object
-        A dataset of spikes. The name of a file or folder, as :func:`vibrissa.neural.io.recording.recorded_spikes`
-        reads them. A pandas ``DataFrame``, one row for each spike: ``spike_time`` [s] (or ``spike_time_ms``), ``unit``
-        and, where times count from the onset of a trial, ``trial`` from 0; a row without a time names a unit or a
-        trial without spikes. A mapping from the name of each unit to its times [s]. A pynapple ``TsGroup`` or ``Ts``. A
-        neo ``SpikeTrain``, a list of them, a ``Segment`` or a ``Block``; a SpikeInterface sorting: several segments
-        are trials. An open pynwb ``NWBFile``, whose table ``trials`` is taken where it has one.
+        A dataset of spikes, or units and trials selected from one of :func:`vibrissa.read_spikes`. The name of a file
+        or folder, as :func:`vibrissa.neural.io.recording.recorded_spikes` reads them. A pandas ``DataFrame``, one row
+        for each spike: ``spike_time`` [s] (or ``spike_time_ms``), ``unit`` and, where times count from the onset of a
+        trial, ``trial`` from 0; a row without a time names a unit or a trial without spikes. A mapping from the name of
+        each unit to its times [s]. A pynapple ``TsGroup`` or ``Ts``. A neo ``SpikeTrain``, a list of them, a
+        ``Segment`` or a ``Block``; a SpikeInterface sorting: several segments are trials. An open pynwb ``NWBFile``,
+        whose table ``trials`` is taken where it has one.
     trials : object, optional
         Trials into which spikes on a session's clock are cut: see :func:`vibrissa.api.objects.trials.as_trials`.
     window : (start, stop), optional
@@ -109,8 +110,7 @@ def as_spikes(
 def _read(thing: Any) -> Read:
     """Spikes of an object, and its own trials."""
     if isinstance(thing, xr.Dataset):
-        require(thing, "spike_time", "spike_unit", "unit_name")
-        return thing, None
+        return at_places(thing), None
     if is_a(thing, "pandas", "DataFrame"):
         return spikes_of_table(table_of_frame(thing, NEEDED, OPTIONAL, SPELLINGS), described(thing)), None
     if is_a(thing, "pynapple", "TsGroup", "Ts"):

@@ -11,6 +11,7 @@ from vibrissa.arrays import Array
 from vibrissa.errors import TooFewError
 from vibrissa.figures.canvas import add_caption, house_style, new_figure, spread
 from vibrissa.figures.others.contents_panels import PAIRS, draw_panel
+from vibrissa.neural.io.tables.selection import at_places
 from vibrissa.quantities import dataset
 
 if TYPE_CHECKING:
@@ -47,7 +48,8 @@ def compute(data: xr.Dataset) -> xr.Dataset:
         data = data.drop_dims([dim for dim in data.dims if dim != "unit"])
     if "spike_time" in data:
         names = [name for name in ("spike_time", "spike_unit", "spike_trial", "unit_name") if name in data]
-        return data[names].assign_attrs(panels=["spike_time"])
+        placed = at_places(data) if "spike_unit" in data else data
+        return placed[names].assign_attrs(panels=["spike_time"])
     if "arc_length" in data and "y" in data:
         return _of_tracks(data)
     mapped = [str(name) for name, one in data.data_vars.items() if {"contact", "base_angle"} <= set(one.dims)]

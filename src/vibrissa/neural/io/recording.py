@@ -13,10 +13,11 @@ from vibrissa.netcdf import load
 from vibrissa.neural.io.formats.binned import DENSE, read_binned
 from vibrissa.neural.io.formats.phy import ALL, GOOD, QUALITY, UNJUDGED, is_phy, read_phy
 from vibrissa.neural.io.formats.phy_traces import phy_traces, traced_snr
+from vibrissa.neural.io.tables.selection import at_places
 from vibrissa.neural.io.tables.spike_csv import read_spikes
 from vibrissa.neural.io.tables.spikes import of_units
 from vibrissa.neural.io.tables.trials import cut_into_trials, read_trials, trials_at
-from vibrissa.quantities import dataset, require
+from vibrissa.quantities import dataset
 
 Progress = Callable[[str, int, int], None]
 ONSETS = "must be given the onsets of its trials"
@@ -233,9 +234,7 @@ def _table(path: str | Path, kind: str, counted_bin: float | None) -> xr.Dataset
         return read_binned(path, counted_bin)
     if kind != ".nc":
         return read_spikes(path)
-    spikes = load(path)
-    require(spikes, "spike_time", "spike_unit", "unit_name")
-    return spikes
+    return at_places(load(path))
 
 
 def _of_groups(spikes: xr.Dataset, groups: Collection[str] | None, path: str | Path) -> xr.Dataset:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from vibrissa.errors import ConflictError, FormatError, MissingError
 from vibrissa.netcdf import load
+from vibrissa.neural.io.tables.selection import at_places
 from vibrissa.quantities.kinds import Datasets
 from vibrissa.study.archive.export_units import stimulus_of
 
@@ -60,6 +61,8 @@ def read_results(folder: Path, *, may_be_empty: bool = False) -> tuple[Datasets,
     parts, left_out, file_of = Datasets(), dict[str, str](), dict[str, str]()
     for path in sorted(folder.glob("*.nc")):
         data = load(path)
+        if CONTENT["spikes"] <= set(data.variables):
+            data = at_places(data)
         roles = _roles(path.stem, data)
         if not roles:
             left_out[path.name] = DERIVED

@@ -10,6 +10,7 @@ import xarray as xr
 
 from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.errors import ConflictError, RangeError, ShapeError, TooFewError, UnknownError
+from vibrissa.neural.io.tables.selection import at_places, labelled
 from vibrissa.quantities import dataset, require
 
 
@@ -213,23 +214,14 @@ def of_units(spikes: xr.Dataset, places: Sequence[int]) -> xr.Dataset:
     spikes : Dataset
         Table of :func:`spike_table`.
     places : sequence of int
-        Of the units in the table, ascending.
+        Of the units in the table.
 
     Returns
     -------
     Dataset
         The same variables, for these units alone.
     """
-    place = np.full(spikes.sizes["unit"], -1)
-    place[list(places)] = np.arange(len(places))
-    kept = {"spike": np.flatnonzero(place[spikes.spike_unit.values] >= 0), "unit": list(places)}
-    if "interval_unit" in spikes:
-        kept["interval"] = np.flatnonzero(place[spikes.interval_unit.values] >= 0)
-    some = spikes.isel(kept)
-    for name in ("spike_unit", "interval_unit"):
-        if name in some:
-            some[name] = some[name].copy(data=place[some[name].values])
-    return some
+    return at_places(labelled(at_places(spikes)).isel(unit=list(places)))
 
 
 def join_units(tables: Mapping[str, xr.Dataset]) -> xr.Dataset:

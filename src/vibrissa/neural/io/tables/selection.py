@@ -1,0 +1,119 @@
+"""Tables of spikes from which units or trials were selected: spikes refer to labels, then to places again."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from vibrissa.arrays import Integers
+from vibrissa.errors import ConflictError, FormatError, RangeError, ShapeError
+from vibrissa.quantities import QUANTITIES, require
+
+REFERENCES = {"unit": ("spike_unit", "interval_unit"), "trial": ("spike_trial",)}  # what refers to each dimension
+
+
+def labelled(spikes: xr.Dataset) -> xr.Dataset:
+    """Number the units and trials of a table, so that spikes find theirs after a selection of xarray.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        Table of :func:`vibrissa.neural.io.tables.spikes.spike_table`.
+
+    Returns
+    -------
+    Dataset
+        With the coordinate ``unit`` and, where it has this dimension, ``trial``: 0, 1, 2 and so on, to which
+        ``spike_unit`` and ``spike_trial`` refer.
+    """
+    numbers = {
+        dim: (dim, np.arange(spikes.sizes[dim]), {"units": "1", "long_name": QUANTITIES[dim].long_name})
+        for dim in REFERENCES
+        if dim in spikes.dims
+    }
+    return spikes.assign_coords(numbers)
+
+
+def at_places(spikes: xr.Dataset) -> xr.Dataset:
+    """Bring a table from which units or trials may have been selected to places again.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        Table of :func:`vibrissa.neural.io.tables.spikes.spike_table`, or a selection of one from :func:`labelled`:
+        some of its units and trials, in any order.
+
+    Returns
+    -------
+    Dataset
+        Without coordinates of units and trials: ``spike_unit``, ``interval_unit`` and ``spike_trial`` are places along
+        their dimensions. Spikes of units and trials that were not selected are left out, and ``n_trials`` counts those
+        that were.
+
+    Raises
+    ------
+    InputError
+        If a unit or trial is there twice, is numbered in another way, or spikes refer to one that is not there.
+    """
+    for dim in REFERENCES:
+        if dim in spikes.coords and dim not in spikes.dims:
+            number = spikes[dim].values.item()
+            raise ShapeError("spikes", f"must keep the dimension {dim}", f"{dim} {number}", f"isel({dim}=[{number}])")
+    require(spikes, "spike_time", "spike_unit", "unit_name")
+    placed, known = spikes, {dim: _labels(spikes, dim) for dim in REFERENCES if dim in spikes.dims}
+    for dim, labels in known.items():
+        placed = _at_places(placed, dim, labels)
+    if all(labels is None for labels in known.values()):
+        return placed
+    keys = [placed[name].values for name in ("spike_time", "spike_trial", "spike_unit") if name in placed]
+    return placed.isel(spike=np.lexsort(keys))
+
+
+def _at_places(spikes: xr.Dataset, dim: str, labels: Integers | None) -> xr.Dataset:
+    """Let what refers to the labels of one dimension refer to its places; without labels it must do so already."""
+    spikes, size = spikes.drop_vars(dim, errors="ignore"), spikes.sizes[dim]
+    for name in REFERENCES[dim]:
+        if name not in spikes:
+            continue
+        numbers = _whole(spikes[name])
+        place = _places(numbers, np.arange(size) if labels is None else labels)
+        if labels is None and (place < 0).any():
+            remedy = f"to select, take a table of vb.read_spikes: it has a coordinate {dim}"
+            raise RangeError(name, f"must be from 0 to {size - 1}, a {dim} of the table", numbers[place < 0][0], remedy)
+        kept = {spikes[name].dims[0]: np.flatnonzero(place >= 0)}
+        spikes = spikes.assign({name: spikes[name].copy(data=place)}).isel(kept)
+    return spikes if labels is None or dim != "trial" else spikes.assign_attrs(n_trials=size)
+
+
+def _labels(spikes: xr.Dataset, dim: str) -> Integers | None:
+    """Numbers of the units or trials, each once; None where they are places."""
+    if dim not in spikes.coords:
+        return None
+    labels = spikes[dim].values
+    if spikes[dim].attrs.get("long_name") != QUANTITIES[dim].long_name:
+        if np.array_equal(labels, np.arange(labels.size)):
+            return None
+        remedy = f"if spikes refer to places along it: spikes.drop_vars({dim!r})"
+        raise ConflictError(f"coordinate {dim}", "must be that of vb.read_spikes", labels[:5].tolist(), remedy)
+    if np.unique(labels).size < labels.size:
+        raise ConflictError(f"coordinate {dim}", f"must have each {dim} once", labels.tolist(), "select each once")
+    return _whole(spikes[dim])
+
+
+def _whole(numbers: xr.DataArray) -> Integers:
+    """Values that must be whole numbers, along one dimension."""
+    values = numbers.values
+    if values.ndim != 1 or values.dtype.kind not in "iuf" or (values != np.floor(values)).any():
+        found = f"{values.dtype} {numbers.dims}"
+        raise FormatError(
+            str(numbers.name), "must be whole numbers along one dimension", found, "select by isel or sel"
+        )
+    return values.astype(int)
+
+
+def _places(numbers: Integers, labels: Integers) -> Integers:
+    """Place of each number among the labels; −1 where it is none of them."""
+    order = np.argsort(labels)
+    ranks = np.searchsorted(labels, numbers, sorter=order)
+    place = np.append(order, -1)[ranks]
+    return np.where(np.append(labels, 0)[place] == numbers, place, -1)
