@@ -37,7 +37,7 @@ def unit_quality(
     duration : float, optional
         Length of the session [s], where the spikes do not state it; from first to last spike by default.
     window : (float, float), optional
-        Part of each trial that is judged [s].
+        Part of each trial that is judged, half-open [s]; by default all of it, of spikes that were cut into trials.
     trials : optional
         Onsets and ends of the trials within which units are judged, as ``read_spikes`` takes them; else the session.
     refractory_period : float

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 
+import vibrissa as vb
 from vibrissa.neural.io.tables.spikes import spike_table, with_intervals
 from vibrissa.neural.sorting.observed import observed_for, trains_of, trials_laid_out, within_trials
 
@@ -53,3 +54,29 @@ def test_units_are_judged_in_the_trials_alone_and_there_only_while_observed():
     first, second = trains_of(within_trials(part, np.array([0.0, 10.0]), np.array([1.0, 12.0])))
     assert (first.duration, first.time.tolist()) == (pytest.approx(1.25), [0.5])
     assert second.duration == 0
+
+
+@pytest.mark.parametrize(
+    ("times", "trials", "rate"),
+    [
+        (np.arange(1000) * 0.01, [(1, 2), (5, 6)], 100.0),
+        ([1.0, 2.0, 3.0], [(1, 2), (2, 3)], 1.0),
+        ([10 * k + 0.1 for k in range(8)], [(10 * k, 10 * k + 1.0) for k in range(20)], 0.4),
+        ([0.1, 0.2, 10.1, 12.9], [(0, 1), (10, 13)], 1.0),
+    ],
+)
+def test_spikes_cut_into_trials_have_the_rate_of_a_session_judged_in_them(times, trials, rate):
+    spikes = vb.read_spikes({"a": times})
+    for quality in (vb.unit_quality(spikes, trials=trials), vb.unit_quality(vb.read_spikes(spikes, trials=trials))):
+        assert quality.unit_rate.item() == pytest.approx(rate, rel=1e-9)
+
+
+def test_trials_that_were_cut_by_a_window_last_as_long_as_it():
+    spikes = vb.read_spikes({"a": [9.75, 10.25, 20.5]}, trials=[(10, 11), (20, 21)], window=(-0.5, 1.0))
+    assert vb.unit_quality(spikes).unit_rate.item() == pytest.approx(1.0)
+
+
+def test_the_window_of_a_trial_is_half_open():
+    spikes = spike_table([0.0, 0.5, 1.0], [0, 0, 0], ["a"], trial=[0, 0, 1])
+    (train,) = trains_of(trials_laid_out(spikes, (0.0, 1.0), 2))
+    assert train.time.size == 2

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from vibrissa.arrays import Array, Integers, Window
+from vibrissa.arrays import Array, Integers, Mask, Window
 from vibrissa.errors import RangeError, require_positive
 from vibrissa.neural.io.tables.inputs import require_session_clock
 from vibrissa.neural.io.tables.spikes import observed_trials, spike_table, with_intervals
@@ -79,7 +79,7 @@ def _of_session(spikes: xr.Dataset, start: float, stop: float) -> xr.Dataset:
     return with_intervals(bare, [np.array([[start, stop]])] * spikes.sizes["unit"])
 
 
-def trials_laid_out(spikes: xr.Dataset, window: Window, n_trials: int) -> xr.Dataset:
+def trials_laid_out(spikes: xr.Dataset, window: Window | tuple[Array, Array], n_trials: int) -> xr.Dataset:
     """Spikes in trials put on one clock, trial after trial, with the trials as intervals of observation.
 
     Parameters
@@ -87,7 +87,8 @@ def trials_laid_out(spikes: xr.Dataset, window: Window, n_trials: int) -> xr.Dat
     spikes : Dataset
         In trials, from their onsets.
     window : (start, stop)
-        Part of each trial that was observed [s]; spikes outside are left out.
+        Part of each trial that was observed, half-open, the same of all or one of each, (K,) arrays [s]; spikes outside
+        are left out.
     n_trials : int
         Trials, silent ones included.
 
@@ -103,25 +104,28 @@ def trials_laid_out(spikes: xr.Dataset, window: Window, n_trials: int) -> xr.Dat
         If the window is empty, or a spike lies in a later trial.
     """
     require(spikes, "spike_time", "spike_trial", "spike_unit", "unit_name")
-    length = window[1] - window[0]
-    require_positive("window", length, "s")
+    low, high = np.broadcast_arrays(*window, np.zeros(n_trials))[:2]
+    length = high - low
+    longest = float(length.max(initial=0.0))
+    if n_trials:
+        require_positive("window", float(length.min()), "s")
     time, trial = spikes.spike_time.values, spikes.spike_trial.values
     if trial.size and trial.max() >= n_trials:
         raise RangeError("trial", f"must lie below the number of trials, {n_trials}", trial.max())
-    kept = (time >= window[0]) & (time <= window[1])
-    onsets = (length + APART) * np.arange(n_trials)
+    kept = (time >= low[trial]) & (time < high[trial])
+    onsets = (longest + APART) * np.arange(n_trials)
     seen = observed_trials(spikes, n_trials)
     about = {str(name): v.values for name, v in spikes.variables.items() if v.dims == ("unit",) and name != "unit_name"}
     if "unit_waveform" in spikes:
         about |= {name: spikes[name].values for name in ("unit_waveform", "unit_waveform_sd") if name in spikes}
     laid = spike_table(
-        (time - window[0] + onsets[trial])[kept],
+        (time - low[trial] + onsets[trial])[kept],
         spikes.spike_unit.values[kept],
         [str(name) for name in spikes.unit_name.values],
         attrs={**spikes.attrs, "window": "trials"},
         **about,
     )
-    return with_intervals(laid, [np.column_stack([onsets[one], onsets[one] + length]) for one in seen])
+    return with_intervals(laid, [np.column_stack([onsets[one], (onsets + length)[one]]) for one in seen])
 
 
 def within_trials(spikes: xr.Dataset, start: Array, stop: Array) -> xr.Dataset:
@@ -137,9 +141,11 @@ def within_trials(spikes: xr.Dataset, start: Array, stop: Array) -> xr.Dataset:
     Returns
     -------
     Dataset
-        With ``interval_start``, ``interval_stop`` and ``interval_unit``.
+        With ``interval_start``, ``interval_stop`` and ``interval_unit``; without the spikes outside of the trials, as
+        one at the stop of a trial, which is no part of it.
     """
     trials = np.column_stack([start, stop])
+    spikes = spikes.isel(spike=np.flatnonzero(_within(spikes.spike_time.values, trials)))
     own = [trials] * spikes.sizes["unit"]
     if "interval_unit" in spikes:
         own = [_shared(one, trials) for one in _intervals(spikes)]
@@ -194,6 +200,13 @@ def _union(intervals: Array) -> Array:
     first = np.append(True, ordered[1:, 0] > reach[:-1] + ROUNDING)
     last = np.append(first[1:], True)
     return np.column_stack([ordered[first, 0], reach[last]])
+
+
+def _within(time: Array, trials: Array) -> Mask:
+    """Whether each time is in one of some trials, which are half-open."""
+    joined = _union(trials)
+    index = np.searchsorted(joined[:, 0], time, side="right") - 1
+    return (index >= 0) & (time < np.append(joined[:, 1], -np.inf)[index])
 
 
 def _shared(one: Array, other: Array) -> Array:

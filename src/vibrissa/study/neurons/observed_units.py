@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.arrays import Window
+from vibrissa.arrays import Array, Window
 from vibrissa.errors import ConflictError, TooFewError
 from vibrissa.neural.io.formats.phy import ALL
 from vibrissa.neural.io.recording import with_waveforms
+from vibrissa.neural.io.tables.trials import recorded_windows
 from vibrissa.neural.sorting.observed import observed_for, trials_laid_out, within_trials
 from vibrissa.study.neurons.inputs import read_session
 from vibrissa.study.spec.given import SpikesInput
@@ -112,12 +113,20 @@ def _in_trials(spikes: xr.Dataset, window: Window | None) -> tuple[xr.Dataset, l
     """Units of a file whose spikes are in trials."""
     time, remarks = spikes.spike_time.values, []
     count = int(spikes.attrs.get("n_trials", spikes.spike_trial.values.max(initial=0) + 1))
+    judged = f"units are judged in {count} trials"
+    if window is None and {"trial_start", "trial_stop"} <= set(spikes.variables):
+        low, high = (one - spikes.trial_start.values for one in recorded_windows(spikes, spikes))
+        judged += f" of {np.mean(high - low):.4g} s"
+        return trials_laid_out(spikes, (low, _with_last(high)), low.size), [judged]
     if window is None and "duration" in spikes.attrs:
         window = (0.0, float(spikes.attrs["duration"]))
     if window is None:
-        window = (min(0.0, float(time.min(initial=0.0))), float(time.max(initial=0.0)))
-        text = (
-            f"trials are taken to last from {window[0]:.4g} to {window[1]:.4g} s, as the spikes do; `window` gives it"
-        )
-        remarks = [text]
-    return trials_laid_out(spikes, window, count), [*remarks, f"units are judged in {count} trials"]
+        first, last = min(0.0, float(time.min(initial=0.0))), float(time.max(initial=0.0))
+        window = (first, float(_with_last(last)))
+        remarks = [f"trials are taken to last from {first:.4g} to {last:.4g} s, as the spikes do; `window` gives it"]
+    return trials_laid_out(spikes, window, count), [*remarks, judged]
+
+
+def _with_last(stop: Array | float) -> Array:
+    """End of a half-open window, moved so little that a spike at it is inside."""
+    return np.nextafter(stop, np.inf)
