@@ -14,6 +14,7 @@ from refusals import refusal
 
 from vibrissa.api.objects.dataframes import to_dataframe
 from vibrissa.api.objects.spikes import as_spikes
+from vibrissa.errors import InputError
 from vibrissa.neural.io.recording import recorded_spikes
 from vibrissa.neural.io.tables.inputs import refuse_misplaced
 from vibrissa.neural.io.tables.spike_csv import write_csv
@@ -160,3 +161,29 @@ def test_closed_formats_are_refused_with_a_way_out(tmp_path, name):
     with refusal("format", name) as caught:
         as_spikes(tmp_path / name)
     assert "export" in str(caught.value)
+
+
+@pytest.mark.parametrize("n_trials", [2, 5])
+@pytest.mark.parametrize(
+    "order", [lambda frame: frame.sort_values("spike_time_s"), lambda frame: frame.sample(frac=1, random_state=3)]
+)
+def test_a_data_frame_that_was_sorted_or_shuffled_gives_the_same_spikes_back(n_trials, order):
+    rng = np.random.default_rng(0)
+    about = {"trial": rng.integers(0, 2, 30), "attrs": {"n_trials": n_trials}}
+    spikes = spike_table(rng.uniform(0, 1, 30), rng.integers(0, 3, 30), ["u1", "u2", "u10"], **about)
+    back = as_spikes(order(to_dataframe(spikes)))
+    assert back.equals(spikes)
+    assert back.attrs["n_trials"] == n_trials
+
+
+@pytest.mark.parametrize(
+    ("units", "trials", "times"),
+    [
+        ("aab", [0, 0, 0], [0.1, np.nan, 0.2]),  # not all units have such a row
+        ("aabab", [0, 0, 0, 0, 0], [0.1, np.nan, np.nan, np.nan, 0.2]),  # one has two
+        ("abaa", [0, 0, 1, 1], [np.nan, np.nan, 0.3, np.nan]),  # of a later trial
+    ],
+)
+def test_a_row_of_a_data_frame_whose_time_is_missing_is_refused(units, trials, times):
+    with pytest.raises(InputError, match="spike_time must be a time: the unit has spikes in this trial above"):
+        as_spikes(pd.DataFrame({"unit": list(units), "trial": trials, "spike_time": times}))

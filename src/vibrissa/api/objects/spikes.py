@@ -112,7 +112,8 @@ def _read(thing: Any) -> Read:
     if isinstance(thing, xr.Dataset):
         return at_places(thing), None
     if is_a(thing, "pandas", "DataFrame"):
-        return spikes_of_table(table_of_frame(thing, NEEDED, OPTIONAL, SPELLINGS), described(thing)), None
+        table = table_of_frame(thing, NEEDED, OPTIONAL, SPELLINGS)
+        return spikes_of_table(table, described(thing), any_order=True), None
     if is_a(thing, "pynapple", "TsGroup", "Ts"):
         return pynapple_spikes(thing), None
     if is_a(thing, "spikeinterface", "BaseSorting"):
