@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given
 from recorded_trains import TRIAL, assert_same, few, names_of, onsets_of, recordings, session_trains, trials_of
 from refusals import refusal
@@ -152,3 +153,17 @@ def test_trials_in_which_units_were_not_observed_are_no_part_of_the_time_support
     assert [float(len(group[k])) for k in (0, 1)] == [1.0, 2.0]
     with refusal("conflict", "units"):
         to_pynapple(table.assign(unit_observed=(("unit", "trial"), [[True, True], [True, False]])))
+
+
+@pytest.mark.parametrize(
+    ("time", "attrs"),
+    [
+        ([0.0, 500.0, 1000.0], {"units": "ms"}),
+        (np.array([0, 500, 1000], "timedelta64[ms]").astype("timedelta64[ns]"), {}),
+        ([0.0, 0.5, 1.0], {"units": "s"}),
+        ([0.0, 0.5, 1.0], {}),
+    ],
+)
+def test_times_of_a_signal_are_taken_in_the_unit_they_state(time, attrs):
+    signal = xr.DataArray([1.0, 2.0, 3.0], {"time": ("time", time, attrs)}, ["time"])
+    np.testing.assert_allclose(to_pynapple(signal).t, [0.0, 0.5, 1.0])

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from vibrissa.api.objects.signals import seconds_of
 from vibrissa.api.objects.trials import as_trials
 from vibrissa.arrays import Array
 from vibrissa.errors import ConflictError, MissingError, PackageError, RangeError, ShapeError
@@ -146,11 +147,11 @@ def _signal(nap: Any, data: xr.Dataset | xr.DataArray) -> Any:
     if len(timed) != 1:
         names = ", ".join(str(one.name) for one in timed)
         raise MissingError("signal", "must be one variable along time", names, "take one: data['point_displacement']")
-    array, time = timed[0], timed[0].time.values
+    array = timed[0]
     lead = [dim for dim in array.dims if dim != "time"]
     if len(lead) > 1 or "time" not in array.dims:
         raise ShapeError("signal", "must have the dimension time and one other at most", array.dims, "data.isel(…)")
-    values = array.transpose("time", *lead).values
+    values, time = array.transpose("time", *lead).values, seconds_of(array.time)
     if not lead:
         return nap.Tsd(time, values)
     return nap.TsdFrame(time, values, columns=array[lead[0]].values.tolist())

@@ -232,10 +232,27 @@ def _of_data_array(array: xr.DataArray) -> Signal:
     lead = [str(dim) for dim in array.dims if dim != "time"]
     values = array.transpose(*lead, "time").values
     channels = None if not lead else array[lead[0]].values
-    return Signal(values.astype(float), _seconds(array.time), array.attrs.get("units"), channels, name, *lead)
+    return Signal(values.astype(float), seconds_of(array.time), array.attrs.get("units"), channels, name, *lead)
 
 
-def _seconds(time: xr.DataArray) -> Array:
+def seconds_of(time: xr.DataArray) -> Array:
+    """Times of a signal in seconds, whatever unit they state.
+
+    Parameters
+    ----------
+    time : (T,) DataArray
+        Numbers in the unit of the attribute ``units``, seconds by default, or durations.
+
+    Returns
+    -------
+    (T,) array
+        [s].
+
+    Raises
+    ------
+    InputError
+        If they are dates or no numbers, or their unit is not one of time.
+    """
     if time.dtype.kind == "m":
         return np.asarray(time.values / np.timedelta64(1, "ns"), float) * 1e-9
     if time.dtype.kind not in "fiu":
