@@ -91,3 +91,10 @@ def test_a_damaged_file_beside_does_not_stop_a_figure(tmp_path):
     (tmp_path / "units.nc").write_bytes(b"damaged")
     with refusal("format", "units.nc"):
         figure_of("9", tmp_path)
+
+
+def test_a_file_of_another_name_is_refused_with_the_name_that_it_must_have(tmp_path):
+    save(dataset(time=np.arange(3.0)), tmp_path / "scan_v.nc")
+    with refusal("unknown", "figure surface") as caught:
+        figure_of("surface", tmp_path / "scan_v.nc")
+    assert "a file must have the name of the result, scan.nc" in str(caught.value)

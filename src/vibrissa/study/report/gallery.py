@@ -76,10 +76,14 @@ def figure_of(number: str, folder: str | Path) -> Figure:
     given = Path(folder)
     whole = given.is_dir()
     results = _of_folder(number, given) if whole else _of_file(number, given)
-    figure = made(best_entry(number, results), results, partial(read_series, given if whole else given.parent))
-    if isinstance(figure, str):
-        raise UnknownError(f"figure {number}", f"cannot be made of {given} ({figure})", None, _others(number, results))
-    return figure
+    entry = best_entry(number, results)
+    figure = made(entry, results, partial(read_series, given if whole else given.parent))
+    if not isinstance(figure, str):
+        return figure
+    absent = [] if whole else [f"{name}.nc" for name in entry.needs if name not in results]
+    named = f"a file must have the name of the result, {' and '.join(absent)}; " if absent else ""
+    remedy = named + _others(number, results)
+    raise UnknownError(f"figure {number}", f"cannot be made of {given} ({figure})", None, remedy)
 
 
 def _others(number: str, results: Results) -> str:
