@@ -18,6 +18,8 @@ from vibrissa.mechanics.whisking.swing_prediction import SwingPrediction
 if TYPE_CHECKING:
     import xarray as xr
 
+    from vibrissa.study.forward.forward import TrialSettings
+
 Seconds = tuple[float, float]
 
 
@@ -113,8 +115,8 @@ def envelope_coupling(
     Returns
     -------
     Dataset
-        On (unit): ``significant``, ``p_value``, ``threshold`` (in the unit of the stimulus),
-        ``slope``, ``latency`` with ``_low`` and ``_high``,
+        On (unit): ``significant``, ``p_value``, ``threshold`` in the SI unit of the stimulus
+        (its attribute ``units``: metres of a displacement), ``slope``, ``latency`` with ``_low`` and ``_high``,
         ``reason`` where they cannot be estimated. It holds spikes and stimulus too, which ``plot_unit`` draws.
 
     Raises
@@ -222,8 +224,8 @@ def simulate_units(
     units: int | xr.Dataset = 20,
     *,
     n_trials: int = 40,
-    rate: float = 20e3,
-    distance: float = 5e-3,
+    rate: float | None = None,
+    distance: float | None = None,
     mean_envelope: float | None = None,
     unit: str | None = None,
     seed: int = 0,
@@ -238,10 +240,10 @@ def simulate_units(
         How many, drawn as the paper found them; or units of :func:`vibrissa.neural.simulated.driven.read_driven`.
     n_trials : int
         Presentations.
-    rate : float
-        Samples per second of a predicted motion [Hz].
-    distance : float
-        Of the point from the base whose envelope drives the units [m].
+    rate : float, optional
+        Samples per second of a predicted motion [Hz]; 20,000 by default.
+    distance : float, optional
+        From the base, of the point of a predicted motion whose envelope drives the units [m]; 5 mm by default.
     mean_envelope : float, optional
         Scale the motion so that its mean envelope is this [m], as a stimulator may.
     unit : str, optional
@@ -257,7 +259,7 @@ def simulate_units(
     Raises
     ------
     InputError
-        If the point is not on the whisker, or nothing moves.
+        If the point is not on the whisker, nothing moves, or an option does not go with the motion.
 
     Examples
     --------
@@ -269,11 +271,11 @@ def simulate_units(
     >>> spikes.sizes["unit"]
     3
     """
-    from vibrissa.api.objects.signals import as_signal
     from vibrissa.mechanics.free_end.free_end_prediction import FreeEndPrediction
     from vibrissa.mechanics.rod.rod_prediction import RodPrediction
     from vibrissa.mechanics.scan.sampled import sampling_times
-    from vibrissa.neural.simulated.driven import draw_driven, fire
+    from vibrissa.neural.io.tables.selection import labelled
+    from vibrissa.neural.simulated.driven import draw_driven
     from vibrissa.study.forward.forward import TrialSettings, spikes_of
 
     if isinstance(units, int | np.integer):
@@ -282,15 +284,31 @@ def simulate_units(
         population = units
     else:
         raise FormatError("units", "must be a whole number, or a dataset of units", repr(units)[:60], "20, for example")
+    about = {} if distance is None else {"distance": distance}
+    how = TrialSettings(n_trials=n_trials, seed=seed, mean_envelope=mean_envelope, **about)
     if not isinstance(motion, Motion):
-        shown = as_signal(motion, unit=unit)
-        return fire(population, shown.time.to_numpy(), shown.to_numpy(), n_trials, seed=seed)
+        for name, value in (("rate", rate), ("distance", distance)):
+            if value is not None:
+                raise ConflictError(name, "must go with a Motion", value, "leave it out: a signal is of one point")
+        return labelled(_of_signal(motion, unit, population, how))
+    if unit is not None:
+        raise ConflictError("unit", "must go with a signal", unit, "leave it out: a Motion is in metres")
     if isinstance(motion.prediction, SlowPrediction | SwingPrediction):
         raise ConflictError("motion", "must be of one posture", "one that changes")
-    how = TrialSettings(n_trials=n_trials, seed=seed, distance=distance, mean_envelope=mean_envelope)
-    prediction = motion.prediction
+    prediction, rate = motion.prediction, 20e3 if rate is None else rate
     if isinstance(prediction, RodPrediction | FreeEndPrediction):
         times = prediction.times(rate)
     else:
         times = sampling_times(prediction, rate)
-    return spikes_of(prediction, times, population, how)
+    return labelled(spikes_of(prediction, times, population, how))
+
+
+def _of_signal(signal: Any, unit: str | None, population: xr.Dataset, how: TrialSettings) -> xr.Dataset:
+    """Spikes of units that a signal drives, scaled as asked."""
+    from vibrissa.api.objects.signals import as_signal
+    from vibrissa.neural.simulated.driven import fire
+
+    shown = as_signal(signal, unit=unit)
+    scale = how.scaling(shown.to_numpy())
+    spikes = fire(population, shown.time.to_numpy(), scale * shown.to_numpy(), how.n_trials, seed=how.seed)
+    return spikes.assign_attrs(motion_scale=scale)

@@ -59,6 +59,31 @@ class TrialSettings:
             remedy = give_in("m", self.mean_envelope, "µm", 1e-6) if self.mean_envelope > 0 else ""
             raise RangeError("mean envelope", "must be above 0 and at most 0.01 m", self.mean_envelope, remedy)
 
+    def scaling(self, motion: Array) -> float:
+        """Factor that gives a motion the mean envelope asked for.
+
+        Parameters
+        ----------
+        motion : (T,) array
+            Displacement of the point, on an even grid [m].
+
+        Returns
+        -------
+        float
+            1 where none is asked for.
+
+        Raises
+        ------
+        InputError
+            If the motion is to be scaled but nothing moves.
+        """
+        if self.mean_envelope is None:
+            return 1.0
+        found = float(analytic_envelope(motion)[0].mean())
+        if not found > 0:
+            raise ConflictError("mean envelope", "must be left out where nothing moves", self.mean_envelope)
+        return self.mean_envelope / found
+
 
 def forward(
     texture: Gaps | HeightProfile,
@@ -134,12 +159,7 @@ def spikes_of(
     assert point is not None
     length = prediction.whisker.length
     motion = prediction.displacement(time, 1 - point / length)[:, 0] * length
-    scale = 1.0
-    if how.mean_envelope is not None:
-        found = float(analytic_envelope(motion)[0].mean())
-        if not found > 0:
-            raise ConflictError("mean envelope", "must be left out where nothing moves", how.mean_envelope)
-        scale = how.mean_envelope / found
+    scale = how.scaling(motion)
     spikes = fire(units, time, scale * motion, how.n_trials, seed=how.seed)
     return spikes.assign_attrs(distance=how.distance, motion_scale=scale)
 
