@@ -19,6 +19,7 @@ from vibrissa.neural.coupling.reasons import elsewhere, uncoupled
 from vibrissa.neural.coupling.repeatability import r_squared_ceiling, variability
 from vibrissa.neural.coupling.response import UnitCounts
 from vibrissa.neural.coupling.segments import First, two_segments
+from vibrissa.neural.coupling.spontaneous import spontaneous_rates
 from vibrissa.neural.coupling.threshold_linear import Hinge, HingeGrid
 from vibrissa.neural.coupling.tuning import (
     ENDS,
@@ -113,6 +114,11 @@ class EnvelopeAnalysis(BinnedAnalysis):
         guard = max(1, round(0.06 / self.bin_width))
         return Circular(guard=guard, delays=tuple(round(delay / self.bin_width) for delay in self.delays))
 
+    def as_attributes(self) -> dict[str, Any]:
+        """Settings as attributes of what they made."""
+        given = {name: value for name, value in vars(self).items() if value not in (None, ())}
+        return {name: np.array(value, float) if isinstance(value, tuple) else value for name, value in given.items()}
+
 
 def analyse_units(
     spikes: xr.Dataset, stimulus: xr.Dataset, n_trials: int, how: EnvelopeAnalysis | None = None
@@ -157,7 +163,7 @@ def analyse_units(
     known: dict[str, Any] = {name: spikes[name].values for name in ("unit_quality", "unit_session") if name in spikes}
     about = {"n_trials": n_trials, "edge": shown.edge, "lag_low": how.lags[0], "lag_high": how.lags[1]}
     found = dataset(
-        {**about, "phase_in_envelope": likeness, **_settings(how)},
+        {**about, "phase_in_envelope": likeness, **how.as_attributes()},
         unit_name=spikes.unit_name.values,
         envelope_correlation=coupling.correlation,
         envelope_lag=np.where(np.isnan(coupling.correlation), np.nan, coupling.lag * how.bin_width),
@@ -168,7 +174,7 @@ def analyse_units(
         adjusted_p_value=adjusted,
         significant=significant,
         unit_rate=record.rates[:, shown.rate_valid].mean(1),
-        spontaneous_rate=_spontaneous(spikes, counts.observed, how),
+        spontaneous_rate=spontaneous_rates(spikes, counts.observed, how.spontaneous),
         **stacked(rows),
         **known,
     )
@@ -215,25 +221,6 @@ def _verdicts(counts: UnitCounts, shown: Presentation, likeness: float, signific
         test.verdict_on(counts.total_of(unit, test.finer)[valid].astype(float)) if one else idle
         for unit, one in enumerate(significant)
     ]
-
-
-def _settings(how: EnvelopeAnalysis) -> dict[str, Any]:
-    """Attributes that made the data."""
-    given = {name: value for name, value in vars(how).items() if value not in (None, ())}
-    return {name: np.array(value, float) if isinstance(value, tuple) else value for name, value in given.items()}
-
-
-def _spontaneous(spikes: xr.Dataset, observed: Mask, how: EnvelopeAnalysis) -> Array:
-    """Rate of each unit in the window without stimulus, over the trials in which it was observed [Hz]."""
-    n_units = spikes.sizes["unit"]
-    if how.spontaneous is None:
-        return np.full(n_units, np.nan)
-    start, stop = how.spontaneous
-    inside = (spikes.spike_time.values >= start) & (spikes.spike_time.values < stop)
-    inside &= observed[spikes.spike_unit.values, spikes.spike_trial.values]
-    count = np.bincount(spikes.spike_unit.values[inside], minlength=n_units)
-    number = observed.sum(1)
-    return count / (np.where(number > 0, number, np.nan) * (stop - start))
 
 
 Row = dict[str, Any]

@@ -18,6 +18,7 @@ from vibrissa.signals.envelope import analytic_envelope
 
 EDGE_PERIODS = 3  # of the carrier, left out at both ends: there the analytic signal knows one side only
 LONGEST = 0.03  # [s] latency that is searched
+JOINED = "trials_joined"  # attribute: number of equally long trials that lie end to end in one presentation
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +32,7 @@ class Presentation:
     edges : (K + 1,) array
         Edges of the bins [s].
     rate_valid, envelope_valid : (K,) arrays of bool
-        Bins after the onset; bins away from the ends of the record.
+        Bins after the onset, of every trial where several are joined; bins away from the ends of the record.
     edge : float
         Time left out at both ends of the record [s].
     carrier : (T,) array
@@ -96,6 +97,7 @@ class Presentation:
         n_bins = int(np.floor((stop - start) / bin_width + 1e-6))
         edges: Array = start + bin_width * np.arange(n_bins + 1, dtype=float)
         starts, stops = edges[:-1], edges[1:]
+        in_trial = np.arange(n_bins) % (n_bins // int(stimulus.attrs.get(JOINED, 1)))
         near = 1e-6 * bin_width
         first, last = time[0] + edge, time[-1] + step - edge
         lost = np.append(0, np.cumsum(holes))[np.searchsorted(time, edges - near)]
@@ -104,7 +106,7 @@ class Presentation:
             time=time,
             envelope=envelope,
             edges=edges,
-            rate_valid=starts >= start + skip - near,
+            rate_valid=in_trial * bin_width >= skip - near,
             envelope_valid=(starts >= first - near) & (stops <= last + near) & known,
             edge=edge,
             carrier=carrier,
@@ -142,7 +144,7 @@ class BinnedAnalysis:
     bin_width : float
         Width of the bins [s].
     skip : float
-        Time left out at the start of the window, while units adapt [s].
+        Time left out at the start of the window, and of every trial where several are joined, while units adapt [s].
     window : (float, float), optional
         Part of the stimulus analysed [s]; the whole of it by default.
     band : (float, float), optional

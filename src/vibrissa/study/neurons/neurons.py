@@ -13,6 +13,10 @@ from scipy.signal import periodogram
 from vibrissa.errors import InputError
 from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
 from vibrissa.neural.coupling.carrier import share_remark
+from vibrissa.neural.coupling.presentation import JOINED
+from vibrissa.neural.coupling.spontaneous import spontaneous_rates
+from vibrissa.neural.io.tables.inputs import refuse_misplaced
+from vibrissa.neural.io.tables.spikes import observed_trials
 from vibrissa.neural.io.tables.stimuli import presented
 from vibrissa.quantities.kinds import Progress
 from vibrissa.study.neurons.inputs import read_recording
@@ -63,16 +67,55 @@ def analyse_neurons(neurons: Neurons, folder: Path = Path(), progress: Progress 
     asked: dict[str, Any] = {"bin_width": neurons.bin_width, "around": neurons.spontaneous}
     asked |= {"window": neurons.window, "band": neurons.band}
     spikes, stimulus, n_trials, remarks = read_recording(neurons, neurons, folder, **asked, progress=progress)
-    remarks += [*_silent(spikes, n_trials), *_unheard(spikes, neurons.spontaneous)]
-    if "trial" in stimulus.dims:
-        spikes, stimulus, more = end_to_end(spikes, stimulus, how)
-        remarks, n_trials, how = [*remarks, *more], 1, replace(how, skip=0.0, band=None)
-    remarks += _coarse(stimulus)
     if progress is not None:
         progress("units", 0, 0)
+    found = analyse_recording(spikes, stimulus, n_trials, how)
+    return found._replace(remarks=[*remarks, *found.remarks])
+
+
+def analyse_recording(spikes: xr.Dataset, stimulus: xr.Dataset, n_trials: int, how: EnvelopeAnalysis) -> Analysed:
+    """Analyse the units of a recording that has been read.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        In trials.
+    stimulus : Dataset
+        See :func:`vibrissa.neural.io.tables.stimuli.labelled_stimulus`; with the dimension ``trial`` where each trial
+        had its own: these are joined, and their spontaneous rate is that of the trials before.
+    n_trials : int
+        Presentations.
+    how : EnvelopeAnalysis
+        Tests and fits.
+
+    Returns
+    -------
+    Analysed
+        Units and remarks; spikes and stimulus of joined trials as one presentation.
+
+    Raises
+    ------
+    InputError
+        If spikes and stimulus do not fit together.
+    """
+    remarks = [*_silent(spikes, n_trials), *_unheard(spikes, how.spontaneous)]
+    if "trial" in stimulus.dims:
+        found = _analyse_joined(spikes, stimulus, n_trials, how)
+        return found._replace(remarks=[*remarks, *found.remarks])
     units = analyse_units(spikes, stimulus, n_trials, how)
-    remarks += [*_early(units), *filter(None, [share_remark(units)]), *_presented_once(units, n_trials)]
-    return Analysed(units, spikes, stimulus, n_trials, how, remarks)
+    remarks += [*_coarse(stimulus), *_early(units), *filter(None, [share_remark(units)])]
+    return Analysed(units, spikes, stimulus, n_trials, how, [*remarks, *_presented_once(units, n_trials)])
+
+
+def _analyse_joined(spikes: xr.Dataset, stimulus: xr.Dataset, n_trials: int, how: EnvelopeAnalysis) -> Analysed:
+    """Analyse trials, each with its own stimulus, as one presentation; before their onsets as they were."""
+    refuse_misplaced(spikes, stimulus, n_trials, spontaneous=how.spontaneous)
+    rates = spontaneous_rates(spikes, observed_trials(spikes, n_trials), how.spontaneous)
+    joined, envelope, remarks = end_to_end(spikes, stimulus, how)
+    found = analyse_recording(joined, envelope, 1, replace(how, spontaneous=None, band=None))
+    about = {JOINED: n_trials, **how.as_attributes()}
+    units = found.units.assign(spontaneous_rate=found.units.spontaneous_rate.copy(data=rates)).assign_attrs(about)
+    return found._replace(units=units, remarks=[*remarks, *found.remarks])
 
 
 def neuron_results(neurons: Neurons, folder: Path = Path(), progress: Progress | None = None) -> dict[str, xr.Dataset]:

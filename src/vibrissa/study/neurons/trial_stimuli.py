@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.errors import ConflictError, RangeError, TooFewError
-from vibrissa.neural.coupling.presentation import EDGE_PERIODS, LONGEST, BinnedAnalysis
+from vibrissa.neural.coupling.presentation import EDGE_PERIODS, JOINED, LONGEST, BinnedAnalysis
 from vibrissa.neural.io.tables.inputs import refuse_beyond_recording
 from vibrissa.neural.io.tables.spikes import observed_trials, refuse_partly_observed, spike_table
 from vibrissa.neural.io.tables.stimuli import labelled_stimulus, name_of, presented
@@ -112,8 +112,8 @@ def end_to_end(
 ) -> tuple[xr.Dataset, xr.Dataset, list[str]]:
     """Trials that each had their own stimulus, one after the other as a single presentation.
 
-    The envelope is that of each trial; it counts as unknown during its skip, three periods of the carrier at its ends,
-    and its last 30 ms, so that no response is compared with the stimulus of another trial.
+    The envelope is that of each trial; it counts as unknown three periods of the carrier at its ends, and in its last
+    30 ms, so that no response is compared with the stimulus of another trial. The skip is left out of every trial.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def end_to_end(
     stimulus : Dataset
         With the dimension ``trial``.
     how : BinnedAnalysis
-        Bins, skip and band; a window is refused.
+        Bins and band; a window is refused.
 
     Returns
     -------
@@ -152,7 +152,7 @@ def end_to_end(
         raise RangeError("bin width", f"must be whole samples of the stimulus, of {step:g} s", how.bin_width)
     whole = np.concatenate([_envelope(stimulus, one.values, how, step)[:count] for one in each])
     length = count * step
-    attrs = {"source": stimulus.attrs.get("source", ""), "trials_joined": n_trials}
+    attrs = {"source": stimulus.attrs.get("source", ""), JOINED: n_trials}
     joined = labelled_stimulus(time[0] + step * np.arange(whole.size), whole, unit, envelope=True, attrs=attrs)
     refuse_beyond_recording(spikes, time[0] + length)
     when = spikes.spike_time.values
@@ -179,5 +179,5 @@ def _envelope(stimulus: xr.Dataset, values: Array, how: BinnedAnalysis, step: fl
     envelope, _, frequency, holes = enveloped(one, how.band, step)
     edge = 0.0 if is_envelope else EDGE_PERIODS / frequency
     since, left = time - time[0], time[-1] + step - time
-    known = (since >= max(how.skip, edge) - 1e-9) & (left >= max(edge, LONGEST) - 1e-9) & ~holes
+    known = (since >= edge - 1e-9) & (left >= max(edge, LONGEST) - 1e-9) & ~holes
     return np.where(known, envelope, np.nan)

@@ -99,7 +99,8 @@ def refuse_misplaced(
     if not outside.any() or (window is not None and 2 * outside.sum() <= time.size):
         return
     farthest = time[np.argmax(np.abs(time - first))]
-    remedy = "give `window`, its start and its stop, to leave them out"
+    each = "trial" in stimulus.dims  # of which no window is taken
+    remedy = "leave them out" if each else "give `window`, its start and its stop, to leave them out"
     if outside.all():
         remedy = "let both count from the onset: subtract it from the times of the stimulus"
     if farthest > last + 10 * (last - first):

@@ -1,0 +1,73 @@
+"""Trials with stimuli of their own: what is joined counts as the trials did, in files and in Python."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from vibrissa.study.neurons.neurons import analyse_neurons
+from vibrissa.study.spec.neurons import Neurons
+
+RATE, LENGTH, TRIALS, SKIP = 500, 3.0, 12, 0.5
+TIME = np.arange(int(LENGTH * RATE)) / RATE
+
+
+def envelopes(seed=3):
+    """A slow envelope of each trial, 0 to 2."""
+    rng = np.random.default_rng(seed)
+    phase, pace = rng.uniform(0, 6, (2, TRIALS, 1))
+    return 1 + 0.9 * np.sin(2 * np.pi * (1.1 + pace / 3) * TIME + phase)
+
+
+def spikes_of(envelope, seed=4):
+    """Times in each trial: before the onset 12 Hz, then 25 Hz times the envelope, and 100 Hz more for 0.3 s."""
+    rng, found = np.random.default_rng(seed), []
+    for own in envelope:
+        driven = TIME[rng.uniform(size=TIME.size) < 25 * own / RATE]
+        before, onset = rng.uniform(-1, 0, rng.poisson(12)), rng.uniform(0, 0.3, rng.poisson(30))
+        found.append(np.sort(np.concatenate([before, onset, driven])).round(6))
+    return found
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    """Files of one unit and of the stimuli of its trials, and its spike times."""
+    here, shown = tmp_path_factory.mktemp("trials"), envelopes()
+    times = spikes_of(shown)
+    rows = [(k, t, a) for k, own in enumerate(shown) for t, a in zip(TIME, own, strict=True)]
+    pd.DataFrame(rows, columns=["trial", "time", "envelope_au"]).to_csv(here / "stimulus.csv", index=False)
+    rows = [("u", k, t) for k, own in enumerate(times) for t in own]
+    pd.DataFrame(rows, columns=["unit", "trial", "spike_time"]).to_csv(here / "spikes.csv", index=False)
+    return here, times
+
+
+def rate(times, start, stop):
+    """Rate in a part of every trial [Hz], counted by hand."""
+    return float(np.mean([np.sum((own >= start) & (own < stop)) for own in times])) / (stop - start)
+
+
+@pytest.fixture(scope="module")
+def joined(recording):
+    """Units of the verb."""
+    files = {"spikes": "spikes.csv", "stimulus": "stimulus.csv", "trials": TRIALS}
+    return analyse_neurons(Neurons(**files, skip=SKIP, spontaneous=(-1.0, 0.0)), recording[0]).units
+
+
+def test_the_spontaneous_rate_is_that_of_the_trials_before_they_are_joined(recording, joined):
+    assert joined.spontaneous_rate.item() == pytest.approx(rate(recording[1], -1, 0), rel=1e-9)
+    assert joined.attrs["spontaneous"].tolist() == [-1.0, 0.0]
+
+
+def test_the_skip_is_left_out_of_the_rate_of_every_joined_trial(recording, joined):
+    assert joined.unit_rate.item() == pytest.approx(rate(recording[1], SKIP, LENGTH), rel=1e-9)
+    assert joined.attrs["skip"] == SKIP
+
+
+def test_rates_at_the_onsets_of_joined_trials_change_no_result(recording, joined, tmp_path):
+    """Spikes in the skip of every trial count nowhere, in the test, its chance nor the fit."""
+    here, times = recording
+    late = [("u", k, t) for k, own in enumerate(times) for t in own if t < 0 or t >= SKIP]
+    pd.DataFrame(late, columns=["unit", "trial", "spike_time"]).to_csv(tmp_path / "late.csv", index=False)
+    files = {"spikes": str(tmp_path / "late.csv"), "stimulus": str(here / "stimulus.csv"), "trials": TRIALS}
+    found = analyse_neurons(Neurons(**files, skip=SKIP, spontaneous=(-1.0, 0.0))).units
+    for name in ("unit_rate", "envelope_correlation", "p_value", "tail_p_value", "threshold", "slope", "latency"):
+        np.testing.assert_allclose(found[name], joined[name], rtol=1e-9, err_msg=name)
