@@ -90,7 +90,8 @@ def envelope_coupling(
     spikes : Dataset or any object that ``read_spikes`` takes
         In trials, seconds from the stimulus' onset.
     stimulus : Dataset, DataArray, Tsd, AnalogSignal or path
-        One presentation, as played: displacement [m], or an angle or any other motion in the unit it states.
+        As played: displacement [m], or an angle or any other motion in the unit it states. One presentation, or, of a
+        file, one of each trial: with a column ``trial``, or on the session's clock, from which the trials are cut.
     n_trials : int, optional
         Presentations, silent ones included; where the spikes do not hold it.
     unit : str, optional
@@ -132,10 +133,12 @@ def envelope_coupling(
     >>> units.significant.values.tolist()
     [True, True, True]
     """
-    from vibrissa.neural.coupling.analysis import EnvelopeAnalysis, analyse_units
+    from vibrissa.neural.coupling.analysis import EnvelopeAnalysis
     from vibrissa.neural.io.tables.inputs import require_whole
     from vibrissa.neural.io.tables.selection import labelled
     from vibrissa.study.neurons.inputs import remarks_on, silent_end
+    from vibrissa.study.neurons.neurons import analyse_recording
+    from vibrissa.study.neurons.trial_stimuli import refuse_other_trials
 
     named = str(getattr(stimulus, "name", "")) + str(getattr(stimulus, "attrs", {}).get("long_name", ""))
     if "envelope" in named and not envelope:
@@ -161,11 +164,13 @@ def envelope_coupling(
         seed=seed,
     )
     require_whole("n_trials", count)
-    units = analyse_units(table, shown, int(count), how)
+    refuse_other_trials(shown, int(count), str(stimulus))
+    found = analyse_recording(table, shown, int(count), how)
     analysed = window or (float(shown.time[0]), float(shown.time[-1]))
-    remark(*remarks, *remarks_on(table), *silent_end(table, *analysed))
-    events = table[["spike_time", "spike_unit", "spike_trial", *({"unit_observed"} & set(table.data_vars))]]
-    return labelled(units.merge(events, combine_attrs="override").merge(shown, combine_attrs="override"))
+    remark(*remarks, *remarks_on(table), *silent_end(table, *analysed), *found.remarks)
+    known = {"spike_time", "spike_unit", "spike_trial", "unit_observed"} & set(found.spikes.data_vars)
+    units = found.units.merge(found.spikes[sorted(known)], combine_attrs="override")
+    return labelled(units.merge(found.stimulus, combine_attrs="override"))
 
 
 def _spikes_and_stimulus(
@@ -174,6 +179,8 @@ def _spikes_and_stimulus(
     """Both as datasets, and remarks on the stimulus; refused in one line if they are swapped."""
     from vibrissa.api.objects.signals import as_signal
     from vibrissa.api.objects.spikes import as_spikes
+    from vibrissa.study.neurons.stimuli import SESSION
+    from vibrissa.study.neurons.trial_stimuli import stimulus_in_trials
 
     def reads(reader: Callable[[Any], object], thing: Any) -> bool:
         try:
@@ -190,7 +197,14 @@ def _spikes_and_stimulus(
             raise
         remedy = "vb.envelope_coupling(spikes, stimulus)"
         raise ConflictError("spikes, stimulus", "must be in this order", "them swapped", remedy) from error
-    return table, *_shown(stimulus, unit, envelope, band)
+    shown, remarks = _shown(stimulus, unit, envelope, band)
+    if shown.attrs.get("clock") != SESSION:
+        return table, shown, remarks
+    if "trial_start" not in table:
+        rule, found = "must have the times of their trials", "a stimulus on the session's clock"
+        raise MissingError("spikes", rule, found, "vb.read_spikes(spikes, trials=onsets)")
+    cut, more = stimulus_in_trials(shown, table, str(stimulus), band)
+    return table, cut, [*remarks, *more]
 
 
 def _shown(stimulus: Any, unit: str | None, envelope: bool, band: Seconds | None) -> tuple[xr.Dataset, list[str]]:

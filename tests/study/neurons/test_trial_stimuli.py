@@ -3,7 +3,11 @@
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
+from refusals import refusal
 
+import vibrissa as vb
+from vibrissa.api.remarks import Remark
 from vibrissa.study.neurons.neurons import analyse_neurons
 from vibrissa.study.spec.neurons import Neurons
 
@@ -71,3 +75,36 @@ def test_rates_at_the_onsets_of_joined_trials_change_no_result(recording, joined
     found = analyse_neurons(Neurons(**files, skip=SKIP, spontaneous=(-1.0, 0.0))).units
     for name in ("unit_rate", "envelope_correlation", "p_value", "tail_p_value", "threshold", "slope", "latency"):
         np.testing.assert_allclose(found[name], joined[name], rtol=1e-9, err_msg=name)
+
+
+def test_python_joins_trials_with_stimuli_of_their_own_as_the_verb_does(recording, joined):
+    here, times = recording
+    frame = pd.DataFrame([("u", k, t) for k, own in enumerate(times) for t in own], columns=["unit", "trial", "time"])
+    how = {"n_trials": TRIALS, "skip": SKIP, "spontaneous": (-1.0, 0.0)}
+    with pytest.warns(Remark, match="12 trials, each with its own stimulus"):
+        found = vb.envelope_coupling(frame, here / "stimulus.csv", **how)
+    for name in joined.data_vars:
+        np.testing.assert_array_equal(found[name].values, joined[name].values, err_msg=name)
+    assert found.attrs.keys() == joined.attrs.keys()
+    assert len(vb.plot_unit(found).axes) > 3
+
+
+def test_other_numbers_of_trials_in_spikes_and_stimulus_are_refused_in_python(recording):
+    frame = pd.DataFrame({"unit": ["u"], "trial": [0], "time": [0.5]})
+    with refusal("shape", "stimulus.csv", "12"):
+        vb.envelope_coupling(frame, recording[0] / "stimulus.csv", n_trials=13)
+
+
+def test_python_remarks_on_silent_trials_and_on_a_window_in_which_no_unit_fired(recording):
+    """The same lines as of the verb."""
+    frame = pd.DataFrame(
+        [("u", k, t) for k in range(8) for t in np.linspace(0.01, 2.99, 40)], columns=["unit", "trial", "time"]
+    )
+    shown = xr.DataArray(envelopes()[0], {"time": TIME}, ["time"])
+    with pytest.warns(Remark) as seen:
+        vb.envelope_coupling(
+            frame, shown, n_trials=TRIALS, skip=SKIP, spontaneous=(-1.0, 0.0), envelope=True, unit="a.u."
+        )
+    lines = " ".join(str(one.message) for one in seen)
+    assert "last 4 of 12 trials hold no spike" in lines
+    assert "o unit fired from -1 to 0 s" in lines

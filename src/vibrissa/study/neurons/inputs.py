@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibrissa.arrays import Array, Window
-from vibrissa.errors import ConflictError, MissingError, RangeError, ShapeError
+from vibrissa.errors import ConflictError, MissingError, RangeError
 from vibrissa.files import existing
 from vibrissa.neural.io.recording import recorded_spikes, session_spikes, trials_of_recording
 from vibrissa.neural.io.tables.kept_units import of_kept_units
-from vibrissa.neural.io.tables.stimuli import name_of
 from vibrissa.neural.io.tables.trials import trials_at
 from vibrissa.quantities.kinds import Progress
-from vibrissa.study.neurons.stimuli import SESSION, named_stimulus, read_stimulus
-from vibrissa.study.neurons.trial_stimuli import cut_stimulus
+from vibrissa.study.neurons.stimuli import SESSION, read_stimulus
+from vibrissa.study.neurons.trial_stimuli import refuse_other_trials, stimulus_in_trials
 from vibrissa.study.spec.given import SpikesInput, StimulusInput
 
 if TYPE_CHECKING:
@@ -98,9 +97,9 @@ def read_recording(
     """
     shown, remarks = read_stimulus(stimulus, folder, channels=channels, band=band)
     if shown.attrs.get("clock") == SESSION:
-        shown, more = cut_stimulus(shown, _trials(spikes, folder), str(stimulus.stimulus))
-        named, others = (shown, []) if channels else named_stimulus(shown, str(stimulus.stimulus), band)
-        shown, remarks = named, [*remarks, *more, *others]
+        trials, source = _trials(spikes, folder), str(stimulus.stimulus)
+        shown, more = stimulus_in_trials(shown, trials, source, band, channels=channels)
+        remarks = [*remarks, *more]
     time = shown.time.values
     end = float(time[-1] + (time[-1] - time[0]) / (time.size - 1))  # of the last sample
     kept = [float(time[0]), end, *(around or ())]
@@ -109,9 +108,7 @@ def read_recording(
     table, count, more = read_spikes(spikes, (min(kept), max(kept)), folder, bin_width=bin_width, progress=progress)
     table, beyond = _within(table, time, around)
     silence = silent_end(table, *(window or (float(time[0]), end)))
-    own = shown[name_of(shown)].sizes.get("trial", count)
-    if own != count:
-        raise ShapeError(str(stimulus.stimulus), f"must have {count} trials, as the spikes have", own)
+    refuse_other_trials(shown, count, str(stimulus.stimulus))
     return Recording(table, shown, count, [*remarks, *_late(time[0], end), *more, *beyond, *silence])
 
 

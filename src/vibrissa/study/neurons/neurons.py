@@ -166,7 +166,9 @@ def _silent(spikes: xr.Dataset, n_trials: int) -> list[str]:
     """Say that the first or the last trials hold no spike."""
     lines, last = [], int(spikes.spike_trial.values.max(initial=0))
     if last < n_trials - 1:
-        lines.append(f"the last {n_trials - 1 - last} of {n_trials} trials hold no spike of any unit; check `trials`")
+        lines.append(
+            f"the last {n_trials - 1 - last} of {n_trials} trials hold no spike of any unit: were they presented?"
+        )
     if 0 not in spikes.spike_trial.values and n_trials > 1:
         lines.append("trial 0 holds no spike of any unit; trials count from 0")
     return lines

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.arrays import Array
-from vibrissa.errors import ConflictError, RangeError, TooFewError
+from vibrissa.arrays import Array, Window
+from vibrissa.errors import ConflictError, RangeError, ShapeError, TooFewError
 from vibrissa.neural.coupling.presentation import EDGE_PERIODS, JOINED, LONGEST, BinnedAnalysis
 from vibrissa.neural.io.tables.inputs import refuse_beyond_recording
 from vibrissa.neural.io.tables.spikes import observed_trials, refuse_partly_observed, spike_table
 from vibrissa.neural.io.tables.stimuli import labelled_stimulus, name_of, presented
+from vibrissa.study.neurons.stimuli import named_stimulus
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -76,6 +77,56 @@ def _alike(cut: Array) -> bool:
     mean = each.mean(-2, keepdims=True)
     size = np.sqrt((each**2).sum(-1) * (mean**2).sum(-1))
     return bool(((each * mean).sum(-1) >= ONE * size).all())
+
+
+def stimulus_in_trials(
+    stimulus: xr.Dataset, trials: xr.Dataset, source: str, band: Window | None = None, *, channels: bool = False
+) -> tuple[xr.Dataset, list[str]]:
+    """The stimulus of each trial, as :func:`cut_stimulus` gives it, and as an envelope where it is one.
+
+    Parameters
+    ----------
+    stimulus, trials, source
+        As of :func:`cut_stimulus`.
+    band : (float, float), optional
+        Band of the carrier [Hz].
+    channels : bool
+        Whether all channels are wanted, which are taken as they are.
+
+    Returns
+    -------
+    stimulus, remarks
+        As of :func:`cut_stimulus`.
+
+    Raises
+    ------
+    InputError
+        As :func:`cut_stimulus` and :func:`vibrissa.study.neurons.stimuli.named_stimulus`.
+    """
+    cut, remarks = cut_stimulus(stimulus, trials, source)
+    known, more = (cut, []) if channels else named_stimulus(cut, source, band)
+    return known, [*remarks, *more]
+
+
+def refuse_other_trials(stimulus: xr.Dataset, n_trials: int, source: str) -> None:
+    """Refuse stimuli of another number of trials than the spikes have.
+
+    Parameters
+    ----------
+    stimulus : Dataset
+        With the dimension ``trial`` where each trial had its own.
+    n_trials : int
+        Presentations.
+    source : str
+        For the message.
+
+    Raises
+    ------
+    InputError
+        Names both numbers.
+    """
+    if (own := stimulus.sizes.get("trial", n_trials)) != n_trials:
+        raise ShapeError(source, f"must have {n_trials} trials, as the spikes have", own)
 
 
 def each_trial(spikes: xr.Dataset, stimulus: xr.Dataset, n_trials: int) -> list[tuple[xr.Dataset, xr.Dataset, int]]:
