@@ -221,7 +221,7 @@ EDITS = [
 table(
     "edits",
     "a.edits.json",
-    json.dumps({"format": "vibrissa edits", "version": 1, "movie": MOVIE, "edits": EDITS}, indent=1),
+    json.dumps({"format": "vibrissa edits", "version": 2, "movie": MOVIE, "edits": EDITS}, indent=1),
     lambda path: _edits(path),
     cases=80,
 )

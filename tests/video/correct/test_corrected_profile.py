@@ -5,21 +5,25 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from moved_heads import moved
 from refusals import refusal
 from simulated_segments import HEIGHT, WIDTH, Pad, simulate
 
+from vibrissa.head_pose import with_head
 from vibrissa.measures.face import Face
 from vibrissa.measures.kinematics import KinematicsSettings, kinematics_of
 from vibrissa.netcdf import load, save
+from vibrissa.quantities import dataset
 from vibrissa.video.correct.corrected_profile import corrected_profile
+from vibrissa.video.correct.edit_file import write_edits
 from vibrissa.video.correct.edits import Edit
 from vibrissa.video.correct.opening import marked_names, open_tracks, profile_numbers
 from vibrissa.video.io.movie import write_movie
 from vibrissa.video.link.thorough_linking import IDENTIFIED, link_thoroughly
 from vibrissa.video.linked.linked_profile import profile_from_linking
-from vibrissa.video.tracking import Calibration
+from vibrissa.video.tracking import Calibration, numbered_from
 
-FRAMES = 90
+FRAMES, FIRST, LAST = 90, 20, 59  # of the movie; of a part of it
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +39,24 @@ def tracked(tmp_path_factory):
     profile = profile_from_linking(linking, calibration, source="pad", first=[3])  # as if marked: it comes first
     names = [f"whisker {k}" for k in range(profile.sizes["whisker"])]
     save(profile.assign_attrs(names=json.dumps(["C2", *names[1:]]), marks="[]"), folder / "profile.nc")
+    write_movie(folder / "movie.mkv", [np.full((FRAMES, HEIGHT, WIDTH), 190, np.uint8)])
+    return folder
+
+
+@pytest.fixture(scope="module", params=[False, True], ids=["still", "moving head"])
+def part(tmp_path_factory, request):
+    """Folder as of a part of a movie that was tracked: the frames of its lines are the movie's."""
+    folder, count = tmp_path_factory.mktemp("part"), LAST + 1 - FIRST
+    lines = simulate([Pad(whiskers=7, frames=count, spread=50.0, amplitude=20.0, missing=0.1)], 4)[0]
+    if request.param:
+        lines, head = moved(lines, 4)
+        lines = with_head(lines.merge(dataset(time=np.arange(count) / 200), combine_attrs="override"), head)
+    later = lines.segment_frame + FIRST
+    lines, linking = link_thoroughly(lines.assign(segment_frame=later).assign_attrs(first_frame=FIRST))
+    identity = linking.identity()
+    save(lines.assign({name: identity[name] for name in IDENTIFIED}), folder / "lines.nc")
+    calibration = Calibration(frame_rate=200.0, pixel_size=1e-4)
+    save(numbered_from(profile_from_linking(linking, calibration, source="pad"), FIRST), folder / "profile.nc")
     write_movie(folder / "movie.mkv", [np.full((FRAMES, HEIGHT, WIDTH), 190, np.uint8)])
     return folder
 
@@ -85,6 +107,51 @@ def test_a_part_of_a_movie_stays_a_part(tracked):
         for first, last, _ in runs:
             lost[first : last + 1] = True
         np.testing.assert_array_equal(lost, ~seen)
+
+
+def test_a_tracked_part_without_an_edit_stays_as_it_was(part):
+    tracks = opened(part)
+    before, after = tracks.profile, corrected_profile(tracks)
+    for name in ("x", "y", "arc_length", "time", "whisker_probability"):
+        np.testing.assert_allclose(after[name].values, before[name].values, atol=1e-12)
+    assert (after.attrs["first_frame"], after.attrs["last_frame"]) == (FIRST, LAST)
+    assert after.attrs["lost"] == before.attrs["lost"]
+
+
+def test_an_edit_of_a_tracked_part_has_the_frame_of_the_movie(part):
+    tracks, frame = opened(part), 50
+    named, frames = tracks.correction.named, load(part / "lines.nc").segment_frame.values
+    line = int(np.flatnonzero((frames == frame) & (named.whisker == tracks.numbers[0]))[0])
+    point = tracks.correction.point_on(line)
+    assert point.frame == frame
+    tracks.correction.apply(Edit(do="delete", at=point, alone=True))
+    before, after = (np.isfinite(one.x.values).any(axis=-1) for one in (tracks.profile, corrected_profile(tracks)))
+    whisker = json.loads(tracks.profile.attrs["identities"]).index(0)
+    assert np.argwhere(before != after).tolist() == [[whisker, frame - FIRST]]
+
+
+def test_older_edits_of_a_tracked_part_are_refused(part, tracked):
+    """Their frames counted from the part, and their lines lay on the pictures of other frames."""
+    for folder, late in ((tracked, False), (part, True)):
+        tracks, file = opened(folder), folder / "old.edits.json"
+        write_edits(file, tracks.movie, [Edit(do="call", whisker=0, label="E9")])
+        words = {"tell": lambda text: None, "progress": lambda *_: None, "edits": file}
+        files = folder / "again.nc", folder / "movie.mkv"
+        assert open_tracks(*files, segments=folder / "lines.nc", **words).correction.labels[0] == "E9"
+        file.write_text(file.read_text().replace('"version": 2', '"version": 1'))
+        if not late:
+            assert open_tracks(*files, segments=folder / "lines.nc", **words).correction.labels[0] == "E9"
+            continue
+        with refusal("format", str(file)) as caught:
+            open_tracks(*files, segments=folder / "lines.nc", **words)
+        assert f"{FIRST} frames too early" in str(caught.value)
+
+
+def test_a_corrected_part_without_a_node_is_refused(part):
+    tracks = opened(part, first_frame=70, last_frame=80)
+    with refusal("too-few", "movie.mkv") as caught:
+        corrected_profile(tracks)
+    assert "must show whiskers in frames 70 to 80" in str(caught.value)
 
 
 def test_what_was_remarked_of_the_movie_is_kept(tracked):

@@ -94,8 +94,8 @@ def test_a_bad_edit_is_refused_by_its_number(file, code, edit):
 
 def test_a_file_of_a_later_version_and_one_that_is_missing(file):
     values = json.loads(file.read_text())
-    file.write_text(json.dumps(values | {"version": 2}))
-    with refusal("format", str(file), "2"):
+    file.write_text(json.dumps(values | {"version": 3}))
+    with refusal("format", str(file), "3"):
         read_edits(file, MOVIE)
     file.unlink()
     with refusal("missing", str(file)):

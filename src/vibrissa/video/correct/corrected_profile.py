@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibrissa.errors import TooFewError
 from vibrissa.quantities.identity import SURE
 from vibrissa.video.correct.opening import OpenedTracks, calibration_of, kept_whiskers
 from vibrissa.video.linked.linked_profile import profile_from_linking
@@ -37,7 +38,7 @@ def corrected_profile(opened: OpenedTracks) -> xr.Dataset:
     Raises
     ------
     InputError
-        If no whisker is left.
+        If no whisker is left in the frames that were tracked.
     """
     before, correction = opened.profile, opened.correction
     spacing = np.diff(before.arc_length.values, axis=-1)
@@ -70,9 +71,12 @@ def _names(opened: OpenedTracks, profile: xr.Dataset) -> list[str]:
 
 def _part(profile: xr.Dataset, first: int, last: int) -> xr.Dataset:
     """A profile of some of its frames; runs of ``lost`` count from the first of these."""
+    part = profile.isel(time=slice(first, last + 1))
+    if not np.isfinite(part.x.values).any():
+        rule = f"must show whiskers in frames {first} to {last}, which were tracked"
+        raise TooFewError(profile.attrs["source"], rule, "none found", "give the lines of these frames")
     lost = [
         [[max(a, first) - first, min(b, last) - first, why] for a, b, why in runs if a <= last and b >= first]
         for runs in json.loads(profile.attrs["lost"])
     ]
-    part = profile.isel(time=slice(first, last + 1))
     return part.assign_attrs(lost=json.dumps(lost), first_frame=first, last_frame=last)

@@ -11,7 +11,8 @@ from vibrissa.errors import ConflictError, FormatError
 from vibrissa.files import existing, written_whole
 from vibrissa.video.correct.edits import Edit, edit_of, plain_edit
 
-FORMAT, VERSION = "vibrissa edits", 1
+FORMAT, VERSION = "vibrissa edits", 2
+COUNTED = 1  # version in which frames of a tracked part counted from its first
 
 
 class EditedMovie(NamedTuple):
@@ -59,7 +60,7 @@ def write_edits(path: str | Path, movie: EditedMovie, edits: Sequence[Edit]) -> 
         temporary.write_text(text, encoding="utf-8")
 
 
-def read_edits(path: str | Path, movie: EditedMovie) -> list[Edit]:
+def read_edits(path: str | Path, movie: EditedMovie, first: int = 0) -> list[Edit]:
     """Edits of a movie.
 
     Parameters
@@ -68,6 +69,8 @@ def read_edits(path: str | Path, movie: EditedMovie) -> list[Edit]:
         File of :func:`write_edits`.
     movie : EditedMovie
         The movie that they must belong to; its name may have changed.
+    first : int
+        First frame of the lines, where a part of the movie was tracked.
 
     Returns
     -------
@@ -85,8 +88,7 @@ def read_edits(path: str | Path, movie: EditedMovie) -> list[Edit]:
         raise FormatError(str(path), "must be a file of edits (JSON)", remedy=str(error)) from error
     if not isinstance(values, dict) or values.get("format") != FORMAT or not isinstance(values.get("edits"), list):
         raise FormatError(str(path), f"must be a file of edits, with format {FORMAT!r}, movie and edits")
-    if values.get("version") != VERSION:
-        raise FormatError(str(path), f"must have version {VERSION}", values.get("version"), "update vibrissa")
+    _refuse_version(path, values.get("version"), first)
     _refuse_other_movie(path, values.get("movie"), movie)
     edits = [edit_of(one, f"{path}, edit {number}") for number, one in enumerate(values["edits"], 1)]
     for number, one in enumerate(edits, 1):
@@ -95,6 +97,15 @@ def read_edits(path: str | Path, movie: EditedMovie) -> list[Edit]:
             rule = f"must be in the movie of {movie.frames} frames"
             raise FormatError(f"{path}, edit {number}, frame", rule, last)
     return edits
+
+
+def _refuse_version(path: str | Path, version: object, first: int) -> None:
+    """Refuse edits of a later program, and those that were made on the pictures of other frames."""
+    if version not in (COUNTED, VERSION):
+        raise FormatError(str(path), f"must have version {VERSION}", version, "update vibrissa")
+    if version == COUNTED and first:
+        rule = f"must have version {VERSION}: lines were on pictures {first} frames too early when it was made"
+        raise FormatError(str(path), rule, version, "correct again, with another file of edits")
 
 
 def _refuse_other_movie(path: str | Path, given: object, movie: EditedMovie) -> None:

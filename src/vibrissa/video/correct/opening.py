@@ -106,9 +106,10 @@ def open_tracks(
     if (own := before.attrs.get("movie", movie.name)) != movie.name:
         tell(f"{profile} was tracked in {own}, not in {movie.name}: is that the same movie?")
     lines = _lines(profile, before, movie, segments, polarity, tell, progress)
+    first = int(lines.attrs.get("first_frame", 0))
     lines = _fitted(lines, about.frame_count, about.frame_count_is_estimate, (about.width, about.height))
     movie_of = EditedMovie(movie.name, int(lines.attrs["frames"]), about.width, about.height)
-    made = read_edits(edits, movie_of) if edits.exists() else []
+    made = read_edits(edits, movie_of, first) if edits.exists() else []
     progress("linking", 0, 0)
     lines, linking = linked_before(lines)
     said, numbers = said_of(lines, linking)
@@ -316,9 +317,10 @@ def _fitted(lines: xr.Dataset, frames: int, estimate: bool, size: tuple[int, int
         found = f"lines up to frame {last - 1}, column {reach[0]}, row {reach[1]}"
         found = f"lines of a movie of {own[0]} × {own[1]} pixels" if others else found
         raise ConflictError("segments", rule, found, "give those of this movie")
-    attrs = {name: value for name, value in lines.attrs.items() if name != "first_frame"}
     if (head := head_of(lines)) is not None:
         whole = head.within(max(frames, last), int(lines.attrs.get("first_frame", 0)))
         lines = lines.drop_dims("time").merge(dataset(time=np.arange(max(frames, last), dtype=float)))
         lines = with_head(lines, whole)
-    return lines.assign_attrs(attrs | {"frames": max(frames, last), "width": size[0], "height": size[1]})
+    fitted = lines.assign_attrs(frames=max(frames, last), width=size[0], height=size[1])
+    fitted.attrs.pop("first_frame", None)
+    return fitted

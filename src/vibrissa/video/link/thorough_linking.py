@@ -99,6 +99,7 @@ def counted_from_start(segments: xr.Dataset) -> xr.Dataset:
     Dataset
         The same without that attribute.
     """
-    attrs = {name: value for name, value in segments.attrs.items() if name != "first_frame"}
     frame = segments.segment_frame - int(segments.attrs.get("first_frame", 0))
-    return segments.assign(segment_frame=frame.assign_attrs(segments.segment_frame.attrs)).assign_attrs(attrs)
+    counted = segments.assign(segment_frame=frame.assign_attrs(segments.segment_frame.attrs))
+    counted.attrs.pop("first_frame", None)
+    return counted
