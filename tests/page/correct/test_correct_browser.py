@@ -8,7 +8,7 @@ from corrected_pad import make_pad, served_pad
 from real_browser import real_browser
 
 from vibrissa.netcdf import load
-from vibrissa.video.correct.edit_file import read_edits
+from vibrissa.video.correct.edit_file import read_edits, write_edits
 from vibrissa.video.correct.edits import Edit
 
 FRAMES, PATIENCE = 120, 60  # [s] of a loaded machine
@@ -517,6 +517,32 @@ def test_the_end_stops_the_program_and_the_page_says_so(hands):
     while hands.served.alive():
         assert time.monotonic() < stop
         time.sleep(0.02)
+
+
+@pytest.mark.parametrize("saved", [False, True])
+def test_the_end_says_after_a_reload_whether_the_profile_has_the_edits(hands, saved):
+    hands.select(2, 20)
+    hands.keys("d")
+    if saved:
+        hands.page.locator("[data-key=save]").click()
+        hands.until("document.getElementById('message').textContent.startsWith('The corrected profile')")
+    hands.page.reload()
+    hands.until("Boolean(globalThis.correct) && !correct.busy()")
+    hands.page.locator("#end").click()
+    hands.until("document.getElementById('message').textContent.startsWith('Ended')")
+    assert ("the profile was not saved with them" in hands.page.inner_text("#message")) == (not saved)
+
+
+def test_edits_of_another_program_are_refused_in_a_line_and_the_page_stays_usable(hands, served):
+    write_edits(served.edits, served.opened.movie, [Edit(do="call", whisker=1, label="A1")])
+    line = hands.select(2, 20)
+    hands.keys("d")
+    said = hands.page.inner_text("#message")
+    assert "must hold the edits that this page last read or wrote, 0 edits, got 1" in said
+    assert hands.whisker(line) == 2
+    served.edits.unlink()
+    hands.keys("d")
+    assert hands.whisker(line) == -2
 
 
 def test_the_end_waits_for_a_save(hands):

@@ -6,6 +6,8 @@ import struct
 import urllib.error
 import urllib.parse
 import urllib.request
+from threading import Thread
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from refusals import refusal
 
 from vibrissa.errors import MachineError
 from vibrissa.netcdf import load, save
+from vibrissa.page.correct.correcting import correct_on_page
 from vibrissa.video.correct.edit_file import read_edits
 from vibrissa.video.correct.opening import open_tracks
 
@@ -252,3 +255,75 @@ def test_an_edit_that_cannot_be_written_is_not_made(page, monkeypatch):
     after, same = unpacked(get(page, "lines"))
     assert after["edits"] == facts["edits"] == 0
     np.testing.assert_array_equal(same["whisker"], arrays["whisker"])
+
+
+def call(whisker, label):
+    return {"do": "call", "whisker": whisker, "label": label}
+
+
+def test_two_programs_do_not_overwrite_the_edits_of_each_other(page, pad, tmp_path):
+    with served_pad(pad, tmp_path / "other.nc") as other:
+        for k in range(3):
+            assert post(page, "edit", call(k, f"A{k}"))[0] == 200
+        for place, values in (("edit", call(5, "B5")), ("save", {})):
+            code, error = post(other, place, values)
+            assert code == 422
+            assert error.startswith(
+                f"{page.edits} must hold the edits that this page last read or wrote, 0 edits, got 3"
+            )
+        assert unpacked(get(other, "lines"))[0]["edits"] == 0  # it answers, and what was refused is not made
+        assert not other.out.exists()
+        assert [one.label for one in read_edits(page.edits, page.opened.movie)] == ["A0", "A1", "A2"]
+        assert post(page, "edit", call(3, "A3"))[0] == 200
+    with served_pad(pad, tmp_path / "other.nc") as other:  # with what the first has written, the second goes on
+        assert post(other, "undo", {})[0] == 200
+        assert post(page, "undo", {})[0] == 422
+
+
+def test_points_of_a_file_by_hand_are_no_edits_of_another_program(pad, tmp_path):
+    """The file rounds places to a hundredth of a pixel."""
+    with served_pad(pad, tmp_path / "out.nc") as page:
+        _, arrays = unpacked(get(page, "lines"))
+        post(page, "edit", {"do": "split", "at": line_of(arrays, 1, 50)})
+        values = json.loads(page.edits.read_text())
+    values["edits"][0]["at"][1] += 0.00123
+    page.edits.write_text(json.dumps(values))
+    with served_pad(pad, tmp_path / "out.nc") as again:
+        assert post(again, "edit", call(2, "C2"))[0] == 200
+        assert post(again, "edit", call(3, "C3"))[0] == 200
+    again.edits.unlink()
+
+
+def test_the_page_and_the_terminal_say_which_edits_the_saved_profile_lacks(page):
+    moves = [("edit", call(1, "C1")), ("undo", {}), ("redo", {}), ("save", {}), ("edit", call(2, "C2")), ("undo", {})]
+    found = []
+    for move in moves:
+        assert post(page, *move)[0] == 200
+        found.append(unpacked(get(page, "lines"))[0]["unsaved"])
+    assert found == [True, False, True, False, True, False]
+    assert unpacked(post(page, "edit", call(2, "D2"))[1])[0]["unsaved"]
+
+
+@pytest.mark.parametrize(
+    ("moves", "line"),
+    [
+        ([], "no corrected profile was saved"),
+        ([("edit", call(1, "C1")), ("save", {})], "the corrected profile is OUT"),
+        ([("save", {}), ("edit", call(1, "C1"))], "the corrected profile is OUT, without the edits made after it was"),
+    ],
+)
+def test_the_terminal_says_what_the_saved_profile_holds(page, pad, tmp_path, moves, line):
+    out, said = tmp_path / "terminal.nc", []
+
+    def hands(address):
+        for place, values in [*moves, ("end", {})]:
+            assert post(SimpleNamespace(root=address), place, values)[0] == 200
+
+    def tell(text):
+        if text.startswith("correct on the page"):
+            said.append(Thread(target=hands, args=(text.split()[4],)))
+            said[-1].start()
+
+    last = correct_on_page(page.opened, pad.movie, page.edits, out, tell=tell, browser=False)
+    said[0].join()
+    assert last.startswith(line.replace("OUT", str(out)))

@@ -62,7 +62,7 @@ def correct(
             tell(f"there are no edits to make again: no {edits}, or none in it")
         tell(write_corrected(opened, out))
         return
-    saved = correct_on_page(opened, movie, edits, out, tell=tell, browser=browser)
+    said = correct_on_page(opened, movie, edits, out, tell=tell, browser=browser)
     count = len(opened.correction.edits)
     tell(f"{count} edit{'s' * (count != 1)} in {edits}" if edits.exists() else "nothing was done by hand")
-    tell(f"the corrected profile is {out}" if saved else "no corrected profile was saved")
+    tell(said)

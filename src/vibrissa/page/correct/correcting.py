@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 def correct_on_page(
     opened: OpenedTracks, movie: Path, edits: Path, out: Path, *, tell: Callable[[str], None], browser: bool = True
-) -> bool:
+) -> str:
     """Serve the page until it is ended.
 
     Parameters
@@ -43,8 +43,8 @@ def correct_on_page(
 
     Returns
     -------
-    bool
-        Whether the corrected profile was written.
+    str
+        Which edits the corrected profile holds, in a line.
     """
     saved: list[str] = []
 
@@ -58,7 +58,12 @@ def correct_on_page(
         serve(session, tell=tell, opened=webbrowser.open if browser else None)
     finally:
         frames.close()
-    return bool(saved)
+    if not saved:
+        return "no corrected profile was saved"
+    later = (
+        ", without the edits made after it was saved; `correct` with --no-page writes all" if session.unsaved else ""
+    )
+    return f"the corrected profile is {out}{later}"
 
 
 def tracked(opened: OpenedTracks) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from vibrissa.errors import FormatError, InputError, UnknownError
 from vibrissa.page.answer.frames import packed
 from vibrissa.page.correct.pictures import drawn_lines, drawn_names
 from vibrissa.video.correct.correction import Correction
-from vibrissa.video.correct.edit_file import EditedMovie, write_edits
+from vibrissa.video.correct.edit_file import EditedMovie, require_known, write_edits
 from vibrissa.video.correct.edits import Edit, edit_of
 from vibrissa.video.io.frame_store import FrameStore
 
@@ -47,6 +47,7 @@ class CorrectionSession:
         self.correction, self.frames, self.movie, self.edits = correction, frames, movie, edits
         self.tracked = dict(tracked)
         self._save, self._lock = save, threading.Lock()
+        self._in_file = self._in_profile = correction.edits
         self._does: dict[str, Callable[[Mapping[str, Any]], tuple[Edit, str]]] = {
             "edit": self._edit,
             "undo": lambda _: self._step(self.correction.undo, "Undone", 0),
@@ -80,29 +81,40 @@ class CorrectionSession:
         Raises
         ------
         InputError
-            If it cannot be done, or its file not be written; names are as before then.
+            If it cannot be done, its file not be written, or another program has written to it; names are as before then.
         """
         with self._lock:
             if place not in self._does:
                 raise UnknownError("request", f"must be one of {', '.join(self._does)}", place)
+            require_known(self.edits, self.movie, self._in_file)
             edit, said = self._does[place](values)
             try:
                 write_edits(self.edits, self.movie, self.correction.edits)
             except InputError:
                 self._does["redo" if place == "undo" else "undo"]({})
                 raise
+            self._in_file = self.correction.edits
             done = {"did": place, "said": said, "called": edit.whisker if edit.do == "call" else None}
             return packed(self._facts() | done, drawn_names(self.correction.named))
 
     def save(self) -> str:
         """Write the corrected profile; gives a line that says so."""
         with self._lock:
-            return self._save()
+            require_known(self.edits, self.movie, self._in_file)
+            said = self._save()
+            self._in_profile = self.correction.edits
+            return said
+
+    @property
+    def unsaved(self) -> bool:
+        """Whether edits are others than when the profile was saved last; before that, than at the beginning."""
+        return self.correction.edits != self._in_profile
 
     def _facts(self) -> dict[str, Any]:
         correction = self.correction
         done, undone = len(correction.edits), correction.undone
-        return {"names": correction.labels, "whiskers": correction.named.whiskers, "edits": done, "undone": undone}
+        facts = {"names": correction.labels, "whiskers": correction.named.whiskers, "unsaved": self.unsaved}
+        return facts | {"edits": done, "undone": undone}
 
     def _edit(self, values: Mapping[str, Any]) -> tuple[Edit, str]:
         edit = self._with_points(values)

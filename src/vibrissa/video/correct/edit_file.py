@@ -60,6 +60,30 @@ def write_edits(path: str | Path, movie: EditedMovie, edits: Sequence[Edit]) -> 
         temporary.write_text(text, encoding="utf-8")
 
 
+def require_known(path: str | Path, movie: EditedMovie, edits: Sequence[Edit]) -> None:
+    """Refuse a file that holds other edits than those that are known; one that is missing holds nothing to lose.
+
+    Parameters
+    ----------
+    path : path
+        File of :func:`write_edits`.
+    movie : EditedMovie
+        The movie.
+    edits : sequence of Edit
+        That were read from it or written to it last.
+
+    Raises
+    ------
+    InputError
+        If another program has written to it.
+    """
+    found = read_edits(path, movie) if Path(path).exists() else edits
+    if [plain_edit(one) for one in found] != [plain_edit(one) for one in edits]:
+        rule = f"must hold the edits that this page last read or wrote, {len(edits)} edit{'s' * (len(edits) != 1)}"
+        remedy = "another program has written to it: end this page, and start `correct` again"
+        raise ConflictError(str(path), rule, len(found), remedy)
+
+
 def read_edits(path: str | Path, movie: EditedMovie, first: int = 0) -> list[Edit]:
     """Edits of a movie.
 

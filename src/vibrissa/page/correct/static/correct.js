@@ -17,7 +17,7 @@ const OF_NAMED = ["swap", "call"], OF_LINE = ["mark", "delete-line"]; // what ne
 
 let tracks, frames, view, overview;
 let frame = 0, selected = null, piece = null, anchor = null, asking = null, playing = 0, ended = false;
-let saved = true, deaf = 0; // edits that the saved profile has; until when letters are no keys
+let deaf = 0; // until when letters are no keys
 let queue = Promise.resolve(), waiting = 0, speaking = 0, drawn = 0, painting = false;
 const times = { scrub: [], move: [] }; // [ms] from the hand to the picture
 
@@ -118,7 +118,6 @@ function move(place, body = {}, refused = failed) {
 }
 
 function took(answer) {
-  saved = false;
   tracks.take(answer);
   overview.redraw();
   list();
@@ -256,7 +255,7 @@ async function save() {
   if (ended) return;
   say("Saving …");
   queue = queue.then(async () => { // whoever ends waits for it
-    try { say(await (await post("save", {})).text()); saved = true; } catch (error) { failed(error); }
+    try { say(await (await post("save", {})).text()); tracks.unsaved = false; } catch (error) { failed(error); }
   });
   await queue;
 }
@@ -268,7 +267,7 @@ async function end() {
   tell();
   list();
   for (const one of [$("end"), button("save")]) one.disabled = true;
-  say(`Ended: edits are kept${saved ? "" : ", but the profile was not saved with them"}. You may close this page.`);
+  say(`Ended: edits are kept${tracks.unsaved ? ", but the profile was not saved with them" : ""}. You may close this page.`);
 }
 
 // Hands

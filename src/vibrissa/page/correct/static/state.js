@@ -19,7 +19,7 @@ export class Tracks {
 
   take(message) { // names after an edit
     const before = this.whisker;
-    for (const name of ["whisker", "other", "sure", "piece", "whiskers", "names", "edits", "undone"]) this[name] = message[name];
+    for (const name of ["whisker", "other", "sure", "piece", "whiskers", "names", "edits", "undone", "unsaved"]) this[name] = message[name];
     this.indexPieces();
     this.doubts = this.findDoubts();
     this.compare(before ?? this.whisker);
