@@ -81,7 +81,7 @@ class CorrectionSession:
         Raises
         ------
         InputError
-            If it cannot be done, its file not be written, or another program has written to it; names are as before then.
+            If it cannot be done, its file not be written, or another program has written to that; names stay then.
         """
         with self._lock:
             if place not in self._does:
