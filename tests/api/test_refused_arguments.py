@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from refusals import refusal
 
 import vibrissa as vb
@@ -100,3 +101,14 @@ def test_surfaces_are_equal_by_value():
     assert profile == vb.HeightProfile([0, 1e-3], [0, 1e-5])
     assert profile != vb.HeightProfile([0, 1e-3], [0, 2e-5])
     assert profile != one
+
+
+@pytest.mark.parametrize("kind", [list, tuple, np.asarray])
+def test_a_replay_takes_the_delay_of_each_whisker(kind):
+    time = np.arange(24000) / 2000
+    motion = xr.DataArray(2e-6 * np.sin(50 * time), {"time": time}, ("time",), attrs={"units": "m"})
+    delays = np.arange(24) / 10
+    found = vb.replay(motion, duration=5.0, rate=2000, delays=kind(delays))
+    np.testing.assert_allclose(found.delay, delays, atol=1e-12)
+    with refusal("shape", "delays"):
+        vb.replay(motion, duration=5.0, rate=2000, delays="odd")

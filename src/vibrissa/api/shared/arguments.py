@@ -116,7 +116,7 @@ def refuse_kind(name: str, value: object, annotation: str) -> None:
     InputError
         Shows the right form.
     """
-    if choices := re.fullmatch(r"Literal\[(.*)\]", annotation):
+    if choices := re.fullmatch(r"Literal\[([^\[\]]*)\]", annotation):
         _refuse_choice(name, value, re.findall(r"[\w-]+", choices[1]))
     kinds, form = KINDS.get(annotation, ((), ""))
     given = type(value).__name__
