@@ -7,7 +7,6 @@ import shlex
 import sys
 from collections.abc import Iterable
 from difflib import get_close_matches
-from numbers import Real
 
 
 class InputError(ValueError):
@@ -199,28 +198,6 @@ def give_share(value: float) -> str:
         One line, which the command line replaces by its own.
     """
     return f"give it over L: {value / 1e3:.5g} / whisker.length for {value:g} mm"
-
-
-def require_number(quantity: str, value: object, form: str = "without a unit, in SI: 0.04 for 40 mm") -> None:
-    """Refuse what is no number, such as a text with a unit; an array of one number passes.
-
-    Parameters
-    ----------
-    quantity : str
-        Its name in the message.
-    value : object
-        As given.
-    form : str
-        Remedy.
-
-    Raises
-    ------
-    InputError
-        Shows the right form.
-    """
-    if isinstance(value, bool) or not (isinstance(value, Real) or getattr(value, "ndim", None) == 0):
-        found = repr(value) if isinstance(value, str) else f"a {type(value).__name__}"
-        raise FormatError(quantity, "must be a number", found, form)
 
 
 def require_positive(quantity: str, value: float | None, unit: str = "") -> None:

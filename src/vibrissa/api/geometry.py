@@ -4,21 +4,27 @@ from __future__ import annotations
 
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vibrissa.api.shared.arguments import names_arguments
-from vibrissa.errors import RangeError, give_in
+from vibrissa.errors import FormatError, MissingError, RangeError, give_in
+from vibrissa.tables.frame import table_of_frame
+from vibrissa.tables.kinds import described, is_a
 from vibrissa.whisker import (
     IntrinsicCurvature,
     Whisker,
     WhiskerFit,
     atlas_curvature,
     atlas_whisker,
+    curvature_of,
     curvature_of_shape,
+    diameters_of,
     from_diameters,
     read_curvature,
     read_diameters,
 )
+from vibrissa.whisker.curvature import COLUMNS as CURVATURE_COLUMNS
+from vibrissa.whisker.diameters import COLUMNS as DIAMETER_COLUMNS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -63,7 +69,8 @@ def curvature(source: str | Path | pd.DataFrame | xr.Dataset, *, flipped: bool =
     source : str, path, DataFrame or Dataset
         A whisker of the atlas by its name, ``"C2"``, whose curvature is a published regression; or a file, or columns
         (variables), ``distance`` from the base [m] and ``curvature`` [1/m], or ``x`` and ``y`` of points of a whisker
-        in air [m], from its base to its tip, y away from the ground.
+        in air [m], from its base to its tip, y away from the ground. Names of columns may end in a unit, as ``x_mm``;
+        variables may state theirs.
     flipped : bool
         The whisker is turned about its shaft. The regression is positive, which side faces the ground is not known.
 
@@ -87,10 +94,13 @@ def curvature(source: str | Path | pd.DataFrame | xr.Dataset, *, flipped: bool =
         found = atlas_curvature(source, atlas_whisker(source))
     elif isinstance(source, str | Path):
         found = read_curvature(source)
-    elif "curvature" in source:
-        found = IntrinsicCurvature(distance=tuple(source["distance"]), curvature=tuple(source["curvature"]))
+    elif is_a(source, "pandas", "DataFrame"):
+        found = curvature_of(table_of_frame(source, {}, CURVATURE_COLUMNS, {}))
+    elif is_a(source, "xarray", "Dataset") and "curvature" in source:
+        distance, curved = _variables("source", source, "distance", "curvature")
+        found = IntrinsicCurvature(distance=distance, curvature=curved)  # type: ignore[arg-type]
     else:
-        found = curvature_of_shape(source["x"].to_numpy(), source["y"].to_numpy())
+        found = curvature_of_shape(*_variables("source", source, "x", "y"))
     return found.flipped() if flipped else found
 
 
@@ -101,8 +111,8 @@ def fit_cone(diameters: str | Path | pd.DataFrame | xr.Dataset, *, physical_leng
     Parameters
     ----------
     diameters : path, DataFrame or Dataset
-        Columns (variables) ``distance`` from the base and ``diameter``, both [m]; of a file also ``distance_mm`` and
-        ``diameter_um``.
+        Columns (variables) ``distance`` from the base and ``diameter``, both [m]; columns also as ``distance_mm`` and
+        ``diameter_um``, and variables may state their unit.
     physical_length : float, optional
         Length from base to physical tip [m]; the largest distance by default.
 
@@ -128,5 +138,18 @@ def fit_cone(diameters: str | Path | pd.DataFrame | xr.Dataset, *, physical_leng
     if physical_length is not None and 1 < physical_length < inf:
         remedy = give_in("m", physical_length, "mm", 1e-3)
         raise RangeError("physical_length", "must be at most 1 m", physical_length, remedy)
-    table = read_diameters(diameters) if isinstance(diameters, str | Path) else diameters
-    return from_diameters(table["distance"].to_numpy(), table["diameter"].to_numpy(), physical_length=physical_length)
+    if isinstance(diameters, str | Path):
+        diameters = read_diameters(diameters)
+    elif is_a(diameters, "pandas", "DataFrame"):
+        diameters = diameters_of(table_of_frame(diameters, DIAMETER_COLUMNS, {}, {}))
+    distance, diameter = _variables("diameters", diameters, *DIAMETER_COLUMNS)
+    return from_diameters(distance, diameter, physical_length=physical_length)
+
+
+def _variables(name: str, data: Any, *needed: str) -> list[xr.DataArray]:
+    """Variables of a dataset, which state their units."""
+    if not is_a(data, "xarray", "Dataset"):
+        raise FormatError(name, "must be a file, a DataFrame or a Dataset", described(data))
+    if not set(needed) <= set(data.variables):
+        raise MissingError(name, f"must have {' and '.join(needed)}", ", ".join(map(str, data.variables)) or "none")
+    return [data[one] for one in needed]

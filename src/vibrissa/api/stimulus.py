@@ -46,8 +46,8 @@ def envelope(signal: Held) -> Held:
     """
     import xarray as xr
 
-    from vibrissa.api.objects.kinds import is_a
     from vibrissa.api.objects.signals import changed_signal
+    from vibrissa.tables.kinds import is_a
 
     if isinstance(signal, xr.DataArray):
         if "time" not in signal.dims:

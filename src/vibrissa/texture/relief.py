@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from reprlib import repr as short
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibrissa.arrays import Array, ByValue, Mask
 from vibrissa.errors import FormatError, RangeError, ShapeError, TooFewError
+from vibrissa.tables.stated import numbers
 from vibrissa.texture.surface import LONGEST, Gaps
 
 SHORTEST = 35e-6  # [m] a profile below the smallest feature of the paper's gratings is no texture
@@ -35,10 +35,7 @@ class HeightProfile(ByValue):
 
     def __post_init__(self) -> None:
         for name in ("position", "height"):
-            try:
-                object.__setattr__(self, name, np.asarray(getattr(self, name), float))
-            except (TypeError, ValueError):
-                raise FormatError(name, "must be numbers in metres", short(getattr(self, name))) from None
+            object.__setattr__(self, name, numbers(name, getattr(self, name), "m"))
         if self.position.shape != self.height.shape or self.position.ndim != 1:
             found = f"{self.position.shape}, {self.height.shape}"
             raise ShapeError("relief", "must have one height for each position", found)

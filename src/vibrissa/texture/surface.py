@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibrissa.arrays import Array, ByValue
-from vibrissa.errors import FormatError, RangeError, ShapeError, TooFewError, UnknownError, require_number
+from vibrissa.errors import FormatError, RangeError, ShapeError, TooFewError, UnknownError
+from vibrissa.tables.stated import number, numbers
 
 Reading = Literal["telegraph", "widths"]
 
@@ -40,7 +41,7 @@ class Gaps(ByValue):
 
     def __post_init__(self) -> None:
         for name in ("position", "width"):
-            object.__setattr__(self, name, np.asarray(getattr(self, name), float))
+            object.__setattr__(self, name, numbers(name, getattr(self, name), "m"))
         if self.position.size == 0:
             raise TooFewError("texture", "must have at least one gap")
         if self.position.shape != self.width.shape or self.position.ndim != 1:
@@ -51,7 +52,7 @@ class Gaps(ByValue):
             first = int(wrong.argmax())
             found = f"gap {first + 1} at {self.position[first]:.4g} m, {self.width[first]:.4g} m wide"
             raise RangeError("texture", "must have finite positions and positive widths", found)
-        require_number("depth", self.depth, "one depth for all gaps [m]")
+        object.__setattr__(self, "depth", number("depth", self.depth, "m", "one depth for all gaps [m]"))
         if not 0 < self.depth < np.inf:
             raise RangeError("texture", "must have a positive depth", self.depth)
         land = self.position[1:] - self.end[:-1]

@@ -6,12 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vibrissa.errors import RangeError, give_in, give_share, require_number
+from vibrissa.errors import RangeError, give_in, give_share
+from vibrissa.tables.stated import number
 
 YOUNGS_MODULUS = 3.74e9  # Pa, where the measured resonances of the paper fit best
 DENSITY = 1140.0  # kg/m³
 DAMPING = 0.11  # damping ratio of the first mode, mean of the paper
 SOFTEST, LIGHTEST = 1e3, 10.0  # Pa and kg/m³: below them the unit is another one
+_UNITS = {"length": "m", "cone_angle": "rad", "tip": "1", "youngs_modulus": "Pa", "density": "kg/m**3"}
 STEEPEST_CONE = 0.1  # rad: beyond it sin α ≈ α is wrong by 0.2 % and slender-beam theory goes with it
 
 
@@ -54,8 +56,8 @@ class Whisker:
     density: float = DENSITY
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            require_number(f"Whisker.{name}", value)
+        for name, unit in _UNITS.items():
+            object.__setattr__(self, name, number(f"Whisker.{name}", getattr(self, name), unit))
         _check_positive("length", self.length, most=1.0, unit="m")
         _check_positive("cone_angle", self.cone_angle, most=STEEPEST_CONE, unit="rad")
         _check_positive("youngs_modulus", self.youngs_modulus, unit="Pa")

@@ -11,11 +11,14 @@ from numpy.typing import ArrayLike
 from vibrissa.arrays import Array
 from vibrissa.errors import MissingError, RangeError, ShapeError, TooFewError
 from vibrissa.tables.reader import read_table
+from vibrissa.tables.stated import numbers
+from vibrissa.tables.table import Table
 from vibrissa.whisker.cone import Whisker
 from vibrissa.whisker.euler_spiral import fit_euler_spiral
 from vibrissa.whisker.measured import atlas_entry
 
 MOST = 200.0  # 1/m: a whisker that curls within five millimetres has another unit
+COLUMNS = {"distance": "m", "curvature": "1/m", "x": "m", "y": "m"}
 _POINTS = 101  # of the table of a parabola
 _COLUMN_ANGLE, _GREEK_ANGLE = 13.4, -35.2  # [°] the base point's azimuth: 13.4 c − 48.6 with c = 1 for the Greek arc
 _SLOPE, _OFFSET = 0.24, 14.8  # [1/m] of y = A x²: A = 0.24 azimuth/° + 14.8
@@ -48,8 +51,8 @@ class IntrinsicCurvature:
     curvature: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        for name in ("distance", "curvature"):
-            values = np.asarray(getattr(self, name), float)
+        for name, unit in (("distance", "m"), ("curvature", "1/m")):
+            values = numbers(f"IntrinsicCurvature.{name}", getattr(self, name), unit)
             if values.ndim != 1 or not values.size:
                 raise ShapeError(f"IntrinsicCurvature.{name}", "must be a list of numbers", f"shape {values.shape}")
             if not np.isfinite(values).all():
@@ -110,7 +113,7 @@ def curvature_of_shape(x: ArrayLike, y: ArrayLike) -> IntrinsicCurvature:
     InputError
         If there are fewer than six points, one is not finite, or base and tip have the same x.
     """
-    points = np.stack([np.asarray(x, float).ravel(), np.asarray(y, float).ravel()], axis=1)
+    points = np.stack([numbers("x", x, "m").ravel(), numbers("y", y, "m").ravel()], axis=1)
     if points.shape[0] < 6:
         raise TooFewError("points of a shape", "must be 6 or more", points.shape[0])
     if not np.isfinite(points).all():
@@ -142,7 +145,27 @@ def read_curvature(path: str | Path) -> IntrinsicCurvature:
     InputError
         Names the file and what is wrong in it.
     """
-    table = read_table(path, {}, {"distance": "m", "curvature": "1/m", "x": "m", "y": "m"})
+    return curvature_of(read_table(path, {}, COLUMNS))
+
+
+def curvature_of(table: Table) -> IntrinsicCurvature:
+    """Measured curvature, or a measured shape, from a table, as :func:`read_curvature` gives it.
+
+    Parameters
+    ----------
+    table : Table
+        With some of the columns ``COLUMNS``.
+
+    Returns
+    -------
+    IntrinsicCurvature
+        As measured, or as fitted.
+
+    Raises
+    ------
+    InputError
+        Names the table and what is wrong in it.
+    """
     table.refuse_empty("must hold at least one line of numbers below its header")
     if "distance" in table and "curvature" in table:
         distance, curvature = table.numbers("distance"), table.numbers("curvature")
@@ -151,7 +174,7 @@ def read_curvature(path: str | Path) -> IntrinsicCurvature:
     if "x" in table and "y" in table:
         return curvature_of_shape(table.numbers("x"), table.numbers("y"))
     rule, remedy = "must have columns distance and curvature, or x and y", "such as distance_mm,curvature_per_m"
-    raise MissingError(str(path), rule, ",".join(table.header), remedy)
+    raise MissingError(table.path, rule, ",".join(table.header), remedy)
 
 
 def atlas_curvature(name: str, whisker: Whisker) -> IntrinsicCurvature:

@@ -13,6 +13,8 @@ from vibrissa.arrays import Array
 from vibrissa.errors import RangeError, ShapeError, TooFewError
 from vibrissa.quantities import dataset
 from vibrissa.tables.reader import read_table
+from vibrissa.tables.stated import numbers
+from vibrissa.tables.table import Table
 from vibrissa.whisker.cone import DENSITY, YOUNGS_MODULUS, Whisker
 
 if TYPE_CHECKING:
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 
 
 LONGEST, THINNEST, THICKEST = 1.0, 1e-6, 1e-2  # [m] beyond these a unit is wrong
+COLUMNS = {"distance": "m", "diameter": "m"}
 CONE_ONLY = "the model is for a cone only, one that thins from base to tip"
 
 
@@ -119,7 +122,7 @@ def from_diameters(
 
 
 def _checked_points(distance: ArrayLike, diameter: ArrayLike) -> tuple[Array, Array]:
-    x, d = np.asarray(distance, float), np.asarray(diameter, float)
+    x, d = numbers("distance", distance, "m"), numbers("diameter", diameter, "m")
     if x.ndim != 1 or x.shape != d.shape:
         raise ShapeError("distance and diameter", "must be two lists of equal length", f"{x.shape} and {d.shape}")
     for name, values in (("distance", x), ("diameter", d)):
@@ -184,7 +187,27 @@ def read_diameters(path: str | Path) -> xr.Dataset:
     InputError
         Names the file and the line: a missing column, a cell that is no number or negative; a unit that cannot be.
     """
-    table = read_table(path, {"distance": "m", "diameter": "m"})
+    return diameters_of(read_table(path, COLUMNS))
+
+
+def diameters_of(table: Table) -> xr.Dataset:
+    """Measured diameters from a table, as :func:`read_diameters` gives them.
+
+    Parameters
+    ----------
+    table : Table
+        With the columns ``COLUMNS``.
+
+    Returns
+    -------
+    Dataset
+        ``distance`` and ``diameter`` (point) [m].
+
+    Raises
+    ------
+    InputError
+        Names the table and the line: a cell that is no number or negative; a unit that cannot be.
+    """
     table.refuse_empty("must hold at least one line of numbers below its header")
     distance, diameter = table.numbers("distance"), table.numbers("diameter")
     for name, values in (("distance", distance), ("diameter", diameter)):
@@ -192,5 +215,5 @@ def read_diameters(path: str | Path) -> xr.Dataset:
     if distance.max() > LONGEST or not THINNEST <= diameter.max() <= THICKEST:
         rule = f"must reach at most {LONGEST:g} m and a diameter of {THINNEST:g} to {THICKEST:g} m"
         remedy = "columns distance_mm and diameter_um take millimetres and micrometres"
-        raise RangeError(str(path), rule, f"{distance.max():g} m and {diameter.max():g} m", remedy)
+        raise RangeError(table.path, rule, f"{distance.max():g} m and {diameter.max():g} m", remedy)
     return dataset(distance=distance, diameter=diameter)

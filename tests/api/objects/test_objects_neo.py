@@ -88,7 +88,7 @@ def test_times_with_a_unit_keep_their_meaning():
     pq = pytest.importorskip("quantities")
     spikes = as_spikes({"a": [1100.0, 2200.0] * pq.ms}, trials=[[1.0, 2.0], [2.0, 3.0]] * pq.s)
     np.testing.assert_allclose(spikes.spike_time, [0.1, 0.2])
-    with refusal("unknown", "quantities Quantity"):
+    with refusal("unknown", "unit a"):
         as_spikes({"a": [1.0] * pq.m})
 
 

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibrissa.api.objects.kinds import described, is_a
 from vibrissa.api.objects.stretches import in_stretches
 from vibrissa.arrays import Array, Window
 from vibrissa.errors import FormatError, TooFewError, UnknownError
 from vibrissa.neural.io.tables.spikes import table_of_trains, with_intervals
 from vibrissa.neural.io.tables.trials import NEAR
+from vibrissa.tables.kinds import described, is_a
 from vibrissa.tables.table import LONGEST
 
 NEO = ("SpikeTrain", "SpikeTrainProxy", "Segment", "Block")

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibrissa.api.objects.kinds import described, is_a
 from vibrissa.arrays import Array
 from vibrissa.errors import TooFewError, UnknownError
 from vibrissa.neural.io.tables.spikes import table_of_trains, with_intervals
+from vibrissa.tables.kinds import described, is_a
 
 PERIEVENT = {"events", "ref_times"}  # columns of the metadata by which a group of trials of one unit is known
 ABOUT_UNITS = {"quality": "unit_quality", "whisker": "unit_whisker"}  # columns of the metadata, and our variables

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from vibrissa.api.objects.kinds import bare, described, is_a, is_quantity
 from vibrissa.arrays import Array
 from vibrissa.errors import (
     ConflictError,
@@ -27,6 +26,8 @@ from vibrissa.neural.io.tables.stimulus_csv import LARGEST_SD, read_stimulus_csv
 from vibrissa.quantities import QUANTITIES
 from vibrissa.signals.even_times import UNEVEN, even_rate, misfit_of
 from vibrissa.stimulus.export import read_command
+from vibrissa.tables.kinds import described, is_a, is_quantity
+from vibrissa.tables.stated import bare, refuse_masked
 from vibrissa.tables.units import in_si
 
 RIGHT = (
@@ -191,6 +192,7 @@ def _unit_of(thing: Any) -> str:
 
 
 def _of_array(thing: Any, rate: float | None) -> Signal:
+    refuse_masked(thing)
     try:
         values = np.asarray(thing, float)
     except (TypeError, ValueError) as error:
@@ -229,6 +231,8 @@ def _of_data_array(array: xr.DataArray) -> Signal:
         raise MissingError(name, "must have a dimension time with its coordinate [s]", array.dims, remedy)
     if array.ndim > 2:
         raise ShapeError(name, "must have the dimension time and one other at most", array.dims, "array.isel(…)")
+    if is_quantity(array.data):
+        array = array.copy(data=array.data.magnitude).assign_attrs(units=_unit_of(array.data))
     lead = [str(dim) for dim in array.dims if dim != "time"]
     values = array.transpose(*lead, "time").values
     channels = None if not lead else array[lead[0]].values

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibrissa.api.objects.kinds import described
 from vibrissa.api.objects.stretches import in_stretches
 from vibrissa.arrays import Array, Window
 from vibrissa.errors import TooFewError
 from vibrissa.neural.io.formats.sorted_folder import quality_of
 from vibrissa.neural.io.tables.spikes import table_of_trains
+from vibrissa.tables.kinds import described
 
 
 def sorted_spikes(sorting: Any) -> xr.Dataset:

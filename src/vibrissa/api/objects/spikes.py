@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibrissa.api.objects.kinds import bare, described, is_a
 from vibrissa.api.objects.neo_spikes import NEO, neo_spikes
 from vibrissa.api.objects.pynapple_spikes import pynapple_spikes
 from vibrissa.api.objects.sortings import sorted_spikes
 from vibrissa.api.objects.trials import as_trials
 from vibrissa.arrays import Window
-from vibrissa.errors import ConflictError, FormatError, ShapeError, UnknownError
+from vibrissa.errors import ConflictError, FormatError, InputError, ShapeError, UnknownError
 from vibrissa.neural.io.formats.foreign import one_line
 from vibrissa.neural.io.recording import PLEXON, session_spikes
 from vibrissa.neural.io.tables.selection import at_places
@@ -24,6 +23,8 @@ from vibrissa.neural.io.tables.spike_csv import NEEDED, OPTIONAL, spikes_of_tabl
 from vibrissa.neural.io.tables.spikes import table_of_trains
 from vibrissa.neural.io.tables.trials import cut_into_trials
 from vibrissa.tables.frame import table_of_frame
+from vibrissa.tables.kinds import described, is_a
+from vibrissa.tables.stated import bare
 from vibrissa.tables.table import LONGEST
 
 Read = tuple[xr.Dataset, xr.Dataset | None]  # spikes, and the trials that the object states itself
@@ -154,9 +155,10 @@ def _of_trains(trains: Mapping[Any, Any]) -> xr.Dataset:
         if is_a(times, "pynapple", "TsGroup"):
             pynapple_spikes(times)  # says why trials of a unit are refused
             raise ShapeError(f"unit {name}", "must be an array of spike times, (N,)", described(times))
-        plain = times.t if is_a(times, "pynapple", "Ts") else bare(times, "s")
         try:
-            time = np.asarray(plain, float)
+            time = np.asarray(times.t if is_a(times, "pynapple", "Ts") else bare(times, "s"), float)
+        except InputError as error:
+            raise error.renamed(f"unit {name}") from None
         except (TypeError, ValueError) as error:
             raise FormatError(f"unit {name}", "must be an array of spike times [s]", described(times)) from error
         if time.ndim != 1:

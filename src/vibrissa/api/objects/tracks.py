@@ -11,11 +11,11 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from vibrissa.api.objects.kinds import described
 from vibrissa.errors import ConflictError, MissingError, ShapeError, UnknownError
 from vibrissa.quantities import dataset, require
 from vibrissa.quantities.schema import conforming
 from vibrissa.signals.even_times import even_rate
+from vibrissa.tables.kinds import described
 from vibrissa.tables.units import in_si
 from vibrissa.video.foreign.keypoints import LIKELIHOOD, keypoints_of, profile_from_keypoints
 from vibrissa.video.foreign.tracks import read_tracks

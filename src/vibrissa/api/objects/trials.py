@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibrissa.api.objects.kinds import bare, described, is_a
 from vibrissa.arrays import Array, Window
-from vibrissa.errors import FormatError, MissingError, ShapeError
+from vibrissa.errors import FormatError, InputError, MissingError, ShapeError
 from vibrissa.neural.io.formats.foreign import one_line
 from vibrissa.neural.io.tables.trials import NEEDED, OPTIONAL, read_trials, trial_table, trials_at, trials_of_table
 from vibrissa.quantities import require
 from vibrissa.tables.frame import table_of_frame
+from vibrissa.tables.kinds import described, is_a
+from vibrissa.tables.stated import bare
 
 SPELLINGS = {"start": ("start_time", "trial_start", "onset"), "stop": ("stop_time", "trial_stop", "end", "end_time")}
 
@@ -76,9 +77,10 @@ def _numbers(thing: Any) -> Array:
         thing = thing.t
     if is_a(thing, "neo", "Event"):
         thing = thing.times
-    thing = bare(thing, "s")
     try:
-        return np.asarray(thing, float)
+        return np.asarray(bare(thing, "s"), float)
+    except InputError as error:
+        raise error.renamed("trials") from None
     except (TypeError, ValueError) as error:
         raise FormatError("trials", "must be pairs of start and stop [s]", described(thing)) from error
 

@@ -7,10 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from vibrissa.arrays import Array
-from vibrissa.errors import RangeError, require_number
+from vibrissa.errors import RangeError
 from vibrissa.mechanics.rod.kernels.state import Follicle
 from vibrissa.mechanics.rod.mesh import USUAL, Fineness
+from vibrissa.tables.stated import number
 from vibrissa.whisker.curvature import MOST, IntrinsicCurvature
+
+_UNITS = {"intrinsic_curvature": "1/m", "edge_radius": "m", "follicle_translation": "1", "follicle_rotation": "1"}
+_UNITS |= {"step": "s", "ground": "1", "tolerance": "1"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,9 +58,9 @@ class Rod:
     tolerance: float = 1e-7
 
     def __post_init__(self) -> None:
-        own = {} if isinstance(self.intrinsic_curvature, IntrinsicCurvature) else {"intrinsic_curvature"}
-        for name in ("edge_radius", "follicle_translation", "follicle_rotation", "step", "ground", "tolerance", *own):
-            require_number(f"Rod.{name}", getattr(self, name))
+        for name, unit in _UNITS.items():
+            if not isinstance(getattr(self, name), IntrinsicCurvature):
+                object.__setattr__(self, name, number(f"Rod.{name}", getattr(self, name), unit))
         if not 0 < self.step <= 1e-3:
             raise RangeError("Rod.step", "must lie in (0, 1 ms]", self.step, "in seconds")
         if not isinstance(self.intrinsic_curvature, IntrinsicCurvature) and not abs(self.intrinsic_curvature) <= MOST:

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibrissa.arrays import Array
-from vibrissa.errors import ConvergenceError, RangeError, give_share, require_number
+from vibrissa.errors import ConvergenceError, RangeError, give_share
 from vibrissa.mechanics.statics.chebyshev import Chebyshev, chebyshev_sum
 from vibrissa.mechanics.statics.contact_law import ContactLaw, inclination
 from vibrissa.mechanics.statics.elastica_table import equilibria, equilibria_at_height
 from vibrissa.quantities import dataset
+from vibrissa.tables.stated import number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from vibrissa.whisker import Whisker
 
 
+_UNITS = {"contact": "1", "base_angle": "rad", "friction": "1", "adhesion": "1"}
 _TOLERANCE = 1e-13
 _ITERATIONS = 60
 
@@ -49,8 +51,9 @@ class Posture:
     adhesion: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            require_number(f"Posture.{name}", value, "contact is over L, base_angle in rad")
+        for name, unit in _UNITS.items():
+            value = number(f"Posture.{name}", getattr(self, name), unit, "contact is over L, base_angle in rad")
+            object.__setattr__(self, name, value)
         if not 0 < self.contact < 1:
             remedy = give_share(self.contact) if self.contact > 1 else ""
             raise RangeError("Posture.contact", "must lie between 0 and 1 (over L)", self.contact, remedy)
@@ -86,8 +89,10 @@ class Posture:
         InputError
             If no contact is; the message gives the heights within reach.
         """
-        for name, value in {"base_distance": base_distance, "base_angle": base_angle, "friction": friction}.items():
-            require_number(f"Posture.{name}", value, "base_distance is over L, base_angle in rad")
+        form = "base_distance is over L, base_angle in rad"
+        base_distance = number("Posture.base_distance", base_distance, "1", form)
+        base_angle = number("Posture.base_angle", base_angle, "rad", form)
+        friction = number("Posture.friction", friction, "1", form)
         if not 0 < base_distance < 1:
             remedy = give_share(base_distance) if base_distance > 1 else ""
             raise RangeError("Posture.base_distance", "must lie between 0 and 1 (over L)", base_distance, remedy)

@@ -15,6 +15,8 @@ from vibrissa.mechanics.statics.edge_contact import on_the_flat
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.mechanics.whisking.posture_path import EITHER, NEEDED, PosturePath
 from vibrissa.tables.reader import read_table
+from vibrissa.tables.stated import number, numbers
+from vibrissa.tables.units import PURE
 
 _STEEPEST = np.pi / 2
 
@@ -53,9 +55,10 @@ class BasePath:
 
     def __post_init__(self) -> None:
         if self.travel is None:
-            object.__setattr__(self, "travel", np.zeros_like(np.asarray(self.time, float)))
-        for name in ("time", "base_angle", "base_distance", "travel"):
-            object.__setattr__(self, name, np.asarray(getattr(self, name), float))
+            object.__setattr__(self, "travel", np.zeros(np.shape(self.time)))
+        for name, unit in (NEEDED | {"base_distance": PURE, "travel": "m"}).items():
+            object.__setattr__(self, name, numbers(f"BasePath.{name}", getattr(self, name), unit))
+        object.__setattr__(self, "friction", number("BasePath.friction", self.friction, PURE))
         samples = (self.base_angle, self.base_distance, self._travel)
         if self.time.ndim != 1 or self.time.size < 2 or any(one.shape != self.time.shape for one in samples):
             sizes = ", ".join(str(one.size) for one in (self.time, *samples))

@@ -15,7 +15,10 @@ from vibrissa.errors import ConflictError, InputError, MissingError, RangeError,
 from vibrissa.mechanics.statics.elastica_table import equilibria_at_height
 from vibrissa.mechanics.statics.profile import Posture
 from vibrissa.tables.reader import read_table
+from vibrissa.tables.stated import number, numbers
 from vibrissa.tables.units import PURE
+
+NEEDED, EITHER = {"time": "s", "base_angle": "rad"}, {"contact": PURE, "base_distance": PURE}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,9 +51,10 @@ class PosturePath:
     def __post_init__(self) -> None:
         if (self.contact is None) == (self.base_distance is None):
             raise ConflictError("PosturePath", "must have either contact or base_distance")
-        for name in ("time", "base_angle", "contact", "base_distance"):
+        for name, unit in (NEEDED | EITHER).items():
             if getattr(self, name) is not None:
-                object.__setattr__(self, name, np.asarray(getattr(self, name), float))
+                object.__setattr__(self, name, numbers(f"PosturePath.{name}", getattr(self, name), unit))
+        object.__setattr__(self, "friction", number("PosturePath.friction", self.friction, PURE))
         shapes = (self.time.shape, self.base_angle.shape, self._first.shape)
         if len(set(shapes)) > 1 or self.time.ndim != 1 or self.time.size < 2:
             sizes = ", ".join(" × ".join(map(str, shape)) or "a single number" for shape in shapes)
@@ -175,9 +179,6 @@ def _standing(t: float, attempt: Callable[[], object]) -> None:
         attempt()
     except InputError as refused:
         raise RangeError(f"posture at {t:.4g} s", "must be an equilibrium", str(refused)) from None
-
-
-NEEDED, EITHER = {"time": "s", "base_angle": "rad"}, {"contact": PURE, "base_distance": PURE}
 
 
 def read_posture_path(path: str | Path, friction: float = 0.4) -> PosturePath:

@@ -6,8 +6,9 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.arrays import Window
-from vibrissa.errors import MissingError, RangeError, ShapeError, UnknownError, require_number
+from vibrissa.errors import MissingError, RangeError, ShapeError, UnknownError
 from vibrissa.quantities import require
+from vibrissa.tables.stated import number
 
 SHORT = 0.01  # [s] by which trials may end before what is analysed: a bin
 
@@ -27,8 +28,7 @@ def require_whole(quantity: str, value: object) -> None:
     InputError
         Shows the right form.
     """
-    require_number(quantity, value, "a whole number: 30")
-    if float(value) % 1 != 0:  # type: ignore[arg-type]
+    if number(quantity, value, "1", "a whole number: 30") % 1 != 0:
         raise RangeError(quantity, "must be a whole number", value)
 
 

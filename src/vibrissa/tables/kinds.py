@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from vibrissa.errors import UnknownError
-
 
 def is_a(thing: Any, package: str, *names: str) -> bool:
     """Whether a thing is of a class of a package, or of one derived from it.
@@ -69,33 +67,3 @@ def is_quantity(thing: Any) -> bool:
         True if it is.
     """
     return any(is_a(thing, package, "Quantity") for package in ("quantities", "pint", "astropy"))
-
-
-def bare(thing: Any, unit: str) -> Any:
-    """Numbers in a unit, of a thing that has one; any other thing as it is.
-
-    Parameters
-    ----------
-    thing : object
-        Such as an array of quantities.
-    unit : str
-        The unit wanted.
-
-    Returns
-    -------
-    object
-        Numbers in that unit, or the thing.
-
-    Raises
-    ------
-    InputError
-        If its unit is of another kind.
-    """
-    if not is_quantity(thing):
-        return thing
-    try:
-        if is_a(thing, "quantities", "Quantity"):
-            return thing.rescale(unit).magnitude
-        return thing.m_as(unit) if is_a(thing, "pint", "Quantity") else thing.to_value(unit)
-    except Exception as error:  # each package has its own
-        raise UnknownError(described(thing), f"must be in {unit} or a multiple of it", str(error)) from error
