@@ -59,3 +59,9 @@ def test_other_times_are_refused(time, code):
         even_rate(time, least=2)
     with refusal(code, "time"):
         low_pass(time, np.ones(time.size), 0.01)
+
+
+@pytest.mark.parametrize("zero", [0, 1, 10, 1000, 86400, -1000])
+@pytest.mark.parametrize("rate", [2000.0, 20000.0, 24414.0625, 0.5])
+def test_the_rate_does_not_depend_on_the_zero_of_the_clock(zero, rate):
+    assert even_rate(np.arange(24000) / rate + zero) == rate

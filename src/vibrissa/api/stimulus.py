@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
-import numpy as np
-
 from vibrissa.api.motion import Motion
 from vibrissa.api.shared.arguments import names_arguments
-from vibrissa.errors import MissingError
 from vibrissa.signals.envelope import analytic_envelope
 
 if TYPE_CHECKING:
@@ -23,7 +20,7 @@ def envelope(signal: Held) -> Held:
 
     Parameters
     ----------
-    signal : DataArray with a dimension ``time``, Tsd, TsdFrame, AnalogSignal, or (..., T) array
+    signal : DataArray with a dimension ``time``, Tsd, TsdFrame, AnalogSignal, or (..., T) array, also of quantities
         On an even grid, any unit, without NaN; its mean is taken away first.
 
     Returns
@@ -34,7 +31,7 @@ def envelope(signal: Held) -> Held:
     Raises
     ------
     InputError
-        If the signal has less than 4 samples, or NaN.
+        If the signal has less than 4 samples, NaN, masked samples or uneven times, or is of another kind.
 
     Examples
     --------
@@ -44,20 +41,10 @@ def envelope(signal: Held) -> Held:
     >>> bool(abs(vb.envelope(3 * np.sin(2 * np.pi * 100 * t))[500] - 3) < 0.01)
     True
     """
-    import xarray as xr
-
     from vibrissa.api.objects.signals import changed_signal
-    from vibrissa.tables.kinds import is_a
 
-    if isinstance(signal, xr.DataArray):
-        if "time" not in signal.dims:
-            raise MissingError("signal", "must have a dimension time", ", ".join(map(str, signal.dims)))
-        last = signal.transpose(..., "time")
-        return last.copy(data=analytic_envelope(last.to_numpy())[0]).transpose(*signal.dims).rename("envelope")
-    if is_a(signal, "pynapple", "Tsd", "TsdFrame") or is_a(signal, "neo", "AnalogSignal"):
-        return changed_signal(signal, lambda values: analytic_envelope(values)[0])
-    values: Any = analytic_envelope(np.asarray(signal, float))[0]
-    return values
+    found: Held = changed_signal(signal, lambda values: analytic_envelope(values)[0], "envelope")
+    return found
 
 
 @names_arguments

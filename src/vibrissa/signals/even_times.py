@@ -65,7 +65,11 @@ def even_rate(time: Array, source: str = "", least: int = 4) -> float:
     if misfit := misfit_of(time):
         where = f"sample {misfit.sample} at {time[misfit.sample]:.6g} s, {misfit.found}"
         raise RangeError(name, "must be even", where, misfit.remedy)
-    return float((len(time) - 1) / (time[-1] - time[0]))
+    span = float(time[-1] - time[0])
+    rate = (len(time) - 1) / span
+    # the fewest decimals within the rounding of both ends, so that it does not depend on the clock's zero
+    unsure = rate * 2 * float(np.spacing(np.abs(time).max())) / span
+    return next((short for places in range(_FINEST) if abs((short := round(rate, places)) - rate) <= unsure), rate)
 
 
 def misfit_of(time: Array) -> Misfit | None:

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from hypothesis import given, settings
@@ -260,3 +261,39 @@ def test_variables_that_no_one_table_holds_are_refused_by_name():
     assert list(to_dataframe(data.drop_dims(["frequency"])).columns) == ["time_s", "point_displacement_m"]
     with refusal("too-few", "data"):
         to_dataframe(xr.Dataset())
+
+
+def test_an_envelope_of_uneven_times_is_refused_whoever_has_them():
+    ringing = np.sin(np.arange(400.0))
+    uneven = np.cumsum(np.random.default_rng(1).random(400))
+    for time in (uneven, np.arange(400.0)[::-1], uneven * 1e9 * np.timedelta64(1, "ns")):
+        with refusal("range", "signal: time"):
+            vb.envelope(xr.DataArray(ringing, {"time": time}, ("time",)))
+    for time in (np.arange(400.0), np.arange(400) * np.timedelta64(1, "ms")):
+        found = vb.envelope(xr.DataArray(ringing, {"time": time}, ("time",), attrs={"long_name": "displacement"}))
+        np.testing.assert_array_equal(found, vb.envelope(ringing))
+        assert found.attrs["long_name"] == "envelope of displacement"
+
+
+def test_an_envelope_has_the_unit_of_its_array():
+    pint, pq = pytest.importorskip("pint").UnitRegistry(), pytest.importorskip("quantities")
+    ringing = np.sin(np.arange(400.0))
+    plain = vb.envelope(ringing)
+    of_pint, of_pq = vb.envelope(pint.Quantity(ringing, "um")), vb.envelope(ringing * pq.um)
+    np.testing.assert_allclose(of_pint.m_as("m"), 1e-6 * plain, rtol=1e-12)
+    np.testing.assert_allclose(of_pq.rescale("m").magnitude, 1e-6 * plain, rtol=1e-12)
+    wrapped = vb.envelope(xr.DataArray(pint.Quantity(ringing, "um"), {"time": np.arange(400.0)}, ("time",)))
+    np.testing.assert_allclose(wrapped.data.m_as("m"), 1e-6 * plain, rtol=1e-12)
+
+
+def test_what_would_lose_its_times_or_mask_has_no_envelope():
+    neo, pq = pytest.importorskip("neo"), pytest.importorskip("quantities")
+    time, ringing = np.arange(400.0), np.sin(np.arange(400.0))
+    array = xr.DataArray(ringing, {"time": time}, ("time",))
+    held = [pd.Series(ringing, index=time), array.to_dataset(name="x"), neo.SpikeTrain(time * pq.s, t_stop=400)]
+    held.append(neo.IrregularlySampledSignal(time * pq.s, ringing, units="um", time_units="s"))
+    for signal in (*held, "abc"):
+        with refusal("format", "signal"):
+            vb.envelope(signal)
+    with refusal("format", "masked array"):
+        vb.envelope(np.ma.masked_array(ringing, ringing > 0.9))

@@ -39,6 +39,11 @@ HOLE = "give one presentation, cut from its onset to its end"
 INTERPOLATE = "interpolate it onto even times first: np.interp(np.arange(t[0], t[-1], step), t, values)"
 CUT = "cut the record to where it was measured, or interpolate over it: np.interp(t, t[seen], values[seen])"
 NEO = ("AnalogSignal", "IrregularlySampledSignal")
+TIMES_APART = (  # classes whose times an array of their values would lose
+    ("pandas", "Series", "DataFrame"),
+    ("pynapple", "Ts", "TsGroup", "TsdTensor"),
+    ("neo", "SpikeTrain", "IrregularlySampledSignal"),
+)
 LONG = 0.1  # [s] of a hole: another presentation begins after it
 
 
@@ -130,15 +135,17 @@ def as_signal(
     return xr.DataArray(values, {lead: np.asarray(known.channels), "time": time}, (lead, "time"), name, attrs)
 
 
-def changed_signal(signal: Any, change: Callable[[Array], Array]) -> Any:
-    """A signal of another package with other values, as an object of the same class, over the same times.
+def changed_signal(signal: Any, change: Callable[[Array], Array], name: str) -> Any:
+    """A signal with other values, as an object of the same class, over the same times.
 
     Parameters
     ----------
-    signal : pynapple Tsd or TsdFrame, or neo AnalogSignal
-        On even times.
+    signal : DataArray, pynapple Tsd or TsdFrame, neo AnalogSignal, or (..., T) array, also of quantities
+        On even times, where it has times.
     change : callable
-        Takes the values (T,) or (C, T) in the signal's own unit, and gives as many.
+        Takes the values (..., T) in the signal's own unit, and gives as many.
+    name : str
+        Of what it gives: of the new DataArray.
 
     Returns
     -------
@@ -148,15 +155,46 @@ def changed_signal(signal: Any, change: Callable[[Array], Array]) -> Any:
     Raises
     ------
     InputError
-        If the times are uneven or have holes, or samples are not finite.
+        If the times are uneven or have holes, samples are not finite or masked, or it is of another kind.
     """
-    known = _known(signal, None, None)
-    _even(known, described(signal))
-    values = change(known.values).T
-    if is_a(signal, "neo", "AnalogSignal"):
-        return signal.duplicate_with_new_data(values.reshape(signal.shape), units=signal.units)
-    columns = {} if known.channels is None else {"columns": signal.columns}
-    return type(signal)(t=signal.t, d=values, time_support=signal.time_support, **columns)
+    if isinstance(signal, xr.DataArray):
+        return _changed_array(signal, change, name)
+    if is_a(signal, "pynapple", "Tsd", "TsdFrame") or is_a(signal, "neo", "AnalogSignal"):
+        known = _known(signal, None, None)
+        _even(known, described(signal))
+        values = change(known.values).T
+        if is_a(signal, "neo", "AnalogSignal"):
+            return signal.duplicate_with_new_data(values.reshape(signal.shape), units=signal.units)
+        columns = {} if known.channels is None else {"columns": signal.columns}
+        return type(signal)(t=signal.t, d=values, time_support=signal.time_support, **columns)
+    if isinstance(signal, xr.Dataset) or any(is_a(signal, *one) for one in TIMES_APART):
+        raise FormatError("signal", "must be an array, a DataArray, a Tsd or an AnalogSignal", described(signal), TIMED)
+    if is_quantity(signal):
+        astropy = is_a(signal, "astropy", "Quantity")
+        values, unit = (signal.value, signal.unit) if astropy else (signal.magnitude, signal.units)
+        return type(signal)(change(_plain(values)), unit)
+    return change(_plain(signal))
+
+
+def _changed_array(signal: xr.DataArray, change: Callable[[Array], Array], name: str) -> xr.DataArray:
+    if "time" not in signal.dims:
+        raise MissingError("signal", "must have a dimension time", ", ".join(map(str, signal.dims)))
+    last = signal.transpose(..., "time")
+    if "time" in signal.coords:
+        time = signal.time.drop_attrs() if signal.time.dtype.kind in "fiu" else signal.time  # even in any unit
+        _even(Signal(_plain(getattr(last.data, "magnitude", last.data)), _seconds(time), None, None, name), "signal")
+    found = last.copy(data=changed_signal(last.data, change, name)).transpose(*signal.dims).rename(name)
+    about = signal.attrs.get("long_name")
+    return found.assign_attrs(long_name=f"{name} of {about}") if about else found
+
+
+def _plain(signal: Any) -> Array:
+    """Numbers of an array whose unit is known."""
+    refuse_masked(signal)
+    try:
+        return np.asarray(signal, float)
+    except (TypeError, ValueError) as error:
+        raise FormatError("signal", "must be an array of numbers", described(signal), RIGHT) from error
 
 
 def _known(thing: Any, rate: float | None, quantity: str | None) -> Signal:
@@ -192,11 +230,7 @@ def _unit_of(thing: Any) -> str:
 
 
 def _of_array(thing: Any, rate: float | None) -> Signal:
-    refuse_masked(thing)
-    try:
-        values = np.asarray(thing, float)
-    except (TypeError, ValueError) as error:
-        raise FormatError("signal", "must be an array of numbers", described(thing), RIGHT) from error
+    values = _plain(thing)
     if values.ndim != 1:
         remedy = "several: xr.DataArray(values, dims=('channel', 'time'), coords={'time': t})"
         raise ShapeError("signal", "must be an array (T,)", values.shape, remedy)
