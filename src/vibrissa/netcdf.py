@@ -43,8 +43,9 @@ def save(data: xr.Dataset, path: str | Path) -> None:
     InputError
         If it is no dataset, an attribute of it is true or false, the name ends otherwise, and as ``written_whole``.
     """
-    if not hasattr(data, "drop_encoding"):
+    if not hasattr(data, "data_vars"):
         remedy = "give what its method sample returns: `.sample(rate=…)`" if hasattr(data, "sample") else ""
+        remedy = "one with it: data.to_dataset(name=…)" if hasattr(data, "to_dataset") else remedy
         raise FormatError("data", "must be a Dataset", f"a {type(data).__name__}", remedy)
     if Path(path).suffix != ".nc":
         raise FormatError(str(path), "must end in .nc: a dataset is written as NetCDF")

@@ -6,6 +6,7 @@ import xarray as xr
 from refusals import refusal
 
 import vibrissa as vb
+from vibrissa.quantities import dataset
 
 WHISKER, POSTURE = vb.Whisker(length=0.04, cone_angle=1.5e-3), vb.Posture(contact=0.29, base_angle=1.2)
 GAPS = vb.Gaps(position=[1e-3], width=[6e-4])
@@ -112,3 +113,68 @@ def test_a_replay_takes_the_delay_of_each_whisker(kind):
     np.testing.assert_allclose(found.delay, delays, atol=1e-12)
     with refusal("shape", "delays"):
         vb.replay(motion, duration=5.0, rate=2000, delays="odd")
+
+
+@pytest.mark.parametrize("kind", [np.array, np.float16, np.float32, xr.DataArray])
+def test_numbers_of_any_class_are_taken(kind):
+    width = float(kind(4e-4))
+    same = vb.gap(WHISKER, POSTURE, width=width, n_modes=2)
+    xr.testing.assert_identical(vb.gap(WHISKER, POSTURE, width=kind(4e-4), n_modes=np.uint8(2)), same)
+    assert vb.Whisker(length=kind(0.04), cone_angle=1e-3).length == float(kind(0.04))
+
+
+def test_the_unit_of_a_number_is_not_dropped():
+    same = vb.gap(WHISKER, POSTURE, width=4e-4)
+    xr.testing.assert_identical(vb.gap(WHISKER, POSTURE, width=xr.DataArray(0.4, attrs={"units": "mm"})), same)
+    for wrong in (xr.DataArray(0.4, attrs={"units": "inch"}), 0.4 * pytest.importorskip("quantities").mm):
+        with refusal("unknown", "width"):
+            vb.gap(WHISKER, POSTURE, width=wrong)
+
+
+def straight(n_frames=8, n_nodes=6):
+    shape = (n_frames, n_nodes)
+    along = np.linspace(0.0, 0.02, n_nodes)
+    return dataset(
+        {"frame": "image", "pixel_size": 1e-4},
+        time=np.arange(n_frames) / 500,
+        arc_length=along,
+        x=np.broadcast_to(along, shape),
+        y=np.full(shape, 0.01),
+    )
+
+
+RAW = {
+    "a variable saved": (lambda: vb.save(straight().x, "x.nc"), "format", "data"),
+    "resonances for a motion": (lambda: vb.fit_resonances(modal(), [120.0, 340.0]), "format", "motion"),
+    "a guess for one of two modes": (lambda: vb.fit_resonances(modal(), guess=[120.0]), "shape", "guess"),
+    "a node with a unit": (lambda: vb.scan(WHISKER, POSTURE, GAPS, speed=0.1).sample(nodes="5mm"), "format", "nodes"),
+    "gaps with a unit": (lambda: vb.Gaps(["1mm"], ["1mm"]), "format", "position"),
+    "a face of one point": (lambda: vb.kinematics(straight(), face=np.zeros(2)), "shape", "face"),
+    "a frame": (lambda: vb.plot_tracks(straight(), np.zeros((8, 9, 9)), frames=3), "shape", "frames"),
+    "a unit by its number": (lambda: vb.plot_unit(UNITS, 2), "unknown", "name"),
+    "a figure of nothing": (lambda: vb.figure("surface", None), "format", "results"),
+}
+UNITS = dataset(unit_name=["a", "b"], spike_time=[0.1], spike_trial=np.array([0]), significant=np.array([True, False]))
+
+
+def modal():
+    return xr.Dataset(coords={"mode": [1, 2]})
+
+
+@pytest.mark.parametrize("case", RAW)
+def test_what_ended_in_an_error_of_another_package_is_refused_in_one_line(case):
+    call, code, argument = RAW[case]
+    with refusal(code, argument):
+        call()
+
+
+def test_a_window_may_have_its_unit():
+    window = [0, 500] * pytest.importorskip("quantities").ms
+    cut = vb.read_spikes({"a": [0.1, 0.6]}, trials=[0, 1], window=window)
+    assert cut.spike_time.values.tolist() == [0.1]
+
+
+def test_a_line_of_the_face_may_be_an_array():
+    face = ((0.0, 0.0), (0.0, 0.01))
+    found = vb.kinematics(straight(), face=np.array(face))
+    xr.testing.assert_identical(found.whisker_angle, vb.kinematics(straight(), face=face).whisker_angle)

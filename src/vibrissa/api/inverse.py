@@ -10,7 +10,7 @@ import numpy as np
 from vibrissa.api.motion import Motion
 from vibrissa.api.remarks import remark_left_out
 from vibrissa.api.shared.arguments import names_arguments
-from vibrissa.errors import ConflictError, MissingError
+from vibrissa.errors import ConflictError, FormatError, MissingError, ShapeError
 from vibrissa.mechanics.free_end.free_end_prediction import FreeEndPrediction
 from vibrissa.mechanics.inverse.decomposition import Method
 from vibrissa.mechanics.inverse.resonance import fit_modes
@@ -175,6 +175,10 @@ def fit_resonances(
     >>> print(f"{float(found.resonant_frequency[0]):.0f} Hz")
     123 Hz
     """
+    if motion is not None and not isinstance(motion, Motion):
+        raise FormatError(
+            "motion", "must be of vb.scan", f"a {type(motion).__name__}", "approximate resonances: guess="
+        )
     if motion is not None and isinstance(motion.prediction, SlowPrediction | SwingPrediction):
         raise ConflictError("motion", "must be of one posture", "one that changes")
     if motion is not None and isinstance(motion.prediction, RodPrediction | FreeEndPrediction):
@@ -186,6 +190,8 @@ def fit_resonances(
         start = modal.expected_frequency.to_numpy()
     else:
         start = np.asarray(guess, float)
+        if start.size != modal.sizes["mode"]:
+            raise ShapeError("guess", f"must be {modal.sizes['mode']} frequencies, one for each mode", start.size)
     assert not isinstance(known, SlowPrediction | RodPrediction | SwingPrediction | FreeEndPrediction)
     found = fit_modes(conforming(modal), start, prediction=known, exposure=exposure)[0]
     remark_left_out(found)

@@ -104,7 +104,7 @@ def kinematics(
 
     if pole is not None and wall is not None:
         raise ConflictError("wall", "must be left out where a pole is given", wall)
-    _refuse_pixels(profile, face=face or (), pole=() if pole is None else (pole,), wall=wall or ())
+    _refuse_pixels(profile, face=() if face is None else face, pole=() if pole is None else (pole,), wall=wall or ())
     touched = None if pole is None else Pole(centre=pole, radius=pole_radius)
     settings = KinematicsSettings(
         face=None if face is None else Face(caudal=face[0], rostral=face[1]),

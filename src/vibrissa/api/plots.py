@@ -11,7 +11,7 @@ import numpy as np
 
 from vibrissa.api.shared.arguments import names_arguments
 from vibrissa.api.studies import Results
-from vibrissa.errors import RangeError, UnknownError, did_you_mean
+from vibrissa.errors import FormatError, RangeError, UnknownError, did_you_mean
 from vibrissa.quantities import require
 from vibrissa.quantities.schema import conforming
 from vibrissa.signals.frame_numbers import frame_numbers
@@ -58,6 +58,8 @@ def figure(number: int | str, results: Results | str | Path) -> Figure:
     """
     from vibrissa.study.report.gallery import figure_of
 
+    if not isinstance(results, Results | str | Path):
+        raise FormatError("results", "must be of vb.run, or a path", f"a {type(results).__name__}")
     return figure_of(str(number), results.folder if isinstance(results, Results) else results)
 
 
@@ -152,7 +154,9 @@ def plot_unit(units: xr.Dataset, name: str | None = None) -> Figure:
     units = at_places(units)
     names = units.unit_name.to_numpy().tolist()
     if name is not None and name not in names:
-        raise UnknownError("name", "must be one of the units", repr(name), did_you_mean(name, names, ", ".join(names)))
+        raise UnknownError(
+            "name", "must be one of the units", repr(name), did_you_mean(str(name), names, ", ".join(names))
+        )
     known: dict[str, Any] = {
         one.name: units.attrs[one.name] for one in fields(EnvelopeAnalysis) if one.name in units.attrs
     }

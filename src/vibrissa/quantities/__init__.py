@@ -185,7 +185,7 @@ def one_whisker(profile: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Without a dimension for it.
+        Without a dimension for it, in double precision: fits of single precision do not converge.
 
     Raises
     ------
@@ -194,6 +194,7 @@ def one_whisker(profile: xr.Dataset) -> xr.Dataset:
     """
     require(profile, "x", "y", "arc_length")
     profile = conforming(profile)
+    profile = profile.assign({name: profile[name].astype(float, copy=False) for name in ("x", "y", "arc_length")})
     if "whisker" not in profile.dims:
         return profile
     if profile.sizes["whisker"] != 1:

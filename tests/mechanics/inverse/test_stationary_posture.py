@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
+import vibrissa as vb
 from vibrissa.exact import cone_kappa, cone_modes
 from vibrissa.mechanics.inverse.stationary_posture import fit_profile
 from vibrissa.mechanics.scan.scan_settings import Scan
@@ -229,3 +230,11 @@ def test_bad_input_is_named():
         fit_profile(profile.isel(node=slice(0, 20)), WHISKER)
     with refusal("missing", "substrate_sd"):
         fit_profile(profile.drop_attrs(), WHISKER, substrate=line)
+
+
+def test_tracks_in_single_precision_have_the_same_posture():
+    profile = tracked(0.29, 1.2, np.random.default_rng(5), frames=100)[0]
+    found = vb.fit_posture(profile, WHISKER)
+    for names in (["arc_length"], ["x", "y", "arc_length"]):
+        single = profile.assign({name: profile[name].astype("f4") for name in names})
+        assert float(vb.fit_posture(single, WHISKER).contact) == pytest.approx(float(found.contact), abs=1e-5)

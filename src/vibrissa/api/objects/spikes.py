@@ -24,7 +24,7 @@ from vibrissa.neural.io.tables.spikes import table_of_trains
 from vibrissa.neural.io.tables.trials import cut_into_trials
 from vibrissa.tables.frame import table_of_frame
 from vibrissa.tables.kinds import described, is_a
-from vibrissa.tables.stated import bare
+from vibrissa.tables.stated import bare, numbers
 from vibrissa.tables.table import LONGEST
 
 Read = tuple[xr.Dataset, xr.Dataset | None]  # spikes, and the trials that the object states itself
@@ -92,6 +92,8 @@ def as_spikes(
     >>> spikes.spike_time.values.round(6).tolist()
     [0.1, 0.2, 0.3]
     """
+    if window is not None:
+        window = tuple(numbers("window", window, "s").tolist())
     files = {"groups": groups, "unsorted": unsorted, "counted_bin": counted_bin}
     if event is not None and not isinstance(thing, str | PathLike):
         raise ConflictError("event", "must go with a Plexon or NeuroExplorer file", described(thing))

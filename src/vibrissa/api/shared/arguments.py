@@ -6,9 +6,13 @@ import re
 from collections.abc import Callable, Collection, Sequence
 from functools import wraps
 from inspect import signature
-from typing import ParamSpec, TypeVar
+from reprlib import repr as short
+from typing import Any, ParamSpec, TypeVar
 
-from vibrissa.errors import FormatError, InputError, RangeError, UnknownError, did_you_mean
+import numpy as np
+
+from vibrissa.errors import FormatError, InputError, RangeError, ShapeError, UnknownError, did_you_mean
+from vibrissa.tables.stated import number, numbers
 
 # names inside the rooms whose arguments have shorter ones here
 SHORTER = {"sampling_rate": "rate", "node": "nodes", "trials": "n_trials", "number_of_units": "units"}
@@ -33,7 +37,19 @@ KINDS = {
     "xr.Dataset": (("Dataset",), "a Dataset that a function of vibrissa has made"),
     "float": (NUMBERS, PLAIN),
     "float | None": ((*NUMBERS, "NoneType"), PLAIN),
+    "float | Posture": ((*NUMBERS, "Posture"), "the contact over L, such as 0.29, or a vb.Posture"),
     "int": (WHOLE, "such as 3"),
+}
+# arguments of several numbers: the dimensions of their array, and what they must be
+LISTS = {
+    "Sequence[float] | float | None": ((0, 1), "must be numbers in SI"),
+    "Sequence[float] | None": ((1,), "must be a list of numbers"),
+    "Sequence[int] | None": ((1,), "must be a list of whole numbers"),
+    **dict.fromkeys(
+        ("Seconds | None", "tuple[float, float] | None", "tuple[float, float]"), ((1,), "must be two numbers")
+    ),
+    "Point | None": ((1,), "must be a point, (x, y) [m]"),
+    **dict.fromkeys(("Line | None", "tuple[Point, Point] | None"), ((2,), "must be two points, ((x, y), (x, y)) [m]")),
 }
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
@@ -61,10 +77,11 @@ def names_arguments(function: Callable[Given, Result]) -> Callable[Given, Result
         if unknown:
             near = did_you_mean(unknown[0], arguments, f"it takes {', '.join(arguments)}")
             raise UnknownError(unknown[0], f"must be an argument of {function.__name__}", None, near)
-        for name, value in form.bind_partial(*args, **words).arguments.items():
-            refuse_kind(name, value, str(arguments[name].annotation))
+        given = form.bind_partial(*args, **words)
+        for name, value in given.arguments.items():
+            given.arguments[name] = as_kind(name, value, str(arguments[name].annotation))
         try:
-            return function(*args, **words)
+            return function(*given.args, **given.kwargs)
         except InputError as error:
             here = in_arguments(error, arguments)
             if str(here) == str(error):
@@ -99,8 +116,8 @@ def in_arguments(error: InputError, arguments: Collection[str]) -> InputError:
     return type(error)(name if name in arguments else error.quantity, rule, error.value, remedy)
 
 
-def refuse_kind(name: str, value: object, annotation: str) -> None:
-    """Refuse a value of another kind than its argument takes, where the kind is one of ``KINDS``.
+def as_kind(name: str, value: Any, annotation: str) -> Any:
+    """A value of the kind that its argument takes, where that is one of ``KINDS`` or ``LISTS``; others are refused.
 
     Parameters
     ----------
@@ -111,6 +128,11 @@ def refuse_kind(name: str, value: object, annotation: str) -> None:
     annotation : str
         As the function is annotated.
 
+    Returns
+    -------
+    object
+        The value; a number of another class as ``float`` or ``int``, an array as tuples.
+
     Raises
     ------
     InputError
@@ -119,15 +141,33 @@ def refuse_kind(name: str, value: object, annotation: str) -> None:
     if choices := re.fullmatch(r"Literal\[([^\[\]]*)\]", annotation):
         _refuse_choice(name, value, re.findall(r"[\w-]+", choices[1]))
     kinds, form = KINDS.get(annotation, ((), ""))
+    if annotation in LISTS and value is not None:
+        return _listed(name, value, *LISTS[annotation])
     given = type(value).__name__
+    if "float" in kinds and (given not in kinds or hasattr(value, "dtype")) and not isinstance(value, str | bool):
+        return number(name, value, None, form)
+    if kinds == WHOLE and np.ndim(value) == 0 and np.asarray(value).dtype.kind in "iu":
+        value, given = int(value), "int"
     if kinds and given not in kinds:
         found = repr(value) if isinstance(value, str | int | float) else f"a {given}"
         known = [kind for kind in kinds if kind != "NoneType"][:2]
         rule = "must be a number" if "float" in kinds else f"must be of the class {' or '.join(known)}"
         rule = "must be a whole number" if kinds == WHOLE else rule
         raise FormatError(name, rule, found, form)
-    if name == "seed" and kinds == WHOLE and value < 0:  # type: ignore[operator]
+    if name == "seed" and kinds == WHOLE and value < 0:
         raise RangeError(name, "must be 0 or a positive whole number", value)
+    return value
+
+
+def _listed(name: str, value: Any, shapes: tuple[int, ...], rule: str) -> Any:
+    """Numbers of one of the dimensions; an array as tuples, a plain list or number as it is."""
+    found = numbers(name, value, None)
+    if found.ndim not in shapes:
+        raise ShapeError(name, rule, short(value))
+    if isinstance(value, int | float | list | tuple | range):
+        return value
+    plain = (np.asarray(value) if np.asarray(value).dtype.kind in "iu" else found).tolist()
+    return tuple(tuple(one) if isinstance(one, list) else one for one in plain) if found.ndim else plain
 
 
 def _refuse_choice(name: str, value: object, choices: Sequence[str]) -> None:

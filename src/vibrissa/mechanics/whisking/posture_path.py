@@ -19,6 +19,7 @@ from vibrissa.tables.stated import number, numbers
 from vibrissa.tables.units import PURE
 
 NEEDED, EITHER = {"time": "s", "base_angle": "rad"}, {"contact": PURE, "base_distance": PURE}
+_ROUNDING = 1e-9  # [s] by which the ends of a path may be missed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,7 +129,15 @@ class PosturePath:
         -------
         Posture
             Of that moment.
+
+        Raises
+        ------
+        InputError
+            If the path does not reach that time.
         """
+        first, last = self.time[0], self.time[-1]
+        if not first - _ROUNDING <= t <= last + _ROUNDING:
+            raise RangeError("t", f"must lie on the path, {first:g} to {last:g} s", f"{t:g}")
         return self.posture(self.spline(t))
 
 
