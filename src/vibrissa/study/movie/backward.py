@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibrissa.arrays import Integers, Mask
+from vibrissa.measures.whisk_cycle import stretches
 from vibrissa.mechanics.inverse.decomposition import Method, decompose
 from vibrissa.mechanics.inverse.resonance import fit_modes
 from vibrissa.quantities import dataset, measured
 from vibrissa.signals.envelope import analytic_envelope
+from vibrissa.signals.frame_numbers import frame_numbers
 from vibrissa.video.io.movie import read_blocks
 
 if TYPE_CHECKING:
@@ -122,11 +125,22 @@ def modal_amplitudes(
     modal = decompose(profile, whisker, contact, n_modes=n_modes, method=method, modes=modes, posture=posture)
     expected = modal.kappa.values / (2 * np.pi * whisker.timescale)
     modal = modal.merge(dataset(mode=modal.mode.values, expected_frequency=expected), combine_attrs="override")
-    lost = int(np.count_nonzero(~np.isfinite(modal.mode_displacement.values).all(axis=0)))
-    if lost:
-        modal.attrs["left_out"] = f"envelopes and resonances: {lost} of {modal.sizes['time']} frames were lost"
+    seen = np.isfinite(modal.mode_displacement.values).all(axis=0)
+    if not seen.all():
+        modal.attrs["left_out"] = f"envelopes and resonances: {_lost(seen, frame_numbers(profile))}"
         return modal
     envelope, phase = analytic_envelope(modal.mode_displacement.values)
     shown: dict[str, Any] = {"envelope": whisker.length * envelope, "phase": phase}
     labelled = dataset(mode=modal.mode.values, time=modal.time.values, **shown)
     return modal.merge(labelled, combine_attrs="override")
+
+
+def _lost(seen: Mask, numbers: Integers) -> str:
+    """How many frames were lost, and the longest stretch in which none was."""
+    lost = f"{np.count_nonzero(~seen)} of {seen.size} frames were lost"
+    if not seen.any():
+        return lost
+    start, stop = max(stretches(seen), key=lambda one: one[1] - one[0])
+    first, last = numbers[start], numbers[stop - 1]
+    remedy = f"track it by itself (start {first}, stop {last + 1})"
+    return f"{lost}; the longest stretch without a loss is frames {first} to {last}: {remedy}"
