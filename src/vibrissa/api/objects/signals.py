@@ -182,7 +182,7 @@ def _changed_array(signal: xr.DataArray, change: Callable[[Array], Array], name:
     last = signal.transpose(..., "time")
     if "time" in signal.coords:
         time = signal.time.drop_attrs() if signal.time.dtype.kind in "fiu" else signal.time  # even in any unit
-        _even(Signal(_plain(getattr(last.data, "magnitude", last.data)), _seconds(time), None, None, name), "signal")
+        _even(Signal(_plain(getattr(last.data, "magnitude", last.data)), seconds_of(time), None, None, name), "signal")
     found = last.copy(data=changed_signal(last.data, change, name)).transpose(*signal.dims).rename(name)
     about = signal.attrs.get("long_name")
     return found.assign_attrs(long_name=f"{name} of {about}") if about else found
