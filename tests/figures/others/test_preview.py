@@ -5,6 +5,8 @@ import json
 import av
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
 from refusals import refusal
 
 from vibrissa.figures.colours import rgb
@@ -200,3 +202,18 @@ def test_a_part_that_leaves_out_frames_is_shown_on_its_own_pictures(movie, profi
     assert data.image.values[:, 30, 30].tolist() == [80, 20, 60]
     every_third = profile.isel(time=slice(0, None, 3))
     assert [int(one[30, 200, 0]) for one in preview.overlay(movie, every_third, [0, 2])] == [0, 60]
+
+
+def test_a_line_at_the_edge_of_the_picture_does_not_push_the_title_out_of_the_figure(movie, profile):
+    high = profile.assign(y=profile.y - 19 * PIXEL)  # the box that is magnified reaches above the first row
+    figure = preview.draw(preview.compute(movie, high, [0, 4]))
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    for panel in figure.axes[:2]:
+        assert panel.get_ylim() == (HEIGHT - 0.5, -0.5)
+        top = max(
+            text.get_window_extent(canvas.get_renderer()).y1
+            for text in panel.findobj(Text)
+            if text.get_text()[:5] == "frame"
+        )
+        assert top <= figure.bbox.height

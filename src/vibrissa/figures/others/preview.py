@@ -275,6 +275,7 @@ def draw(data: xr.Dataset) -> Figure:
             shown = _named_panel(panel, data.isel(time=k), names, span)
             title += f": {shown} of {len(names)} whiskers"
         panel.set_title(title)
+        panel.set(xlim=(-0.5, data.sizes["image_column"] - 0.5), ylim=(data.sizes["image_row"] - 0.5, -0.5))
         panel.tick_params(labelsize=5, length=2, labelleft=k % across == 0, labelbottom=k + across >= count)
     axes.flat[0].set_ylabel("row [px]", fontsize=6)
     axes.flat[count - 1].set_xlabel("column [px]", fontsize=6)
