@@ -195,7 +195,7 @@ def cut_into_trials(spikes: xr.Dataset, trials: xr.Dataset, window: Window | Non
         ``spike_time`` from the onset, ``spike_trial``, ``spike_unit``, what is known of the units, and the trials.
         ``spikes_outside`` counts spikes that fall into no window, ``spikes_shared`` those in two of them, kept twice.
         Where the units' intervals of observation are known, ``unit_observed`` (unit, trial) says whether the window
-        lies within one of them.
+        lies within them, without a gap.
 
     Raises
     ------
@@ -266,9 +266,15 @@ NEAR = 1e-6  # [s] by which ends of intervals and windows may differ by rounding
 
 
 def _observed(spikes: xr.Dataset, low: Array, high: Array) -> Mask:
-    """Whether each unit was observed throughout each window, in one of its intervals."""
+    """Whether each unit was observed throughout each window; intervals that touch are one."""
     observed = np.zeros((spikes.sizes["unit"], low.size), bool)
-    intervals = (spikes[f"interval_{name}"].values for name in ("unit", "start", "stop"))
-    for unit, start, stop in zip(*intervals, strict=True):
-        observed[unit] |= (start <= low + NEAR) & (high <= stop + NEAR)
+    owner, starts, stops = (spikes[f"interval_{name}"].values for name in ("unit", "start", "stop"))
+    for unit in np.unique(owner):
+        own = np.flatnonzero(owner == unit)
+        own = own[np.argsort(starts[own], kind="stable")]
+        reach = np.maximum.accumulate(stops[own])
+        first = np.append(True, starts[own][1:] > reach[:-1] + NEAR)
+        joined = zip(starts[own][first], reach[np.append(first[1:], True)], strict=True)
+        for start, stop in joined:
+            observed[unit] |= (start <= low + NEAR) & (high <= stop + NEAR)
     return observed
