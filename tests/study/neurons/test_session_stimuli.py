@@ -9,6 +9,9 @@ from refusals import refusal
 
 import vibrissa as vb
 from vibrissa.api.remarks import Remark
+from vibrissa.neural.io.tables.stimuli import labelled_stimulus
+from vibrissa.neural.io.tables.trials import trial_table
+from vibrissa.study.neurons.trial_stimuli import cut_stimulus
 
 pynwb = pytest.importorskip("pynwb")
 
@@ -63,3 +66,47 @@ def test_a_stimulus_on_the_clock_of_the_session_needs_the_times_of_the_trials(se
     (tmp_path / "spikes.csv").write_text("\n".join(["unit,trial,spike_time", *rows]))
     with refusal("missing", "spikes", "a stimulus on the session's clock"):
         vb.envelope_coupling(tmp_path / "spikes.csv", session, n_trials=TRIALS)
+
+
+def test_the_times_of_a_cut_stimulus_count_from_the_onset_itself():
+    """An envelope at 100 Hz, 4 ms before whose samples the trials begin."""
+    clock = np.arange(0, 60, 0.01)
+    stimulus = labelled_stimulus(clock, 1 + np.sin(2 * np.pi * 0.7 * clock), "a.u.", envelope=True)
+    onsets = 3.006 + 5 * np.arange(10)
+    found, _ = cut_stimulus(stimulus, trial_table(onsets, onsets + 3), "s")
+    assert found.time.values[0] == pytest.approx(0.004, abs=1e-9)
+
+
+def test_samples_of_an_envelope_that_scatter_about_the_onsets_are_remarked_on():
+    clock = np.arange(0, 60, 0.01)
+    stimulus = labelled_stimulus(clock, np.ones(clock.size), "a.u.", envelope=True)
+    onsets = 3.0 + 5 * np.arange(10) + np.where(np.arange(10) % 2, 0.004, 0.0)
+    _, remarks = cut_stimulus(stimulus, trial_table(onsets, onsets + 3), "s")
+    assert any("latencies are uncertain by 2 ms" in line for line in remarks)
+
+
+@pytest.mark.parametrize("rate", [1000.0, 2000.0, 20000.0])
+def test_one_motion_is_the_same_in_all_trials_wherever_its_samples_lie(rate):
+    """A carrier of 100 Hz, played at onsets anywhere between two samples; its mean keeps its size."""
+    onsets = 1.0 + 2 * np.arange(12) + np.random.default_rng(2).uniform(0, 0.5, 12)
+    clock = np.arange(0, 27, 1 / rate)
+    since = clock - onsets[np.clip(np.searchsorted(onsets, clock) - 1, 0, None)]
+
+    def played(time):
+        slow = 1 + 0.5 * np.sin(2 * np.pi * 3 * time)
+        return np.where((time > -0.1) & (time < 1.4), 40e-6 * slow * np.sin(2 * np.pi * 100 * time), 0.0)
+
+    trials = trial_table(onsets, onsets + 1)
+    found, remarks = cut_stimulus(labelled_stimulus(clock, played(since)), trials, "s")
+    assert "trial" not in found.dims, remarks
+    time, inside = found.time.values, slice(20, -20)
+    np.testing.assert_allclose(found.point_displacement[inside], played(time)[inside], atol=0.02 * 40e-6)
+
+
+def test_stimuli_that_differ_are_said_to_with_their_correlation():
+    clock = np.arange(0, 30, 1 / RATE)
+    stimulus = labelled_stimulus(clock, 1e-5 * np.random.default_rng(1).normal(size=clock.size))
+    found, remarks = cut_stimulus(stimulus, trial_table(ONSETS[:2], ONSETS[:2] + LENGTH), "s")
+    each = found.point_displacement.values
+    r = min(np.corrcoef(one, each.mean(0))[0, 1] for one in each)
+    assert f"down to {r:.2f}" in remarks[0]

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 ONE = 0.99  # correlation of each trial's stimulus with their mean, above which they are one
 UNEVEN = 0.05  # of a step
+NONE = 1e-3  # of a step, below which samples fall alike on all onsets
+SCATTER = 1e-3  # [s] of samples about the onsets, above which latencies suffer
 
 
 def cut_stimulus(stimulus: xr.Dataset, trials: xr.Dataset, source: str) -> tuple[xr.Dataset, list[str]]:
@@ -36,9 +38,10 @@ def cut_stimulus(stimulus: xr.Dataset, trials: xr.Dataset, source: str) -> tuple
     Returns
     -------
     stimulus : Dataset
-        By time from the onset, as long as the shortest trial; of one presentation where all trials had the same.
+        By time from the onset, as long as the shortest trial; of one presentation where all trials had the same. Its
+        first sample is as late as those of the trials in the mean; motions are interpolated to these times.
     remarks : list of str
-        Whether they had.
+        Whether they had, and how far the samples of an envelope scatter about the onsets.
 
     Raises
     ------
@@ -49,7 +52,8 @@ def cut_stimulus(stimulus: xr.Dataset, trials: xr.Dataset, source: str) -> tuple
     start, stop = trials.trial_start.values, trials.trial_stop.values
     step = float(np.median(np.diff(time))) if time.size > 1 else np.inf
     first = np.searchsorted(time, start - step / 2)
-    count = int(np.floor((stop - start).min() / step + 1e-6))
+    onset = np.clip(time[np.minimum(first, time.size - 1)], start, start + step)
+    count = int(np.floor((stop - onset).min() / step + 1e-6))
     if count < 2:
         raise TooFewError(source, "must be sampled within its trials", f"a step of {step:.4g} s")
     lost = (first + count > time.size) | (np.abs(time[np.minimum(first, time.size - 1)] - start) > step)
@@ -60,23 +64,47 @@ def cut_stimulus(stimulus: xr.Dataset, trials: xr.Dataset, source: str) -> tuple
     rows = first[:, None] + np.arange(count)
     if (np.abs(np.diff(time[rows]) - step) > UNEVEN * step).any():
         raise RangeError(f"{source}: time", f"must be even within trials, by {step:.6g} s", "uneven", "interpolate it")
-    cut: Array = values[..., rows]
+    late = time[first] - start  # from each onset to its first sample
+    own: Array = round(float(late.mean()), 9) + np.arange(count, dtype=np.float64) * step
+    shift = (late - late.mean()) / step
+    cut: Array = values[..., rows] if is_envelope else _shifted(values[..., rows], shift)
     lead = {"whisker": stimulus.whisker.values} if "whisker" in stimulus.dims else {}
-    own: Array = np.arange(count, dtype=np.float64) * step
     attrs = {name: value for name, value in stimulus.attrs.items() if name != "clock"}
-    if len(start) > 1 and not _alike(cut):
+    remarks, r = _scattered(late) if is_envelope else [], _likeness(cut)
+    if len(start) > 1 and not r >= ONE:
         known = labelled_stimulus(own, cut, unit, envelope=is_envelope, lead={**lead, "trial": None}, attrs=attrs)
-        return known, [f"the stimulus differs between trials: each of {len(start)} trials has its own"]
+        differs = f"the stimulus differs between trials (correlation with their mean down to {r:.2f})"
+        return known, [f"{differs}: each of {len(start)} trials has its own", *remarks]
     known = labelled_stimulus(own, cut.mean(-2), unit, envelope=is_envelope, lead=lead, attrs=attrs)
-    return known, [f"the stimulus is the same in all {len(start)} trials: their mean is taken"] * (len(start) > 1)
+    same = [f"the stimulus is the same in all {len(start)} trials: their mean is taken"] * (len(start) > 1)
+    return known, [*same, *remarks]
 
 
-def _alike(cut: Array) -> bool:
-    """Whether the stimuli (..., trial, time) of all trials correlate with their mean."""
+def _scattered(late: Array) -> list[str]:
+    """Remark on an envelope whose samples do not fall alike on the onsets, from which they lie ``late`` [s]."""
+    if (most := float(np.abs(late - late.mean()).max())) <= SCATTER:
+        return []
+    why = "its samples do not fall alike on the onsets"
+    return [f"latencies are uncertain by {1e3 * most:.2g} ms: {why}; sample the envelope more often"]
+
+
+def _shifted(cut: Array, shift: Array) -> Array:
+    """Motions (..., trial, time) moved later by parts of a sample, by quintic splines."""
+    from scipy.ndimage import shift as moved
+
+    if (np.abs(shift) < NONE).all():
+        return cut
+    still = (0.0,) * (cut.ndim - 2)
+    each = [moved(cut[..., k, :], (*still, by), order=5, mode="nearest") for k, by in enumerate(shift)]
+    return np.stack(each, axis=-2)
+
+
+def _likeness(cut: Array) -> float:
+    """Smallest correlation of the stimulus (..., trial, time) of a trial with their mean; 1 of those that rest."""
     each = cut - cut.mean(-1, keepdims=True)
     mean = each.mean(-2, keepdims=True)
     size = np.sqrt((each**2).sum(-1) * (mean**2).sum(-1))
-    return bool(((each * mean).sum(-1) >= ONE * size).all())
+    return float(np.min(np.divide((each * mean).sum(-1), size, out=np.ones(size.shape), where=size != 0)))
 
 
 def stimulus_in_trials(
