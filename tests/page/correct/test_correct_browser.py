@@ -545,6 +545,18 @@ def test_edits_of_another_program_are_refused_in_a_line_and_the_page_stays_usabl
     assert hands.whisker(line) == -2
 
 
+def test_every_axis_has_a_scale(hands):
+    """Two ticks at least, all within the range, at whole steps."""
+    for low in (-170.3, -58.7, 0.0, 61.5):
+        for size in (2.1, 7.0, 38.0, 59.0, 95.0, 300.0):
+            for most in (0.5, 1.2, 2.0, 9.0):
+                found = hands.ask("a => import('./overview.js').then(it => it.ticks(...a))", [low, low + size, most])
+                assert len(found) >= 2, (low, size, most)
+                assert low <= found[0]
+                assert found[-1] <= low + size
+                assert np.ptp(np.diff(found)) == 0
+
+
 def test_the_end_waits_for_a_save(hands):
     session, save = hands.served.session, hands.served.session.save
 

@@ -143,7 +143,7 @@ def _count(value: object, thing: str) -> int:
 
 def _point(value: Any, thing: str) -> LinePoint:
     whole = isinstance(value, list | tuple) and len(value) == 3
-    if not whole or not all(isinstance(x, int | float) and math.isfinite(x) for x in value):
+    if not whole or not all(isinstance(x, int | float) and not isinstance(x, bool) and math.isfinite(x) for x in value):
         raise FormatError(thing, "must be [frame, column, row]", repr(value)[:60])
     return LinePoint(_count(value[0], thing), float(value[1]), float(value[2]))
 
@@ -157,10 +157,20 @@ def _pair(value: object, thing: str) -> tuple[int, int]:
 def _label(value: object, thing: str) -> str:
     text = value.strip() if isinstance(value, str) else ""
     bad = not isinstance(value, str) or len(text) > LONGEST or not text.isprintable()
-    if bad or re.fullmatch(r"\+|(whisker )?[-+\d.]+", text):
+    bare = text.removeprefix("whisker ")
+    if bad or re.fullmatch(r"[-+\d.]+", bare) or _is_number(bare):
         rule = f"must be a name of at most {LONGEST} characters that is no number, or nothing"
         raise FormatError(thing, rule, repr(value)[:60], "for example C2")
     return text
+
+
+def _is_number(text: str) -> bool:
+    """Whether a table of names would be read with a number here: also 1e0 and nan."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 _READERS = {

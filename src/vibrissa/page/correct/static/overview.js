@@ -192,9 +192,14 @@ export class Overview {
   }
 }
 
-function ticks(low, high, most) { // round values between two, about so many
+const SHARES = [10, 5, 2, 1, 0.5, 0.2, 0.1]; // of a power of ten
+
+export function ticks(low, high, most) { // round values between two, about so many
   const raw = (high - low) / Math.max(most, 1), power = 10 ** Math.floor(Math.log10(raw)), share = raw / power;
-  const step = Math.max(power * (share > 5 ? 10 : share > 2 ? 5 : share > 1 ? 2 : 1), 1), out = [];
-  for (let v = Math.ceil(low / step) * step; v <= high; v += step) out.push(Number(v.toPrecision(10)));
-  return out;
+  const steps = SHARES.slice(SHARES.findLastIndex(one => one >= share)).map(one => Math.max(power * one, 1)), multiples = step => {
+    const out = [];
+    for (let v = Math.ceil(low / step) * step; v <= high; v += step) out.push(Number(v.toPrecision(10)));
+    return out;
+  };
+  return multiples(steps.find(step => multiples(step).length > 1) ?? 1); // one tick alone is no scale
 }
