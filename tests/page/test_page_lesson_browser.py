@@ -164,10 +164,24 @@ def test_pad_taper_direction_contact_and_gaps_are_named_in_the_drawing(view, ser
     written = view.evaluate("written")
     words = {text for name, text, *_ in written if name == "whole"}
     assert {"whisker pad", "thick base", "thin tip", "free end", "contact ↓"} <= words
-    assert "← the surface moves; its gaps are white" in words
+    assert "← the surface moves; its gaps are blank" in words
     width = view.evaluate("document.getElementById('whole').clientWidth")
     assert all(0 <= x <= width and y > 0 for name, _, x, y in written if name == "whole")
     assert {"contact", "gap"} <= {text for name, text, *_ in written if name == "close"}
+
+
+def test_the_scale_of_slow_motion_is_whole_on_a_narrow_screen(view, served):
+    view.set_viewport_size({"width": 320, "height": 900})
+    opened(view, served.root, **{**CLEAN, **SHORT})
+    view.evaluate(WRITTEN)
+    acted(view, lambda: view.evaluate("location.hash += '&speed=0.12'"))
+    ends = """() => written.filter(([name, text]) => name === "close" && text.startsWith("0.3 mm")).map(([name, text, x]) => {
+      const canvas = document.getElementById(name);
+      return canvas.clientWidth - x - canvas.getContext("2d").measureText(text).width;
+    })"""
+    room = view.evaluate(ends)
+    assert room
+    assert min(room) >= 0
 
 
 @pytest.mark.parametrize(("button", "name"), [("#copy-command", "command.txt"), ("#copy-python", "script.py")])

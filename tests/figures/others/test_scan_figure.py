@@ -51,6 +51,16 @@ def test_the_caption_tells_the_rms_of_each_mode(data, drawn):
     assert "nothing measured" in drawn.attrs["caption"]
 
 
+def test_a_mode_has_one_colour_in_time_and_in_its_spectrum(drawn):
+    axes = scan.draw(drawn).axes
+    spectra = [line.get_color() for line in axes[-1].lines if line.get_label().startswith("mode")]
+    assert len(set(spectra)) == 3
+    for axis in axes:
+        if axis.get_ylabel().startswith("mode"):
+            colour = spectra[int(axis.get_ylabel().split()[1]) - 1]
+            assert {line.get_color() for line in axis.lines} == {colour}
+
+
 def test_it_can_be_drawn_of_a_short_scan_of_one_mode(data):
     short = data.isel(time=slice(0, 400), mode=slice(0, 1))
     figure = scan.draw(scan.compute(short))

@@ -120,9 +120,9 @@ def draw(data: xr.Dataset) -> Figure:
     figure, axes = new_figure(10.5, 0.8 + 1.4 * (n + 2), n + 2, 2, width_ratios=(1.6, 1), sharex="col")
     um = 1e6 * data.attrs["whisker_length"]
     _draw_contact(axes[0, 0], data, um)
-    for i in range(n):
-        axes[1 + i, 0].plot(data.time, um * data.mode_displacement[i], color=PREDICTED, lw=0.6)
-        axes[1 + i, 0].plot(data.time, 1e6 * data.envelope[i], color=PREDICTED, lw=1.6, label="envelope")
+    for i, colour in enumerate(ordered(data.sizes["mode"])[:n]):
+        axes[1 + i, 0].plot(data.time, um * data.mode_displacement[i], color=colour, lw=0.6)
+        axes[1 + i, 0].plot(data.time, 1e6 * data.envelope[i], color=colour, lw=1.6, label="envelope")
         axes[1 + i, 0].set_ylabel(f"mode {i + 1} [µm]")
     axes[1, 0].legend(**_ABOVE)
     below = axes[n + 1, 0]

@@ -5,7 +5,7 @@ const tag = (name, set) => Object.assign(document.createElement(name), set);
 
 const TOUR = [
   ["motion", "1 of 5. A whisker, held by the pad, touches a surface that moves to the left. Each edge holds its tip, bends it, and lets go."],
-  ["modes-figure", "2 of 5. After each jump the whisker rings. It has several modes; the dark outline, its envelope, is how strongly each rings."],
+  ["modes-figure", "2 of 5. After each jump the whisker rings. It has several modes; the outer line, its envelope, is how strongly each rings."],
   ["firing-figure", "3 of 5. A neuron that fires above a threshold of the envelope turns the vibration into spikes."],
   ["contrast-figure", "4 of 5. Another surface gives another envelope, so one neuron tells them apart: listen to A and B at the top."],
   ["controls", "5 of 5. Move a slider, and every picture follows. The buttons at the top set states worth a look; Reset returns here."],

@@ -100,7 +100,7 @@ function named(ctx, data, { x, y }, contact, X, Y, width) { // what is what in t
   say("thin tip", Math.max(4, X(x[0]) - 8), ground - 12, "left");
   if (free) say("free end", (X(x[0]) + X(between(x, contact))) / 2, ground - 28, "center");
   say("contact ↓", X(between(x, contact)) + 3, ground - (free ? 44 : 28), "center");
-  say(data.gaps ? "← the surface moves; its gaps are white" : "← surface moves", width - 8, ground + 26);
+  say(data.gaps ? "← the surface moves; its gaps are blank" : "← surface moves", width - 8, ground + 26);
 }
 
 function barcode(ctx, data, time, X, top, scale, width) { // gaps are too shallow to be seen at this scale
@@ -129,7 +129,7 @@ export function close(data, time, { pose, d, contact, touching, depth }, { canva
   const where = { x: X(-data.distance - d), y: Y(-data.height + heldAt(data, time, d)) };
   ctx.fillStyle = ink.ink;
   if (Number.isFinite(d)) { ctx.beginPath(); ctx.arc(where.x, where.y, 4.5, 0, 7); ctx.fill(); }
-  rule(ctx, 10, 14, 3e-4 * scale, stretch === 1 ? "0.3 mm, true proportions" : `0.3 mm, heights × ${stretch}`);
+  rule(ctx, 10, 14, 3e-4 * scale, stretch === 1 ? "0.3 mm, to scale" : `0.3 mm, heights × ${stretch}`);
   jumpArrow(ctx, data, time, where, X);
   if (height > 180) {
     ctx.textAlign = "center"; ctx.textBaseline = "bottom"; ctx.fillStyle = ink.ink;
