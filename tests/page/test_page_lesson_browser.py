@@ -175,7 +175,8 @@ def test_the_scale_of_slow_motion_is_whole_on_a_narrow_screen(view, served):
     opened(view, served.root, **{**CLEAN, **SHORT})
     view.evaluate(WRITTEN)
     acted(view, lambda: view.evaluate("location.hash += '&speed=0.12'"))
-    ends = """() => written.filter(([name, text]) => name === "close" && text.startsWith("0.3 mm")).map(([name, text, x]) => {
+    ends = """() => written.filter(([name, text]) => name === "close" && text.startsWith("0.3 mm"))
+      .map(([name, text, x]) => {
       const canvas = document.getElementById(name);
       return canvas.clientWidth - x - canvas.getContext("2d").measureText(text).width;
     })"""
