@@ -1,8 +1,11 @@
 """What is said of spikes that are left out."""
 
 import numpy as np
+from refusals import refusal
 
+from vibrissa.neural.io.tables.inputs import refuse_misplaced
 from vibrissa.neural.io.tables.spikes import spike_table
+from vibrissa.neural.io.tables.stimuli import labelled_stimulus
 from vibrissa.neural.io.tables.trials import cut_into_trials, trial_table
 from vibrissa.quantities import dataset
 from vibrissa.study.neurons.inputs import remarks_on
@@ -26,3 +29,12 @@ def test_a_trial_across_two_intervals_that_touch_was_observed():
     spikes = spikes.merge(dataset(**ends))
     cut = cut_into_trials(spikes, trial_table(np.array([1.0, 4.0]), np.array([3.0, 6.0])))
     assert cut.unit_observed.values.tolist() == [[True, True], [True, False]]
+
+
+def test_counts_from_the_onset_have_no_spontaneous_window_before_it():
+    counted = {"counted_bins": 300, "counted_bin": 0.01}
+    spikes = spike_table([0.5], [0], ["a"], trial=[0], attrs=counted)
+    stimulus = labelled_stimulus(np.arange(300) / 100, np.ones(300), envelope=True)
+    refuse_misplaced(spikes, stimulus, 1, spontaneous=(0.0, 0.5))
+    with refusal("range", "spontaneous"):
+        refuse_misplaced(spikes, stimulus, 1, spontaneous=(-1.0, 0.0))

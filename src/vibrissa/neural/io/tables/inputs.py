@@ -80,6 +80,9 @@ def refuse_misplaced(
     require_whole("number of trials", n_trials)
     if n_trials < 1:
         raise RangeError("number of trials", "must be at least 1", n_trials)
+    if spontaneous is not None and spontaneous[0] < 0 and "counted_bins" in spikes.attrs:
+        remedy = "leave it out: what came before the onset was not counted"
+        raise RangeError("spontaneous", "must not start before the onset, as counts do not", spontaneous, remedy)
     time, trial = spikes.spike_time.values, spikes.spike_trial.values
     if time.size == 0:
         outside = int(spikes.attrs.get("spikes_outside", 0))
