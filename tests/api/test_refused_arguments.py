@@ -154,7 +154,13 @@ RAW = {
     "a unit by its number": (lambda: vb.plot_unit(UNITS, 2), "unknown", "name"),
     "a figure of nothing": (lambda: vb.figure("surface", None), "format", "results"),
 }
-UNITS = dataset(unit_name=["a", "b"], spike_time=[0.1], spike_trial=np.array([0]), significant=np.array([True, False]))
+UNITS = dataset(
+    unit_name=["a", "b"],
+    spike_time=[0.1],
+    spike_trial=np.array([0]),
+    spike_unit=np.array([0]),
+    significant=np.array([True, False]),
+)
 
 
 def modal():
