@@ -67,7 +67,9 @@ def test_silence_that_may_be_the_end_of_the_recording_is_told(vibrissa, recordin
 def test_a_spontaneous_window_without_spikes_is_told(vibrissa, recording):
     words = ("neural", "--spikes", recording / "spikes.csv", "--stimulus", recording / "stimulus.csv", "--trials", 12)
     assert "no unit fired from -1 to 0 s" in vibrissa(*words, "--spontaneous", -1, 0)[2]
-    assert "no unit fired" not in vibrissa(*words, "--spontaneous", 0, 1)[2]
+    told = vibrissa(*words, "--spontaneous", 0, 1)[2]
+    assert "no unit fired" not in told
+    assert "the stimulus moves from 0 to 1 s" in told
 
 
 def test_trials_that_end_before_the_stimulus_are_refused(vibrissa, recording):
