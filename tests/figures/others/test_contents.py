@@ -33,6 +33,16 @@ def files():
     }
 
 
+def test_spikes_of_other_programs_are_drawn_without_names_and_with_labels_of_their_own(files):
+    bare = files["spikes"][["spike_time", "spike_unit", "spike_trial"]].drop_vars(["unit", "trial"], errors="ignore")
+    named = bare.assign(unit_name=files["spikes"].unit_name.drop_vars("unit"))
+    named = named.assign_coords(unit=[f"n{k}" for k in range(named.sizes["unit"])])
+    for spikes in (bare, named):
+        drawn = contents.compute(spikes)
+        assert drawn.spike_time.equals(files["spikes"].spike_time)
+        assert contents.draw(drawn).axes
+
+
 @pytest.mark.parametrize("kind", ["tracks", "modal", "modes", "profile", "gap", "map", "spikes", "units"])
 def test_every_panel_says_what_its_axes_are(files, kind):
     figure = contents.draw(contents.compute(files[kind]))

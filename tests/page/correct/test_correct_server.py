@@ -309,7 +309,7 @@ def test_the_page_and_the_terminal_say_which_edits_the_saved_profile_lacks(page)
     [
         ([], "no corrected profile was saved"),
         ([("edit", call(1, "C1")), ("save", {})], "the corrected profile is OUT"),
-        ([("save", {}), ("edit", call(1, "C1"))], "the corrected profile is OUT, without the edits made after it was"),
+        ([("save", {}), ("edit", call(1, "C1"))], "the corrected profile is OUT, with other edits than those kept"),
     ],
 )
 def test_the_terminal_says_what_the_saved_profile_holds(page, pad, tmp_path, moves, line):

@@ -98,3 +98,7 @@ def test_a_file_of_another_name_is_refused_with_the_name_that_it_must_have(tmp_p
     with refusal("unknown", "figure surface") as caught:
         figure_of("surface", tmp_path / "scan_v.nc")
     assert "a file must have the name of the result, scan.nc" in str(caught.value)
+    with refusal("unknown", "figure 5") as caught:
+        figure_of("5", tmp_path / "scan_v.nc")
+    assert "give the folder that holds " in str(caught.value)
+    assert ".nc and " in str(caught.value)

@@ -352,6 +352,12 @@ def test_a_number_out_of_its_range_is_refused_with_the_remedy(tmp_path, column, 
         read_sweeps(tmp_path / "sweeps.csv")
 
 
+def test_what_a_line_needs_is_not_to_be_left_out(tmp_path):
+    (tmp_path / "sweeps.csv").write_text("track,animal,whisker,texture,scan_speed\nt.nc,r,C2,unknown,-0.1\n")
+    with pytest.raises(RangeError, match="scan_speed must be zero or positive, got '-0.1'; give its size"):
+        read_sweeps(tmp_path / "sweeps.csv")
+
+
 def test_a_recorded_sweep_that_would_not_fit_into_memory_is_rejected(recorded, filmed, tmp_path, monkeypatch):
     frames, nodes = (filmed.profile.sizes[name] for name in ("time", "node"))
     monkeypatch.setenv("VIBRISSA_MEMORY", str(2 * 80 * frames * nodes / 1e9))  # of which a half may be taken

@@ -11,7 +11,7 @@ from vibrissa.arrays import Array
 from vibrissa.errors import TooFewError
 from vibrissa.figures.canvas import add_caption, house_style, new_figure, spread
 from vibrissa.figures.others.contents_panels import PAIRS, draw_panel
-from vibrissa.neural.io.tables.selection import at_places
+from vibrissa.neural.io.tables.selection import at_places, is_labelled
 from vibrissa.quantities import dataset
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def compute(data: xr.Dataset) -> xr.Dataset:
         data = data.drop_dims([dim for dim in data.dims if dim != "unit"])
     if "spike_time" in data:
         names = [name for name in ("spike_time", "spike_unit", "spike_trial", "unit_name") if name in data]
-        placed = at_places(data) if "spike_unit" in data else data
+        placed = at_places(data) if is_labelled(data) else data
         return placed[names].assign_attrs(panels=["spike_time"])
     if "arc_length" in data and "y" in data:
         return _of_tracks(data)

@@ -60,10 +60,8 @@ def correct_on_page(
         frames.close()
     if not saved:
         return "no corrected profile was saved"
-    later = (
-        ", without the edits made after it was saved; `correct` with --no-page writes all" if session.unsaved else ""
-    )
-    return f"the corrected profile is {out}{later}"
+    other = ", with other edits than those kept; `correct` with --no-page writes these" if session.unsaved else ""
+    return f"the corrected profile is {out}{other}"
 
 
 def tracked(opened: OpenedTracks) -> dict[str, Any]:

@@ -181,7 +181,8 @@ def _values(here: str, units: Units, given: Mapping[str, str]) -> dict[str, Any]
 
 def _refuse_outside(place: str, kind: str, unit: str, value: float, cell: str) -> None:
     if value < 0:
-        raise RangeError(place, "must be zero or positive", short(cell), "leave the cell empty if it is not known")
+        remedy = "give its size" if kind in NEEDED else "leave the cell empty if it is not known"
+        raise RangeError(place, "must be zero or positive", short(cell), remedy)
     if value > LARGEST.get(kind, np.inf):
         remedy = (
             f"numbers in another unit have it in the column's name: {', '.join(spellings([(kind, NUMBERS[kind])]))}"

@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from glob import escape
 from io import BufferedReader
 from math import isfinite, nan
 from pathlib import Path
@@ -148,7 +149,7 @@ def pair(path: Path) -> tuple[Path | None, Path | None]:
     header, frames : Path or None
         Which may be the given one; None where there is none beside it.
     """
-    beside = {other.suffix.lower(): other for other in sorted(path.parent.glob("*")) if other.stem == path.stem}
+    beside = {other.suffix.lower(): other for other in sorted(path.parent.glob(f"{escape(path.stem)}.*"))}
     if path.suffix.lower() == ".mraw":
         return beside.get(".cihx", beside.get(".cih")), path
     return path, beside.get(".mraw")

@@ -34,6 +34,22 @@ def labelled(spikes: xr.Dataset) -> xr.Dataset:
     return spikes.assign_coords(numbers)
 
 
+def is_labelled(data: xr.Dataset) -> bool:
+    """Whether a dataset has the numbers that :func:`labelled` gives.
+
+    Parameters
+    ----------
+    data : Dataset
+        Any.
+
+    Returns
+    -------
+    bool
+        For units or for trials.
+    """
+    return any(_ours(data, dim) for dim in REFERENCES)
+
+
 def at_places(spikes: xr.Dataset) -> xr.Dataset:
     """Bring a table from which units or trials may have been selected to places again.
 
@@ -90,7 +106,7 @@ def _labels(spikes: xr.Dataset, dim: str) -> Integers | None:
     if dim not in spikes.coords:
         return None
     labels = spikes[dim].values
-    if spikes[dim].attrs.get("long_name") != QUANTITIES[dim].long_name:
+    if not _ours(spikes, dim):
         if np.array_equal(labels, np.arange(labels.size)):
             return None
         remedy = f"if spikes refer to places along it: spikes.drop_vars({dim!r})"
@@ -98,6 +114,10 @@ def _labels(spikes: xr.Dataset, dim: str) -> Integers | None:
     if np.unique(labels).size < labels.size:
         raise ConflictError(f"coordinate {dim}", f"must have each {dim} once", labels.tolist(), "select each once")
     return _whole(spikes[dim])
+
+
+def _ours(data: xr.Dataset, dim: str) -> bool:
+    return dim in data.coords and data[dim].attrs.get("long_name") == QUANTITIES[dim].long_name
 
 
 def _whole(numbers: xr.DataArray) -> Integers:

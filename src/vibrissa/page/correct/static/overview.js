@@ -163,7 +163,7 @@ export class Overview {
     pen.font = `${11 * ratio}px system-ui, sans-serif`;
     pen.fillStyle = "#c3c8cf"; pen.strokeStyle = "#3a3f47"; pen.lineWidth = ratio;
     pen.textAlign = "center"; pen.textBaseline = "top";
-    for (const f of ticks(a, b, w / (90 * ratio))) { this.rule(pen, this.X(f), y, this.X(f), y + h); pen.fillText(String(f), this.X(f), y + h + 5 * ratio); }
+    for (const f of ticks(a, b, w / (90 * ratio), 1)) { this.rule(pen, this.X(f), y, this.X(f), y + h); pen.fillText(String(f), this.X(f), y + h + 5 * ratio); }
     pen.textAlign = "right"; pen.textBaseline = "middle";
     for (const v of ticks(low, high, h / (42 * ratio))) { this.rule(pen, x, this.Y(v), x + w, this.Y(v)); pen.fillText(`${v}°`, x - 5 * ratio, this.Y(v)); }
   }
@@ -194,9 +194,9 @@ export class Overview {
 
 const SHARES = [10, 5, 2, 1, 0.5, 0.2, 0.1]; // of a power of ten
 
-export function ticks(low, high, most) { // round values between two, about so many
+export function ticks(low, high, most, least = 0) { // round values between two, about so many, in steps of at least
   const raw = (high - low) / Math.max(most, 1), power = 10 ** Math.floor(Math.log10(raw)), share = raw / power;
-  const steps = SHARES.slice(SHARES.findLastIndex(one => one >= share)).map(one => Math.max(power * one, 1)), multiples = step => {
+  const steps = SHARES.slice(SHARES.findLastIndex(one => one >= share)).map(one => Math.max(power * one, least)), multiples = step => {
     const out = [];
     for (let v = Math.ceil(low / step) * step; v <= high; v += step) out.push(Number(v.toPrecision(10)));
     return out;
