@@ -354,7 +354,7 @@ def test_a_number_out_of_its_range_is_refused_with_the_remedy(tmp_path, column, 
 
 def test_what_a_line_needs_is_not_to_be_left_out(tmp_path):
     (tmp_path / "sweeps.csv").write_text("track,animal,whisker,texture,scan_speed\nt.nc,r,C2,unknown,-0.1\n")
-    with pytest.raises(RangeError, match="scan_speed must be zero or positive, got '-0.1'; give its size"):
+    with pytest.raises(RangeError, match=r"scan_speed must be zero or positive, got '-0.1'; give its size"):
         read_sweeps(tmp_path / "sweeps.csv")
 
 
