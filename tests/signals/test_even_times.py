@@ -65,3 +65,10 @@ def test_other_times_are_refused(time, code):
 @pytest.mark.parametrize("rate", [2000.0, 20000.0, 24414.0625, 0.5])
 def test_the_rate_does_not_depend_on_the_zero_of_the_clock(zero, rate):
     assert even_rate(np.arange(24000) / rate + zero) == rate
+
+
+@pytest.mark.parametrize("rate", [1000 / 3, 500 / 0.7, 44100 / 7])
+def test_nor_does_a_rate_of_many_decimals(rate):
+    found = [even_rate(np.arange(24000) / rate + zero) for zero in (0, 1, 10, 1000)]
+    assert len(set(found)) == 1
+    assert found[0] == pytest.approx(rate, rel=1e-11)

@@ -12,6 +12,7 @@ from vibrissa.errors import RangeError, TooFewError
 UNEVEN = 1e-2  # [of an interval] largest deviation of a time that is not rounded
 _ROUNDED = 0.3  # [of an interval] largest of one that is: by a half and more a lost sample would be taken for rounding
 _FINEST = 9  # decimals of a second that a clock writes
+_DIGITS = 12  # of a rate that has more decimals
 _ROUNDING = 1e-9  # [of an interval] by which a time on the grid may seem to lie off it
 
 
@@ -69,7 +70,7 @@ def even_rate(time: Array, source: str = "", least: int = 4) -> float:
     rate = (len(time) - 1) / span
     # the fewest decimals within the rounding of both ends, so that it does not depend on the clock's zero
     unsure = rate * 2 * float(np.spacing(np.abs(time).max())) / span
-    return next((short for places in range(_FINEST) if abs((short := round(rate, places)) - rate) <= unsure), rate)
+    return next((short for places in range(_FINEST) if abs((short := round(rate, places)) - rate) <= unsure), float(f"{rate:.{_DIGITS}g}"))
 
 
 def misfit_of(time: Array) -> Misfit | None:

@@ -180,6 +180,8 @@ def test_a_data_frame_that_was_sorted_or_shuffled_gives_the_same_spikes_back(n_t
     ("units", "trials", "times"),
     [
         ("aab", [0, 0, 0], [0.1, np.nan, 0.2]),  # not all units have such a row
+        ("aaa", [0, 0, 0], [0.1, np.nan, 0.3]),  # every unit has one
+        ("aabb", [0, 0, 0, 0], [0.1, np.nan, 0.2, np.nan]),
         ("aabab", [0, 0, 0, 0, 0], [0.1, np.nan, np.nan, np.nan, 0.2]),  # one has two
         ("abaa", [0, 0, 1, 1], [np.nan, np.nan, 0.3, np.nan]),  # of a later trial
     ],

@@ -1,6 +1,7 @@
 """The time in which units were observed: overlapping intervals count once, gaps not at all."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from refusals import refusal
 
@@ -80,3 +81,9 @@ def test_the_window_of_a_trial_is_half_open():
     spikes = spike_table([0.0, 0.5, 1.0], [0, 0, 0], ["a"], trial=[0, 0, 1])
     (train,) = trains_of(trials_laid_out(spikes, (0.0, 1.0), 2))
     assert train.time.size == 2
+
+
+def test_trials_without_a_time_to_last_are_refused():
+    silent = pd.DataFrame({"spike_time": [np.nan], "unit": ["a"], "trial": [0]})
+    with refusal("range", "window"):
+        vb.unit_quality(silent)

@@ -110,13 +110,20 @@ def as_spikes(
     return spikes
 
 
+def _in_order(frame: Any) -> Any:
+    """A data frame whose index numbers its rows, in that order: rows that name units stand above their spikes again."""
+    numbers = frame.index.to_numpy()
+    numbered = numbers.dtype.kind in "iu" and np.array_equal(np.sort(numbers), np.arange(numbers.size))
+    return frame.sort_index() if numbered else frame
+
+
 def _read(thing: Any) -> Read:
     """Spikes of an object, and its own trials."""
     if isinstance(thing, xr.Dataset):
         return at_places(thing), None
     if is_a(thing, "pandas", "DataFrame"):
-        table = table_of_frame(thing, NEEDED, OPTIONAL, SPELLINGS)
-        return spikes_of_table(table, described(thing), any_order=True), None
+        table = table_of_frame(_in_order(thing), NEEDED, OPTIONAL, SPELLINGS)
+        return spikes_of_table(table, described(thing)), None
     if is_a(thing, "pynapple", "TsGroup", "Ts"):
         return pynapple_spikes(thing), None
     if is_a(thing, "spikeinterface", "BaseSorting"):

@@ -109,7 +109,7 @@ def _labels(spikes: xr.Dataset, dim: str) -> Integers | None:
     if not _ours(spikes, dim):
         if np.array_equal(labels, np.arange(labels.size)):
             return None
-        remedy = f"if spikes refer to places along it: spikes.drop_vars({dim!r})"
+        remedy = f"select with attributes kept; only if spikes refer to places along it: spikes.drop_vars({dim!r})"
         raise ConflictError(f"coordinate {dim}", "must be that of vb.read_spikes", labels[:5].tolist(), remedy)
     if np.unique(labels).size < labels.size:
         raise ConflictError(f"coordinate {dim}", f"must have each {dim} once", labels.tolist(), "select each once")

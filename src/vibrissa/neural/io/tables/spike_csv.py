@@ -56,7 +56,7 @@ def read_spikes(path: str | Path, *, all_trials: bool = False) -> xr.Dataset:
     return spikes_of_table(read_table(path, NEEDED, OPTIONAL), Path(path).name, all_trials=all_trials)
 
 
-def spikes_of_table(table: Table, source: str, *, all_trials: bool = False, any_order: bool = False) -> xr.Dataset:
+def spikes_of_table(table: Table, source: str, *, all_trials: bool = False) -> xr.Dataset:
     """Spikes from a table with a row for each, as :func:`read_spikes` gives them.
 
     Parameters
@@ -67,9 +67,6 @@ def spikes_of_table(table: Table, source: str, *, all_trials: bool = False, any_
         Where it is from.
     all_trials : bool
         As in :func:`read_spikes`.
-    any_order : bool
-        Whether rows may come in any order, as of a data frame that was sorted: where each unit has one row without
-        a time (of trial 0), these rows name the units and may stand below spikes.
 
     Returns
     -------
@@ -90,8 +87,7 @@ def spikes_of_table(table: Table, source: str, *, all_trials: bool = False, any_
     trial = _trials(table, listed) if "trial" in table else None
     if trial is not None and listed:
         attrs["n_trials"] = int(trial.max()) + 1
-    place = unit if trial is None else unit + trial * len(names)  # trial 0 comes first
-    _refuse_missing(table, fired, place, len(names) if any_order else 0)
+    _refuse_missing(table, fired, unit if trial is None else unit + trial * len(names))
     trial = None if trial is None else trial[fired]
     return spike_table(time[fired], unit[fired], names, trial=trial, attrs=attrs, **_about_units(table, unit))
 
@@ -127,19 +123,13 @@ def units_by_name(cells: list[str]) -> tuple[list[str], Integers]:
     return names, np.fromiter((index[cell] for cell in cells), int, len(cells))
 
 
-def _refuse_missing(table: Table, fired: Mask, place: Integers, listed: int) -> None:
-    """Refuse a line without a time below one with a time of the same unit and trial: a time is missing there.
-
-    The first so many places may have one such line each wherever it stands, if all have it: it lists the units.
-    """
+def _refuse_missing(table: Table, fired: Mask, place: Integers) -> None:
+    """Refuse a line without a time below one with a time of the same unit and trial: a time is missing there."""
     places, of = np.unique(place, return_inverse=True)
     first = np.full(places.size, place.size)
     np.minimum.at(first, of[fired], np.flatnonzero(fired))
     rule = "must be a time: the unit has spikes in this trial above, so this line is not one of a silent trial"
     missing = ~fired & (first[of] < np.arange(place.size))
-    listing = ~fired & (place < listed)
-    if (np.bincount(place[listing], minlength=listed) == 1).all():
-        missing &= ~listing
     table.refuse_first(missing, "spike_time", rule, "leave the line out if there was none")
 
 
