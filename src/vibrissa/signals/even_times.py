@@ -70,7 +70,8 @@ def even_rate(time: Array, source: str = "", least: int = 4) -> float:
     rate = (len(time) - 1) / span
     # the fewest decimals within the rounding of both ends, so that it does not depend on the clock's zero
     unsure = rate * 2 * float(np.spacing(np.abs(time).max())) / span
-    return next((short for places in range(_FINEST) if abs((short := round(rate, places)) - rate) <= unsure), float(f"{rate:.{_DIGITS}g}"))
+    shorter = (round(rate, places) for places in range(_FINEST))
+    return next((one for one in shorter if abs(one - rate) <= unsure), float(f"{rate:.{_DIGITS}g}"))
 
 
 def misfit_of(time: Array) -> Misfit | None:

@@ -32,8 +32,8 @@ def to_dataframe(data: xr.Dataset | xr.DataArray) -> DataFrame:
         Columns end in their SI unit: ``spike_time_s``, ``x_m``, ``firing_rate_Hz``. Of spikes ``spike_time_s``,
         ``trial``, ``unit``, maybe ``whisker`` and ``quality``; a row without a time (NaN) names each unit, and the last
         trial where it is silent, so that :func:`vibrissa.api.objects.spikes.as_spikes` gives the same spikes back,
-        also after the rows were sorted with their index, with units in the order of their names; what else is known of units or trials
-        is a table of its own: ``to_dataframe(spikes[["trial_start", "trial_stop"]])``.
+        also after the rows were sorted with their index, with units in the order of their names; what else is known of
+        units or trials is a table of its own: ``to_dataframe(spikes[["trial_start", "trial_stop"]])``.
         Of ``envelope_coupling`` a row for each unit. Of others the dimensions come first, and what has fewer of them is
         repeated.
 
