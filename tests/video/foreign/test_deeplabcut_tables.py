@@ -82,6 +82,24 @@ def test_a_head_from_a_later_frame_on_is_refused(path):
         read_head(written(predictions().iloc[3:], path), FRAMES, ("base", "tip"))
 
 
+def of_individual(table: pd.DataFrame, name: str = "rat") -> pd.DataFrame:
+    """The table of a project of several animals, with one of them."""
+    columns = [(net, name, *rest) for net, *rest in table.columns]
+    levels = ["scorer", "individuals", "bodyparts", "coords"]
+    return table.set_axis(pd.MultiIndex.from_tuples(columns, names=levels), axis=1)
+
+
+def test_a_head_of_a_project_of_several_animals_may_end_before_the_movie(path):
+    """DeepLabCut's stitcher writes rows up to the last frame that has an animal."""
+    head = read_head(written(of_individual(predictions()), path), FRAMES + 3, ("base", "tip"))
+    np.testing.assert_allclose(head.column[:FRAMES], X[:, 2], rtol=1e-12)
+    assert head.known.tolist() == [True] * FRAMES + [False] * 3
+    with refusal("range", path.name, value=str(FRAMES)):
+        read_head(path, FRAMES - 1, ("base", "tip"))
+    with refusal("range", path.name, value=str(FRAMES)):
+        read_head(written(predictions(), path), FRAMES + 3, ("base", "tip"))
+
+
 def test_whole_numbers_of_frames_may_have_a_decimal(path):
     profile = read_tracks(written(predictions().set_axis(np.arange(float(FRAMES))), path), CALIBRATION)
     np.testing.assert_allclose(profile.y[0], Y * PIXEL, rtol=1e-12)

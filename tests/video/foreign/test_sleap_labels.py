@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 
+from vibrissa.video.foreign.head_points import read_head
 from vibrissa.video.foreign.tracks import read_tracks
 from vibrissa.video.tracking import Calibration
 
@@ -72,3 +73,13 @@ def test_one_animal_needs_no_track_and_labels_by_hand_go_before_predictions(tmp_
     profile = read_tracks(path, CALIBRATION)
     expected = np.repeat(POINTS[None, :, 1], FRAMES, axis=0) + 40 * (np.arange(FRAMES) == 2)[:, None]
     np.testing.assert_allclose(profile.y.values[0], expected * PIXEL, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kept", "known"), [([0, 1, 2, 3, 7], [0, 1, 2, 3, 4, 5]), ([0, 1, 2, 4, 5, 6, 7], [0, 1, 2, 4, 5, 6])]
+)
+def test_rows_that_end_early_are_frames_if_they_are_more_than_the_pictures(tmp_path, kept, known):
+    path = labels(tmp_path / "a.slp", lambda _: [instance(0)])  # rows of 6 frames
+    head = read_head(path, 8, ("base", "tip"), np.array(kept))
+    bridged = [3] if len(kept) > FRAMES else []
+    np.testing.assert_array_equal(np.flatnonzero(head.known), sorted(known + bridged))

@@ -40,7 +40,7 @@ def read_head(path: str | Path, frames: int, points: Sequence[str] = (), picture
         Two of the file's keypoints, the caudal one first; by default its two.
     pictures : (P,) array of int, optional
         Frames of which the movie has a picture, where dropped ones are counted too; default: all. Rows of keypoints
-        are pictures, or frames if there are as many rows as frames; a table gives frames.
+        are pictures, or frames if there are more rows than pictures; a table gives frames.
 
     Returns
     -------
@@ -52,7 +52,7 @@ def read_head(path: str | Path, frames: int, points: Sequence[str] = (), picture
     ------
     InputError
         If the file cannot be read, holds frames beyond the movie, several animals, or other points; if DeepLabCut's
-        has rows for a part of the movie.
+        of one animal has rows for a part of the movie.
     """
     with existing(path).open("rb") as stream:
         header = re.split(rb"[,;\t]", stream.readline(LONGEST).removeprefix(BOM_UTF8))
@@ -85,16 +85,16 @@ def _of_keypoints(path: str | Path, frames: int, points: Sequence[str], pictures
         raise FormatError(str(path), rule, f"a file of {kind}", remedy)
     found = read_keypoints(path, cast(Software, kind))
     pictures = np.arange(frames) if pictures is None else pictures
-    # SLEAP ends with the last frame that has an animal
-    _refuse_rows(str(path), found.x.shape[1], len(pictures), frames, kind == "SLEAP")
+    _refuse_rows(str(path), found, len(pictures), frames)
     if found.x.shape[1] <= len(pictures) < frames:
         found = _in_frames(found, pictures, frames)
     return head_of_keypoints(str(path), found, LIKELIHOOD[kind], frames, points)
 
 
-def _refuse_rows(path: str, rows: int, pictures: int, frames: int, fewer: bool) -> None:
+def _refuse_rows(path: str, found: Keypoints, pictures: int, frames: int) -> None:
     """Refuse rows that are neither the movie's pictures nor its frames."""
-    if rows in (pictures, frames) or (fewer and rows < pictures):
+    rows = found.x.shape[1]
+    if rows in (pictures, frames) or (found.trimmed and rows < frames):
         return
     whole = f"{frames} frames" if pictures == frames else f"{pictures} pictures, or of its {frames} frames"
     remedy = "give the tracks of this movie, or a table of frame, column, row and angle_deg"

@@ -50,12 +50,15 @@ class Keypoints(NamedTuple):
         Column and row [px] of the keypoints of I individuals, as the file gives them.
     likelihood : (I, T, K) array
         What the file thinks of them, NaN where it does not say.
+    trimmed : bool
+        Whether the file ends with the last frame that has an individual, as SLEAP's and DeepLabCut's of several do.
     """
 
     names: list[str]
     x: Values
     y: Values
     likelihood: Values
+    trimmed: bool = False
 
 
 def read_keypoints(path: str | Path, software: Software) -> Keypoints:
@@ -91,7 +94,8 @@ def read_keypoints(path: str | Path, software: Software) -> Keypoints:
         log.disable("movement")
         try:
             data = load.from_sleap_file(Path(path)) if table is None else load.from_dlc_style_df(table)
-            return keypoints_of(str(path), data)
+            trimmed = table is None or "individuals" in table.columns.names
+            return keypoints_of(str(path), data)._replace(trimmed=trimmed)
         finally:
             log.enable("movement")
 
