@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tifffile
 from refusals import refusal
 
 from vibrissa.study.run import study as study_module
@@ -151,6 +152,16 @@ def test_only_the_part_of_a_movie_that_is_tracked_is_planned(tmp_path, start, st
     movie = MovieFile(path="m.avi", pixel_size=1e-4, start=start, stop=stop)
     stages = dict(plan_study(Study(name="part", movie=movie, folder=tmp_path)).stages)
     assert stages["tracking"].frames == frames
+
+
+def test_the_plan_counts_missing_frames_as_tracking_does(tmp_path):
+    for number in (*range(10), *range(15, 30)):  # 25 pictures of 30 frames
+        tifffile.imwrite(tmp_path / f"{number:03d}.tif", np.zeros((40, 60), np.uint8))
+    movie = MovieFile(path=".", pixel_size=1e-4, frame_rate=100.0, start=12, stop=28, drop_frames="nan")
+    study = Study(name="part", movie=movie, folder=tmp_path)
+    assert dict(plan_study(study).stages)["tracking"].frames == 16
+    whole = dataclasses.replace(study, movie=dataclasses.replace(movie, start=0, stop=None))
+    assert dict(plan_study(whole).stages)["tracking"].frames == 30
 
 
 def test_sizes_and_times_read_well():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import tifffile
 from corrected_pad import make_pad
 from refusals import refusal
 
@@ -74,3 +75,17 @@ def test_a_movie_of_another_name_is_remarked(pad, tmp_path):
     np.save(longer, np.concatenate([frames_of(pad.movie)] * 2))
     with refusal("conflict", str(longer), str(2 * FRAMES)):
         opened(pad, profile=named, movie=longer)
+
+
+def test_lines_after_missing_frames_are_of_the_movie(pad, tmp_path):
+    """37 pictures of 40 frames, of which the profile counts all."""
+    images, kept = tmp_path / "images", tmp_path / "kept.nc"
+    images.mkdir()
+    for number, frame in enumerate(frames_of(pad.movie)):
+        if number not in (20, 21, 22):
+            tifffile.imwrite(images / f"{number:03d}.tif", frame)
+    save(load(pad.profile).assign_attrs(drop_frames="nan", movie="images", movie_frames=FRAMES - 3), kept)
+    assert opened(pad, profile=kept, movie=images).movie.frames == FRAMES
+    save(load(pad.profile).assign_attrs(movie="images", movie_frames=FRAMES - 3), kept)
+    with refusal("conflict", "segments"):
+        opened(pad, profile=kept, movie=images)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import tifffile
 from refusals import refusal
 
 from vibrissa.video.io.frame_store import FrameStore
@@ -24,6 +25,16 @@ def test_any_frame_at_any_time(tmp_path, frames):
     for number in (50, -1):
         with refusal("range", "frame", str(number)):
             store.frame(number)
+    store.close()
+
+
+def test_a_missing_frame_shows_the_one_before_it(tmp_path, frames):
+    kept = [0, 1, 2, 5, 6]
+    for number in kept:
+        tifffile.imwrite(tmp_path / f"{number:02d}.tif", frames[number])
+    store = FrameStore(tmp_path, "nan")
+    for number, shown in enumerate([0, 1, 2, 2, 2, 5, 6]):
+        assert store.frame(number) == frames[shown].tobytes()
     store.close()
 
 

@@ -112,6 +112,32 @@ def test_a_profile_has_the_right_times_and_no_values_where_frames_are_missing(tm
     assert json.loads(part.attrs["lost"])[0] == [[1, 2, "not in the movie"]]
 
 
+def holed_folder(path: Path) -> Path:
+    """Images whose numbers leave out those of the missing frames."""
+    path.mkdir()
+    for number in KEPT:
+        tifffile.imwrite(path / f"{number + 1:05d}.tif", scene(17)[number])
+    return path
+
+
+@pytest.mark.parametrize("of", ["stamps", "numbers"])
+@pytest.mark.parametrize("tracking", ["follow", "link"])
+def test_a_part_is_counted_with_the_missing_frames(tmp_path, of, tracking):
+    """Frames 14 to 16 are the last three of 12 pictures."""
+    path = holed_folder(tmp_path / "images") if of == "numbers" else tmp_path / "m.mp4"
+    if of == "stamps":
+        stamped(path, scene(17)[KEPT], KEPT.tolist(), Fraction(1, 25), "libx264")
+    how = {"tracking": tracking, "drop_frames": "nan", "seeds": ((60.0, 23.0),) if tracking == "follow" else ()}
+    movie = MovieFile(path=str(path), frame_rate=100.0, pixel_size=1e-4, start=9, stop=17, **how)
+    done: list[tuple[int, int]] = []
+    profile = track_file(movie, Path(), lambda _, now, total: done.append((now, total)))
+    np.testing.assert_allclose(profile.time, np.arange(9, 17) / 100)
+    assert np.isfinite(profile.y.values[0]).any(axis=1).tolist() == [True, True, False, False, False, True, True, True]
+    assert (8, 8) in done
+    with pytest.raises(InputError, match=r"must lie within the 17 frames of the movie, got \(9, 18\)"):
+        track_file(dataclasses.replace(movie, stop=18), Path(), lambda *_: None)
+
+
 def test_missing_frames_are_missing_where_lines_are_linked(tmp_path):
     path = stamped(tmp_path / "m.mkv", scene(17)[KEPT], KEPT.tolist(), Fraction(1, 25))
     movie = MovieFile(path=str(path), frame_rate=100.0, pixel_size=1e-4, tracking="link", drop_frames="nan")
@@ -179,14 +205,12 @@ def test_more_or_fewer_frames_than_stamps_are_refused():
 
 
 def test_a_folder_whose_images_have_gaps_gives_missing_frames(tmp_path):
-    frames = scene(17)
-    for number in KEPT:
-        tifffile.imwrite(tmp_path / f"{number + 1:05d}.tif", frames[number])
-    kept = tracked(tmp_path, drop_frames="nan")
+    path = holed_folder(tmp_path / "images")
+    kept = tracked(path, drop_frames="nan")
     np.testing.assert_allclose(kept.time, np.arange(17) / 100)
     assert np.isnan(kept.y.values[0, [4, 5, 11, 12, 13]]).all()
     assert np.isfinite(kept.y.values[0, KEPT]).any(axis=1).all()
-    told = json.loads(tracked(tmp_path).attrs["remarks"])
+    told = json.loads(tracked(path).attrs["remarks"])
     assert any("numbers of the images have 2 holes, the largest of 3 frames, 5 in all" in one for one in told)
 
 

@@ -52,7 +52,7 @@ def correct_on_page(
         saved.append(write_corrected(opened, out))
         return saved[-1]
 
-    frames = FrameStore(movie)
+    frames = FrameStore(movie, opened.profile.attrs.get("drop_frames"))
     try:
         session = CorrectionSession(opened.correction, frames, opened.movie, edits, write, tracked(opened))
         serve(session, tell=tell, opened=webbrowser.open if browser else None)

@@ -31,6 +31,7 @@ from vibrissa.video.io.movie import (
     open_movie,
     read_blocks,
     sure_frame_times,
+    with_missing_frames,
 )
 from vibrissa.video.linked.line_marks import LineMark
 from vibrissa.video.linked.linked_tracking import track_linked
@@ -137,7 +138,7 @@ def track_planned(plan: TrackPlan, folder: Path, progress: Progress, segments: P
         raise ConflictError("start, stop", "must be left out with marks of whisking", (movie.start, movie.stop))
     if movie.tracking == "follow":
         _refuse_segments(segments)
-    count = frames_within(about, movie.start, movie.stop) if part else about.frame_count
+    count = frames_within(with_missing_frames(about, movie.drop_frames), movie.start, movie.stop)
 
     def blocks(stage: str) -> Iterator[Frames]:
         read = read_blocks(path, start=movie.start, stop=movie.stop, drop_frames=movie.drop_frames)
@@ -311,9 +312,7 @@ class _Watched:
 
 
 def with_ends(profile: xr.Dataset, movie: MovieFile) -> xr.Dataset:
-    """The profile with the skin and the contact of every whisker.
-
-    They are those that :func:`vibrissa.video.profile.ends.ends` finds.
+    """The profile with the skin and the contact of every whisker, by :func:`vibrissa.video.profile.ends.ends`.
 
     The attribute ``rejected`` (JSON) holds a reason for each whisker whose contact is inconsistent with the substrate,
     "" for the others.

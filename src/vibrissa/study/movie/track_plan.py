@@ -13,7 +13,7 @@ from vibrissa.arrays import Frames
 from vibrissa.errors import MissingError, RangeError
 from vibrissa.study.spec.settings import MovieFile
 from vibrissa.video.io.about import Movie, refuse_region
-from vibrissa.video.io.movie import frames_within, open_movie, read_blocks
+from vibrissa.video.io.movie import frames_within, open_movie, read_blocks, with_missing_frames
 from vibrissa.video.linked.tracking_way import choose_way
 
 FOLLOWING = ("seeds", "whisking", "skin", "substrate", "names", "search", "threshold", "estimator")
@@ -61,7 +61,7 @@ def plan_tracking(movie: MovieFile, folder: Path) -> TrackPlan:
     path = folder / movie.path
     about = open_movie(path)
     acquisition_rate(movie, about)
-    frames_within(about, movie.start, movie.stop)
+    frames_within(with_missing_frames(about, movie.drop_frames), movie.start, movie.stop)
     if movie.region is not None:  # before the movie is looked at
         refuse_region(movie.region, (about.height, about.width))
 

@@ -11,7 +11,7 @@ from vibrissa.study.spec.parts import every_by_modes, has_rod, table_of
 from vibrissa.study.spec.settings import Study
 from vibrissa.study.stages.prices import FIT_FRAME, ROD_SECOND, SWEEP_FRAME, TRACKS, tracking_time
 from vibrissa.study.sweeps.laboratory import plan as planned_sweeps
-from vibrissa.video.io.movie import frames_within, open_movie
+from vibrissa.video.io.movie import DropFrames, frames_within, open_movie, with_missing_frames
 
 
 @dataclass(frozen=True)
@@ -87,16 +87,18 @@ class Sizes:
         if self.study.film is not None:
             return self.study.film.n_frames, self.study.film.camera.width * self.study.film.camera.height
         movie = self.study.movie
-        return (0, 0) if movie is None else _size_of(self.study.folder / movie.path, movie.start, movie.stop)
+        if movie is None:
+            return 0, 0
+        return _size_of(self.study.folder / movie.path, movie.start, movie.stop, movie.drop_frames)
 
 
-def _size_of(movie: Path, start: int = 0, stop: int | None = None) -> tuple[int, int]:
+def _size_of(movie: Path, start: int = 0, stop: int | None = None, drop_frames: DropFrames = None) -> tuple[int, int]:
     """Frames of a part of a movie and pixels of one; none where it cannot be read, which the plan or the run reports.
 
     A number of frames that the movie only estimates may be less than ``start``.
     """
     try:
-        about = open_movie(movie)
+        about = with_missing_frames(open_movie(movie), drop_frames)
         return max(0, frames_within(about, start, stop)), about.width * about.height
     except InputError:
         return 0, 0

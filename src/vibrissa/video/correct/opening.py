@@ -21,7 +21,7 @@ from vibrissa.video.find.movie_segments import LineSearch, find_segments
 from vibrissa.video.foreign.segment_tables import read_segments
 from vibrissa.video.foreign.tracks import kind_of
 from vibrissa.video.io.about import Movie
-from vibrissa.video.io.movie import open_movie
+from vibrissa.video.io.movie import open_movie, with_missing_frames
 from vibrissa.video.link.agreement import numbers_in_common
 from vibrissa.video.link.known.known_lines import LineNames
 from vibrissa.video.link.thorough_linking import IDENTIFIED, linked_before
@@ -107,7 +107,7 @@ def open_tracks(
         tell(f"{profile} was tracked in {own}, not in {movie.name}: is that the same movie?")
     lines = _lines(profile, before, movie, segments, polarity, tell, progress)
     first = int(lines.attrs.get("first_frame", 0))
-    lines = _fitted(lines, about.frame_count, about.frame_count_is_estimate, (about.width, about.height))
+    lines = _fitted(lines, with_missing_frames(about, before.attrs.get("drop_frames")))
     movie_of = EditedMovie(movie.name, int(lines.attrs["frames"]), about.width, about.height)
     made = read_edits(edits, movie_of, first) if edits.exists() else []
     progress("linking", 0, 0)
@@ -289,7 +289,9 @@ def _lines(
     """Lines of all frames: those given, those beside the profile, or those that are found now and kept there."""
     beside = profile.with_name(before.attrs.get("segments", f"{profile.stem}.segments.nc"))
     if segments is None and not beside.is_file():
-        found = find_segments(movie, LineSearch(polarity=polarity), progress=progress)
+        found = find_segments(
+            movie, LineSearch(polarity=polarity), drop_frames=before.attrs.get("drop_frames"), progress=progress
+        )
         save(found, beside)
         tell(f"the lines of all frames are in {beside}")
         return found
@@ -304,12 +306,15 @@ def _lines(
     return read_segments(path, kind)
 
 
-def _fitted(lines: xr.Dataset, frames: int, estimate: bool, size: tuple[int, int]) -> xr.Dataset:
+def _fitted(lines: xr.Dataset, movie: Movie) -> xr.Dataset:
     """Lines whose frames are the movie's, once they can be of this movie."""
     require(lines, "segment_frame", "segment_start", "column", "row")
+    frames, size = movie.frame_count, (movie.width, movie.height)
     last = int(lines.segment_frame.values.max(initial=-1)) + 1
     reach = tuple(int(np.ceil(lines[name].values.max(initial=0))) for name in ("column", "row"))
-    most = frames + (2 + frames // 100 if estimate else 0)  # a container may not know its number of frames
+    most = frames + (
+        2 + frames // 100 if movie.frame_count_is_estimate else 0
+    )  # a container may not know its number of frames
     own = lines.attrs["width"], lines.attrs["height"]
     others = "typical_width" in lines.attrs and own != size  # of lines found in a movie the size is known
     if others or last > most or reach[0] > BEYOND * size[0] or reach[1] > BEYOND * size[1]:

@@ -24,7 +24,7 @@ from vibrissa.video.find.line_placing import FULL_WIDTH
 from vibrissa.video.find.line_scale import measured_shape
 from vibrissa.video.find.still_scenery import SPAN, sceneries
 from vibrissa.video.io.about import IN_COLOUR, refuse_region
-from vibrissa.video.io.movie import DropFrames, frames_within, open_movie, read_blocks
+from vibrissa.video.io.movie import DropFrames, frames_within, open_movie, read_blocks, with_missing_frames
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -144,7 +144,7 @@ def find_segments(
     if isinstance(movie, np.ndarray):
         total = (len(movie) if stop is None else stop) - start
     else:
-        total = frames_within(open_movie(movie), start, stop)
+        total = frames_within(with_missing_frames(open_movie(movie), drop_frames), start, stop)
     parts = []
     done = 0
     for part in segment_blocks(movie, search, start=start, stop=stop, drop_frames=drop_frames, watch=watch):

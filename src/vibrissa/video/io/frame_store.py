@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibrissa.errors import MachineError, RangeError
-from vibrissa.video.io.movie import open_movie, read_blocks
+from vibrissa.video.io.movie import DropFrames, open_movie, read_blocks
 
 BLOCK = 16  # frames that are decoded at once: the first ones are there soon
 
@@ -26,6 +26,8 @@ class FrameStore:
     ----------
     path : path
         The movie.
+    drop_frames : {"nan"}, optional
+        As of :func:`vibrissa.video.io.movie.read_blocks`.
 
     Raises
     ------
@@ -33,14 +35,14 @@ class FrameStore:
         If it is no movie.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, drop_frames: DropFrames = None) -> None:
         self.movie = open_movie(path)
         self._file = tempfile.TemporaryFile()  # noqa: SIM115 - open as long as the store
         self._ready = threading.Condition()
         self._done, self._ended, self._closed = 0, False, False
         self._error: Exception | None = None
         self._range: tuple[float, float] | None = None
-        self._thread = threading.Thread(target=self._decode, args=(path,), daemon=True)
+        self._thread = threading.Thread(target=self._decode, args=(path, drop_frames), daemon=True)
         self._thread.start()
 
     def frame(self, number: int) -> bytes:
@@ -75,8 +77,8 @@ class FrameStore:
         self._thread.join()
         self._file.close()
 
-    def _decode(self, path: str | Path) -> None:
-        blocks = read_blocks(path, BLOCK)
+    def _decode(self, path: str | Path, drop_frames: DropFrames) -> None:
+        blocks = read_blocks(path, BLOCK, drop_frames=drop_frames)
         try:
             for block in blocks:
                 levels = self._levels(block).tobytes()

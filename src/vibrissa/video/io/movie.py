@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -157,13 +158,39 @@ def sure_frame_times(path: str | Path) -> FrameTimes:
     return times
 
 
+def with_missing_frames(movie: Movie, drop_frames: DropFrames) -> Movie:
+    """A movie whose number of frames counts the missing ones, if they keep their place.
+
+    Parameters
+    ----------
+    movie : Movie
+        That is read.
+    drop_frames : {"nan"} or None
+        As in :func:`read_blocks`.
+
+    Returns
+    -------
+    Movie
+        As it is without ``drop_frames``.
+
+    Raises
+    ------
+    InputError
+        As :func:`sure_frame_times`.
+    """
+    if drop_frames is None:
+        return movie
+    count = int(sure_frame_times(movie.path).slots[-1]) + 1
+    return replace(movie, frame_count=count, frame_count_is_estimate=False)
+
+
 def frames_within(movie: Movie, start: int, stop: int | None) -> int:
     """Number of frames of a range.
 
     Parameters
     ----------
     movie : Movie
-        That is read.
+        That is read; of :func:`with_missing_frames`, if missing frames are counted.
     start, stop : int
         As in :func:`read_blocks`.
 
