@@ -17,6 +17,7 @@ from vibrissa.quantities.quantity import estimate
 
 Line = Callable[[float, float], Array]
 
+FEWEST_BINS = 20  # of a spectrum in the band of a fit
 _NEIGHBOURS = 2  # bins on either side that a Hann taper correlates with one bin, and no more
 _ITERATIONS = 200
 _WIDE = float(norm.ppf(0.975))
@@ -162,8 +163,8 @@ def fit_resonance(
         than chance may, nor explains 15 % of the periodogram's variance: it is noise.
     """
     use = (frequency >= band[0] * guess) & (frequency <= band[1] * guess)
-    if use.sum() < 20:
-        rule = "must have at least 20 bins in the band of the fit"
+    if use.sum() < FEWEST_BINS:
+        rule = f"must have at least {FEWEST_BINS} bins in the band of the fit"
         raise TooFewError("spectrum", rule, int(use.sum()), "record longer")
     p = power[use]
     shape = lru_cache(maxsize=8)((line or lorentzian)(frequency[use]))  # gain and floor move while the line stays

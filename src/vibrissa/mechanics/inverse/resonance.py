@@ -23,7 +23,7 @@ from vibrissa.mechanics.inverse.spectral_line import (
 from vibrissa.mechanics.scan.motion import PredictedMotion
 from vibrissa.quantities import dataset, require
 from vibrissa.signals.even_times import even_rate
-from vibrissa.signals.spectra import Resonance, fit_resonance, lorentzian, power_spectrum
+from vibrissa.signals.spectra import FEWEST_BINS, Resonance, fit_resonance, lorentzian, power_spectrum
 
 _WIDE = float(norm.ppf(0.975))
 BAND = (0.5, 1.6)  # of the resonance: the bins of a fit
@@ -104,6 +104,29 @@ def fit_modes(
     if left_out:
         resonance.attrs["left_out"] = "; ".join(left_out)
     return resonance, spectra
+
+
+def fittable(frames: int, rate: float, guess: Array) -> bool:
+    """Whether a record has enough bins for the fit of a resonance.
+
+    Parameters
+    ----------
+    frames : int
+        Of the record.
+    rate : float
+        Frame rate [Hz].
+    guess : (M,) array
+        Approximate resonances [Hz].
+
+    Returns
+    -------
+    bool
+        True if one of them below half the frame rate can be fitted.
+    """
+    frequency = np.arange(frames // 2 + 1) * (rate / frames)
+    low, high = BAND
+    bins = [np.sum((frequency >= low * one) & (frequency <= high * one)) for one in guess if one < rate / 2]
+    return max(bins, default=0) >= FEWEST_BINS
 
 
 def _folded(mode: int, frequency: float, rate: float) -> str:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.arrays import Integers, Mask
+from vibrissa.arrays import Array, Mask
 from vibrissa.measures.whisk_cycle import stretches
 from vibrissa.mechanics.inverse.decomposition import Method, decompose
-from vibrissa.mechanics.inverse.resonance import fit_modes
+from vibrissa.mechanics.inverse.resonance import fit_modes, fittable
 from vibrissa.quantities import dataset, measured
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.signals.frame_numbers import frame_numbers
@@ -127,7 +127,7 @@ def modal_amplitudes(
     modal = modal.merge(dataset(mode=modal.mode.values, expected_frequency=expected), combine_attrs="override")
     seen = np.isfinite(modal.mode_displacement.values).all(axis=0)
     if not seen.all():
-        modal.attrs["left_out"] = f"envelopes and resonances: {_lost(seen, frame_numbers(profile))}"
+        modal.attrs["left_out"] = f"envelopes and resonances: {_lost(seen, profile, expected)}"
         return modal
     envelope, phase = analytic_envelope(modal.mode_displacement.values)
     shown: dict[str, Any] = {"envelope": whisker.length * envelope, "phase": phase}
@@ -135,12 +135,16 @@ def modal_amplitudes(
     return modal.merge(labelled, combine_attrs="override")
 
 
-def _lost(seen: Mask, numbers: Integers) -> str:
-    """How many frames were lost, and the longest stretch in which none was."""
+def _lost(seen: Mask, profile: xr.Dataset, expected: Array) -> str:
+    """How many frames were lost, and the longest stretch in which none was, if a resonance [Hz] can be fitted there."""
     lost = f"{np.count_nonzero(~seen)} of {seen.size} frames were lost"
     if not seen.any():
         return lost
     start, stop = max(stretches(seen), key=lambda one: one[1] - one[0])
-    first, last = numbers[start], numbers[stop - 1]
-    remedy = f"track it by itself (start {first}, stop {last + 1})"
-    return f"{lost}; the longest stretch without a loss is frames {first} to {last}: {remedy}"
+    first, last = frame_numbers(profile)[[start, stop - 1]]
+    stretch = f"{lost}; the longest stretch without a loss is frames {first} to {last}"
+    if not fittable(stop - start, 1 / float(np.median(np.diff(profile.time.values))), expected):
+        return f"{stretch}, too short for the fits"
+    if "movie" not in profile.attrs or "movie_begins" in profile.attrs:  # a sweep of a table is tracked whole
+        return stretch
+    return f"{stretch}: track it by itself (start {first}, stop {last + 1})"

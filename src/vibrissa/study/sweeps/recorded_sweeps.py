@@ -90,9 +90,9 @@ def since_start(profile: xr.Dataset, sweep: RecordedSweep) -> xr.Dataset:
     Returns
     -------
     Dataset
-        The profile.
+        The profile; the attribute ``movie_begins`` [s] is the time of the movie's first frame.
     """
-    return profile.assign_coords(time=profile.time - sweep.start)
+    return profile.assign_coords(time=profile.time - sweep.start).assign_attrs(movie_begins=-sweep.start)
 
 
 def _profile(sweep: RecordedSweep) -> xr.Dataset:
