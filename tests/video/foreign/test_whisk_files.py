@@ -172,6 +172,26 @@ def test_frames_of_a_part_of_a_movie_keep_their_numbers(tmp_path):
     np.testing.assert_allclose(height - height[0], [0, 10, 20, 30], atol=0.5)  # nodes are placed again
 
 
+OTHER_TIMES = {
+    "from an onset": (lambda time: time - 4 / 500, 500.0, "-0.008 to 0.01 s at 500 frames/s"),
+    "half the rate": (lambda time: time, 250.0, "0 to 0.018 s at 250 frames/s"),
+    "a clock of years": (lambda time: time + 5e7, 500.0, "5e+07 to 5e+07 s at 500 frames/s"),
+    "no rate": (lambda time: time, np.nan, "0 to 0.018 s at nan frames/s"),
+}
+
+
+@pytest.mark.parametrize("name", OTHER_TIMES)
+def test_times_that_do_not_give_the_numbers_of_frames_are_refused(tmp_path, name):
+    of, rate, found = OTHER_TIMES[name]
+    segments = [line(frame, 0) for frame in range(10)]
+    profile = profile_from_whisk(segments, calibration=CALIBRATION, identity="number", base="left")
+    other = profile.assign_coords(time=of(profile.time)).assign_attrs(frame_rate=rate)
+    with refusal("range", "profile.time", value=found) as caught:
+        write_whiskers(other, tmp_path / "a.whiskers")
+    assert "from the movie's first frame" in caught.value.remedy
+    assert not list(tmp_path.iterdir())
+
+
 def test_nothing_stands_in_a_gap_of_a_trace():
     one = line(0, 0)
     kept = (np.arange(200) < 80) | (np.arange(200) >= 110)

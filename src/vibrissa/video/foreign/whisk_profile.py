@@ -228,7 +228,8 @@ def write_whiskers(profile: xr.Dataset, path: str | Path) -> Path:
     Raises
     ------
     InputError
-        If the profile is not of an image, has no measured line or the files cannot be written.
+        If the profile is not of an image, has no measured line, its times give no numbers of frames, or the files
+        cannot be written.
     """
     path = Path(path)
     if path.suffix != ".whiskers":
@@ -255,13 +256,26 @@ def _segments(profile: xr.Dataset) -> tuple[list[Segment], Values]:
     sds = [np.isfinite(_by_whisker(profile, name)) for name in ("x_sd", "y_sd") if name in profile]
     seen = placed & np.any(sds, axis=0) if sds else placed
     arc = np.broadcast_to(profile.arc_length.values / size, (x.shape[0], x.shape[2]))
-    segments, starts, numbers = [], [], frame_numbers(profile).tolist()
+    segments, starts, numbers = [], [], _numbers(profile)
     for frame, w in np.argwhere((seen.sum(axis=2) >= 2).T).tolist():
         at = seen[w, frame]
         unknown = np.full(at.sum(), np.nan)
         segments.append(Segment(numbers[frame], w, x[w, frame, at], y[w, frame, at], unknown, unknown))
         starts.append(_origin(x[w, frame], y[w, frame], arc[w]))
     return segments, np.array(starts)
+
+
+def _numbers(profile: xr.Dataset) -> list[int]:
+    """Numbers of the frames, as far as files of WHISK can hold them."""
+    with np.errstate(invalid="ignore"):  # of a rate that is NaN
+        numbers = frame_numbers(profile)
+    if (numbers < 0).any() or (numbers >= 2**31).any() or (np.diff(numbers) <= 0).any():
+        time, rate = profile.time.values, profile.attrs.get("frame_rate")
+        found = f"{time[0]:g} to {time[-1]:g} s{'' if rate is None else f' at {rate:g} frames/s'}"
+        remedy = "count time from the movie's first frame, with its frame_rate"
+        rule = f"must give each frame a number of its own, rising, from 0 to {2**31 - 1}"
+        raise RangeError("profile.time", rule, found, remedy)
+    return list(numbers.tolist())
 
 
 def _origin(x: Values, y: Values, arc: Values) -> tuple[float, float]:
