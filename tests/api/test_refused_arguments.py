@@ -6,6 +6,7 @@ import xarray as xr
 from refusals import refusal
 
 import vibrissa as vb
+from vibrissa.api.shared.arguments import as_kind
 from vibrissa.quantities import dataset
 
 WHISKER, POSTURE = vb.Whisker(length=0.04, cone_angle=1.5e-3), vb.Posture(contact=0.29, base_angle=1.2)
@@ -129,6 +130,16 @@ def test_the_unit_of_a_number_is_not_dropped():
     for wrong in (xr.DataArray(0.4, attrs={"units": "inch"}), 0.4 * pytest.importorskip("quantities").mm):
         with refusal("unknown", "width"):
             vb.gap(WHISKER, POSTURE, width=wrong)
+
+
+def test_a_unit_of_any_quantity_is_taken():
+    motion = vb.scan(WHISKER, POSTURE, GAPS, speed=0.1)
+    xr.testing.assert_identical(motion.sample(rate=xr.DataArray(2e3, attrs={"units": "Hz"})), motion.sample(rate=2e3))
+    guess = xr.DataArray([120.0, 340.0], dims="mode", attrs={"units": "Hz"})
+    for held in (guess, list(guess)):
+        np.testing.assert_array_equal(as_kind("guess", held, "Sequence[float] | None"), [120, 340])
+    with refusal("unknown", "rate", "fortnight"):
+        motion.sample(rate=xr.DataArray(2e3, attrs={"units": "fortnight"}))
 
 
 def straight(n_frames=8, n_nodes=6):

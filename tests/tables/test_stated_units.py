@@ -126,11 +126,29 @@ def test_whiskers_and_postures_take_numbers_with_their_unit():
     for given in (angle, pint.Quantity(70, "deg"), 70 * pq.deg):
         posture = vb.Posture(contact=pint.Quantity(0.3, ""), base_angle=given)
         assert posture.base_angle == pytest.approx(np.deg2rad(70))
+    heavy = vb.Whisker(length=0.04, cone_angle=1.5e-3, density=1.2 * pq.g / pq.cm**3)
+    assert heavy.density == pytest.approx(1200)
     assert vb.Posture(contact=0.3 * pq.dimensionless, base_angle=1.2).contact == 0.3
     with refusal("unknown", "Whisker.length"):
         vb.Whisker(length=0.9 * pq.s, cone_angle=1.5e-3)
     with refusal("format", "Whisker.length", "a ndarray"):
         vb.Whisker(length=np.array([0.04]), cone_angle=1.5e-3)
+
+
+@pytest.mark.parametrize("density", ["kg/m³", "kg/m3", "kg/m^3", "kg/m**3", "kg m-3", "kilogram / meter ** 3"])
+@pytest.mark.parametrize(("modulus", "unit"), [(3.3e9, "Pa"), (3.3e6, "kPa"), (3.3e3, "MPa"), (3.3, "GPa")])
+def test_moduli_and_densities_may_state_their_unit(density, modulus, unit):
+    given = {"youngs_modulus": (modulus, unit), "density": (1300.0, density)}
+    stated = {name: xr.DataArray(value, attrs={"units": one}) for name, (value, one) in given.items()}
+    found = vb.Whisker(length=0.04, cone_angle=1.5e-3, **stated)
+    assert (found.youngs_modulus, found.density) == (pytest.approx(3.3e9), 1300)
+
+
+@pytest.mark.parametrize("unit", ["1/{}", "1 / {}", "{}-1", "{}^-1", "{}**-1", "{} ** -1"])
+def test_curvatures_may_state_their_unit_in_any_spelling(unit):
+    for metre, value in (("m", 20.0), ("mm", 0.02)):
+        bent = {"distance": ("i", [0, 0.03]), "curvature": ("i", [value, value], {"units": unit.format(metre)})}
+        assert vb.curvature(xr.Dataset(bent)).curvature == pytest.approx((20, 20))
 
 
 def test_a_signal_that_wraps_quantities_has_their_unit():

@@ -10,9 +10,11 @@ import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.errors import FormatError, InputError, UnknownError
+from vibrissa.quantities import QUANTITIES
 from vibrissa.tables.kinds import described, is_a, is_quantity
 from vibrissa.tables.units import PURE, UNITS, in_si
 
+KNOWN = {PURE, *UNITS, *(quantity.unit for quantity in QUANTITIES.values())}
 SAY_SI = "without a unit, in SI: 0.04 for 40 mm"
 UNMASK = "leave the masked entries out: values.compressed()"
 
@@ -150,7 +152,7 @@ def _of_data_array(array: Any, unit: str | None) -> Any:
     if stated is None or array.dtype.kind in "mM":
         return bare(array.to_numpy(), unit)
     values, found = in_si(array.to_numpy(), str(stated))
-    if found != unit and (unit is not None or found not in (*UNITS, PURE)):
+    if found != unit and (unit is not None or found not in KNOWN):
         rule = f"must be in {unit} or a multiple of it" if unit else "must have a unit of SI"
         raise UnknownError("xarray DataArray", rule, stated)
     return values
@@ -160,10 +162,10 @@ def _magnitude(thing: Any, unit: str | None) -> Any:
     """Numbers in a unit of what quantities, pint or astropy holds."""
     if unit is None:
         raise UnknownError(described(thing), "must be numbers in SI", thing, SAY_SI)
+    wanted = "" if unit == PURE else unit.replace("³", "**3")
     try:
         if is_a(thing, "quantities", "Quantity"):
-            return thing.rescale("dimensionless" if unit == PURE else unit).magnitude
-        wanted = "" if unit == PURE else unit
+            return thing.rescale(wanted or "dimensionless").magnitude
         return thing.m_as(wanted) if is_a(thing, "pint", "Quantity") else thing.to_value(wanted)
     except Exception as error:  # each package has its own
         raise UnknownError(described(thing), f"must be in {unit} or a multiple of it", str(error)) from error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from typing import TypeVar
 
@@ -22,13 +23,15 @@ UNITS: dict[str, dict[str, int]] = {  # of each SI unit, and the power of ten th
     "1/(s m)": {"per_um": 6},
     "N": {"N": 0, "mN": -3, "uN": -6},
     "N m": {"N m": 0, "mN m": -3, "uN m": -6, "nN m": -9},
+    "Pa": {"Pa": 0, "kPa": 3, "MPa": 6, "GPa": 9},
+    "kg/m³": {"kg/m³": 0},
     "V": {"V": 0, "mV": -3, "uV": -6},
     "strain": {"1": 0, "mstrain": -3, "ustrain": -6},
     "dB": {"dB": 0},
     "a.u.": {"a.u.": 0, "au": 0},
 }
 FACTORS = {"deg": math.pi / 180}  # of units that are no power of ten of the SI unit
-OTHER_SPELLINGS = {  # of other programs, without the s of the plural
+OTHER_SPELLINGS = {  # of other programs, without the s of the plural and the sign of a power
     "meter": "m",
     "millimeter": "mm",
     "micrometer": "um",
@@ -52,6 +55,15 @@ OTHER_SPELLINGS = {  # of other programs, without the s of the plural
     "μV": "uV",
     "m/s": "m_s",
     "mm/s": "mm_s",
+    "m-1": "1/m",
+    "mm-1": "1/mm",
+    "1/meter": "1/m",
+    "1/millimeter": "1/mm",
+    "pascal": "Pa",
+    "gigapascal": "GPa",
+    "kg/m3": "kg/m³",
+    "kg m-3": "kg/m³",
+    "kilogram/meter3": "kg/m³",
     "degree": "deg",
     "°": "deg",
     "radian": "rad",
@@ -196,7 +208,9 @@ def is_unit(text: str) -> bool:
 
 def _plain(unit: str) -> str:
     """The unit by its name in the table, if another program's spelling, singular or plural, is known."""
-    return OTHER_SPELLINGS.get(unit, OTHER_SPELLINGS.get(unit.removesuffix("s") or unit, unit))
+    written = re.sub(r" *(\*\*|\^) *", "", unit).replace(" / ", "/")  # m**-1 and m^-1 as m-1
+    found = OTHER_SPELLINGS.get(written, OTHER_SPELLINGS.get(written.removesuffix("s") or written, written))
+    return found if found in POWERS else unit
 
 
 def spellings(quantities: Iterable[tuple[str, str]]) -> list[str]:

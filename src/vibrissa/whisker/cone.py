@@ -13,7 +13,7 @@ YOUNGS_MODULUS = 3.74e9  # Pa, where the measured resonances of the paper fit be
 DENSITY = 1140.0  # kg/m³
 DAMPING = 0.11  # damping ratio of the first mode, mean of the paper
 SOFTEST, LIGHTEST = 1e3, 10.0  # Pa and kg/m³: below them the unit is another one
-_UNITS = {"length": "m", "cone_angle": "rad", "tip": "1", "youngs_modulus": "Pa", "density": "kg/m**3"}
+_UNITS = {"length": "m", "cone_angle": "rad", "tip": "1", "youngs_modulus": "Pa", "density": "kg/m³"}
 STEEPEST_CONE = 0.1  # rad: beyond it sin α ≈ α is wrong by 0.2 % and slender-beam theory goes with it
 
 
