@@ -56,6 +56,30 @@ def test_times_that_cannot_be_converted_are_refused_by_their_unit(case):
         vb.read_spikes({"a": SECONDS}, trials=held(values), window=(0, 1))
 
 
+ONE_IN_MS = {
+    "xarray": lambda value: xr.DataArray(float(value), attrs={"units": "ms"}),
+    "timedelta64": lambda value: np.timedelta64(value, "ms"),
+    "an array of timedelta64": lambda value: np.array(value, "timedelta64[ms]"),
+    "quantities": lambda value: value * pytest.importorskip("quantities").ms,
+}
+
+
+@pytest.mark.parametrize("kind", ONE_IN_MS)
+def test_every_entry_of_a_list_has_its_unit(kind):
+    late = ONE_IN_MS[kind](500)
+    assert vb.read_spikes({"a": [0.0, late]}).spike_time.values.tolist() == [0, 0.5]
+    assert vb.read_spikes({"a": [0.1]}, trials=[(0, late)]).trial_stop.values.tolist() == [0.5]
+    assert vb.read_spikes({"a": [0.1]}, trials=[late], window=(0, 1)).trial_start.values.tolist() == [0.5]
+    assert vb.read_spikes({"a": [0.1]}, trials=[0.0], window=(0, late)).trial_stop.values.tolist() == [0.5]
+    path = vb.PosturePath(time=[0, late], base_angle=[1.2, 1.2], contact=[0.3, 0.3])
+    assert path.time.tolist() == [0, 0.5]
+
+
+def test_dates_in_a_list_are_no_times():
+    with refusal("unknown", "unit a"):
+        vb.read_spikes({"a": [np.datetime64("2020-01-01")]})
+
+
 def test_an_array_with_an_empty_mask_is_taken_whole():
     assert numbers("x", np.ma.masked_array(SECONDS, [0, 0, 0]), "s").tolist() == SECONDS
 

@@ -40,7 +40,7 @@ def bare(thing: Any, unit: str | None) -> Any:
     InputError
         If its unit is of another kind or unknown, or entries are masked.
     """
-    if isinstance(thing, list | tuple) and len(thing) and _states(thing[0]):
+    if isinstance(thing, list | tuple) and any(map(_states, {type(one): one for one in thing}.values())):
         return [bare(one, unit) for one in thing]
     if is_a(thing, "xarray", "DataArray"):
         return _of_data_array(thing, unit)
@@ -140,8 +140,9 @@ def number(name: str, value: Any, unit: str | None, form: str = SAY_SI) -> float
 
 
 def _states(one: Any) -> bool:
-    """Whether an entry of a list may state a unit, or holds entries that do."""
-    return isinstance(one, list | tuple) or is_quantity(one) or is_a(one, "xarray", "DataArray")
+    """Whether an entry of a list, by its class, may state a unit, or holds entries that do."""
+    plain = isinstance(one, np.number) and not isinstance(one, np.timedelta64)
+    return isinstance(one, list | tuple) or is_quantity(one) or (hasattr(one, "dtype") and not plain)
 
 
 def _of_data_array(array: Any, unit: str | None) -> Any:
