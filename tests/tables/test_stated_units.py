@@ -180,8 +180,11 @@ def test_a_signal_that_wraps_quantities_has_their_unit():
     time, moved = np.arange(100) / 2000, np.sin(np.arange(100.0))
     wrapped = xr.DataArray(pint.Quantity(moved, "um"), {"time": time}, ("time",))
     np.testing.assert_allclose(as_signal(wrapped), 1e-6 * moved, rtol=1e-12)
-    with refusal("format", "masked array"):
-        as_signal(np.ma.masked_array(moved, moved > 0.9), sampling_rate=2000.0)
+    masked = np.ma.masked_array(moved, moved > 0.9)
+    for held in (masked, pint.Quantity(masked, "um")):
+        with refusal("format", "signal") as caught:
+            as_signal(held, sampling_rate=2000.0)
+        assert "interpolate over it" in caught.value.remedy
 
 
 @pytest.mark.parametrize("kind", [np.float32, np.float16, np.int8, np.uint8, np.array, xr.DataArray])

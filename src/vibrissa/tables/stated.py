@@ -55,13 +55,15 @@ def bare(thing: Any, unit: str | None) -> Any:
     return thing
 
 
-def refuse_masked(thing: Any) -> None:
+def refuse_masked(thing: Any, name: str = "masked array", remedy: str = UNMASK) -> None:
     """Refuse an array of which entries are masked.
 
     Parameters
     ----------
     thing : object
         Any; only a masked array can have such entries.
+    name, remedy : str
+        For messages.
 
     Raises
     ------
@@ -69,7 +71,7 @@ def refuse_masked(thing: Any) -> None:
         Says how many.
     """
     if isinstance(thing, np.ma.MaskedArray) and (masked := int(np.ma.getmaskarray(thing).sum())):
-        raise FormatError("masked array", "must have no masked entries", masked, UNMASK)
+        raise FormatError(name, "must have no masked entries", masked, remedy)
 
 
 def numbers(name: str, thing: Any, unit: str | None) -> Array:

@@ -275,6 +275,20 @@ def test_an_envelope_of_uneven_times_is_refused_whoever_has_them():
         assert found.attrs["long_name"] == "envelope of displacement"
 
 
+def test_dates_of_an_envelope_must_be_even():
+    ringing = np.sin(np.arange(400.0))
+    dates = np.datetime64("2014-05-07T12:00", "ns") + np.arange(400) * np.timedelta64(1, "ms")
+    found = vb.envelope(xr.DataArray(ringing, {"time": dates}, ("time",)))
+    np.testing.assert_array_equal(found, vb.envelope(ringing))
+    np.testing.assert_array_equal(found.time, dates)
+    for wrong in (dates[::-1], np.delete(np.append(dates, dates[-1:] + np.timedelta64(1, "ms")), 200)):
+        with refusal("range", "signal: time"):
+            vb.envelope(xr.DataArray(ringing, {"time": wrong}, ("time",)))
+    with refusal("format", "time") as caught:
+        vb.envelope(xr.DataArray(ringing, {"time": dates.astype(str)}, ("time",)))
+    assert "np.arange" in caught.value.remedy
+
+
 def test_an_envelope_has_the_unit_of_its_array():
     pint, pq = pytest.importorskip("pint").UnitRegistry(), pytest.importorskip("quantities")
     ringing = np.sin(np.arange(400.0))
@@ -295,5 +309,6 @@ def test_what_would_lose_its_times_or_mask_has_no_envelope():
     for signal in (*held, "abc"):
         with refusal("format", "signal"):
             vb.envelope(signal)
-    with refusal("format", "masked array"):
+    with refusal("format", "signal") as caught:
         vb.envelope(np.ma.masked_array(ringing, ringing > 0.9))
+    assert "interpolate over it" in caught.value.remedy

@@ -35,6 +35,7 @@ RIGHT = (
     "or the name of a file"
 )
 TIMED = "xr.DataArray(values, {'time': np.arange(len(values)) / rate}, ['time'], attrs={'units': 'm'})"
+EVEN = "array.assign_coords(time=np.arange(array.sizes['time']) / rate)"
 HOLE = "give one presentation, cut from its onset to its end"
 INTERPOLATE = "interpolate it onto even times first: np.interp(np.arange(t[0], t[-1], step), t, values)"
 CUT = "cut the record to where it was measured, or interpolate over it: np.interp(t, t[seen], values[seen])"
@@ -182,6 +183,7 @@ def _changed_array(signal: xr.DataArray, change: Callable[[Array], Array], name:
     last = signal.transpose(..., "time")
     if "time" in signal.coords:
         time = signal.time.drop_attrs() if signal.time.dtype.kind in "fiu" else signal.time  # even in any unit
+        time = time - time[0] if time.dtype.kind == "M" else time
         _even(Signal(_plain(getattr(last.data, "magnitude", last.data)), seconds_of(time), None, None, name), "signal")
     found = last.copy(data=changed_signal(last.data, change, name)).transpose(*signal.dims).rename(name)
     about = signal.attrs.get("long_name")
@@ -190,7 +192,7 @@ def _changed_array(signal: xr.DataArray, change: Callable[[Array], Array], name:
 
 def _plain(signal: Any) -> Array:
     """Numbers of an array whose unit is known."""
-    refuse_masked(signal)
+    refuse_masked(signal, "signal", CUT)
     try:
         return np.asarray(signal, float)
     except (TypeError, ValueError) as error:
@@ -201,6 +203,7 @@ def _known(thing: Any, rate: float | None, quantity: str | None) -> Signal:
     """Values, times and unit of an object."""
     if is_quantity(thing) and not is_a(thing, "neo", *NEO):
         unit = QUANTITIES[quantity].unit if quantity else _unit_of(thing)
+        refuse_masked(getattr(thing, "magnitude", thing), "signal", CUT)
         return _of_array(bare(thing, unit), rate)._replace(unit=unit)
     if isinstance(thing, np.ndarray | list | tuple) and not is_a(thing, "neo", *NEO):
         return _of_array(thing, rate)
@@ -261,8 +264,7 @@ def _variable(data: xr.Dataset, quantity: str | None) -> xr.DataArray:
 def _of_data_array(array: xr.DataArray) -> Signal:
     name = str(array.name or "signal")
     if "time" not in array.dims or "time" not in array.coords:
-        remedy = "array.assign_coords(time=np.arange(array.sizes['time']) / rate)"
-        raise MissingError(name, "must have a dimension time with its coordinate [s]", array.dims, remedy)
+        raise MissingError(name, "must have a dimension time with its coordinate [s]", array.dims, EVEN)
     if array.ndim > 2:
         raise ShapeError(name, "must have the dimension time and one other at most", array.dims, "array.isel(…)")
     if is_quantity(array.data):
@@ -294,8 +296,8 @@ def seconds_of(time: xr.DataArray) -> Array:
     if time.dtype.kind == "m":
         return np.asarray(time.values / np.timedelta64(1, "ns"), float) * 1e-9
     if time.dtype.kind not in "fiu":
-        rule = "must count in seconds from some zero"
-        raise FormatError("time", rule, time.dtype, "(array.time - array.time[0]) / np.timedelta64(1, 's')")
+        remedy = "(array.time - array.time[0]) / np.timedelta64(1, 's')" if time.dtype.kind == "M" else EVEN
+        raise FormatError("time", "must count in seconds from some zero", time.dtype, remedy)
     values, unit = in_si(time.values.astype(float), str(time.attrs.get("units", "s")))
     if unit != "s":
         raise FormatError("time", "must be in s, ms or us", unit, "array.time.attrs['units'] = 's'")
