@@ -312,9 +312,8 @@ def _fitted(lines: xr.Dataset, movie: Movie) -> xr.Dataset:
     frames, size = movie.frame_count, (movie.width, movie.height)
     last = int(lines.segment_frame.values.max(initial=-1)) + 1
     reach = tuple(int(np.ceil(lines[name].values.max(initial=0))) for name in ("column", "row"))
-    most = frames + (
-        2 + frames // 100 if movie.frame_count_is_estimate else 0
-    )  # a container may not know its number of frames
+    unsure = 2 + frames // 100 if movie.frame_count_is_estimate else 0  # a container may not know it
+    most = frames + unsure
     own = lines.attrs["width"], lines.attrs["height"]
     others = "typical_width" in lines.attrs and own != size  # of lines found in a movie the size is known
     if others or last > most or reach[0] > BEYOND * size[0] or reach[1] > BEYOND * size[1]:
