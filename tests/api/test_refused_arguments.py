@@ -137,9 +137,60 @@ def test_a_unit_of_any_quantity_is_taken():
     xr.testing.assert_identical(motion.sample(rate=xr.DataArray(2e3, attrs={"units": "Hz"})), motion.sample(rate=2e3))
     guess = xr.DataArray([120.0, 340.0], dims="mode", attrs={"units": "Hz"})
     for held in (guess, list(guess)):
-        np.testing.assert_array_equal(as_kind("guess", held, "Sequence[float] | None"), [120, 340])
+        assert as_kind("guess", held, "Sequence[float] | None") == (120.0, 340.0)
     with refusal("unknown", "rate", "fortnight"):
         motion.sample(rate=xr.DataArray(2e3, attrs={"units": "fortnight"}))
+
+
+def spikes_within(window):
+    return vb.read_spikes({"a": [0.1, 0.6]}, trials=[0, 1], window=window)
+
+
+def coupled(**how):
+    return vb.envelope_coupling({"a": [0.1]}, MOTION, **how)
+
+
+NOT_TWO = {"three": (0, 1, 2), "one": (1,), "a number": 1.0, "pairs": [[0, 1], [1, 2]]}
+
+
+@pytest.mark.parametrize("case", NOT_TWO)
+def test_a_window_is_two_numbers(case):
+    for call in (spikes_within, lambda window: coupled(window=window), lambda window: coupled(band=window)):
+        with refusal("shape") as caught:
+            call(NOT_TWO[case])
+        assert caught.value.rule == "must be two numbers"
+
+
+@pytest.mark.parametrize("call", [spikes_within, lambda window: coupled(window=window)])
+def test_text_that_reads_as_numbers_is_no_window(call):
+    for window in (("0", "1"), (0, "1"), np.array(["0", "1"])):
+        with refusal("format", "window"):
+            call(window)
+
+
+def test_points_and_lists_have_their_length():
+    for wrong in ((0.0, 0.0, 0.01), [0.01]):
+        with refusal("shape", "pole"):
+            vb.kinematics(straight(), pole=wrong)
+    with refusal("shape", "face"):
+        vb.kinematics(straight(), face=np.zeros((2, 3)))
+    with refusal("shape", "delays", "0.01"):
+        coupled(delays=0.01)
+
+
+@pytest.mark.parametrize("value", [[5.0, 10.0], [5, 10]])
+@pytest.mark.parametrize("held", [list, tuple, lambda array: array])
+def test_nodes_in_millimetres_are_those_in_metres(held, value):
+    motion = vb.scan(WHISKER, POSTURE, GAPS, speed=0.1)
+    nodes = held(xr.DataArray(value, dims="node", attrs={"units": "mm"}))
+    xr.testing.assert_identical(motion.sample(2e3, nodes=nodes), motion.sample(2e3, nodes=[5e-3, 10e-3]))
+
+
+def test_numbers_of_python_and_whole_numbers_are_kept():
+    for plain in ([1, 2], (1, 2.5), range(2)):
+        assert as_kind("whiskers", plain, "Sequence[int] | None") is plain
+    (first, second) = as_kind("whiskers", [np.int64(1), xr.DataArray(2)], "Sequence[int] | None")
+    assert type(first) is type(second) is int
 
 
 def straight(n_frames=8, n_nodes=6):

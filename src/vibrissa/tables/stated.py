@@ -97,11 +97,18 @@ def numbers(name: str, thing: Any, unit: str | None) -> Array:
         If they are no numbers, or in another kind of unit.
     """
     try:
-        return np.array(bare(thing, unit), float)
+        return _floats(bare(thing, unit))
     except InputError as error:
         raise error.renamed(name) from None
     except (TypeError, ValueError):
         raise FormatError(name, f"must be numbers in {unit or 'SI'}", short(thing)) from None
+
+
+def _floats(plain: Any) -> Array:
+    """Array of its own, also where it is one already; no text, though it read as numbers."""
+    if np.asarray(plain).dtype.kind in "US":
+        raise TypeError
+    return np.array(plain, float)
 
 
 def number(name: str, value: Any, unit: str | None, form: str = SAY_SI) -> float:

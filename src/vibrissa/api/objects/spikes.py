@@ -14,6 +14,7 @@ from vibrissa.api.objects.neo_spikes import NEO, neo_spikes
 from vibrissa.api.objects.pynapple_spikes import pynapple_spikes
 from vibrissa.api.objects.sortings import sorted_spikes
 from vibrissa.api.objects.trials import as_trials
+from vibrissa.api.shared.arguments import listed
 from vibrissa.arrays import Window
 from vibrissa.errors import ConflictError, FormatError, InputError, ShapeError, UnknownError
 from vibrissa.neural.io.formats.foreign import one_line
@@ -24,7 +25,7 @@ from vibrissa.neural.io.tables.spikes import table_of_trains
 from vibrissa.neural.io.tables.trials import cut_into_trials
 from vibrissa.tables.frame import table_of_frame
 from vibrissa.tables.kinds import described, is_a
-from vibrissa.tables.stated import bare, numbers
+from vibrissa.tables.stated import bare
 from vibrissa.tables.table import LONGEST
 
 Read = tuple[xr.Dataset, xr.Dataset | None]  # spikes, and the trials that the object states itself
@@ -93,7 +94,8 @@ def as_spikes(
     [0.1, 0.2, 0.3]
     """
     if window is not None:
-        window = tuple(numbers("window", window, "s").tolist())
+        start, stop = listed("window", window, "Window", "s")
+        window = float(start), float(stop)
     files = {"groups": groups, "unsorted": unsorted, "counted_bin": counted_bin}
     if event is not None and not isinstance(thing, str | PathLike):
         raise ConflictError("event", "must go with a Plexon or NeuroExplorer file", described(thing))

@@ -40,16 +40,18 @@ KINDS = {
     "float | Posture": ((*NUMBERS, "Posture"), "the contact over L, such as 0.29, or a vb.Posture"),
     "int": (WHOLE, "such as 3"),
 }
-# arguments of several numbers: the dimensions of their array, and what they must be
+ANY = (-1,)  # shape of a list of any length
+PAIRS = "Window", "Seconds | None", "tuple[float, float] | None", "tuple[float, float]"
+# arguments of several numbers: the shapes of their array, and what they must be
 LISTS = {
-    "Sequence[float] | float | None": ((0, 1), "must be numbers in SI"),
-    "Sequence[float] | None": ((1,), "must be a list of numbers"),
-    "Sequence[int] | None": ((1,), "must be a list of whole numbers"),
+    "Sequence[float] | float | None": (((), ANY), "must be numbers in SI"),
+    **dict.fromkeys(("Sequence[float]", "Sequence[float] | None"), ((ANY,), "must be a list of numbers")),
+    "Sequence[int] | None": ((ANY,), "must be a list of whole numbers"),
+    **dict.fromkeys(PAIRS, (((2,),), "must be two numbers")),
+    "Point | None": (((2,),), "must be a point, (x, y) [m]"),
     **dict.fromkeys(
-        ("Seconds | None", "tuple[float, float] | None", "tuple[float, float]"), ((1,), "must be two numbers")
+        ("Line | None", "tuple[Point, Point] | None"), (((2, 2),), "must be two points, ((x, y), (x, y)) [m]")
     ),
-    "Point | None": ((1,), "must be a point, (x, y) [m]"),
-    **dict.fromkeys(("Line | None", "tuple[Point, Point] | None"), ((2,), "must be two points, ((x, y), (x, y)) [m]")),
 }
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
@@ -142,7 +144,7 @@ def as_kind(name: str, value: Any, annotation: str) -> Any:
         _refuse_choice(name, value, re.findall(r"[\w-]+", choices[1]))
     kinds, form = KINDS.get(annotation, ((), ""))
     if annotation in LISTS and value is not None:
-        return _listed(name, value, *LISTS[annotation])
+        return listed(name, value, annotation)
     given = type(value).__name__
     if "float" in kinds and (given not in kinds or hasattr(value, "dtype")) and not isinstance(value, str | bool):
         return number(name, value, None, form)
@@ -159,15 +161,45 @@ def as_kind(name: str, value: Any, annotation: str) -> Any:
     return value
 
 
-def _listed(name: str, value: Any, shapes: tuple[int, ...], rule: str) -> Any:
-    """Numbers of one of the dimensions; an array as tuples, a plain list or number as it is."""
-    found = numbers(name, value, None)
-    if found.ndim not in shapes:
+def listed(name: str, value: Any, annotation: str, unit: str | None = None) -> Any:
+    """Numbers of one of the shapes that an argument takes.
+
+    Parameters
+    ----------
+    name : str
+        The argument.
+    value : array_like
+        In SI, or with a unit: see :func:`vibrissa.tables.stated.bare`.
+    annotation : str
+        One of ``LISTS``.
+    unit : str, optional
+        SI unit; default: that of the value.
+
+    Returns
+    -------
+    object
+        Lists of plain numbers as they are, others as tuples in SI.
+
+    Raises
+    ------
+    InputError
+        If they are no numbers, or too many or too few.
+    """
+    shapes, rule = LISTS[annotation]
+    found = numbers(name, value, unit)
+    if found.shape not in shapes and not (ANY in shapes and found.ndim == 1):
         raise ShapeError(name, rule, short(value))
-    if isinstance(value, int | float | list | tuple | range):
+    if _plain(value):
         return value
-    plain = (np.asarray(value) if np.asarray(value).dtype.kind in "iu" else found).tolist()
+    given = np.asarray(value)
+    plain = (given if given.dtype.kind in "iu" and np.array_equal(given, found) else found).tolist()
     return tuple(tuple(one) if isinstance(one, list) else one for one in plain) if found.ndim else plain
+
+
+def _plain(value: Any) -> bool:
+    """Whether it is a number of Python, or a list of such."""
+    several = isinstance(value, list | tuple | range)
+    return all(map(_plain, value)) if several else isinstance(value, int | float)
 
 
 def _refuse_choice(name: str, value: object, choices: Sequence[str]) -> None:
