@@ -140,6 +140,28 @@ def test_diameters_in_millimetres_and_micrometres_are_of_the_same_cone():
         vb.curvature(3)
 
 
+def test_a_dict_of_lists_has_the_curvature_of_a_dataset():
+    bent = {"distance": [0, 0.03], "curvature": [20.0, 10.0]}
+    assert float(vb.curvature(bent).at(0.015)) == pytest.approx(15)
+    assert float(
+        vb.curvature({"x": 0.05 * np.sin(CIRCLE), "y": 0.05 * (1 - np.cos(CIRCLE))}).at(0.01)
+    ) == pytest.approx(20)
+    with refusal("missing", "source", "curvature"):
+        vb.curvature({"curvature": [20.0, 10.0]})
+
+
+def test_the_column_without_a_unit_comes_before_those_with_one():
+    frame = pd.DataFrame({"distance": [0, 0.01, 0.02, 0.03], "diameter": [121e-6, 89e-6, 61e-6, 30e-6]})
+    assert vb.fit_cone(frame.assign(distance_mm=[0, 1, 2, 3])) == vb.fit_cone(frame)
+    with refusal("conflict", "DataFrame", "distance, distance") as caught:
+        vb.fit_cone(pd.concat([frame, frame[["distance"]]], axis=1))
+    assert caught.value.remedy == "drop the others"
+    two = frame.rename(columns={"distance": "distance_m"}).assign(distance_mm=[0, 10, 20, 30])
+    with refusal("conflict", "DataFrame", "distance_m, distance_mm") as caught:
+        vb.fit_cone(two)
+    assert "{'distance_m': 'distance'}" in caught.value.remedy
+
+
 def test_whiskers_and_postures_take_numbers_with_their_unit():
     pint, pq = pytest.importorskip("pint").UnitRegistry(), pytest.importorskip("quantities")
     for length in (in_mm(0.9), pint.Quantity(0.9, "mm"), 0.9 * pq.mm):

@@ -61,12 +61,14 @@ def atlas(name: str) -> Whisker:
 
 
 @names_arguments
-def curvature(source: str | Path | pd.DataFrame | xr.Dataset, *, flipped: bool = False) -> IntrinsicCurvature:
+def curvature(
+    source: str | Path | pd.DataFrame | xr.Dataset | dict[str, Any], *, flipped: bool = False
+) -> IntrinsicCurvature:
     """The curvature that a whisker has in air, for :class:`vibrissa.Rod`.
 
     Parameters
     ----------
-    source : str, path, DataFrame or Dataset
+    source : str, path, DataFrame, Dataset or dict
         A whisker of the atlas by its name, ``"C2"``, whose curvature is a published regression; or a file, or columns
         (variables), ``distance`` from the base [m] and ``curvature`` [1/m], or ``x`` and ``y`` of points of a whisker
         in air [m], from its base to its tip, y away from the ground. Names of columns may end in a unit, as ``x_mm``;
@@ -96,9 +98,9 @@ def curvature(source: str | Path | pd.DataFrame | xr.Dataset, *, flipped: bool =
         found = read_curvature(source)
     elif is_a(source, "pandas", "DataFrame"):
         found = curvature_of(table_of_frame(source, {}, CURVATURE_COLUMNS, {}))
-    elif is_a(source, "xarray", "Dataset") and "curvature" in source:
+    elif (isinstance(source, dict) or is_a(source, "xarray", "Dataset")) and "curvature" in source:
         distance, curved = _variables("source", source, "distance", "curvature")
-        found = IntrinsicCurvature(distance=distance, curvature=curved)  # type: ignore[arg-type]
+        found = IntrinsicCurvature(distance=distance, curvature=curved)
     else:
         found = curvature_of_shape(*_variables("source", source, "x", "y"))
     return found.flipped() if flipped else found
@@ -146,10 +148,11 @@ def fit_cone(diameters: str | Path | pd.DataFrame | xr.Dataset, *, physical_leng
     return from_diameters(distance, diameter, physical_length=physical_length)
 
 
-def _variables(name: str, data: Any, *needed: str) -> list[xr.DataArray]:
-    """Variables of a dataset, which state their units."""
-    if not is_a(data, "xarray", "Dataset"):
-        raise FormatError(name, "must be a file, a DataFrame or a Dataset", described(data))
-    if not set(needed) <= set(data.variables):
-        raise MissingError(name, f"must have {' and '.join(needed)}", ", ".join(map(str, data.variables)) or "none")
+def _variables(name: str, data: Any, *needed: str) -> list[Any]:
+    """Variables of a dataset or a dict, which may state their units."""
+    if not (is_a(data, "xarray", "Dataset") or isinstance(data, dict)):
+        raise FormatError(name, "must be a file, a DataFrame, a Dataset or a dict", described(data))
+    known = data if isinstance(data, dict) else data.variables
+    if not set(needed) <= set(known):
+        raise MissingError(name, f"must have {' and '.join(needed)}", ", ".join(map(str, known)) or "none")
     return [data[one] for one in needed]

@@ -81,7 +81,9 @@ def table_of_frame(
 
 
 def _fits(header: Sequence[str], kind: str, si: str, spellings: Spellings) -> list[tuple[str, str]]:
-    """Columns that may hold a quantity, each with its unit: those of its own name before those of another."""
+    """Columns that may hold a quantity, each with its unit: its own name, then that with a unit, then another."""
+    if own := [(name, si) for name in header if name == kind]:
+        return own
     for words in ((kind,), spellings.get(kind, ())):
         found = [(name, unit) for name in header for word in words if (unit := unit_of(name, word, si)) is not None]
         if found:
@@ -93,8 +95,9 @@ def _column(header: Sequence[str], kind: str, si: str, needed: bool, spellings: 
     found = _fits(header, kind, si, spellings)
     if len(found) > 1:
         names = ", ".join(name for name, _ in found)
-        remedy = f"drop the others, or rename the one that is meant: {_renaming(found[0][0], kind)}"
-        raise ConflictError(HERE, f"must have one column {kind}", names, remedy)
+        one = found[0][0]
+        rename = "" if one == kind else f", or rename the one that is meant: {_renaming(one, kind)}"
+        raise ConflictError(HERE, f"must have one column {kind}", names, f"drop the others{rename}")
     if found or not needed:
         return found[0] if found else None
     near = nearest(kind, header, cutoff=0.5)

@@ -10,11 +10,9 @@ import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.errors import FormatError, InputError, UnknownError
-from vibrissa.quantities import QUANTITIES
 from vibrissa.tables.kinds import described, is_a, is_quantity
 from vibrissa.tables.units import PURE, UNITS, in_si
 
-KNOWN = {PURE, *UNITS, *(quantity.unit for quantity in QUANTITIES.values())}
 SAY_SI = "without a unit, in SI: 0.04 for 40 mm"
 UNMASK = "leave the masked entries out: values.compressed()"
 
@@ -162,10 +160,17 @@ def _of_data_array(array: Any, unit: str | None) -> Any:
     if stated is None or array.dtype.kind in "mM":
         return bare(array.to_numpy(), unit)
     values, found = in_si(array.to_numpy(), str(stated))
-    if found != unit and (unit is not None or found not in KNOWN):
+    if found != unit and (unit is not None or not _is_si(found)):
         rule = f"must be in {unit} or a multiple of it" if unit else "must have a unit of SI"
         raise UnknownError("xarray DataArray", rule, stated)
     return values
+
+
+def _is_si(unit: str) -> bool:
+    """Whether it is an SI unit of columns, or of one of the quantities."""
+    from vibrissa.quantities import QUANTITIES
+
+    return unit in (*UNITS, PURE) or any(unit == quantity.unit for quantity in QUANTITIES.values())
 
 
 def _magnitude(thing: Any, unit: str | None) -> Any:
