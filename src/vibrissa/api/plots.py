@@ -146,6 +146,7 @@ def plot_unit(units: xr.Dataset, name: str | None = None) -> Figure:
     """
     from vibrissa.figures.spikes import unit_page
     from vibrissa.neural.coupling.analysis import EnvelopeAnalysis
+    from vibrissa.neural.coupling.presentation import JOINED
     from vibrissa.neural.coupling.unit_view import UnitViews
     from vibrissa.neural.io.tables.selection import at_places
     from vibrissa.study.neurons.shown_unit import best_unit
@@ -157,9 +158,9 @@ def plot_unit(units: xr.Dataset, name: str | None = None) -> Figure:
         raise UnknownError(
             "name", "must be one of the units", repr(name), did_you_mean(str(name), names, ", ".join(names))
         )
-    known: dict[str, Any] = {
-        one.name: units.attrs[one.name] for one in fields(EnvelopeAnalysis) if one.name in units.attrs
-    }
+    gone = {"band", "spontaneous"} if JOINED in units.attrs else set()  # joined envelopes have no carrier and no before
+    settings = {one.name for one in fields(EnvelopeAnalysis)} - gone
+    known: dict[str, Any] = {name: value for name, value in units.attrs.items() if name in settings}
     for one in {"window", "band", "spontaneous", "delays"} & set(known):
         known[one] = tuple(map(float, np.atleast_1d(known[one])))  # netCDF has a tuple of one as a number
     spikes = units[["spike_time", "spike_unit", "spike_trial", "unit_name", *({"unit_observed"} & set(units))]]

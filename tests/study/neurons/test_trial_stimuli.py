@@ -108,3 +108,22 @@ def test_python_remarks_on_silent_trials_and_on_a_window_in_which_no_unit_fired(
     lines = " ".join(str(one.message) for one in seen)
     assert "last 4 of 12 trials hold no spike" in lines
     assert "o unit fired from -1 to 0 s" in lines
+
+
+def test_a_unit_of_joined_motions_is_drawn_whatever_band_and_spontaneous_window_they_had(recording, tmp_path):
+    """Of the result and of what was saved of it; the rate is that of the table."""
+    _, times = recording
+    rows = [
+        (k, t, a)
+        for k, own in enumerate(envelopes() * np.sin(2 * np.pi * 65 * TIME))
+        for t, a in zip(TIME, own, strict=True)
+    ]
+    pd.DataFrame(rows, columns=["trial", "time", "displacement_um"]).to_csv(tmp_path / "motion.csv", index=False)
+    frame = pd.DataFrame([("u", k, t) for k, own in enumerate(times) for t in own], columns=["unit", "trial", "time"])
+    how = {"n_trials": TRIALS, "skip": SKIP, "spontaneous": (-1.0, 0.0), "band": (20.0, 200.0)}
+    with pytest.warns(Remark):
+        found = vb.envelope_coupling(frame, tmp_path / "motion.csv", **how)
+    assert found.attrs["band"].tolist() == [20.0, 200.0]
+    vb.save(found, tmp_path / "units.nc")
+    for units in (found, vb.load(tmp_path / "units.nc")):
+        assert len(vb.plot_unit(units, "u").axes) > 3
