@@ -143,7 +143,7 @@ def envelope_coupling(
     named = str(getattr(stimulus, "name", "")) + str(getattr(stimulus, "attrs", {}).get("long_name", ""))
     if "envelope" in named and not envelope:
         raise ConflictError("stimulus", "must be a displacement", "an envelope", "say so: envelope=True")
-    table, shown, remarks = _spikes_and_stimulus(spikes, stimulus, unit, envelope, band)
+    table, shown, remarks = _spikes_and_stimulus(spikes, stimulus, unit, envelope, band, spontaneous)
     if "spike_trial" not in table:
         raise MissingError("spikes", "must be in trials", remedy="vb.read_spikes(spikes, trials=onsets)")
     known = table.attrs.get("n_trials")
@@ -174,13 +174,13 @@ def envelope_coupling(
 
 
 def _spikes_and_stimulus(
-    spikes: Any, stimulus: Any, unit: str | None, envelope: bool, band: Seconds | None
+    spikes: Any, stimulus: Any, unit: str | None, envelope: bool, band: Seconds | None, spontaneous: Seconds | None
 ) -> tuple[xr.Dataset, xr.Dataset, list[str]]:
-    """Both as datasets, and remarks on the stimulus; refused in one line if they are swapped."""
+    """Both as datasets, and remarks on both; refused in one line if they are swapped."""
     from vibrissa.api.objects.signals import as_signal
     from vibrissa.api.objects.spikes import as_spikes
     from vibrissa.study.neurons.stimuli import SESSION
-    from vibrissa.study.neurons.trial_stimuli import stimulus_in_trials
+    from vibrissa.study.neurons.trial_stimuli import spikes_within, stimulus_in_trials
 
     def reads(reader: Callable[[Any], object], thing: Any) -> bool:
         try:
@@ -204,7 +204,8 @@ def _spikes_and_stimulus(
         rule, found = "must have the times of their trials", "a stimulus on the session's clock"
         raise MissingError("spikes", rule, found, "vb.read_spikes(spikes, trials=onsets)")
     cut, more = stimulus_in_trials(shown, table, str(stimulus), band)
-    return table, cut, [*remarks, *more]
+    within, beyond = spikes_within(table, cut, spontaneous)
+    return within, cut, [*remarks, *more, *beyond]
 
 
 def _shown(stimulus: Any, unit: str | None, envelope: bool, band: Seconds | None) -> tuple[xr.Dataset, list[str]]:

@@ -9,9 +9,13 @@ from refusals import refusal
 
 import vibrissa as vb
 from vibrissa.api.remarks import Remark
-from vibrissa.neural.io.tables.stimuli import labelled_stimulus
+from vibrissa.neural.coupling.presentation import Presentation
+from vibrissa.neural.io.tables.inputs import refuse_misplaced
+from vibrissa.neural.io.tables.stimuli import labelled_stimulus, name_of
 from vibrissa.neural.io.tables.trials import trial_table
+from vibrissa.study.neurons.inputs import read_recording
 from vibrissa.study.neurons.trial_stimuli import cut_stimulus
+from vibrissa.study.spec.given import SpikesInput, StimulusInput
 
 pynwb = pytest.importorskip("pynwb")
 
@@ -109,4 +113,94 @@ def test_stimuli_that_differ_are_said_to_with_their_correlation():
     found, remarks = cut_stimulus(stimulus, trial_table(ONSETS[:2], ONSETS[:2] + LENGTH), "s")
     each = found.point_displacement.values
     r = min(np.corrcoef(one, each.mean(0))[0, 1] for one in each)
-    assert f"down to {r:.2f}" in remarks[0]
+    assert f"down to {r:.3f}" in remarks[0]
+
+
+JITTER = 60e-6 * np.random.default_rng(3).uniform(-1, 1, TRIALS)
+
+
+@pytest.mark.parametrize(
+    "late", [2e-9, -2e-9, 4e-4, -4e-4, JITTER], ids=["2 ns", "-2 ns", "0.4 ms", "-0.4 ms", "jitter"]
+)
+def test_trials_between_samples_have_as_many_samples_as_those_on_them(late):
+    """Onsets by less than half a sample before or after one, and a window that is the whole trial."""
+    clock = np.arange(0, 60, 1 / RATE)
+    stimulus = labelled_stimulus(clock, np.resize(MOTION, clock.size))
+    onsets = ONSETS - late
+    found, _ = cut_stimulus(stimulus, trial_table(onsets, onsets + LENGTH), "s")
+    assert found.sizes["time"] == TIME.size
+    assert found.time.values[0] == pytest.approx(np.mean(late), abs=1e-3 / RATE)
+    one = found.isel(trial=0) if "trial" in found.dims else found
+    assert len(Presentation.of(one, window=(0, LENGTH)).edges) == 301
+
+
+def test_a_recording_may_end_within_a_sample_of_its_last_trial_but_not_a_whole_one_before():
+    onsets = np.array([1.0, 5.0]) - 4e-4
+    trials = trial_table(onsets, onsets + LENGTH)
+    clock = np.arange(7999) / RATE  # the last of 3000 samples of the second trial would be at 7.999 s
+    found, _ = cut_stimulus(labelled_stimulus(clock, np.sin(400 * clock)), trials, "s")
+    assert found.sizes["time"] == 2999
+    assert len(Presentation.of(found.isel(trial=0), window=(0, LENGTH)).edges) == 301
+    with refusal("range", "s", "0 to 7.997 s"):
+        cut_stimulus(labelled_stimulus(clock[:-1], np.sin(400 * clock[:-1])), trials, "s")
+    with refusal("range", "s", "0 to 7.998 s"):
+        cut_stimulus(
+            labelled_stimulus(clock, np.sin(400 * clock)), trial_table(onsets + 4e-4, onsets + 4e-4 + LENGTH), "s"
+        )
+
+
+def session_of(path, motion, onsets, times, rate=RATE):
+    """An archive file of a unit that fires at the same times of every trial."""
+    file = pynwb.NWBFile("s", "i", datetime(2020, 1, 1, tzinfo=UTC))
+    file.add_unit(spike_times=np.concatenate([onset + times for onset in onsets]))
+    for onset in onsets:
+        file.add_trial(start_time=onset, stop_time=onset + LENGTH)
+    file.add_stimulus(pynwb.TimeSeries(name="motion", data=1e6 * motion, unit="um", rate=rate, starting_time=0.0))
+    with pynwb.NWBHDF5IO(str(path), "w") as io:
+        io.write(file)
+    return path
+
+
+def test_spikes_before_the_first_sample_are_left_out_by_both_doors_with_a_remark(tmp_path):
+    """One spike of every trial lies between its onset and the first sample of its stimulus."""
+    times = np.append(1e-4, np.arange(0.05, 2.95, 0.07))
+    path = session_of(tmp_path / "late.nwb", whole_session(), ONSETS - 4e-4, times)
+    line = f"{TRIALS} of {TRIALS * times.size} spikes lie beyond the stimulus, 0.0004 to 3.0004 s, and are left out"
+    read = read_recording(SpikesInput(spikes=str(path)), StimulusInput(stimulus=str(path)))
+    assert f"{TRIALS} spikes lie outside 0.0004 to 3.0004 s of every trial and are left out" in read.remarks
+    with pytest.warns(Remark) as seen:
+        found = vb.envelope_coupling(path, path, skip=0.5)
+    assert line in " ".join(str(one.message) for one in seen)
+    assert found.sizes["spike"] == read.spikes.sizes["spike"] == TRIALS * (times.size - 1)
+
+
+def test_trials_end_within_a_step_of_a_slow_envelope(tmp_path):
+    """At 20 Hz the last sample, which lies in the trial, lasts 20 ms longer than the trial."""
+    clock = np.arange(0, 55, 0.05)
+    envelope = labelled_stimulus(clock, 1 + np.sin(2 * np.pi * 0.7 * clock), "a.u.", envelope=True)
+    trials = trial_table(ONSETS - 0.02, ONSETS - 0.02 + LENGTH)
+    cut, _ = cut_stimulus(envelope, trials, "s")
+    assert cut.sizes["time"] == 60
+    times = np.concatenate([one + np.arange(0.05, 2.95, 0.07) for one in trials.trial_start.values])
+    spikes = vb.read_spikes({"u": times}, trials=np.stack([trials.trial_start, trials.trial_stop], 1))
+    refuse_misplaced(spikes, cut, TRIALS)
+
+
+@pytest.mark.parametrize("lead", [None, "whisker"])
+def test_one_sample_that_is_not_known_leaves_the_others_of_its_trial(lead):
+    """A sine of 65 Hz at onsets between samples: what is known is the sine at the times of the table."""
+    clock = np.arange(0, 10, 1 / RATE)
+    motion = np.sin(2 * np.pi * 65 * clock)
+    motion[2500] = np.nan
+    onsets = np.array([1.0, 5.0003])
+    several = {"whisker": np.array(["C1", "C2"])} if lead else {}
+    values = np.stack([motion, motion]) if lead else motion
+    trials = trial_table(onsets, onsets + LENGTH)
+    found, remarks = cut_stimulus(labelled_stimulus(clock, values, lead=several), trials, "s")
+    each = found[name_of(found)].transpose(..., "trial", "time").values
+    assert np.isnan(each[..., 0, :]).sum(-1).max() == 2  # the samples on both sides of it
+    assert np.isfinite(each[..., 1, :]).all()
+    expected = np.sin(2 * np.pi * 65 * (onsets[:, None] + found.time.values))
+    error = np.abs(each - expected)[..., 20:-20]
+    assert np.nanmax(error) < 1e-3
+    assert "trials cannot be compared" in remarks[0]

@@ -89,8 +89,9 @@ class Presentation:
         time = shown.time
         step = (time[-1] - time[0]) / (time.size - 1)
         start, stop = window or (time[0], time[-1] + step)
-        if start < time[0] - step / 2 or stop > time[-1] + 1.5 * step:
-            raise RangeError("window", f"must lie within the stimulus, {time[0]:g} to {time[-1]:g} s", (start, stop))
+        slack, end = step * (1 + 1e-6), time[-1] + step  # a trial begins and ends within a step of its samples
+        if start < time[0] - slack or stop > end + slack:
+            raise RangeError("window", f"must lie within the stimulus, {time[0]:g} to {end:g} s", (start, stop))
         require_bins(stop - start, bin_width)
         envelope, carrier, frequency, holes = enveloped(shown, band, step)
         edge = 0.0 if shown.is_envelope else EDGE_PERIODS / frequency

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibrissa.arrays import Array, Window
+from vibrissa.arrays import Window
 from vibrissa.errors import ConflictError, MissingError, RangeError
 from vibrissa.files import existing
 from vibrissa.neural.io.recording import recorded_spikes, session_spikes, trials_of_recording
@@ -15,7 +15,7 @@ from vibrissa.neural.io.tables.kept_units import of_kept_units
 from vibrissa.neural.io.tables.trials import trials_at
 from vibrissa.quantities.kinds import Progress
 from vibrissa.study.neurons.stimuli import SESSION, read_stimulus
-from vibrissa.study.neurons.trial_stimuli import refuse_other_trials, stimulus_in_trials
+from vibrissa.study.neurons.trial_stimuli import refuse_other_trials, spikes_within, stimulus_in_trials
 from vibrissa.study.spec.given import SpikesInput, StimulusInput
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ def read_recording(
     if spikes.period is not None and spikes.period < (length := float(time[-1] - time[0]) * (1 - 1e-9)):
         raise RangeError("period", f"must not be shorter than the stimulus of {length:.6g} s", spikes.period)
     table, count, more = read_spikes(spikes, (min(kept), max(kept)), folder, bin_width=bin_width, progress=progress)
-    table, beyond = _within(table, time, around)
+    table, beyond = spikes_within(table, shown, around)
     silence = silent_end(table, *(window or (float(time[0]), end)))
     refuse_other_trials(shown, count, str(stimulus.stimulus))
     return Recording(table, shown, count, [*remarks, *_late(time[0], end), *more, *beyond, *silence])
@@ -140,20 +140,6 @@ def silent_end(spikes: xr.Dataset, start: float, stop: float) -> list[str]:
         return []
     why = "if the recording ended there, silence was counted that was not recorded: end the window with it"
     return [f"no unit fires from {last:.4g} s to the end of the window, {stop:.6g} s: {why}"]
-
-
-def _within(spikes: xr.Dataset, time: Array, around: Window | None) -> tuple[xr.Dataset, list[str]]:
-    """Spikes in trials without the few that lie beyond the stimulus; where they are most, all stay, to be refused."""
-    first, last = float(time[0]), float(time[-1] + (time[-1] - time[0]) / (time.size - 1))
-    when = spikes.spike_time.values
-    beyond = (when < first) | (when > last)
-    if around is not None:
-        beyond &= (when < around[0]) | (when >= around[1])
-    number = int(beyond.sum())
-    if not number or 2 * number > when.size:
-        return spikes, []
-    text = f"{number} of {when.size} spikes lie beyond the stimulus, {first:g} to {last:g} s, and are left out"
-    return spikes.isel(spike=np.flatnonzero(~beyond)), [text]
 
 
 def read_spikes(

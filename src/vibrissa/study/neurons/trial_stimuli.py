@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ONE = 0.99  # correlation of each trial's stimulus with their mean, above which they are one
-UNEVEN = 0.05  # of a step
+UNEVEN = 0.05  # of a step, by which times and lengths of trials may be off
 NONE = 1e-3  # of a step, below which samples fall alike on all onsets
 SCATTER = 1e-3  # [s] of samples about the onsets, above which latencies suffer
 
@@ -52,11 +52,13 @@ def cut_stimulus(stimulus: xr.Dataset, trials: xr.Dataset, source: str) -> tuple
     start, stop = trials.trial_start.values, trials.trial_stop.values
     step = float(np.median(np.diff(time))) if time.size > 1 else np.inf
     first = np.searchsorted(time, start - step / 2)
-    onset = np.clip(time[np.minimum(first, time.size - 1)], start, start + step)
-    count = int(np.floor((stop - onset).min() / step + 1e-6))
+    late = time[np.minimum(first, time.size - 1)] - start  # from each onset to its first sample
+    count = int(np.floor((stop - start).min() / step + UNEVEN))
+    # a recording may end within a step of the end of a trial
+    count -= bool(((first + count > time.size) & (late > NONE * step)).any())
     if count < 2:
         raise TooFewError(source, "must be sampled within its trials", f"a step of {step:.4g} s")
-    lost = (first + count > time.size) | (np.abs(time[np.minimum(first, time.size - 1)] - start) > step)
+    lost = (first + count > time.size) | (np.abs(late) > step)
     if lost.any():
         k = int(np.argmax(lost))
         found = f"{time[0]:.4g} to {time[-1]:.4g} s"
@@ -64,8 +66,8 @@ def cut_stimulus(stimulus: xr.Dataset, trials: xr.Dataset, source: str) -> tuple
     rows = first[:, None] + np.arange(count)
     if (np.abs(np.diff(time[rows]) - step) > UNEVEN * step).any():
         raise RangeError(f"{source}: time", f"must be even within trials, by {step:.6g} s", "uneven", "interpolate it")
-    late = time[first] - start  # from each onset to its first sample
-    own: Array = round(float(late.mean()), 9) + np.arange(count, dtype=np.float64) * step
+    begin = round(float(late.mean()), 9) if abs(late.mean()) > NONE * step else 0.0
+    own: Array = begin + np.arange(count, dtype=np.float64) * step
     shift = (late - late.mean()) / step
     cut: Array = values[..., rows] if is_envelope else _shifted(values[..., rows], shift)
     lead = {"whisker": stimulus.whisker.values} if "whisker" in stimulus.dims else {}
@@ -73,7 +75,10 @@ def cut_stimulus(stimulus: xr.Dataset, trials: xr.Dataset, source: str) -> tuple
     remarks, r = _scattered(late) if is_envelope else [], _likeness(cut)
     if len(start) > 1 and not r >= ONE:
         known = labelled_stimulus(own, cut, unit, envelope=is_envelope, lead={**lead, "trial": None}, attrs=attrs)
-        differs = f"the stimulus differs between trials (correlation with their mean down to {r:.2f})"
+        differs = f"the stimulus differs between trials (correlation with their mean down to {r:.3f})"
+        if np.isnan(r):
+            holes = (~np.isfinite(cut)).sum()
+            differs = f"trials cannot be compared, as {holes} of {cut.size} samples of the stimulus are NaN"
         return known, [f"{differs}: each of {len(start)} trials has its own", *remarks]
     known = labelled_stimulus(own, cut.mean(-2), unit, envelope=is_envelope, lead=lead, attrs=attrs)
     same = [f"the stimulus is the same in all {len(start)} trials: their mean is taken"] * (len(start) > 1)
@@ -89,14 +94,29 @@ def _scattered(late: Array) -> list[str]:
 
 
 def _shifted(cut: Array, shift: Array) -> Array:
-    """Motions (..., trial, time) moved later by parts of a sample, by quintic splines."""
+    """Motions (..., trial, time) moved later by parts of a sample, by quintic splines through known samples."""
     from scipy.ndimage import shift as moved
 
     if (np.abs(shift) < NONE).all():
         return cut
-    still = (0.0,) * (cut.ndim - 2)
-    each = [moved(cut[..., k, :], (*still, by), order=5, mode="nearest") for k, by in enumerate(shift)]
-    return np.stack(each, axis=-2)
+    found = cut.copy()
+    for place in np.ndindex(cut.shape[:-1]):
+        one, by = cut[place], float(shift[place[-1]])
+        whole = np.isfinite(one).all()
+        found[place] = moved(one, by, order=5, mode="nearest") if whole else _moved_with_holes(one, by)
+    return found
+
+
+def _moved_with_holes(one: Array, by: float) -> Array:
+    """A motion (time) moved later by part of a sample; NaN where a sample beside is, and of fewer than 6 known."""
+    from scipy.interpolate import make_interp_spline
+
+    place, known = np.arange(one.size), np.isfinite(one)
+    if known.sum() < 6:
+        return np.full(one.size, np.nan)
+    when = np.clip(place - by, *place[known][[0, -1]])
+    between = np.interp(place - by, place, known.astype(float)) < 1
+    return np.where(between, np.nan, make_interp_spline(place[known], one[known], k=5)(when))
 
 
 def _likeness(cut: Array) -> float:
@@ -105,6 +125,38 @@ def _likeness(cut: Array) -> float:
     mean = each.mean(-2, keepdims=True)
     size = np.sqrt((each**2).sum(-1) * (mean**2).sum(-1))
     return float(np.min(np.divide((each * mean).sum(-1), size, out=np.ones(size.shape), where=size != 0)))
+
+
+def spikes_within(spikes: xr.Dataset, stimulus: xr.Dataset, around: Window | None) -> tuple[xr.Dataset, list[str]]:
+    """Spikes without the few that lie beyond the stimulus; where they are most, all stay, to be refused.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        In trials.
+    stimulus : Dataset
+        By ``time`` from the onset [s].
+    around : (float, float), optional
+        Window that is kept as well [s].
+
+    Returns
+    -------
+    spikes : Dataset
+        In trials.
+    remarks : list of str
+        How many are left out.
+    """
+    time = stimulus.time.values
+    first, last = float(time[0]), float(time[-1] + (time[-1] - time[0]) / (time.size - 1))
+    when = spikes.spike_time.values
+    beyond = (when < first) | (when > last)
+    if around is not None:
+        beyond &= (when < around[0]) | (when >= around[1])
+    number = int(beyond.sum())
+    if not number or 2 * number > when.size:
+        return spikes, []
+    text = f"{number} of {when.size} spikes lie beyond the stimulus, {first:g} to {last:g} s, and are left out"
+    return spikes.isel(spike=np.flatnonzero(~beyond)), [text]
 
 
 def stimulus_in_trials(
@@ -233,7 +285,7 @@ def end_to_end(
     length = count * step
     attrs = {"source": stimulus.attrs.get("source", ""), JOINED: n_trials}
     joined = labelled_stimulus(time[0] + step * np.arange(whole.size), whole, unit, envelope=True, attrs=attrs)
-    refuse_beyond_recording(spikes, time[0] + length)
+    refuse_beyond_recording(spikes, time[0] + length, step)
     when = spikes.spike_time.values
     inside = np.flatnonzero((when >= time[0]) & (when < time[0] + length))
     some = spikes.isel(spike=inside)

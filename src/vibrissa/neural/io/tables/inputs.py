@@ -95,7 +95,7 @@ def refuse_misplaced(
         raise RangeError("trial", rule, trial.max(), "trials count from 0")
     first, last = stimulus.time.values[[0, -1]]
     step = (last - first) / (stimulus.sizes["time"] - 1)
-    refuse_beyond_recording(spikes, last + step if window is None else window[1])
+    refuse_beyond_recording(spikes, *((last + step, step) if window is None else window[1:]))
     outside = (time < first) | (time > last + step)
     if spontaneous is not None:
         outside &= (time < spontaneous[0]) | (time >= spontaneous[1])
@@ -114,7 +114,7 @@ def refuse_misplaced(
     raise RangeError("spike_time", f"must lie within the stimulus, {first:g} to {last:g} s", found, remedy)
 
 
-def refuse_beyond_recording(spikes: xr.Dataset, stop: float) -> None:
+def refuse_beyond_recording(spikes: xr.Dataset, stop: float, step: float = 0.0) -> None:
     """Refuse trials and counts that end before what is analysed: the rest would count as silence.
 
     Parameters
@@ -123,14 +123,16 @@ def refuse_beyond_recording(spikes: xr.Dataset, stop: float) -> None:
         In trials. Their end is known of counts in bins, and of trials with ``trial_start`` and ``trial_stop``.
     stop : float
         End of what is analysed, from the onset [s].
+    step : float
+        Between samples of the stimulus [s], if it ends with the last of them.
 
     Raises
     ------
     InputError
-        If a whole bin of the counts is missing, or a trial ends more than 10 ms before; names both ends.
+        If a whole bin of the counts is missing, or a trial ends more than 10 ms and a step before; names both ends.
     """
     _refuse_short_counts(spikes, stop)
-    _refuse_short_trials(spikes, stop)
+    _refuse_short_trials(spikes, stop, max(SHORT, step))
 
 
 def _refuse_short_counts(spikes: xr.Dataset, stop: float) -> None:
@@ -146,11 +148,11 @@ def _refuse_short_counts(spikes: xr.Dataset, stop: float) -> None:
     raise ShapeError("counts", rule, f"{bins} bins of {width:g} s", remedy)
 
 
-def _refuse_short_trials(spikes: xr.Dataset, stop: float) -> None:
+def _refuse_short_trials(spikes: xr.Dataset, stop: float, most: float) -> None:
     if "trial_stop" not in spikes or "trial_start" not in spikes:
         return
     lasted = spikes.trial_stop.values - spikes.trial_start.values
-    short, shortest = int((lasted < stop - SHORT).sum()), float(lasted.min(initial=np.inf))
+    short, shortest = int((lasted < stop - most).sum()), float(lasted.min(initial=np.inf))
     if short:
         rule = f"must last to the end of what is analysed, {stop:.6g} s"
         found = f"{short} of {lasted.size} that stop before, the shortest after {shortest:.6g} s"
