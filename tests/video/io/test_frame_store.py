@@ -80,7 +80,7 @@ def test_a_full_disk_is_one_line(tmp_path, frames, monkeypatch):
 
 
 def test_whatever_ends_the_decoding_is_said_to_whoever_asks_for_a_frame(tmp_path, frames, monkeypatch):
-    def failing(*_):
+    def failing(*_, **__):
         yield frames[:16]
         raise MemoryError("no room")
 
@@ -90,4 +90,16 @@ def test_whatever_ends_the_decoding_is_said_to_whoever_asks_for_a_frame(tmp_path
     assert len(store.frame(3)) == SHAPE[1] * SHAPE[2]
     with pytest.raises(MemoryError, match="no room"):
         store.frame(20)
+    store.close()
+
+
+def test_what_fails_before_the_first_frame_is_said_too(tmp_path, frames, monkeypatch):
+    def failing(*_, **__):
+        raise MemoryError("no room")
+
+    write_movie(tmp_path / "movie.mkv", [frames])
+    monkeypatch.setattr("vibrissa.video.io.frame_store.read_blocks", failing)
+    store = FrameStore(tmp_path / "movie.mkv")
+    with pytest.raises(MemoryError, match="no room"):
+        store.frame(0)
     store.close()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import tempfile
 import threading
+from collections.abc import Iterable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -78,26 +80,28 @@ class FrameStore:
         self._file.close()
 
     def _decode(self, path: str | Path, drop_frames: DropFrames) -> None:
-        blocks = read_blocks(path, BLOCK, drop_frames=drop_frames)
         try:
-            for block in blocks:
-                levels = self._levels(block).tobytes()
-                with self._ready:
-                    self._file.seek(0, 2)
-                    self._file.write(levels)
-                    self._done += len(block)
-                    self._ready.notify_all()
-                if self._closed:
-                    break
+            with closing(read_blocks(path, BLOCK, drop_frames=drop_frames)) as blocks:  # type: ignore[type-var]
+                self._keep(blocks)
         except OSError as error:
             self._error = MachineError(tempfile.gettempdir(), f"could not take the frames ({error.strerror or error})")
         except Exception as error:  # for whoever asks for a frame
             self._error = error
         finally:
-            blocks.close()  # type: ignore[attr-defined]
             with self._ready:
                 self._ended = True
                 self._ready.notify_all()
+
+    def _keep(self, blocks: Iterable[NDArray[Any]]) -> None:
+        for block in blocks:
+            levels = self._levels(block).tobytes()
+            with self._ready:
+                self._file.seek(0, 2)
+                self._file.write(levels)
+                self._done += len(block)
+                self._ready.notify_all()
+            if self._closed:
+                break
 
     def _levels(self, block: NDArray[Any]) -> NDArray[np.uint8]:
         if block.dtype == np.uint8:
