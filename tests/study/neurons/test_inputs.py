@@ -103,9 +103,12 @@ def test_a_speed_keeps_its_unit_and_a_channel_without_one_is_said_to_be_in_metre
     speed, remarks = shown(tmp_path, "speed.csv")
     assert (presented(speed).unit, remarks) == ("m/s", [])
     np.testing.assert_allclose(presented(speed).values, 1e-3 * MOTION, rtol=1e-7, atol=1e-15)
-    table(tmp_path / "pressure.csv", time=TIME, pressure_kPa=MOTION)
+    table(tmp_path / "puff.csv", time=TIME, pressure_kPa=MOTION)
+    puff, remarks = shown(tmp_path, "puff.csv")
+    assert (presented(puff).unit, remarks) == ("Pa", [])
+    table(tmp_path / "pressure.csv", time=TIME, pressure_mmHg=MOTION)
     assert shown(tmp_path, "pressure.csv")[1] == [
-        "pressure.csv: no known unit ends the name of pressure_kPa: taken as metres"
+        "pressure.csv: no known unit ends the name of pressure_mmHg: taken as metres"
     ]
 
 
