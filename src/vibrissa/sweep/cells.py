@@ -145,7 +145,7 @@ def row(
     postures : (B, 6) array
         ε, Λ̂, θ_b, D, H and μ; Λ̂ is NaN where there is no equilibrium.
     s, project, shape : arrays
-        As of :class:`vibrissa.sweep.posture_cells.Shaft`.
+        As of :class:`vibrissa.sweep.posture_cells.SharedShaft`.
     omega : (M + 1,) array
         [rad/s].
     gaps : (2, J) array
