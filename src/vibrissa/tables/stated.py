@@ -73,7 +73,7 @@ def refuse_masked(thing: Any, name: str = "masked array", remedy: str = UNMASK) 
 
 
 def numbers(name: str, thing: Any, unit: str | None) -> Array:
-    """Numbers in SI as an array of their own, which does not change with the object given.
+    """Numbers in SI as a new array, which does not change with the object given.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def numbers(name: str, thing: Any, unit: str | None) -> Array:
 
 
 def _floats(plain: Any) -> Array:
-    """Array of its own, also where it is one already; no text, though it read as numbers."""
+    """A new array, also where it is one already; no text, though it read as numbers."""
     if np.asarray(plain).dtype.kind in "US":
         raise TypeError
     return np.array(plain, float)

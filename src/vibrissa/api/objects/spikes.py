@@ -113,7 +113,7 @@ def as_spikes(
 
 
 def _in_order(frame: Any) -> Any:
-    """A data frame whose index numbers its rows, in that order: rows that name units stand above their spikes again."""
+    """A data frame whose index numbers its rows, in that order: rows that name units come before their spikes again."""
     numbers = frame.index.to_numpy()
     numbered = numbers.dtype.kind in "iu" and np.array_equal(np.sort(numbers), np.arange(numbers.size))
     return frame.sort_index() if numbered else frame

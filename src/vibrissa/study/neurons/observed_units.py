@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibrissa.arrays import Array, Window
-from vibrissa.errors import ConflictError, TooFewError, require_positive
+from vibrissa.errors import ConflictError, RangeError, TooFewError
 from vibrissa.neural.io.formats.phy import ALL
 from vibrissa.neural.io.recording import with_waveforms
 from vibrissa.neural.io.tables.trials import recorded_windows
@@ -122,7 +122,9 @@ def _in_trials(spikes: xr.Dataset, window: Window | None) -> tuple[xr.Dataset, l
         window = (0.0, float(spikes.attrs["duration"]))
     if window is None:
         first, last = min(0.0, float(time.min(initial=0.0))), float(time.max(initial=0.0))
-        require_positive("window", last - first, "s")
+        if not last > first:
+            remedy = "give it: spikes do not show how long trials last"
+            raise RangeError("window", "must be positive (s)", last - first, remedy)
         window = (first, float(_with_last(last)))
         remarks = [f"trials are taken to last from {first:.4g} to {last:.4g} s, as the spikes do; `window` gives it"]
     return trials_laid_out(spikes, window, count), [*remarks, judged]

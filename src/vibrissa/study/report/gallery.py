@@ -80,10 +80,11 @@ def figure_of(number: str, folder: str | Path) -> Figure:
     figure = made(entry, results, partial(read_series, given if whole else given.parent))
     if not isinstance(figure, str):
         return figure
-    needs = [f"{name}.nc" for name in entry.needs]
-    named = "" if whole else f"give the folder that holds {' and '.join(needs)}; "
-    if not whole and len(needs) == 1 and entry.needs[0] not in results:
-        named = f"a file must have the name of the result, {needs[0]}; "
+    needs, named = [f"{name}.nc" for name in entry.needs], ""
+    if not whole and not set(entry.needs) <= set(results):
+        named = f"give the folder that holds {' and '.join(needs)}; "
+        if len(needs) == 1:
+            named = f"a file must have the name of the result, {needs[0]}; "
     remedy = named + _others(number, results)
     raise UnknownError(f"figure {number}", f"cannot be made of {given} ({figure})", None, remedy)
 
