@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import struct
+import subprocess
+import sys
+import zlib
 from fractions import Fraction
 from pathlib import Path
 
@@ -73,3 +76,19 @@ def test_pixels_that_are_not_square_are_refused(tmp_path, suffix, aspect):
 @pytest.mark.parametrize("aspect", [None, Fraction(1), Fraction(54, 55)])
 def test_a_width_rounded_to_whole_pixels_leaves_them_square(tmp_path, aspect):
     assert open_movie(encode(tmp_path / "a.mp4", aspect)).width == 54
+
+
+def chunk(kind, content):
+    return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+
+
+def test_a_still_with_a_named_colour_profile_is_read_and_left(tmp_path):
+    header = chunk(b"IHDR", struct.pack(">IIBBBBB", 60, 40, 8, 0, 0, 0, 0))
+    profile = chunk(b"iCCP", b"grey\0\0" + zlib.compress(bytes(128)))
+    rows = chunk(b"IDAT", zlib.compress(bytes(40 * 61)))
+    path = tmp_path / "a.png"
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + header + profile + rows + chunk(b"IEND", b""))
+    # a process of its own, as memory that is freed twice ends it
+    read = "import gc, sys; from vibrissa.video.io.movie import open_movie; print(open_movie(sys.argv[1]).width)"
+    done = subprocess.run([sys.executable, "-c", f"{read}; gc.collect()", path], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, "60\n")

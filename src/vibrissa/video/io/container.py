@@ -27,7 +27,7 @@ from vibrissa.video.io.grey import Frames, grey_levels, has_colour, kind_of
 from vibrissa.video.io.slice_checksums import SliceChecksums
 
 LOSSLESS = frozenset({"ffv1", "rawvideo", "huffyuv", "ffvhuff", "utvideo", "png", "bmp", "tiff"})
-CHECKED = frozenset({"png", "apng"})  # checksums that FFmpeg itself checks; those of FFV1 are checked here
+PNG = frozenset({"png", "apng"})  # checksums that FFmpeg itself checks; those of FFV1 are checked here
 
 # titles may be in any encoding: since version 19 PyAV reads them all, before it was asked to
 _ASKED = hasattr(av.container.InputContainer, "metadata_errors")
@@ -63,7 +63,7 @@ def opened(path: Path, holes: bool = False) -> Iterator[Opened]:
         if first is None:
             raise TooFewError(str(path), "must have at least one frame")
         _refuse_oblong(path, container, first)
-        turns = _quarter_turns(path, first)
+        turns = _quarter_turns(path, container.streams.video[0].codec_context.name, first)
         movie = _described(path, container, first, checksums, turns)
         yield Opened(movie, partial(_blocks, movie, turns, chain([first], decoded)))
 
@@ -217,11 +217,11 @@ def _alike(frame: av.VideoFrame, first: av.VideoFrame, path: Path, number: int) 
     raise ShapeError(str(path), rule, f"{found} at frame {number}")
 
 
-def _quarter_turns(path: Path, frame: av.VideoFrame) -> int:
+def _quarter_turns(path: Path, codec: str, frame: av.VideoFrame) -> int:
     """Quarter turns, anticlockwise, by which players show a frame turned: the rotation mark of its container."""
     degrees = getattr(frame, "rotation", 0)  # the first versions 14 of PyAV may not know it
     remedy = "write it with its frames turned: ffmpeg -i IN -c:v ffv1 OUT.mkv"
-    if _mirrored(frame):
+    if codec not in PNG and _mirrored(frame):  # PyAV frees the name of a PNG's colour profile a second time
         raise FormatError(str(path), "must be shown as it is or turned", "a mirrored picture", remedy)
     if degrees % 90:
         raise FormatError(str(path), "must be shown in quarter turns", f"{degrees} degrees", remedy)
@@ -304,7 +304,7 @@ def _described(
         bits=bits,
         codec=stream.codec_context.name,
         lossy=stream.codec_context.name not in LOSSLESS,
-        checksums=stream.codec_context.name in CHECKED or (checksums is not None and checksums.present),
+        checksums=stream.codec_context.name in PNG or (checksums is not None and checksums.present),
         expanded=expanded,
         colour=has_colour(frame),
         playback_rate=float(stream.average_rate) if stream.average_rate else nan,
