@@ -1,5 +1,7 @@
 """Profile, lines and movie that do not belong together are refused before anything is written."""
 
+import json
+
 import numpy as np
 import pytest
 import tifffile
@@ -7,6 +9,7 @@ from corrected_pad import make_pad
 from refusals import refusal
 
 from vibrissa.netcdf import load, save
+from vibrissa.video.correct.corrected_profile import corrected_profile
 from vibrissa.video.correct.opening import open_tracks
 from vibrissa.video.io.movie import read_blocks, write_movie
 
@@ -85,7 +88,13 @@ def test_lines_after_missing_frames_are_of_the_movie(pad, tmp_path):
         if number not in (20, 21, 22):
             tifffile.imwrite(images / f"{number:03d}.tif", frame)
     save(load(pad.profile).assign_attrs(drop_frames="nan", movie="images", movie_frames=FRAMES - 3), kept)
-    assert opened(pad, profile=kept, movie=images).movie.frames == FRAMES
+    tracks = opened(pad, profile=kept, movie=images)
+    assert tracks.movie.frames == FRAMES
+    corrected = corrected_profile(tracks)  # without an edit
+    shown = np.isfinite(corrected.x.values).any(axis=(0, 2))
+    np.testing.assert_array_equal(np.flatnonzero(~shown), [20, 21, 22])
+    assert all([20, 22, "not in the movie"] in runs for runs in json.loads(corrected.attrs["lost"]))
+    assert corrected.attrs["missing_frames"] == 3
     save(load(pad.profile).assign_attrs(movie="images", movie_frames=FRAMES - 3), kept)
     with refusal("conflict", "segments"):
         opened(pad, profile=kept, movie=images)

@@ -12,6 +12,8 @@ from pathlib import Path
 import av
 import numpy as np
 import pytest
+from av.stream import Disposition
+from PIL import Image
 from refusals import refusal
 
 from vibrissa.video.io.movie import open_movie, read_blocks
@@ -80,6 +82,51 @@ def test_a_width_rounded_to_whole_pixels_leaves_them_square(tmp_path, aspect):
 
 def chunk(kind, content):
     return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+
+
+@pytest.mark.parametrize("suffix", [".png", ".jpg", ".webp"])
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_a_picture_is_turned_as_its_exif_says(tmp_path, suffix, orientation):
+    picture = np.full((40, 60), 200, np.uint8)
+    picture[:10, :10] = 20
+    exif = Image.Exif()
+    exif[274], exif[271] = orientation, "the maker"
+    path = tmp_path / f"a{suffix}"
+    Image.fromarray(picture).convert("RGB" if suffix == ".webp" else "L").save(path, exif=exif)
+    if orientation in (2, 4, 5, 7):
+        with refusal("format", f"a{suffix}", "a mirrored picture"):
+            open_movie(path)
+        return
+    (frame,) = np.concatenate(list(read_blocks(path)))
+    quarters = {1: 0, 3: 2, 6: 3, 8: 1}[orientation]  # anticlockwise
+    assert np.max(np.abs(frame.astype(float) - np.rot90(picture, quarters))[::3, ::3]) < 30
+
+
+def test_damaged_exif_is_no_mark(tmp_path):
+    path = tmp_path / "a.jpg"
+    Image.fromarray(np.full((40, 60), 200, np.uint8)).save(path, exif=b"Exif\0\0II*\0\xff\xff\xff\xff")
+    assert open_movie(path).width == 60
+
+
+@pytest.mark.parametrize("title", [False, True])
+def test_a_second_movie_is_refused_and_a_title_picture_left_out(tmp_path, title):
+    path = tmp_path / "a.mp4"
+    with av.open(str(path), "w") as container:
+        for codec, pixels in (("mpeg4", "yuv420p"), ("mjpeg", "yuvj420p") if title else ("mpeg4", "yuv420p")):
+            stream = container.add_stream(codec, rate=25)
+            stream.height, stream.width, stream.pix_fmt = 38, 54, pixels
+        if title:
+            stream.disposition = Disposition.attached_pic
+        for one in container.streams.video:
+            grey = av.VideoFrame.from_ndarray(np.full((38, 54), 100, np.uint8), format="gray")
+            container.mux(one.encode(grey.reformat(format=one.pix_fmt)))
+            container.mux(one.encode())
+    if title:
+        assert open_movie(path).codec == "mpeg4"
+        return
+    with refusal("too-few", "a.mp4", "2") as caught:
+        open_movie(path)
+    assert "-map 0:v:0" in caught.value.remedy
 
 
 def test_a_still_with_a_named_colour_profile_is_read_and_left(tmp_path):

@@ -175,6 +175,19 @@ def test_one_file_without_the_other_is_an_error(tmp_path):
         open_movie(tmp_path / "run2.mraw")
 
 
+@pytest.mark.parametrize("name", ["run1.cih", "run1.mraw"])
+def test_another_movie_whose_name_begins_alike_is_left_alone(tmp_path, name):
+    other = levels(8)[::-1]
+    for file in (path := save(tmp_path, other, 8, Record_Rate="2000")), path.with_suffix(".mraw"):
+        file.rename(file.with_stem("run1.second"))
+    save(tmp_path, levels(8), 8)
+    np.testing.assert_array_equal(np.concatenate(list(read_blocks(tmp_path / name))), levels(8))
+    assert open_movie(tmp_path / name).frame_rate == 5000
+    (tmp_path / "run1.mraw").unlink()
+    with refusal("missing", "run1.cih"):
+        open_movie(tmp_path / "run1.cih")
+
+
 @settings(deadline=None, max_examples=300)
 @given(content=st.binary(max_size=400), xml=st.booleans())
 def test_any_bytes_as_header_are_one_line(tmp_path_factory, content, xml):

@@ -69,7 +69,7 @@ def import_tracks(
         if out.suffix != ".whiskers":
             raise FormatError("--out", "must end in .whiskers for a profile", str(out))
         beside = write_whiskers(load(file), out)
-        tell(f"the tracks are in {out} and {beside}")
+        tell(f"the tracks are in {out} and {beside}; score, angle and curvature are not filled in (NaN)")
         return
     refuse_out(out)
     if (frame_rate is None) != (pixel_size is None):

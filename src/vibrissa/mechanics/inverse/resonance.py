@@ -86,7 +86,7 @@ def fit_modes(
     for i, start in enumerate(guess):
         line = lorentzian if prediction is None else texture_line(prediction, i, time, seen=seen, **shutter)
         if start >= rate / 2:
-            left_out.append(_folded(i, float(start), rate))
+            left_out.append(folded(i, float(start), rate))
             fits.append(None)
             continue
         try:
@@ -129,8 +129,21 @@ def fittable(frames: int, rate: float, guess: Array) -> bool:
     return max(bins, default=0) >= FEWEST_BINS
 
 
-def _folded(mode: int, frequency: float, rate: float) -> str:
-    """Why a mode is not fitted whose line [Hz] is above half the frame rate [Hz]."""
+def folded(mode: int, frequency: float, rate: float) -> str:
+    """Why a mode is not fitted whose line is above half the frame rate.
+
+    Parameters
+    ----------
+    mode : int
+        From 0.
+    frequency, rate : float
+        Of the line, and of the frames [Hz].
+
+    Returns
+    -------
+    str
+        Where it is expected, where it is seen, and what to do.
+    """
     seen = abs(frequency - rate * round(frequency / rate))
     place = f"mode {mode + 1} is expected at {frequency:.0f} Hz, above half the frame rate of {rate:g} Hz"
     return f"{place}: it folds to {seen:.0f} Hz; record faster"

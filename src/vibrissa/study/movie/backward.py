@@ -10,7 +10,7 @@ import numpy as np
 from vibrissa.arrays import Array, Mask
 from vibrissa.measures.whisk_cycle import stretches
 from vibrissa.mechanics.inverse.decomposition import Method, decompose
-from vibrissa.mechanics.inverse.resonance import fit_modes, fittable
+from vibrissa.mechanics.inverse.resonance import fit_modes, fittable, folded
 from vibrissa.quantities import dataset, measured
 from vibrissa.signals.envelope import analytic_envelope
 from vibrissa.signals.frame_numbers import frame_numbers
@@ -143,7 +143,10 @@ def _lost(seen: Mask, profile: xr.Dataset, expected: Array) -> str:
     start, stop = max(stretches(seen), key=lambda one: one[1] - one[0])
     first, last = frame_numbers(profile)[[start, stop - 1]]
     stretch = f"{lost}; the longest stretch without a loss is frames {first} to {last}"
-    if not fittable(stop - start, 1 / float(np.median(np.diff(profile.time.values))), expected):
+    rate = 1 / float(np.median(np.diff(profile.time.values)))
+    if expected.min() >= rate / 2:
+        return f"{stretch}; {folded(int(expected.argmin()), float(expected.min()), rate)}"
+    if not fittable(stop - start, rate, expected):
         return f"{stretch}, too short for the fits"
     if "movie" not in profile.attrs or "movie_begins" in profile.attrs:  # a sweep of a table is tracked whole
         return stretch

@@ -11,6 +11,7 @@ from vibrissa.errors import TooFewError
 from vibrissa.quantities.identity import SURE
 from vibrissa.video.correct.opening import OpenedTracks, calibration_of, kept_whiskers
 from vibrissa.video.linked.linked_profile import profile_from_linking
+from vibrissa.video.profile.missing_frames import without_frames
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,7 +61,7 @@ def corrected_profile(opened: OpenedTracks) -> xr.Dataset:
         profile.attrs["names"] = json.dumps(_names(opened, profile), ensure_ascii=False)
     if "first_frame" in before.attrs:
         profile = _part(profile, *(int(before.attrs[name]) for name in ("first_frame", "last_frame")))
-    return profile
+    return profile if opened.missing is None else without_frames(profile, opened.missing)
 
 
 def _names(opened: OpenedTracks, profile: xr.Dataset) -> list[str]:

@@ -21,7 +21,7 @@ from vibrissa.video.find.movie_segments import LineSearch, find_segments
 from vibrissa.video.foreign.segment_tables import read_segments
 from vibrissa.video.foreign.tracks import kind_of
 from vibrissa.video.io.about import Movie
-from vibrissa.video.io.movie import open_movie, with_missing_frames
+from vibrissa.video.io.movie import open_movie, sure_frame_times, with_missing_frames
 from vibrissa.video.link.agreement import numbers_in_common
 from vibrissa.video.link.known.known_lines import LineNames
 from vibrissa.video.link.thorough_linking import IDENTIFIED, linked_before
@@ -47,12 +47,15 @@ class OpenedTracks(NamedTuple):
         As it was before.
     numbers : (n,) array of int
         Number of each whisker of the profile's linking in this one; −1 where it has no line.
+    missing : (N,) array of int or None
+        Numbers of the frames that are not in the movie; None where all frames are pictures.
     """
 
     correction: Correction
     movie: EditedMovie
     profile: xr.Dataset
     numbers: Integers
+    missing: Integers | None
 
 
 def open_tracks(
@@ -123,7 +126,8 @@ def open_tracks(
     shown = profile_numbers(before, numbers, linking.whiskers)
     if given := [f"{shown[n]} is {name}" for n, name in sorted(labels.items())]:
         tell(f"whisker {', '.join(given)}")
-    return OpenedTracks(correction, movie_of, before, numbers)
+    missing = sure_frame_times(movie).missing if "drop_frames" in before.attrs else None
+    return OpenedTracks(correction, movie_of, before, numbers, missing)
 
 
 def _refuse_lost_edits(profile: Path, before: xr.Dataset, edits: Path) -> None:

@@ -11,7 +11,7 @@ from scipy.ndimage import gaussian_filter, grey_closing, label, maximum_filter
 from scipy.spatial import cKDTree
 
 from vibrissa.arrays import Array, Frames, Integers, Mask
-from vibrissa.errors import TooFewError
+from vibrissa.errors import RangeError, TooFewError
 from vibrissa.head_pose import HeadPose
 
 HAIR = 9  # width of what is removed before the outline is taken [px]
@@ -50,9 +50,9 @@ def find_head(frames: Iterable[Frames], sign: float = 1.0) -> HeadPose:
     Raises
     ------
     InputError
-        If no outline is found.
+        If no outline is found, or the nose lies outside the image in most frames.
     """
-    outlines, mask = _outlines(frames, sign)
+    outlines, mask, shape = _outlines(frames, sign)
     sizes = np.array([len(one.points) for one in outlines])
     if not sizes.size or sizes.max() < LEAST:
         remedy = "give two tracked points of it, or a table"
@@ -64,12 +64,23 @@ def find_head(frames: Iterable[Frames], sign: float = 1.0) -> HeadPose:
     model = _pooled(outlines, moves, nose, heading)
     moves, fit = _registered(outlines, model, reference, moves)
     moves[fit < FITS] = np.nan
-    x, y = _back(moves, nose[None, :])
-    return HeadPose(x[:, 0], y[:, 0], np.rad2deg(heading + moves[:, 2]))
+    x, y = (values[:, 0] for values in _back(moves, nose[None, :]))
+    _refuse_hidden(x, y, shape)
+    return HeadPose(x, y, np.rad2deg(heading + moves[:, 2]))
 
 
-def _outlines(blocks: Iterable[Frames], sign: float) -> tuple[list[Outline], list[Array]]:
-    """Outline of the body that moves in every frame, and a point of it at the image's border with its centre."""
+def _refuse_hidden(x: Array, y: Array, shape: tuple[int, ...]) -> None:
+    """Refuse a head whose nose is not in the image: what was found is an edge of the body."""
+    known = np.isfinite(x)
+    outside = known & ~((x > -1) & (x < shape[1]) & (y > -1) & (y < shape[0]))
+    if 2 * np.count_nonzero(outside) > np.count_nonzero(known):
+        found = f"a tip outside it in {np.count_nonzero(outside)} of {np.count_nonzero(known)} frames"
+        remedy = "give two tracked points of it, or a table"
+        raise RangeError("head", "must have its nose in the image", found, remedy)
+
+
+def _outlines(blocks: Iterable[Frames], sign: float) -> tuple[list[Outline], list[Array], tuple[int, ...]]:
+    """Outline of the body that moves in every frame, its place at the border and its centre; shape of a frame."""
     found, labels, count, level = [], [], None, np.nan
     for block in blocks:
         for frame in block:
@@ -86,9 +97,9 @@ def _outlines(blocks: Iterable[Frames], sign: float) -> tuple[list[Outline], lis
             found.append((outline, of))
             labels.append(_ends(body))
     if count is None:
-        return [], []
+        return [], [], (0, 0)
     still = count > STILL * len(found)
-    return _of_head(found, labels, still)
+    return *_of_head(found, labels, still), still.shape
 
 
 def _of_head(

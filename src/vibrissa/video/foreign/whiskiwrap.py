@@ -48,7 +48,9 @@ def read_whiskiwrap(path: str | Path) -> tuple[list[Segment], dict[tuple[int, in
     tables = tables_read_by(whiskiwrap_tables.__name__, existing(path), rule)
     columns = [np.split(tables[f"{axis}"], tables[f"{axis}_end"][:-1]) for axis in ("x", "y")]
     summary = tables["summary"]
-    summary = rename_fields(summary, FORMER) if summary.dtype.names else summary
+    names = summary.dtype.names or ()
+    former = {old: new for old, new in FORMER.items() if new not in names}
+    summary = rename_fields(summary, former) if names else summary
     return _segments(path, summary, columns), _known(summary)
 
 

@@ -22,12 +22,14 @@ import numpy as np
 from vibrissa.arrays import Integers
 from vibrissa.errors import FormatError, InputError, ShapeError, TooFewError
 from vibrissa.video.io.about import Movie, Opened, empty_block
+from vibrissa.video.io.display_marks import PICTURES, quarter_turns, refuse_oblong
 from vibrissa.video.io.frame_times import FrameTimes, frame_times
 from vibrissa.video.io.grey import Frames, grey_levels, has_colour, kind_of
 from vibrissa.video.io.slice_checksums import SliceChecksums
 
 LOSSLESS = frozenset({"ffv1", "rawvideo", "huffyuv", "ffvhuff", "utvideo", "png", "bmp", "tiff"})
-PNG = frozenset({"png", "apng"})  # checksums that FFmpeg itself checks; those of FFV1 are checked here
+CHECKED = frozenset({"png", "apng"})  # checksums that FFmpeg itself checks; those of FFV1 are checked here
+TITLE_PICTURE = 0x400  # FFmpeg's mark of such a stream
 
 # titles may be in any encoding: since version 19 PyAV reads them all, before it was asked to
 _ASKED = hasattr(av.container.InputContainer, "metadata_errors")
@@ -62,8 +64,9 @@ def opened(path: Path, holes: bool = False) -> Iterator[Opened]:
         first = next(decoded, None)
         if first is None:
             raise TooFewError(str(path), "must have at least one frame")
-        _refuse_oblong(path, container, first)
-        turns = _quarter_turns(path, container.streams.video[0].codec_context.name, first)
+        refuse_oblong(path, first.width, _stream(container).sample_aspect_ratio)
+        coded = _first_packet(path) if _stream(container).codec_context.name in PICTURES else b""
+        turns = quarter_turns(path, first, coded)
         movie = _described(path, container, first, checksums, turns)
         yield Opened(movie, partial(_blocks, movie, turns, chain([first], decoded)))
 
@@ -136,7 +139,7 @@ def time_stamps(path: Path) -> FrameTimes | None:
 def _stamps(path: Path) -> tuple[list[tuple[Any, bool]], Fraction, float]:
     """Time in ticks and whether it is a key frame, of every frame in its order; tick [s] and rate [Hz]."""
     with _container(path) as container:
-        stream = container.streams.video[0]
+        stream = _stream(container)
         packets = (packet for packet in container.demux(stream) if packet.size and not packet.is_discard)
         try:
             stamps = [(packet.pts, packet.is_keyframe) for packet in packets]
@@ -154,23 +157,40 @@ def _container(path: Path) -> av.container.InputContainer:
     except (av.FFmpegError, OSError) as error:
         rule = f"must be a whole movie ({error.strerror})"
         raise FormatError(str(path), rule, remedy="cut off, or another kind of file?") from error
-    streams = container.streams.video
-    if streams and streams[0].codec_context is not None:
+    streams = _streams(container)
+    if len(streams) == 1 and streams[0].codec_context is not None:
         return container
     container.close()
+    if len(streams) > 1:
+        remedy = "take one out, here the first: ffmpeg -i IN -map 0:v:0 -c copy OUT.mkv"
+        raise TooFewError(str(path), "must have one video stream", len(streams), remedy)
     raise FormatError(
         str(path), "must be coded by a codec that FFmpeg knows" if streams else "must have a video stream"
     )
 
 
+def _streams(container: av.container.InputContainer) -> list[Any]:
+    """Video streams of a file, but for its title picture; the first versions 14 of PyAV do not know which that is."""
+    return [one for one in container.streams.video if not int(getattr(one, "disposition", 0)) & TITLE_PICTURE]
+
+
+def _stream(container: av.container.InputContainer) -> Any:
+    return _streams(container)[0]
+
+
+def _first_packet(path: Path) -> bytes:
+    with _container(path) as container:
+        return bytes(next(container.demux(_stream(container))))
+
+
 def _checksums(container: av.container.InputContainer) -> SliceChecksums | None:
-    context = container.streams.video[0].codec_context
+    context = _stream(container).codec_context
     return SliceChecksums(bytes(context.extradata or b"")) if context.name == "ffv1" else None
 
 
 def _packets(container: av.container.InputContainer, checksums: SliceChecksums | None) -> Iterator[Any]:
     """Packets whose checksums hold, up to the first that does not, and one that empties the decoder."""
-    stream = container.streams.video[0]
+    stream = _stream(container)
     for packet in container.demux(stream):
         if packet.size and checksums is not None and not checksums.hold(bytes(packet)):
             empty = av.Packet(0)
@@ -184,7 +204,7 @@ def _frames(
     container: av.container.InputContainer, path: Path, checksums: SliceChecksums | None, holes: bool
 ) -> Iterator[av.VideoFrame]:
     """Decode all frames of one size; an error where one is damaged or the file holds fewer than it announces."""
-    stream = container.streams.video[0]
+    stream = _stream(container)
     stream.thread_type = "AUTO"
     stream.codec_context.options = {"err_detect": "crccheck+explode"}  # no frame is patched up from its neighbours
     announced, count = _announced(container), 0
@@ -217,34 +237,6 @@ def _alike(frame: av.VideoFrame, first: av.VideoFrame, path: Path, number: int) 
     raise ShapeError(str(path), rule, f"{found} at frame {number}")
 
 
-def _quarter_turns(path: Path, codec: str, frame: av.VideoFrame) -> int:
-    """Quarter turns, anticlockwise, by which players show a frame turned: the rotation mark of its container."""
-    degrees = getattr(frame, "rotation", 0)  # the first versions 14 of PyAV may not know it
-    remedy = "write it with its frames turned: ffmpeg -i IN -c:v ffv1 OUT.mkv"
-    if codec not in PNG and _mirrored(frame):  # PyAV frees the name of a PNG's colour profile a second time
-        raise FormatError(str(path), "must be shown as it is or turned", "a mirrored picture", remedy)
-    if degrees % 90:
-        raise FormatError(str(path), "must be shown in quarter turns", f"{degrees} degrees", remedy)
-    return int(degrees // 90)
-
-
-def _mirrored(frame: av.VideoFrame) -> bool:
-    """Whether players show a frame mirrored: the determinant of its display matrix is negative."""
-    matrix: Any = frame.side_data.get("DISPLAYMATRIX")  # its type is not known to have a buffer
-    if matrix is None:
-        return False
-    a, b, _, c, d, *_ = np.frombuffer(matrix, np.int32).astype(float)
-    return bool(a * d < b * c)
-
-
-def _refuse_oblong(path: Path, container: av.container.InputContainer, frame: av.VideoFrame) -> None:
-    """Refuse pixels that are not square; a width rounded to whole pixels leaves them square."""
-    aspect = float(container.streams.video[0].sample_aspect_ratio or 1)  # unknown is None, or 0
-    if abs(aspect - 1) * frame.width > 1:
-        remedy = 'make them square: ffmpeg -i IN -vf "scale=iw*sar:ih,setsar=1" -c:v ffv1 OUT.mkv'
-        raise FormatError(str(path), "must have square pixels", f"{aspect:g} times as wide as high", remedy)
-
-
 def _cut_off(path: Path, count: int, announced: int) -> InputError:
     found = f"{count} readable frames of {announced or 'an unknown number'}"
     return FormatError(str(path), "is cut off or damaged", found, "copy it again, or cut it after those frames")
@@ -258,7 +250,7 @@ def _damaged(path: Path, count: int, announced: int) -> InputError:
 
 def _duration(container: av.container.InputContainer) -> float:
     """Duration of the video stream [s], NaN if the file does not say."""
-    stream = container.streams.video[0]
+    stream = _stream(container)
     if stream.duration is not None and stream.time_base:
         return float(stream.duration * stream.time_base)
     if "DURATION" in stream.metadata:
@@ -272,7 +264,7 @@ def _duration(container: av.container.InputContainer) -> float:
 
 def _announced(container: av.container.InputContainer) -> int:
     """Frames the file announces: its count, else duration × rate, else 0."""
-    stream = container.streams.video[0]
+    stream = _stream(container)
     duration = _duration(container)
     if stream.frames or not stream.average_rate or np.isnan(duration):  # an unknown rate is None, or 0/0
         return int(stream.frames)
@@ -280,7 +272,7 @@ def _announced(container: av.container.InputContainer) -> int:
 
 
 def _ends_early(container: av.container.InputContainer, last: av.VideoFrame) -> bool:
-    stream = container.streams.video[0]
+    stream = _stream(container)
     if last.time is None or not stream.average_rate:
         return False
     # half a frame more than the last frame's own duration: time stamps are rounded to 1 ms in MKV
@@ -294,7 +286,7 @@ def _described(
     checksums: SliceChecksums | None,
     turns: int,
 ) -> Movie:
-    stream = container.streams.video[0]
+    stream = _stream(container)
     bits, expanded = kind_of(frame, path)
     width, height = (frame.height, frame.width) if turns % 2 else (frame.width, frame.height)
     return Movie(
@@ -304,7 +296,7 @@ def _described(
         bits=bits,
         codec=stream.codec_context.name,
         lossy=stream.codec_context.name not in LOSSLESS,
-        checksums=stream.codec_context.name in PNG or (checksums is not None and checksums.present),
+        checksums=stream.codec_context.name in CHECKED or (checksums is not None and checksums.present),
         expanded=expanded,
         colour=has_colour(frame),
         playback_rate=float(stream.average_rate) if stream.average_rate else nan,

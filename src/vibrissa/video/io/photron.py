@@ -149,7 +149,8 @@ def pair(path: Path) -> tuple[Path | None, Path | None]:
     header, frames : Path or None
         Which may be the given one; None where there is none beside it.
     """
-    beside = {other.suffix.lower(): other for other in sorted(path.parent.glob(f"{escape(path.stem)}.*"))}
+    alike = sorted(path.parent.glob(f"{escape(path.stem)}.*"))  # also a.b.mraw of a movie a.b
+    beside = {other.suffix.lower(): other for other in alike if other.stem == path.stem}
     if path.suffix.lower() == ".mraw":
         return beside.get(".cihx", beside.get(".cih")), path
     return path, beside.get(".mraw")
