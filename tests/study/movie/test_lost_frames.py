@@ -59,3 +59,15 @@ def test_a_stretch_is_named_as_too_short_exactly_where_no_resonance_can_be_fitte
         assert left_out(profile).endswith("too short for the fits") == none_fits
         short += none_fits
     assert 0 < short < 80  # both are there
+
+
+def test_a_stretch_in_which_all_resonances_fold_is_not_called_too_short():
+    """Every fourth frame: the lowest resonance lies above half of 500 Hz."""
+    slow = profile_without([1000], movie="a.mkv").isel(time=slice(0, FRAMES, 4))
+    slow = slow.assign_attrs(frame_rate=500.0)
+    whisker = Whisker(length=0.018, cone_angle=1.5e-3)
+    modal = analyse(slow, whisker, 0.29)["modal"]
+    assert modal.expected_frequency[0] > 250
+    told = modal.attrs["left_out"]
+    assert "frames 251 to 749; mode 1 is expected at" in told
+    assert told.endswith("record faster")

@@ -6,6 +6,7 @@ import h5py
 import numpy as np
 import pytest
 from line_movie import FIRST, LAST, movie, truth
+from numpy.lib.recfunctions import append_fields
 from refusals import refusal
 from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import CubicSpline
@@ -214,6 +215,10 @@ def test_the_first_versions_of_whiskiwrap_had_other_names_for_the_same(tmp_path)
     )
     np.testing.assert_array_equal(now.x, then.x)
     np.testing.assert_array_equal(now.arc_length, then.arc_length)
+    with h5py.File(tmp_path / "then.hdf5", "r+") as both:  # a column that was added under its present name
+        both["summary"] = append_fields(both.pop("summary")[:], "fid", summary["time"], usemask=False)
+    both = read_tracks(tmp_path / "then.hdf5", CALIBRATION, identity="number", whiskers=[0, 1])
+    np.testing.assert_array_equal(now.x, both.x)
 
 
 def test_a_movie_is_no_file_of_tracks(tmp_path):
