@@ -69,8 +69,8 @@ class TrialOptions:
     def words(self) -> dict[str, Any]:
         """The options as a study file has them."""
         (alone,) = self.each(1)
-        table, only = (one[0] if one else None for one in (alone.trial_table, alone.only))
-        own = {"trial_table": None if table is None else str(table), "only": only}
+        own: dict[str, Any] = {"trial_table": str(alone.trial_table[0]) if alone.trial_table else None}
+        own["only"] = tuple(word.strip() for word in alone.only[0]) if alone.only else None
         return {**vars(self), **own, "group": tuple(self.group) if self.group else None}
 
     def each(self, count: int) -> list[TrialOptions]:
