@@ -138,6 +138,7 @@ def envelope_coupling(
     from vibrissa.neural.io.tables.selection import labelled
     from vibrissa.study.neurons.inputs import remarks_on, silent_end
     from vibrissa.study.neurons.neurons import analyse_recording
+    from vibrissa.study.neurons.silent_trials import silent_trials
     from vibrissa.study.neurons.trial_stimuli import refuse_other_trials
 
     named = str(getattr(stimulus, "name", "")) + str(getattr(stimulus, "attrs", {}).get("long_name", ""))
@@ -167,7 +168,8 @@ def envelope_coupling(
     refuse_other_trials(shown, int(count), str(stimulus))
     found = analyse_recording(table, shown, int(count), how)
     analysed = window or (float(shown.time[0]), float(shown.time[-1]))
-    remark(*remarks, *remarks_on(table), *silent_end(table, *analysed), *found.remarks)
+    silence = [*silent_trials(table, int(count)), *silent_end(table, *analysed)]
+    remark(*remarks, *remarks_on(table), *silence, *found.remarks)
     known = {"spike_time", "spike_unit", "spike_trial", "unit_observed"} & set(found.spikes.data_vars)
     units = found.units.merge(found.spikes[sorted(known)], combine_attrs="override")
     return labelled(units.merge(found.stimulus, combine_attrs="override"))

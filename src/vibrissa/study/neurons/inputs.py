@@ -14,6 +14,7 @@ from vibrissa.neural.io.recording import recorded_spikes, session_spikes, trials
 from vibrissa.neural.io.tables.kept_units import of_kept_units
 from vibrissa.neural.io.tables.trials import trials_at
 from vibrissa.quantities.kinds import Progress
+from vibrissa.study.neurons.silent_trials import silent_trials
 from vibrissa.study.neurons.stimuli import SESSION, read_stimulus
 from vibrissa.study.neurons.trial_stimuli import refuse_other_trials, spikes_within, stimulus_in_trials
 from vibrissa.study.spec.given import SpikesInput, StimulusInput
@@ -107,7 +108,7 @@ def read_recording(
         raise RangeError("period", f"must not be shorter than the stimulus of {length:.6g} s", spikes.period)
     table, count, more = read_spikes(spikes, (min(kept), max(kept)), folder, bin_width=bin_width, progress=progress)
     table, beyond = spikes_within(table, shown, around)
-    silence = silent_end(table, *(window or (float(time[0]), end)))
+    silence = [*silent_trials(table, count), *silent_end(table, *(window or (float(time[0]), end)))]
     refuse_other_trials(shown, count, str(stimulus.stimulus))
     return Recording(table, shown, count, [*remarks, *_late(time[0], end), *more, *beyond, *silence])
 

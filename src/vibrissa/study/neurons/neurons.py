@@ -99,7 +99,7 @@ def analyse_recording(spikes: xr.Dataset, stimulus: xr.Dataset, n_trials: int, h
     InputError
         If spikes and stimulus do not fit together.
     """
-    remarks = [*_silent(spikes, n_trials), *_unheard(spikes, how.spontaneous), *_driven(stimulus, how.spontaneous)]
+    remarks = [*_unheard(spikes, how.spontaneous), *_driven(stimulus, how.spontaneous)]
     if "trial" in stimulus.dims:
         found = _analyse_joined(spikes, stimulus, n_trials, how)
         return found._replace(remarks=[*remarks, *found.remarks])
@@ -161,18 +161,6 @@ def _chosen(unit: xr.Dataset) -> str:
     if not bool(unit.significant):
         return f"none of which passes the test, {name}, whose rate is most like the envelope"
     return f"{name}, whose fit explains most" if bool(unit.identified) else f"{name}, the most like the envelope"
-
-
-def _silent(spikes: xr.Dataset, n_trials: int) -> list[str]:
-    """Say that the first or the last trials hold no spike."""
-    lines, last = [], int(spikes.spike_trial.values.max(initial=0))
-    if last < n_trials - 1:
-        lines.append(
-            f"the last {n_trials - 1 - last} of {n_trials} trials hold no spike of any unit: were they presented?"
-        )
-    if 0 not in spikes.spike_trial.values and n_trials > 1:
-        lines.append("trial 0 holds no spike of any unit; trials count from 0")
-    return lines
 
 
 def _presented_once(units: xr.Dataset, n_trials: int) -> list[str]:
