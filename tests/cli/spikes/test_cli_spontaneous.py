@@ -8,6 +8,7 @@ from refusals import refusal
 
 import vibrissa as vb
 from vibrissa.api.objects.spikes import as_spikes
+from vibrissa.cli.shared.words.units import with_negative
 from vibrissa.neural.io.tables.spikes import spike_table
 from vibrissa.neural.io.tables.stimuli import labelled_stimulus
 from vibrissa.study.neurons.rest import refuse_driven
@@ -43,6 +44,11 @@ def test_both_values_of_a_window_may_be_negative_with_a_unit(vibrissa, session, 
     assert json.loads(out) == json.loads(bare)
     code, _, err = vibrissa(*neural(session, "-0.5s", "-2s"))
     assert (code, err) == (2, "vibrissa: --spontaneous must start before it stops, got (-0.5, -2.0)\n")
+
+
+def test_names_after_two_dashes_stay():
+    words = ["show", "--json", "--window", "-2s", "-1s", "--", "-5mm.nc", "-2s"]
+    assert with_negative(words) == ["show", "--json", "--window=-2s", " -1s", "--", "-5mm.nc", "-2s"]
 
 
 def test_one_negative_value_of_two_is_too_few(vibrissa, session):
@@ -93,4 +99,8 @@ def test_a_window_in_the_rest_at_the_end_of_a_stimulus_is_taken(session):
     with refusal("range", "spontaneous", "-4 to -3 s, by 1 s in 8 of 12 trials"):
         refuse_driven(spikes, each, (-4.0, -3.0))
     refuse_driven(spikes.assign(trial_start=("trial", 100 * onset)), short, (-50.0, 0.0))
+    with refusal("range", "spontaneous", "-4 to -3 s, by 1 s in 8 of 12 trials"):
+        refuse_driven(
+            spikes.assign(trial_start=("trial", onset[::-1])), each.isel(trial=slice(None, None, -1)), (-4, -3)
+        )
     refuse_driven(spikes.drop_vars("trial_start"), short, (-50.0, 0.0))

@@ -59,4 +59,5 @@ def test_trials_in_which_units_were_not_observed_are_no_silent_ones():
     counts[[5, 9]] = 0
     seen = np.ones((1, 20), bool)
     seen[0, 5] = False
+    assert said(np.r_[0, 9, 9, 0], unit_observed=[[False, True, True, False]]) == []
     assert said(counts, unit_observed=seen) == ["trial 9 holds no spike of any unit: was it presented?"]

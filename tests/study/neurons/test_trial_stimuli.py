@@ -106,7 +106,7 @@ def test_python_remarks_on_silent_trials_and_on_a_window_in_which_no_unit_fired(
             frame, shown, n_trials=TRIALS, skip=SKIP, spontaneous=(-1.0, 0.0), envelope=True, unit="a.u."
         )
     lines = " ".join(str(one.message) for one in seen)
-    assert "last 4 of 12 trials hold no spike" in lines
+    assert "The last 4 of 12 trials hold no spike of any unit: were they presented? " in lines + " "
     assert "o unit fired from -1 to 0 s" in lines
 
 

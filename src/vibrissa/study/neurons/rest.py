@@ -38,7 +38,9 @@ def refuse_driven(spikes: xr.Dataset, stimulus: xr.Dataset, spontaneous: Window 
     """
     if spontaneous is None or "trial_start" not in spikes:
         return
-    onset, time = spikes.trial_start.values, stimulus.time.values
+    order = np.argsort(spikes.trial_start.values)
+    onset, time = spikes.trial_start.values[order], stimulus.time.values
+    stimulus = stimulus.isel(trial=order) if "trial" in stimulus.dims else stimulus
     if onset.size < 2 or not (gap := float(np.diff(onset).min())) > 0:
         return
     first, end = float(time[0]), float(time[-1] + (time[-1] - time[0]) / (time.size - 1))
@@ -47,10 +49,8 @@ def refuse_driven(spikes: xr.Dataset, stimulus: xr.Dataset, spontaneous: Window 
         return
     begin, stop = spontaneous
     found = f"{begin:g} to {stop:g} s, by {reach.max():.4g} s in {(reach > 0).sum()} of {onset.size} trials"
-    rest = (
-        np.ceil(1e3 * (end - gap) - NEAR) / 1e3,
-        np.floor(1e3 * (first + gap) + NEAR) / 1e3,
-    )  # up to the other stimuli
+    # from the end of the stimulus before to the onset of the next, in whole milliseconds
+    rest = np.ceil(1e3 * (end - gap) - NEAR) / 1e3, np.floor(1e3 * (first + gap) + NEAR) / 1e3
     low, high = max(begin, rest[0]), min(stop, rest[1])
     ends = [f"start it at {low:g} s"] if low > begin else []
     remedy = " and ".join([*ends, f"stop it at {high:g} s"] if high < stop else ends)

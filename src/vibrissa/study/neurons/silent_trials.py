@@ -18,15 +18,15 @@ NAMED = 6  # runs of silent trials that are named
 def silent_trials(spikes: xr.Dataset, n_trials: int) -> list[str]:
     """Remark on trials without a spike of any unit, which count as presented.
 
-    The first and the last are always named. Those between others are named where so few are expected by chance that
-    they may be lost. Counts of all units in a trial are taken as negative binomial, with the mean m and the variance
-    (1 + x) m of the trials that hold spikes, Poisson at the least: a trial is silent with probability
-    (1 + x)^(−m/x), and n of them are expected to hold fewer than 0.01 silent ones.
+    The first and the last are always named where a unit was observed. Those between others are named where so few are
+    expected by chance that they may be lost. Counts of all units in a trial are taken as negative binomial, with the
+    mean m and the variance (1 + x) m of the trials that hold spikes, Poisson at the least: a trial is silent with
+    probability (1 + x)^(−m/x), and n of them are expected to hold fewer than 0.01 silent ones.
 
     Parameters
     ----------
     spikes : Dataset
-        In trials. Trials in which not all units were observed are not looked at.
+        In trials. Between others, trials in which not all units were observed are not looked at.
     n_trials : int
         Presentations.
 
@@ -37,17 +37,17 @@ def silent_trials(spikes: xr.Dataset, n_trials: int) -> list[str]:
     """
     lines, trial = [], spikes.spike_trial.values.astype(int)
     last = int(trial.max(initial=0))
-    if last < n_trials - 1:
+    count = np.bincount(trial[trial >= 0], minlength=int(n_trials))
+    seen = np.ones((1, count.size), bool)
+    if "unit_observed" in spikes and spikes.sizes["trial"] == count.size:
+        seen = spikes.unit_observed.transpose("unit", "trial").values.astype(bool)
+    if seen[:, last + 1 :].any():
         lines.append(
             f"the last {n_trials - 1 - last} of {n_trials} trials hold no spike of any unit: were they presented?"
         )
-    if 0 not in trial and n_trials > 1:
+    if 0 not in trial and n_trials > 1 and seen[:, 0].any():
         lines.append("trial 0 holds no spike of any unit; trials count from 0")
-    count = np.bincount(trial[trial >= 0], minlength=n_trials)
-    whole = np.ones(count.size, bool)
-    if "unit_observed" in spikes and spikes.sizes["trial"] == count.size:
-        whole = spikes.unit_observed.transpose("unit", "trial").values.astype(bool).all(0)
-    place = np.arange(count.size)
+    whole, place = seen.all(0), np.arange(count.size)
     silent = np.flatnonzero(whole & (count == 0) & (place > trial.min(initial=last)) & (place < last))
     if silent.size and _expected(count[whole & (count > 0)], int(whole.sum())) < RARE:
         lines.append(

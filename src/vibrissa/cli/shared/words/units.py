@@ -233,14 +233,14 @@ def with_negative(words: Sequence[str]) -> list[str]:
         ``--node=-5mm`` for ``--node -5mm``; a later value of an option, as in ``--window -2s -1s``, behind a blank.
     """
     marked: list[str] = []
-    for word in words:
+    for place, word in enumerate(words):
+        if word == "--":  # what follows is no option
+            return [*marked, *words[place:]]
         alone = marked and marked[-1].startswith("--") and "=" not in marked[-1]
-        if not _NEGATIVE.match(word) or number(word) is not None:
-            marked.append(word)
-        elif alone:
+        if alone and _NEGATIVE.match(word) and number(word) is None:
             marked[-1] = f"{marked[-1]}={word}"
         else:
-            marked.append(f" {word}")
+            marked.append(f" {word}" if word.startswith("-") and QUANTITY.fullmatch(word) else word)
     return marked
 
 
