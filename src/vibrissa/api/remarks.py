@@ -38,7 +38,7 @@ def remark_left_out(found: xr.Dataset) -> None:
 
 
 def as_sentence(line: str) -> str:
-    """A line as the screen shows it, with capital and full stop.
+    """A line as the screen shows it, with capital and full stop, or the question mark that it has.
 
     Parameters
     ----------
@@ -50,4 +50,5 @@ def as_sentence(line: str) -> str:
     str
         ``The contact never jumps.``
     """
-    return f"{line[:1].upper()}{line[1:].rstrip('.')}."
+    end = "" if line.endswith("?") else "."
+    return f"{line[:1].upper()}{line[1:].rstrip('.')}{end}"

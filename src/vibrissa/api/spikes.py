@@ -88,7 +88,7 @@ def envelope_coupling(
     Parameters
     ----------
     spikes : Dataset or any object that ``read_spikes`` takes
-        In trials, seconds from the stimulus' onset.
+        In trials, seconds from the stimulus' onset. The few that lie beyond the stimulus are left out with a remark.
     stimulus : Dataset, DataArray, Tsd, AnalogSignal or path
         As played: displacement [m], or an angle or any other motion in the unit it states. One presentation, or, of a
         file, one of each trial: with a column ``trial``, or on the session's clock, from which the trials are cut.
@@ -138,14 +138,13 @@ def envelope_coupling(
     from vibrissa.neural.io.tables.selection import labelled
     from vibrissa.study.neurons.inputs import remarks_on, silent_end
     from vibrissa.study.neurons.neurons import analyse_recording
+    from vibrissa.study.neurons.silent_trials import silent_trials
     from vibrissa.study.neurons.trial_stimuli import refuse_other_trials
 
     named = str(getattr(stimulus, "name", "")) + str(getattr(stimulus, "attrs", {}).get("long_name", ""))
     if "envelope" in named and not envelope:
         raise ConflictError("stimulus", "must be a displacement", "an envelope", "say so: envelope=True")
     table, shown, remarks = _spikes_and_stimulus(spikes, stimulus, unit, envelope, band, spontaneous)
-    if "spike_trial" not in table:
-        raise MissingError("spikes", "must be in trials", remedy="vb.read_spikes(spikes, trials=onsets)")
     known = table.attrs.get("n_trials")
     if None not in (known, n_trials) and known != n_trials:
         raise ConflictError("n_trials", f"must be left out: the spikes have {known} trials", n_trials)
@@ -167,7 +166,8 @@ def envelope_coupling(
     refuse_other_trials(shown, int(count), str(stimulus))
     found = analyse_recording(table, shown, int(count), how)
     analysed = window or (float(shown.time[0]), float(shown.time[-1]))
-    remark(*remarks, *remarks_on(table), *silent_end(table, *analysed), *found.remarks)
+    silence = [*silent_trials(table, int(count)), *silent_end(table, *analysed)]
+    remark(*remarks, *remarks_on(table), *silence, *found.remarks)
     known = {"spike_time", "spike_unit", "spike_trial", "unit_observed"} & set(found.spikes.data_vars)
     units = found.units.merge(found.spikes[sorted(known)], combine_attrs="override")
     return labelled(units.merge(found.stimulus, combine_attrs="override"))
@@ -198,14 +198,16 @@ def _spikes_and_stimulus(
         remedy = "vb.envelope_coupling(spikes, stimulus)"
         raise ConflictError("spikes, stimulus", "must be in this order", "them swapped", remedy) from error
     shown, remarks = _shown(stimulus, unit, envelope, band)
-    if shown.attrs.get("clock") != SESSION:
-        return table, shown, remarks
-    if "trial_start" not in table:
-        rule, found = "must have the times of their trials", "a stimulus on the session's clock"
-        raise MissingError("spikes", rule, found, "vb.read_spikes(spikes, trials=onsets)")
-    cut, more = stimulus_in_trials(shown, table, str(stimulus), band)
-    within, beyond = spikes_within(table, cut, spontaneous)
-    return within, cut, [*remarks, *more, *beyond]
+    if shown.attrs.get("clock") == SESSION:
+        if "trial_start" not in table:
+            rule, found = "must have the times of their trials", "a stimulus on the session's clock"
+            raise MissingError("spikes", rule, found, "vb.read_spikes(spikes, trials=onsets)")
+        shown, more = stimulus_in_trials(shown, table, str(stimulus), band)
+        remarks = [*remarks, *more]
+    if "spike_trial" not in table:
+        raise MissingError("spikes", "must be in trials", remedy="vb.read_spikes(spikes, trials=onsets)")
+    within, beyond = spikes_within(table, shown, spontaneous)
+    return within, shown, [*remarks, *beyond]
 
 
 def _shown(stimulus: Any, unit: str | None, envelope: bool, band: Seconds | None) -> tuple[xr.Dataset, list[str]]:

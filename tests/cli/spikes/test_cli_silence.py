@@ -100,3 +100,20 @@ def test_printed_maps_name_the_whiskers(vibrissa, folder):
     for verb, wanted in columns.items():
         out = vibrissa(*words(verb, folder, *spikes), "--window", 0, 3)[1].replace("_", " ")
         assert all(one in out for one in wanted), out
+
+
+@pytest.mark.parametrize("verb", [*VERBS, "information", "discriminate"])
+def test_trials_that_were_lost_among_others_are_remarked_on_by_every_verb(vibrissa, folder, tmp_path, verb):
+    rng = np.random.default_rng(2)
+    kept = [k for k in range(TRIALS) if k not in (3, 4, 5, 8)]
+    rows = [f"u{u},{k},{t:.5f}" for u in range(2) for k in kept for t in rng.uniform(0, LENGTH, 40)]
+    (tmp_path / "spikes.csv").write_text("\n".join(["unit,trial,spike_time", *rows]))
+    spikes = ("--spikes", tmp_path / "spikes.csv", "--trials", TRIALS)
+    if verb == "information":
+        called = (verb, *spikes, "--window", 0, 3.9)
+    elif verb == "discriminate":
+        called = (verb, spikes[1], "--textures", folder / "textures.csv", "--window", 0, 3.9, "--bin-width", "100ms")
+    else:
+        called = words(verb, folder, *spikes)
+    _, _, err = vibrissa(*called)
+    assert "trials 3 to 5 and 8 hold no spike of any unit: were they presented?" in err

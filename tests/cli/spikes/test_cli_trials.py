@@ -1,5 +1,6 @@
 """Tables of trials and protocols of several stimuli: one for all, or once for each."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -35,3 +36,15 @@ def test_the_command_line_takes_an_option_once_for_each_stimulus(vibrissa):
     code, _, err = vibrissa("neural", *pair, *protocols)
     assert code == 2
     assert "--only must be given once, got 3 times" in err
+
+
+def test_a_protocol_may_be_called_by_a_negative_quantity(vibrissa, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "spikes.csv").write_text("unit,spike_time\na,1.5\na,5.5\n")
+    (tmp_path / "trials.csv").write_text("start,stop,depth\n1,2,-5mm\n3,4,-6mm\n5,6,-5mm\n")
+    words = ("information", "--spikes", "spikes.csv", "--trial-table", "trials.csv", "--window", 0, 1)
+    code, out, _ = vibrissa(*words, "--only", "depth", "-5mm", "--json")
+    assert (code, json.loads(out)["unit_rate"]) == (0, [1.0])
+    code, _, err = vibrissa(*words, "--only", "depth", "-7mm")
+    assert code == 2
+    assert "must be '-7mm' in a row; it is -5mm, -6mm" in err

@@ -47,5 +47,7 @@ def test_trials_may_be_given_as_they_are(tmp_path):
     assert spikes.spike_trial.values.tolist() == [0, 1, 1]
     in_trials = tmp_path / "spikes.csv"
     in_trials.write_text("unit,trial,spike_time\na,0,1.0\n")
-    with refusal("conflict", "event, trial_table, only"):
+    with refusal("conflict", "period", f"{in_trials}, a table with a column trial"):
         recorded_spikes(in_trials, window=(0, 1), trials=trials_at(np.array([0.0]), 1.0))
+    with refusal("conflict", "trial_table, only"):
+        recorded_spikes(in_trials, window=(0, 1), trials="trials.csv", only=("a", "b"))

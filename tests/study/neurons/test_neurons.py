@@ -199,7 +199,7 @@ def test_several_recordings_have_figures_of_their_own_and_a_line_each(folder, re
         ({"stimulus": "command.nc", "whisker": "C9"}, ("unknown", "[[neural]] spikes: whisker")),
         ({"spikes": "absent.csv"}, ("missing", "[[neural]] absent: absent.csv")),
         ({"spikes": "session.csv", "period": 2.0}, ("range", "[[neural]] session: period")),
-        ({"period": 8.0}, ("conflict", "[[neural]] spikes: event, trial_table, only")),
+        ({"period": 8.0}, ("conflict", "[[neural]] spikes: period")),
     ],
 )
 def test_what_does_not_fit_is_refused_by_the_name_of_its_key(folder, changed, message):
@@ -213,6 +213,7 @@ def test_what_does_not_fit_is_refused_by_the_name_of_its_key(folder, changed, me
         ({"period": 0.0}, ("range", "period")),
         ({"period": 8.0, "trials": None}, ("conflict", "trials")),
         ({"period": 8.0, "event": "onset"}, ("conflict", "period")),
+        ({"first_onset": 5.0}, ("conflict", "first_onset")),
         ({"first_segment": "free-first"}, ("conflict", "first_segment")),
         ({"bin_width": -1.0}, ("range", "bin width")),
         ({"window": (2.0, 1.0)}, ("range", "window")),

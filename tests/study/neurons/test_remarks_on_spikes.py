@@ -38,3 +38,18 @@ def test_counts_from_the_onset_have_no_spontaneous_window_before_it():
     refuse_misplaced(spikes, stimulus, 1, spontaneous=(0.0, 0.5))
     with refusal("range", "spontaneous"):
         refuse_misplaced(spikes, stimulus, 1, spontaneous=(-1.0, 0.0))
+
+
+def test_spikes_of_trials_in_which_their_unit_was_not_observed_are_said_not_to_count():
+    """Two units, observed to 25 and 45 s of 50 s, one of which goes on firing; trials of 10 s."""
+    trials = trial_table(10.0 * np.arange(5), 10.0 * np.arange(5) + 10)
+    ends = {"interval_start": [0.0, 0.0, 0.0], "interval_stop": [25.0, 45.0, 50.0], "interval_unit": [0, 1, 2]}
+    spikes = spike_table([1.0, 21.0, 31.0, 41.0, 2.0, 12.0, 3.0], [0, 0, 0, 0, 1, 1, 2], ["a", "b", "c"])
+    cut = cut_into_trials(spikes.merge(dataset(**ends)), trials)
+    alone = cut.assign(unit_observed=cut.unit_observed | (cut.unit_name == "b"))
+    which = "3 of its spikes lie in the others, which do not count"
+    assert remarks_on(alone) == [f"unit a was observed in 2 of 5 trials; {which}"]
+    both = "2 units were not observed in all trials, unit a in 2 of 5 trials, the fewest"
+    assert remarks_on(cut) == [f"{both}; {which.replace('its', 'their')}"]
+    silent = alone.isel(spike=np.flatnonzero(alone.spike_unit.values > 0))
+    assert remarks_on(silent) == ["unit a was observed in 2 of 5 trials"]

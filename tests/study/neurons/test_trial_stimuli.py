@@ -106,7 +106,7 @@ def test_python_remarks_on_silent_trials_and_on_a_window_in_which_no_unit_fired(
             frame, shown, n_trials=TRIALS, skip=SKIP, spontaneous=(-1.0, 0.0), envelope=True, unit="a.u."
         )
     lines = " ".join(str(one.message) for one in seen)
-    assert "last 4 of 12 trials hold no spike" in lines
+    assert "The last 4 of 12 trials hold no spike of any unit: were they presented? " in lines + " "
     assert "o unit fired from -1 to 0 s" in lines
 
 
@@ -127,3 +127,28 @@ def test_a_unit_of_joined_motions_is_drawn_whatever_band_and_spontaneous_window_
     vb.save(found, tmp_path / "units.nc")
     for units in (found, vb.load(tmp_path / "units.nc")):
         assert len(vb.plot_unit(units, "u").axes) > 3
+
+
+def test_spikes_beyond_the_stimulus_are_left_out_by_both_doors_with_a_remark(recording, tmp_path):
+    """A table of one stimulus for all trials: the results of the verb, of the spikes within, and in Python are one."""
+    here, _ = recording
+    (tmp_path / "one.csv").write_text(
+        "time,envelope_au\n" + "".join(f"{t},{a}\n" for t, a in zip(TIME, envelopes()[0], strict=True))
+    )
+    spikes = pd.read_csv(here / "spikes.csv")
+    inside = spikes[spikes.spike_time >= 0]
+    far = pd.DataFrame({"unit": ["u", "u"], "trial": [0, 5], "spike_time": [3.2, 7.0]})
+    pd.concat([inside, far]).to_csv(tmp_path / "spikes.csv", index=False)
+    line = f"2 of {len(inside) + 2} spikes lie beyond the stimulus, 0 to 3 s, and are left out"
+    files = {"spikes": str(tmp_path / "spikes.csv"), "stimulus": str(tmp_path / "one.csv")}
+    read = analyse_neurons(Neurons(**files, trials=TRIALS, skip=SKIP))
+    assert line in read.remarks
+    with pytest.warns(Remark, match=line):
+        found = vb.envelope_coupling(files["spikes"], files["stimulus"], n_trials=TRIALS, skip=SKIP)
+    plain = vb.envelope_coupling(inside, files["stimulus"], n_trials=TRIALS, skip=SKIP)
+    for name in read.units.data_vars:
+        np.testing.assert_array_equal(found[name].values, read.units[name].values, err_msg=name)
+        np.testing.assert_array_equal(found[name].values, plain[name].values, err_msg=name)
+    late = inside.assign(spike_time=inside.spike_time + 2.8)  # most lie beyond: no few
+    with refusal("range", "spike_time"):
+        vb.envelope_coupling(late, files["stimulus"], n_trials=TRIALS, skip=SKIP)

@@ -69,8 +69,8 @@ class TrialOptions:
     def words(self) -> dict[str, Any]:
         """The options as a study file has them."""
         (alone,) = self.each(1)
-        table, only = (one[0] if one else None for one in (alone.trial_table, alone.only))
-        own = {"trial_table": None if table is None else str(table), "only": only}
+        own: dict[str, Any] = {"trial_table": str(alone.trial_table[0]) if alone.trial_table else None}
+        own["only"] = tuple(word.strip() for word in alone.only[0]) if alone.only else None
         return {**vars(self), **own, "group": tuple(self.group) if self.group else None}
 
     def each(self, count: int) -> list[TrialOptions]:
@@ -131,6 +131,7 @@ class TrialOptions:
         """
         from vibrissa.neural.io.tables.inputs import refuse_beyond_recording
         from vibrissa.study.neurons.inputs import read_spikes, silent_end
+        from vibrissa.study.neurons.silent_trials import silent_trials
         from vibrissa.study.spec.given import SpikesInput
 
         given = SpikesInput(spikes=str(spikes), trials=trials, **self.words())
@@ -138,7 +139,8 @@ class TrialOptions:
             asked: dict[str, Any] = {"bin_width": bin_width, "needs_count": needs_count}
             table, count, remarks = read_spikes(given, window, **asked, progress=progress)
         refuse_beyond_recording(table, window[1])
-        return table, count, [in_options(line) for line in [*remarks, *silent_end(table, *window)]]
+        remarks += [*silent_trials(table, count), *silent_end(table, *window)]
+        return table, count, [in_options(line) for line in remarks]
 
 
 def _for_each(option: str, given: list[T] | None, count: int) -> list[list[T] | None]:

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 MOST_OUTSIDE = 0.5  # share of the spikes outside of the window above which it is said
 LATE = 10.0  # times the end of the window beyond which times are likely of another unit or clock
 FAR = 100.0  # times its end, from which on they are refused if most are outside
-SILENT = 0.1  # share of the trials without any spike from which on it is said
 
 
 def demodulation(
@@ -152,7 +151,7 @@ def information(
     from vibrissa.neural.coding.information import unit_information
 
     table, count, remarks = recorded.read(window, bin_width)
-    unlikely = _unlikely(table, count, window)
+    unlikely = _unlikely(table, window)
     with stage("units"):
         data = unit_information(table, count, window=window, bin_width=bin_width)
     tell(*remarks)
@@ -163,8 +162,8 @@ def information(
     output.show(data, columns=names)
 
 
-def _unlikely(spikes: xr.Dataset, n_trials: int, window: Window) -> list[str]:
-    """Remarks on spikes beyond the window, and on silence that may not have been recorded: it counts as information."""
+def _unlikely(spikes: xr.Dataset, window: Window) -> list[str]:
+    """Remarks on spikes beyond the window."""
     (start, stop), time, lines = window, spikes.spike_time.values, []
     outside = int(((time < start) | (time >= stop)).sum())
     if outside > MOST_OUTSIDE * time.size:
@@ -175,7 +174,4 @@ def _unlikely(spikes: xr.Dataset, n_trials: int, window: Window) -> list[str]:
             raise RangeError("spike_time", rule, found, f"times are in seconds; those up to {far:g} {unit}")
         unit = f"; times up to {far:g} {unit}" if far > LATE * stop else ""
         lines.append(f"{outside} of {time.size} spikes are outside of the window of {start:g} to {stop:g} s{unit}")
-    silent = n_trials - 1 - int(spikes.spike_trial.values.max(initial=-1))
-    if silent >= max(SILENT * n_trials, 2):
-        lines.append(f"no unit fires in the last {silent} of {n_trials} trials: if they were not recorded, give fewer")
     return lines

@@ -90,7 +90,7 @@ def discriminate(
 
 def _remarks(data: xr.Dataset, left_out: int) -> list[str]:
     """Remarks that a reader needs before the numbers."""
-    lines = [f"{left_out} units were not observed in every trial and are left out"] if left_out else []
+    lines = [f"{left_out} units are left out, as they were not observed in every trial"] if left_out else []
     if data.attrs["blocked"]:
         lines.append(
             f"textures came in blocks ({data.attrs['changes_of_texture']} changes in {data.attrs['n_trials']} trials): "

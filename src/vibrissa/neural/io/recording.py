@@ -83,8 +83,9 @@ def recorded_spikes(
         path, event=event, groups=groups, unsorted=unsorted, counted_bin=counted_bin, progress=progress
     )
     if "spike_trial" in session:
-        if event or trials is not None or only:
-            raise ConflictError("event, trial_table, only", "must go with spikes on a session's clock", str(path))
+        kind = "period" if isinstance(trials, xr.Dataset) else "trial_table"
+        own = {kind: trials, "event": event or None, "only": only or None}
+        _refuse_trials([name for name, one in own.items() if one is not None], path)
         if not session.sizes["spike"]:
             raise TooFewError(str(path), "must hold at least one spike", 0)
         return session, session.attrs.get("n_trials")
@@ -97,6 +98,15 @@ def recorded_spikes(
     if event is not None and trials is None:
         cut = cut.drop_vars("trial_stop")  # an event marks the onsets alone
     return cut, table.sizes["trial"]
+
+
+def _refuse_trials(names: list[str], path: str | Path) -> None:
+    """Refuse options that cut a session into trials, for spikes that are in trials already."""
+    if names:
+        found = f"{path}, a table with a column trial" if _kind(path) == ".csv" else f"{path}, in trials already"
+        which = " and ".join(f"`{name}`" for name in [*names, *(["first_onset"] if "period" in names else [])])
+        remedy = f"leave {which} out: times count from the onset of each trial"
+        raise ConflictError(", ".join(names), "must go with spikes on a session's clock", found, remedy)
 
 
 def trials_of_recording(

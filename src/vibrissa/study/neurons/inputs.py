@@ -14,6 +14,7 @@ from vibrissa.neural.io.recording import recorded_spikes, session_spikes, trials
 from vibrissa.neural.io.tables.kept_units import of_kept_units
 from vibrissa.neural.io.tables.trials import trials_at
 from vibrissa.quantities.kinds import Progress
+from vibrissa.study.neurons.silent_trials import silent_trials
 from vibrissa.study.neurons.stimuli import SESSION, read_stimulus
 from vibrissa.study.neurons.trial_stimuli import refuse_other_trials, spikes_within, stimulus_in_trials
 from vibrissa.study.spec.given import SpikesInput, StimulusInput
@@ -107,7 +108,7 @@ def read_recording(
         raise RangeError("period", f"must not be shorter than the stimulus of {length:.6g} s", spikes.period)
     table, count, more = read_spikes(spikes, (min(kept), max(kept)), folder, bin_width=bin_width, progress=progress)
     table, beyond = spikes_within(table, shown, around)
-    silence = silent_end(table, *(window or (float(time[0]), end)))
+    silence = [*silent_trials(table, count), *silent_end(table, *(window or (float(time[0]), end)))]
     refuse_other_trials(shown, count, str(stimulus.stimulus))
     return Recording(table, shown, count, [*remarks, *_late(time[0], end), *more, *beyond, *silence])
 
@@ -306,4 +307,24 @@ def remarks_on(spikes: xr.Dataset) -> list[str]:
     cut = "window_stop" in about
     where = f"outside {about['window_start']:g} to {about['window_stop']:g} s of every trial" if cut else "in no trial"
     lines = [text.format(about[name], where=where) for name, text in REMARKS.items() if about.get(name)]
-    return [*lines, *filter(None, [about.get("remark")])]
+    return [*lines, *_partly_observed(spikes), *filter(None, [about.get("remark")])]
+
+
+def _partly_observed(spikes: xr.Dataset) -> list[str]:
+    """Say in how many trials units were observed, and how many of their spikes lie in the others."""
+    if "unit_observed" not in spikes:
+        return []
+    seen = spikes.unit_observed.transpose("unit", "trial").values.astype(bool)
+    less = np.flatnonzero(~seen.all(1))
+    if not less.size:
+        return []
+    unit, trial = spikes.spike_unit.values, spikes.spike_trial.values
+    there = trial < seen.shape[1]
+    lost = int((~seen[unit[there], trial[there]]).sum())
+    least = less[np.argmin(seen[less].sum(1))]
+    one = f"unit {spikes.unit_name.values[least]}"
+    number = f"in {seen[least].sum()} of {seen.shape[1]} trials"
+    several = f"{less.size} units were not observed in all trials, {one} {number}, the fewest"
+    text = f"{one} was observed {number}" if less.size == 1 else several
+    which = f"; {lost} of {'its' if less.size == 1 else 'their'} spikes lie in the others, which do not count"
+    return [text + which * bool(lost)]

@@ -20,15 +20,15 @@ from vibrissa.neural.io.tables.spikes import observed_trials
 from vibrissa.neural.io.tables.stimuli import presented
 from vibrissa.quantities.kinds import Progress
 from vibrissa.study.neurons.inputs import read_recording
+from vibrissa.study.neurons.rest import refuse_driven, remarks_on_rest
 from vibrissa.study.neurons.shown_unit import EXAMPLES, best_unit, example_units, shown_unit, unit_examples
 from vibrissa.study.neurons.trial_stimuli import end_to_end
-from vibrissa.study.spec.neurons import Neurons, Window
+from vibrissa.study.spec.neurons import Neurons
 
 if TYPE_CHECKING:
     import xarray as xr
 
 SAMPLES_PER_CYCLE = 6  # of the stimulus: with fewer its envelope may be wrong
-STILL = 0.05  # of the stimulus' own SD, or of an envelope's rms
 
 
 class Analysed(NamedTuple):
@@ -99,7 +99,8 @@ def analyse_recording(spikes: xr.Dataset, stimulus: xr.Dataset, n_trials: int, h
     InputError
         If spikes and stimulus do not fit together.
     """
-    remarks = [*_silent(spikes, n_trials), *_unheard(spikes, how.spontaneous), *_driven(stimulus, how.spontaneous)]
+    refuse_driven(spikes, stimulus, how.spontaneous)
+    remarks = remarks_on_rest(spikes, stimulus, how.spontaneous)
     if "trial" in stimulus.dims:
         found = _analyse_joined(spikes, stimulus, n_trials, how)
         return found._replace(remarks=[*remarks, *found.remarks])
@@ -163,18 +164,6 @@ def _chosen(unit: xr.Dataset) -> str:
     return f"{name}, whose fit explains most" if bool(unit.identified) else f"{name}, the most like the envelope"
 
 
-def _silent(spikes: xr.Dataset, n_trials: int) -> list[str]:
-    """Say that the first or the last trials hold no spike."""
-    lines, last = [], int(spikes.spike_trial.values.max(initial=0))
-    if last < n_trials - 1:
-        lines.append(
-            f"the last {n_trials - 1 - last} of {n_trials} trials hold no spike of any unit: were they presented?"
-        )
-    if 0 not in spikes.spike_trial.values and n_trials > 1:
-        lines.append("trial 0 holds no spike of any unit; trials count from 0")
-    return lines
-
-
 def _presented_once(units: xr.Dataset, n_trials: int) -> list[str]:
     """Say why a recording of one presentation gives no interval."""
     if n_trials > 1 or not units.significant.any():
@@ -204,26 +193,3 @@ def _early(units: xr.Dataset) -> list[str]:
         return []
     why = "their rate leads the envelope, and no response comes before its stimulus"
     return [f"{early} of {passed.sum()} units that pass the test do so at a negative lag: {why}; see reason"]
-
-
-def _driven(stimulus: xr.Dataset, spontaneous: Window | None) -> list[str]:
-    """Say that the stimulus moves in the window that should hold none."""
-    if spontaneous is None:
-        return []
-    time, values, _, is_envelope = presented(stimulus)
-    within = values[..., (time >= spontaneous[0]) & (time < spontaneous[1])]
-    size = (lambda part: np.sqrt(np.mean(part**2))) if is_envelope else np.std
-    if within.size == 0 or size(within) <= STILL * size(values):
-        return []
-    start, stop = spontaneous
-    return [f"the stimulus moves from {start:g} to {stop:g} s: the rate there is not spontaneous"]
-
-
-def _unheard(spikes: xr.Dataset, spontaneous: Window | None) -> list[str]:
-    """Say that a window without any spike of any unit may be one that was not recorded."""
-    if spontaneous is None:
-        return []
-    start, stop = spontaneous
-    if ((spikes.spike_time.values >= start) & (spikes.spike_time.values < stop)).any():
-        return []
-    return [f"no unit fired from {start:g} to {stop:g} s: rates of 0, unless the spikes there are not in the file"]

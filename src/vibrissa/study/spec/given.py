@@ -54,6 +54,8 @@ class SpikesInput:
             raise RangeError("trials", "must be at least 1", self.trials)
         if self.period is not None and not 0 < self.period < np.inf:
             raise RangeError("period", "must be positive (s)", self.period)
+        if self.period is None and self.first_onset != 0:
+            raise ConflictError("first_onset", "must go with `period`", self.first_onset)
         if self.period is not None and self.trials is None:
             raise ConflictError("trials", "must be given with `period`")
         if self.period is not None and (self.event or self.trial_table or self.only):

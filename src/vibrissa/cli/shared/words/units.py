@@ -42,6 +42,7 @@ DIMENSIONS = {
 }
 FAR_BELOW = 0.01  # of the number in an example: a smaller one is likely in the next larger unit
 LARGER = {"nm": "um", "um": "mm", "ms": "s", "mrad": "rad", "uN": "mN"}
+_NEGATIVE = re.compile(r"-\.?\d")
 _HAS_METAVAR = "metavar" in signature(Parameter).parameters  # of later versions of cyclopts
 _METAVARS = {"over length": "share|length"}
 
@@ -211,7 +212,7 @@ def reader(read: Callable[[str, str], Any], kind: str) -> Parameter:
     """
 
     def convert(_: Any, tokens: Sequence[Token]) -> Any:
-        return read(tokens[0].value, option_of(tokens[0].keyword or ""))
+        return read(tokens[0].value.strip(), option_of(tokens[0].keyword or ""))
 
     convert.kind = kind  # type: ignore[attr-defined]
     named: dict[str, Any] = {"metavar": _METAVARS.get(kind, kind).upper()} if _HAS_METAVAR else {}
@@ -219,7 +220,7 @@ def reader(read: Callable[[str, str], Any], kind: str) -> Parameter:
 
 
 def with_negative(words: Sequence[str]) -> list[str]:
-    """The command line with each negative quantity, such as ``-5mm``, joined to its option: it would be one itself.
+    """The command line with each negative value, such as ``-5mm``, marked: the parser would take it for an option.
 
     Parameters
     ----------
@@ -229,16 +230,18 @@ def with_negative(words: Sequence[str]) -> list[str]:
     Returns
     -------
     list of str
-        ``--node=-5mm`` for ``--node -5mm``.
+        ``--node=-5mm`` for ``--node -5mm``; a later value of an option, as in ``--window -2s -1s``, behind a blank.
     """
-    joined: list[str] = []
-    for word in words:
-        alone = joined and joined[-1].startswith("--") and "=" not in joined[-1]
-        if alone and word.startswith("-") and QUANTITY.fullmatch(word):
-            joined[-1] = f"{joined[-1]}={word}"
+    marked: list[str] = []
+    for place, word in enumerate(words):
+        if word == "--":  # what follows is no option
+            return [*marked, *words[place:]]
+        alone = marked and marked[-1].startswith("--") and "=" not in marked[-1]
+        if alone and _NEGATIVE.match(word) and number(word) is None:
+            marked[-1] = f"{marked[-1]}={word}"
         else:
-            joined.append(word)
-    return joined
+            marked.append(f" {word}" if word.startswith("-") and QUANTITY.fullmatch(word) else word)
+    return marked
 
 
 def option_of(word: str) -> str:

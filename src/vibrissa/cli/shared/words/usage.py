@@ -43,6 +43,7 @@ def usage_line(error: Exception, words: Sequence[str], taken: Collection[str] = 
         line = line.partition(" Available commands:")[0]
     if unused := re.match(r"Unused Tokens: \['(.*?)'", line):
         return _too_many(unused[1], words)
+    line = re.sub(r" Did you mean (--\S+) instead of \1=\S+\?", "", line)  # the option was right
     absent = re.search(r"(--[\w.-]+)\W? must be given, with its", line)
     known = GLOSSARY.get(absent[1]) if absent else None
     form = f"; for example {absent[1]} {known.example}" if absent and known else ""
@@ -75,4 +76,4 @@ def _too_many(word: str, words: Sequence[str]) -> str:
     option = words[place - 2] if place > 1 else ""
     if option in POINTS:
         return f"{option} must be {POINTS[option]} in one word, got {words[place - 1]!r} and {word!r}"
-    return f"{word!r} is unexpected; see --help"
+    return f"{word.strip()!r} is unexpected; see --help"
