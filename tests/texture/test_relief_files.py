@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from refusals import refusal
 
 from vibrissa.errors import InputError
-from vibrissa.texture.io import holds_gaps, read_height_profile, write_gaps, write_height_profile
+from vibrissa.texture.io import holds_gaps, read_height_profile, read_texture, write_gaps, write_height_profile
 from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import periodic_grating
 
@@ -54,6 +54,20 @@ def test_one_relief_has_many_spellings(tmp_path, name, content, units):
     relief = read_height_profile(written(tmp_path, content, name), **units)
     np.testing.assert_allclose(relief.position, X, rtol=1e-15)
     np.testing.assert_allclose(relief.height, Z, rtol=1e-15)
+
+
+def test_names_in_quotes_are_the_same_names(tmp_path):
+    x, z = even_wave()
+    plain = read_height_profile(written(tmp_path, table(x, z)))
+    assert read_height_profile(written(tmp_path, table(x, z, '"position_m","height_m"'))) == plain
+    bare = written(tmp_path, table(x, z, '"position","height"'))
+    assert read_height_profile(bare, x_unit="m", z_unit="m") == plain
+    gaps = read_texture(written(tmp_path, "position_mm,width_mm\n1,0.2\n2,0.3\n", "gaps.csv"))
+    assert read_texture(written(tmp_path, '"position_mm","width_mm"\n1,0.2\n2,0.3\n', "gaps.csv")) == gaps
+    with refusal("conflict", "x_unit"):  # a table of gaps leaves nothing open
+        read_texture(tmp_path / "gaps.csv", x_unit="mm", z_unit="mm")
+    with refusal("format", "gaps.csv"):
+        read_texture(written(tmp_path, '"time_s","height"\n0,1\n1,2\n', "gaps.csv"))
 
 
 @pytest.mark.parametrize("split", [" ", "\t", ",", ";", "   "])

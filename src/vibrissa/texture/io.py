@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal, TypedDict, Unpack
@@ -12,7 +11,7 @@ import numpy as np
 from vibrissa.arrays import Array, Mask
 from vibrissa.errors import ConflictError, FormatError, InputError, RangeError, UnknownError
 from vibrissa.tables.reader import read_table
-from vibrissa.tables.text import first_line
+from vibrissa.tables.text import first_line, header_names
 from vibrissa.tables.units import unit_of
 from vibrissa.tables.writer import write_table
 from vibrissa.texture.measured import Measured
@@ -116,7 +115,7 @@ def holds_gaps(path: str | Path) -> bool:
 
 
 def _has_column(path: str | Path, kind: str) -> bool:
-    return any(unit_of(cell.strip().lower(), kind, "m") for cell in re.split("[,;\t]", first_line(path)))
+    return any(unit_of(name.lower(), kind, "m") for name in header_names(first_line(path)))
 
 
 def read_texture(
