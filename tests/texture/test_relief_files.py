@@ -153,6 +153,43 @@ def test_tilt_that_rises_by_more_than_the_texture_spans_is_refused(tmp_path, sha
     assert read_height_profile(path, level="none").height.size == x.size
 
 
+AWAY = {  # mm and µm by which a table's zeros are off those of its first point and its mean
+    "neither": (0, 0, []),
+    "within the texture": (0, 0.9, []),
+    "above": (0, 300, ["299 to 301 µm"]),
+    "below": (0, -2000, ["-2001 to -1999 µm"]),
+    "ahead": (100, 0, ["first point lies at 100 mm"]),
+    "behind": (-5, 0, ["first point lies at -5 mm", "behind the contact"]),
+    "both": (-5, 300, ["first point lies at -5 mm", "299 to 301 µm"]),
+}
+
+
+@pytest.mark.parametrize("case", AWAY)
+def test_a_table_keeps_its_zeros_and_says_so_where_they_may_be_those_of_an_instrument(tmp_path, case):
+    (ahead, above, words), (x, z), said = AWAY[case], even_wave(), []
+    measured = x + ahead * 1e-3, z + above * 1e-6
+    relief = read_height_profile(written(tmp_path, table(*measured)), tell=said.append)
+    assert relief == HeightProfile(*measured)
+    zeros = [line for line in said if line.startswith("zero is where the table has it")]
+    assert len(zeros) == bool(words)
+    assert all(word in zeros[0] for word in words)
+    # the remedy: without the header, with the units
+    bare = table(*measured, "").removeprefix("\n")
+    counted = read_height_profile(written(tmp_path, bare, "bare.csv"), x_unit="m", z_unit="m")
+    np.testing.assert_allclose(counted.position, x, atol=1e-15)
+    np.testing.assert_allclose(counted.height, z, atol=1e-15)
+
+
+def test_zeros_that_were_taken_away_are_not_said_to_be_kept(tmp_path):
+    (x, z), said = even_wave(), []
+    path = written(tmp_path, table(x + 0.1, z + 3e-4))
+    read_height_profile(path, level="line", part=(0, 3e-3), tell=said.append)
+    read_height_profile(path, level="line", flip=True, tell=said.append)
+    assert not any("zero is where" in line for line in said)
+    read_height_profile(path, part=(0, 3.9e-3), level="none", tell=said.append)
+    assert sum("zero is where the table has it: the heights" in line for line in said) == 1
+
+
 def test_the_line_does_not_follow_where_points_are_dense(tmp_path):
     x, z = even_wave()
     dense = np.union1d(x, np.linspace(0, x[-1] / 8, 4001))  # where the wave is high

@@ -175,8 +175,9 @@ def read_height_profile(
     What a file does not settle is refused, with the option that settles it; they act in the order units, part, flip,
     fill, level. The first point of the file meets the contact first. An instrument's zeros mean nothing: the profile
     then begins at position 0 and its mean height is 0, so that a posture is the one on the mean surface. Below a
-    header ``position_mm,height_um`` the zeros are the file's own, but for the height of a levelled profile and the
-    place of one that is flipped or cut.
+    header ``position_mm,height_um`` the zeros are the file's own, as those of drawn surfaces and of written ones are
+    meant, but for the height of a levelled profile and the place of one that is flipped or cut; if they may be those of
+    an instrument, this is said.
 
     Parameters
     ----------
@@ -239,7 +240,7 @@ def read_height_profile(
 def _decisions(profile: Measured, whole: Measured, final: Measured) -> list[str]:
     """What was filled, left out, taken away and taken for granted, and how finely the profile is sampled."""
     own = "heights count from their mean, places from the point that meets the contact first"
-    notes = [] if profile.zero else [own]
+    notes = final.own_zeros() if profile.zero else [own]
     bridged = whole.height.size - np.count_nonzero(np.isfinite(profile.height))
     if bridged:
         wide = f"{profile.widest_hole() * 1e3:.3g} mm the widest hole"
