@@ -131,6 +131,18 @@ def test_the_line_whose_time_is_uneven_is_named(tmp_path):
         read_base_signal(tmp_path / "s.csv", kind="moment", unit="N m")
 
 
+def test_times_rounded_to_more_than_the_interval_are_refused_with_a_remedy_that_serves(tmp_path):
+    even = np.arange(4000) / 2000
+    path = written(tmp_path / "s.csv", ["time", "moment"], np.round(even, 3), np.sin(even))
+    with refusal("format", f"{path}, line 4") as caught:
+        read_base_signal(path, kind="moment", unit="N m")
+    assert caught.value.value == "the time of the one before: times are rounded to 0.001 s, at intervals of 0.0005 s"
+    assert "sort" not in caught.value.remedy
+    assert "`sampling_rate`" in caught.value.remedy
+    path = written(tmp_path / "s.csv", ["moment"], np.sin(even))  # the remedy
+    assert read_base_signal(path, kind="moment", unit="N m", sampling_rate=2000).time[-1] == even[-1]
+
+
 def test_times_rounded_to_a_tenth_of_a_millisecond_are_those_of_their_mean_rate(tmp_path):
     even = np.arange(4097) / 2048
     path = written(tmp_path / "s.csv", ["time", "moment"], np.round(even, 4), np.sin(even))
