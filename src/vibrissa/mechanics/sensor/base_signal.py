@@ -33,9 +33,7 @@ _STEEP = 3  # steps of the converter by which values still change just before th
 _HELD = 3  # samples in a row that are no peak of a wave that is sampled finely, but its clipping
 _STUCK, _STRETCHES = 8, 5  # times in a row that a value repeats, and how often that happens, if it is no chance
 _ABRUPT = 0.3  # [of the usual step] by which a signal goes into such a stretch and leaves it, not as into a rest
-_CHANGING = (
-    0.25  # least share of samples that differ from the one before, of a signal that is not slow or mostly at rest
-)
+_CHANGING = 0.25  # least share of samples that differ from the one before, in a record not slow nor mostly at rest
 
 
 def read_base_signal(
