@@ -28,6 +28,25 @@ def test_stamps_rounded_or_cut_to_a_decimal_are_even_unless_one_is_lost(rate, de
         assert (misfit.sample, misfit.remedy) == (lost, "interpolate where samples were lost")
 
 
+@pytest.mark.parametrize(("rate", "decimals"), [(2000, 3), (1200, 3), (30000, 4), (2000, 2), (20000, 3)])
+@pytest.mark.parametrize("zero", [0, 12.5])
+def test_times_that_repeat_as_they_are_rounded_are_not_to_be_sorted(rate, decimals, zero):
+    stamps = np.round(zero + np.arange(3000) / rate, decimals)
+    misfit = misfit_of(stamps)
+    assert misfit.remedy == "write times with more decimals"
+    assert f"rounded to {10**-decimals:g} s" in misfit.found
+    assert stamps[misfit.sample] == stamps[misfit.sample - 1]
+    stamps[[1000, 1100]] = stamps[[1100, 1000]]  # rounded or not, these are to be sorted
+    assert misfit_of(stamps).remedy.startswith("sort")
+
+
+@pytest.mark.parametrize(("rate", "decimals"), [(1000, 3), (2048, 4), (300, 3)])
+def test_a_sample_stored_twice_is_not_taken_for_rounding(rate, decimals):
+    stamps = np.round(np.arange(3000) / rate, decimals)
+    for twice in ([1500], [3], [10, 20, 2000]):
+        assert misfit_of(np.insert(stamps, twice, stamps[twice])).remedy.startswith("sort")
+
+
 @pytest.mark.parametrize("time", [[0, 1, 3], [0, 1, 3, 4], [0, 1, 2, 4], [0, 1, 2, 4, 5, 6], [0, 1, 1, 3, 4]])
 def test_whole_numbers_with_one_missing_are_not_taken_for_rounded(time):
     assert misfit_of(np.array(time, float))

@@ -1,5 +1,7 @@
 """Numbers whose object states a unit are converted; what cannot be is refused in one line."""
 
+from functools import partial
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -9,6 +11,7 @@ from refusals import refusal
 import vibrissa as vb
 from vibrissa.api.objects.signals import as_signal
 from vibrissa.tables.stated import bare, number, numbers
+from vibrissa.texture.generators import wave
 
 MS = [100, 200, 1500]
 SECONDS = [0.1, 0.2, 1.5]
@@ -100,6 +103,44 @@ def test_surfaces_and_paths_have_the_units_of_their_arrays():
     assert base.travel.tolist() == [0, 3e-3]
     with refusal("unknown", "position"):
         vb.Gaps(xr.DataArray([1.0], attrs={"units": "s"}), [1e-3])
+
+
+ONE_LENGTH = {  # of one number in metres, as an object of another package in micrometres
+    "xarray": lambda metres: xr.DataArray(metres * 1e6, attrs={"units": "um"}),
+    "pint": lambda metres: pytest.importorskip("pint").UnitRegistry().Quantity(metres * 1e6, "um"),
+    "quantities": lambda metres: metres * 1e6 * pytest.importorskip("quantities").um,
+}
+MADE = {  # by its lengths [m]
+    "periodic": (vb.periodic_grating, {"length": 0.02, "period": 2e-3, "width": 0.5e-3, "depth": 20e-6}),
+    "random": (
+        partial(vb.random_grating, rng=1), {"length": 0.02, "mean_period": 1e-3, "smallest": 0.1e-3, "depth": 20e-6}
+    ),
+    "self-affine": (
+        partial(vb.self_affine, rng=1),
+        {"length": 0.01, "rms": 5e-6, "spacing": 2e-6, "longest": 0.5e-3, "shortest": 20e-6},
+    ),
+    "wave": (wave, {"length": 0.02, "amplitude": 1e-4, "period": 5e-3, "spacing": 1e-4}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ONE_LENGTH)
+@pytest.mark.parametrize("surface", MADE)
+def test_made_surfaces_have_the_units_of_their_lengths(surface, kind):
+    make, lengths = MADE[surface]
+    plain = make(**lengths)
+    for name, metres in lengths.items():
+        made = make(**{**lengths, name: ONE_LENGTH[kind](metres)})
+        for part in vars(plain):
+            np.testing.assert_allclose(getattr(made, part), getattr(plain, part), rtol=1e-9, atol=1e-15, err_msg=name)
+        with refusal("unknown", name):
+            make(**{**lengths, name: xr.DataArray(metres, attrs={"units": "s"})})
+
+
+def test_a_place_on_a_surface_has_its_unit():
+    gaps, shape = vb.Gaps([1e-3], [1e-3], depth=20e-6), vb.HeightProfile([0, 1e-2], [0, 1e-4])
+    assert gaps.height(in_mm([0.5, 1.5])).tolist() == [0, -20e-6]
+    np.testing.assert_allclose(shape.at(in_mm([5.0])), 5e-5)
+    np.testing.assert_allclose(gaps.reversed(in_mm(10.0)).position, 8e-3)
 
 
 def test_surfaces_and_paths_do_not_change_with_the_arrays_given():

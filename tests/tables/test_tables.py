@@ -107,6 +107,17 @@ def test_tables_without_a_header_are_given_one(file):
     assert (table.numbers("a").tolist(), table.numbers("b").tolist()) == ([0, 1, 3], [1, 2, 4])
 
 
+def test_names_in_quotes_are_the_same_names(file):
+    header = ["spike_time_ms", "unit"]
+    for opening in ("spike_time_ms,unit", '"spike_time_ms","unit"', 'spike_time_ms,"unit"', " spike_time_ms , unit "):
+        assert text.header_names(opening) == header
+        table = read_table(file(f"{opening}\n1500,a\n"), {"spike_time": "s", "unit": TEXT})
+        assert (table.header, table.numbers("spike_time").tolist(), table.text("unit")) == (tuple(header), [1.5], ["a"])
+    assert text.header_names("a;b\tc") == ["a", "b", "c"]
+    assert text.header_names('"a;b",c', "") == ["a;b", "c"]
+    assert text.header_names("") == []
+
+
 def test_a_fault_in_a_long_file_is_found_on_its_line(file):
     path = file("a,b\n" + "1,2\n" * 25_000 + "1\n" + "1,2\n" * 10)
     with refusal("shape", "table.csv, line 25002") as caught:

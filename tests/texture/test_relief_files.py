@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from refusals import refusal
 
 from vibrissa.errors import InputError
-from vibrissa.texture.io import holds_gaps, read_height_profile, write_gaps, write_height_profile
+from vibrissa.texture.io import holds_gaps, read_height_profile, read_texture, write_gaps, write_height_profile
 from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import periodic_grating
 
@@ -54,6 +54,20 @@ def test_one_relief_has_many_spellings(tmp_path, name, content, units):
     relief = read_height_profile(written(tmp_path, content, name), **units)
     np.testing.assert_allclose(relief.position, X, rtol=1e-15)
     np.testing.assert_allclose(relief.height, Z, rtol=1e-15)
+
+
+def test_names_in_quotes_are_the_same_names(tmp_path):
+    x, z = even_wave()
+    plain = read_height_profile(written(tmp_path, table(x, z)))
+    assert read_height_profile(written(tmp_path, table(x, z, '"position_m","height_m"'))) == plain
+    bare = written(tmp_path, table(x, z, '"position","height"'))
+    assert read_height_profile(bare, x_unit="m", z_unit="m") == plain
+    gaps = read_texture(written(tmp_path, "position_mm,width_mm\n1,0.2\n2,0.3\n", "gaps.csv"))
+    assert read_texture(written(tmp_path, '"position_mm","width_mm"\n1,0.2\n2,0.3\n', "gaps.csv")) == gaps
+    with refusal("conflict", "x_unit"):  # a table of gaps leaves nothing open
+        read_texture(tmp_path / "gaps.csv", x_unit="mm", z_unit="mm")
+    with refusal("format", "gaps.csv"):
+        read_texture(written(tmp_path, '"time_s","height"\n0,1\n1,2\n', "gaps.csv"))
 
 
 @pytest.mark.parametrize("split", [" ", "\t", ",", ";", "   "])
@@ -137,6 +151,43 @@ def test_tilt_that_rises_by_more_than_the_texture_spans_is_refused(tmp_path, sha
         read_height_profile(path)
     np.testing.assert_allclose(np.ptp(read_height_profile(path, level="line").height), np.ptp(z), rtol=1e-9)
     assert read_height_profile(path, level="none").height.size == x.size
+
+
+AWAY = {  # mm and µm by which a table's zeros are off those of its first point and its mean
+    "neither": (0, 0, []),
+    "within the texture": (0, 0.9, []),
+    "above": (0, 300, ["299 to 301 µm"]),
+    "below": (0, -2000, ["-2001 to -1999 µm"]),
+    "ahead": (100, 0, ["first point lies at 100 mm"]),
+    "behind": (-5, 0, ["first point lies at -5 mm", "behind the contact"]),
+    "both": (-5, 300, ["first point lies at -5 mm", "299 to 301 µm"]),
+}
+
+
+@pytest.mark.parametrize("case", AWAY)
+def test_a_table_keeps_its_zeros_and_says_so_where_they_may_be_those_of_an_instrument(tmp_path, case):
+    (ahead, above, words), (x, z), said = AWAY[case], even_wave(), []
+    measured = x + ahead * 1e-3, z + above * 1e-6
+    relief = read_height_profile(written(tmp_path, table(*measured)), tell=said.append)
+    assert relief == HeightProfile(*measured)
+    zeros = [line for line in said if line.startswith("zero is where the table has it")]
+    assert len(zeros) == bool(words)
+    assert all(word in zeros[0] for word in words)
+    # the remedy: without the header, with the units
+    bare = table(*measured, "").removeprefix("\n")
+    counted = read_height_profile(written(tmp_path, bare, "bare.csv"), x_unit="m", z_unit="m")
+    np.testing.assert_allclose(counted.position, x, atol=1e-15)
+    np.testing.assert_allclose(counted.height, z, atol=1e-15)
+
+
+def test_zeros_that_were_taken_away_are_not_said_to_be_kept(tmp_path):
+    (x, z), said = even_wave(), []
+    path = written(tmp_path, table(x + 0.1, z + 3e-4))
+    read_height_profile(path, level="line", part=(0, 3e-3), tell=said.append)
+    read_height_profile(path, level="line", flip=True, tell=said.append)
+    assert not any("zero is where" in line for line in said)
+    read_height_profile(path, part=(0, 3.9e-3), level="none", tell=said.append)
+    assert sum("zero is where the table has it: the heights" in line for line in said) == 1
 
 
 def test_the_line_does_not_follow_where_points_are_dense(tmp_path):

@@ -11,6 +11,7 @@ from vibrissa.errors import RangeError, TooFewError
 
 UNEVEN = 1e-2  # [of an interval] largest deviation of a time that is not rounded
 _ROUNDED = 0.3  # [of an interval] largest of one that is: by a half and more a lost sample would be taken for rounding
+_COARSE = 1.1  # [of an interval] unit of the last decimal by which rounding, not a sample stored twice, repeats times
 _FINEST = 9  # decimals of a second that a clock writes
 _DIGITS = 12  # of a rate that has more decimals
 _ROUNDING = 1e-9  # [of an interval] by which a time on the grid may seem to lie off it
@@ -93,11 +94,15 @@ def misfit_of(time: Array) -> Misfit | None:
     step = (time[-1] - time[0]) / (len(time) - 1)
     off = np.abs((time - time[0]) / step - np.arange(len(time)))
     apart = np.diff(time) / step
-    rounding = min(_last_digit(time) / step, _ROUNDED)
+    digit = _last_digit(time)
+    rounding = min(digit / step, _ROUNDED)
     unequal = np.abs(apart - 1) > max(2 * UNEVEN, 1.5 * rounding)  # the errors of both ends and of the mean
     if not unequal.any() and not (off > max(UNEVEN, rounding) + _ROUNDING).any():
         return None
     usual = float(np.median(apart))
+    if apart.min() == 0 and digit > _COARSE * step and (off * step <= digit * (1 + UNEVEN)).all():
+        found = f"the time of the one before: times are rounded to {digit:g} s, at intervals of {step:.2g} s"
+        return Misfit(int(np.argmin(apart)) + 1, found, "write times with more decimals")
     if apart.min() <= 0:
         return Misfit(int(np.argmin(apart)) + 1, "not after the one before", "sort the samples, each once")
     if apart.max() > 1.5 * usual:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -70,6 +72,25 @@ def first_line(path: str | Path) -> str:
     with _opened(path, errors="replace") as file:
         opening = file.read(4096).splitlines()
     return next((line for line in opening if line.strip() and not line.lstrip().startswith("#")), "")
+
+
+def header_names(line: str, others: str = ";\t") -> list[str]:
+    """Names of the columns, were a line the header of a table; without the quotes that other programs put about them.
+
+    Parameters
+    ----------
+    line : str
+        The first line of any file.
+    others : str
+        Signs besides the comma that may separate columns.
+
+    Returns
+    -------
+    list of str
+        Without spaces around them.
+    """
+    cells = next(csv.reader([line]), [])
+    return [name.strip().strip('"') for cell in cells for name in (re.split(f"[{others}]", cell) if others else [cell])]
 
 
 @contextmanager

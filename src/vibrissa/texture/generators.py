@@ -6,6 +6,7 @@ import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.errors import RangeError
+from vibrissa.tables.stated import number
 from vibrissa.texture.relief import HeightProfile
 from vibrissa.texture.surface import generator
 
@@ -53,6 +54,8 @@ def self_affine(
     InputError
         If H or a length is out of range, or the points are too many.
     """
+    length, rms, spacing = number("length", length, "m"), number("rms", rms, "m"), number("spacing", spacing, "m")
+    longest, shortest = number("longest", longest, "m"), number("shortest", shortest, "m")
     if not 0 < hurst < 1:
         raise RangeError("hurst", "must lie between 0 and 1", hurst)
     if not (rms > 0 and np.isfinite(rms)):
@@ -97,6 +100,9 @@ def wave(
     InputError
         If a length is out of range, or the points are too many.
     """
+    length, spacing = number("length", length, "m"), number("spacing", spacing, "m")
+    amplitude, period = number("amplitude", amplitude, "m"), number("period", period, "m")
+    phase = number("phase", phase, "rad")
     if not (period > 2 * spacing > 0 and np.isfinite([amplitude, period, phase]).all()):
         raise RangeError("wave", "must have a period of more than two spacings", f"{period:g} m, {spacing:g} m")
     x = spacing * np.arange(_points(length, spacing), dtype=np.float64)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal, TypedDict, Unpack
@@ -12,7 +11,7 @@ import numpy as np
 from vibrissa.arrays import Array, Mask
 from vibrissa.errors import ConflictError, FormatError, InputError, RangeError, UnknownError
 from vibrissa.tables.reader import read_table
-from vibrissa.tables.text import first_line
+from vibrissa.tables.text import first_line, header_names
 from vibrissa.tables.units import unit_of
 from vibrissa.tables.writer import write_table
 from vibrissa.texture.measured import Measured
@@ -116,7 +115,7 @@ def holds_gaps(path: str | Path) -> bool:
 
 
 def _has_column(path: str | Path, kind: str) -> bool:
-    return any(unit_of(cell.strip().lower(), kind, "m") for cell in re.split("[,;\t]", first_line(path)))
+    return any(unit_of(name.lower(), kind, "m") for name in header_names(first_line(path)))
 
 
 def read_texture(
@@ -176,8 +175,9 @@ def read_height_profile(
     What a file does not settle is refused, with the option that settles it; they act in the order units, part, flip,
     fill, level. The first point of the file meets the contact first. An instrument's zeros mean nothing: the profile
     then begins at position 0 and its mean height is 0, so that a posture is the one on the mean surface. Below a
-    header ``position_mm,height_um`` the zeros are the file's own, but for the height of a levelled profile and the
-    place of one that is flipped or cut.
+    header ``position_mm,height_um`` the zeros are the file's own, as those of drawn surfaces and of written ones are
+    meant, but for the height of a levelled profile and the place of one that is flipped or cut; if they may be those of
+    an instrument, this is said.
 
     Parameters
     ----------
@@ -240,7 +240,7 @@ def read_height_profile(
 def _decisions(profile: Measured, whole: Measured, final: Measured) -> list[str]:
     """What was filled, left out, taken away and taken for granted, and how finely the profile is sampled."""
     own = "heights count from their mean, places from the point that meets the contact first"
-    notes = [] if profile.zero else [own]
+    notes = final.own_zeros() if profile.zero else [own]
     bridged = whole.height.size - np.count_nonzero(np.isfinite(profile.height))
     if bridged:
         wide = f"{profile.widest_hole() * 1e3:.3g} mm the widest hole"

@@ -149,6 +149,16 @@ class Measured:
         mean = line[0] + line[1] * (self.position[0] + self.position[-1]) / 2
         return replace(self, position=self.position - self.position[0], height=self.height - mean)
 
+    def own_zeros(self) -> list[str]:
+        """What the zeros of a table make of it, where they may be those of an instrument."""
+        start, low, high = self.position[0] * 1e3, self.height.min() * 1e6, self.height.max() * 1e6
+        behind = ", behind the contact at time 0" if start < 0 else ""
+        found = [f"the first point lies at {start:.4g} mm{behind}"] if start else []
+        if not low <= 0 <= high:
+            found.append(f"the heights, {low:.4g} to {high:.4g} µm, do not reach the substrate line at 0")
+        remedy = "to count from the first point and the mean height, leave the header out and give the units"
+        return [f"zero is where the table has it: {'; '.join(found)}; {remedy}"] if found else []
+
     def refuse_short(self) -> None:
         """Refuse a profile too small for a whisker: shorter than one gap.
 

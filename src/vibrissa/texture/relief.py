@@ -78,7 +78,7 @@ class HeightProfile(ByValue):
         (...) array
             Height [m]; NaN where x is NaN.
         """
-        x = np.asarray(x, float)
+        x = numbers("x", x, "m")
         last = len(self.position) - 1
         right = np.clip(np.searchsorted(self.position, x, side="right"), 1, last)
         step = self.position[right] - self.position[right - 1]

@@ -79,7 +79,7 @@ class Gaps(ByValue):
         (...) array
             0 on the lands, −depth in the gaps x_j ≤ x < x_j + λ_j [m]; NaN where x is NaN.
         """
-        x = np.asarray(x, float)
+        x = numbers("x", x, "m")
         nearest = np.searchsorted(self.position, x, side="right") - 1  # −1 before the first gap
         inside = (nearest >= 0) & (x < self.end[nearest])
         return np.where(np.isnan(x), np.nan, np.where(inside, -self.depth, 0.0))
@@ -102,6 +102,7 @@ class Gaps(ByValue):
         InputError
             If a gap ends beyond ``length``: it would be met before time 0.
         """
+        length = number("length", length, "m")
         if not length >= self.end[-1] * (1 - 1e-12):  # a gap at x = 0, reversed twice, may round to beyond it
             raise RangeError("length", f"must reach the end of the last gap, {self.end[-1]:.6g} m", length)
         return Gaps(position=(length - self.end)[::-1], width=self.width[::-1], depth=self.depth)
@@ -137,8 +138,8 @@ def periodic_grating(length: float, *, period: float, width: float | None = None
     >>> len(grating.position), float(grating.width[0])
     (10, 0.0005)
     """
-    if width is None:
-        width = period / 2
+    length, period = number("length", length, "m"), number("period", period, "m")
+    width = period / 2 if width is None else number("width", width, "m")
     if not 0 < width < period:
         raise RangeError("grating", "must have 0 < width < period", f"width {width:g} m, period {period:g} m")
     _refuse_length(length, period)
@@ -214,6 +215,8 @@ def random_grating(
     InputError
         If the reading is unknown, no feature fits, or the grating is beyond 10 m or 100 000 periods.
     """
+    length, mean_period = number("length", length, "m"), number("mean_period", mean_period, "m")
+    smallest = number("smallest", smallest, "m")
     rng, mean = generator(rng), mean_period / 2
     if not 0 < smallest < mean:
         found = f"smallest {smallest:g} m, mean_period {mean_period:g} m"

@@ -13,7 +13,7 @@ from vibrissa.errors import FormatError, ShapeError
 from vibrissa.limits import require_memory
 from vibrissa.tables.reader import ANY, read_table
 from vibrissa.tables.table import Table
-from vibrissa.tables.text import as_number, first_line
+from vibrissa.tables.text import as_number, first_line, header_names
 from vibrissa.texture.measured import Measured
 
 PROFILE = {"position": "m", "height": "m"}  # [m] where a header or an option says no other unit
@@ -46,7 +46,7 @@ def read_columns(path: str | Path) -> Measured | None:
     if Path(path).suffix == ".npy":
         position, height = _array(path).T
         return Measured(name=str(path), position=position, height=height, x_unit=None, z_unit=None)
-    if any(cell.strip().lower().startswith(tuple(PROFILE)) for cell in re.split("[,;\t]", first)):
+    if any(name.lower().startswith(tuple(PROFILE)) for name in header_names(first)):
         table = read_table(path, PROFILE, others=False)
         table.refuse_empty("must have points below its header")
         return _measured(table, zero=True)
@@ -58,7 +58,7 @@ def read_columns(path: str | Path) -> Measured | None:
 
 def _refuse_other(path: str, header: str) -> None:
     """Refuse a table whose columns say that it holds no surface."""
-    columns = [re.sub(r"_(m|mm|um|nm|s|ms)$", "", cell.strip().lower()) for cell in header.split(",")]
+    columns = [re.sub(r"_(m|mm|um|nm|s|ms)$", "", name.lower()) for name in header_names(header, "")]
     kind = next((OTHERS[name] for name in columns if name in OTHERS), None)
     if kind is not None and all(re.fullmatch("[a-z][a-z_]*", name) for name in columns):
         remedy = "a surface has columns position_mm,height_um, or position_mm,width_mm of its gaps"

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from refusals import refusal
 from scipy.io import wavfile
+from scipy.signal import lfilter
 
 from vibrissa.errors import FormatError
-from vibrissa.mechanics.sensor.base_signal import read_base_signal
+from vibrissa.mechanics.sensor.base_signal import _stuck, read_base_signal
 from vibrissa.whisker import Whisker
 
 WHISKER = Whisker(length=0.04, cone_angle=1.5e-3)
@@ -112,6 +113,70 @@ def test_rests_and_slow_turns_are_not_clipped(tmp_path, values):
     assert read_base_signal(path, kind="moment", unit="uN m").attrs["clipped"] == 0
 
 
+def ringing(seed, rate=2000, seconds=10, damping=0.05, touched=None):
+    """An oscillator of 100 Hz under white noise, or under noise only while it is touched, in units of its rms."""
+    rng, turn = np.random.default_rng(seed), 2 * np.pi * 100 / rate
+    kicks = rng.normal(size=int(seconds * rate))
+    if touched is not None:
+        kicks *= touched(np.arange(kicks.size) / rate)
+    decay, at = np.exp(-damping * turn), turn * np.sqrt(1 - damping**2)
+    moved = lfilter([1.0], [1.0, -2 * decay * np.cos(at), decay**2], kicks)
+    return moved / moved.std()
+
+
+def stuck(path, values, rate=2000):
+    written(path, ["bridge"], values)
+    return read_base_signal(path, kind="moment", unit="uN m", sampling_rate=rate).attrs["stuck"]
+
+
+@pytest.mark.parametrize("quanta", [np.inf, 100, 20], ids=["floats", "11 bits", "8 bits"])
+@pytest.mark.parametrize("lost", [False, True], ids=["held", "set to 0"])
+def test_samples_that_were_held_or_lost_are_counted(tmp_path, quanta, lost):
+    whole = ringing(1)
+    whole = whole if np.isinf(quanta) else np.round(quanta * whole)
+    values, first = whole.copy(), 50 + 200 * np.arange(90)
+    for at in first:  # 20 ms each
+        values[at : at + 40] = 0.0 if lost else values[at - 1]
+    assert stuck(tmp_path / "base.csv", whole) == 0
+    counted = stuck(tmp_path / "base.csv", values)
+    assert 0.5 * 90 * 40 < counted <= 90 * 40  # some begin or end by chance without a step
+    values = whole.copy()
+    for at in first[:3]:
+        values[at : at + 40] = 0.0
+    assert stuck(tmp_path / "base.csv", values) == 0  # three may be chance
+    wavfile.write(tmp_path / "base.wav", 2000, np.clip(whole, -1, 1).astype(np.float32))
+    assert read_base_signal(tmp_path / "base.wav", kind="moment", unit="uN m").attrs["stuck"] == 0  # clipped
+
+
+def passing(seed):
+    start, stop = np.random.default_rng(seed).uniform((1, 6), (4, 9))
+    return lambda t: (t > start) & (t < stop)
+
+
+WHOLE = {  # records in which values repeat though nothing is held
+    "at rest before and after": lambda seed, q: np.round(q * ringing(seed, touched=passing(seed))),
+    "touch after touch": lambda seed, q: np.round(
+        q * ringing(seed, touched=lambda t: np.sin(2 * np.pi * (0.5 + 0.05 * seed) * t) > 0)
+    ),
+    "sampled finely": lambda seed, q: np.round(q * ringing(seed, rate=20000, seconds=1)),
+    "slow": lambda seed, q: np.round(q * (ringing(seed) / 10 + 3 * np.sin(np.arange(20000) / 100))),
+    "noisy": lambda seed, q: np.round(q * ringing(seed) + 0.4 * np.random.default_rng(seed).normal(size=20000)),
+    "stored five times": lambda seed, q: np.repeat(np.round(q * ringing(seed, seconds=2)), 5),
+    "stored ten times": lambda seed, q: np.repeat(np.round(q * ringing(seed, seconds=2)), 10),
+}
+
+
+@pytest.mark.parametrize("kind", WHOLE)
+@pytest.mark.parametrize("quanta", [0.7, 2, 8, 50, 500])
+def test_coarse_steps_and_rests_are_not_taken_for_held_samples(kind, quanta):
+    assert not [seed for seed in range(50) if _stuck(WHOLE[kind](seed, quanta))]
+
+
+@pytest.mark.parametrize("values", [[1, 1], [1, 2], [1, 1, 2], [0] * 30, [0] * 30 + [1], [1] + [0] * 30])
+def test_nothing_is_held_in_a_few_samples(tmp_path, values):
+    assert stuck(tmp_path / "base.csv", np.array(values, float)) == 0
+
+
 def test_clipping_of_24_bits_is_counted_at_both_ends(tmp_path):
     stored = np.round(0.5 * VOLTS * 2**23).astype("<i4")
     stored[:40], stored[40:50] = 2**23 - 1, -(2**23)
@@ -129,6 +194,18 @@ def test_the_line_whose_time_is_uneven_is_named(tmp_path):
     (tmp_path / "s.csv").write_text("time,moment\n" + rows)
     with pytest.raises(FormatError, match="line 9 must be sampled evenly"):
         read_base_signal(tmp_path / "s.csv", kind="moment", unit="N m")
+
+
+def test_times_rounded_to_more_than_the_interval_are_refused_with_a_remedy_that_serves(tmp_path):
+    even = np.arange(4000) / 2000
+    path = written(tmp_path / "s.csv", ["time", "moment"], np.round(even, 3), np.sin(even))
+    with refusal("format", f"{path}, line 4") as caught:
+        read_base_signal(path, kind="moment", unit="N m")
+    assert caught.value.value == "the time of the one before: times are rounded to 0.001 s, at intervals of 0.0005 s"
+    assert "sort" not in caught.value.remedy
+    assert "`sampling_rate`" in caught.value.remedy
+    path = written(tmp_path / "s.csv", ["moment"], np.sin(even))  # the remedy
+    assert read_base_signal(path, kind="moment", unit="N m", sampling_rate=2000).time[-1] == even[-1]
 
 
 def test_times_rounded_to_a_tenth_of_a_millisecond_are_those_of_their_mean_rate(tmp_path):

@@ -84,6 +84,18 @@ def test_the_command_says_how_many_samples_are_clipped(vibrissa, tmp_path):
         assert (f"{count} samples lie at the ends of the range, perhaps clipped" in err) == said
 
 
+def test_the_command_says_how_many_samples_were_held(vibrissa, tmp_path):
+    ringing = np.sin(2 * np.pi * 120 * TIME) * (1 + 0.1 * np.sin(2 * np.pi * TIME))
+    words = ("--kind", "moment", "--signal-unit", "N m", "--guess", "120")
+    for held in (False, True):
+        for at in range(100, 1000, 100) if held else ():
+            ringing[at : at + 37] = ringing[at - 1]
+        written(tmp_path, 1e-6 * ringing)
+        code, _, err = vibrissa("sensor", tmp_path / "moment.csv", *words)
+        assert code == 0, err
+        assert ("samples repeat the one before" in err) == held
+
+
 def test_the_height_of_the_base_is_as_good_as_the_contact(vibrissa, folder):
     height = WHISKER.length * float(stationary_profile(POSTURE).base_distance)
     words = ("--kind", "moment", "--signal-unit", "N m", "--texture", folder / "plate.csv", "--speed", "0.1")

@@ -101,5 +101,6 @@ def sensor(
     with stage("base signal"):
         found = analyse_signal(entry, Path())
     drawing.draw("others.base_signal", found)
-    tell(*(found.attrs[note] for note in ("absent", "model_damping_note", "clipped_note") if found.attrs.get(note)))
+    notes = ("absent", "model_damping_note", "clipped_note", "stuck_note")
+    tell(*(found.attrs[note] for note in notes if found.attrs.get(note)))
     output.show(found, [str(name) for name in found.data_vars if found[name].dims == ("mode",)])

@@ -77,7 +77,7 @@ def _means(values: Array, runs: list[slice]) -> Array:
 def _caption(found: xr.Dataset) -> str:
     words = [_mode_words(found.sel(mode=mode)) for mode in found.mode.values]
     known = "white forcing, Eq. 5: the texture is not known" if _forcing(found) else "the texture's forcing"
-    notes = [found.attrs.get(name, "") for name in ("model_damping_note", "clipped_note")]
+    notes = [found.attrs.get(name, "") for name in ("model_damping_note", "clipped_note", "stuck_note")]
     words += [f"{note[:1].upper()}{note[1:]}." for note in notes if note]
     return f"{found.attrs['label']}. Fits by {known}. {' '.join(words)}"
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from vibrissa.arrays import Array
+from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.binary import read_wav
 from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError, TooFewError, UnknownError
 from vibrissa.mechanics.scan.follicle import base_moment
@@ -31,6 +31,9 @@ CALIBRATED: dict[Kind, str] = {
 }  # fmt: skip
 _STEEP = 3  # steps of the converter by which values still change just before they are clipped
 _HELD = 3  # samples in a row that are no peak of a wave that is sampled finely, but its clipping
+_STUCK, _STRETCHES = 8, 5  # times in a row that a value repeats, and how often that happens, if it is no chance
+_ABRUPT = 0.3  # [of the usual step] by which a signal goes into such a stretch and leaves it, not as into a rest
+_CHANGING = 0.25  # least share of samples that differ from the one before, in a record not slow nor mostly at rest
 
 
 def read_base_signal(
@@ -75,8 +78,10 @@ def read_base_signal(
     -------
     Dataset
         ``follicle``: ``base_moment`` [N m], ``base_curvature`` [1/m] or ``transverse_force`` [N] (time), as far as
-        known; in the attributes kind, unit, calibration, zero, and ``clipped``: samples at the ends of the range; of
-        floats and tables, whose range is unknown, those that are three or more in a row the largest or smallest of all.
+        known; in the attributes kind, unit, calibration, zero, ``clipped``: samples at the ends of the range; of
+        floats and tables, whose range is unknown, those that are three or more in a row the largest or smallest of all;
+        and ``stuck``: samples that repeat the one before, eight or more in a row, where a signal that otherwise changes
+        does so five times or more, and goes into and out of these stretches by a step.
 
     Raises
     ------
@@ -91,6 +96,7 @@ def read_base_signal(
         raise ConflictError("sampling_rate", "must not be given: a .wav states its own", sampling_rate)
     time, raw, clipped = _wav(path, unit, column) if wave else _table(path, column, sampling_rate, unit)
     attrs = {"kind": kind, "unit": unit, "calibration": scale, "clipped": clipped, "zero": "of the file"}
+    attrs["stuck"] = _stuck(raw)
     if rest is not None:
         raw = raw - _at_rest(time, raw, rest)
         attrs["zero"] = f"mean of {rest[0]:g} to {rest[1]:g} s"
@@ -181,12 +187,36 @@ def _held(values: NDArray[Any]) -> int:
     held, levels = 0, np.unique(values)
     quantum = np.diff(levels).min(initial=np.inf)  # of the converter
     for end in {levels[0], levels[-1]} - {0, np.median(values)}:
-        starts, stops = np.flatnonzero(np.diff(values == end, prepend=False, append=False)).reshape(-1, 2).T
+        starts, stops = _stretches(values == end)
         long = (stops - starts >= _HELD) & (starts > 0)
         steps = np.abs(values[starts[long] - 1] - end)
         if steps.size > 1 and np.median(steps) > _STEEP * quantum:
             held += int((stops - starts)[long].sum())
     return held
+
+
+def _stuck(values: Array) -> int:
+    """How many samples repeat the one before since they were held or lost: see :func:`read_base_signal`.
+
+    A slow signal in whole steps of a converter changes by one of them, and one that comes to rest decays before.
+    """
+    step, levels = np.abs(np.diff(values)), np.unique(values)
+    moved = step[step > 0]
+    if moved.size < _CHANGING * step.size:
+        return 0
+    abrupt = max(_ABRUPT * np.median(moved), _STEEP * np.diff(levels).min())
+    starts, stops = _stretches(step == 0)
+    long = (stops - starts >= _STUCK) & (starts > 0) & (stops < step.size)
+    long &= ~np.isin(values[starts], levels[[0, -1]])  # these are clipped
+    starts, stops = starts[long], stops[long]
+    lost = (step[starts - 1] > abrupt) & (step[stops] > abrupt)
+    return int((stops - starts)[lost].sum()) if np.count_nonzero(lost) >= _STRETCHES else 0
+
+
+def _stretches(inside: Mask) -> tuple[Integers, Integers]:
+    """Where stretches of True begin, and where they have ended."""
+    starts, stops = np.flatnonzero(np.diff(inside, prepend=False, append=False)).reshape(-1, 2).T
+    return starts, stops
 
 
 def _is_24_bit(samples: NDArray[Any]) -> bool:

@@ -51,8 +51,8 @@ def analyse_signal(signal: BaseSignal, folder: Path) -> xr.Dataset:
         ``base_power_white_fit``. With a texture ``resonant_frequency``, ``damping``, ``base_power_fit``; the
         prediction, ``…_model`` and ``…_envelope_model``; ``correlation``, ``best_lag``, ``rms_ratio`` and, of shuffled
         textures, ``pseudo_p``, ``chance_mean``, ``chance_sd`` (mode) and their ``pseudo_count``. Attributes ``signal``,
-        ``label``, ``absent``, ``clipped`` and ``clipped_note``; of a prediction ``model_damping``, its ζ, and
-        ``model_damping_note``, where it is from.
+        ``label``, ``absent``, ``clipped`` and ``stuck``, each with its ``_note``; of a prediction ``model_damping``,
+        its ζ, and ``model_damping_note``, where it is from.
 
     Raises
     ------
@@ -75,8 +75,8 @@ def analyse_signal(signal: BaseSignal, folder: Path) -> xr.Dataset:
     absent = "" if prediction is not None else "no texture: nothing is predicted, the forcing is assumed to be white"
     above = "" if prediction is not None else _without_interval(columns)
     absent = "; ".join(filter(None, [absent, _without_line(columns, guess), above]))
-    attrs = {name: follicle.attrs[name] for name in ("kind", "unit", "calibration", "zero", "clipped")}
-    attrs["clipped_note"] = _clipped(attrs["clipped"])
+    attrs = {name: follicle.attrs[name] for name in ("kind", "unit", "calibration", "zero", "clipped", "stuck")}
+    attrs["clipped_note"], attrs["stuck_note"] = _clipped(attrs["clipped"]), _stuck(attrs["stuck"])
     labelled = dataset(mode=found["envelope"].mode.values, time=follicle.time.values, **columns)
     whole = found["envelope"].drop_vars("phase").merge(found["spectra"]).merge(labelled, combine_attrs="override")
     return whole.assign_attrs(**attrs, **model, label=signal.label, absent=absent)
@@ -86,6 +86,12 @@ def _clipped(samples: int) -> str:
     """How many samples lie where the sensor's range seems to end, in words."""
     text = "lie at the ends of the range, perhaps clipped: resonance, damping and envelope are then wrong"
     return f"{samples} samples {text}" if samples else ""
+
+
+def _stuck(samples: int) -> str:
+    """How many samples seem to have been held or lost, in words."""
+    text = "repeat the one before, in stretches that begin and end by a step, perhaps held or lost"
+    return f"{samples} samples {text}: resonance, damping and envelope are then wrong" if samples else ""
 
 
 def _without_line(columns: dict[str, Any], guess: Array) -> str:

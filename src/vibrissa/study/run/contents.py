@@ -10,7 +10,7 @@ import numpy as np
 
 from vibrissa.errors import FormatError, InputError, MissingError
 from vibrissa.files import existing
-from vibrissa.tables.text import each_line, first_line
+from vibrissa.tables.text import each_line, first_line, header_names
 from vibrissa.tables.units import channel_and_unit
 
 if TYPE_CHECKING:
@@ -123,7 +123,7 @@ def _of_dataset(path: Path) -> Contents:
 
 
 def _of_table(path: Path) -> Contents:
-    names = [name.strip() for name in first_line(path).split(",")]
+    names = header_names(first_line(path), "")
     bare = {channel_and_unit(name)[0] for name in names}
     kind = next((kind for kind, needed in TABLES if needed <= bare), "")
     if kind == "gaps of a texture" or not kind or kind == "height profile":
