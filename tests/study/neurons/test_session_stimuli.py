@@ -81,6 +81,20 @@ def test_the_times_of_a_cut_stimulus_count_from_the_onset_itself():
     assert found.time.values[0] == pytest.approx(0.004, abs=1e-9)
 
 
+@pytest.mark.parametrize("rate", [600.0, 3000.0, 24414.0625, 30000.0])
+def test_a_clock_that_is_rounded_gives_the_stimulus_that_it_gives_exactly(rate):
+    """A motion from each onset on, at times to the microsecond: its step is no whole number of them."""
+    clock = np.arange(int(rate * 12)) / rate
+    onsets = np.round(np.array([1.0, 5.0, 8.5]) * rate) / rate
+    motion = np.sin(2 * np.pi * 65 * (clock - onsets[np.clip(np.searchsorted(onsets, clock, "right") - 1, 0, None)]))
+    trials = trial_table(onsets, onsets + LENGTH)
+    exact, _ = cut_stimulus(labelled_stimulus(clock, motion), trials, "s")
+    found, _ = cut_stimulus(labelled_stimulus(np.round(clock, 6), motion), trials, "s")
+    np.testing.assert_allclose(found.time, exact.time, rtol=0, atol=2e-6)  # twice the rounding
+    np.testing.assert_allclose(found.point_displacement, exact.point_displacement, rtol=0, atol=2e-4 * rate / 600)
+    assert len(Presentation.of(found, window=(0, LENGTH)).edges) == 301
+
+
 def test_samples_of_an_envelope_that_scatter_about_the_onsets_are_remarked_on():
     clock = np.arange(0, 60, 0.01)
     stimulus = labelled_stimulus(clock, np.ones(clock.size), "a.u.", envelope=True)

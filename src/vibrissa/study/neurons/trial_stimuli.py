@@ -12,6 +12,7 @@ from vibrissa.neural.coupling.presentation import EDGE_PERIODS, JOINED, LONGEST,
 from vibrissa.neural.io.tables.inputs import refuse_beyond_recording
 from vibrissa.neural.io.tables.spikes import observed_trials, refuse_partly_observed, spike_table
 from vibrissa.neural.io.tables.stimuli import labelled_stimulus, name_of, presented
+from vibrissa.signals.even_times import misfit_of, plain_rate
 from vibrissa.study.neurons.stimuli import named_stimulus
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ def cut_stimulus(stimulus: xr.Dataset, trials: xr.Dataset, source: str) -> tuple
     """
     time, values, unit, is_envelope = presented(stimulus)
     start, stop = trials.trial_start.values, trials.trial_stop.values
-    step = float(np.median(np.diff(time))) if time.size > 1 else np.inf
+    step = _step_within(time, start, stop)
     first = np.searchsorted(time, start - step / 2)
     late = time[np.minimum(first, time.size - 1)] - start  # from each onset to its first sample
     count = int(np.floor((stop - start).min() / step + UNEVEN))
@@ -64,8 +65,10 @@ def cut_stimulus(stimulus: xr.Dataset, trials: xr.Dataset, source: str) -> tuple
         found = f"{time[0]:.4g} to {time[-1]:.4g} s"
         raise RangeError(source, f"must last throughout trial {k}, {start[k]:.4g} to {stop[k]:.4g} s", found)
     rows = first[:, None] + np.arange(count)
-    if (np.abs(np.diff(time[rows]) - step) > UNEVEN * step).any():
+    uneven = (np.abs(np.diff(time[rows]) - step) > UNEVEN * step).any(1)
+    if any(misfit_of(one) for one in time[rows[uneven]]):  # rounded times are even
         raise RangeError(f"{source}: time", f"must be even within trials, by {step:.6g} s", "uneven", "interpolate it")
+    late = (time[rows] - step * np.arange(count)).mean(-1) - start  # however each time was rounded
     begin = round(float(late.mean()), 9) if abs(late.mean()) > NONE * step else 0.0
     own: Array = begin + np.arange(count, dtype=np.float64) * step
     shift = (late - late.mean()) / step
@@ -83,6 +86,18 @@ def cut_stimulus(stimulus: xr.Dataset, trials: xr.Dataset, source: str) -> tuple
     known = labelled_stimulus(own, cut.mean(-2), unit, envelope=is_envelope, lead=lead, attrs=attrs)
     same = [f"the stimulus is the same in all {len(start)} trials: their mean is taken"] * (len(start) > 1)
     return known, [*same, *remarks]
+
+
+def _step_within(time: Array, start: Array, stop: Array) -> float:
+    """Step of the samples within trials [s], however times are rounded: the median of lines through those of each."""
+    ends = zip(np.searchsorted(time, start), np.searchsorted(time, stop), strict=True)
+    within = [time[first:last] - time[first] for first, last in ends if last - first > 1]
+    if not within:
+        return float(np.median(np.diff(time))) if time.size > 1 else np.inf
+    lines = [np.polynomial.Polynomial.fit(np.arange(one.size), one, 1) for one in within]
+    step = float(np.median([line.deriv()(0) for line in lines]))
+    off = [np.ptp(one - line(np.arange(one.size))) / one[-1] for one, line in zip(within, lines, strict=True)]
+    return 1 / plain_rate(1 / step, float(np.median(off)) / step)
 
 
 def _scattered(late: Array) -> list[str]:
