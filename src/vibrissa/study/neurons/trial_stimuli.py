@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrissa.arrays import Array, Window
 from vibrissa.errors import ConflictError, RangeError, ShapeError, TooFewError
-from vibrissa.neural.coupling.presentation import EDGE_PERIODS, JOINED, LONGEST, BinnedAnalysis
+from vibrissa.neural.coupling.presentation import JOINED, LONGEST, BinnedAnalysis
 from vibrissa.neural.io.tables.inputs import refuse_beyond_recording
 from vibrissa.neural.io.tables.spikes import observed_trials, refuse_partly_observed, spike_table
 from vibrissa.neural.io.tables.stimuli import labelled_stimulus, name_of, presented
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ONE = 0.99  # correlation of each trial's stimulus with their mean, above which they are one
+APART = np.sqrt(ONE**-2 - 1)  # rms of the noise that lowers it so, of that of their mean: a trial may be as far from it
+ROUNDING = 1e-9  # of the largest of its values, below which a stimulus rests
 UNEVEN = 0.05  # of a step, by which times and lengths of trials may be off
 NONE = 1e-3  # of a step, below which samples fall alike on all onsets
 SCATTER = 1e-3  # [s] of samples about the onsets, above which latencies suffer
@@ -76,9 +78,12 @@ def cut_stimulus(stimulus: xr.Dataset, trials: xr.Dataset, source: str) -> tuple
     lead = {"whisker": stimulus.whisker.values} if "whisker" in stimulus.dims else {}
     attrs = {name: value for name, value in stimulus.attrs.items() if name != "clock"}
     remarks, r = _scattered(late) if is_envelope else [], _likeness(cut)
-    if len(start) > 1 and not r >= ONE:
+    apart = _apart(cut, is_envelope)
+    if len(start) > 1 and not (r >= ONE and apart <= APART):
         known = labelled_stimulus(own, cut, unit, envelope=is_envelope, lead={**lead, "trial": None}, attrs=attrs)
         differs = f"the stimulus differs between trials (correlation with their mean down to {r:.3f})"
+        if r >= ONE:
+            differs = f"the stimulus differs between trials in size (by up to {100 * apart:.0f} % of their mean)"
         if np.isnan(r):
             holes = (~np.isfinite(cut)).sum()
             differs = f"trials cannot be compared, as {holes} of {cut.size} samples of the stimulus are NaN"
@@ -140,6 +145,17 @@ def _likeness(cut: Array) -> float:
     mean = each.mean(-2, keepdims=True)
     size = np.sqrt((each**2).sum(-1) * (mean**2).sum(-1))
     return float(np.min(np.divide((each * mean).sum(-1), size, out=np.ones(size.shape), where=size != 0)))
+
+
+def _apart(cut: Array, is_envelope: bool) -> float:
+    """Largest rms difference of the stimulus (..., trial, time) of a trial from their mean, over the SD of the mean.
+
+    It counts what a correlation does not see: other sizes, trials at rest and, of envelopes, other levels.
+    """
+    mean = cut.mean(-2, keepdims=True)
+    differs = np.sqrt(((cut - mean) ** 2).mean(-1)) if is_envelope else (cut - mean).std(-1)
+    size, least = np.broadcast_to(mean.std(-1), differs.shape), ROUNDING * np.abs(cut).max(initial=0.0)
+    return float(np.max(np.divide(differs, size, out=np.where(differs > least, np.inf, 0.0), where=size > least)))
 
 
 def spikes_within(spikes: xr.Dataset, stimulus: xr.Dataset, around: Window | None) -> tuple[xr.Dataset, list[str]]:
@@ -318,12 +334,12 @@ def end_to_end(
 
 def _envelope(stimulus: xr.Dataset, values: Array, how: BinnedAnalysis, step: float) -> Array:
     """Envelope of one trial, NaN where it is not to be compared."""
-    from vibrissa.neural.coupling.presentation import enveloped
+    from vibrissa.neural.coupling.presentation import edge_of, enveloped
 
     time, _, unit, is_envelope = presented(stimulus)
     one = presented(labelled_stimulus(time, values, unit, envelope=is_envelope))
     envelope, _, frequency, holes = enveloped(one, how.band, step)
-    edge = 0.0 if is_envelope else EDGE_PERIODS / frequency
+    edge = edge_of(frequency)
     since, left = time - time[0], time[-1] + step - time
     known = (since >= edge - 1e-9) & (left >= max(edge, LONGEST) - 1e-9) & ~holes
     return np.where(known, envelope, np.nan)
