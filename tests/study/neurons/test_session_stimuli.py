@@ -14,7 +14,7 @@ from vibrissa.neural.io.tables.inputs import refuse_misplaced
 from vibrissa.neural.io.tables.stimuli import labelled_stimulus, name_of
 from vibrissa.neural.io.tables.trials import trial_table
 from vibrissa.study.neurons.inputs import read_recording
-from vibrissa.study.neurons.trial_stimuli import cut_stimulus
+from vibrissa.study.neurons.session_stimuli import cut_stimulus
 from vibrissa.study.spec.given import SpikesInput, StimulusInput
 
 pynwb = pytest.importorskip("pynwb")

@@ -127,3 +127,44 @@ def test_a_unit_of_joined_motions_is_drawn_whatever_band_and_spontaneous_window_
     vb.save(found, tmp_path / "units.nc")
     for units in (found, vb.load(tmp_path / "units.nc")):
         assert len(vb.plot_unit(units, "u").axes) > 3
+
+
+def coupling(spikes, stimulus, **how):
+    """Results whose numbers are those of all trials together, whatever their order."""
+    with pytest.warns(Remark, match="each with its own stimulus"):
+        found = vb.envelope_coupling(spikes, stimulus, skip=SKIP, **how)
+    return np.array([found[name].item() for name in ("unit_rate", "envelope_correlation", "slope")])
+
+
+@pytest.fixture(scope="module")
+def trials(recording):
+    """The spikes of the recording as a table of trials on a clock, 10 s apart."""
+    onsets = 10.0 + 10 * np.arange(TRIALS)
+    times = np.concatenate([onset + own[own >= 0] for onset, own in zip(onsets, recording[1], strict=True)])
+    return vb.read_spikes({"u": times}, trials=np.stack([onsets, onsets + LENGTH], 1))
+
+
+def test_trials_in_another_order_keep_their_own_stimuli(recording, trials, tmp_path):
+    """By both doors, and of a file of the table."""
+    stimulus, mixed = recording[0] / "stimulus.csv", trials.isel(trial=np.random.default_rng(8).permutation(TRIALS))
+    expected = coupling(trials, stimulus)
+    assert expected[1] > 0.3
+    vb.save(mixed, tmp_path / "mixed.nc")
+    for one in (mixed, trials.sortby("trial", ascending=False), vb.read_spikes(mixed), tmp_path / "mixed.nc"):
+        np.testing.assert_allclose(coupling(one, stimulus), expected, rtol=0.02)
+    files = {"spikes": str(tmp_path / "mixed.nc"), "stimulus": str(stimulus), "skip": SKIP}
+    verb = analyse_neurons(Neurons(**files)).units
+    np.testing.assert_allclose(verb.envelope_correlation, expected[1], rtol=0.02)
+
+
+def test_selected_trials_have_the_stimuli_of_their_numbers(recording, trials, tmp_path):
+    """Those of a file of all trials are those of a file of the selected ones."""
+    here, some = recording[0], [9, 2, 5, 7, 10, 0]
+    rows = pd.read_csv(here / "stimulus.csv")
+    parts = [rows[rows.trial == k].assign(trial=place) for place, k in enumerate(some)]
+    pd.concat(parts).to_csv(tmp_path / "some.csv", index=False)
+    chosen = vb.read_spikes(trials.isel(trial=some))
+    anew = chosen.drop_vars("trial_number")
+    np.testing.assert_array_equal(coupling(chosen, here / "stimulus.csv"), coupling(anew, tmp_path / "some.csv"))
+    with refusal("shape", "some.csv", "6 trials"):
+        vb.envelope_coupling(chosen, tmp_path / "some.csv")
