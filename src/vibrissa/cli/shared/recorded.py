@@ -137,7 +137,7 @@ class TrialOptions:
         with progress_bars() as progress:
             asked: dict[str, Any] = {"bin_width": bin_width, "needs_count": needs_count}
             table, count, remarks = read_spikes(given, window, **asked, progress=progress)
-        refuse_beyond_recording(table, window[1])
+        refuse_beyond_recording(table, window)
         return table, count, [in_options(line) for line in [*remarks, *silent_end(table, *window)]]
 
 

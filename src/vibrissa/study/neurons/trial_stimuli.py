@@ -17,6 +17,8 @@ from vibrissa.neural.io.tables.stimuli import labelled_stimulus, name_of, presen
 if TYPE_CHECKING:
     import xarray as xr
 
+OF_EACH = ("counted_bins", "window_start", "window_stop")  # attributes that hold of each trial alone
+
 
 def spikes_within(spikes: xr.Dataset, stimulus: xr.Dataset, around: Window | None) -> tuple[xr.Dataset, list[str]]:
     """Spikes without the few that lie beyond the stimulus; where they are most, all stay, to be refused.
@@ -174,7 +176,7 @@ def end_to_end(
     length = count * step
     attrs = {"source": stimulus.attrs.get("source", ""), JOINED: n_trials}
     joined = labelled_stimulus(time[0] + step * np.arange(whole.size), whole, unit, envelope=True, attrs=attrs)
-    refuse_beyond_recording(spikes, time[0] + length, step)
+    refuse_beyond_recording(spikes, (time[0] + how.skip, time[0] + length), step)
     when = spikes.spike_time.values
     inside = np.flatnonzero((when >= time[0]) & (when < time[0] + length))
     some = spikes.isel(spike=inside)
@@ -184,7 +186,7 @@ def end_to_end(
         some.spike_unit.values,
         [str(name) for name in spikes.unit_name.values],
         trial=np.zeros(inside.size, int),
-        attrs={name: one for name, one in spikes.attrs.items() if name != "counted_bins"} | {"n_trials": 1},
+        attrs={name: one for name, one in spikes.attrs.items() if name not in OF_EACH} | {"n_trials": 1},
         **about,
     )
     return table, joined, [f"{n_trials} trials, each with its own stimulus, are analysed as one presentation"]
