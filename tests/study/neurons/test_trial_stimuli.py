@@ -8,7 +8,8 @@ from refusals import refusal
 
 import vibrissa as vb
 from vibrissa.api.remarks import Remark
-from vibrissa.study.neurons.neurons import analyse_neurons
+from vibrissa.neural.io.tables.stimuli import labelled_stimulus
+from vibrissa.study.neurons.neurons import _driven, analyse_neurons
 from vibrissa.study.spec.neurons import Neurons
 
 RATE, LENGTH, TRIALS, SKIP = 500, 3.0, 12, 0.5
@@ -168,3 +169,58 @@ def test_selected_trials_have_the_stimuli_of_their_numbers(recording, trials, tm
     np.testing.assert_array_equal(coupling(chosen, here / "stimulus.csv"), coupling(anew, tmp_path / "some.csv"))
     with refusal("shape", "some.csv", "6 trials"):
         vb.envelope_coupling(chosen, tmp_path / "some.csv")
+
+
+@pytest.mark.parametrize("width", [0.01, 0.02])
+def test_times_of_trials_may_be_rounded(recording, tmp_path, width):
+    """At 1500 Hz, to the microsecond; the envelope and spikes are the same."""
+    time = np.arange(int(LENGTH * 1500)) / 1500
+    for name, clock in (("exact", time), ("rounded", np.round(time, 6))):
+        parts = [
+            pd.DataFrame({"trial": k, "time": clock, "a_au": np.interp(time, TIME, own)})
+            for k, own in enumerate(envelopes())
+        ]
+        pd.concat(parts).to_csv(tmp_path / f"{name}.csv", index=False)
+    rows = [("u", k, t) for k, own in enumerate(recording[1]) for t in own[own >= 0]]
+    frame = pd.DataFrame(rows, columns=["unit", "trial", "time"])
+    how = {"n_trials": TRIALS, "bin_width": width, "envelope": True}
+    exact, rounded = (coupling(frame, tmp_path / f"{name}.csv", **how) for name in ("exact", "rounded"))
+    np.testing.assert_allclose(rounded, exact, rtol=1e-3)
+    with refusal("range", "bin_width", "0.0105"):
+        vb.envelope_coupling(frame, tmp_path / "rounded.csv", n_trials=TRIALS, bin_width=0.0105, envelope=True)
+
+
+@pytest.mark.parametrize(("moves", "hole"), [(0.0, 2.5), (0.0, 0.25), (1.0, 2.5)])
+def test_a_hole_in_an_envelope_is_no_motion_before_the_onset(moves, hole):
+    """An envelope that is 0 (or not) in its first half second, and not known in 10 ms."""
+    envelope = np.where(TIME < 0.5, moves, 1 + 0.9 * np.sin(8 * TIME))
+    envelope[(hole <= TIME) & (hole + 0.01 > TIME)] = np.nan
+    stimulus = labelled_stimulus(TIME, envelope, "a.u.", envelope=True)
+    assert bool(_driven(stimulus, (0.0, 0.5))) is bool(moves)
+
+
+def test_the_window_that_is_asked_for_leaves_out_most_spikes_where_the_stimulus_is_short():
+    """Spikes over 12 s, a stimulus of 3 s: the remedy of the refusal serves, of times in milliseconds it does not."""
+    rng = np.random.default_rng(9)
+    frame = pd.DataFrame({"unit": "u", "trial": np.repeat(np.arange(8), 400), "time": rng.uniform(0, 12, 3200)})
+    shown = xr.DataArray(envelopes()[0], {"time": TIME}, ["time"], attrs={"units": "a.u."})
+    how = {"n_trials": 8, "skip": SKIP, "envelope": True}
+    with refusal("range", "spike_time") as caught:
+        vb.envelope_coupling(frame, shown, **how)
+    assert "give `window`" in caught.value.remedy
+    found = vb.envelope_coupling(frame, shown, window=(0.0, LENGTH), **how)
+    inside = frame.time[(frame.time >= SKIP) & (frame.time < LENGTH)].size
+    assert found.unit_rate.item() == pytest.approx(inside / 8 / (LENGTH - SKIP), rel=1e-9)
+    with refusal("range", "spike_time") as caught:
+        vb.envelope_coupling(frame.assign(time=1e3 * frame.time), shown, window=(0.0, LENGTH), **how)
+    assert "milliseconds" in caught.value.remedy
+
+
+def test_a_stimulus_in_volts_is_taken_once_it_is_in_metres():
+    volts = xr.DataArray(envelopes()[0] * np.sin(400 * TIME), {"time": TIME}, ["time"], attrs={"units": "V"})
+    frame = pd.DataFrame({"unit": "u", "trial": 0, "time": np.linspace(0.1, 2.9, 300)})
+    with refusal("unknown") as caught:
+        vb.envelope_coupling(frame, volts, n_trials=1)
+    assert "quantity" not in caught.value.remedy
+    metres = (50e-6 * volts).assign_attrs(units="m")
+    assert vb.envelope_coupling(frame, metres, n_trials=1).attrs["n_trials"] == 1

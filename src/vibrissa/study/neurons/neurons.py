@@ -212,6 +212,7 @@ def _driven(stimulus: xr.Dataset, spontaneous: Window | None) -> list[str]:
         return []
     time, values, _, is_envelope = presented(stimulus)
     within = values[..., (time >= spontaneous[0]) & (time < spontaneous[1])]
+    within, values = within[np.isfinite(within)], values[np.isfinite(values)]  # an envelope may have holes
     size = (lambda part: np.sqrt(np.mean(part**2))) if is_envelope else np.std
     if within.size == 0 or size(within) <= STILL * size(values):
         return []

@@ -17,6 +17,7 @@ from vibrissa.neural.io.tables.stimuli import labelled_stimulus, name_of, presen
 if TYPE_CHECKING:
     import xarray as xr
 
+UNEVEN = 0.05  # of a step, by which all bins of a trial may miss its samples
 OF_EACH = ("counted_bins", "window_start", "window_stop")  # attributes that hold of each trial alone
 
 
@@ -168,12 +169,14 @@ def end_to_end(
     step = float(time[-1] - time[0]) / (time.size - 1)
     n_trials = stimulus.sizes["trial"]
     each = stimulus[name_of(stimulus)].transpose("trial", "time")
-    bins = int(np.floor(time.size * step / how.bin_width + 1e-6))
+    near = max(1e-6 * how.bin_width, UNEVEN * step)  # times may be rounded
+    bins = int(np.floor((time.size * step + near) / how.bin_width))
     count = round(bins * how.bin_width / step)  # samples of whole bins
-    if abs(count * step - bins * how.bin_width) > 1e-6 * how.bin_width or not bins:
+    if abs(count * step - bins * how.bin_width) > near or not bins:
         raise RangeError("bin width", f"must be whole samples of the stimulus, of {step:g} s", how.bin_width)
+    step = bins * how.bin_width / count
     whole = np.concatenate([_envelope(stimulus, one.values, how, step)[:count] for one in each])
-    length = count * step
+    length = bins * how.bin_width
     attrs = {"source": stimulus.attrs.get("source", ""), JOINED: n_trials}
     joined = labelled_stimulus(time[0] + step * np.arange(whole.size), whole, unit, envelope=True, attrs=attrs)
     refuse_beyond_recording(spikes, (time[0] + how.skip, time[0] + length), step)

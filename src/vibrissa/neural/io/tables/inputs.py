@@ -103,9 +103,10 @@ def refuse_misplaced(
     outside = (time < first) | (time > last + step)
     if spontaneous is not None:
         outside &= (time < spontaneous[0]) | (time >= spontaneous[1])
-    if not outside.any() or (window is not None and 2 * outside.sum() <= time.size):
-        return
     farthest = time[np.argmax(np.abs(time - first))]
+    odd = outside.all() or (2 * outside.sum() > time.size and farthest > last + 10 * (last - first))
+    if not outside.any() or (window is not None and not odd):
+        return
     each = "trial" in stimulus.dims  # of which no window is taken
     remedy = "leave them out" if each else "give `window`, its start and its stop, to leave them out"
     if outside.all():
