@@ -43,6 +43,7 @@ def read_spikes(spikes: Any, *, trials: Any = None, **how: Any) -> xr.Dataset:
         ``spike_time`` [s], ``spike_unit`` and, with trials, ``spike_trial`` (spike); ``unit_name`` (unit). The
         coordinates ``unit`` and, of a table of trials, ``trial`` number them: select or sort by them as xarray does
         (``isel(unit=[1])``, ``sortby("unit_name")``), and the functions of this package leave out the spikes of others.
+        Files that number trials, such as a stimulus of each, are taken by these numbers.
 
     Raises
     ------
@@ -179,8 +180,9 @@ def _spikes_and_stimulus(
     """Both as datasets, and remarks on both; refused in one line if they are swapped."""
     from vibrissa.api.objects.signals import as_signal
     from vibrissa.api.objects.spikes import as_spikes
+    from vibrissa.study.neurons.session_stimuli import stimulus_in_trials
     from vibrissa.study.neurons.stimuli import SESSION
-    from vibrissa.study.neurons.trial_stimuli import spikes_within, stimulus_in_trials
+    from vibrissa.study.neurons.trial_stimuli import of_the_trials, spikes_within
 
     def reads(reader: Callable[[Any], object], thing: Any) -> bool:
         try:
@@ -204,6 +206,8 @@ def _spikes_and_stimulus(
             raise MissingError("spikes", rule, found, "vb.read_spikes(spikes, trials=onsets)")
         shown, more = stimulus_in_trials(shown, table, str(stimulus), band)
         remarks = [*remarks, *more]
+    else:
+        shown = of_the_trials(shown, table, str(stimulus))
     if "spike_trial" not in table:
         raise MissingError("spikes", "must be in trials", remedy="vb.read_spikes(spikes, trials=onsets)")
     within, beyond = spikes_within(table, shown, spontaneous)

@@ -24,6 +24,7 @@ NEURAL: dict[str, Quantity] = {
     "interval_unit": Quantity(("interval",), "1", "unit of an interval of observation"),
     "trial_start": Quantity(("trial",), "s", "onset of a trial on the session's clock"),
     "trial_stop": Quantity(("trial",), "s", "end of a trial on the session's clock"),
+    "trial_number": Quantity(("trial",), "1", "number of a selected trial among those it was selected from"),
     "trial_stimulus": Quantity(("trial",), "1", "stimulus of a trial"),
     "stimulus_motion": Quantity(("time",), "1", "motion of the stimulus, in a unit of its own"),
     "stimulus_envelope": Quantity(("time",), "1", "envelope of the stimulus, in a unit of its own"),

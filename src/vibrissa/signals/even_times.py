@@ -69,8 +69,30 @@ def even_rate(time: Array, source: str = "", least: int = 4) -> float:
         raise RangeError(name, "must be even", where, misfit.remedy)
     span = float(time[-1] - time[0])
     rate = (len(time) - 1) / span
-    # the fewest decimals within the rounding of both ends, so that it does not depend on the clock's zero
-    unsure = rate * 2 * float(np.spacing(np.abs(time).max())) / span
+    # within the rounding of both ends, so that it does not depend on the clock's zero
+    return plain_rate(rate, rate * 2 * float(np.spacing(np.abs(time).max())) / span)
+
+
+def plain_rate(rate: float, unsure: float) -> float:
+    """The rate of the fewest decimals near one.
+
+    Parameters
+    ----------
+    rate : float
+        As measured [Hz].
+    unsure : float
+        By how much it may be off [Hz].
+
+    Returns
+    -------
+    float
+        [Hz]; to twelve digits where none of up to eight decimals is as near.
+
+    Examples
+    --------
+    >>> plain_rate(29999.9986, 0.005), plain_rate(24414.0625, 1e-9)
+    (30000.0, 24414.0625)
+    """
     shorter = (round(rate, places) for places in range(_FINEST))
     return next((one for one in shorter if abs(one - rate) <= unsure), float(f"{rate:.{_DIGITS}g}"))
 

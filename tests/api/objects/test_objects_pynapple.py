@@ -9,6 +9,7 @@ from hypothesis import given
 from recorded_trains import TRIAL, assert_same, few, names_of, onsets_of, recordings, session_trains, trials_of
 from refusals import refusal
 
+import vibrissa as vb
 from vibrissa.api.objects.back import to_pynapple
 from vibrissa.api.objects.spikes import as_spikes
 from vibrissa.api.objects.trials import as_trials
@@ -167,3 +168,17 @@ def test_trials_in_which_units_were_not_observed_are_no_part_of_the_time_support
 def test_times_of_a_signal_are_taken_in_the_unit_they_state(time, attrs):
     signal = xr.DataArray([1.0, 2.0, 3.0], {"time": ("time", time, attrs)}, ["time"])
     np.testing.assert_allclose(to_pynapple(signal).t, [0.0, 0.5, 1.0])
+
+
+def test_trials_in_another_order_give_the_same_group_and_intervals_in_time():
+    pytest.importorskip("pynapple")
+    times = {"a": [1.5, 3.5, 8.5], "b": [1.2]}
+    whole = vb.read_spikes(times, trials=[(1.0, 2.0), (3.0, 4.0), (8.0, 9.0)])
+    mixed = whole.isel(trial=[2, 0, 1])
+    group, ordered = vb.to_pynapple(mixed), vb.to_pynapple(whole)
+    assert [group[k].t.tolist() for k in group] == [ordered[k].t.tolist() for k in ordered] == list(times.values())
+    np.testing.assert_array_equal(group.time_support.values, ordered.time_support.values)
+    table = mixed[["trial_start", "trial_stop"]].assign(trial_stimulus=("trial", ["c", "a", "b"]))
+    intervals = vb.to_pynapple(table)
+    assert intervals.start.tolist() == [1.0, 3.0, 8.0]
+    assert list(intervals["stimulus"]) == ["a", "b", "c"]

@@ -8,6 +8,7 @@ from hypothesis import assume, given
 from recorded_trains import PERIOD, TRIAL, assert_same, few, names_of, onsets_of, recordings, session_trains, trials_of
 from refusals import refusal
 
+import vibrissa as vb
 from vibrissa.api.objects.spikes import as_spikes
 
 
@@ -70,3 +71,20 @@ def test_a_file_of_nwb_without_units_is_refused():
     pynwb = pytest.importorskip("pynwb")
     with refusal("missing", "NWBFile"):
         as_spikes(pynwb.NWBFile("test", "a", datetime(2014, 5, 7, 9, 30, tzinfo=UTC)))
+
+
+def test_an_open_nwb_file_is_judged_in_the_whole_session_unless_trials_are_given(tmp_path):
+    """As its path is; by hand, of 100 spikes over 99 s, 10 of them in each of two trials."""
+    pynwb = pytest.importorskip("pynwb")
+    file = pynwb.NWBFile("test", "a", datetime(2014, 5, 7, 9, 30, tzinfo=UTC))
+    file.add_unit(spike_times=np.arange(100.0))
+    for start in (10.0, 40.0):
+        file.add_trial(start_time=start, stop_time=start + 20)
+    path = tmp_path / "s.nwb"
+    with pynwb.NWBHDF5IO(str(path), "w") as io:
+        io.write(file)
+    for one in (file, path):
+        assert vb.unit_quality(one).unit_rate.item() == pytest.approx(100 / 99)
+        within = vb.unit_quality(one, trials=[(10.0, 20.0), (40.0, 50.0)], least_rate=0.5)
+        assert within.unit_rate.item() == pytest.approx(1.0)
+        assert within.time_observed.item() == pytest.approx(20.0)

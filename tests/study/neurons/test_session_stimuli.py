@@ -14,7 +14,7 @@ from vibrissa.neural.io.tables.inputs import refuse_misplaced
 from vibrissa.neural.io.tables.stimuli import labelled_stimulus, name_of
 from vibrissa.neural.io.tables.trials import trial_table
 from vibrissa.study.neurons.inputs import read_recording
-from vibrissa.study.neurons.trial_stimuli import cut_stimulus
+from vibrissa.study.neurons.session_stimuli import cut_stimulus
 from vibrissa.study.spec.given import SpikesInput, StimulusInput
 
 pynwb = pytest.importorskip("pynwb")
@@ -81,6 +81,20 @@ def test_the_times_of_a_cut_stimulus_count_from_the_onset_itself():
     assert found.time.values[0] == pytest.approx(0.004, abs=1e-9)
 
 
+@pytest.mark.parametrize("rate", [600.0, 3000.0, 24414.0625, 30000.0])
+def test_a_clock_that_is_rounded_gives_the_stimulus_that_it_gives_exactly(rate):
+    """A motion from each onset on, at times to the microsecond: its step is no whole number of them."""
+    clock = np.arange(int(rate * 12)) / rate
+    onsets = np.round(np.array([1.0, 5.0, 8.5]) * rate) / rate
+    motion = np.sin(2 * np.pi * 65 * (clock - onsets[np.clip(np.searchsorted(onsets, clock, "right") - 1, 0, None)]))
+    trials = trial_table(onsets, onsets + LENGTH)
+    exact, _ = cut_stimulus(labelled_stimulus(clock, motion), trials, "s")
+    found, _ = cut_stimulus(labelled_stimulus(np.round(clock, 6), motion), trials, "s")
+    np.testing.assert_allclose(found.time, exact.time, rtol=0, atol=2e-6)  # twice the rounding
+    np.testing.assert_allclose(found.point_displacement, exact.point_displacement, rtol=0, atol=2e-4 * rate / 600)
+    assert len(Presentation.of(found, window=(0, LENGTH)).edges) == 301
+
+
 def test_samples_of_an_envelope_that_scatter_about_the_onsets_are_remarked_on():
     clock = np.arange(0, 60, 0.01)
     stimulus = labelled_stimulus(clock, np.ones(clock.size), "a.u.", envelope=True)
@@ -114,6 +128,57 @@ def test_stimuli_that_differ_are_said_to_with_their_correlation():
     each = found.point_displacement.values
     r = min(np.corrcoef(one, each.mean(0))[0, 1] for one in each)
     assert f"down to {r:.3f}" in remarks[0]
+
+
+def played_in_trials(sizes, noise=0.0):
+    """The motion in each trial by these sizes, and noise, as parts of its own [m]."""
+    whole = whole_session()
+    for onset, size in zip(ONSETS, sizes, strict=True):
+        whole[round(onset * RATE) :][: MOTION.size] *= size
+    return whole + noise * MOTION.std() * np.random.default_rng(5).normal(size=whole.size)
+
+
+@pytest.mark.parametrize("sizes", [[1, 0.2], [1, 0], [1, -1], [1.2, 0.8]], ids=str)
+def test_trials_of_other_sizes_have_their_own_stimulus(sizes):
+    """What was played, also in trials without stimulus; the mean was played in none."""
+    sizes = np.resize(np.array(sizes, float), TRIALS)
+    stimulus = labelled_stimulus(np.arange(played_in_trials(sizes).size) / RATE, played_in_trials(sizes))
+    found, remarks = cut_stimulus(stimulus, trial_table(ONSETS, ONSETS + LENGTH), "s")
+    np.testing.assert_allclose(found.point_displacement, sizes[:, None] * MOTION, atol=1e-12)
+    assert "each of 12 trials has its own" in remarks[0]
+
+
+@pytest.mark.parametrize(("sizes", "noise"), [([1, 1], 0.1), ([1.05, 0.95], 0.0)])
+def test_one_motion_with_noise_is_the_same_in_all_trials(sizes, noise):
+    whole = played_in_trials(np.resize(sizes, TRIALS), noise)
+    stimulus = labelled_stimulus(np.arange(whole.size) / RATE, whole)
+    found, remarks = cut_stimulus(stimulus, trial_table(ONSETS, ONSETS + LENGTH), "s")
+    assert found.point_displacement.dims == ("time",), remarks
+
+
+@pytest.mark.parametrize(("level", "alike"), [(0.0, True), (5.0, False)])
+def test_envelopes_of_another_level_are_others(level, alike):
+    clock = np.arange(0, 60, 1 / RATE)
+    envelope = np.full(clock.size, 1.0)
+    for k, onset in enumerate(ONSETS):
+        envelope[round(onset * RATE) :][: SLOW.size] = SLOW + level * (k % 2)
+    stimulus = labelled_stimulus(clock, envelope, "a.u.", envelope=True)
+    found, _ = cut_stimulus(stimulus, trial_table(ONSETS, ONSETS + LENGTH), "s")
+    assert ("trial" not in found.dims) is alike
+
+
+def test_trials_without_stimulus_keep_the_threshold(tmp_path):
+    """A unit that fires 400 Hz per 40 µm above 30 µm, and 5 Hz at rest; every other trial is at rest."""
+    rng, size = np.random.default_rng(6), 40e-6 * SLOW
+    rate = 5 + 1e7 * np.maximum(size - 30e-6, 0)
+    own = [rate if k % 2 else np.full(TIME.size, 5.0) for k in range(TRIALS)]
+    times = [onset + TIME[rng.uniform(size=TIME.size) < one / RATE] for onset, one in zip(ONSETS, own, strict=True)]
+    whole = played_in_trials(np.arange(TRIALS) % 2)
+    path = session_of(tmp_path / "catch.nwb", whole, ONSETS, np.array([0.5]))
+    spikes = vb.read_spikes({"u": np.concatenate(times)}, trials=np.stack([ONSETS, ONSETS + LENGTH], 1))
+    with pytest.warns(Remark, match="each of 12 trials has its own"):
+        found = vb.envelope_coupling(spikes, path, skip=0.2)
+    assert found.threshold.item() == pytest.approx(30e-6, rel=0.1)
 
 
 JITTER = 60e-6 * np.random.default_rng(3).uniform(-1, 1, TRIALS)

@@ -8,7 +8,8 @@ from refusals import refusal
 
 import vibrissa as vb
 from vibrissa.api.remarks import Remark
-from vibrissa.study.neurons.neurons import analyse_neurons
+from vibrissa.neural.io.tables.stimuli import labelled_stimulus
+from vibrissa.study.neurons.neurons import _driven, analyse_neurons
 from vibrissa.study.spec.neurons import Neurons
 
 RATE, LENGTH, TRIALS, SKIP = 500, 3.0, 12, 0.5
@@ -152,3 +153,99 @@ def test_spikes_beyond_the_stimulus_are_left_out_by_both_doors_with_a_remark(rec
     late = inside.assign(spike_time=inside.spike_time + 2.8)  # most lie beyond: no few
     with refusal("range", "spike_time"):
         vb.envelope_coupling(late, files["stimulus"], n_trials=TRIALS, skip=SKIP)
+
+
+def coupling(spikes, stimulus, **how):
+    """Results whose numbers are those of all trials together, whatever their order."""
+    with pytest.warns(Remark, match="each with its own stimulus"):
+        found = vb.envelope_coupling(spikes, stimulus, skip=SKIP, **how)
+    return np.array([found[name].item() for name in ("unit_rate", "envelope_correlation", "slope")])
+
+
+@pytest.fixture(scope="module")
+def trials(recording):
+    """The spikes of the recording as a table of trials on a clock, 10 s apart."""
+    onsets = 10.0 + 10 * np.arange(TRIALS)
+    times = np.concatenate([onset + own[own >= 0] for onset, own in zip(onsets, recording[1], strict=True)])
+    return vb.read_spikes({"u": times}, trials=np.stack([onsets, onsets + LENGTH], 1))
+
+
+def test_trials_in_another_order_keep_their_own_stimuli(recording, trials, tmp_path):
+    """By both doors, and of a file of the table."""
+    stimulus, mixed = recording[0] / "stimulus.csv", trials.isel(trial=np.random.default_rng(8).permutation(TRIALS))
+    expected = coupling(trials, stimulus)
+    assert expected[1] > 0.3
+    vb.save(mixed, tmp_path / "mixed.nc")
+    for one in (mixed, trials.sortby("trial", ascending=False), vb.read_spikes(mixed), tmp_path / "mixed.nc"):
+        np.testing.assert_allclose(coupling(one, stimulus), expected, rtol=0.02)
+    files = {"spikes": str(tmp_path / "mixed.nc"), "stimulus": str(stimulus), "skip": SKIP}
+    verb = analyse_neurons(Neurons(**files)).units
+    np.testing.assert_allclose(verb.envelope_correlation, expected[1], rtol=0.02)
+
+
+def test_selected_trials_have_the_stimuli_of_their_numbers(recording, trials, tmp_path):
+    """Those of a file of all trials are those of a file of the selected ones."""
+    here, some = recording[0], [9, 2, 5, 7, 10, 0]
+    rows = pd.read_csv(here / "stimulus.csv")
+    parts = [rows[rows.trial == k].assign(trial=place) for place, k in enumerate(some)]
+    pd.concat(parts).to_csv(tmp_path / "some.csv", index=False)
+    chosen = vb.read_spikes(trials.isel(trial=some))
+    anew = chosen.drop_vars("trial_number")
+    np.testing.assert_array_equal(coupling(chosen, here / "stimulus.csv"), coupling(anew, tmp_path / "some.csv"))
+    with refusal("shape", "some.csv", "6 trials"):
+        vb.envelope_coupling(chosen, tmp_path / "some.csv")
+
+
+@pytest.mark.parametrize("width", [0.01, 0.02])
+def test_times_of_trials_may_be_rounded(recording, tmp_path, width):
+    """At 1500 Hz, to the microsecond; the envelope and spikes are the same."""
+    time = np.arange(int(LENGTH * 1500)) / 1500
+    for name, clock in (("exact", time), ("rounded", np.round(time, 6))):
+        parts = [
+            pd.DataFrame({"trial": k, "time": clock, "a_au": np.interp(time, TIME, own)})
+            for k, own in enumerate(envelopes())
+        ]
+        pd.concat(parts).to_csv(tmp_path / f"{name}.csv", index=False)
+    rows = [("u", k, t) for k, own in enumerate(recording[1]) for t in own[own >= 0]]
+    frame = pd.DataFrame(rows, columns=["unit", "trial", "time"])
+    how = {"n_trials": TRIALS, "bin_width": width, "envelope": True}
+    exact, rounded = (coupling(frame, tmp_path / f"{name}.csv", **how) for name in ("exact", "rounded"))
+    np.testing.assert_allclose(rounded, exact, rtol=1e-3)
+    with refusal("range", "bin_width", "0.0105"):
+        vb.envelope_coupling(frame, tmp_path / "rounded.csv", n_trials=TRIALS, bin_width=0.0105, envelope=True)
+
+
+@pytest.mark.parametrize(("moves", "hole"), [(0.0, 2.5), (0.0, 0.25), (1.0, 2.5)])
+def test_a_hole_in_an_envelope_is_no_motion_before_the_onset(moves, hole):
+    """An envelope that is 0 (or not) in its first half second, and not known in 10 ms."""
+    envelope = np.where(TIME < 0.5, moves, 1 + 0.9 * np.sin(8 * TIME))
+    envelope[(hole <= TIME) & (hole + 0.01 > TIME)] = np.nan
+    stimulus = labelled_stimulus(TIME, envelope, "a.u.", envelope=True)
+    assert bool(_driven(stimulus, (0.0, 0.5))) is bool(moves)
+
+
+def test_the_window_that_is_asked_for_leaves_out_most_spikes_where_the_stimulus_is_short():
+    """Spikes over 12 s, a stimulus of 3 s: the remedy of the refusal serves, of times in milliseconds it does not."""
+    rng = np.random.default_rng(9)
+    frame = pd.DataFrame({"unit": "u", "trial": np.repeat(np.arange(8), 400), "time": rng.uniform(0, 12, 3200)})
+    shown = xr.DataArray(envelopes()[0], {"time": TIME}, ["time"], attrs={"units": "a.u."})
+    how = {"n_trials": 8, "skip": SKIP, "envelope": True}
+    with refusal("range", "spike_time") as caught:
+        vb.envelope_coupling(frame, shown, **how)
+    assert "give `window`" in caught.value.remedy
+    found = vb.envelope_coupling(frame, shown, window=(0.0, LENGTH), **how)
+    inside = frame.time[(frame.time >= SKIP) & (frame.time < LENGTH)].size
+    assert found.unit_rate.item() == pytest.approx(inside / 8 / (LENGTH - SKIP), rel=1e-9)
+    with refusal("range", "spike_time") as caught:
+        vb.envelope_coupling(frame.assign(time=1e3 * frame.time), shown, window=(0.0, LENGTH), **how)
+    assert "milliseconds" in caught.value.remedy
+
+
+def test_a_stimulus_in_volts_is_taken_once_it_is_in_metres():
+    volts = xr.DataArray(envelopes()[0] * np.sin(400 * TIME), {"time": TIME}, ["time"], attrs={"units": "V"})
+    frame = pd.DataFrame({"unit": "u", "trial": 0, "time": np.linspace(0.1, 2.9, 300)})
+    with refusal("unknown") as caught:
+        vb.envelope_coupling(frame, volts, n_trials=1)
+    assert "quantity" not in caught.value.remedy
+    metres = (50e-6 * volts).assign_attrs(units="m")
+    assert vb.envelope_coupling(frame, metres, n_trials=1).attrs["n_trials"] == 1

@@ -46,7 +46,8 @@ def to_pynapple(data: xr.Dataset | xr.DataArray, *, trials: Any = None) -> Any:
         Times in seconds, to pynapple's 1 ns. Of a group the keys are ``unit_id`` where the table has it (each once),
         the metadata ``unit_name``, ``whisker`` and ``quality``; units without spikes are there; the time support is
         where they were observed: the windows of their trials, the intervals, or else from the first to the last spike.
-        Trials that touch end 1 ns early, as pynapple's intervals include their ends.
+        Trials that touch end 1 ns early, as pynapple's intervals include their ends. Intervals are in the order of
+        their starts.
 
     Raises
     ------
@@ -133,13 +134,15 @@ def _intervals(nap: Any, data: xr.Dataset) -> Any:
 
 def _interval_set(nap: Any, start: Array, stop: Array, metadata: Any = None) -> Any:
     """Intervals that pynapple neither joins nor shortens."""
-    start, stop = np.round(start, 9), np.round(stop, 9)
+    order = np.argsort(start, kind="stable")  # as pynapple has them
+    start, stop = np.round(start[order], 9), np.round(stop[order], 9)
     if (start[1:] < stop[:-1]).any():
         k = int(np.argmax(start[1:] < stop[:-1]))
-        found = f"{k} to {stop[k]:g} s, {k + 1} from {start[k + 1]:g} s"
+        found = f"{order[k]} to {stop[k]:g} s, {order[k + 1]} from {start[k + 1]:g} s"
         raise ConflictError("trials", "must not overlap: pynapple would join them", found, "cut a shorter window")
     touching = np.append(start[1:] == stop[:-1], False)
-    return nap.IntervalSet(start, stop - RESOLUTION * touching, metadata=metadata)
+    named = metadata and {name: [cells[k] for k in order] for name, cells in metadata.items()}
+    return nap.IntervalSet(start, stop - RESOLUTION * touching, metadata=named)
 
 
 def _signal(nap: Any, data: xr.Dataset | xr.DataArray) -> Any:

@@ -342,7 +342,7 @@ def _in_unit(known: Signal, unit: str | None, wanted: str | None, source: str) -
     stated = unit or known.unit
     values, found = in_si(known.values, stated or wanted or "1")
     if wanted is not None and found != wanted:
-        remedy = f"multiply it by {wanted} per {found} and state its unit, or say what it is: quantity=None"
+        remedy = f"multiply it by {wanted} per {found} and state its unit, {wanted}"
         raise UnknownError(source, f"must be in {wanted}", stated, remedy)
     if stated is None and wanted == "m" and float(np.std(values)) > LARGEST_SD:
         size = f"standard deviation {np.std(values):.3g}"

@@ -99,7 +99,9 @@ def as_spikes(
     files = {"groups": groups, "unsorted": unsorted, "counted_bin": counted_bin}
     if event is not None and not isinstance(thing, str | PathLike):
         raise ConflictError("event", "must go with a Plexon or NeuroExplorer file", described(thing))
-    spikes, own = _of_path(Path(thing), event, window, files) if isinstance(thing, str | PathLike) else _read(thing)
+    spikes, own = (
+        _of_path(Path(thing), event, window, files) if isinstance(thing, str | PathLike) else read_object(thing)
+    )
     if "spike_trial" in spikes:
         if trials is not None or window is not None:
             raise ConflictError("trials, window", "must go with spikes on a session's clock", "spikes in trials")
@@ -119,8 +121,26 @@ def _in_order(frame: Any) -> Any:
     return frame.sort_index() if numbered else frame
 
 
-def _read(thing: Any) -> Read:
-    """Spikes of an object, and its own trials."""
+def read_object(thing: Any) -> Read:
+    """Spikes of an object as it has them, and its own trials.
+
+    Parameters
+    ----------
+    thing : object
+        As :func:`as_spikes` takes it, but no name of a file.
+
+    Returns
+    -------
+    spikes : Dataset
+        On the session's clock, or in trials where the object has them so.
+    trials : Dataset or None
+        Those that it states beside its spikes.
+
+    Raises
+    ------
+    InputError
+        As :func:`as_spikes`.
+    """
     if isinstance(thing, xr.Dataset):
         return at_places(thing), None
     if is_a(thing, "pandas", "DataFrame"):

@@ -12,7 +12,8 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 
 from vibrissa.errors import FormatError, InputError, RangeError, ShapeError, UnknownError, did_you_mean
-from vibrissa.tables.stated import number, numbers
+from vibrissa.tables.kinds import is_quantity
+from vibrissa.tables.stated import bare, number, numbers
 
 # names inside the rooms whose arguments have shorter ones here
 SHORTER = {"sampling_rate": "rate", "node": "nodes", "trials": "n_trials", "number_of_units": "units"}
@@ -53,6 +54,15 @@ LISTS = {
         ("Line | None", "tuple[Point, Point] | None"), (((2, 2),), "must be two points, ((x, y), (x, y)) [m]")
     ),
 }
+# SI units of arguments whose numbers may state theirs; others have none, or are of several kinds
+IN_SI = {
+    "s": "bin_width skip window spontaneous delays duration refractory_period exposure fade ramp",
+    "Hz": "band frame_rate guess high low least_rate rate whisking_band",
+    "m": "base_part depth distance excursion face length_sd mean_envelope part physical_length pixel_size pole "
+    "pole_radius skin_sd touch_distance wall whisker_length width",
+    "m/s": "speed",
+}
+UNIT_OF = {name: unit for unit, names in IN_SI.items() for name in names.split()}
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
 
@@ -144,10 +154,10 @@ def as_kind(name: str, value: Any, annotation: str) -> Any:
         _refuse_choice(name, value, re.findall(r"[\w-]+", choices[1]))
     kinds, form = KINDS.get(annotation, ((), ""))
     if annotation in LISTS and value is not None:
-        return listed(name, value, annotation)
+        return listed(name, value, annotation, UNIT_OF.get(name))
     given = type(value).__name__
     if "float" in kinds and (given not in kinds or hasattr(value, "dtype")) and not isinstance(value, str | bool):
-        return number(name, value, None, form)
+        return number(name, value, None if is_quantity(value) else UNIT_OF.get(name), form)
     if kinds == WHOLE and np.ndim(value) == 0 and np.asarray(value).dtype.kind in "iu":
         value, given = int(value), "int"
     if kinds and given not in kinds:
@@ -191,7 +201,7 @@ def listed(name: str, value: Any, annotation: str, unit: str | None = None) -> A
         raise ShapeError(name, rule, short(value))
     if _plain(value):
         return value
-    given = np.asarray(value)
+    given = np.asarray(bare(value, unit))
     plain = (given if given.dtype.kind in "iu" and np.array_equal(given, found) else found).tolist()
     return tuple(tuple(one) if isinstance(one, list) else one for one in plain) if found.ndim else plain
 

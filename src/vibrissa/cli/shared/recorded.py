@@ -138,7 +138,7 @@ class TrialOptions:
         with progress_bars() as progress:
             asked: dict[str, Any] = {"bin_width": bin_width, "needs_count": needs_count}
             table, count, remarks = read_spikes(given, window, **asked, progress=progress)
-        refuse_beyond_recording(table, window[1])
+        refuse_beyond_recording(table, window)
         remarks += [*silent_trials(table, count), *silent_end(table, *window)]
         return table, count, [in_options(line) for line in remarks]
 

@@ -169,8 +169,8 @@ def _extra(
     from vibrissa.neural.io.tables.trials import read_trials
     from vibrissa.stimulus.export import read_command
     from vibrissa.study.neurons.inputs import read_session
+    from vibrissa.study.neurons.session_stimuli import cut_stimulus
     from vibrissa.study.neurons.stimuli import SESSION, is_command, read_stimulus
-    from vibrissa.study.neurons.trial_stimuli import cut_stimulus
     from vibrissa.study.spec.given import SpikesInput
 
     found: dict[str, xr.Dataset] = {}

@@ -82,7 +82,7 @@ def demodulation(
     """
     how = how or DemodulationAnalysis()
     require_motion(stimulus, "phase")
-    refuse_misplaced(spikes, stimulus, n_trials, window=how.window)
+    refuse_misplaced(spikes, stimulus, n_trials, window=how.window, skip=how.skip)
     shown = how.presentation(stimulus)
     if CYCLE * shown.frequency * how.bin_width > 1:
         rule = f"must be at most {1 / (CYCLE * shown.frequency):.2g} s for a carrier of {shown.frequency:.0f} Hz"

@@ -102,7 +102,7 @@ def compare_drives(
         If the sequences differ in length, units differ between stimuli, or spikes and stimulus do not fit together.
     """
     how = how or DriveAnalysis()
-    _refuse(spikes, stimuli, n_trials)
+    _refuse(spikes, stimuli, n_trials, how.skip)
     cut = {"bin_width": how.bin_width, "skip": how.skip, "smoothing": how.smoothing, "latest": how.latest}
     shown = Stimuli.of(stimuli, band=how.band, **cut)
     # latencies a bin apart at most: coarser ones miss what changes within a bin, and favour what changes more slowly
@@ -125,12 +125,12 @@ def compare_drives(
     )
 
 
-def _refuse(spikes: Sequence[xr.Dataset], stimuli: Sequence[xr.Dataset], n_trials: Sequence[int]) -> None:
+def _refuse(spikes: Sequence[xr.Dataset], stimuli: Sequence[xr.Dataset], n_trials: Sequence[int], skip: float) -> None:
     if not len(spikes) == len(stimuli) == len(n_trials) or not spikes:
         found = f"{len(spikes)}, {len(stimuli)}, {len(n_trials)}"
         raise ShapeError("spikes, stimuli and trials", "must be equal in number", found)
     for table, stimulus, n in zip(spikes, stimuli, n_trials, strict=True):
-        refuse_misplaced(table, stimulus, n)
+        refuse_misplaced(table, stimulus, n, skip=skip)
     names = [sorted(map(str, table.unit_name.values)) for table in spikes]
     for k, some in enumerate(names):
         if some != names[0]:

@@ -184,7 +184,7 @@ def unit_information(
     if n_trials < 2:
         remedy = "repeats are needed; of one presentation `glm`, and of a motion `drives`, give bits per spike"
         raise RangeError("number of trials", "must be at least 2", n_trials, remedy)
-    refuse_beyond_recording(spikes, window[1])
+    refuse_beyond_recording(spikes, window)
     counts = UnitCounts.of(spikes, n_trials, bin_edges(*window, bin_width), bin_width, partial=True)
     if not counts.totals.any():
         time = spikes.spike_time.values

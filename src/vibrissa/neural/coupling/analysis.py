@@ -149,7 +149,7 @@ def analyse_units(
         If spikes and stimulus do not fit together.
     """
     how = how or EnvelopeAnalysis()
-    refuse_misplaced(spikes, stimulus, n_trials, window=how.window, spontaneous=how.spontaneous)
+    refuse_misplaced(spikes, stimulus, n_trials, window=how.window, spontaneous=how.spontaneous, skip=how.skip)
     shown = how.presentation(stimulus)
     counts = UnitCounts.of(spikes, n_trials, shown.edges, how.bin_width, partial=True)
     record = binned_record(counts, shown)

@@ -94,7 +94,7 @@ class Presentation:
             raise RangeError("window", f"must lie within the stimulus, {time[0]:g} to {end:g} s", (start, stop))
         require_bins(stop - start, bin_width)
         envelope, carrier, frequency, holes = enveloped(shown, band, step)
-        edge = 0.0 if shown.is_envelope else EDGE_PERIODS / frequency
+        edge = edge_of(frequency)
         n_bins = int(np.floor((stop - start) / bin_width + 1e-6))
         edges: Array = start + bin_width * np.arange(n_bins + 1, dtype=float)
         starts, stops = edges[:-1], edges[1:]
@@ -176,6 +176,22 @@ class BinnedAnalysis:
         """
         cut = {"bin_width": self.bin_width, "skip": self.skip}
         return Presentation.of(stimulus, **cut, window=self.window, band=self.band)
+
+
+def edge_of(frequency: float) -> float:
+    """Time left out at both ends of a record.
+
+    Parameters
+    ----------
+    frequency : float
+        Mean frequency of the carrier [Hz]; NaN of an envelope and 0 of a trial at rest, which have none.
+
+    Returns
+    -------
+    float
+        [s].
+    """
+    return EDGE_PERIODS / frequency if frequency > 0 else 0.0
 
 
 def enveloped(shown: Presented, band: Window | None, step: float) -> tuple[Array, Array, float, Mask]:

@@ -130,7 +130,7 @@ def whisker_kernels(
         If spikes and stimulus do not fit together, or trials are few and the stimulus is short.
     """
     how = how or KernelAnalysis()
-    refuse_misplaced(spikes, command, n_trials, window=how.window)
+    refuse_misplaced(spikes, command, n_trials, window=how.window, skip=how.skip)
     columns = Columns.of(with_channels(command), how)
     if n_trials < FEWEST_TRIALS:
         _blocks(list(columns.drives), how)

@@ -78,7 +78,7 @@ def surround_map(
         If spikes and stimulus do not fit together, or trials are few and the stimulus is short.
     """
     how = how or SurroundAnalysis()
-    refuse_misplaced(spikes, command, n_trials, window=how.window)
+    refuse_misplaced(spikes, command, n_trials, window=how.window, skip=how.skip)
     copies = Copies.of(command, how)
     grid = SurroundGrid(copies)
     if n_trials < FEWEST_TRIALS:

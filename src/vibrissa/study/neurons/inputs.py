@@ -14,9 +14,10 @@ from vibrissa.neural.io.recording import recorded_spikes, session_spikes, trials
 from vibrissa.neural.io.tables.kept_units import of_kept_units
 from vibrissa.neural.io.tables.trials import trials_at
 from vibrissa.quantities.kinds import Progress
+from vibrissa.study.neurons.session_stimuli import stimulus_in_trials
 from vibrissa.study.neurons.silent_trials import silent_trials
 from vibrissa.study.neurons.stimuli import SESSION, read_stimulus
-from vibrissa.study.neurons.trial_stimuli import refuse_other_trials, spikes_within, stimulus_in_trials
+from vibrissa.study.neurons.trial_stimuli import of_the_trials, refuse_other_trials, spikes_within
 from vibrissa.study.spec.given import SpikesInput, StimulusInput
 
 if TYPE_CHECKING:
@@ -97,7 +98,7 @@ def read_recording(
         If a file is bad, or spikes and stimulus do not fit together.
     """
     shown, remarks = read_stimulus(stimulus, folder, channels=channels, band=band)
-    if shown.attrs.get("clock") == SESSION:
+    if cut := shown.attrs.get("clock") == SESSION:
         trials, source = _trials(spikes, folder), str(stimulus.stimulus)
         shown, more = stimulus_in_trials(shown, trials, source, band, channels=channels)
         remarks = [*remarks, *more]
@@ -107,6 +108,7 @@ def read_recording(
     if spikes.period is not None and spikes.period < (length := float(time[-1] - time[0]) * (1 - 1e-9)):
         raise RangeError("period", f"must not be shorter than the stimulus of {length:.6g} s", spikes.period)
     table, count, more = read_spikes(spikes, (min(kept), max(kept)), folder, bin_width=bin_width, progress=progress)
+    shown = shown if cut else of_the_trials(shown, table, str(stimulus.stimulus))
     table, beyond = spikes_within(table, shown, around)
     silence = [*silent_trials(table, count), *silent_end(table, *(window or (float(time[0]), end)))]
     refuse_other_trials(shown, count, str(stimulus.stimulus))

@@ -111,7 +111,7 @@ def analyse_recording(spikes: xr.Dataset, stimulus: xr.Dataset, n_trials: int, h
 
 def _analyse_joined(spikes: xr.Dataset, stimulus: xr.Dataset, n_trials: int, how: EnvelopeAnalysis) -> Analysed:
     """Analyse trials, each with its own stimulus, as one presentation; before their onsets as they were."""
-    refuse_misplaced(spikes, stimulus, n_trials, spontaneous=how.spontaneous)
+    refuse_misplaced(spikes, stimulus, n_trials, spontaneous=how.spontaneous, skip=how.skip)
     rates = spontaneous_rates(spikes, observed_trials(spikes, n_trials), how.spontaneous)
     joined, envelope, remarks = end_to_end(spikes, stimulus, how)
     found = analyse_recording(joined, envelope, 1, replace(how, spontaneous=None, band=None))

@@ -12,6 +12,7 @@ from vibrissa.arrays import Array, Window
 from vibrissa.errors import ConflictError, RangeError, TooFewError
 from vibrissa.neural.io.formats.phy import ALL
 from vibrissa.neural.io.recording import with_waveforms
+from vibrissa.neural.io.tables.inputs import refuse_unrecorded
 from vibrissa.neural.io.tables.trials import recorded_windows
 from vibrissa.neural.sorting.observed import observed_for, trials_laid_out, within_trials
 from vibrissa.study.neurons.inputs import read_session
@@ -114,6 +115,8 @@ def _in_trials(spikes: xr.Dataset, window: Window | None) -> tuple[xr.Dataset, l
     time, remarks = spikes.spike_time.values, []
     count = int(spikes.attrs.get("n_trials", spikes.spike_trial.values.max(initial=0) + 1))
     judged = f"units are judged in {count} trials"
+    if window is not None:
+        refuse_unrecorded(spikes, window, "window")
     if window is None and {"trial_start", "trial_stop"} <= set(spikes.variables):
         low, high = (one - spikes.trial_start.values for one in recorded_windows(spikes, spikes))
         judged += f" of {np.mean(high - low):.4g} s"

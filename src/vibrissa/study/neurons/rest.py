@@ -76,6 +76,7 @@ def _moves(stimulus: xr.Dataset, part: Window) -> bool:
     """Whether a stimulus moves in a part of its time."""
     time, values, _, is_envelope = presented(stimulus)
     within = values[..., (time >= part[0]) & (time < part[1])]
+    within, values = within[np.isfinite(within)], values[np.isfinite(values)]  # an envelope may have holes
     size = (lambda of: np.sqrt(np.mean(of**2))) if is_envelope else np.std
     return bool(within.size) and not size(within) <= STILL * size(values)
 

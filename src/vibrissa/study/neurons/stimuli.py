@@ -181,6 +181,7 @@ def named_stimulus(stimulus: xr.Dataset, source: str, band: Window | None) -> tu
         return stimulus, []
     checked_stimulus(stimulus, source)
     each = values.reshape(-1, time.size)
+    each = each[np.ptp(each, axis=-1) > 0]
     step = float(time[-1] - time[0]) / (time.size - 1)
     if band is not None:
         share = max(float(banded(one, band, step).var() / one.var()) for one in each[:3])

@@ -1,4 +1,4 @@
-"""Stimuli that differ between trials: cut from a session, found to be one, or laid end to end."""
+"""Stimuli that differ between trials: those of the trials that the spikes are of, and laid end to end."""
 
 from __future__ import annotations
 
@@ -7,124 +7,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibrissa.arrays import Array, Window
-from vibrissa.errors import ConflictError, RangeError, ShapeError, TooFewError
-from vibrissa.neural.coupling.presentation import EDGE_PERIODS, JOINED, LONGEST, BinnedAnalysis
+from vibrissa.errors import ConflictError, RangeError, ShapeError
+from vibrissa.neural.coupling.presentation import JOINED, LONGEST, BinnedAnalysis
 from vibrissa.neural.io.tables.inputs import refuse_beyond_recording
+from vibrissa.neural.io.tables.selection import of_same_trials
 from vibrissa.neural.io.tables.spikes import observed_trials, refuse_partly_observed, spike_table
 from vibrissa.neural.io.tables.stimuli import labelled_stimulus, name_of, presented
-from vibrissa.study.neurons.stimuli import named_stimulus
 
 if TYPE_CHECKING:
     import xarray as xr
 
-ONE = 0.99  # correlation of each trial's stimulus with their mean, above which they are one
-UNEVEN = 0.05  # of a step, by which times and lengths of trials may be off
-NONE = 1e-3  # of a step, below which samples fall alike on all onsets
-SCATTER = 1e-3  # [s] of samples about the onsets, above which latencies suffer
-
-
-def cut_stimulus(stimulus: xr.Dataset, trials: xr.Dataset, source: str) -> tuple[xr.Dataset, list[str]]:
-    """The stimulus of each trial, from one that was recorded on the session's clock.
-
-    Parameters
-    ----------
-    stimulus : Dataset
-        By the session's ``time`` [s].
-    trials : Dataset
-        See :func:`vibrissa.neural.io.tables.trials.trial_table`.
-    source : str
-        For messages.
-
-    Returns
-    -------
-    stimulus : Dataset
-        By time from the onset, as long as the shortest trial; of one presentation where all trials had the same. Its
-        first sample is as late as those of the trials in the mean; motions are interpolated to these times.
-    remarks : list of str
-        Whether they had, and how far the samples of an envelope scatter about the onsets.
-
-    Raises
-    ------
-    InputError
-        If a trial was not recorded, or times are uneven within one.
-    """
-    time, values, unit, is_envelope = presented(stimulus)
-    start, stop = trials.trial_start.values, trials.trial_stop.values
-    step = float(np.median(np.diff(time))) if time.size > 1 else np.inf
-    first = np.searchsorted(time, start - step / 2)
-    late = time[np.minimum(first, time.size - 1)] - start  # from each onset to its first sample
-    count = int(np.floor((stop - start).min() / step + UNEVEN))
-    # a recording may end within a step of the end of a trial
-    count -= bool(((first + count > time.size) & (late > NONE * step)).any())
-    if count < 2:
-        raise TooFewError(source, "must be sampled within its trials", f"a step of {step:.4g} s")
-    lost = (first + count > time.size) | (np.abs(late) > step)
-    if lost.any():
-        k = int(np.argmax(lost))
-        found = f"{time[0]:.4g} to {time[-1]:.4g} s"
-        raise RangeError(source, f"must last throughout trial {k}, {start[k]:.4g} to {stop[k]:.4g} s", found)
-    rows = first[:, None] + np.arange(count)
-    if (np.abs(np.diff(time[rows]) - step) > UNEVEN * step).any():
-        raise RangeError(f"{source}: time", f"must be even within trials, by {step:.6g} s", "uneven", "interpolate it")
-    begin = round(float(late.mean()), 9) if abs(late.mean()) > NONE * step else 0.0
-    own: Array = begin + np.arange(count, dtype=np.float64) * step
-    shift = (late - late.mean()) / step
-    cut: Array = values[..., rows] if is_envelope else _shifted(values[..., rows], shift)
-    lead = {"whisker": stimulus.whisker.values} if "whisker" in stimulus.dims else {}
-    attrs = {name: value for name, value in stimulus.attrs.items() if name != "clock"}
-    remarks, r = _scattered(late) if is_envelope else [], _likeness(cut)
-    if len(start) > 1 and not r >= ONE:
-        known = labelled_stimulus(own, cut, unit, envelope=is_envelope, lead={**lead, "trial": None}, attrs=attrs)
-        differs = f"the stimulus differs between trials (correlation with their mean down to {r:.3f})"
-        if np.isnan(r):
-            holes = (~np.isfinite(cut)).sum()
-            differs = f"trials cannot be compared, as {holes} of {cut.size} samples of the stimulus are NaN"
-        return known, [f"{differs}: each of {len(start)} trials has its own", *remarks]
-    known = labelled_stimulus(own, cut.mean(-2), unit, envelope=is_envelope, lead=lead, attrs=attrs)
-    same = [f"the stimulus is the same in all {len(start)} trials: their mean is taken"] * (len(start) > 1)
-    return known, [*same, *remarks]
-
-
-def _scattered(late: Array) -> list[str]:
-    """Remark on an envelope whose samples do not fall alike on the onsets, from which they lie ``late`` [s]."""
-    if (most := float(np.abs(late - late.mean()).max())) <= SCATTER:
-        return []
-    why = "its samples do not fall alike on the onsets"
-    return [f"latencies are uncertain by {1e3 * most:.2g} ms: {why}; sample the envelope more often"]
-
-
-def _shifted(cut: Array, shift: Array) -> Array:
-    """Motions (..., trial, time) moved later by parts of a sample, by quintic splines through known samples."""
-    from scipy.ndimage import shift as moved
-
-    if (np.abs(shift) < NONE).all():
-        return cut
-    found = cut.copy()
-    for place in np.ndindex(cut.shape[:-1]):
-        one, by = cut[place], float(shift[place[-1]])
-        whole = np.isfinite(one).all()
-        found[place] = moved(one, by, order=5, mode="nearest") if whole else _moved_with_holes(one, by)
-    return found
-
-
-def _moved_with_holes(one: Array, by: float) -> Array:
-    """A motion (time) moved later by part of a sample; NaN where a sample beside is, and of fewer than 6 known."""
-    from scipy.interpolate import make_interp_spline
-
-    place, known = np.arange(one.size), np.isfinite(one)
-    if known.sum() < 6:
-        return np.full(one.size, np.nan)
-    when = np.clip(place - by, *place[known][[0, -1]])
-    between = np.interp(place - by, place, known.astype(float)) < 1
-    return np.where(between, np.nan, make_interp_spline(place[known], one[known], k=5)(when))
-
-
-def _likeness(cut: Array) -> float:
-    """Smallest correlation of the stimulus (..., trial, time) of a trial with their mean; 1 of those that rest."""
-    each = cut - cut.mean(-1, keepdims=True)
-    mean = each.mean(-2, keepdims=True)
-    size = np.sqrt((each**2).sum(-1) * (mean**2).sum(-1))
-    return float(np.min(np.divide((each * mean).sum(-1), size, out=np.ones(size.shape), where=size != 0)))
+UNEVEN = 0.05  # of a step, by which all bins of a trial may miss its samples
+OF_EACH = ("counted_bins", "window_start", "window_stop")  # attributes that hold of each trial alone
 
 
 def spikes_within(spikes: xr.Dataset, stimulus: xr.Dataset, around: Window | None) -> tuple[xr.Dataset, list[str]]:
@@ -159,33 +53,31 @@ def spikes_within(spikes: xr.Dataset, stimulus: xr.Dataset, around: Window | Non
     return spikes.isel(spike=np.flatnonzero(~beyond)), [text]
 
 
-def stimulus_in_trials(
-    stimulus: xr.Dataset, trials: xr.Dataset, source: str, band: Window | None = None, *, channels: bool = False
-) -> tuple[xr.Dataset, list[str]]:
-    """The stimulus of each trial, as :func:`cut_stimulus` gives it, and as an envelope where it is one.
+def of_the_trials(stimulus: xr.Dataset, spikes: xr.Dataset, source: str) -> xr.Dataset:
+    """Stimuli of the trials that the spikes are of, in their order, of a file that numbers its trials.
 
     Parameters
     ----------
-    stimulus, trials, source
-        As of :func:`cut_stimulus`.
-    band : (float, float), optional
-        Band of the carrier [Hz].
-    channels : bool
-        Whether all channels are wanted, which are taken as they are.
+    stimulus : Dataset
+        With the dimension ``trial`` where each trial had its own.
+    spikes : Dataset
+        In trials, of which some may have been selected; see :func:`vibrissa.neural.io.tables.selection.at_places`.
+    source : str
+        The file, for the message.
 
     Returns
     -------
-    stimulus, remarks
-        As of :func:`cut_stimulus`.
+    Dataset
+        The same where trials were not selected.
 
     Raises
     ------
     InputError
-        As :func:`cut_stimulus` and :func:`vibrissa.study.neurons.stimuli.named_stimulus`.
+        If a trial that was selected has no stimulus.
     """
-    cut, remarks = cut_stimulus(stimulus, trials, source)
-    known, more = (cut, []) if channels else named_stimulus(cut, source, band)
-    return known, [*remarks, *more]
+    if "trial" not in stimulus.dims:
+        return stimulus
+    return stimulus.isel(trial=of_same_trials(spikes, stimulus.sizes["trial"], source))
 
 
 def refuse_other_trials(stimulus: xr.Dataset, n_trials: int, source: str) -> None:
@@ -277,15 +169,17 @@ def end_to_end(
     step = float(time[-1] - time[0]) / (time.size - 1)
     n_trials = stimulus.sizes["trial"]
     each = stimulus[name_of(stimulus)].transpose("trial", "time")
-    bins = int(np.floor(time.size * step / how.bin_width + 1e-6))
+    near = max(1e-6 * how.bin_width, UNEVEN * step)  # times may be rounded
+    bins = int(np.floor((time.size * step + near) / how.bin_width))
     count = round(bins * how.bin_width / step)  # samples of whole bins
-    if abs(count * step - bins * how.bin_width) > 1e-6 * how.bin_width or not bins:
+    if abs(count * step - bins * how.bin_width) > near or not bins:
         raise RangeError("bin width", f"must be whole samples of the stimulus, of {step:g} s", how.bin_width)
+    step = bins * how.bin_width / count
     whole = np.concatenate([_envelope(stimulus, one.values, how, step)[:count] for one in each])
-    length = count * step
+    length = bins * how.bin_width
     attrs = {"source": stimulus.attrs.get("source", ""), JOINED: n_trials}
     joined = labelled_stimulus(time[0] + step * np.arange(whole.size), whole, unit, envelope=True, attrs=attrs)
-    refuse_beyond_recording(spikes, time[0] + length, step)
+    refuse_beyond_recording(spikes, (time[0] + how.skip, time[0] + length), step)
     when = spikes.spike_time.values
     inside = np.flatnonzero((when >= time[0]) & (when < time[0] + length))
     some = spikes.isel(spike=inside)
@@ -295,7 +189,7 @@ def end_to_end(
         some.spike_unit.values,
         [str(name) for name in spikes.unit_name.values],
         trial=np.zeros(inside.size, int),
-        attrs={name: one for name, one in spikes.attrs.items() if name != "counted_bins"} | {"n_trials": 1},
+        attrs={name: one for name, one in spikes.attrs.items() if name not in OF_EACH} | {"n_trials": 1},
         **about,
     )
     return table, joined, [f"{n_trials} trials, each with its own stimulus, are analysed as one presentation"]
@@ -303,12 +197,12 @@ def end_to_end(
 
 def _envelope(stimulus: xr.Dataset, values: Array, how: BinnedAnalysis, step: float) -> Array:
     """Envelope of one trial, NaN where it is not to be compared."""
-    from vibrissa.neural.coupling.presentation import enveloped
+    from vibrissa.neural.coupling.presentation import edge_of, enveloped
 
     time, _, unit, is_envelope = presented(stimulus)
     one = presented(labelled_stimulus(time, values, unit, envelope=is_envelope))
     envelope, _, frequency, holes = enveloped(one, how.band, step)
-    edge = 0.0 if is_envelope else EDGE_PERIODS / frequency
+    edge = edge_of(frequency)
     since, left = time - time[0], time[-1] + step - time
     known = (since >= edge - 1e-9) & (left >= max(edge, LONGEST) - 1e-9) & ~holes
     return np.where(known, envelope, np.nan)

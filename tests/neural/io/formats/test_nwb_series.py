@@ -91,6 +91,17 @@ def test_a_series_on_the_sessions_clock_is_cut_by_the_trials(tmp_path):
     assert any("the same in all 6 trials" in line for line in found.remarks)
 
 
+@pytest.mark.parametrize("wrong", [np.nan, 5.0])
+def test_timestamps_that_do_not_ascend_are_refused(tmp_path, wrong):
+    file, clock = session(), np.arange(200) / RATE
+    clock[120] = wrong
+    file.add_stimulus(pynwb.TimeSeries(name="motion", data=np.sin(np.arange(200)), unit="um", timestamps=clock))
+    with refusal(
+        "range",
+    ):
+        read_stimulus(StimulusInput(stimulus=str(write(file, tmp_path / "s.nwb"))))
+
+
 def test_trials_with_their_own_stimuli_keep_them(tmp_path):
     file = with_trials(with_units(session()))
     waves = [np.roll(50 * WAVE, 300 * k) for k in range(6)]

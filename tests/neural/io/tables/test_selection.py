@@ -9,6 +9,7 @@ import vibrissa as vb
 from vibrissa.figures.others.contents import compute
 from vibrissa.neural.io.tables.selection import at_places, labelled
 from vibrissa.neural.io.tables.spikes import of_unit, of_units, spike_table, with_intervals
+from vibrissa.neural.io.tables.textures import textures_of
 from vibrissa.neural.sorting.observed import trains_of
 from vibrissa.study.archive.export_folder import read_results
 
@@ -121,12 +122,30 @@ def test_tables_without_labels_are_read_by_their_places():
             lambda one: one.where(xr.DataArray([False, True], dims="unit"), drop=True),
             ("format", "spike_unit", "float64 ('spike', 'unit')"),
         ),
+        (lambda one: one.swap_dims(unit="unit_name"), ("shape", "spikes", "unit along unit_name")),
+        (
+            lambda one: one.where(one.spike_time < 0.7, drop=True),
+            ("format", "unit_name", f"{np.array('a', object).dtype} ('unit', 'spike')"),
+        ),
     ],
 )
 def test_tables_whose_spikes_have_no_certain_unit_or_trial_are_refused(select, rule):
     whole = vb.read_spikes({"a": [0.5], "b": [1.5]}, trials=[(0.0, 1.0), (1.0, 2.0)])
     with refusal(*rule):
         vb.read_spikes(select(whole))
+
+
+def test_remedies_for_tables_that_are_refused_serve():
+    whole = vb.read_spikes(TRAINS)
+    back = whole.swap_dims(unit="unit_name").swap_dims(unit_name="unit")
+    assert trains(at_places(back)) == TRAINS
+    assert trains(at_places(whole.isel(spike=whole.spike_time.values < 0.45)))["a"] == TRAINS["a"][:3]
+
+
+def test_textures_of_selected_trials_are_those_of_their_numbers(tmp_path):
+    (tmp_path / "t.csv").write_text("trial,texture\n0,rough\n1,smooth\n2,bare\n")
+    whole = vb.read_spikes(TRAINS, trials=[(0.0, 0.45), (0.45, 1.15), (1.15, 2.0)])
+    assert textures_of(at_places(whole.isel(trial=[2, 0])), tmp_path / "t.csv") == ["bare", "rough"]
 
 
 def test_a_selection_that_was_saved_is_drawn_and_exported_by_its_places(tmp_path):

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.arrays import Array
-from vibrissa.errors import ConflictError, FormatError, MissingError
+from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError
 from vibrissa.neural.io.formats.nwb import opened, pynwb_module
 from vibrissa.neural.io.tables.stimuli import NAMES, labelled_stimulus
 from vibrissa.neural.io.tables.stimulus_csv import LEVEL, in_stated_unit
@@ -136,4 +136,11 @@ def _times(series: Any, here: str) -> Array:
         return float(series.starting_time or 0.0) + np.arange(len(series.data)) / float(series.rate)
     if series.timestamps is None:
         raise FormatError(here, "must have a rate or timestamps")
-    return np.asarray(series.timestamps[:], float)
+    time = np.asarray(series.timestamps[:], float)
+    later = np.diff(time, prepend=-np.inf) > 0
+    if not later.all():
+        k = int(np.argmin(later))
+        raise RangeError(
+            f"{here}: time", "must be finite and ascend", f"{time[k]:.6g} s at sample {k}", "sort its samples by time"
+        )
+    return time

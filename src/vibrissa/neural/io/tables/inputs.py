@@ -59,6 +59,7 @@ def refuse_misplaced(
     *,
     window: Window | None = None,
     spontaneous: Window | None = None,
+    skip: float = 0.0,
 ) -> None:
     """Refuse spikes of trials that were not presented, and spikes outside the stimulus where no window is given.
 
@@ -66,13 +67,13 @@ def refuse_misplaced(
     ----------
     spikes, stimulus, n_trials
         As in :func:`vibrissa.neural.coupling.analysis.analyse_units`.
-    window, spontaneous
+    window, spontaneous, skip
         As in :class:`vibrissa.neural.coupling.analysis.EnvelopeAnalysis`.
 
     Raises
     ------
     InputError
-        Says what the spikes look like, such as times in milliseconds; or trials or counts end before what is analysed.
+        Says what the spikes look like, such as times in milliseconds; or trials or counts do not hold what is analysed.
     """
     if "spike_time" in spikes and "spike_trial" not in spikes:
         raise MissingError("spikes", "must be in trials", "times on the session's clock", "give their trials")
@@ -95,13 +96,17 @@ def refuse_misplaced(
         raise RangeError("trial", rule, trial.max(), "trials count from 0")
     first, last = stimulus.time.values[[0, -1]]
     step = (last - first) / (stimulus.sizes["time"] - 1)
-    refuse_beyond_recording(spikes, *((last + step, step) if window is None else window[1:]))
+    start, stop = (first, last + step) if window is None else window
+    refuse_beyond_recording(spikes, (start + skip, stop), step if window is None else 0.0)
+    if spontaneous is not None:
+        refuse_unrecorded(spikes, spontaneous, "spontaneous")
     outside = (time < first) | (time > last + step)
     if spontaneous is not None:
         outside &= (time < spontaneous[0]) | (time >= spontaneous[1])
-    if not outside.any() or (window is not None and 2 * outside.sum() <= time.size):
-        return
     farthest = time[np.argmax(np.abs(time - first))]
+    odd = outside.all() or (2 * outside.sum() > time.size and farthest > last + 10 * (last - first))
+    if not outside.any() or (window is not None and not odd):
+        return
     each = "trial" in stimulus.dims  # of which no window is taken
     remedy = "leave them out" if each else "give `window`, its start and its stop, to leave them out"
     if outside.all():
@@ -114,25 +119,78 @@ def refuse_misplaced(
     raise RangeError("spike_time", f"must lie within the stimulus, {first:g} to {last:g} s", found, remedy)
 
 
-def refuse_beyond_recording(spikes: xr.Dataset, stop: float, step: float = 0.0) -> None:
-    """Refuse trials and counts that end before what is analysed: the rest would count as silence.
+def refuse_beyond_recording(spikes: xr.Dataset, part: Window, step: float = 0.0) -> None:
+    """Refuse trials and counts that do not hold what is analysed: the rest would count as silence.
 
     Parameters
     ----------
     spikes : Dataset
-        In trials. Their end is known of counts in bins, and of trials with ``trial_start`` and ``trial_stop``.
-    stop : float
-        End of what is analysed, from the onset [s].
+        In trials. Their end is known of counts in bins, and of trials with ``trial_start`` and ``trial_stop``; both
+        ends of those that were cut by a window.
+    part : (float, float)
+        What is analysed, from the onset [s].
     step : float
         Between samples of the stimulus [s], if it ends with the last of them.
 
     Raises
     ------
     InputError
-        If a whole bin of the counts is missing, or a trial ends more than 10 ms and a step before; names both ends.
+        If a whole bin of the counts is missing, or a trial ends more than 10 ms and a step before, or begins so much
+        after it; names both ends.
     """
-    _refuse_short_counts(spikes, stop)
-    _refuse_short_trials(spikes, stop, max(SHORT, step))
+    _refuse_short_counts(spikes, part[1])
+    _refuse_short_trials(spikes, part[1], max(SHORT, step))
+    refuse_unrecorded(spikes, part, "what is analysed", max(SHORT, step))
+
+
+def recorded_part(spikes: xr.Dataset) -> Window:
+    """Part of every trial in which its spikes were taken.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        In trials; ``window_start`` and ``window_stop`` if they were cut by a window about the onset, else from
+        ``trial_start`` to ``trial_stop``.
+
+    Returns
+    -------
+    (float, float)
+        From the onset [s]; infinite where it is not known.
+    """
+    start, stop = -np.inf, np.inf
+    if "trial_start" in spikes:
+        start = 0.0
+        if "trial_stop" in spikes:
+            stop = float((spikes.trial_stop.values - spikes.trial_start.values).min(initial=np.inf))
+    return float(spikes.attrs.get("window_start", start)), float(spikes.attrs.get("window_stop", stop))
+
+
+def refuse_unrecorded(spikes: xr.Dataset, part: Window, quantity: str, most: float = 1e-6) -> None:
+    """Refuse a part of the trials that reaches beyond that in which spikes were taken.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        In trials.
+    part : (float, float)
+        From the onset [s].
+    quantity : str
+        Its name in the message.
+    most : float
+        By which it may reach beyond [s].
+
+    Raises
+    ------
+    InputError
+        Names what was recorded.
+    """
+    start, stop = recorded_part(spikes)
+    if part[0] >= start - most and part[1] <= stop + most:
+        return
+    rule = f"must lie in what the table holds of each trial, {start:.6g} to {stop:.6g} s"
+    longer = f"({min(part[0], start):.6g}, {max(part[1], stop):.6g})"
+    remedy = f"read the spikes of more of it: vb.read_spikes(…, window={longer})"
+    raise RangeError(quantity, rule, f"{part[0]:.6g} to {part[1]:.6g} s", remedy)
 
 
 def _refuse_short_counts(spikes: xr.Dataset, stop: float) -> None:

@@ -7,8 +7,10 @@ import xarray as xr
 
 from vibrissa.arrays import Integers
 from vibrissa.errors import ConflictError, FormatError, RangeError, ShapeError
-from vibrissa.quantities import QUANTITIES, require
+from vibrissa.quantities import QUANTITIES, dataset, require
 
+NUMBER = "trial_number"  # what says of selected trials which they were
+PLAIN = ("spike_unit", "spike_trial", "spike_time", "unit_name")  # along one dimension each
 REFERENCES = {"unit": ("spike_unit", "interval_unit"), "trial": ("spike_trial",)}  # what refers to each dimension
 
 
@@ -63,18 +65,15 @@ def at_places(spikes: xr.Dataset) -> xr.Dataset:
     -------
     Dataset
         Without coordinates of units and trials: ``spike_unit``, ``interval_unit`` and ``spike_trial`` are places along
-        their dimensions. Spikes of units and trials that were not selected are left out, and ``n_trials`` counts those
-        that were.
+        their dimensions. Spikes of units and trials that were not selected are left out, ``n_trials`` counts those
+        that were, and ``trial_number`` (trial) says which they were, if not the first in their order.
 
     Raises
     ------
     InputError
         If a unit or trial is there twice, is numbered in another way, or spikes refer to one that is not there.
     """
-    for dim in REFERENCES:
-        if dim in spikes.coords and dim not in spikes.dims:
-            number = spikes[dim].values.item()
-            raise ShapeError("spikes", f"must keep the dimension {dim}", f"{dim} {number}", f"isel({dim}=[{number}])")
+    _refuse_other_dimensions(spikes)
     require(spikes, "spike_time", "spike_unit", "unit_name")
     placed, known = spikes, {dim: _labels(spikes, dim) for dim in REFERENCES if dim in spikes.dims}
     for dim, labels in known.items():
@@ -98,7 +97,60 @@ def _at_places(spikes: xr.Dataset, dim: str, labels: Integers | None) -> xr.Data
             raise RangeError(name, f"must be from 0 to {size - 1}, a {dim} of the table", numbers[place < 0][0], remedy)
         kept = {spikes[name].dims[0]: np.flatnonzero(place >= 0)}
         spikes = spikes.assign({name: spikes[name].copy(data=place)}).isel(kept)
-    return spikes if labels is None or dim != "trial" else spikes.assign_attrs(n_trials=size)
+    if labels is None or dim != "trial":
+        return spikes
+    if NUMBER not in spikes and not np.array_equal(labels, np.arange(size)):
+        spikes = spikes.assign({NUMBER: dataset(trial_number=labels).trial_number})
+    return spikes.assign_attrs(n_trials=size)
+
+
+def _refuse_other_dimensions(spikes: xr.Dataset) -> None:
+    """Refuse a table that ``swap_dims``, ``where`` or the choice of one place made: spikes may lose their units."""
+    for dim in REFERENCES:
+        if dim not in spikes.coords or dim in spikes.dims:
+            continue
+        if along := spikes[dim].dims:
+            remedy = f"swap_dims({along[0]}={dim!r})"
+            raise ShapeError("spikes", f"must keep the dimension {dim}", f"{dim} along {along[0]}", remedy)
+        number = spikes[dim].values.item()
+        raise ShapeError("spikes", f"must keep the dimension {dim}", f"{dim} {number}", f"isel({dim}=[{number}])")
+    for name in PLAIN:
+        if name in spikes and spikes[name].dims != QUANTITIES[name].dims:
+            found = f"{spikes[name].dtype} {spikes[name].dims}"
+            rule = f"must have the dimension {QUANTITIES[name].dims[0]} alone"
+            raise FormatError(name, rule, found, "select by isel or sel, not by where")
+
+
+def of_same_trials(spikes: xr.Dataset, count: int, source: str) -> Integers:
+    """Places, in a file of all trials, of those that a table of spikes has.
+
+    Parameters
+    ----------
+    spikes : Dataset
+        From :func:`at_places`.
+    count : int
+        Trials of the file.
+    source : str
+        The file, for the message.
+
+    Returns
+    -------
+    (N,) array of int
+        All in their order, unless trials were selected.
+
+    Raises
+    ------
+    InputError
+        If one that was selected is not in the file.
+    """
+    if NUMBER not in spikes:
+        return np.arange(count)
+    numbers: Integers = spikes[NUMBER].values
+    if (last := numbers.max(initial=-1)) >= count:
+        rule = f"must have the trials from which the spikes were selected, up to trial {last}"
+        remedy = f"number the selected ones from 0: vb.read_spikes(spikes).drop_vars({NUMBER!r})"
+        raise ShapeError(source, rule, f"{count} trials", remedy)
+    return numbers
 
 
 def _labels(spikes: xr.Dataset, dim: str) -> Integers | None:

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from vibrissa.errors import MissingError, ShapeError
+from vibrissa.neural.io.tables.selection import of_same_trials
 from vibrissa.tables.reader import read_table
 from vibrissa.tables.units import PURE, TEXT
 
@@ -67,6 +68,7 @@ def textures_of(spikes: xr.Dataset, path: str | Path | None) -> list[str]:
     if path is None:
         return [str(name) for name in spikes.trial_stimulus.values]
     textures = read_textures(path)
+    textures = [textures[k] for k in of_same_trials(spikes, len(textures), str(path))]
     if "trial_start" in spikes and spikes.sizes["trial"] != len(textures):
         raise MissingError(str(path), f"must name {spikes.sizes['trial']} trials, as the recording has", len(textures))
     listed = int(spikes.attrs.get("n_trials", len(textures)))  # of a table with lines for silent trials, too
