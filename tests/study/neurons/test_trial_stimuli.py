@@ -9,7 +9,9 @@ from refusals import refusal
 import vibrissa as vb
 from vibrissa.api.remarks import Remark
 from vibrissa.neural.io.tables.stimuli import labelled_stimulus
-from vibrissa.study.neurons.neurons import _driven, analyse_neurons
+from vibrissa.quantities import dataset
+from vibrissa.study.neurons.neurons import analyse_neurons
+from vibrissa.study.neurons.rest import remarks_on_rest
 from vibrissa.study.spec.neurons import Neurons
 
 RATE, LENGTH, TRIALS, SKIP = 500, 3.0, 12, 0.5
@@ -221,7 +223,8 @@ def test_a_hole_in_an_envelope_is_no_motion_before_the_onset(moves, hole):
     envelope = np.where(TIME < 0.5, moves, 1 + 0.9 * np.sin(8 * TIME))
     envelope[(hole <= TIME) & (hole + 0.01 > TIME)] = np.nan
     stimulus = labelled_stimulus(TIME, envelope, "a.u.", envelope=True)
-    assert bool(_driven(stimulus, (0.0, 0.5))) is bool(moves)
+    heard = dataset(spike_time=[0.1])
+    assert bool(remarks_on_rest(heard, stimulus, (0.0, 0.5))) is bool(moves)
 
 
 def test_the_window_that_is_asked_for_leaves_out_most_spikes_where_the_stimulus_is_short():
