@@ -103,6 +103,19 @@ def test_spikes_in_trials_are_judged_there(tmp_path, vibrissa):
     assert vibrissa("quality", tmp_path / "s.csv")[2].count("trials are taken to last from 0 to 1.95 s") == 1
 
 
+@pytest.mark.parametrize("option", [("--period", "2s"), ("--trial-table", "trials.csv")])
+def test_spikes_in_trials_are_not_cut_again(option, tmp_path, vibrissa):
+    (tmp_path / "spikes.csv").write_text("unit,trial,spike_time\na,0,0.1\na,1,0.2\n")
+    (tmp_path / "trials.csv").write_text("start,stop\n0,1\n2,3\n")
+    name, value = option
+    value = tmp_path / value if value.endswith("csv") else value
+    code, _out, err = vibrissa("quality", tmp_path / "spikes.csv", "--trials", "2", name, value)
+    assert code == 2
+    assert f"{name} must go with spikes on a session's clock" in err
+    with refusal("conflict", "trials"):
+        vb.unit_quality(vb.read_spikes(tmp_path / "spikes.csv"), trials=[(0.0, 1.0), (2.0, 3.0)])
+
+
 def test_a_csv_may_state_the_signal_to_noise_and_gives_it_back(tmp_path, vibrissa):
     (tmp_path / "s.csv").write_text("spike_time,unit,snr,quality\n0.1,a,4.5,SU\n0.3,a,4.5,SU\n0.2,b,,MU\n0.4,b,,MU\n")
     spikes = read_spikes(tmp_path / "s.csv")

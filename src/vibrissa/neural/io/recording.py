@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 
 import xarray as xr
@@ -85,7 +85,7 @@ def recorded_spikes(
     if "spike_trial" in session:
         kind = "period" if isinstance(trials, xr.Dataset) else "trial_table"
         own = {kind: trials, "event": event or None, "only": only or None}
-        _refuse_trials([name for name, one in own.items() if one is not None], path)
+        refuse_trials_twice([name for name, one in own.items() if one is not None], path)
         if not session.sizes["spike"]:
             raise TooFewError(str(path), "must hold at least one spike", 0)
         return session, session.attrs.get("n_trials")
@@ -100,8 +100,21 @@ def recorded_spikes(
     return cut, table.sizes["trial"]
 
 
-def _refuse_trials(names: list[str], path: str | Path) -> None:
-    """Refuse options that cut a session into trials, for spikes that are in trials already."""
+def refuse_trials_twice(names: Sequence[str], path: str | Path) -> None:
+    """Refuse options that cut a session into trials, for spikes that are in trials already.
+
+    Parameters
+    ----------
+    names : sequence of str
+        The options that were given.
+    path : path
+        The spikes.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
     if names:
         found = f"{path}, a table with a column trial" if _kind(path) == ".csv" else f"{path}, in trials already"
         which = " and ".join(f"`{name}`" for name in [*names, *(["first_onset"] if "period" in names else [])])

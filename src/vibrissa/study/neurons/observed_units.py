@@ -11,7 +11,7 @@ import numpy as np
 from vibrissa.arrays import Array, Window
 from vibrissa.errors import ConflictError, RangeError, TooFewError
 from vibrissa.neural.io.formats.phy import ALL
-from vibrissa.neural.io.recording import with_waveforms
+from vibrissa.neural.io.recording import refuse_trials_twice, with_waveforms
 from vibrissa.neural.io.tables.inputs import refuse_unrecorded
 from vibrissa.neural.io.tables.trials import recorded_windows
 from vibrissa.neural.sorting.observed import observed_for, trials_laid_out, within_trials
@@ -54,7 +54,9 @@ def read_units(
     length = None if window is None else window[1]
     spikes, trials, remarks = read_session(replace(given, group=given.group or (ALL,)), folder, length)
     spikes = with_waveforms(spikes, folder / given.spikes)
-    asked = any((given.period, given.trial_table, given.event, given.only))
+    asked = [name for name in ("period", "trial_table", "event", "only") if getattr(given, name)]
+    if "spike_trial" in spikes:
+        refuse_trials_twice(asked, given.spikes)
     seen, more = observed_units(spikes, trials if asked else None, window=window, duration=duration)
     return seen, [*remarks, *more]
 
@@ -91,6 +93,9 @@ def observed_units(
     if duration is not None and (trials is not None or "spike_trial" in spikes):
         raise ConflictError("duration", "must go with spikes of a whole session", duration, "give `window` for trials")
     if "spike_trial" in spikes:
+        if trials is not None:
+            rule, remedy = "must go with spikes on a session's clock", "leave it out: the spikes are in trials already"
+            raise ConflictError("trials", rule, f"{trials.sizes['trial']} trials", remedy)
         return _in_trials(spikes, window)
     if trials is not None:
         start = trials.trial_start.values
