@@ -155,6 +155,7 @@ def test_tilt_that_rises_by_more_than_the_texture_spans_is_refused(tmp_path, sha
 
 AWAY = {  # mm and µm by which a table's zeros are off those of its first point and its mean
     "neither": (0, 0, []),
+    "rounding": (1e-12, 1.0000001, []),
     "within the texture": (0, 0.9, []),
     "above": (0, 300, ["299 to 301 µm"]),
     "below": (0, -2000, ["-2001 to -1999 µm"]),
@@ -173,11 +174,18 @@ def test_a_table_keeps_its_zeros_and_says_so_where_they_may_be_those_of_an_instr
     zeros = [line for line in said if line.startswith("zero is where the table has it")]
     assert len(zeros) == bool(words)
     assert all(word in zeros[0] for word in words)
-    # the remedy: without the header, with the units
+    # without the header, with the units
     bare = table(*measured, "").removeprefix("\n")
     counted = read_height_profile(written(tmp_path, bare, "bare.csv"), x_unit="m", z_unit="m")
     np.testing.assert_allclose(counted.position, x, atol=1e-15)
     np.testing.assert_allclose(counted.height, z, atol=1e-15)
+
+
+def test_a_profile_with_walls_was_drawn(tmp_path):
+    x, z = np.array([1, 3, 3, 5, 5, 9]) * 1e-3, np.array([5, 5, 2, 2, 5, 5]) * 1e-5
+    said = []
+    read_height_profile(written(tmp_path, table(x, z)), tell=said.append, level="none")
+    assert not any("zero is where" in line for line in said)
 
 
 def test_zeros_that_were_taken_away_are_not_said_to_be_kept(tmp_path):

@@ -13,6 +13,7 @@ from vibrissa.texture.relief import SHORTEST as SMALLEST
 
 SHORTEST_SCAN = 0.3e-3  # [m] a mean gap of the paper; at 0.1 m/s a third of one period of the first resonance
 ALIKE = 0.5  # correlation of neighbouring heights of a wave with six points to its length; white noise has none
+_ROUNDING = 1e-6  # of the length or the range of heights, by which zeros may be off
 _SPEED = 0.1  # [m/s] the paper's, as an example
 
 
@@ -152,11 +153,14 @@ class Measured:
     def own_zeros(self) -> list[str]:
         """What the zeros of a table make of it, where they may be those of an instrument."""
         start, low, high = self.position[0] * 1e3, self.height.min() * 1e6, self.height.max() * 1e6
+        if (np.diff(self.position) == 0).any():
+            return []  # walls are drawn
         behind = ", behind the contact at time 0" if start < 0 else ""
-        found = [f"the first point lies at {start:.4g} mm{behind}"] if start else []
-        if not low <= 0 <= high:
+        away = abs(self.position[0]) > _ROUNDING * np.ptp(self.position)
+        found = [f"the first point lies at {start:.4g} mm{behind}"] if away else []
+        if max(low, -high) > _ROUNDING * (high - low):
             found.append(f"the heights, {low:.4g} to {high:.4g} µm, do not reach the substrate line at 0")
-        remedy = "to count from the first point and the mean height, leave the header out and give the units"
+        remedy = "to count from the first point and the mean height, subtract them in the table"
         return [f"zero is where the table has it: {'; '.join(found)}; {remedy}"] if found else []
 
     def refuse_short(self) -> None:

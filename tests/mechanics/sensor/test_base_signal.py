@@ -131,8 +131,9 @@ def stuck(path, values, rate=2000):
 
 @pytest.mark.parametrize("quanta", [np.inf, 100, 20], ids=["floats", "11 bits", "8 bits"])
 @pytest.mark.parametrize("lost", [False, True], ids=["held", "set to 0"])
-def test_samples_that_were_held_or_lost_are_counted(tmp_path, quanta, lost):
-    whole = ringing(1)
+@pytest.mark.parametrize("offset", [0, 25, -25], ids=["about 0", "above 0", "below 0"])
+def test_samples_that_were_held_or_lost_are_counted(tmp_path, quanta, lost, offset):
+    whole = ringing(1) + offset
     whole = whole if np.isinf(quanta) else np.round(quanta * whole)
     values, first = whole.copy(), 50 + 200 * np.arange(90)
     for at in first:  # 20 ms each
@@ -144,7 +145,7 @@ def test_samples_that_were_held_or_lost_are_counted(tmp_path, quanta, lost):
     for at in first[:3]:
         values[at : at + 40] = 0.0
     assert stuck(tmp_path / "base.csv", values) == 0  # three may be chance
-    wavfile.write(tmp_path / "base.wav", 2000, np.clip(whole, -1, 1).astype(np.float32))
+    wavfile.write(tmp_path / "base.wav", 2000, np.clip(whole - whole.mean(), -1, 1).astype(np.float32))
     assert read_base_signal(tmp_path / "base.wav", kind="moment", unit="uN m").attrs["stuck"] == 0  # clipped
 
 
@@ -169,7 +170,7 @@ WHOLE = {  # records in which values repeat though nothing is held
 @pytest.mark.parametrize("kind", WHOLE)
 @pytest.mark.parametrize("quanta", [0.7, 2, 8, 50, 500])
 def test_coarse_steps_and_rests_are_not_taken_for_held_samples(kind, quanta):
-    assert not [seed for seed in range(50) if _stuck(WHOLE[kind](seed, quanta))]
+    assert not [seed for seed in range(50) if _stuck(WHOLE[kind](seed, quanta), clipped=False)]
 
 
 @pytest.mark.parametrize("values", [[1, 1], [1, 2], [1, 1, 2], [0] * 30, [0] * 30 + [1], [1] + [0] * 30])

@@ -102,6 +102,30 @@ def test_a_picture_is_turned_as_its_exif_says(tmp_path, suffix, orientation):
     assert np.max(np.abs(frame.astype(float) - np.rot90(picture, quarters))[::3, ::3]) < 30
 
 
+@pytest.mark.parametrize("orientation", [1, 2, 3, 4, 5, 6, 7, 8])
+def test_a_tiff_must_be_stored_upright(tmp_path, orientation):
+    exif = Image.Exif()
+    exif[274] = orientation
+    Image.fromarray(np.full((40, 60), 200, np.uint8)).save(tmp_path / "a.tif", exif=exif)
+    if orientation == 1:
+        assert open_movie(tmp_path / "a.tif").width == 60
+        return
+    with refusal("format", "a.tif", f"orientation {orientation}"):
+        open_movie(tmp_path / "a.tif")
+
+
+def test_a_movie_of_png_has_its_marks_before_its_frames(tmp_path):
+    exif = Image.Exif()
+    frames = [Image.fromarray(np.full((40, 60), 200 - k, np.uint8)) for k in range(3)]
+    for orientation, name in ((6, "turned.png"), (2, "mirrored.png")):
+        exif[274] = orientation
+        frames[0].save(tmp_path / name, save_all=True, append_images=frames[1:], exif=exif)
+    movie = open_movie(tmp_path / "turned.png")
+    assert (movie.codec, movie.width, movie.height) == ("apng", 40, 60)
+    with refusal("format", "mirrored.png", "a mirrored picture"):
+        open_movie(tmp_path / "mirrored.png")
+
+
 def test_damaged_exif_is_no_mark(tmp_path):
     path = tmp_path / "a.jpg"
     Image.fromarray(np.full((40, 60), 200, np.uint8)).save(path, exif=b"Exif\0\0II*\0\xff\xff\xff\xff")

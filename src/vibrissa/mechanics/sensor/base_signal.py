@@ -96,7 +96,7 @@ def read_base_signal(
         raise ConflictError("sampling_rate", "must not be given: a .wav states its own", sampling_rate)
     time, raw, clipped = _wav(path, unit, column) if wave else _table(path, column, sampling_rate, unit)
     attrs = {"kind": kind, "unit": unit, "calibration": scale, "clipped": clipped, "zero": "of the file"}
-    attrs["stuck"] = _stuck(raw)
+    attrs["stuck"] = _stuck(raw, clipped > 0)
     if rest is not None:
         raw = raw - _at_rest(time, raw, rest)
         attrs["zero"] = f"mean of {rest[0]:g} to {rest[1]:g} s"
@@ -195,7 +195,7 @@ def _held(values: NDArray[Any]) -> int:
     return held
 
 
-def _stuck(values: Array) -> int:
+def _stuck(values: Array, clipped: bool) -> int:
     """How many samples repeat the one before since they were held or lost: see :func:`read_base_signal`.
 
     A slow signal in whole steps of a converter changes by one of them, and one that comes to rest decays before.
@@ -207,7 +207,8 @@ def _stuck(values: Array) -> int:
     abrupt = max(_ABRUPT * np.median(moved), _STEEP * np.diff(levels).min())
     starts, stops = _stretches(step == 0)
     long = (stops - starts >= _STUCK) & (starts > 0) & (stops < step.size)
-    long &= ~np.isin(values[starts], levels[[0, -1]])  # these are clipped
+    if clipped:
+        long &= ~np.isin(values[starts], levels[[0, -1]])
     starts, stops = starts[long], stops[long]
     lost = (step[starts - 1] > abrupt) & (step[stops] > abrupt)
     return int((stops - starts)[lost].sum()) if np.count_nonzero(lost) >= _STRETCHES else 0

@@ -65,8 +65,7 @@ def opened(path: Path, holes: bool = False) -> Iterator[Opened]:
         if first is None:
             raise TooFewError(str(path), "must have at least one frame")
         refuse_oblong(path, first.width, _stream(container).sample_aspect_ratio)
-        coded = _first_packet(path) if _stream(container).codec_context.name in PICTURES else b""
-        turns = quarter_turns(path, first, coded)
+        turns = quarter_turns(path, first, _stream(container).codec_context.name in PICTURES)
         movie = _described(path, container, first, checksums, turns)
         yield Opened(movie, partial(_blocks, movie, turns, chain([first], decoded)))
 
@@ -170,17 +169,15 @@ def _container(path: Path) -> av.container.InputContainer:
 
 
 def _streams(container: av.container.InputContainer) -> list[Any]:
-    """Video streams of a file, but for its title picture; the first versions 14 of PyAV do not know which that is."""
-    return [one for one in container.streams.video if not int(getattr(one, "disposition", 0)) & TITLE_PICTURE]
+    """Video streams of a file, but for its title picture; the first, where PyAV (up to some 14) does not know it."""
+    streams = list(container.streams.video)
+    if streams and not hasattr(streams[0], "disposition"):
+        return streams[:1]
+    return [one for one in streams if not int(one.disposition) & TITLE_PICTURE]
 
 
 def _stream(container: av.container.InputContainer) -> Any:
     return _streams(container)[0]
-
-
-def _first_packet(path: Path) -> bytes:
-    with _container(path) as container:
-        return bytes(next(container.demux(_stream(container))))
 
 
 def _checksums(container: av.container.InputContainer) -> SliceChecksums | None:

@@ -16,10 +16,12 @@ from vibrissa.errors import FormatError
 
 PICTURES = frozenset({"png", "apng", "mjpeg", "webp"})  # codecs whose frames may hold EXIF
 _EXIF = re.compile(rb"(?:Exif\0\0|eXIf|EXIF.{4})((?:II\*\0|MM\0\*).*)", re.DOTALL)
-_ORIENTATION, _MIRRORED = 274, frozenset({2, 4, 5, 7})  # tag of EXIF, and those of its values that mirror
+_READ = 1 << 24  # bytes of a file in which EXIF and colour profile are sought
+_ORIENTATION = 274  # tag of EXIF; its values 2, 4, 5 and 7 mirror
+_TURNS, _MIRRORED = {3: 2, 6: 3, 8: 1}, frozenset({2, 4, 5, 7})
 
 
-def quarter_turns(path: Path, frame: av.VideoFrame, coded: bytes) -> int:
+def quarter_turns(path: Path, frame: av.VideoFrame, picture: bool) -> int:
     """Quarter turns, anticlockwise, by which players show a frame turned.
 
     Parameters
@@ -28,8 +30,8 @@ def quarter_turns(path: Path, frame: av.VideoFrame, coded: bytes) -> int:
         The movie.
     frame : VideoFrame
         Its first.
-    coded : bytes
-        The same as it is stored, if its codec is one of ``PICTURES``; else empty.
+    picture : bool
+        Whether its codec is one of ``PICTURES``.
 
     Returns
     -------
@@ -41,9 +43,15 @@ def quarter_turns(path: Path, frame: av.VideoFrame, coded: bytes) -> int:
     InputError
         If players show it mirrored, or at another angle.
     """
+    coded = _beginning(path) if picture else b""
+    exif = _EXIF.search(coded)
+    orientation = 1 if exif is None else _orientation(exif[1])
+    if orientation in _TURNS:
+        return _TURNS[orientation]
     degrees = getattr(frame, "rotation", 0)  # the first versions 14 of PyAV may not know it
     remedy = "write it with its frames turned: ffmpeg -i IN -c:v ffv1 OUT.mkv"
-    if _mirrored(frame, coded):
+    # PyAV frees the name of a colour profile twice, with the side data, and fails at EXIF there
+    if orientation in _MIRRORED or (exif is None and b"iCCP" not in coded and _mirrored(frame)):
         raise FormatError(str(path), "must be shown as it is or turned", "a mirrored picture", remedy)
     if degrees % 90:
         raise FormatError(str(path), "must be shown in quarter turns", f"{degrees} degrees", remedy)
@@ -72,12 +80,13 @@ def refuse_oblong(path: Path, width: int, aspect: Fraction | None) -> None:
         raise FormatError(str(path), "must have square pixels", f"{float(aspect or 1):g} times as wide as high", remedy)
 
 
-def _mirrored(frame: av.VideoFrame, coded: bytes) -> bool:
-    """Whether players show a frame mirrored."""
-    if (exif := _EXIF.search(coded)) is not None:
-        return _orientation(exif[1]) in _MIRRORED
-    if b"iCCP" in coded:  # PyAV frees the name of a colour profile twice, with the side data
-        return False
+def _beginning(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return file.read(_READ)
+
+
+def _mirrored(frame: av.VideoFrame) -> bool:
+    """Whether players show a frame mirrored: the determinant of its display matrix is negative."""
     try:
         matrix: Any = frame.side_data.get("DISPLAYMATRIX")  # its type is not known to have a buffer
     except ValueError:  # data of a kind that this PyAV does not know

@@ -86,6 +86,9 @@ def _described(file: Any, path: Path) -> Movie:
         found = getattr(first.photometric, "name", str(first.photometric)).lower()
         raise FormatError(str(path), "must be grey, with black as 0", found, "save it as 8- or 16-bit grey")
     _refuse_stack(file, path)
+    if (orientation := first.tags.valueof("Orientation", 1)) != 1:
+        remedy = "save it as it is shown"
+        raise FormatError(str(path), "must be stored upright", f"orientation {orientation}", remedy)
     if first.shape != (first.imagelength, first.imagewidth):
         raise ShapeError(str(path), "must have pages of rows and columns alone", first.shape)
     if first.dtype not in (np.dtype(np.uint8), np.dtype(np.uint16)):
