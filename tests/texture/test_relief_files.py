@@ -62,6 +62,12 @@ def test_names_in_quotes_are_the_same_names(tmp_path):
     assert read_height_profile(written(tmp_path, table(x, z, '"position_m","height_m"'))) == plain
     bare = written(tmp_path, table(x, z, '"position","height"'))
     assert read_height_profile(bare, x_unit="m", z_unit="m") == plain
+    for header in ('"Distance","Height"', '"X [m]","Height [m]"', '"Position";"Height"'):  # of other programs
+        content = table(x, z, header)
+        content = content.replace(",", ";") if ";" in header else content
+        bare = read_height_profile(written(tmp_path, content.partition("\n")[2], "bare.csv"), x_unit="m", z_unit="m")
+        foreign = read_height_profile(written(tmp_path, content), x_unit="m", z_unit="m")
+        np.testing.assert_allclose(foreign.height, bare.height, atol=1e-15)
     gaps = read_texture(written(tmp_path, "position_mm,width_mm\n1,0.2\n2,0.3\n", "gaps.csv"))
     assert read_texture(written(tmp_path, '"position_mm","width_mm"\n1,0.2\n2,0.3\n', "gaps.csv")) == gaps
     with refusal("conflict", "x_unit"):  # a table of gaps leaves nothing open

@@ -145,7 +145,7 @@ def envelope_coupling(
     named = str(getattr(stimulus, "name", "")) + str(getattr(stimulus, "attrs", {}).get("long_name", ""))
     if "envelope" in named and not envelope:
         raise ConflictError("stimulus", "must be a displacement", "an envelope", "say so: envelope=True")
-    table, shown, remarks = _spikes_and_stimulus(spikes, stimulus, unit, envelope, band, spontaneous)
+    table, shown, remarks = _spikes_and_stimulus(spikes, stimulus, unit, envelope, band, spontaneous, window)
     known = table.attrs.get("n_trials")
     if None not in (known, n_trials) and known != n_trials:
         raise ConflictError("n_trials", f"must be left out: the spikes have {known} trials", n_trials)
@@ -175,7 +175,13 @@ def envelope_coupling(
 
 
 def _spikes_and_stimulus(
-    spikes: Any, stimulus: Any, unit: str | None, envelope: bool, band: Seconds | None, spontaneous: Seconds | None
+    spikes: Any,
+    stimulus: Any,
+    unit: str | None,
+    envelope: bool,
+    band: Seconds | None,
+    spontaneous: Seconds | None,
+    window: Seconds | None,
 ) -> tuple[xr.Dataset, xr.Dataset, list[str]]:
     """Both as datasets, and remarks on both; refused in one line if they are swapped."""
     from vibrissa.api.objects.signals import as_signal
@@ -210,7 +216,7 @@ def _spikes_and_stimulus(
         shown = of_the_trials(shown, table, str(stimulus))
     if "spike_trial" not in table:
         raise MissingError("spikes", "must be in trials", remedy="vb.read_spikes(spikes, trials=onsets)")
-    within, beyond = spikes_within(table, shown, spontaneous)
+    within, beyond = spikes_within(table, shown, spontaneous, window)
     return within, shown, [*remarks, *beyond]
 
 

@@ -161,7 +161,7 @@ def _of_data_array(array: Any, unit: str | None) -> Any:
         return bare(array.to_numpy(), unit)
     values, found = in_si(array.to_numpy(), str(stated))
     if found != unit and (unit is not None or not _is_si(found)):
-        rule = f"must be in {unit} or a multiple of it" if unit else "must have a unit of SI"
+        rule = f"must be in {unit}, or a unit of columns that is a multiple of it" if unit else "must have a unit of SI"
         raise UnknownError("xarray DataArray", rule, stated)
     return values
 

@@ -46,7 +46,9 @@ def read_columns(path: str | Path) -> Measured | None:
     if Path(path).suffix == ".npy":
         position, height = _array(path).T
         return Measured(name=str(path), position=position, height=height, x_unit=None, z_unit=None)
-    if any(name.lower().startswith(tuple(PROFILE)) for name in header_names(first)):
+    names = header_names(first)
+    own = '"' not in first or all(re.sub(r"_[a-z]+$", "", name) in PROFILE for name in names)  # others quote theirs
+    if own and any(name.lower().startswith(tuple(PROFILE)) for name in names):
         table = read_table(path, PROFILE, others=False)
         table.refuse_empty("must have points below its header")
         return _measured(table, zero=True)

@@ -73,6 +73,21 @@ def test_a_window_that_reaches_into_the_stimulus_of_another_trial_is_refused(vib
     assert (code, rate) == (0, pytest.approx(REST, abs=3 * np.sqrt(REST / (3 * TRIALS))))
 
 
+def test_a_window_that_reaches_into_trials_left_out_is_remarked_on(vibrissa, session):
+    """Every other trial is of another protocol, whose stimulus is not known."""
+    lines = (session / "trials.csv").read_text().splitlines()
+    named = [f"{line},{'AB'[k % 2]}" for k, line in enumerate(lines[1:])]
+    (session / "trials.csv").write_text("\n".join(["start,stop,protocol", *named]))
+    for window, expected in {
+        (-5, 0): "in 5 of 6 trials -5 to 0 s reaches into one that is left out",
+        (-3, 0): "",
+    }.items():
+        code, _, err = vibrissa(*neural(session, *window), "--only", "protocol", "A")
+        assert code == 0
+        assert ("left out: the rate there" in err) == bool(expected)
+        assert expected in err
+
+
 def test_the_same_window_is_refused_in_python(session):
     trials = np.loadtxt(session / "trials.csv", delimiter=",", skiprows=1)
     spikes = as_spikes(session / "spikes.csv", trials=trials, window=(-5.0, 4.0))

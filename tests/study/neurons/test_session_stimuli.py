@@ -95,6 +95,16 @@ def test_a_clock_that_is_rounded_gives_the_stimulus_that_it_gives_exactly(rate):
     assert len(Presentation.of(found, window=(0, LENGTH)).edges) == 301
 
 
+@pytest.mark.parametrize("slower", [1.06, 1.25, 0.8, 1.001])
+def test_a_trial_at_another_rate_is_refused(slower):
+    """Each trial is even; the last one has another step, so that its samples would be those of another time."""
+    clock = np.arange(0, 12, 1e-3)
+    clock[clock > 8] = 8 + slower * (clock[clock > 8] - 8)
+    stimulus = labelled_stimulus(clock, np.sin(2 * np.pi * 65 * clock))
+    with refusal("range", "s: time", "uneven"):
+        cut_stimulus(stimulus, trial_table(np.array([1.0, 4.5, 8.1]), np.array([4.0, 7.5, 11.1])), "s")
+
+
 def test_samples_of_an_envelope_that_scatter_about_the_onsets_are_remarked_on():
     clock = np.arange(0, 60, 0.01)
     stimulus = labelled_stimulus(clock, np.ones(clock.size), "a.u.", envelope=True)

@@ -192,6 +192,9 @@ def test_selected_trials_have_the_stimuli_of_their_numbers(recording, trials, tm
     parts = [rows[rows.trial == k].assign(trial=place) for place, k in enumerate(some)]
     pd.concat(parts).to_csv(tmp_path / "some.csv", index=False)
     chosen = vb.read_spikes(trials.isel(trial=some))
+    first = coupling(vb.read_spikes(trials.isel(trial=slice(0, 6))), here / "stimulus.csv")
+    mixed = coupling(vb.read_spikes(trials.isel(trial=[5, 4, 3, 2, 1, 0])), here / "stimulus.csv")
+    np.testing.assert_allclose(first, mixed, rtol=0.02)
     anew = chosen.drop_vars("trial_number")
     np.testing.assert_array_equal(coupling(chosen, here / "stimulus.csv"), coupling(anew, tmp_path / "some.csv"))
     with refusal("shape", "some.csv", "6 trials"):
@@ -236,7 +239,8 @@ def test_the_window_that_is_asked_for_leaves_out_most_spikes_where_the_stimulus_
     with refusal("range", "spike_time") as caught:
         vb.envelope_coupling(frame, shown, **how)
     assert "give `window`" in caught.value.remedy
-    found = vb.envelope_coupling(frame, shown, window=(0.0, LENGTH), **how)
+    with pytest.warns(Remark, match="of 3200 spikes lie beyond the stimulus"):
+        found = vb.envelope_coupling(frame, shown, window=(0.0, LENGTH), **how)
     inside = frame.time[(frame.time >= SKIP) & (frame.time < LENGTH)].size
     assert found.unit_rate.item() == pytest.approx(inside / 8 / (LENGTH - SKIP), rel=1e-9)
     with refusal("range", "spike_time") as caught:

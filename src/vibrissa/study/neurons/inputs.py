@@ -109,7 +109,7 @@ def read_recording(
         raise RangeError("period", f"must not be shorter than the stimulus of {length:.6g} s", spikes.period)
     table, count, more = read_spikes(spikes, (min(kept), max(kept)), folder, bin_width=bin_width, progress=progress)
     shown = shown if cut else of_the_trials(shown, table, str(stimulus.stimulus))
-    table, beyond = spikes_within(table, shown, around)
+    table, beyond = spikes_within(table, shown, around, window)
     silence = [*silent_trials(table, count), *silent_end(table, *(window or (float(time[0]), end)))]
     refuse_other_trials(shown, count, str(stimulus.stimulus))
     return Recording(table, shown, count, [*remarks, *_late(time[0], end), *more, *beyond, *silence])

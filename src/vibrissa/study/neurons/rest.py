@@ -39,11 +39,11 @@ def refuse_driven(spikes: xr.Dataset, stimulus: xr.Dataset, spontaneous: Window 
     if spontaneous is None or "trial_start" not in spikes:
         return
     order = np.argsort(spikes.trial_start.values)
-    onset, time = spikes.trial_start.values[order], stimulus.time.values
+    onset = spikes.trial_start.values[order]
     stimulus = stimulus.isel(trial=order) if "trial" in stimulus.dims else stimulus
     if onset.size < 2 or not (gap := float(np.diff(onset).min())) > 0:
         return
-    first, end = float(time[0]), float(time[-1] + (time[-1] - time[0]) / (time.size - 1))
+    first, end = _shown(stimulus)
     reach = np.array([_reach(k, onset, stimulus, (first, end), spontaneous) for k in range(onset.size)])
     if not (reach > 0).any():
         return
@@ -102,4 +102,17 @@ def remarks_on_rest(spikes: xr.Dataset, stimulus: xr.Dataset, spontaneous: Windo
         lines.append(f"no unit fired from {start:g} to {stop:g} s: {why}")
     if _moves(stimulus, spontaneous):
         lines.append(f"the stimulus moves from {start:g} to {stop:g} s: the rate there is not spontaneous")
+    left = np.atleast_1d(spikes.attrs.get("onsets_left_out", []))
+    if left.size and "trial_start" in spikes:
+        onset, (first, end) = spikes.trial_start.values[:, None], _shown(stimulus)
+        meets = (left + first < onset + stop - SHORT) & (left + end > onset + start + SHORT)
+        if number := int(meets.any(1).sum()):
+            which = f"in {number} of {len(onset)} trials {start:g} to {stop:g} s reaches into one that is left out"
+            lines.append(f"{which}: the rate there is spontaneous only if that one had no stimulus")
     return lines
+
+
+def _shown(stimulus: xr.Dataset) -> Window:
+    """When a stimulus begins and ends, after the onset [s]."""
+    time = stimulus.time.values
+    return float(time[0]), float(time[-1] + (time[-1] - time[0]) / (time.size - 1))

@@ -65,7 +65,8 @@ def cut_stimulus(stimulus: xr.Dataset, trials: xr.Dataset, source: str) -> tuple
         raise RangeError(source, f"must last throughout trial {k}, {start[k]:.4g} to {stop[k]:.4g} s", found)
     rows = first[:, None] + np.arange(count)
     uneven = (np.abs(np.diff(time[rows]) - step) > UNEVEN * step).any(1)
-    if any(misfit_of(one) for one in time[rows[uneven]]):  # rounded times are even
+    off = np.ptp(time[rows] - step * np.arange(count), axis=-1).max()  # of trials at another rate it grows
+    if off > max(step, SCATTER) or any(misfit_of(one) for one in time[rows[uneven]]):  # rounded times are even
         raise RangeError(f"{source}: time", f"must be even within trials, by {step:.6g} s", "uneven", "interpolate it")
     late = (time[rows] - step * np.arange(count)).mean(-1) - start  # however each time was rounded
     begin = round(float(late.mean()), 9) if abs(late.mean()) > NONE * step else 0.0

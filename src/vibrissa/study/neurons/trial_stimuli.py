@@ -9,7 +9,7 @@ import numpy as np
 from vibrissa.arrays import Array, Window
 from vibrissa.errors import ConflictError, RangeError, ShapeError
 from vibrissa.neural.coupling.presentation import JOINED, LONGEST, BinnedAnalysis
-from vibrissa.neural.io.tables.inputs import refuse_beyond_recording
+from vibrissa.neural.io.tables.inputs import misplaced, refuse_beyond_recording
 from vibrissa.neural.io.tables.selection import of_same_trials
 from vibrissa.neural.io.tables.spikes import observed_trials, refuse_partly_observed, spike_table
 from vibrissa.neural.io.tables.stimuli import labelled_stimulus, name_of, presented
@@ -21,8 +21,12 @@ UNEVEN = 0.05  # of a step, by which all bins of a trial may miss its samples
 OF_EACH = ("counted_bins", "window_start", "window_stop")  # attributes that hold of each trial alone
 
 
-def spikes_within(spikes: xr.Dataset, stimulus: xr.Dataset, around: Window | None) -> tuple[xr.Dataset, list[str]]:
-    """Spikes without the few that lie beyond the stimulus; where they are most, all stay, to be refused.
+def spikes_within(
+    spikes: xr.Dataset, stimulus: xr.Dataset, around: Window | None, window: Window | None = None
+) -> tuple[xr.Dataset, list[str]]:
+    """Spikes without those that lie beyond the stimulus; all stay where they are to be refused.
+
+    They are where most lie beyond it and no window is given, or if they look like times of another scale or clock.
 
     Parameters
     ----------
@@ -32,6 +36,8 @@ def spikes_within(spikes: xr.Dataset, stimulus: xr.Dataset, around: Window | Non
         By ``time`` from the onset [s].
     around : (float, float), optional
         Window that is kept as well [s].
+    window : (float, float), optional
+        Part of the stimulus that is analysed [s].
 
     Returns
     -------
@@ -47,7 +53,8 @@ def spikes_within(spikes: xr.Dataset, stimulus: xr.Dataset, around: Window | Non
     if around is not None:
         beyond &= (when < around[0]) | (when >= around[1])
     number = int(beyond.sum())
-    if not number or 2 * number > when.size:
+    few = 2 * number <= when.size if window is None else not misplaced(when, beyond, (first, float(time[-1])))
+    if not number or not few:
         return spikes, []
     text = f"{number} of {when.size} spikes lie beyond the stimulus, {first:g} to {last:g} s, and are left out"
     return spikes.isel(spike=np.flatnonzero(~beyond)), [text]

@@ -78,3 +78,12 @@ def test_trials_of_their_own_stimuli_are_refused_as_others(tmp_path):
         vb.envelope_coupling(cut(0.0, 3.5), tmp_path / "own.csv", skip=0.0)
     found = vb.envelope_coupling(cut(0.0, 3.5), tmp_path / "own.csv", skip=0.5)
     assert found.unit_rate.item() == pytest.approx(counted(0.0, 3.5), rel=1e-9)
+
+
+def test_spikes_before_the_onset_show_that_they_were_taken_there():
+    """A table of which the window is not known any more."""
+    spikes = cut(-1.0, 4.0)
+    for name in ("window_start", "window_stop"):
+        del spikes.attrs[name]
+    found = vb.envelope_coupling(spikes, SHOWN, spontaneous=(-0.9, 0.0))
+    assert found.spontaneous_rate.item() == pytest.approx(counted(-0.9, 0.0), rel=1e-9)

@@ -218,7 +218,9 @@ def trials_of(rows: Any, source: str, *, only: tuple[str, str] | None = None, st
         kept = rows_with(cells, f"{source}, {rows.name}", *only, columns=rows.colnames)
     named = np.asarray(rows[stimulus][:]).astype(str)[kept] if stimulus in rows.colnames else None
     order = np.argsort(start[kept], kind="stable")
-    attrs = {"source": Path(source).name, "trials_left_out": int((~kept).sum())}
+    attrs: dict[str, Any] = {"source": Path(source).name, "trials_left_out": int((~kept).sum())}
+    if not kept.all():
+        attrs["onsets_left_out"] = start[~kept]
     return trial_table(start[kept][order], stop[kept][order], None if named is None else named[order], attrs)
 
 

@@ -137,10 +137,9 @@ def _times(series: Any, here: str) -> Array:
     if series.timestamps is None:
         raise FormatError(here, "must have a rate or timestamps")
     time = np.asarray(series.timestamps[:], float)
-    later = np.diff(time, prepend=-np.inf) > 0
+    later = (np.diff(time, prepend=-np.inf) > 0) & np.isfinite(time)
     if not later.all():
         k = int(np.argmin(later))
-        raise RangeError(
-            f"{here}: time", "must be finite and ascend", f"{time[k]:.6g} s at sample {k}", "sort its samples by time"
-        )
+        remedy = "sort its samples, and leave out doubled ones and those without a time"
+        raise RangeError(f"{here}: time", "must be finite and ascend", f"{time[k]:.6g} s at sample {k}", remedy)
     return time

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from vibrissa.arrays import Window
+from vibrissa.arrays import Array, Mask, Window
 from vibrissa.errors import MissingError, RangeError, ShapeError, UnknownError
 from vibrissa.quantities import require
 from vibrissa.tables.stated import number
@@ -103,10 +103,9 @@ def refuse_misplaced(
     outside = (time < first) | (time > last + step)
     if spontaneous is not None:
         outside &= (time < spontaneous[0]) | (time >= spontaneous[1])
-    farthest = time[np.argmax(np.abs(time - first))]
-    odd = outside.all() or (2 * outside.sum() > time.size and farthest > last + 10 * (last - first))
-    if not outside.any() or (window is not None and not odd):
+    if not outside.any() or (window is not None and not misplaced(time, outside, (first, last))):
         return
+    farthest = time[np.argmax(np.abs(time - first))]
     each = "trial" in stimulus.dims  # of which no window is taken
     remedy = "leave them out" if each else "give `window`, its start and its stop, to leave them out"
     if outside.all():
@@ -117,6 +116,27 @@ def refuse_misplaced(
         )
     found = f"{outside.sum()} of {time.size} outside, up to {farthest:g}"
     raise RangeError("spike_time", f"must lie within the stimulus, {first:g} to {last:g} s", found, remedy)
+
+
+def misplaced(time: Array, outside: Mask, shown: Window) -> bool:
+    """Whether times are not those of the stimulus: all are outside, or most are and some of another scale or clock.
+
+    Parameters
+    ----------
+    time : (N,) array
+        Of spikes, from the onset [s].
+    outside : (N,) array of bool
+        Which lie outside the stimulus.
+    shown : (float, float)
+        First and last time of the stimulus [s].
+
+    Returns
+    -------
+    bool
+    """
+    first, last = shown
+    far = np.abs(time - first).max(initial=0.0) > 11 * (last - first)
+    return bool(outside.all() or (2 * outside.sum() > time.size and far))
 
 
 def refuse_beyond_recording(spikes: xr.Dataset, part: Window, step: float = 0.0) -> None:
@@ -159,7 +179,7 @@ def recorded_part(spikes: xr.Dataset) -> Window:
     """
     start, stop = -np.inf, np.inf
     if "trial_start" in spikes:
-        start = 0.0
+        start = 0.0 if spikes.spike_time.values.min(initial=0.0) >= 0 else -np.inf
         if "trial_stop" in spikes:
             stop = float((spikes.trial_stop.values - spikes.trial_start.values).min(initial=np.inf))
     return float(spikes.attrs.get("window_start", start)), float(spikes.attrs.get("window_stop", stop))

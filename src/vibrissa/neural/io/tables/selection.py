@@ -66,7 +66,7 @@ def at_places(spikes: xr.Dataset) -> xr.Dataset:
     Dataset
         Without coordinates of units and trials: ``spike_unit``, ``interval_unit`` and ``spike_trial`` are places along
         their dimensions. Spikes of units and trials that were not selected are left out, ``n_trials`` counts those
-        that were, and ``trial_number`` (trial) says which they were, if not the first in their order.
+        that were, and ``trial_number`` (trial) says which they were, if not all in their order.
 
     Raises
     ------
@@ -99,7 +99,8 @@ def _at_places(spikes: xr.Dataset, dim: str, labels: Integers | None) -> xr.Data
         spikes = spikes.assign({name: spikes[name].copy(data=place)}).isel(kept)
     if labels is None or dim != "trial":
         return spikes
-    if NUMBER not in spikes and not np.array_equal(labels, np.arange(size)):
+    some = size < spikes.attrs.get("n_trials", size)
+    if NUMBER not in spikes and (some or not np.array_equal(labels, np.arange(size))):
         spikes = spikes.assign({NUMBER: dataset(trial_number=labels).trial_number})
     return spikes.assign_attrs(n_trials=size)
 

@@ -115,7 +115,9 @@ def trials_of_table(table: Table, source: str, *, only: tuple[str, str] | None =
     later[np.flatnonzero(kept)[1:]] = np.diff(start[kept]) <= 0
     table.refuse_first(later, "start", "must be after the trial before it", "sort the table by its start")
     stimulus = np.array(table.text("stimulus"), str)[kept] if "stimulus" in table else None
-    attrs = {"source": source, "trials_left_out": int((~kept).sum())}
+    attrs: dict[str, Any] = {"source": source, "trials_left_out": int((~kept).sum())}
+    if not kept.all():
+        attrs["onsets_left_out"] = start[~kept]
     return trial_table(start[kept], stop[kept], stimulus, attrs)
 
 
@@ -216,6 +218,8 @@ def cut_into_trials(spikes: xr.Dataset, trials: xr.Dataset, window: Window | Non
         "spikes_outside": int((times_taken == 0).sum()),
         "spikes_shared": int((times_taken > 1).sum()),
     }
+    if "onsets_left_out" in trials.attrs:
+        attrs["onsets_left_out"] = trials.attrs["onsets_left_out"]
     if window is not None:
         attrs |= {"window_start": float(window[0]), "window_stop": float(window[1])}
     about = {str(name): v.values for name, v in spikes.variables.items() if v.dims == ("unit",) and name != "unit_name"}
