@@ -25,7 +25,8 @@ def documented():
         function = inspect.unwrap(getattr(vb, name))
         if not inspect.isfunction(function) or not hasattr(getattr(vb, name), "__wrapped__"):
             continue
-        for lines in re.findall(r"^    (\w[\w, ]*) : [^\n]*\n((?:        [^\n]*\n)+)", function.__doc__ + "\n", re.M):
+        text = inspect.cleandoc(function.__doc__) + "\n"  # Python 3.13 takes the indent away itself
+        for lines in re.findall(r"^(\w[\w, ]*) : [^\n]*\n((?:    [^\n]*\n)+)", text, re.M):
             arguments, units = lines[0].split(", "), re.findall(r"\[(s|Hz|m/s|m|pixels)\]", lines[1])
             if len(units) not in (1, len(arguments)):
                 continue

@@ -100,7 +100,7 @@ def as_spikes(
     if event is not None and not isinstance(thing, str | PathLike):
         raise ConflictError("event", "must go with a Plexon or NeuroExplorer file", described(thing))
     spikes, own = (
-        _of_path(Path(thing), event, window, files) if isinstance(thing, str | PathLike) else read_object(thing)
+        _of_path(Path(thing), event, window, files) if isinstance(thing, str | PathLike) else object_spikes(thing)
     )
     if "spike_trial" in spikes:
         if trials is not None or window is not None:
@@ -121,7 +121,7 @@ def _in_order(frame: Any) -> Any:
     return frame.sort_index() if numbered else frame
 
 
-def read_object(thing: Any) -> Read:
+def object_spikes(thing: Any) -> Read:
     """Spikes of an object as it has them, and its own trials.
 
     Parameters
