@@ -70,7 +70,7 @@ def find_head(frames: Iterable[Frames], sign: float = 1.0) -> HeadPose:
 
 
 def _refuse_hidden(x: Array, y: Array, shape: tuple[int, ...]) -> None:
-    """Refuse a head whose nose is not in the image: what was found is an edge of the body."""
+    """Refuse a head whose nose is not in the image; an edge of the body was found instead."""
     known = np.isfinite(x)
     outside = known & ~((x > -1) & (x < shape[1]) & (y > -1) & (y < shape[0]))
     if 2 * np.count_nonzero(outside) > np.count_nonzero(known):
