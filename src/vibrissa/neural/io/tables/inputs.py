@@ -100,21 +100,28 @@ def refuse_misplaced(
     refuse_beyond_recording(spikes, (start + skip, stop), step if window is None else 0.0)
     if spontaneous is not None:
         refuse_unrecorded(spikes, spontaneous, "spontaneous")
-    outside = (time < first) | (time > last + step)
+    _refuse_outside(spikes, stimulus, window, spontaneous)
+
+
+def _refuse_outside(
+    spikes: xr.Dataset, stimulus: xr.Dataset, window: Window | None, spontaneous: Window | None
+) -> None:
+    """Refuse spikes outside the stimulus where no window is given, and those of another scale or clock."""
+    time, (first, last) = spikes.spike_time.values, stimulus.time.values[[0, -1]]
+    outside = (time < first) | (time > last + (last - first) / (stimulus.sizes["time"] - 1))
     if spontaneous is not None:
         outside &= (time < spontaneous[0]) | (time >= spontaneous[1])
     if not outside.any() or (window is not None and not misplaced(time, outside, (first, last))):
         return
-    farthest = time[np.argmax(np.abs(time - first))]
     each = "trial" in stimulus.dims  # of which no window is taken
     remedy = "leave them out" if each else "give `window`, its start and its stop, to leave them out"
     if outside.all():
         remedy = "let both count from the onset: subtract it from the times of the stimulus"
-    if farthest > last + 10 * (last - first):
+    if _far(time, (first, last)):
         remedy = (
             "times are in seconds from the stimulus' onset; these look like milliseconds, samples or a session's clock"
         )
-    found = f"{outside.sum()} of {time.size} outside, up to {farthest:g}"
+    found = f"{outside.sum()} of {time.size} outside, up to {time[np.argmax(np.abs(time - first))]:g}"
     raise RangeError("spike_time", f"must lie within the stimulus, {first:g} to {last:g} s", found, remedy)
 
 
@@ -134,9 +141,13 @@ def misplaced(time: Array, outside: Mask, shown: Window) -> bool:
     -------
     bool
     """
+    return bool(outside.all() or (2 * outside.sum() > time.size and _far(time, shown)))
+
+
+def _far(time: Array, shown: Window) -> bool:
+    """Whether some times lie so far from a stimulus that they are likely of another scale or clock."""
     first, last = shown
-    far = np.abs(time - first).max(initial=0.0) > 11 * (last - first)
-    return bool(outside.all() or (2 * outside.sum() > time.size and far))
+    return bool(np.abs(time - first).max(initial=0.0) > 11 * (last - first))
 
 
 def refuse_beyond_recording(spikes: xr.Dataset, part: Window, step: float = 0.0) -> None:
