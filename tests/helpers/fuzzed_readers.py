@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -10,6 +11,7 @@ import numpy as np
 from instrument_files import MAPS, REAL, hfm
 
 READERS: dict[str, "Reader"] = {}
+LAZY: set[str] = set()  # modules of readers
 
 
 class Reader(NamedTuple):
@@ -47,14 +49,19 @@ def rows(header: str, *columns: Any) -> str:
 
 
 def lazily(module: str, name: str, *args: Any, **how: Any) -> Callable[[Path], Any]:
-    """A function that is imported when it first reads."""
+    """A function that is imported when it first reads, or with all others by ``import_readers``."""
+    LAZY.add(f"vibrissa.{module}")
 
     def read(path: Path) -> Any:
-        from importlib import import_module
-
         return getattr(import_module(f"vibrissa.{module}"), name)(path, *args, **how)
 
     return read
+
+
+def import_readers() -> None:
+    """Import what reads once, before processes are forked that would each do it anew."""
+    for module in sorted(LAZY):
+        import_module(module)
 
 
 # Tables

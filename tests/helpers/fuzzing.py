@@ -20,7 +20,7 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from fuzzed_readers import READERS, Reader
+from fuzzed_readers import READERS, Reader, import_readers
 from mutations import mutated
 
 sys.path.append(str(Path(__file__).parents[1] / "video" / "foreign"))  # makers of whole files
@@ -134,6 +134,7 @@ def main() -> None:
     asked.add_argument("--times", type=int, default=1, help="cases, over those of the tests")
     asked.add_argument("--keep", action="store_true", help="add what goes wrong to the corpus")
     given = asked.parse_args()
+    import_readers()
     failed = 0
     for name in given.readers or READERS:
         whole = whole_file(name)
