@@ -10,6 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from PIL import Image
 
 from vibrissa import __version__
 from vibrissa.netcdf import save
@@ -77,6 +78,16 @@ def test_show_describes_a_movie_and_its_first_frame(vibrissa, tmp_path, monkeypa
     assert (facts["width [px]"], facts["height [px]"], facts["codec"]) == (60, 40, "ffv1")
     assert facts["playback rate, not the camera's [Hz]"] == 30
     assert (tmp_path / "first.png").exists()
+
+
+def test_show_knows_movies_by_other_names_too(vibrissa, tmp_path):
+    frames = [Image.fromarray(np.full((40, 60), 30 * k, np.uint8)) for k in range(5)]
+    frames[0].save(tmp_path / "a.GIF", save_all=True, append_images=frames[1:], duration=50)
+    found = json.loads(vibrissa("show", tmp_path / "a.GIF", "--json")[1])
+    assert (found["kind"], found["facts"]["width [px]"], found["facts"]["frames"]) == ("movie", 60, "5")
+    code, _, err = vibrissa("import-tracks", tmp_path / "a.GIF", "--out", tmp_path / "a.nc")
+    assert code == 2
+    assert f"a movie; vibrissa track {tmp_path / 'a.GIF'} tracks it" in err
 
 
 def test_show_lists_what_an_nwb_session_holds(vibrissa, tmp_path):

@@ -12,6 +12,7 @@ from vibrissa.errors import FormatError, InputError, MissingError
 from vibrissa.files import existing
 from vibrissa.tables.text import each_line, first_line, header_names
 from vibrissa.tables.units import channel_and_unit
+from vibrissa.video.io.about import MOVIES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,7 +50,6 @@ TABLES = (  # by columns, without the suffix of their unit
     ("height profile", {"position", "height"}),
     ("signals in time", {"time"}),
 )
-MOVIES = {".avi", ".mp4", ".mkv", ".mov", ".tif", ".tiff", ".cih", ".cihx", ".mraw"}
 FOREIGN = {".whiskers", ".measurements", ".slp", ".h5", ".hdf5", ".mat"}
 
 

@@ -16,6 +16,7 @@ from vibrissa.video.foreign.segment_tables import read_segments
 from vibrissa.video.foreign.whisk_files import Segment, measurements_beside, read_measurements, read_whiskers
 from vibrissa.video.foreign.whisk_profile import Identity, KnownSegment, Side, known_of, profile_from_whisk
 from vibrissa.video.foreign.whiskiwrap import read_whiskiwrap
+from vibrissa.video.io.about import MOVIES
 from vibrissa.video.link.thorough_linking import link_thoroughly
 from vibrissa.video.linked.linked_profile import profile_from_linking
 from vibrissa.video.tracking import Calibration
@@ -33,7 +34,6 @@ OPENINGS = {  # by which that of other files is
     b"MATLAB": "WhiskerTracker",
     b"scorer": "DeepLabCut",
 }
-MOVIES = (".npy", ".mp4", ".avi", ".mkv", ".mov", ".tif", ".tiff", ".mraw", ".cihx")
 KNOWN = (
     "known are .whiskers of WHISK, HDF5 of WhiskiWrap, .csv and .h5 of DeepLabCut, .slp and analysis .h5 of SLEAP, "
     "and .mat of Knutsen's WhiskerTracker"
@@ -64,7 +64,7 @@ def kind_of(path: str | Path) -> str:
         return _kind_of_tables(path)
     if head.startswith(b"measv"):
         raise FormatError(str(path), "must hold curves, not measurements", remedy="give the .whiskers file beside it")
-    if Path(path).suffix.lower() in MOVIES:
+    if Path(path).suffix.lower() in MOVIES | {".npy"}:
         raise FormatError(
             str(path), "must be a file of tracked whiskers", "a movie", f"vibrissa track {path} tracks it"
         )

@@ -12,6 +12,26 @@ import numpy as np
 from vibrissa.errors import FormatError, RangeError
 from vibrissa.video.io.grey import Frames
 
+MOVIES = frozenset(  # by which movies are known where a file may be anything; ``track`` reads whatever FFmpeg reads
+    [
+        ".avi",
+        ".cih",
+        ".cihx",
+        ".flv",
+        ".gif",
+        ".m4v",
+        ".mkv",
+        ".mov",
+        ".mp4",
+        ".mpeg",
+        ".mpg",
+        ".mraw",
+        ".tif",
+        ".tiff",
+        ".webm",
+        ".wmv",
+    ]
+)
 IN_COLOUR = "the movie is in colour: its luma is read as grey levels"
 
 
