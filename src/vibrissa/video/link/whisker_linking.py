@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +18,7 @@ from vibrissa.video.link.line_at import line_at
 from vibrissa.video.link.pad.pad_finding import find_pads, pads_of_lines
 from vibrissa.video.link.pad.pads import Lines, Pad, lines_of
 from vibrissa.video.link.pad.pieces import Pieces, pieces_of
+from vibrissa.video.link.pad.placing import in_head, linking_size, resized
 from vibrissa.video.link.pad_linking import link_pad, link_pad_again, link_pad_named
 
 if TYPE_CHECKING:
@@ -38,6 +39,8 @@ class Linking:
         Segments in the coordinates of their pads.
     solutions : list of Solution
         Whiskers of each pad; they are numbered through over the pads.
+    size : float
+        At which lines are linked, over that in the image, see :func:`vibrissa.video.link.pad.placing.linking_size`.
     head : HeadPose, optional
         Head in whose coordinates pads and lines are; those of the image if None.
     others : Others, optional
@@ -48,13 +51,14 @@ class Linking:
     pads: list[Pad]
     lines: Lines
     solutions: list[Solution]
+    size: float = field(kw_only=True)
     head: HeadPose | None = field(default=None, kw_only=True)
     others: Others | None = field(default=None, kw_only=True)
 
     @property
     def placed(self) -> Pieces:
         """Segments in the coordinates of the pads."""
-        return in_head(self.pieces, self.head)
+        return resized(in_head(self.pieces, self.head), self.size)
 
     @property
     def whiskers(self) -> int:
@@ -148,27 +152,6 @@ class Linking:
         )
 
 
-def in_head(pieces: Pieces, head: HeadPose | None) -> Pieces:
-    """Segments in coordinates that move with the head.
-
-    Parameters
-    ----------
-    pieces : Pieces
-        Segments in the image.
-    head : HeadPose or None
-        The head; the segments stay as they are if None.
-
-    Returns
-    -------
-    Pieces
-        Their places in head coordinates [px].
-    """
-    if head is None:
-        return pieces
-    column, row = head.to_head(pieces.frame[pieces.owner], pieces.column, pieces.row)
-    return pieces._replace(column=column, row=row)
-
-
 def link_segments(segments: xr.Dataset) -> Linking:
     """Link the lines of all frames of a movie to whiskers.
 
@@ -213,12 +196,18 @@ def linkings(segments: xr.Dataset) -> list[Linking]:
     InputError
         If there are no lines.
     """
+    one = _unlinked(segments)
+    each = [link_pad(one.pieces.frames, one.pieces.frame, one.lines, n, pad) for n, pad in enumerate(one.pads)]
+    return [replace(one, solutions=list(solutions)) for solutions in zip(*each, strict=True)]
+
+
+def _unlinked(segments: xr.Dataset) -> Linking:
+    """Lines in the coordinates of their pads, of no whisker yet."""
     pieces, head = pieces_of(segments), head_of(segments)
-    placed = in_head(pieces, head)
+    size = linking_size(pieces)
+    placed = resized(in_head(pieces, head), size)
     pads, pad, back = find_pads(placed)
-    lines = lines_of(placed, pads, pad, back)
-    each = [link_pad(pieces.frames, pieces.frame, lines, n, one) for n, one in enumerate(pads)]
-    return [Linking(pieces, pads, lines, list(solutions), head=head) for solutions in zip(*each, strict=True)]
+    return Linking(pieces, pads, lines_of(placed, pads, pad, back), [], size=size, head=head)
 
 
 def link_again(segments: xr.Dataset, before: Linking) -> list[Linking]:
@@ -237,11 +226,11 @@ def link_again(segments: xr.Dataset, before: Linking) -> list[Linking]:
         Of these lines, two as of :func:`vibrissa.video.link.pad_linking.link_pad_again`.
     """
     pieces = pieces_of(segments)
-    placed = in_head(pieces, before.head)
+    placed = resized(in_head(pieces, before.head), before.size)
     lines = lines_of(placed, before.pads, *pads_of_lines(placed, before.pads))
     pads = enumerate(zip(before.pads, before.solutions, strict=True))
     each = [link_pad_again(pieces.frames, pieces.frame, lines, n, *one) for n, one in pads]
-    return [Linking(pieces, before.pads, lines, list(one), head=before.head) for one in zip(*each, strict=True)]
+    return [replace(before, pieces=pieces, lines=lines, solutions=list(one)) for one in zip(*each, strict=True)]
 
 
 def link_named(segments: xr.Dataset) -> Linking:
@@ -258,16 +247,14 @@ def link_named(segments: xr.Dataset) -> Linking:
         Whiskers in the order of their pads, as linking numbers them; a line of another pad than most of its
         whisker's has no name at first.
     """
-    pieces, head = pieces_of(segments), head_of(segments)
-    placed = in_head(pieces, head)
-    pads, pad, back = find_pads(placed)
-    lines = lines_of(placed, pads, pad, back)
+    one = _unlinked(segments)
+    frames, frame, pad = one.pieces.frames, one.pieces.frame, one.lines.pad
     whisker, solutions = segments.segment_whisker.values.astype(np.int64), []
-    votes = np.zeros((int(whisker.max(initial=-1)) + 1, len(pads)))
+    votes = np.zeros((int(whisker.max(initial=-1)) + 1, len(one.pads)))
     some = (whisker >= 0) & (pad >= 0)
     np.add.at(votes, (whisker[some], pad[some]), 1)
     home = np.append(votes.argmax(axis=1), -1)  # of whiskers, and of nobody
-    for n, one in enumerate(pads):
+    for n, where in enumerate(one.pads):
         names = np.where((pad == n) & (home[whisker] == n), whisker, -1)
-        solutions.append(link_pad_named(pieces.frames, pieces.frame, lines, n, one, names))
-    return Linking(pieces, pads, lines, solutions, head=head)
+        solutions.append(link_pad_named(frames, frame, one.lines, n, where, names))
+    return replace(one, solutions=solutions)

@@ -17,6 +17,7 @@ from vibrissa.quantities import dataset
 from vibrissa.quantities.identity import SURE
 from vibrissa.video.link.identities import REASONS, SHARED, TORN, UNSURE
 from vibrissa.video.link.pad.pieces import Pieces
+from vibrissa.video.link.pad.placing import in_head
 from vibrissa.video.link.whisker_linking import Linking
 from vibrissa.video.linked.traces import Losses, Trace, profile_of
 from vibrissa.video.tracking import Calibration
@@ -86,7 +87,7 @@ def profile_from_linking(
     kept = [*front, *np.setdiff1d(found, front).tolist()]
     place = np.full(linking.whiskers, -1)
     place[kept] = np.arange(len(kept))
-    pieces, groups = linking.placed, _by_frame(linking, whisker, use)
+    pieces, groups = in_head(linking.pieces, head), _by_frame(linking, whisker, use)
     traces = [_trace(linking, pieces, group, int(place[whisker[group[0]]])) for group in groups]
     noted = {"identity_from": "link", "identities": json.dumps(kept), "least_probability": least_probability}
     if remarks := [*_unsure(whisker, sure, kept, least_probability), *_of_the_head(head)]:

@@ -17,6 +17,7 @@ from vibrissa.video.link.courses.meetings import ARM
 from vibrissa.video.link.courses.smooth_curve import misfit, scatter
 from vibrissa.video.link.pad.pads import Lines
 from vibrissa.video.link.pad.pieces import Pieces
+from vibrissa.video.link.pad.placing import in_head
 from vibrissa.video.link.whisker_linking import Linking
 
 MOST = 0.5  # share of its lines that go on as another whisker's, from which on it is a part of that one
@@ -45,7 +46,7 @@ def without_parts(linking: Linking) -> Linking:
     Linking
         The same.
     """
-    pieces = linking.placed
+    pieces = in_head(linking.pieces, linking.head)
     points = Points(np.stack([pieces.column, pieces.row], axis=1), scatter(pieces), float(np.median(pieces.width)))
     for solution in linking.solutions:
         while (number := _part_of_another(solution, pieces, linking.lines, points)) is not None:

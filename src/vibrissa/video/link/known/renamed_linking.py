@@ -97,7 +97,7 @@ def with_names(linking: Linking, named: LineNames, count: int) -> RenamedLinking
         Of which profiles are made.
     """
     parts = linking.pieces, linking.pads, linking.lines, linking.solutions
-    return RenamedLinking(*parts, named, count, head=linking.head, others=linking.others)
+    return RenamedLinking(*parts, named, count, size=linking.size, head=linking.head, others=linking.others)
 
 
 def _main_lines(linking: Linking, whisker: Integers, count: int) -> Integers:

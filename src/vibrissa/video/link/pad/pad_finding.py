@@ -11,7 +11,6 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from vibrissa.arrays import Array, Integers, Mask
-from vibrissa.errors import TooFewError
 from vibrissa.video.link.pad.base_ends import turned
 from vibrissa.video.link.pad.pads import SHORTEST, Pad
 from vibrissa.video.link.pad.pieces import Pieces, novelty
@@ -44,16 +43,9 @@ def find_pads(pieces: Pieces) -> tuple[list[Pad], Integers, Mask]:
     -------
     list of Pad, (S,) array of int, (S,) array of bool
         One pad, or one on either side of the face; −1 for lines of none; see ``turned``.
-
-    Raises
-    ------
-    InputError
-        If no line is long enough to be a whisker's.
     """
     back, _ = turned(pieces)
     base, tip, length = _chords(pieces, back)
-    if not np.any(length >= SHORTEST):
-        raise TooFewError("segments", f"must hold a line of at least {SHORTEST:g} px", f"{length.max():g} px")
     weight = np.where(length >= SHORTEST, length * novelty(pieces), 0.0)
     every, clear = _radiating(base, tip, weight)
     if not clear.any():

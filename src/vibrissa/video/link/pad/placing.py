@@ -1,0 +1,85 @@
+"""Lines where they are linked: in coordinates that move with the head, and at one size, whatever that of the image."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibrissa.arrays import Array, Integers
+from vibrissa.errors import TooFewError
+from vibrissa.head_pose import HeadPose
+from vibrissa.video.link.pad.pieces import Pieces
+
+LEAST = 12.0  # length of the longest line in the image [px]
+TYPICAL = 80.0  # half of the length of all lines is in lines at least so long, where they are linked
+
+
+def in_head(pieces: Pieces, head: HeadPose | None) -> Pieces:
+    """Segments in coordinates that move with the head.
+
+    Parameters
+    ----------
+    pieces : Pieces
+        Segments in the image.
+    head : HeadPose or None
+        The head; the segments stay as they are if None.
+
+    Returns
+    -------
+    Pieces
+        Their places in head coordinates [px].
+    """
+    if head is None:
+        return pieces
+    column, row = head.to_head(pieces.frame[pieces.owner], pieces.column, pieces.row)
+    return pieces._replace(column=column, row=row)
+
+
+def linking_size(pieces: Pieces) -> float:
+    """Size at which lines are linked, over that in the image: distances in pixels mean the same in all movies then.
+
+    Parameters
+    ----------
+    pieces : Pieces
+        Segments in the image.
+
+    Returns
+    -------
+    float
+        The factor that makes half of the length of all lines be in lines of at least ``TYPICAL``.
+
+    Raises
+    ------
+    InputError
+        If no line is long enough to be a whisker's.
+    """
+    length = np.sort(np.hypot(*_chords(pieces).T))
+    if length[-1] < LEAST:
+        raise TooFewError("segments", f"must hold a line of at least {LEAST:g} px", f"{length[-1]:g} px")
+    shorter = np.cumsum(length)
+    return float(TYPICAL / length[np.searchsorted(shorter, shorter[-1] / 2)])
+
+
+def resized(pieces: Pieces, size: float) -> Pieces:
+    """Segments at another size.
+
+    Parameters
+    ----------
+    pieces : Pieces
+        Segments.
+    size : float
+        Over the former.
+
+    Returns
+    -------
+    Pieces
+        With other places, widths and standard deviations.
+    """
+    column, row, width, sd = (size * one for one in (pieces.column, pieces.row, pieces.width, pieces.sd))
+    return pieces._replace(column=column, row=row, width=width, sd=sd)
+
+
+def _chords(pieces: Pieces) -> Array:
+    """Way from the first to the last point of each segment, (S, 2)."""
+    ends: tuple[Integers, Integers] = pieces.start, pieces.stop - 1
+    first, last = (np.stack([pieces.column[end], pieces.row[end]], axis=1) for end in ends)
+    return np.asarray(last - first)
