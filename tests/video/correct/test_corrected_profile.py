@@ -31,7 +31,7 @@ def tracked(tmp_path_factory):
     """Folder with movie, lines and profile of a drifting pad, whose linkings do not agree in every line."""
     folder = tmp_path_factory.mktemp("tracked")
     pad = Pad(whiskers=7, frames=FRAMES, spread=50.0, amplitude=20.0, missing=0.2, carried=0.4, drift=3.0, opening=0.3)
-    lines, linking = link_thoroughly(simulate([pad], 4)[0])
+    lines, linking = link_thoroughly(simulate([pad], 7)[0])
     identity = linking.identity()
     assert (identity.segment_whisker.values != replace(linking, others=None).identity().segment_whisker.values).any()
     save(lines.assign({name: identity[name] for name in IDENTIFIED}), folder / "lines.nc")

@@ -57,8 +57,9 @@ def as_two(seed: int, aside: float = 0.0) -> tuple[Linking, np.ndarray]:
     solution = linking.solutions[0]
     models = [one.model for one in solution.labels]
     number = int(linking.identity().segment_whisker.values[owner == BROKEN].max())
-    further = (owner == BROKEN) & (linking.lines.look[:, 1] > np.median(linking.lines.look[owner == BROKEN, 1]))
-    for piece in ((owner == BROKEN) & ~further, further):
+    mine = (owner == BROKEN) & (linking.lines.pad >= 0)  # the shortest pieces are of no pad
+    further = mine & (linking.lines.look[:, 1] > np.median(linking.lines.look[mine, 1]))
+    for piece in (mine & ~further, further):
         look = np.median(linking.lines.look[piece], axis=0)
         models.append(models[number]._replace(look=look, look_sd=np.full(2, 0.2)))
     models.pop(number)

@@ -1,0 +1,73 @@
+"""The size at which lines are linked: names do not depend on that of the image."""
+
+import numpy as np
+import pytest
+from refusals import refusal
+from simulated_segments import Pad, score, simulate
+
+from vibrissa.video.link.pad.pieces import pieces_of
+from vibrissa.video.link.pad.placing import TYPICAL, linking_size, resized
+from vibrissa.video.link.whisker_linking import link_segments
+
+LENGTHS = {"column": 1, "row": 1, "line_width": 1, "position_sd": 1}
+
+
+def enlarged(segments, size):
+    """Lines of the same movie, filmed with so many times as many pixels."""
+    return segments.assign({name: size * segments[name] for name in LENGTHS if name in segments})
+
+
+def straight(*lengths):
+    """A line of each length in one frame."""
+    points = np.concatenate([np.stack([np.arange(n + 1.0), np.full(n + 1, 9.0 * k)]) for k, n in enumerate(lengths)], 1)
+    start = np.cumsum([0, *(n + 1 for n in lengths[:-1])])
+    segments, _ = simulate([Pad(whiskers=2, frames=2)], 0)
+    of_points = {
+        name: ("point", np.resize(segments[name].values, points.shape[1]))
+        for name in segments
+        if segments[name].dims == ("point",)
+    }
+    return (
+        segments.drop_dims(["point", "segment"])
+        .assign(of_points)
+        .assign(segment_frame=("segment", np.zeros(len(lengths), np.int64)), segment_start=("segment", start))
+        .assign(column=("point", points[0]), row=("point", points[1]))
+        .pipe(lambda made: made.assign({n: made[n].assign_attrs(segments[n].attrs) for n in made.data_vars}))
+    )
+
+
+def test_half_of_the_length_is_in_lines_of_the_typical_length():
+    # 300 of 570 px are in the longest two lines, 170 in the longest
+    assert linking_size(pieces_of(straight(170, 130, 100, 90, 80))) == pytest.approx(TYPICAL / 130)
+
+
+@pytest.mark.parametrize("size", [0.25, 3.0])
+def test_the_size_is_taken_back(size):
+    pieces = pieces_of(simulate([Pad(whiskers=4, frames=20)], 1)[0])
+    assert linking_size(resized(pieces, size)) == pytest.approx(linking_size(pieces) / size)
+
+
+@pytest.mark.parametrize("size", [0.5, 2.0, 4.0])
+def test_names_do_not_depend_on_the_size_of_the_image(size):
+    segments, _ = simulate([Pad(whiskers=8, frames=150, missing=0.2, broken=0.2)], 3)
+    one, other = (link_segments(some).identity() for some in (segments, enlarged(segments, size)))
+    np.testing.assert_array_equal(one.segment_whisker, other.segment_whisker)
+    np.testing.assert_allclose(one.segment_probability, other.segment_probability, atol=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_curved_whiskers_of_a_large_image_are_of_their_pad(seed):
+    """The straight lines through their ends pass the pad by more than a hundred pixels."""
+    segments, truth = simulate([Pad(whiskers=4, frames=150, amplitude=28.0)], seed)
+    linking = link_segments(enlarged(segments, 2.5))
+    found = score(segments, truth, linking.identity().segment_whisker.values)
+    long = np.diff(np.append(segments.segment_start, segments.sizes["point"])) >= 60
+    assert (linking.lines.pad[long & (truth.segment >= 0)] >= 0).mean() > 0.99
+    assert found.followed > 0.99
+    assert found.wrong < 0.01
+
+
+def test_a_movie_without_a_line_that_can_be_a_whisker_is_refused():
+    with refusal("too-few", "segments") as told:
+        link_segments(straight(11, 9))
+    assert "at least 12 px" in str(told.value)
