@@ -210,7 +210,7 @@ def _spikes_and_stimulus(
         if "trial_start" not in table:
             rule, found = "must have the times of their trials", "a stimulus on the session's clock"
             raise MissingError("spikes", rule, found, "vb.read_spikes(spikes, trials=onsets)")
-        shown, more = stimulus_in_trials(shown, table, str(stimulus), band)
+        shown, more = stimulus_in_trials(shown, table, str(stimulus), band, spontaneous=spontaneous)
         remarks = [*remarks, *more]
     else:
         shown = of_the_trials(shown, table, str(stimulus))

@@ -10,6 +10,7 @@ from vibrissa.arrays import Array, Window
 from vibrissa.errors import RangeError, TooFewError
 from vibrissa.neural.io.tables.stimuli import labelled_stimulus, presented
 from vibrissa.signals.even_times import misfit_of, plain_rate
+from vibrissa.study.neurons.rest import refuse_driven, refuse_moving
 from vibrissa.study.neurons.stimuli import named_stimulus
 
 if TYPE_CHECKING:
@@ -157,7 +158,13 @@ def _apart(cut: Array, is_envelope: bool) -> float:
 
 
 def stimulus_in_trials(
-    stimulus: xr.Dataset, trials: xr.Dataset, source: str, band: Window | None = None, *, channels: bool = False
+    stimulus: xr.Dataset,
+    trials: xr.Dataset,
+    source: str,
+    band: Window | None = None,
+    *,
+    channels: bool = False,
+    spontaneous: Window | None = None,
 ) -> tuple[xr.Dataset, list[str]]:
     """The stimulus of each trial, as :func:`cut_stimulus` gives it, and as an envelope where it is one.
 
@@ -169,6 +176,8 @@ def stimulus_in_trials(
         Band of the carrier [Hz].
     channels : bool
         Whether all channels are wanted, which are taken as they are.
+    spontaneous : (float, float), optional
+        Window without stimulus, from the onset [s].
 
     Returns
     -------
@@ -178,8 +187,11 @@ def stimulus_in_trials(
     Raises
     ------
     InputError
-        As :func:`cut_stimulus` and :func:`vibrissa.study.neurons.stimuli.named_stimulus`.
+        As :func:`cut_stimulus` and :func:`vibrissa.study.neurons.stimuli.named_stimulus`; or if the stimulus moves in
+        that window.
     """
     cut, remarks = cut_stimulus(stimulus, trials, source)
     known, more = (cut, []) if channels else named_stimulus(cut, source, band)
+    refuse_driven(trials, known, spontaneous)
+    refuse_moving(stimulus, trials, known, spontaneous)
     return known, [*remarks, *more]
