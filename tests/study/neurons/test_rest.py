@@ -169,6 +169,22 @@ def test_the_session_says_where_its_stimulus_rests(scale, offset, noise):
         assert judged(values, some, window, **about) == found
 
 
+@pytest.mark.parametrize("noise", [0.02, 0.1, 0.2])
+def test_noise_of_the_sensor_is_rest_however_large(noise):
+    """Up to a fifth of the motion."""
+    clean = motion(np.ones(TRIALS))
+    values = clean + noise * clean[clean != 0].std() * np.random.default_rng(3).normal(size=clean.size)
+    for window, moves in ((REST, False), ((2.0, 3.0), False), (INTO, True), ((3.1, 4.0), True), ((-1.3, 0.0), True)):
+        assert bool(judged(values, ONSETS[3::4], window)) is moves
+    assert judged(values[ONSETS[0] <= CLOCK], ONSETS[3::4] - ONSETS[0], INTO)
+
+
+def test_a_stimulus_that_never_rests_is_not_taken_for_noise():
+    values = 1e-4 * np.sin(2 * np.pi * 120 * CLOCK)
+    for window in (REST, INTO, (2.0, 3.0)):
+        assert "let it lie where no stimulus moves" in judged(values, ONSETS, window)
+
+
 def test_the_session_at_other_rates_with_holes_and_as_an_envelope():
     some = ONSETS[3::4]
     slow = np.abs(motion(np.ones(TRIALS)))

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 STILL = 0.05  # of the SD of the stimuli of all trials, or of the rms of envelopes
 NEAR = 1e-3  # of a whole step of time, by which ends of rest may differ by rounding
 Meeting = tuple[int, int, Window]  # a trial, another one, and the part of this one's stimulus that lies in its window
+QUIET = 0.1  # [s] of stretches of a session, of which the noise of the sensor is found
+STRETCHES = 1000  # that are looked at, of more every second, third and so on
+QUIETEST = 0.05  # share of them that are at rest, at least
+NOISY = 1.5  # times that noise up to which a stimulus rests
 ELSEWHERE = "let it lie where no stimulus moves, or leave it out"
 
 
@@ -82,14 +86,15 @@ def refuse_moving(session: xr.Dataset, trials: xr.Dataset, stimulus: xr.Dataset,
     whole, known = presented(session), presented(stimulus)
     if spontaneous is None or known.unit == "dB":  # of which no level is known to be rest
         return
-    size, (first, end), (begin, stop) = _size(known), _shown(stimulus), spontaneous
+    (first, end), (begin, stop) = _shown(stimulus), spontaneous
+    limit = _limit(known._replace(time=whole.time, values=whole.values), _size(known))
     moves, rest = np.zeros(trials.sizes["trial"], bool), []
     for trial, onset in enumerate(trials.trial_start.values):
         low, high = np.searchsorted(whole.time, onset + np.array([min(begin, first), max(stop, end)]))
         own = known._replace(time=whole.time[low:high] - onset, values=whole.values[low:high])
         outside = (begin + SHORT, min(stop, first) - SHORT), (max(begin, end) + SHORT, stop - SHORT)
-        moves[trial] = any(_size(own, one) > STILL * size for one in outside)
-        rest.append(_rest(own, (first, end), STILL * size))
+        moves[trial] = any(_size(own, one) > limit for one in outside)
+        rest.append(_rest(own, (first, end), limit))
     if not moves.any():
         return
     before, after = _whole(max(one[0] for one in rest), min(one[1] for one in rest), round(1 / SHORT))
@@ -98,6 +103,21 @@ def refuse_moving(session: xr.Dataset, trials: xr.Dataset, stimulus: xr.Dataset,
     found = f"{begin:g} to {stop:g} s, where it moves in {moves.sum()} of {moves.size} trials"
     rule = "must lie where the stimulus on the session's clock rests"
     raise RangeError("spontaneous", rule, found, f"it rests {there}" if there else ELSEWHERE)
+
+
+def _limit(session: Presented, size: float) -> float:
+    """Size up to which a stimulus on the session's clock rests: also the noise of the sensor, where it is quietest.
+
+    A recording without rest has none; noise above a third of the stimulus is not taken as such.
+    """
+    rate = (session.time.size - 1) / (session.time[-1] - session.time[0])
+    count = min(max(round(QUIET * rate), 2), session.time.size)
+    stretches = session.values[: session.values.size // count * count].reshape(-1, count)
+    some = stretches[:: max(len(stretches) // STRETCHES, 1)]
+    some = some[np.isfinite(some).all(-1)]
+    sizes = np.sqrt((some**2).mean(-1)) if session.is_envelope else some.std(-1)
+    noise = float(np.quantile(sizes, QUIETEST)) if sizes.size else 0.0
+    return max(STILL * size, min(NOISY * noise, size / 3))
 
 
 def _rest(known: Presented, shown: Window, limit: float) -> Window:
