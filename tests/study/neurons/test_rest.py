@@ -73,6 +73,11 @@ def test_trials_that_were_selected_leave_the_stimuli_of_the_others_where_they_we
     near_rest(found.spontaneous_rate.item(), len(trials), 1.0)
 
 
+def test_none_selected_is_refused_in_one_line(recording):
+    with refusal("too-few", "n_trials"):
+        vb.envelope_coupling(vb.read_spikes(recording).isel(trial=[]), recording, skip=0.1, spontaneous=REST)
+
+
 def test_so_does_a_table_of_some_trials(recording, tmp_path, vibrissa):
     frame = pd.DataFrame({"start": ONSETS, "stop": ONSETS + LENGTH, "kind": np.resize(["a", "b", "b"], TRIALS)})
     frame[::3].to_csv(tmp_path / "some.csv", index=False)

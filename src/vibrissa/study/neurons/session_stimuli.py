@@ -51,6 +51,8 @@ def cut_stimulus(stimulus: xr.Dataset, trials: xr.Dataset, source: str) -> tuple
     """
     time, values, unit, is_envelope = presented(stimulus)
     start, stop = trials.trial_start.values, trials.trial_stop.values
+    if not start.size:
+        raise TooFewError("trials", "must be at least one", 0, "select some")
     step = _step_within(time, start, stop)
     first = np.searchsorted(time, start - step / 2)
     late = time[np.minimum(first, time.size - 1)] - start  # from each onset to its first sample
