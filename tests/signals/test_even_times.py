@@ -128,9 +128,10 @@ def test_samples_stored_twice_here_and_there_are_not_taken_for_rounding_where_ot
     assert misfit_of(np.insert(stamps, twice, stamps[twice])).remedy.startswith("sort")
 
 
-def test_samples_stored_twice_at_even_spacings_have_both_remedies():
-    """They look like times of 1010 Hz rounded to a millisecond; at 300 Hz no rounding repeats times."""
-    twice = np.arange(100, 4000, 100)
+@pytest.mark.parametrize("spacing", [100, 1])
+def test_samples_stored_twice_at_even_spacings_have_both_remedies(spacing):
+    """They look like times of 1010 or 2000 Hz rounded to a millisecond; at 300 Hz no rounding repeats times."""
+    twice = np.arange(0, 4000, spacing)
     for rate, remedy in ((1000, "write times with more decimals, or, if its value is doubled"), (300, "sort")):
         stamps = rounded(rate)
         assert misfit_of(np.insert(stamps, twice, stamps[twice])).remedy.startswith(remedy)

@@ -38,7 +38,8 @@ def repeated_by_rounding(time: Array) -> Misfit | None:
     """The first time that repeats the one before since times are rounded; None if none does, or samples are doubled.
 
     Even times that are rounded to a unit r times their interval repeat at even spacings, every r / (r − 1) samples;
-    up to r = 1.1 samples that a recorder stores twice at such spacings look the same.
+    up to r = 1.1 samples that a recorder stores twice at such spacings look the same, and so do samples that are all
+    stored as often.
 
     Parameters
     ----------
@@ -60,7 +61,7 @@ def repeated_by_rounding(time: Array) -> Misfit | None:
     if 2 * near.size < apart.size or not 0 < step < digit or not (_regular(apart) or _within(time, digit)):
         return None
     found = f"the time of the one before: times are rounded to {digit:g} s, at intervals of {step:.2g} s"
-    doubled = ", or, if its value is doubled too, leave the sample out" if digit <= COARSE * step else ""
+    doubled = ", or, if its value is doubled too, leave the sample out" * (digit <= COARSE * step or _alike(apart))
     return Misfit(int(np.argmax(apart == 0)) + 1, found, f"write times with more decimals{doubled}")
 
 
@@ -91,6 +92,12 @@ def _regular(apart: Array) -> bool:
         return False
     spacing = places[2:] - places[:-2]
     return bool((np.abs(spacing - np.median(spacing)) <= 1).mean() >= REGULAR)
+
+
+def _alike(apart: Array) -> bool:
+    """Whether every time is there as often as every other."""
+    often = np.diff(np.flatnonzero(np.concatenate([[True], apart > 0, [True]])))
+    return bool(often.min() == often.max())
 
 
 def _within(time: Array, digit: float) -> bool:
