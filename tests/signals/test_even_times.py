@@ -2,8 +2,12 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from refusals import refusal
 
+from vibrissa.api.objects.signals import as_signal
+from vibrissa.quantities import require
+from vibrissa.quantities.rounded_times import repeated_by_rounding
 from vibrissa.signals.even_times import even_rate, misfit_of
 from vibrissa.signals.smoothing import low_pass
 
@@ -91,3 +95,48 @@ def test_nor_does_a_rate_of_many_decimals(rate):
     found = [even_rate(np.arange(24000) / rate + zero) for zero in (0, 1, 10, 1000)]
     assert len(set(found)) == 1
     assert found[0] == pytest.approx(rate, rel=1e-11)
+
+
+def rounded(rate, lost=(), unit=3):
+    return np.round(np.delete(np.arange(4000) / rate, lost), unit)
+
+
+LOST = {"none": [], "ten": range(1000, 1010), "here and there": np.arange(150, 4000, 400), "half": range(1000, 3000)}
+
+
+@pytest.mark.parametrize("lost", LOST)
+@pytest.mark.parametrize("rate", [1020.0, 1050.0, 1200.0, 2000.0, 2500.0])
+def test_rounded_times_are_rounded_to_every_reader_also_where_samples_were_lost(rate, lost):
+    stamps = rounded(rate, LOST[lost])
+    with refusal("range", "time") as caught:
+        even_rate(stamps)
+    assert caught.value.remedy.startswith("write times with more decimals")
+    assert f"rounded to 0.001 s, at intervals of {1 / rate:.2g} s" in str(caught.value)
+    signal = xr.DataArray(np.sin(stamps), {"time": stamps}, ["time"], attrs={"units": "m"})
+    for reads in (lambda: as_signal(signal), lambda: require(signal.to_dataset(name="point_displacement"), "time")):
+        with refusal("range") as again:
+            reads()
+        assert again.value.remedy == caught.value.remedy
+
+
+@pytest.mark.parametrize("lost", LOST)
+@pytest.mark.parametrize("rate", [300.0, 1000.0])
+def test_samples_stored_twice_here_and_there_are_not_taken_for_rounding_where_others_were_lost(rate, lost):
+    rng, stamps = np.random.default_rng(3), rounded(rate, LOST[lost])
+    twice = np.sort(rng.choice(stamps.size, 200, replace=False))
+    assert repeated_by_rounding(np.insert(stamps, twice, stamps[twice])) is None
+    assert misfit_of(np.insert(stamps, twice, stamps[twice])).remedy.startswith("sort")
+
+
+@pytest.mark.parametrize("spacing", [100, 1])
+def test_samples_stored_twice_at_even_spacings_have_both_remedies(spacing):
+    """They look like times of 1010 or 2000 Hz rounded to a millisecond; at 300 Hz no rounding repeats times."""
+    twice = np.arange(0, 4000, spacing)
+    for rate, remedy in ((1000, "write times with more decimals, or, if its value is doubled"), (300, "sort")):
+        stamps = rounded(rate)
+        assert misfit_of(np.insert(stamps, twice, stamps[twice])).remedy.startswith(remedy)
+
+
+@pytest.mark.parametrize("time", [[0, 0, 0], [0, 0], [0], [], [0, np.nan, 0, 1], [np.inf, np.inf, 1], [2, 1, 1, 0]])
+def test_times_of_another_fault_are_not_taken_for_rounded(time):
+    assert repeated_by_rounding(np.array(time, float)) is None

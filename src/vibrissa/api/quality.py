@@ -72,7 +72,7 @@ def unit_quality(
     >>> quality.reason.values.tolist()
     ['', 'rate 1 Hz is not above 1 Hz']
     """
-    from vibrissa.api.objects.spikes import object_spikes
+    from vibrissa.api.objects.spikes import object_spikes, without_trials
     from vibrissa.api.objects.trials import as_trials
     from vibrissa.neural.io.recording import session_spikes, with_waveforms
     from vibrissa.neural.sorting.quality import Inclusion, remarks_on_quality
@@ -91,6 +91,8 @@ def unit_quality(
     )
     is_path = isinstance(spikes, str | PathLike)
     table = with_waveforms(session_spikes(spikes, groups=("all",)), spikes) if is_path else object_spikes(spikes)[0]
+    if window is not None and trials is None and "spike_trial" not in table:
+        raise without_trials(window)
     known = None if trials is None else as_trials(trials, window=window)
     seen, remarks = observed_units(table, known, window=window, duration=duration)
     quality = judge(seen, rules=rules)

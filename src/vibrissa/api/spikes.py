@@ -142,15 +142,6 @@ def envelope_coupling(
     from vibrissa.study.neurons.silent_trials import silent_trials
     from vibrissa.study.neurons.trial_stimuli import refuse_other_trials
 
-    named = str(getattr(stimulus, "name", "")) + str(getattr(stimulus, "attrs", {}).get("long_name", ""))
-    if "envelope" in named and not envelope:
-        raise ConflictError("stimulus", "must be a displacement", "an envelope", "say so: envelope=True")
-    table, shown, remarks = _spikes_and_stimulus(spikes, stimulus, unit, envelope, band, spontaneous, window)
-    known = table.attrs.get("n_trials")
-    if None not in (known, n_trials) and known != n_trials:
-        raise ConflictError("n_trials", f"must be left out: the spikes have {known} trials", n_trials)
-    if (count := known if n_trials is None else n_trials) is None:
-        raise MissingError("n_trials", "must be given", remedy="count silent presentations too")
     how = EnvelopeAnalysis(
         null=null,
         fit=fit,
@@ -163,6 +154,15 @@ def envelope_coupling(
         spontaneous=spontaneous,
         seed=seed,
     )
+    named = str(getattr(stimulus, "name", "")) + str(getattr(stimulus, "attrs", {}).get("long_name", ""))
+    if "envelope" in named and not envelope:
+        raise ConflictError("stimulus", "must be a displacement", "an envelope", "say so: envelope=True")
+    table, shown, remarks = _spikes_and_stimulus(spikes, stimulus, unit, envelope, band, spontaneous, window)
+    known = table.attrs.get("n_trials")
+    if None not in (known, n_trials) and known != n_trials:
+        raise ConflictError("n_trials", f"must be left out: the spikes have {known} trials", n_trials)
+    if (count := known if n_trials is None else n_trials) is None:
+        raise MissingError("n_trials", "must be given", remedy="count silent presentations too")
     require_whole("n_trials", count)
     refuse_other_trials(shown, int(count), str(stimulus))
     found = analyse_recording(table, shown, int(count), how)
@@ -210,7 +210,7 @@ def _spikes_and_stimulus(
         if "trial_start" not in table:
             rule, found = "must have the times of their trials", "a stimulus on the session's clock"
             raise MissingError("spikes", rule, found, "vb.read_spikes(spikes, trials=onsets)")
-        shown, more = stimulus_in_trials(shown, table, str(stimulus), band)
+        shown, more = stimulus_in_trials(shown, table, str(stimulus), band, spontaneous=spontaneous)
         remarks = [*remarks, *more]
     else:
         shown = of_the_trials(shown, table, str(stimulus))

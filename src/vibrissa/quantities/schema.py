@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibrissa.errors import FormatError, MissingError, RangeError
+from vibrissa.quantities.rounded_times import refuse_rounded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,4 +86,5 @@ def _refuse_unordered(time: np.ndarray) -> None:
     if (back := np.flatnonzero(np.diff(time) <= 0)).size:
         at = int(back[0])
         found = f"{time[at + 1]:.9g} after {time[at]:.9g} at sample {at + 1}"
+        refuse_rounded(time, "variable 'time'")
         raise RangeError("variable 'time'", "must ascend", found, "sort the samples, and leave out doubled ones")

@@ -2,37 +2,16 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.errors import RangeError, TooFewError
+from vibrissa.quantities.rounded_times import FINEST, Misfit, last_digit, repeated_by_rounding
 
 UNEVEN = 1e-2  # [of an interval] largest deviation of a time that is not rounded
 _ROUNDED = 0.3  # [of an interval] largest of one that is: by a half and more a lost sample would be taken for rounding
-_COARSE = 1.1  # [of an interval] unit of the last decimal by which rounding, not a sample stored twice, repeats times
-_FINEST = 9  # decimals of a second that a clock writes
 _DIGITS = 12  # of a rate that has more decimals
 _ROUNDING = 1e-9  # [of an interval] by which a time on the grid may seem to lie off it
-
-
-class Misfit(NamedTuple):
-    """A time that keeps to no even grid.
-
-    Attributes
-    ----------
-    sample : int
-        Which, from 0.
-    found : str
-        How it lies, in words.
-    remedy : str
-        What to do.
-    """
-
-    sample: int
-    found: str
-    remedy: str
 
 
 def even_rate(time: Array, source: str = "", least: int = 4) -> float:
@@ -93,7 +72,7 @@ def plain_rate(rate: float, unsure: float) -> float:
     >>> plain_rate(29999.9986, 0.005), plain_rate(24414.0625, 1e-9)
     (30000.0, 24414.0625)
     """
-    shorter = (round(rate, places) for places in range(_FINEST))
+    shorter = (round(rate, places) for places in range(FINEST))
     return next((one for one in shorter if abs(one - rate) <= unsure), float(f"{rate:.{_DIGITS}g}"))
 
 
@@ -116,15 +95,14 @@ def misfit_of(time: Array) -> Misfit | None:
     step = (time[-1] - time[0]) / (len(time) - 1)
     off = np.abs((time - time[0]) / step - np.arange(len(time)))
     apart = np.diff(time) / step
-    digit = _last_digit(time)
+    digit = last_digit(time)
     rounding = min(digit / step, _ROUNDED)
     unequal = np.abs(apart - 1) > max(2 * UNEVEN, 1.5 * rounding)  # the errors of both ends and of the mean
     if not unequal.any() and not (off > max(UNEVEN, rounding) + _ROUNDING).any():
         return None
     usual = float(np.median(apart))
-    if apart.min() == 0 and digit > _COARSE * step and (off * step <= digit * (1 + UNEVEN)).all():
-        found = f"the time of the one before: times are rounded to {digit:g} s, at intervals of {step:.2g} s"
-        return Misfit(int(np.argmin(apart)) + 1, found, "write times with more decimals")
+    if rounded := repeated_by_rounding(time):
+        return rounded
     if apart.min() <= 0:
         return Misfit(int(np.argmin(apart)) + 1, "not after the one before", "sort the samples, each once")
     if apart.max() > 1.5 * usual:
@@ -155,10 +133,3 @@ def whole_steps(duration: float, rate: float) -> int:
     (600, 200)
     """
     return int(duration * rate + _ROUNDING)
-
-
-def _last_digit(time: Array) -> float:
-    """Unit of the last decimal that times are written with [s]; 0 where they have more decimals than a clock gives."""
-    exact = 4 * np.spacing(np.abs(time).max())
-    units = (10.0**-digits for digits in range(_FINEST + 1))
-    return next((unit for unit in units if np.abs(time - unit * np.round(time / unit)).max() <= exact), 0.0)

@@ -36,6 +36,8 @@ def recording(tmp_path):
         (("information", "--window", 0, 3.9, "--out", "x.csv"), "--out must end in .nc"),
         (("information", "--window", 0, 3.9, "--bin-width", "inf"), "must divide the window"),
         (("information", "--window", 0, 1e9), "must hold at most 1,000,000 bins"),
+        (("information", "--window", 1, 0.5), "--window must start before it stops, got 1 to 0.5 s"),
+        (("information", "--window", "0s", "-1s"), "--window must start before it stops, got 0 to -1 s"),
         (("information",), "--window must be given, with its 2 values"),
         (("demodulation", "--stimulus", "stimulus.csv", "--band", 45), "--band must be given, with its 2 values"),
     ],
@@ -111,6 +113,23 @@ def test_times_that_look_like_milliseconds_are_refused_by_information_too(vibris
     assert (code, out) == (2, "")
     assert err.startswith("vibrissa: spike_time must lie within the window, 0 to 3.9 s, got ")
     assert "look like milliseconds" in err
+
+
+def test_what_information_says_of_long_trials_serves(vibrissa, recording, tmp_path):
+    """Trials of 40 s; a window before the onset and a short one after it are no sign of milliseconds alone."""
+    rng = np.random.default_rng(4)
+    spikes = pd.DataFrame({"unit": "a", "trial": np.repeat(np.arange(12), 800)})
+    spikes = spikes.assign(spike_time=rng.uniform(-2, 40, 9600))
+    spikes.to_csv(tmp_path / "long.csv", index=False)
+    words = ("information", "--spikes", tmp_path / "long.csv", "--trials", 12, "--window")
+    for window in ((-1, -0.4), (0, 1)):
+        code, _, err = vibrissa(*words, *window)
+        assert code == 0
+        assert "if trials last so long, these times are right" in err
+    code, _, err = vibrissa(*words, 0, 0.3)
+    assert (code, err.count("if they are right, leave out those beyond the window")) == (2, 1)
+    spikes[spikes.spike_time < 0.3].to_csv(tmp_path / "long.csv", index=False)
+    assert vibrissa(*words, 0, 0.3)[0] == 0
 
 
 def test_counts_with_their_axes_in_another_order_are_refused(vibrissa, recording, tmp_path):

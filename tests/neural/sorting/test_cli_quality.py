@@ -186,6 +186,17 @@ def test_python_says_the_same(phy):
     assert found.time_observed.item() == 30
 
 
+def test_a_window_without_trials_is_refused_by_the_argument_that_gives_them(phy):
+    for units in (phy, {"a": SPREAD}):
+        with refusal("conflict", "window") as caught:
+            vb.unit_quality(units, window=(0.0, 1.0))
+        assert "trials=[(start, stop), …]" in caught.value.remedy
+        assert "trial_table" not in str(caught.value)
+    with pytest.warns(Warning, match="trials"):
+        found = vb.unit_quality({"a": SPREAD}, window=(0.0, 10.0), trials=[0.0, 20.0])
+    assert found.time_observed.item() == 20
+
+
 BAD = {
     "window": (["--window", "0", "1"], "--window must go with trials"),
     "duration": (["--duration", "1s"], "--duration must reach from the first spike to the last"),

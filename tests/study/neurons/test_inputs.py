@@ -224,6 +224,7 @@ STIMULI = {  # a file of a stimulus, and what the refusal says
     "time,displacement\nBIG": "must move by less than 1 cm",
     "time,contra\nBIG": "say otherwise by --signal-unit",
     "time,displacement\nBACK": "must be later than the one before",
+    "time,displacement\nROUNDED": "times are rounded to 0.001 s",
     "time,displacement\nGAP": "must follow the one before evenly, by 0.001 s",
     "trial,time,displacement\n0,0,1\n1,0,1\n1,1,2\n": "must have as many samples",
     "trial,time,displacement\n-1,0,1\n": "must be a whole number from 0",
@@ -243,6 +244,7 @@ def filled(text):
         "FLAT": [f"{t},0" for t in TIME],
         "BIG": [f"{t},{1e6 * x}" for t, x in zip(TIME, wave, strict=True)],
         "BACK": [f"{t if k != 50 else 0},{x}" for k, (t, x) in enumerate(zip(TIME, wave, strict=True))],
+        "ROUNDED": [f"{t / 2:.3f},{x}" for t, x in zip(TIME, wave, strict=True)],
         "GAP": [f"{t + (k > 50)},{x}" for k, (t, x) in enumerate(zip(TIME, wave, strict=True))],
     }
     for word, lines in rows.items():

@@ -14,7 +14,7 @@ from vibrissa.neural.io.tables.inputs import refuse_misplaced
 from vibrissa.neural.io.tables.stimuli import labelled_stimulus, name_of
 from vibrissa.neural.io.tables.trials import trial_table
 from vibrissa.study.neurons.inputs import read_recording
-from vibrissa.study.neurons.session_stimuli import cut_stimulus
+from vibrissa.study.neurons.session_stimuli import channels_that_differ, cut_stimulus
 from vibrissa.study.spec.given import SpikesInput, StimulusInput
 
 pynwb = pytest.importorskip("pynwb")
@@ -279,3 +279,39 @@ def test_one_sample_that_is_not_known_leaves_the_others_of_its_trial(lead):
     error = np.abs(each - expected)[..., 20:-20]
     assert np.nanmax(error) < 1e-3
     assert "trials cannot be compared" in remarks[0]
+
+
+def two_channels(others):
+    """The motion in all trials, and another channel [m]."""
+    return labelled_stimulus(
+        np.arange(whole_session().size) / RATE,
+        np.stack([whole_session(), others]),
+        lead={"whisker": np.array(["C1", "C2"])},
+    )
+
+
+def test_a_channel_at_rest_under_noise_is_named_as_that_which_differs(tmp_path, vibrissa):
+    noise = 1e-3 * MOTION.std() * np.random.default_rng(5).normal(size=whole_session().size)
+    trials = trial_table(ONSETS, ONSETS + LENGTH)
+    for others, differing in (
+        (noise, {"C2": pytest.approx(1e-3, rel=0.05)}),
+        (noise + 5.0, {"C2": pytest.approx(1e-3, rel=0.05)}),
+        (played_in_trials(np.resize([1.0, 0.2], TRIALS)), {"C2": pytest.approx(0.72, abs=0.01)}),
+        (1e-3 * whole_session(), None),
+        (0 * noise, None),
+    ):
+        found, _ = cut_stimulus(two_channels(others), trials, "s")
+        assert ("trial" in found.dims) == (differing is not None)
+        assert differing is None or channels_that_differ(found) == differing
+    both, _ = cut_stimulus(two_channels(noise).isel(whisker=[1, 1]), trials, "s")
+    assert channels_that_differ(both) == {}
+    path = session_of(tmp_path / "two.nwb", np.stack([whole_session(), noise], 1), ONSETS, np.array([0.5]))
+    for verb in ("glm", "surround"):
+        code, out, err = vibrissa(verb, "--spikes", path, "--stimulus", path)
+        assert (code, out) == (2, "")
+        assert (
+            "must be the same in all trials, got one for each in motion:1 (0.1 % of the largest), not in other" in err
+        )
+        assert "leave a channel out that rested" in err
+    path = session_of(tmp_path / "one.nwb", whole_session(), ONSETS, TIME[::60])
+    assert vibrissa("glm", "--spikes", path, "--stimulus", path)[0] == 0

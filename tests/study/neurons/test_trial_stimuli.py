@@ -249,6 +249,36 @@ def test_the_window_that_is_asked_for_leaves_out_most_spikes_where_the_stimulus_
         assert "milliseconds" in caught.value.remedy
 
 
+@pytest.mark.parametrize("lasted", [30.0, 40.0])
+def test_spikes_in_long_trials_of_a_session_are_in_seconds(lasted):
+    """Trials ten times as long as the stimulus and longer; the window alone is that of spikes cut to it."""
+    onsets = 5 + 50 * np.arange(8.0)
+    times = np.sort(np.random.default_rng(2).uniform(0, 400, 4000))
+    shown = xr.DataArray(envelopes()[0], {"time": TIME}, ["time"], attrs={"units": "a.u."})
+    how = {"skip": SKIP, "envelope": True, "window": (0.0, LENGTH)}
+    long = vb.read_spikes({"u": times}, trials=np.stack([onsets, onsets + lasted], 1))
+    with pytest.warns(Remark, match=f"of {long.sizes['spike']} spikes lie beyond the stimulus"):
+        found = vb.envelope_coupling(long, shown, **how)
+    cut = vb.envelope_coupling(vb.read_spikes({"u": times}, trials=onsets, window=(0.0, LENGTH)), shown, **how)
+    for name in ("envelope_correlation", "p_value", "unit_rate"):
+        np.testing.assert_array_equal(found[name], cut[name])
+    scaled = long.assign(spike_time=1e3 * long.spike_time)
+    with refusal("range", "spike_time") as caught:
+        vb.envelope_coupling(scaled, shown, **how)
+    assert "milliseconds" in caught.value.remedy
+
+
+def test_the_remedy_of_long_trials_without_a_session_serves():
+    frame = pd.DataFrame({"unit": "u", "trial": np.repeat(np.arange(8), 400)})
+    frame["time"] = np.random.default_rng(9).uniform(0, 40, 3200)
+    shown = xr.DataArray(envelopes()[0], {"time": TIME}, ["time"], attrs={"units": "a.u."})
+    how = {"n_trials": 8, "skip": SKIP, "envelope": True, "window": (0.0, LENGTH)}
+    with refusal("range", "spike_time") as caught:
+        vb.envelope_coupling(frame, shown, **how)
+    assert caught.value.remedy.endswith("if these are seconds from it, leave out those beyond the stimulus")
+    assert vb.envelope_coupling(frame[frame.time < LENGTH], shown, **how).unit_rate.item() > 0
+
+
 def test_a_stimulus_in_volts_is_taken_once_it_is_in_metres():
     volts = xr.DataArray(envelopes()[0] * np.sin(400 * TIME), {"time": TIME}, ["time"], attrs={"units": "V"})
     frame = pd.DataFrame({"unit": "u", "trial": 0, "time": np.linspace(0.1, 2.9, 300)})

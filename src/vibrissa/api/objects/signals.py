@@ -24,6 +24,7 @@ from vibrissa.errors import (
 from vibrissa.netcdf import load
 from vibrissa.neural.io.tables.stimulus_csv import LARGEST_SD, read_stimulus_csv
 from vibrissa.quantities import QUANTITIES
+from vibrissa.quantities.rounded_times import refuse_rounded
 from vibrissa.signals.even_times import UNEVEN, even_rate, misfit_of
 from vibrissa.stimulus.export import read_command
 from vibrissa.tables.kinds import described, is_a, is_quantity
@@ -244,10 +245,9 @@ def _of_array(thing: Any, rate: float | None) -> Signal:
 
 
 def _of_path(path: Path) -> xr.Dataset:
-    if path.suffix.lower() == ".nc":
-        return load(path)
-    plain = path.suffix.lower() == ".csv" and not Path(f"{path}.json").is_file()  # without a command's sidecar
-    return read_stimulus_csv(path) if plain else read_command(path)
+    kind, is_command = path.suffix.lower(), Path(f"{path}.json").is_file()  # with its sidecar
+    plain = load if kind == ".nc" else read_stimulus_csv if kind == ".csv" and not is_command else None
+    return plain(path) if plain else read_command(path)
 
 
 def _variable(data: xr.Dataset, quantity: str | None) -> xr.DataArray:
@@ -321,12 +321,12 @@ def _even(known: Signal, source: str) -> float:
     if lost.any():
         where = f"{int(lost.sum())} samples that are not, the first at {time[np.argmax(lost)]:.6g} s"
         raise RangeError(source, "must have finite samples", where, CUT)
+    refuse_rounded(time, f"{source}: time")
     step = np.diff(time)
     usual = float(np.median(step)) if step.size else 0.0
     wrong = np.abs(step - usual) > 2 * UNEVEN * abs(usual)  # both ends may be off
     if usual > 0 and wrong.any() and time[-1] > time[0] and misfit_of(time):
-        k = int(np.argmax(wrong))
-        what = "a hole" if step[k] > 1.5 * usual else "a step"
+        what = "a hole" if step[k := int(np.argmax(wrong))] > 1.5 * usual else "a step"
         where = f"{what} of {step[k]:.6g} s after {time[k]:.6g} s, steps of {usual:.6g} s elsewhere"
         raise RangeError(f"{source}: time", "must be even", where, HOLE if step[k] > LONG else INTERPOLATE)
     try:

@@ -110,8 +110,24 @@ def as_spikes(
     if table is not None:
         return cut_into_trials(spikes, table, window)
     if window is not None:
-        raise ConflictError("window", "must go with trials", window, "give trials=[(start, stop), …] or their onsets")
+        raise without_trials(window)
     return spikes
+
+
+def without_trials(window: Window) -> ConflictError:
+    """The refusal of a window about onsets that are not known.
+
+    Parameters
+    ----------
+    window : (float, float)
+        From the onset [s].
+
+    Returns
+    -------
+    ConflictError
+        With the argument that gives them.
+    """
+    return ConflictError("window", "must go with trials", window, "give trials=[(start, stop), …] or their onsets")
 
 
 def _in_order(frame: Any) -> Any:

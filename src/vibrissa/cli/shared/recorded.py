@@ -219,6 +219,7 @@ class RecordingOptions:
             If a file is bad, they do not fit together, or each trial has its own stimulus.
         """
         from vibrissa.study.neurons.inputs import read_recording
+        from vibrissa.study.neurons.session_stimuli import channels_that_differ
         from vibrissa.study.spec.given import SpikesInput, StimulusInput
 
         asked: dict[str, Any] = {"bin_width": bin_width, "band": band, "window": window, "channels": channels}
@@ -226,7 +227,11 @@ class RecordingOptions:
             found = read_recording(SpikesInput(**self.words()), StimulusInput(**shown), **asked, progress=progress)
         if "trial" in found.stimulus.dims and not each:
             remedy = "neural and drives take one for each trial; or choose trials of one stimulus with --only"
-            raise ConflictError("--stimulus", "must be the same in all trials", "one for each", remedy)
+            others = channels_that_differ(found.stimulus)
+            each_size = ", ".join(f"{name} ({100 * size:.2g} % of the largest)" for name, size in others.items())
+            kind = f"one for each in {each_size}, not in other channels" if others else "one for each"
+            remedy = f"leave a channel out that rested; {remedy}" if others else remedy
+            raise ConflictError("--stimulus", "must be the same in all trials", kind, remedy)
         return found._replace(remarks=[in_options(line) for line in found.remarks])
 
 

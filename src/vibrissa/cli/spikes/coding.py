@@ -149,7 +149,9 @@ def information(
         Width of the bins [s], which must divide the window.
     """
     from vibrissa.neural.coding.information import unit_information
+    from vibrissa.neural.coupling.response import bin_edges
 
+    bin_edges(*window, bin_width)
     table, count, remarks = recorded.read(window, bin_width)
     unlikely = _unlikely(table, window)
     with stage("units"):
@@ -165,13 +167,16 @@ def information(
 def _unlikely(spikes: xr.Dataset, window: Window) -> list[str]:
     """Remarks on spikes beyond the window."""
     (start, stop), time, lines = window, spikes.spike_time.values, []
-    outside = int(((time < start) | (time >= stop)).sum())
+    outside, end = int(((time < start) | (time >= stop)).sum()), max(abs(start), abs(stop))
     if outside > MOST_OUTSIDE * time.size:
         far = float(time.max(initial=0.0))
         unit = "look like milliseconds or a session's clock"
-        if far > FAR * stop and 2 * outside > time.size:
+        if far > FAR * end and 2 * outside > time.size:
             rule, found = f"must lie within the window, {start:g} to {stop:g} s", f"{outside} of {time.size} outside"
-            raise RangeError("spike_time", rule, found, f"times are in seconds; those up to {far:g} {unit}")
-        unit = f"; times up to {far:g} {unit}" if far > LATE * stop else ""
+            right = "" if outside == time.size else "; if they are right, leave out those beyond the window"
+            raise RangeError("spike_time", rule, found, f"times are in seconds; those up to {far:g} {unit}{right}")
+        late = far > LATE * end
+        unit = f"; times up to {far:g} {unit}" if late else ""
         lines.append(f"{outside} of {time.size} spikes are outside of the window of {start:g} to {stop:g} s{unit}")
+        lines += ["if trials last so long, these times are right: the window alone is analysed"] * late
     return lines

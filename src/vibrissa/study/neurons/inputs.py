@@ -100,7 +100,8 @@ def read_recording(
     shown, remarks = read_stimulus(stimulus, folder, channels=channels, band=band)
     if cut := shown.attrs.get("clock") == SESSION:
         trials, source = _trials(spikes, folder), str(stimulus.stimulus)
-        shown, more = stimulus_in_trials(shown, trials, source, band, channels=channels)
+        how: dict[str, Any] = {"channels": channels, "spontaneous": around}
+        shown, more = stimulus_in_trials(shown, trials, source, band, **how)
         remarks = [*remarks, *more]
     time = shown.time.values
     end = float(time[-1] + (time[-1] - time[0]) / (time.size - 1))  # of the last sample

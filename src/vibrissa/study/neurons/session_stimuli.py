@@ -10,6 +10,7 @@ from vibrissa.arrays import Array, Window
 from vibrissa.errors import RangeError, TooFewError
 from vibrissa.neural.io.tables.stimuli import labelled_stimulus, presented
 from vibrissa.signals.even_times import misfit_of, plain_rate
+from vibrissa.study.neurons.rest import refuse_driven, refuse_moving
 from vibrissa.study.neurons.stimuli import named_stimulus
 
 if TYPE_CHECKING:
@@ -50,6 +51,8 @@ def cut_stimulus(stimulus: xr.Dataset, trials: xr.Dataset, source: str) -> tuple
     """
     time, values, unit, is_envelope = presented(stimulus)
     start, stop = trials.trial_start.values, trials.trial_stop.values
+    if not start.size:
+        raise TooFewError("trials", "must be at least one", 0, "select some")
     step = _step_within(time, start, stop)
     first = np.searchsorted(time, start - step / 2)
     late = time[np.minimum(first, time.size - 1)] - start  # from each onset to its first sample
@@ -75,8 +78,8 @@ def cut_stimulus(stimulus: xr.Dataset, trials: xr.Dataset, source: str) -> tuple
     cut: Array = values[..., rows] if is_envelope else _shifted(values[..., rows], shift)
     lead = {"whisker": stimulus.whisker.values} if "whisker" in stimulus.dims else {}
     attrs = {name: value for name, value in stimulus.attrs.items() if name != "clock"}
-    remarks, r = _scattered(late) if is_envelope else [], _likeness(cut)
-    apart = _apart(cut, is_envelope)
+    remarks, r = _scattered(late) if is_envelope else [], float(np.min(_likeness(cut)))
+    apart = float(np.max(_apart(cut, is_envelope)))
     if len(start) > 1 and not (r >= ONE and apart <= APART):
         known = labelled_stimulus(own, cut, unit, envelope=is_envelope, lead={**lead, "trial": None}, attrs=attrs)
         differs = f"the stimulus differs between trials (correlation with their mean down to {r:.3f})"
@@ -137,15 +140,38 @@ def _moved_with_holes(one: Array, by: float) -> Array:
     return np.where(between, np.nan, make_interp_spline(place[known], one[known], k=5)(when))
 
 
-def _likeness(cut: Array) -> float:
+def channels_that_differ(stimulus: xr.Dataset) -> dict[str, float]:
+    """Channels whose stimulus is not the same in all trials, and how large they are, if others are the same.
+
+    Parameters
+    ----------
+    stimulus : Dataset
+        Of each trial, of one channel or several.
+
+    Returns
+    -------
+    dict of float
+        By the name of the channel, its standard deviation over that of the largest; none where all channels differ.
+    """
+    if "whisker" not in stimulus.dims:
+        return {}
+    known = presented(stimulus.transpose("whisker", "trial", "time", missing_dims="ignore"))
+    differ = ~((_likeness(known.values) >= ONE) & (_apart(known.values, known.is_envelope) <= APART))
+    size = np.ma.masked_invalid(known.values).std((-2, -1)).filled(0.0)
+    names, shares = stimulus.whisker.values.astype(str), size / (size.max() or 1.0)
+    return {} if differ.all() else dict(zip(names[differ].tolist(), shares[differ].tolist(), strict=True))
+
+
+def _likeness(cut: Array) -> Array:
     """Smallest correlation of the stimulus (..., trial, time) of a trial with their mean; 1 of those that rest."""
     each = cut - cut.mean(-1, keepdims=True)
     mean = each.mean(-2, keepdims=True)
     size = np.sqrt((each**2).sum(-1) * (mean**2).sum(-1))
-    return float(np.min(np.divide((each * mean).sum(-1), size, out=np.ones(size.shape), where=size != 0)))
+    r: Array = np.divide((each * mean).sum(-1), size, out=np.ones(size.shape), where=size != 0)
+    return r.min(-1)
 
 
-def _apart(cut: Array, is_envelope: bool) -> float:
+def _apart(cut: Array, is_envelope: bool) -> Array:
     """Largest rms difference of the stimulus (..., trial, time) of a trial from their mean, over the SD of the mean.
 
     It counts what a correlation does not see: other sizes, trials at rest and, of envelopes, other levels.
@@ -153,11 +179,18 @@ def _apart(cut: Array, is_envelope: bool) -> float:
     mean = cut.mean(-2, keepdims=True)
     differs = np.sqrt(((cut - mean) ** 2).mean(-1)) if is_envelope else (cut - mean).std(-1)
     size, least = np.broadcast_to(mean.std(-1), differs.shape), ROUNDING * np.abs(cut).max(initial=0.0)
-    return float(np.max(np.divide(differs, size, out=np.where(differs > least, np.inf, 0.0), where=size > least)))
+    apart: Array = np.divide(differs, size, out=np.where(differs > least, np.inf, 0.0), where=size > least)
+    return apart.max(-1)
 
 
 def stimulus_in_trials(
-    stimulus: xr.Dataset, trials: xr.Dataset, source: str, band: Window | None = None, *, channels: bool = False
+    stimulus: xr.Dataset,
+    trials: xr.Dataset,
+    source: str,
+    band: Window | None = None,
+    *,
+    channels: bool = False,
+    spontaneous: Window | None = None,
 ) -> tuple[xr.Dataset, list[str]]:
     """The stimulus of each trial, as :func:`cut_stimulus` gives it, and as an envelope where it is one.
 
@@ -169,6 +202,8 @@ def stimulus_in_trials(
         Band of the carrier [Hz].
     channels : bool
         Whether all channels are wanted, which are taken as they are.
+    spontaneous : (float, float), optional
+        Window without stimulus, from the onset [s].
 
     Returns
     -------
@@ -178,8 +213,11 @@ def stimulus_in_trials(
     Raises
     ------
     InputError
-        As :func:`cut_stimulus` and :func:`vibrissa.study.neurons.stimuli.named_stimulus`.
+        As :func:`cut_stimulus` and :func:`vibrissa.study.neurons.stimuli.named_stimulus`; or if the stimulus moves in
+        that window.
     """
     cut, remarks = cut_stimulus(stimulus, trials, source)
     known, more = (cut, []) if channels else named_stimulus(cut, source, band)
+    refuse_driven(trials, known, spontaneous)
+    refuse_moving(stimulus, trials, known, spontaneous)
     return known, [*remarks, *more]

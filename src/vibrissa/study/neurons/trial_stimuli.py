@@ -53,7 +53,7 @@ def spikes_within(
     if around is not None:
         beyond &= (when < around[0]) | (when >= around[1])
     number = int(beyond.sum())
-    few = 2 * number <= when.size if window is None else not misplaced(when, beyond, (first, float(time[-1])))
+    few = 2 * number <= when.size if window is None else not misplaced(spikes, beyond, (first, float(time[-1])))
     if not number or not few:
         return spikes, []
     text = f"{number} of {when.size} spikes lie beyond the stimulus, {first:g} to {last:g} s, and are left out"

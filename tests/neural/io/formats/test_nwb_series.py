@@ -102,6 +102,18 @@ def test_timestamps_that_do_not_ascend_are_refused(tmp_path, wrong):
         read_stimulus(StimulusInput(stimulus=str(write(file, tmp_path / "s.nwb"))))
 
 
+@pytest.mark.parametrize("rate", [1050.0, 2000.0])
+def test_timestamps_that_are_rounded_are_not_said_to_be_doubled(tmp_path, rate):
+    """Samples of every trial alone, to the millisecond: leaving out those of one time would change the motion."""
+    file = session()
+    clock = np.round(np.concatenate([onset + np.arange(int(LENGTH * rate)) / rate for onset in ONSETS]), 3)
+    file.add_stimulus(pynwb.TimeSeries(name="motion", data=np.sin(np.arange(clock.size)), unit="um", timestamps=clock))
+    with refusal("range", "s.nwb, motion: time") as caught:
+        read_stimulus(StimulusInput(stimulus=str(write(file, tmp_path / "s.nwb"))))
+    assert caught.value.remedy.startswith("write times with more decimals")
+    assert "times are rounded to 0.001 s" in str(caught.value)
+
+
 def test_trials_with_their_own_stimuli_keep_them(tmp_path):
     file = with_trials(with_units(session()))
     waves = [np.roll(50 * WAVE, 300 * k) for k in range(6)]

@@ -13,6 +13,7 @@ from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError
 from vibrissa.neural.io.formats.nwb import opened, pynwb_module
 from vibrissa.neural.io.tables.stimuli import NAMES, labelled_stimulus
 from vibrissa.neural.io.tables.stimulus_csv import LEVEL, in_stated_unit
+from vibrissa.quantities.rounded_times import refuse_rounded
 from vibrissa.tables.units import is_unit
 
 SESSION = "session"  # value of the attribute `clock` of a stimulus that is on the session's clock
@@ -137,6 +138,7 @@ def _times(series: Any, here: str) -> Array:
     if series.timestamps is None:
         raise FormatError(here, "must have a rate or timestamps")
     time = np.asarray(series.timestamps[:], float)
+    refuse_rounded(time, f"{here}: time")
     later = (np.diff(time, prepend=-np.inf) > 0) & np.isfinite(time)
     if not later.all():
         k = int(np.argmin(later))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from vibrissa.arrays import Array, Mask, Window
+from vibrissa.arrays import Mask, Window
 from vibrissa.errors import MissingError, RangeError, ShapeError, UnknownError
 from vibrissa.quantities import require
 from vibrissa.tables.stated import number
@@ -111,43 +111,54 @@ def _refuse_outside(
     outside = (time < first) | (time > last + (last - first) / (stimulus.sizes["time"] - 1))
     if spontaneous is not None:
         outside &= (time < spontaneous[0]) | (time >= spontaneous[1])
-    if not outside.any() or (window is not None and not misplaced(time, outside, (first, last))):
+    if not outside.any() or (window is not None and not misplaced(spikes, outside, (first, last))):
         return
     each = "trial" in stimulus.dims  # of which no window is taken
     remedy = "leave them out" if each else "give `window`, its start and its stop, to leave them out"
     if outside.all():
         remedy = "let both count from the onset: subtract it from the times of the stimulus"
-    if _far(time, (first, last)):
-        remedy = (
-            "times are in seconds from the stimulus' onset; these look like milliseconds, samples or a session's clock"
-        )
+    if _far(spikes, (first, last)):
+        right = "" if outside.all() else "; if these are seconds from it, leave out those beyond the stimulus"
+        remedy = "times are in seconds from the stimulus' onset; these look like milliseconds, samples or a session's "
+        remedy += f"clock{right}"
     found = f"{outside.sum()} of {time.size} outside, up to {time[np.argmax(np.abs(time - first))]:g}"
     raise RangeError("spike_time", f"must lie within the stimulus, {first:g} to {last:g} s", found, remedy)
 
 
-def misplaced(time: Array, outside: Mask, shown: Window) -> bool:
+def misplaced(spikes: xr.Dataset, outside: Mask, shown: Window) -> bool:
     """Whether times are not those of the stimulus: all are outside, or most are and some of another scale or clock.
 
     Parameters
     ----------
-    time : (N,) array
-        Of spikes, from the onset [s].
+    spikes : Dataset
+        In trials.
     outside : (N,) array of bool
         Which lie outside the stimulus.
     shown : (float, float)
-        First and last time of the stimulus [s].
+        First and last time of the stimulus, from the onset [s].
 
     Returns
     -------
     bool
     """
-    return bool(outside.all() or (2 * outside.sum() > time.size and _far(time, shown)))
+    return bool(outside.all() or (2 * outside.sum() > outside.size and _far(spikes, shown)))
 
 
-def _far(time: Array, shown: Window) -> bool:
+def _far(spikes: xr.Dataset, shown: Window) -> bool:
     """Whether some times lie so far from a stimulus that they are likely of another scale or clock."""
     first, last = shown
-    return bool(np.abs(time - first).max(initial=0.0) > 11 * (last - first))
+    far = np.abs(spikes.spike_time.values - first).max(initial=0.0) > 11 * (last - first)
+    return bool(far and not _within_their_trials(spikes))
+
+
+def _within_their_trials(spikes: xr.Dataset) -> bool:
+    """Whether all times lie in what was recorded of their trials, by the session's clock: seconds from the onset."""
+    if not {"trial_start", "trial_stop"} <= set(spikes.variables):
+        return False
+    time, trial, known = spikes.spike_time.values, spikes.spike_trial.values.astype(int), spikes.attrs
+    lasted = (spikes.trial_stop.values - spikes.trial_start.values)[np.minimum(trial, spikes.sizes["trial"] - 1)]
+    start, stop = known.get("window_start", 0.0), known.get("window_stop", lasted)
+    return bool(((time >= start - SHORT) & (time <= stop + SHORT)).all())
 
 
 def refuse_beyond_recording(spikes: xr.Dataset, part: Window, step: float = 0.0) -> None:

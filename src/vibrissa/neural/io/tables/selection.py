@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 
@@ -10,6 +12,7 @@ from vibrissa.errors import ConflictError, FormatError, RangeError, ShapeError
 from vibrissa.quantities import QUANTITIES, dataset, require
 
 NUMBER = "trial_number"  # what says of selected trials which they were
+ONSETS = "onsets"  # attribute: those of all trials, of which some may be selected [s]
 PLAIN = ("spike_unit", "spike_trial", "spike_time", "unit_name")  # along one dimension each
 REFERENCES = {"unit": ("spike_unit", "interval_unit"), "trial": ("spike_trial",)}  # what refers to each dimension
 
@@ -26,14 +29,15 @@ def labelled(spikes: xr.Dataset) -> xr.Dataset:
     -------
     Dataset
         With the coordinate ``unit`` and, where it has this dimension, ``trial``: 0, 1, 2 and so on, to which
-        ``spike_unit`` and ``spike_trial`` refer.
+        ``spike_unit`` and ``spike_trial`` refer; the attribute ``onsets`` keeps those of the trials, where known.
     """
     numbers = {
         dim: (dim, np.arange(spikes.sizes[dim]), {"units": "1", "long_name": QUANTITIES[dim].long_name})
         for dim in REFERENCES
         if dim in spikes.dims
     }
-    return spikes.assign_coords(numbers)
+    onsets = {ONSETS: spikes.trial_start.values} if "trial_start" in spikes and spikes.sizes["trial"] else {}
+    return spikes.assign_coords(numbers).assign_attrs(onsets)
 
 
 def is_labelled(data: xr.Dataset) -> bool:
@@ -102,7 +106,15 @@ def _at_places(spikes: xr.Dataset, dim: str, labels: Integers | None) -> xr.Data
     some = size < spikes.attrs.get("n_trials", size)
     if NUMBER not in spikes and (some or not np.array_equal(labels, np.arange(size))):
         spikes = spikes.assign({NUMBER: dataset(trial_number=labels).trial_number})
-    return spikes.assign_attrs(n_trials=size)
+    return spikes.drop_attrs(deep=False).assign_attrs(_about_trials(spikes.attrs, labels))
+
+
+def _about_trials(about: dict[str, Any], labels: Integers) -> dict[str, Any]:
+    """Attributes of a table of which the trials with these labels are kept: their number, and the onsets of others."""
+    onsets, left = (np.atleast_1d(about.get(name, [])) for name in (ONSETS, "onsets_left_out"))
+    left = np.append(left, np.delete(onsets, labels[labels < onsets.size]))
+    kept = {name: one for name, one in about.items() if name != ONSETS} | {"n_trials": labels.size}
+    return kept | ({"onsets_left_out": left} if left.size else {})
 
 
 def _refuse_other_dimensions(spikes: xr.Dataset) -> None:

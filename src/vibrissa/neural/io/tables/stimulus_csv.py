@@ -12,6 +12,7 @@ import xarray as xr
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError, ShapeError, TooFewError, UnknownError
 from vibrissa.neural.io.tables.stimuli import labelled_stimulus, name_of, presented
+from vibrissa.quantities.rounded_times import refuse_rounded
 from vibrissa.tables.reader import read_table
 from vibrissa.tables.table import Table
 from vibrissa.tables.units import PURE, channel_and_unit, in_si, is_unit
@@ -111,6 +112,7 @@ def _times(table: Table, path: str) -> tuple[Array, Integers]:
     rows = np.flatnonzero(order < first.size) if n_trials == 1 else order[: first.size]
     wrong = np.zeros(time.size, bool)
     wrong[rows[1:]] = step <= 0
+    refuse_rounded(first, f"{path}: time")
     table.refuse_first(wrong, "time", "must be later than the one before")
     usual = float(np.median(step)) if step.size else 0.0
     wrong[rows[1:]] = np.abs(step - usual) > 0.05 * usual
