@@ -1,5 +1,6 @@
 """Datasets that were damaged, that others wrote, or that break the table of quantities."""
 
+import datetime
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -190,3 +191,37 @@ def test_an_attribute_that_is_true_or_false_is_refused_by_its_name(tmp_path, pla
     with pytest.raises(InputError, match=f"attribute 'checked' of {place} must be text or numbers"):
         save(data, tmp_path / "x.nc")
     assert not (tmp_path / "x.nc").exists()
+
+
+TIMES = {
+    "dates": (np.array(["2026-11-29", "NaT"], "datetime64[ns]"), "astype(str)"),
+    "one date": (np.datetime64("2026-11-29", "ns"), "astype(str)"),
+    "dates of no trial": (np.array([], "datetime64[ns]"), "astype(str)"),
+    "durations": (np.array([1500, "NaT"], "timedelta64[ms]"), "data['lag'] / np.timedelta64(1, 's')"),
+    "dates as objects": (np.array([datetime.date(2026, 11, 29)], object), "astype(str)"),
+}
+
+
+@pytest.mark.parametrize("kind", TIMES)
+def test_dates_and_durations_are_refused_with_a_way_that_works(file, kind):
+    values, remedy = TIMES[kind]
+    dims = ("trial",) if np.ndim(values) else ()
+    data = xr.Dataset({"lag": (dims, values)})
+    with refused("format", "variable 'lag' must hold numbers or text", remedy):
+        save(data, file)
+    assert not file.exists()
+    text = data.assign(lag=data["lag"].astype(str))
+    save(text, file)
+    assert load(file)["lag"].values.tolist() == text["lag"].values.tolist()
+    if data["lag"].dtype.kind in "mM":
+        since = data["lag"] if kind == "durations" else data["lag"] - np.datetime64("2000-01-01")
+        save(data.assign(lag=since / np.timedelta64(1, "s")), file)
+        nanoseconds = np.where(np.isnat(since), np.nan, since.values.astype("timedelta64[ns]").astype(np.int64))
+        np.testing.assert_allclose(load(file)["lag"], nanoseconds / 1e9)
+    with refused("format", "attribute 'lag' of dataset must be text or numbers"):
+        save(xr.Dataset(attrs={"lag": values}), file)
+
+
+def test_dates_as_a_coordinate_are_refused_too(file):
+    with refused("format", "variable 'time'", "datetime64"):
+        save(xr.Dataset({"x": ("time", [1.0])}, {"time": np.array(["2026-11-29"], "datetime64[ns]")}), file)

@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from datetime import date, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ from vibrissa.reader_process import refuse_endless
 
 if TYPE_CHECKING:
     import h5py
+    import numpy as np
     import xarray as xr
 
 _PACKED = {"zlib": True, "complevel": 4, "shuffle": True}  # level 9 takes three times as long for 1 % less
@@ -41,7 +43,8 @@ def save(data: xr.Dataset, path: str | Path) -> None:
     Raises
     ------
     InputError
-        If it is no dataset, an attribute of it is true or false, the name ends otherwise, and as ``written_whole``.
+        If it is no dataset, holds dates or durations, an attribute of it is true or false, the name ends otherwise,
+        and as ``written_whole``.
     """
     if not hasattr(data, "data_vars"):
         remedy = "give what its method sample returns: `.sample(rate=…)`" if hasattr(data, "sample") else ""
@@ -72,7 +75,7 @@ def encoded(data: xr.Dataset) -> bytes:
     bytes
         Content of a NetCDF file.
     """
-    _refuse_booleans(data)
+    _refuse_untyped(data)
     plain = data.drop_encoding()  # of a file that it was read from
     large = {name: _PACKED for name, one in plain.variables.items() if one.dtype.kind == "f" and one.nbytes >= _LARGE}
     with ThreadPoolExecutor(1) as unseen:
@@ -80,16 +83,32 @@ def encoded(data: xr.Dataset) -> bytes:
     return content + _SEAL + hashlib.sha256(content).hexdigest().encode() + b"\n"
 
 
-def _refuse_booleans(data: xr.Dataset) -> None:
-    """Refuse attributes that NetCDF has no type for."""
+def _refuse_untyped(data: xr.Dataset) -> None:
+    """Refuse what NetCDF has no type for: dates and durations, which come back as bare numbers, and true attributes."""
     import numpy as np
 
     parts: dict[Any, Any] = {"dataset": data, **data.variables}
     for name, one in parts.items():
         for attribute, value in one.attrs.items():
-            if np.asarray(value).dtype.kind == "b":
-                rule = "must be text or numbers: NetCDF has no true and false"
-                raise FormatError(f"attribute {attribute!r} of {name}", rule, value, "int(…) or str(…)")
+            kind = np.asarray(value).dtype.kind
+            if kind == "b" or _of_time(np.asarray(value)):
+                rule = f"must be text or numbers: NetCDF has no {'true and false' if kind == 'b' else 'dates'}"
+                remedy = "int(…) or str(…)" if kind == "b" else "str(…)"
+                raise FormatError(f"attribute {attribute!r} of {name}", rule, value, remedy)
+    for name, one in data.variables.items():
+        if _of_time(one):
+            this, seconds = f"data[{name!r}]", "np.timedelta64(1, 's')"
+            since = f"{this}.astype(str), or seconds since a date: ({this} - np.datetime64('2000-01-01')) / {seconds}"
+            remedy = f"{this} / {seconds}" if one.dtype.kind == "m" else since
+            raise FormatError(f"variable {name!r}", "must hold numbers or text: NetCDF has no dates", one.dtype, remedy)
+
+
+def _of_time(values: np.ndarray | xr.Variable) -> bool:
+    """Whether values are dates or durations, also as objects, of other calendars too."""
+    if values.dtype.kind != "O":
+        return values.dtype.kind in "mM"
+    array: Any = getattr(values, "values", values)
+    return any(isinstance(one, date | timedelta) or hasattr(one, "calendar") for one in array.flat)
 
 
 def load(path: str | Path) -> xr.Dataset:

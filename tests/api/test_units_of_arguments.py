@@ -10,6 +10,7 @@ from refusals import refusal
 
 import vibrissa as vb
 from vibrissa.api.shared.arguments import KINDS, LISTS, UNIT_OF
+from vibrissa.quantities import dataset
 
 OTHER = {"s": "mm", "Hz": "ms", "m": "ms", "m/s": "deg"}
 
@@ -92,3 +93,15 @@ def test_a_window_of_quantities_of_pint_is_one(several):
     assert (found.attrs["window_start"], found.attrs["window_stop"]) == (-0.5, 6.0)
     with refusal("unknown", "window"):
         vb.envelope_coupling(found, MOTION, window=[1 * unit.mm, 2 * unit.mm])
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("ms", 1e3), ("us", 1e6), ("min", 1 / 60)])
+@pytest.mark.parametrize("name", ["decompose", "kinematics", "plot_tracks", "to_movement"])
+def test_tracks_that_state_their_time_in_another_unit_are_refused(name, unit, factor):
+    x, y = np.broadcast_arrays(np.linspace(0, 0.02, 60), 1e-3 * np.sin(np.arange(50))[:, None])
+    arc = np.linspace(0, 0.02, 60)
+    profile = dataset({"pixel_size": 1e-4}, time=np.arange(50) / 1000, node=np.arange(60), arc_length=arc, x=x, y=y)
+    profile = profile.assign_coords(time=("time", profile.time.values * factor, {"units": unit}))
+    more = {"decompose": (vb.atlas("C2"), 0.3), "plot_tracks": (np.zeros((50, 40, 40), np.uint8),)}
+    with refusal("unknown", "variable 'time'", repr(unit)):
+        getattr(vb, name)(profile, *more.get(name, ()), **({"nose": "top"} if name == "kinematics" else {}))

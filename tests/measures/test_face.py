@@ -93,6 +93,35 @@ def test_names_count_from_caudal_to_rostral():
     assert whisker_names(bases, face) == ["3", "1", "2"]
 
 
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ({1: "C2"}, ["1", "C2", "3", "4"]),
+        ({2: "7"}, ["1", "2", "7", "4"]),
+        ({0: "1"}, ["1", "2", "3", "4"]),
+        ({3: "1", 2: "C2"}, ["2", "3", "C2", "1"]),
+        ({0: "2"}, ["2", "3", "4", "5"]),
+        ({0: "4", 3: "1"}, ["4", "2", "3", "1"]),
+        (dict(enumerate("4321")), ["4", "3", "2", "1"]),
+    ],
+)
+def test_numbers_given_as_names_stay_and_are_given_to_no_other_whisker(given, expected):
+    face = Face(caudal=(0.0, 0.0), rostral=(1.0, 0.0))
+    bases = np.column_stack([np.arange(4) * 1e-3, np.zeros(4)])
+    names = [given.get(k, "") for k in range(4)]
+    assert whisker_names(bases, face, given=names) == expected
+    order = [2, 0, 3, 1]
+    assert whisker_names(bases[order], face, given=[names[k] for k in order]) == [expected[k] for k in order]
+
+
+@pytest.mark.parametrize(("given", "first"), [("B1", ["A1", "A2"]), ("A1", ["A2", "A3"]), ("a1", ["A2", "A3"])])
+def test_a_row_and_column_given_as_a_name_is_given_to_no_other_whisker(given, first):
+    face = Face(caudal=(0.0, 0.0), rostral=(1.0, 0.0))
+    bases = 1e-3 * np.array([(0, 0), (1, 0), (0, 5), (1, 5)])
+    second = [given, "B2"]
+    assert whisker_names(bases, face, "top", given=["", "", given, ""]) == first + second
+
+
 def test_rows_and_columns_of_a_view_from_the_side():
     face = Face(caudal=(0.0, 0.0), rostral=(1.0, 0.0))
     rng = np.random.default_rng(2)

@@ -99,7 +99,7 @@ def plot_tracks(
     from vibrissa.figures.others import preview
     from vibrissa.video.io.movie import read_blocks
 
-    require(profile, "x", "y", "arc_length")
+    require(profile, "time", "x", "y", "arc_length")
     profile = conforming(profile)
     several = profile if "whisker" in profile.dims else profile.expand_dims(whisker=[0])
     numbers = frame_numbers(profile).tolist()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -168,7 +169,13 @@ def _leads_to(axis: Array, least: float) -> str:
 
 
 def whisker_names(
-    bases: Array, face: Face, dorsal: Side | None = None, *, ways: Array | None = None, downwards: bool = True
+    bases: Array,
+    face: Face,
+    dorsal: Side | None = None,
+    *,
+    ways: Array | None = None,
+    downwards: bool = True,
+    given: Sequence[str] = (),
 ) -> list[str]:
     """Names of whiskers by the places of their bases: 1, 2, 3 … from caudal to rostral, or row and column.
 
@@ -179,6 +186,8 @@ def whisker_names(
     gap between rows is more than twice the width of any row. The letters and numbers count what is seen, the most
     dorsal row as A and the most caudal whisker of a row as 1: where a row or a caudal whisker is out of view, they are
     not those of the anatomy.
+
+    Names that were given stay, and their whiskers are counted too; a number that was given as a name is left out.
 
     Parameters
     ----------
@@ -192,11 +201,13 @@ def whisker_names(
         Mean direction of each; all are of one side if not given.
     downwards : bool
         Whether y grows downwards.
+    given : sequence of str
+        Name that was given to each whisker, "" to those without; none has one by default.
 
     Returns
     -------
     list of str
-        A name for each whisker.
+        A name for each whisker; no two are the same, if those given are not.
     """
     along = bases @ face.direction
     rows = None if dorsal is None else _rows(bases @ (np.array(SIDES[dorsal]) * (1 if downwards else (1, -1))))
@@ -205,9 +216,16 @@ def whisker_names(
     groups = {name: np.flatnonzero(side == one) for name, one in (("L", left), ("", 0), ("R", right))}
     if rows is not None:
         groups = {chr(ord("A") + letter): row for letter, row in enumerate(rows)}
-    names = [""] * len(bases)
+    names = list(given) or [""] * len(bases)
+    taken = {one.casefold() for one in names}  # on the page of `correct` upper and lower case are alike, too
     for letter, row in groups.items():
-        for number, w in enumerate(row[np.argsort(along[row], kind="stable")], 1):
+        number = 0
+        for place, w in enumerate(row[np.argsort(along[row], kind="stable")], 1):
+            if names[w]:
+                continue
+            number = max(place, number + 1)
+            while f"{letter}{number}".casefold() in taken:
+                number += 1
             names[w] = f"{letter}{number}"
     return names
 

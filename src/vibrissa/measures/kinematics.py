@@ -138,13 +138,14 @@ def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Datas
     frames = np.array([seen_frames(one).sum() for one in every])
     face = _face(settings, head, bases, ways, frames, down)
     turned = np.zeros(whole.sizes["time"]) if head is None else head.turned()
-    names = _names(profile, whisker_names(bases, face, settings.dorsal, ways=ways, downwards=down))
+    numbers = whole.whisker.values if "whisker" in whole.coords else np.arange(len(every))
+    given = _given_names(profile, numbers)
+    names = whisker_names(bases, face, settings.dorsal, ways=ways, downwards=down, given=given)
     time, near = np.asarray(whole.time.values, float), _touch_distance(profile, settings)
     part = settings.base_part or _base_part(every)
     _refuse_beyond(part, every)
     whiskers = surely_named(every, profile, settings.least_probability)
     rows = [_of_whisker(time, one, face, turned, part, settings, near) for one in whiskers]
-    numbers = whole.whisker.values if "whisker" in whole.coords else np.arange(len(rows))
     each = zip(names, numbers, [row.pop("events") for row in rows], strict=True)
     events = [
         {"touch_whisker": name, "touch_whisker_number": number, **event}
@@ -167,15 +168,14 @@ def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Datas
     )
 
 
-def _names(profile: xr.Dataset, by_place: list[str]) -> list[str]:
-    """Names that were given to whiskers; of the others those by their place, if no two are the same then."""
-    given = json.loads(profile.attrs.get("names", "[]"))
-    if len(given) != len(by_place):
-        return by_place
-    names = [
-        other if one == f"whisker {k}" else one for k, (one, other) in enumerate(zip(given, by_place, strict=True))
-    ]
-    return names if len(set(names)) == len(names) else by_place
+def _given_names(profile: xr.Dataset, numbers: np.ndarray) -> list[str]:
+    """Names given to whiskers, by their numbers in the tracks; "" where none was, or two whiskers have the same."""
+    stored = json.loads(profile.attrs.get("names", "[]"))
+    if "whisker" not in profile.coords and len(stored) != len(numbers):
+        return [""] * len(numbers)
+    named = {k: one for k, one in enumerate(stored) if one != f"whisker {k}"}
+    given = [named.get(number, "") for number in numbers.tolist()]
+    return [one if given.count(one) == 1 else "" for one in given]
 
 
 def _face(

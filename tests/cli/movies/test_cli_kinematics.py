@@ -71,6 +71,25 @@ def test_names_of_marks_are_kept_and_numbers_are_those_of_the_tracks(vibrissa, t
     assert {row["label"] for row in events} == {"C2"}
 
 
+def test_given_names_go_with_their_whiskers_and_automatic_ones_differ_from_them():
+    one = circle_profile(ANGLE - np.pi / 2, 30.0, sd=1e-5)
+    moved = [one.assign(y=one.y + 1e-3 * k).assign_coords(whisker=[k]) for k in range(4)]
+    profile = xr.concat(moved, "whisker", data_vars="all")
+    profile["arc_length"] = one.arc_length.isel(whisker=0, drop=True).expand_dims(whisker=4)
+    profile.attrs["names"] = json.dumps(["whisker 0", "C2", "whisker 2", "1"])
+
+    def labels(part):
+        found = vb.kinematics(part, face=((0, 0), (0, 1)))
+        return dict(zip(found.whisker.values.tolist(), found.whisker_label.values.tolist(), strict=True))
+
+    assert labels(profile) == {0: "2", 1: "C2", 2: "3", 3: "1"}
+    assert labels(profile.isel(whisker=[3, 1, 0])) == {0: "2", 1: "C2", 3: "1"}
+    assert labels(profile.isel(whisker=3)) == {3: "1"}
+    assert labels(profile.isel(whisker=[1, 2], drop=True).drop_vars("whisker")) == {0: "1", 1: "2"}
+    profile.attrs["names"] = json.dumps(["whisker 0", "C2", "C2", "7"])  # no name of one whisker
+    assert labels(profile) == {0: "1", 1: "2", 2: "3", 3: "7"}
+
+
 def test_less_sure_names_are_left_out_where_asked(vibrissa, tracks, tmp_path):
     profile, out = load(tracks), tmp_path / "sure.nc"
     words = ("kinematics", tmp_path / "linked.nc", *FACE, "--out", out, "--least-probability")

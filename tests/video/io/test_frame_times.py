@@ -13,6 +13,7 @@ import pytest
 import tifffile
 from hypothesis import given
 from hypothesis import strategies as st
+from refusals import refusal
 
 from vibrissa.errors import InputError
 from vibrissa.study.movie.track_file import track_file
@@ -30,10 +31,11 @@ def scene(count: int) -> np.ndarray:
     return np.array([180 - 80 * np.exp(-((row - line) ** 2) / 3) for line in lines]).astype(np.uint8)
 
 
-def stamped(path: Path, frames: np.ndarray, ticks: list[int], tick: Fraction, codec: str = "ffv1") -> Path:
+def stamped(path: Path, frames: np.ndarray, ticks: list[int], tick: Fraction, codec="ffv1", options=None) -> Path:
     """A movie whose frames have these time stamps."""
+    options = options or ({"qp": "0"} if codec == "libx264" else {})
     with av.open(str(path), "w") as file:
-        stream = file.add_stream(codec, rate=round(1 / tick), options={"qp": "0"} if codec == "libx264" else {})
+        stream = file.add_stream(codec, rate=round(1 / tick), options=options)
         stream.height, stream.width, stream.pix_fmt = *frames.shape[1:], "gray"
         stream.codec_context.time_base = tick
         if codec == "libx264":
@@ -74,7 +76,8 @@ def test_jitter_is_reported_in_frames(jitter):
 
 
 @pytest.mark.parametrize(
-    ("name", "codec"), [("m.mkv", "ffv1"), ("m.avi", "ffv1"), ("m.mp4", "libx264"), ("m.mkv", "libx264")]
+    ("name", "codec"),
+    [("m.mkv", "ffv1"), ("m.avi", "ffv1"), ("m.avi", "libx264"), ("m.mp4", "libx264"), ("m.mkv", "libx264")],
 )
 def test_missing_frames_keep_their_place(tmp_path, name, codec):
     frames = scene(17)
@@ -86,6 +89,37 @@ def test_missing_frames_keep_their_place(tmp_path, name, codec):
     read = np.concatenate(list(read_blocks(path, 4, drop_frames="nan")))
     np.testing.assert_array_equal(read[KEPT], frames[KEPT])
     np.testing.assert_array_equal(read[[4, 5, 11, 12, 13]], frames[[3, 3, 10, 10, 10]])
+
+
+@pytest.mark.parametrize("codec", ["ffv1", "rawvideo", "libx264"])
+def test_empty_frames_of_avi_are_holes_and_no_damage(tmp_path, codec):
+    frames = scene(17)
+    path = stamped(tmp_path / "m.avi", frames[KEPT], KEPT.tolist(), Fraction(1, 25), codec)
+    movie = open_movie(path)
+    assert (movie.frame_count, movie.frame_count_is_estimate) == (len(KEPT), False)
+    read = np.concatenate(list(read_blocks(path, 4)))
+    np.testing.assert_array_equal(read, frames[KEPT])
+    (line,) = frame_times_of(path).remarks(kept=False)
+    assert line.startswith("the time stamps have 2 holes, the largest of 3 frames, 5 in all: ")
+    assert line.endswith("later frames are timed too early; `drop_frames='nan'` corrects this")
+    whole = path.read_bytes()
+    for share in (0.5, 0.8, 0.95):
+        path.write_bytes(whole[: int(share * len(whole))])
+        with refusal("format", "m.avi"):
+            list(read_blocks(path))
+
+
+def test_avi_of_frames_coded_out_of_order_does_not_say_where_frames_are_missing(tmp_path):
+    frames, twos = scene(17), {"crf": "1", "bf": "2", "b-adapt": "0"}
+    path = stamped(tmp_path / "whole.avi", frames, list(range(17)), Fraction(1, 25), "libx264", twos)
+    found = np.concatenate(list(read_blocks(path, 4, drop_frames="nan")))
+    np.testing.assert_allclose(found, frames.astype(float), atol=8)  # [grey levels]
+    path = stamped(tmp_path / "m.avi", frames[KEPT], KEPT.tolist(), Fraction(1, 25), "libx264", twos)
+    np.testing.assert_allclose(np.concatenate(list(read_blocks(path, 4))), frames[KEPT].astype(float), atol=8)
+    (line,) = frame_times_of(path).remarks(kept=False)
+    assert line.endswith("later frames are timed too early")
+    with refusal("format", "m.avi", "AVI with frames that are coded out of order"):
+        list(read_blocks(path, drop_frames="nan"))
 
 
 def tracked(path: Path, **how):

@@ -144,8 +144,8 @@ def decompose(
     Raises
     ------
     InputError
-        If the profile leaves [ε, 1] or too few nodes are visible; or curved modes lack their posture, or are to be
-        projected on by the paper's method, whose ∫ u s² V_i ds is of straight ones.
+        If the profile states its time in another unit, leaves [ε, 1] or too few nodes are visible; or curved modes
+        lack their posture, or are to be projected on by the paper's method, whose ∫ u s² V_i ds is of straight ones.
 
     Examples
     --------
@@ -167,6 +167,7 @@ def decompose(
     >>> bool(np.abs(found - (true - true.mean())).max() < 0.01 * np.ptp(true))
     True
     """
+    require(profile, "time")
     check_contact(contact)
     _check_modes(modes, posture, contact, method)
     displacement, visible = normal_displacement(profile)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +22,14 @@ STEPS, REACH, NEAR = 25, (12.0, 3.0), 1.5  # steps of registration, reach at fir
 FITS = 0.6  # share of the points near the head's outline that fit where the head is known
 MODEL = 24  # frames of which the outline is made
 POINTS = 400  # of that outline
+EDGE = 3  # width of the image's border in which a tip is where the outline leaves the image [px]
+FIRST = 24  # frames by which the grey level of the outline is chosen
+CLEAR, ALIKE = 0.5, 0.1  # contrast of such a frame at least, and distance to their median level, over the most contrast
+TRIED, OTHERS = 5, 0.1  # largest outlines that are laid on the others, and share of the frames that one of them fits
 FACE = 0.6  # share of the outline nearest to the nose that is the face's
+
+INSTEAD = "give two tracked points of it, or a table"
+SEEN = f"leave out frames at the beginning that do not show it (`start`), or {INSTEAD}"
 
 
 class Outline(NamedTuple):
@@ -50,17 +58,13 @@ def find_head(frames: Iterable[Frames], sign: float = 1.0) -> HeadPose:
     Raises
     ------
     InputError
-        If no outline is found, or the nose lies outside the image in most frames.
+        If no outline is found or none fits, or the nose lies outside the image or at its border in most frames.
     """
     outlines, mask, shape = _outlines(frames, sign)
-    sizes = np.array([len(one.points) for one in outlines])
-    if not sizes.size or sizes.max() < LEAST:
-        remedy = "give two tracked points of it, or a table"
-        raise TooFewError("head", "must be seen as a dark or bright body with an outline", remedy=remedy)
-    reference = int(np.argmax(sizes))
+    if max((len(one.points) for one in outlines), default=0) < LEAST:
+        raise TooFewError("head", "must be seen as a dark or bright body with an outline", remedy=SEEN)
+    reference, moves = _reference(outlines, mask)
     nose, heading = _nose(outlines[reference], mask[reference])
-    model = _face(outlines[reference], nose, heading)
-    moves, _ = _registered(outlines, model, reference, None)
     model = _pooled(outlines, moves, nose, heading)
     moves, fit = _registered(outlines, model, reference, moves)
     moves[fit < FITS] = np.nan
@@ -70,23 +74,42 @@ def find_head(frames: Iterable[Frames], sign: float = 1.0) -> HeadPose:
 
 
 def _refuse_hidden(x: Array, y: Array, shape: tuple[int, ...]) -> None:
-    """Refuse a head whose nose is not in the image; an edge of the body was found instead."""
+    """Refuse a head that is in no frame, or whose nose is not in the image; an edge of the body was found instead."""
     known = np.isfinite(x)
-    outside = known & ~((x > -1) & (x < shape[1]) & (y > -1) & (y < shape[0]))
+    if not known.any():
+        rule, found = "must have an outline that fits in some frames", f"none in {x.size} frames"
+        raise TooFewError("head", rule, found, SEEN)
+    inside = (x > EDGE) & (x < shape[1] - 1 - EDGE) & (y > EDGE) & (y < shape[0] - 1 - EDGE)
+    outside = known & ~inside
     if 2 * np.count_nonzero(outside) > np.count_nonzero(known):
-        found = f"a tip outside it in {np.count_nonzero(outside)} of {np.count_nonzero(known)} frames"
-        remedy = "give two tracked points of it, or a table"
-        raise RangeError("head", "must have its nose in the image", found, remedy)
+        found = f"a tip outside it or at its border in {np.count_nonzero(outside)} of {np.count_nonzero(known)} frames"
+        raise RangeError("head", "must have its nose in the image", found, INSTEAD)
+
+
+def _reference(outlines: list[Outline], mask: list[Array]) -> tuple[int, Array]:
+    """Frame with the largest outline that fits others (one of another scene fits none), and the moves from it."""
+    sizes = np.array([len(one.points) for one in outlines])
+    largest, best, most = np.argsort(-sizes, kind="stable")[:TRIED], (0, np.empty((0, 3))), -1
+    for reference in largest[sizes[largest] >= LEAST].tolist():
+        model = _face(outlines[reference], *_nose(outlines[reference], mask[reference]))
+        moves, fit = _registered(outlines, model, reference, None)
+        count = int(np.count_nonzero(fit >= FITS))
+        if count > most:
+            best, most = (reference, moves), count
+        if count > 1 and count >= OTHERS * len(outlines):
+            break
+    return best
 
 
 def _outlines(blocks: Iterable[Frames], sign: float) -> tuple[list[Outline], list[Array], tuple[int, ...]]:
     """Outline of the body that moves in every frame, its place at the border and its centre; shape of a frame."""
-    found, labels, count, level = [], [], None, np.nan
-    for block in blocks:
+    found, labels, count = [], [], None
+    rest = iter(blocks)
+    first = next(rest, np.empty((0, 0, 0), np.uint8))
+    level = _level(_smooth(sign, frame) for frame in first[:FIRST]) if len(first) else np.nan
+    for block in chain([first], rest):
         for frame in block:
-            grey = sign * frame.astype(np.float32)
-            smooth = gaussian_filter(grey_closing(grey, size=HAIR), 1.0)
-            level = _between(smooth) if np.isnan(level) else level
+            smooth = _smooth(sign, frame)
             body, _ = label(smooth < level)
             outline, of = _crossings(smooth - level, body)
             here = np.rint(outline.points).astype(int)
@@ -120,6 +143,19 @@ def _of_head(
     return chosen, ends
 
 
+def _smooth(sign: float, frame: NDArray[np.generic]) -> NDArray[np.float32]:
+    """Frame without hairs, in which the head is dark."""
+    return gaussian_filter(grey_closing(sign * frame.astype(np.float32), size=HAIR), 1.0)
+
+
+def _level(images: Iterable[NDArray[np.float32]]) -> float:
+    """Level between body and surroundings of the first image that is like most; not of a black or white one."""
+    levels, contrasts = np.array([(_between(image), np.ptp(image)) for image in images]).T
+    clear = levels[contrasts >= CLEAR * contrasts.max()]
+    off = np.abs(clear - np.median(clear))
+    return float(clear[np.argmax(off <= max(ALIKE * contrasts.max(), off.min()))])
+
+
 def _between(image: NDArray[np.float32]) -> float:
     """Level between two classes of pixels: halfway between their means."""
     level = float(image.mean())
@@ -130,7 +166,7 @@ def _between(image: NDArray[np.float32]) -> float:
     return level
 
 
-def _crossings(height: Array, body: Integers) -> tuple[Outline, Integers]:
+def _crossings(height: np.ndarray, body: Integers) -> tuple[Outline, Integers]:
     """Points at which a level is crossed between neighbouring pixels, and the body that each bounds."""
     slope_y, slope_x = (np.gradient(height, axis=axis) for axis in (0, 1))
     parts, normals, of = [], [], []

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from itertools import chain
@@ -129,25 +130,29 @@ def time_stamps(path: Path) -> FrameTimes | None:
     InputError
         If it is no movie, or cannot be read to its end.
     """
-    stamps, tick, rate = _stamps(path)
+    stamps, tick, rate, guessed = _stamps(path)
     if not stamps or any(time is None for time, _ in stamps):
         return None
-    return frame_times(np.array([float(time * tick) for time, _ in stamps]), float(tick), rate)
+    times = frame_times(np.array([float(time * tick) for time, _ in stamps]), float(tick), rate)
+    return replace(times, guessed=guessed)
 
 
-def _stamps(path: Path) -> tuple[list[tuple[Any, bool]], Fraction, float]:
-    """Time in ticks and whether it is a key frame, of every frame in its order; tick [s] and rate [Hz]."""
+def _stamps(path: Path) -> tuple[list[tuple[Any, bool]], Fraction, float, bool]:
+    """Time in ticks and whether it is a key frame, of every frame in its order; tick [s], rate [Hz]; if guessed."""
     with _container(path) as container:
         stream = _stream(container)
+        # AVI has no times, and counts frames in the order of decoding: another one where some are coded backwards
+        counted = container.format.name == "avi"
         packets = (packet for packet in container.demux(stream) if packet.size and not packet.is_discard)
         try:
-            stamps = [(packet.pts, packet.is_keyframe) for packet in packets]
+            stamps = [(packet.dts if counted else packet.pts, packet.is_keyframe) for packet in packets]
         except av.FFmpegError as error:
             raise _cut_off(path, 0, _announced(container)) from error
         base, rate = stream.time_base or Fraction(0), float(stream.base_rate or nan)
+        guessed = counted and bool(stream.codec_context.has_b_frames)
     if all(time is not None for time, _ in stamps):
         stamps.sort()  # packets come in the order of decoding
-    return stamps, Fraction(base.numerator, base.denominator), rate
+    return stamps, Fraction(base.numerator, base.denominator), rate, guessed
 
 
 def _container(path: Path) -> av.container.InputContainer:
@@ -219,8 +224,9 @@ def _frames(
         raise _cut_off(path, count, announced) from error
     if checksums is not None and checksums.failed:
         raise _damaged(path, count, announced)
-    counted = stream.frames and not holes
-    if frame is not None and (count < stream.frames if counted else _ends_early(container, frame)):
+    whole = stream.frames and count >= announced
+    early = not stream.frames or holes
+    if frame is not None and not whole and (not early or _ends_early(container, frame)):
         raise _cut_off(path, count, announced)
 
 
@@ -264,8 +270,15 @@ def _announced(container: av.container.InputContainer) -> int:
     stream = _stream(container)
     duration = _duration(container)
     if stream.frames or not stream.average_rate or np.isnan(duration):  # an unknown rate is None, or 0/0
-        return int(stream.frames)
+        return _pictures(container, int(stream.frames))
     return round(duration * float(stream.average_rate))
+
+
+def _pictures(container: av.container.InputContainer, counted: int) -> int:
+    """Frames of a count that have a picture: AVI also counts the empty ones that stand for dropped frames."""
+    index: Any = _stream(container).index_entries if container.format.name == "avi" else ()
+    whole = len(index) > 0 and index[-1].timestamp == counted - 1  # that of a movie that was cut off is not
+    return len(index) if whole else counted
 
 
 def _ends_early(container: av.container.InputContainer, last: av.VideoFrame) -> bool:

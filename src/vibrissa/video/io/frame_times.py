@@ -32,6 +32,8 @@ class FrameTimes:
         What shows it, for the messages.
     stride : int
         By how much the numbers of images rise from frame to frame.
+    guessed : bool
+        Whether frames at holes may have been at other places.
     """
 
     slots: Integers
@@ -39,6 +41,7 @@ class FrameTimes:
     jitter: float
     source: str = "time stamps"
     stride: int = 1
+    guessed: bool = False
 
     @property
     def missing(self) -> Integers:
@@ -65,7 +68,8 @@ class FrameTimes:
             then = (
                 "missing frames are NaN, and counted in the numbers of frames"
                 if kept
-                else "later frames are timed too early; `drop_frames='nan'` corrects this"
+                else "later frames are timed too early"
+                + ("" if self.guessed else "; `drop_frames='nan'` corrects this")
             )
             lines.append(f"the {self.source} have {found}: {then}")
         if self.stride > 1:
@@ -86,12 +90,16 @@ class FrameTimes:
         Raises
         ------
         InputError
-            If they jitter too much, or more frames are missing than there are.
+            If they jitter too much, more frames are missing than there are, or places at holes are guessed.
         """
         absent = int(self.slots[-1]) + 1 - len(self.slots)
         if self.jitter > _UNSURE:
             rule = f"must have time stamps that jitter by {_UNSURE} of a frame at most, to find missing frames"
             raise RangeError(name, rule, f"{self.jitter:.2g}", "leave `drop_frames` out")
+        if absent and self.guessed:
+            rule = "must have a time stamp for each frame in its order, to find missing frames"
+            found = "AVI with frames that are coded out of order"
+            raise FormatError(name, rule, found, "leave `drop_frames` out, or record MKV or MP4")
         if absent > len(self.slots):
             found = f"{absent} missing, {len(self.slots)} there"
             raise RangeError(name, "must have more frames than are missing", found, f"are its {self.source} right?")
