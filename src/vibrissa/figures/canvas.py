@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from functools import wraps
 from importlib.resources import as_file, files
@@ -16,6 +15,7 @@ from vibrissa.arrays import Array, Integers
 from vibrissa.figures.colours import FOUND as FOUND
 from vibrissa.figures.colours import OTHER as OTHER
 from vibrissa.figures.colours import TRUTH as TRUTH
+from vibrissa.quantities.stored_names import stored_names
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -297,7 +297,7 @@ def whisker_names(profile: xr.Dataset) -> list[str]:
     list of str
         One for each whisker.
     """
-    return json.loads(profile.attrs.get("names", "[]")) or [f"whisker {k}" for k in profile.whisker.values]
+    return stored_names(profile) or [f"whisker {k}" for k in profile.whisker.values]
 
 
 def spread(places: Integers, count: int) -> Integers:

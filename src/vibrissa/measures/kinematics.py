@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -28,6 +29,7 @@ from vibrissa.measures.touches import long_touches, touch_events, touch_table
 from vibrissa.measures.whisk_cycle import BAND, frame_rate_of, whisk_cycle
 from vibrissa.measures.whisker_nodes import mean_base, mean_way, nodes_of, seen_frames, surely_named, usual_length
 from vibrissa.quantities import dataset, require, stacked
+from vibrissa.quantities.stored_names import stored_names
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -139,7 +141,7 @@ def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Datas
     face = _face(settings, head, bases, ways, frames, down)
     turned = np.zeros(whole.sizes["time"]) if head is None else head.turned()
     numbers = whole.whisker.values if "whisker" in whole.coords else np.arange(len(every))
-    given = _given_names(profile, numbers)
+    given = _given_names(whole)
     names = whisker_names(bases, face, settings.dorsal, ways=ways, downwards=down, given=given)
     time, near = np.asarray(whole.time.values, float), _touch_distance(profile, settings)
     part = settings.base_part or _base_part(every)
@@ -168,13 +170,11 @@ def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Datas
     )
 
 
-def _given_names(profile: xr.Dataset, numbers: np.ndarray) -> list[str]:
+def _given_names(profile: xr.Dataset) -> list[str]:
     """Names given to whiskers, by their numbers in the tracks; "" where none was, or two whiskers have the same."""
-    stored = json.loads(profile.attrs.get("names", "[]"))
-    if "whisker" not in profile.coords and len(stored) != len(numbers):
-        return [""] * len(numbers)
-    named = {k: one for k, one in enumerate(stored) if one != f"whisker {k}"}
-    given = [named.get(number, "") for number in numbers.tolist()]
+    given = ["" if re.fullmatch(r"whisker \d+", one) else one for one in stored_names(profile)] or [""] * profile.sizes[
+        "whisker"
+    ]
     return [one if given.count(one) == 1 else "" for one in given]
 
 

@@ -232,3 +232,16 @@ def test_a_window_that_reaches_into_trials_that_were_not_selected_is_remarked_on
     with pytest.warns(Remark) as seen:
         vb.envelope_coupling(every.isel(trial=slice(0, None, 3)), tmp_path / "s.csv", skip=0.1, spontaneous=REST)
     assert not any(line in str(one.message) for one in seen)
+
+
+@pytest.mark.parametrize("rate", [100, 150, 1000])
+@pytest.mark.parametrize(("noise", "drift"), [(0.1, 0.0), (0.3, 0.0), (0.4, 0.0), (0.0, 0.2), (0.0, 1.0), (0.1, 0.2)])
+def test_noise_and_drift_of_the_sensor_are_no_movement(rate, noise, drift):
+    """Of the SD of the stimulus, and of that SD a second; another trial's stimulus is still seen beside them."""
+    time = np.arange(0, 67, 1 / rate)
+    shown = ((time[:, None] >= ONSETS) & (time[:, None] < ONSETS + LENGTH)).any(1)
+    values = np.where(shown, np.sqrt(2) * np.sin(2 * np.pi * 0.3 * rate * time), 0.0)
+    values += noise * np.random.default_rng(1).standard_normal(time.size) + drift * time
+    some = ONSETS[3::4]
+    assert judged(values, some, (-1.0, 0.0), rate=rate) == ""
+    assert "where it moves in 5 of 5 trials" in judged(values, some, INTO, rate=rate)

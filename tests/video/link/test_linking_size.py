@@ -17,23 +17,22 @@ def enlarged(segments, size):
     return segments.assign({name: size * segments[name] for name in LENGTHS if name in segments})
 
 
+def with_lines(segments, frame, first, column, row):
+    """Segments with these lines instead, of one width."""
+    about = {name: segments[name].attrs for name in segments}
+    points = {"column": column, "row": row, "line_width": np.full(column.size, 2.0)}
+    points |= {"line_contrast": np.full(column.size, 30.0), "position_sd": np.full(column.size, 0.2)}
+    lines = {"segment_frame": np.array(frame), "segment_start": np.array(first)}
+    made = segments.drop_dims(["point", "segment"])
+    made = made.assign({name: ("point", values, about[name]) for name, values in points.items()})
+    return made.assign({name: ("segment", values, about[name]) for name, values in lines.items()})
+
+
 def straight(*lengths):
     """A line of each length in one frame."""
     points = np.concatenate([np.stack([np.arange(n + 1.0), np.full(n + 1, 9.0 * k)]) for k, n in enumerate(lengths)], 1)
     start = np.cumsum([0, *(n + 1 for n in lengths[:-1])])
-    segments, _ = simulate([Pad(whiskers=2, frames=2)], 0)
-    of_points = {
-        name: ("point", np.resize(segments[name].values, points.shape[1]))
-        for name in segments
-        if segments[name].dims == ("point",)
-    }
-    return (
-        segments.drop_dims(["point", "segment"])
-        .assign(of_points)
-        .assign(segment_frame=("segment", np.zeros(len(lengths), np.int64)), segment_start=("segment", start))
-        .assign(column=("point", points[0]), row=("point", points[1]))
-        .pipe(lambda made: made.assign({n: made[n].assign_attrs(segments[n].attrs) for n in made.data_vars}))
-    )
+    return with_lines(simulate([Pad(whiskers=2, frames=2)], 0)[0], np.zeros(len(lengths), np.int64), start, *points)
 
 
 def test_half_of_the_length_is_in_lines_of_the_typical_length():
@@ -65,6 +64,31 @@ def test_curved_whiskers_of_a_large_image_are_of_their_pad(seed):
     assert (linking.lines.pad[long & (truth.segment >= 0)] >= 0).mean() > 0.99
     assert found.followed > 0.99
     assert found.wrong < 0.01
+
+
+@pytest.mark.parametrize(("count", "length"), [(2, 500), (4, 800)])
+def test_long_edges_that_stay_leave_the_whiskers_their_size(count, length):
+    """They may have most of the length of all lines, and be longer than whiskers."""
+    segments, truth = simulate([Pad(whiskers=6, frames=100, amplitude=15.0)], 1)
+    pieces = pieces_of(segments)
+    points = length * np.arange(length) / (length - 1)
+    frame, first, column, row = [], [], [], []
+    for t in range(100):
+        mine = np.flatnonzero(pieces.frame == t)
+        lines = [
+            (pieces.column[a:b], pieces.row[a:b]) for a, b in zip(pieces.start[mine], pieces.stop[mine], strict=True)
+        ]
+        for x, y in [*lines, *((points, np.full(length, 600.0 + 20 * k)) for k in range(count))]:
+            frame.append(t)
+            first.append(sum(map(len, column)))
+            column.append(x)
+            row.append(y)
+    owner = np.concatenate([[*truth.segment[pieces.frame == t], *[-2] * count] for t in range(100)])
+    made = with_lines(segments, frame, first, np.concatenate(column), np.concatenate(row))
+    assert linking_size(pieces_of(made)) == pytest.approx(linking_size(pieces), rel=0.1)
+    found = score(made, truth._replace(segment=owner), link_segments(made).identity().segment_whisker.values)
+    assert found.followed > 0.95
+    assert found.wrong < 0.02
 
 
 def test_a_movie_without_a_line_that_can_be_a_whisker_is_refused():

@@ -167,7 +167,7 @@ def information(
 def _unlikely(spikes: xr.Dataset, window: Window) -> list[str]:
     """Remarks on spikes beyond the window."""
     (start, stop), time, lines = window, spikes.spike_time.values, []
-    outside, end = int(((time < start) | (time >= stop)).sum()), max(abs(start), abs(stop))
+    outside, end = int(((time < start) | (time >= stop)).sum()), stop if stop > 0 else -start
     if outside > MOST_OUTSIDE * time.size:
         far = float(time.max(initial=0.0))
         unit = "look like milliseconds or a session's clock"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.stats import chi2
 
 from vibrissa.arrays import Array
 from vibrissa.errors import RangeError
@@ -19,9 +20,10 @@ STILL = 0.05  # of the SD of the stimuli of all trials, or of the rms of envelop
 NEAR = 1e-3  # of a whole step of time, by which ends of rest may differ by rounding
 Meeting = tuple[int, int, Window]  # a trial, another one, and the part of this one's stimulus that lies in its window
 QUIET = 0.1  # [s] of stretches of a session, of which the noise of the sensor is found
-STRETCHES = 1000  # that are looked at, of more every second, third and so on
+STRETCHES = 1000  # that are looked at
 QUIETEST = 0.05  # share of them that are at rest, at least
-NOISY = 1.5  # times that noise up to which a stimulus rests
+PLAIN = 1 / 3  # of the size of the stimuli, above which what moves on the session's clock is no noise and no drift
+NOISY = 2.0  # times the noise of the sensor up to which it rests
 ELSEWHERE = "let it lie where no stimulus moves, or leave it out"
 
 
@@ -87,14 +89,16 @@ def refuse_moving(session: xr.Dataset, trials: xr.Dataset, stimulus: xr.Dataset,
     if spontaneous is None or known.unit == "dB":  # of which no level is known to be rest
         return
     (first, end), (begin, stop) = _shown(stimulus), spontaneous
-    limit = _limit(known._replace(time=whole.time, values=whole.values), _size(known))
+    size, noise = _size(known), _noise(known._replace(time=whole.time, values=whole.values))
+    noise = noise if 2 * noise < size else 0.0  # a stimulus that never rests shows none
+    limit, still = max(PLAIN * size, NOISY * noise), max(STILL * size, NOISY * noise)
     moves, rest = np.zeros(trials.sizes["trial"], bool), []
     for trial, onset in enumerate(trials.trial_start.values):
         low, high = np.searchsorted(whole.time, onset + np.array([min(begin, first), max(stop, end)]))
         own = known._replace(time=whole.time[low:high] - onset, values=whole.values[low:high])
         outside = (begin + SHORT, min(stop, first) - SHORT), (max(begin, end) + SHORT, stop - SHORT)
-        moves[trial] = any(_size(own, one) > limit for one in outside)
-        rest.append(_rest(own, (first, end), limit))
+        moves[trial] = any(_moves(own, one, limit) for one in outside)
+        rest.append(_rest(own, (first, end), still))
     if not moves.any():
         return
     before, after = _whole(max(one[0] for one in rest), min(one[1] for one in rest), round(1 / SHORT))
@@ -105,19 +109,27 @@ def refuse_moving(session: xr.Dataset, trials: xr.Dataset, stimulus: xr.Dataset,
     raise RangeError("spontaneous", rule, found, f"it rests {there}" if there else ELSEWHERE)
 
 
-def _limit(session: Presented, size: float) -> float:
-    """Size up to which a stimulus on the session's clock rests: also the noise of the sensor, where it is quietest.
-
-    A recording without rest has none; noise above a third of the stimulus is not taken as such.
-    """
+def _noise(session: Presented) -> float:
+    """Size of a stimulus on the session's clock where it is quietest: the noise of its sensor, if it ever rests."""
     rate = (session.time.size - 1) / (session.time[-1] - session.time[0])
     count = min(max(round(QUIET * rate), 2), session.time.size)
     stretches = session.values[: session.values.size // count * count].reshape(-1, count)
-    some = stretches[:: max(len(stretches) // STRETCHES, 1)]
+    some = stretches[np.random.default_rng(0).permutation(len(stretches))[:STRETCHES]]
     some = some[np.isfinite(some).all(-1)]
     sizes = np.sqrt((some**2).mean(-1)) if session.is_envelope else some.std(-1)
-    noise = float(np.quantile(sizes, QUIETEST)) if sizes.size else 0.0
-    return max(STILL * size, min(NOISY * noise, size / 3))
+    quietest = float(np.quantile(sizes, QUIETEST)) if sizes.size else 0.0
+    return quietest / float(np.sqrt(chi2.ppf(QUIETEST, count - 1) / count))  # the least of short stretches is too small
+
+
+def _moves(known: Presented, part: Window, limit: float) -> bool:
+    """Whether a stimulus moves in a part of its time: in all of it, but for a drift, or in a short stretch."""
+    stretches = [(low, min(low + QUIET, part[1])) for low in np.arange(*part, QUIET)]
+    here = (known.time >= part[0]) & (known.time < part[1]) & np.isfinite(known.values)
+    time, values = known.time[here], known.values[here]
+    if not known.is_envelope and values.size > 2:
+        values = values - np.polynomial.Polynomial.fit(time, values, 1)(time)
+        return bool(values.std() > limit) or any(_size(known, one) > limit for one in stretches)
+    return any(_size(known, one) > limit for one in (part, *stretches))
 
 
 def _rest(known: Presented, shown: Window, limit: float) -> Window:

@@ -15,6 +15,7 @@ from vibrissa import __version__
 from vibrissa.mechanics.modes.shift import resonance_shift, shift_remark
 from vibrissa.quantities import measured_sd
 from vibrissa.quantities.kinds import Progress, Results
+from vibrissa.quantities.stored_names import stored_names
 from vibrissa.study.forward.surface import surface_rows
 from vibrissa.study.movie.backward import followed
 from vibrissa.study.movie.verdict import VerdictRow, rows_of
@@ -245,7 +246,7 @@ def _node_sd(profile: xr.Dataset, whisker: int) -> str:
 
 
 def _names(profile: xr.Dataset) -> list[str]:
-    return json.loads(profile.attrs.get("names", "[]")) or [str(i) for i in range(profile.sizes["whisker"])]
+    return stored_names(profile) or [str(i) for i in range(profile.sizes["whisker"])]
 
 
 def _curvature(study: Study) -> list[str]:

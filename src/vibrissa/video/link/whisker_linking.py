@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibrissa.arrays import Array, Integers
-from vibrissa.errors import RangeError
+from vibrissa.errors import RangeError, TooFewError
 from vibrissa.head_pose import HeadPose, head_of
 from vibrissa.quantities import dataset
 from vibrissa.video.link.agreed_names import Others, agreed
@@ -207,6 +207,8 @@ def _unlinked(segments: xr.Dataset) -> Linking:
     size = linking_size(pieces)
     placed = resized(in_head(pieces, head), size)
     pads, pad, back = find_pads(placed)
+    if (pad < 0).all():
+        raise TooFewError("segments", "must hold lines that lead away from one place", f"none of {pad.size}")
     return Linking(pieces, pads, lines_of(placed, pads, pad, back), [], size=size, head=head)
 
 

@@ -36,7 +36,8 @@ def labelled(spikes: xr.Dataset) -> xr.Dataset:
         for dim in REFERENCES
         if dim in spikes.dims
     }
-    onsets = {ONSETS: spikes.trial_start.values} if "trial_start" in spikes and spikes.sizes["trial"] else {}
+    known = "trial_start" in spikes and spikes.sizes["trial"] > 0
+    onsets = {ONSETS: tuple(spikes.trial_start.values.tolist())} if known else {}
     return spikes.assign_coords(numbers).assign_attrs(onsets)
 
 
@@ -106,15 +107,17 @@ def _at_places(spikes: xr.Dataset, dim: str, labels: Integers | None) -> xr.Data
     some = size < spikes.attrs.get("n_trials", size)
     if NUMBER not in spikes and (some or not np.array_equal(labels, np.arange(size))):
         spikes = spikes.assign({NUMBER: dataset(trial_number=labels).trial_number})
-    return spikes.drop_attrs(deep=False).assign_attrs(_about_trials(spikes.attrs, labels))
+    return spikes.drop_attrs(deep=False).assign_attrs(_about_trials(spikes, labels))
 
 
-def _about_trials(about: dict[str, Any], labels: Integers) -> dict[str, Any]:
+def _about_trials(spikes: xr.Dataset, labels: Integers) -> dict[str, Any]:
     """Attributes of a table of which the trials with these labels are kept: their number, and the onsets of others."""
-    onsets, left = (np.atleast_1d(about.get(name, [])) for name in (ONSETS, "onsets_left_out"))
-    left = np.append(left, np.delete(onsets, labels[labels < onsets.size]))
-    kept = {name: one for name, one in about.items() if name != ONSETS} | {"n_trials": labels.size}
-    return kept | ({"onsets_left_out": left} if left.size else {})
+    onsets, left = (np.atleast_1d(spikes.attrs.get(name, [])) for name in (ONSETS, "onsets_left_out"))
+    mine = labels[labels < onsets.size]
+    if "trial_start" in spikes and np.array_equal(onsets[mine], spikes.trial_start.values):  # the clock is the same
+        left = np.append(left, np.delete(onsets, mine))
+    kept = {name: one for name, one in spikes.attrs.items() if name != ONSETS} | {"n_trials": labels.size}
+    return kept | ({"onsets_left_out": tuple(left.tolist())} if left.size else {})
 
 
 def _refuse_other_dimensions(spikes: xr.Dataset) -> None:

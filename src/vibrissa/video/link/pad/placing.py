@@ -7,10 +7,11 @@ import numpy as np
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import TooFewError
 from vibrissa.head_pose import HeadPose
-from vibrissa.video.link.pad.pieces import Pieces
+from vibrissa.video.link.pad.pieces import Pieces, novelty
 
 LEAST = 12.0  # length of the longest line in the image [px]
 TYPICAL = 80.0  # half of the length of all lines is in lines at least so long, where they are linked
+MOVED = 0.1  # novelty of a line that moves; edges of things, which may be longer than whiskers, stay
 
 
 def in_head(pieces: Pieces, head: HeadPose | None) -> Pieces:
@@ -45,18 +46,27 @@ def linking_size(pieces: Pieces) -> float:
     Returns
     -------
     float
-        The factor that makes half of the length of all lines be in lines of at least ``TYPICAL``.
+        The factor that makes half of the length of all lines be in lines of at least ``TYPICAL``; or of those that
+        move, if these are shorter: edges of things must not count.
 
     Raises
     ------
     InputError
         If no line is long enough to be a whisker's.
     """
-    length = np.sort(np.hypot(*_chords(pieces).T))
-    if length[-1] < LEAST:
-        raise TooFewError("segments", f"must hold a line of at least {LEAST:g} px", f"{length[-1]:g} px")
+    every = np.maximum(np.hypot(*_chords(pieces).T), 1.0)
+    if every.max() < LEAST:
+        raise TooFewError("segments", f"must hold a line of at least {LEAST:g} px", f"{every.max():g} px")
+    moved = every[novelty(resized(pieces, TYPICAL / float(np.median(every)))) > MOVED]
+    usual = _half_of_all(every)
+    return TYPICAL / (min(usual, _half_of_all(moved)) if moved.max(initial=0.0) >= LEAST else usual)
+
+
+def _half_of_all(length: Array) -> float:
+    """Length of the lines, or of longer ones, that have half of the length of all."""
+    length = np.sort(length)
     shorter = np.cumsum(length)
-    return float(TYPICAL / length[np.searchsorted(shorter, shorter[-1] / 2)])
+    return float(length[np.searchsorted(shorter, shorter[-1] / 2)])
 
 
 def resized(pieces: Pieces, size: float) -> Pieces:
