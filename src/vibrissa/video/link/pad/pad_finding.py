@@ -2,7 +2,7 @@
 
 Not all lines are whiskers': a lamp and its cables may have most of them. The point is sought from several places where
 bases crowd, and taken where most lines lead away from it. Two pads are known as two by the gaps between their lines, by
-directions too far apart for one, or as a pad behind the other.
+directions too far apart for one, or as a pad behind the other. Pixels are those of the size at which lines are linked.
 """
 
 from __future__ import annotations

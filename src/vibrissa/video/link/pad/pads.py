@@ -1,4 +1,7 @@
-"""Pads: the points from which lines radiate, and each line in polar coordinates about its pad."""
+"""Pads: the points from which lines radiate, and each line in polar coordinates about its pad.
+
+Pixels are those of the size at which lines are linked, see :mod:`vibrissa.video.link.pad.placing`.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +14,8 @@ from vibrissa.video.link.pad.pieces import Pieces
 
 HIDDEN = 10.0  # px of each whisker that fur hides
 BEYOND = 1.3  # of the range between inner and outer radius, from its middle, in which lines are fitted
-SCATTER = 0.8  # standard deviation of a traced point, of 8 px each [px]
-INDEPENDENT = 8.0  # px along a line over which errors are alike
+SCATTER = 0.8  # standard deviation of a traced point, of 8 each [px]
+INDEPENDENT = 8.0  # points of a line over which errors are alike
 SHORTEST = 12.0  # px of a line that can be a whisker's
 
 
