@@ -54,7 +54,7 @@ def repeated_by_rounding(time: Array) -> Misfit | None:
     if len(time) < 2 or not np.isfinite(time).all():
         return None
     apart = np.diff(time)
-    if (apart < 0).any() or not (apart == 0).any() or not apart.any() or not (digit := last_digit(time)):
+    if (apart < 0).any() or (apart == 0).sum() < 2 or not apart.any() or not (digit := last_digit(time)):
         return None
     near = apart[apart < 1.5 * digit]  # where no sample was lost
     step = float(near.mean())

@@ -275,7 +275,7 @@ def _announced(container: av.container.InputContainer) -> int:
 
 
 def _pictures(container: av.container.InputContainer, counted: int) -> int:
-    """Frames of a count that have a picture: AVI also counts the empty ones that stand for dropped frames."""
+    """Frames of a count that have a picture: AVI also counts empty ones, in the places of dropped frames."""
     index: Any = _stream(container).index_entries if container.format.name == "avi" else ()
     whole = len(index) > 0 and index[-1].timestamp == counted - 1  # that of a movie that was cut off is not
     return len(index) if whole else counted
