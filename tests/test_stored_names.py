@@ -7,7 +7,7 @@ import pytest
 
 from vibrissa.figures.canvas import whisker_names
 from vibrissa.quantities import dataset
-from vibrissa.quantities.stored_names import stored_names
+from vibrissa.quantities.tracks import stored_names
 
 
 def named(*names, numbers=None):

@@ -7,7 +7,7 @@ from refusals import refusal
 
 from vibrissa.api.objects.signals import as_signal
 from vibrissa.quantities import require
-from vibrissa.quantities.rounded_times import repeated_by_rounding
+from vibrissa.rounded_times import repeated_by_rounding
 from vibrissa.signals.even_times import even_rate, misfit_of
 from vibrissa.signals.smoothing import low_pass
 

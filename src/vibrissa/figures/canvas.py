@@ -15,7 +15,7 @@ from vibrissa.arrays import Array, Integers
 from vibrissa.figures.colours import FOUND as FOUND
 from vibrissa.figures.colours import OTHER as OTHER
 from vibrissa.figures.colours import TRUTH as TRUTH
-from vibrissa.quantities.stored_names import stored_names
+from vibrissa.quantities.tracks import stored_names
 
 if TYPE_CHECKING:
     import xarray as xr

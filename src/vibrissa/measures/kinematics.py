@@ -29,7 +29,7 @@ from vibrissa.measures.touches import long_touches, touch_events, touch_table
 from vibrissa.measures.whisk_cycle import BAND, frame_rate_of, whisk_cycle
 from vibrissa.measures.whisker_nodes import mean_base, mean_way, nodes_of, seen_frames, surely_named, usual_length
 from vibrissa.quantities import dataset, require, stacked
-from vibrissa.quantities.stored_names import stored_names
+from vibrissa.quantities.tracks import stored_names
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -172,9 +172,8 @@ def kinematics_of(profile: xr.Dataset, settings: KinematicsSettings) -> xr.Datas
 
 def _given_names(profile: xr.Dataset) -> list[str]:
     """Names given to whiskers, by their numbers in the tracks; "" where none was, or two whiskers have the same."""
-    given = ["" if re.fullmatch(r"whisker \d+", one) else one for one in stored_names(profile)] or [""] * profile.sizes[
-        "whisker"
-    ]
+    stored = stored_names(profile) or [""] * profile.sizes["whisker"]
+    given = ["" if re.fullmatch(r"whisker \d+", one) else one for one in stored]
     return [one if given.count(one) == 1 else "" for one in given]
 
 

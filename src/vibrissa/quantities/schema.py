@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibrissa.errors import FormatError, MissingError, RangeError
-from vibrissa.quantities.rounded_times import refuse_rounded
+from vibrissa.rounded_times import refuse_rounded
 
 if TYPE_CHECKING:
     import xarray as xr

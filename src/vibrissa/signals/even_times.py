@@ -6,7 +6,7 @@ import numpy as np
 
 from vibrissa.arrays import Array
 from vibrissa.errors import RangeError, TooFewError
-from vibrissa.quantities.rounded_times import FINEST, Misfit, last_digit, repeated_by_rounding
+from vibrissa.rounded_times import FINEST, Misfit, last_digit, repeated_by_rounding
 
 UNEVEN = 1e-2  # [of an interval] largest deviation of a time that is not rounded
 _ROUNDED = 0.3  # [of an interval] largest of one that is: by a half and more a lost sample would be taken for rounding

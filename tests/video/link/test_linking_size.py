@@ -5,16 +5,17 @@ import pytest
 from refusals import refusal
 from simulated_segments import Pad, score, simulate
 
+from vibrissa.video.link import whisker_linking
 from vibrissa.video.link.pad.pieces import pieces_of
 from vibrissa.video.link.pad.placing import TYPICAL, linking_size, resized
 from vibrissa.video.link.whisker_linking import link_segments
 
-LENGTHS = {"column": 1, "row": 1, "line_width": 1, "position_sd": 1}
+LENGTHS = "column", "row", "line_width", "position_sd"
 
 
 def enlarged(segments, size):
     """Lines of the same movie, filmed with so many times as many pixels."""
-    return segments.assign({name: size * segments[name] for name in LENGTHS if name in segments})
+    return segments.assign({name: size * segments[name] for name in LENGTHS})
 
 
 def with_lines(segments, frame, first, column, row):
@@ -95,3 +96,17 @@ def test_a_movie_without_a_line_that_can_be_a_whisker_is_refused():
     with refusal("too-few", "segments") as told:
         link_segments(straight(11, 9))
     assert "at least 12 px" in str(told.value)
+
+
+def test_lines_of_no_pad_are_refused(monkeypatch):
+    segments, _ = simulate([Pad(whiskers=2, frames=10)], 0)
+    find = whisker_linking.find_pads
+
+    def nobodys(pieces):
+        pads, pad, back = find(pieces)
+        return pads, np.full_like(pad, -1), back
+
+    monkeypatch.setattr(whisker_linking, "find_pads", nobodys)
+    with refusal("too-few", "segments") as told:
+        link_segments(segments)
+    assert "search a region" in str(told.value)

@@ -24,7 +24,7 @@ from vibrissa.errors import (
 from vibrissa.netcdf import load
 from vibrissa.neural.io.tables.stimulus_csv import LARGEST_SD, read_stimulus_csv
 from vibrissa.quantities import QUANTITIES
-from vibrissa.quantities.rounded_times import refuse_rounded
+from vibrissa.rounded_times import refuse_rounded
 from vibrissa.signals.even_times import UNEVEN, even_rate, misfit_of
 from vibrissa.stimulus.export import read_command
 from vibrissa.tables.kinds import described, is_a, is_quantity

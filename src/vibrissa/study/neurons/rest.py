@@ -22,7 +22,7 @@ Meeting = tuple[int, int, Window]  # a trial, another one, and the part of this 
 QUIET = 0.1  # [s] of stretches of a session, of which the noise of the sensor is found
 STRETCHES = 1000  # that are looked at
 QUIETEST = 0.05  # share of them that are at rest, at least
-PLAIN = 1 / 3  # of the size of the stimuli, above which what moves on the session's clock is no noise and no drift
+LARGE = 1 / 3  # of the size of the stimuli, above which what moves on the session's clock is no noise and no drift
 NOISY = 2.0  # times the noise of the sensor up to which it rests
 ELSEWHERE = "let it lie where no stimulus moves, or leave it out"
 
@@ -91,7 +91,7 @@ def refuse_moving(session: xr.Dataset, trials: xr.Dataset, stimulus: xr.Dataset,
     (first, end), (begin, stop) = _shown(stimulus), spontaneous
     size, noise = _size(known), _noise(known._replace(time=whole.time, values=whole.values))
     noise = noise if 2 * noise < size else 0.0  # a stimulus that never rests shows none
-    limit, still = max(PLAIN * size, NOISY * noise), max(STILL * size, NOISY * noise)
+    limit, still = max(LARGE * size, NOISY * noise), max(STILL * size, NOISY * noise)
     moves, rest = np.zeros(trials.sizes["trial"], bool), []
     for trial, onset in enumerate(trials.trial_start.values):
         low, high = np.searchsorted(whole.time, onset + np.array([min(begin, first), max(stop, end)]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
@@ -63,9 +63,7 @@ def cut_stimulus(stimulus: xr.Dataset, trials: xr.Dataset, source: str) -> tuple
         raise TooFewError(source, "must be sampled within its trials", f"a step of {step:.4g} s")
     lost = (first + count > time.size) | (np.abs(late) > step)
     if lost.any():
-        k = int(np.argmax(lost))
-        found = f"{time[0]:.4g} to {time[-1]:.4g} s"
-        raise RangeError(source, f"must last throughout trial {k}, {start[k]:.4g} to {stop[k]:.4g} s", found)
+        _refuse_lost(int(np.argmax(lost)), start, stop, time, source)
     rows = first[:, None] + np.arange(count)
     uneven = (np.abs(np.diff(time[rows]) - step) > UNEVEN * step).any(1)
     off = np.ptp(time[rows] - step * np.arange(count), axis=-1).max()  # of trials at another rate it grows
@@ -138,6 +136,12 @@ def _moved_with_holes(one: Array, by: float) -> Array:
     when = np.clip(place - by, *place[known][[0, -1]])
     between = np.interp(place - by, place, known.astype(float)) < 1
     return np.where(between, np.nan, make_interp_spline(place[known], one[known], k=5)(when))
+
+
+def _refuse_lost(trial: int, start: Array, stop: Array, time: Array, source: str) -> NoReturn:
+    """Refuse a recording that does not hold all of a trial."""
+    rule = f"must last throughout trial {trial}, {start[trial]:.4g} to {stop[trial]:.4g} s"
+    raise RangeError(source, rule, f"{time[0]:.4g} to {time[-1]:.4g} s")
 
 
 def channels_that_differ(stimulus: xr.Dataset) -> dict[str, float]:

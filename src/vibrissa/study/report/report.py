@@ -15,7 +15,7 @@ from vibrissa import __version__
 from vibrissa.mechanics.modes.shift import resonance_shift, shift_remark
 from vibrissa.quantities import measured_sd
 from vibrissa.quantities.kinds import Progress, Results
-from vibrissa.quantities.stored_names import stored_names
+from vibrissa.quantities.tracks import stored_names
 from vibrissa.study.forward.surface import surface_rows
 from vibrissa.study.movie.backward import followed
 from vibrissa.study.movie.verdict import VerdictRow, rows_of

@@ -208,7 +208,11 @@ def _unlinked(segments: xr.Dataset) -> Linking:
     placed = resized(in_head(pieces, head), size)
     pads, pad, back = find_pads(placed)
     if (pad < 0).all():
-        raise TooFewError("segments", "must hold lines that lead away from one place", f"none of {pad.size}")
+        rule, remedy = (
+            "must hold lines that lead away from one place",
+            "search a region of the image with whiskers alone",
+        )
+        raise TooFewError("segments", rule, f"none of {pad.size}", remedy)
     return Linking(pieces, pads, lines_of(placed, pads, pad, back), [], size=size, head=head)
 
 

@@ -13,7 +13,7 @@ from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError
 from vibrissa.neural.io.formats.nwb import opened, pynwb_module
 from vibrissa.neural.io.tables.stimuli import NAMES, labelled_stimulus
 from vibrissa.neural.io.tables.stimulus_csv import LEVEL, in_stated_unit
-from vibrissa.quantities.rounded_times import refuse_rounded
+from vibrissa.rounded_times import refuse_rounded
 from vibrissa.tables.units import is_unit
 
 SESSION = "session"  # value of the attribute `clock` of a stimulus that is on the session's clock

@@ -12,7 +12,7 @@ import xarray as xr
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import ConflictError, FormatError, MissingError, RangeError, ShapeError, TooFewError, UnknownError
 from vibrissa.neural.io.tables.stimuli import labelled_stimulus, name_of, presented
-from vibrissa.quantities.rounded_times import refuse_rounded
+from vibrissa.rounded_times import refuse_rounded
 from vibrissa.tables.reader import read_table
 from vibrissa.tables.table import Table
 from vibrissa.tables.units import PURE, channel_and_unit, in_si, is_unit

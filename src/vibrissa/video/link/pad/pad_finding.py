@@ -72,8 +72,7 @@ def pads_of_lines(pieces: Pieces, pads: list[Pad]) -> tuple[Integers, Mask]:
 
 def _chords(pieces: Pieces, turned: Mask) -> tuple[Array, Array, Array]:
     """Base and tip end (S, 2), and length of the chord."""
-    first = np.stack([pieces.column[pieces.start], pieces.row[pieces.start]], axis=1)
-    last = np.stack([pieces.column[pieces.stop - 1], pieces.row[pieces.stop - 1]], axis=1)
+    first, last = pieces.ends
     base, tip = np.where(turned[:, None], last, first), np.where(turned[:, None], first, last)
     return base, tip, np.hypot(*(tip - base).T)
 

@@ -45,6 +45,12 @@ class Pieces(NamedTuple):
         """Segment of each point, (P,)."""
         return np.repeat(np.arange(self.frame.size), self.stop - self.start)
 
+    @property
+    def ends(self) -> tuple[Array, Array]:
+        """First and last point of each segment, (S, 2) each [px]."""
+        first, last = (np.stack([self.column[at], self.row[at]], axis=1) for at in (self.start, self.stop - 1))
+        return first, last
+
     def sums(self, values: Array) -> Array:
         """Sum of values of points (P, ...) over each segment, (S, ...)."""
         out: Array = np.add.reduceat(values, self.start, axis=0)

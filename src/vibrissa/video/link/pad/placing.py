@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibrissa.arrays import Array, Integers
+from vibrissa.arrays import Array
 from vibrissa.errors import TooFewError
 from vibrissa.head_pose import HeadPose
 from vibrissa.video.link.pad.pieces import Pieces, novelty
@@ -54,7 +54,8 @@ def linking_size(pieces: Pieces) -> float:
     InputError
         If no line is long enough to be a whisker's.
     """
-    every = np.maximum(np.hypot(*_chords(pieces).T), 1.0)
+    first, last = pieces.ends
+    every = np.maximum(np.hypot(*(last - first).T), 1.0)
     if every.max() < LEAST:
         raise TooFewError("segments", f"must hold a line of at least {LEAST:g} px", f"{every.max():g} px")
     moved = every[novelty(resized(pieces, TYPICAL / float(np.median(every)))) > MOVED]
@@ -86,10 +87,3 @@ def resized(pieces: Pieces, size: float) -> Pieces:
     """
     column, row, width, sd = (size * one for one in (pieces.column, pieces.row, pieces.width, pieces.sd))
     return pieces._replace(column=column, row=row, width=width, sd=sd)
-
-
-def _chords(pieces: Pieces) -> Array:
-    """Way from the first to the last point of each segment, (S, 2)."""
-    ends: tuple[Integers, Integers] = pieces.start, pieces.stop - 1
-    first, last = (np.stack([pieces.column[end], pieces.row[end]], axis=1) for end in ends)
-    return np.asarray(last - first)
