@@ -9,8 +9,9 @@ from simulated_segments import Pad, simulate
 
 from vibrissa.quantities import dataset
 from vibrissa.video.link.courses.course import EDGES, Courses, smoothed
-from vibrissa.video.link.courses.cut_lines import cut_lines
+from vibrissa.video.link.courses.cut_lines import _together, cut_lines
 from vibrissa.video.link.courses.whose_points import whose_points
+from vibrissa.video.link.pad.pads import BEYOND
 from vibrissa.video.link.pad.pads import Pad as Place
 from vibrissa.video.link.thorough_linking import link_thoroughly, linked_before
 from vibrissa.video.link.whisker_linking import link_segments
@@ -135,9 +136,9 @@ def two_courses() -> tuple[Courses, Place]:
     return Courses(place, none, np.full(2, 1.2), np.ones((2, 1), np.bool_)), pad
 
 
-def _whose(two_courses: tuple[Courses, Place], across: np.ndarray) -> np.ndarray:
+def _whose(two_courses: tuple[Courses, Place], across: np.ndarray, far: float = 1.0) -> np.ndarray:
     courses, pad = two_courses
-    along = np.linspace(-1, 1, across.size)
+    along = np.linspace(-1, far, across.size)
     one = (np.zeros(1, np.int64), np.zeros(1, np.int64), np.array([across.size]))
     return whose_points(courses, pad, *one, along, across, np.ones(1, np.bool_))
 
@@ -149,6 +150,30 @@ def test_points_go_over_where_courses_cross(two_courses):
     np.testing.assert_array_equal(straight, 0)
     assert set(bent[:40]) == {1}
     assert set(bent[60:]) == {0}
+
+
+def test_a_far_part_stays_with_the_whisker_that_the_line_is_where_lines_are_fitted(two_courses):
+    """Beyond, courses are a guess: a line may lie on that of another whisker there."""
+    along = np.linspace(-1, 3, 200)
+    width = two_courses[0].place[0, 0, 2]
+    reaching = two_courses[0]._replace(tip=np.full(2, 3.0)), two_courses[1]
+    bent = np.where(along < BEYOND, along, -along) * width  # goes over to the other whisker's course
+    np.testing.assert_array_equal(_whose(reaching, bent, 3.0), 0)
+    early = np.where(along < 0.6, along, -along) * width  # goes over where courses are known
+    assert set(_whose(reaching, early, 3.0)[-100:]) == {1}
+
+
+def test_pieces_of_one_whisker_that_lie_aside_of_one_another_are_two_lines():
+    """A far piece that leaps onto the neighbour's tip, or that goes on where the other ends."""
+    along = np.arange(60.0)
+    near, on, aside = (
+        np.stack([along + start, np.full(60, across)], 1) for start, across in ((0, 0), (64, 1), (64, 30))
+    )
+    for far, count in ((on, 1), (aside, 2)):
+        where, runs = np.concatenate([near, far]), [np.arange(60), np.arange(60, 120)[::-1]]
+        lines = _together(runs, where)
+        assert len(lines) == count
+        assert sorted(np.concatenate(lines)) == list(range(120))
 
 
 def test_a_line_on_no_course_is_nobodys_and_one_that_is_there_in_part_stays_whole(two_courses):

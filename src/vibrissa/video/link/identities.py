@@ -25,6 +25,7 @@ REASONS = (
 ABSENT, UNSURE, SHARED, TORN = 1, 2, 3, 4
 AGREES = 3.0  # standard deviations within which a further piece lies on a whisker
 OVERLAP = 0.25  # share of a further piece that may lie beside the main one
+OFTEN = 0.5  # of the frames in which a whisker is seen, those in which another is that may run along its line
 ONE_LINE = 2.2  # distance of two whiskers that are seen as one line, at the middle and the outer radius [°]
 
 
@@ -151,10 +152,10 @@ def _join(solution: Solution, main: Integers, whisker: Integers, sure: Array) ->
 
 def _share(solution: Solution, main: Integers, also: Integers, reason: Integers) -> None:
     """Lines along which another whisker runs that has none in the frame."""
-    lines = solution.lines
+    lines, seen = solution.lines, np.count_nonzero(main >= 0, axis=1)
     for n in range(len(main)):
         place = _expected(solution, n, lines, main[n])
-        for other in np.delete(np.arange(len(main)), n):
+        for other in np.flatnonzero((seen[n] >= OFTEN * seen) & (np.arange(len(main)) != n)):
             t = np.flatnonzero((main[n] < 0) & (main[other] >= 0) & np.isfinite(place[:, 0]))
             off = np.abs(lines.place[main[other, t], 1:] - place[t, 1:]).max(axis=1)
             here = t[off < ONE_LINE]

@@ -12,6 +12,7 @@ from vibrissa.video.link.courses.doubtful_lines import doubtful_lines
 from vibrissa.video.link.courses.parts import without_parts
 from vibrissa.video.link.further_whiskers import name_further_whiskers
 from vibrissa.video.link.pad.pieces import pieces_of
+from vibrissa.video.link.still_whiskers import without_still
 from vibrissa.video.link.whisker_linking import Linking, link_again, link_named, linkings
 
 if TYPE_CHECKING:
@@ -29,7 +30,8 @@ def link_thoroughly(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
     has a separate name though it goes on as another whisker's lines do is no whisker. All this is done from three
     starts, the last step in two ways. Of these six linkings that is kept in which most points probably have the right
     name; each of its lines then has the name on which most of the six agree. Lines that have none are looked through
-    for whiskers that all six have left out, see :mod:`vibrissa.video.link.further_whiskers`.
+    for whiskers that all six have left out, see :mod:`vibrissa.video.link.further_whiskers`. In the end what
+    does not swing with its pad has no name.
 
     Parameters
     ----------
@@ -52,6 +54,7 @@ def link_thoroughly(segments: xr.Dataset) -> tuple[xr.Dataset, Linking]:
     each = [one for _, one in tries]
     best = best_and_others(each, doubtful.sizes["point"])
     name_further_whiskers(each[best].linking)
+    without_still(each[best].linking)
     return tries[best][0], each[best].linking
 
 

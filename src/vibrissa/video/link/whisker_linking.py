@@ -15,6 +15,7 @@ from vibrissa.video.link.agreed_names import Others, agreed
 from vibrissa.video.link.chains.exclusion import Solution
 from vibrissa.video.link.identities import REASONS, Names, names_of
 from vibrissa.video.link.line_at import line_at
+from vibrissa.video.link.names_by_base import named_by_base
 from vibrissa.video.link.pad.pad_finding import find_pads, pads_of_lines
 from vibrissa.video.link.pad.pads import Lines, Pad, lines_of
 from vibrissa.video.link.pad.pieces import Pieces, pieces_of
@@ -73,6 +74,7 @@ class Linking:
             if self.others is not None:
                 votes = self.others.votes[:, [*range(first, stop), -1]]
                 names = agreed(names, one, Others(votes, self.others.linkings))
+                names = named_by_base(names, one, self.base(n))
             out.append(names)
             first = stop
         return out
@@ -83,6 +85,12 @@ class Linking:
         points = self.pieces.stop - self.pieces.start
         each = ((2 * one.sure - 1) * points * (one.whisker >= 0) for one in self.names())
         return float(sum(one.sum() for one in each))
+
+    def base(self, pad: int) -> Array:
+        """Where each segment begins, along the radius of a pad and across it [px, at the size of linking] (S, 2)."""
+        placed, one = self.placed, self.pads[pad]
+        first = np.where(self.lines.turned, placed.stop - 1, placed.start)
+        return np.stack(one.pixels(placed.column[first], placed.row[first]), axis=1)
 
     def lever(self, pad: int) -> Array:
         """How far whiskers of a pad move at the three radii."""

@@ -17,7 +17,7 @@ from vibrissa.loops import njit
 from vibrissa.video.link.chains.exclusion import ChainLabel, Solution
 from vibrissa.video.link.chains.swap_moves import best_lines
 from vibrissa.video.link.pad.common_swing import _inverse
-from vibrissa.video.link.pad.pads import Lines
+from vibrissa.video.link.pad.pads import Lines, parabola_weights
 
 Values = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -159,9 +159,8 @@ def smoothed(frames: int, when: Places, x: Values, error: Values, spread: Values
 
 
 def weights_at(along: Array) -> Array:
-    """Weights (n, 3) of the places at the three radii in the parabola through them at distances (n,)."""
-    r = np.clip(along, EDGES[0], EDGES[-1])
-    return np.stack([r * (r - 1) / 2, 1 - r * r, r * (r + 1) / 2], axis=1)
+    """Weights (n, 3) of the places at the three radii in their parabola at distances (n,), those of its ends beyond."""
+    return parabola_weights(np.clip(along, EDGES[0], EDGES[-1]))
 
 
 def _shape(place: Array, along: Array, across: Array, frame: Integers, first: Integers, stop: Integers) -> Array:

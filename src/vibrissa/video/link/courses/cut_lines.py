@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 LEAST = 10  # points of a piece of a line
 CERTAIN = 0.85  # mean probability of a whisker's names from which on lines are cut by its course
 BESIDE = 0.3  # share of a piece that may run beside another one of its whisker, if they are one line
+SIDEWAYS, ASLANT = 3.0, 0.3  # leap across the line from one of its pieces to the next at most: [px], and over the gap
+ARM = 20  # points at the end of a piece that show where it goes on
 
 
 class Cut(NamedTuple):
@@ -88,26 +90,57 @@ def _whiskers(linking: Linking) -> Integers:
 
 
 def _together(runs: list[Integers], where: Array) -> list[Integers]:
-    """Runs of points of one whisker and frame as one line, and those beside it as lines of their own."""
+    """Runs of points of one whisker and frame as one line, and those beside it or off it as lines of their own."""
     if len(runs) == 1:
         return runs
     runs = sorted(runs, key=lambda run: -run.size)
     way = where[runs[0][-1]] - where[runs[0][0]]
     # each run from its end nearer to the beginning of the longest
     runs = [run if (where[run[-1]] - where[run[0]]) @ way >= 0 else run[::-1] for run in runs]
-    spans = [(float(where[run[0]] @ way), float(where[run[-1]] @ way)) for run in runs]
-    one: list[int] = [0]
-    alone: list[int] = []
-    for k, (low, high) in enumerate(spans[1:], start=1):
-        common = sum(max(min(high, spans[j][1]) - max(low, spans[j][0]), 0.0) for j in one)
-        (alone if common > BESIDE * (high - low) else one).append(k)
-    one.sort(key=lambda k: sum(spans[k]))
-    line = runs[one[0]]
-    for k in one[1:]:
-        # where two runs lie beside one another, the line goes on with the later one beyond the end of the former
-        beyond = where[runs[k]] @ way > where[line[-1]] @ way
-        line = np.concatenate([line, runs[k][np.argmax(beyond) :] if beyond.any() else runs[k][:0]])
-    return [line, *(runs[k] for k in alone)]
+    one, alone = runs[:1], []
+    for run in runs[1:]:
+        at = sum(_middle(other, where, way) <= _middle(run, where, way) for other in one)
+        ends = [*zip(one[:at][-1:], [run], strict=False), *zip([run], one[at:][:1], strict=False)]
+        fits = _common(run, one, where, way) <= BESIDE and all(_goes_on(a, b, where, way) for a, b in ends)
+        one.insert(at, run) if fits else alone.append(run)
+    line = one[0]
+    for run in one[1:]:
+        line = np.concatenate([line, _beyond(line, run, where, way)])
+    return [line, *alone]
+
+
+def _middle(run: Integers, where: Array, way: Array) -> float:
+    return float((where[run[0]] + where[run[-1]]) @ way)
+
+
+def _common(run: Integers, others: list[Integers], where: Array, way: Array) -> float:
+    """Share of a run, along a way, beside which others run."""
+    low, high = where[run[0]] @ way, where[run[-1]] @ way
+    common = sum(max(min(high, where[one[-1]] @ way) - max(low, where[one[0]] @ way), 0.0) for one in others)
+    return float(common / max(high - low, 1e-9))
+
+
+def _beyond(former: Integers, later: Integers, where: Array, way: Array) -> Integers:
+    """Points of a run beyond the end of a former one, if it begins beside it."""
+    beyond = where[later] @ way > where[former[-1]] @ way
+    return later[np.argmax(beyond) :] if beyond.any() else later[:0]
+
+
+def _goes_on(former: Integers, later: Integers, where: Array, way: Array) -> bool:
+    """Whether a run lies where a former one goes on, and that one where this one comes from."""
+    later = _beyond(former, later, where, way)
+    if later.size < 2:
+        return True
+    leap = where[later[0]] - where[former[-1]]
+    most = SIDEWAYS + ASLANT * float(np.hypot(*leap))
+    ends = where[former[-ARM:]], where[later[:ARM]]
+    off = sorted(_aside(leap, end[-1] - end[0]) for end in ends)
+    return off[0] <= most and off[1] <= 2 * most
+
+
+def _aside(leap: Array, along: Array) -> float:
+    """Length of a leap across a direction."""
+    return float(abs(along[0] * leap[1] - along[1] * leap[0]) / max(np.hypot(*along), 1e-9))
 
 
 def cut_segments(segments: xr.Dataset, cut: Cut) -> xr.Dataset:

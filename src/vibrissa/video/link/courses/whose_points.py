@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.loops import njit
 from vibrissa.video.link.courses.course import EDGES, Courses, weights_at
+from vibrissa.video.link.pad.pads import BEYOND as FITTED
 from vibrissa.video.link.pad.pads import Pad
 
 Values = NDArray[np.float64]
@@ -19,6 +20,7 @@ FAR = 60.0  # squared distance beyond which it is no farther
 CHANGE = 25.0  # squared distance that a change of whisker costs
 MARGIN, BEYOND = 0.15, 8.0  # distance beyond the tip without cost, as reach, and deviation beyond that [px]
 KNOWN = 0.5  # share of its points on a course below which a line stays as it is
+FEW = 10  # points within the range in which lines are fitted, below which all points say whose a line is
 
 
 @njit(cache=True)
@@ -61,7 +63,11 @@ def _whose(
         points = range(first[s], stop[s])
         cost = np.full((stop[s] - first[s], count + 1), FAR)
         cost[:, count] = NOBODY**2
+        whole = (along[first[s] : stop[s]] <= FITTED).sum() < FEW
         for i, p in enumerate(points):
+            if along[p] > FITTED and not whole:  # the course is a guess there: the line stays with its whisker
+                cost[i] = 0.0
+                continue
             off = OFF * (1 + max(abs(along[p]) - 1, 0.0))
             for k in range(count):
                 if not known[k, frame[s]]:

@@ -58,6 +58,12 @@ class Pad(NamedTuple):
         angle = (np.arctan2(y, x) - self.middle + np.pi) % (2 * np.pi) - np.pi
         return (np.hypot(x, y) - self.centre) * 2 / (self.outer - self.inner), angle * self.centre / self.degree
 
+    def pixels(self, column: Array, row: Array) -> tuple[Array, Array]:
+        """Distance from the pivot, and across it from the middle of the pad [px]."""
+        along, across = self.polar(column, row)
+        radius = along * (self.outer - self.inner) / 2 + self.centre
+        return radius, across * self.degree * radius / self.centre
+
     def points(self, along: Array, across: Array) -> tuple[Array, Array]:
         """Column and row of places as of :meth:`polar` [px]."""
         radius, angle = along * (self.outer - self.inner) / 2 + self.centre, across * self.degree / self.centre
@@ -125,6 +131,11 @@ def lines_of(pieces: Pieces, pads: list[Pad], pad: Integers, back: Mask) -> Line
         place[mine], covariance[mine], reach[mine] = fitted[0][mine], fitted[1][mine], np.stack([low, high], 1)[mine]
     strength = np.log(pieces.sums(pieces.width * pieces.contrast) / (pieces.stop - pieces.start))
     return Lines(pad, back, place, covariance, reach, np.stack([strength, reach[:, 1]], axis=1))
+
+
+def parabola_weights(reach: Array) -> Array:
+    """Weights (n, 3) of values at the three radii in the parabola through them at distances (n,) as of ``reach``."""
+    return np.stack([reach * (reach - 1) / 2, 1 - reach * reach, reach * (reach + 1) / 2], axis=1)
 
 
 AT = np.array([[1.0, -1.0, 1.0], [1.0, 0.0, 0.0], [1.0, 1.0, 1.0]])  # from coefficients to places at −1, 0, 1
