@@ -71,7 +71,7 @@ def test_a_shadow_that_is_seen_now_and_then_takes_no_frames_from_its_whisker(see
     for turn in swing(FRAMES):
         lines, who = _whiskers(turn), list(range(5))
         if rng.random() < 0.25:
-            lines, who = [*lines, lines[2] + np.array([[2.0], [7.0]])], [*who, HAIR]
+            lines, who = [*lines, lines[2] + np.array([[0.5], [2.0]])], [*who, HAIR]
         frames.append(lines)
         owners.append(who)
     made, owner = segments(frames, owners, seed)
