@@ -9,6 +9,7 @@ import numpy as np
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.video.link.courses.course import courses_of
+from vibrissa.video.link.courses.going_on import goes_on
 from vibrissa.video.link.courses.whose_points import whose_points
 from vibrissa.video.link.whisker_linking import Linking
 
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
 LEAST = 10  # points of a piece of a line
 CERTAIN = 0.85  # mean probability of a whisker's names from which on lines are cut by its course
 BESIDE = 0.3  # share of a piece that may run beside another one of its whisker, if they are one line
-SIDEWAYS, ASLANT = 3.0, 0.3  # leap across the line from one of its pieces to the next at most: [px], and over the gap
-ARM = 20  # points at the end of a piece that show where it goes on
 
 
 class Cut(NamedTuple):
@@ -101,7 +100,9 @@ def _together(runs: list[Integers], where: Array) -> list[Integers]:
     for run in runs[1:]:
         at = sum(_middle(other, where, way) <= _middle(run, where, way) for other in one)
         ends = [*zip(one[:at][-1:], [run], strict=False), *zip([run], one[at:][:1], strict=False)]
-        fits = _common(run, one, where, way) <= BESIDE and all(_goes_on(a, b, where, way) for a, b in ends)
+        fits = _common(run, one, where, way) <= BESIDE and all(
+            goes_on(where[a], where[_beyond(a, b, where, way)]) for a, b in ends
+        )
         one.insert(at, run) if fits else alone.append(run)
     line = one[0]
     for run in one[1:]:
@@ -124,23 +125,6 @@ def _beyond(former: Integers, later: Integers, where: Array, way: Array) -> Inte
     """Points of a run beyond the end of a former one, if it begins beside it."""
     beyond = where[later] @ way > where[former[-1]] @ way
     return later[np.argmax(beyond) :] if beyond.any() else later[:0]
-
-
-def _goes_on(former: Integers, later: Integers, where: Array, way: Array) -> bool:
-    """Whether a run lies where a former one goes on, and that one where this one comes from."""
-    later = _beyond(former, later, where, way)
-    if later.size < 2:
-        return True
-    leap = where[later[0]] - where[former[-1]]
-    most = SIDEWAYS + ASLANT * float(np.hypot(*leap))
-    ends = where[former[-ARM:]], where[later[:ARM]]
-    off = sorted(_aside(leap, end[-1] - end[0]) for end in ends)
-    return off[0] <= most and off[1] <= 2 * most
-
-
-def _aside(leap: Array, along: Array) -> float:
-    """Length of a leap across a direction."""
-    return float(abs(along[0] * leap[1] - along[1] * leap[0]) / max(np.hypot(*along), 1e-9))
 
 
 def cut_segments(segments: xr.Dataset, cut: Cut) -> xr.Dataset:
