@@ -6,7 +6,7 @@ import numpy as np
 
 from vibrissa.arrays import Array
 
-SIDEWAYS, ASLANT = 1.5, 0.3  # leap across the line from one piece to the next at most: [px], and over the gap
+SIDEWAYS, ASLANT = 3.0, 0.3  # leap across the line from one piece to the next at most: [px], and over the gap
 ARM = 20  # points at the end of a piece that show where it goes on
 
 
