@@ -5,9 +5,10 @@
 The movies are those of ``whisking_movies.py``. What speaks for each name of a whisker, and whether it is right by the
 rule of ``identity_scores.py``, goes to FOLDER/<kind>-<seed>.npz, both for one linking alone and for the names on which
 all linkings agree; what is there is not made again. Names of hairs are left out, and each movie counts alike. Printed
-are the weights of ``video/link/certainty.py``, and what those of the agreed names come to in movies of other seeds than
-those that they were fitted to (five parts): of all names the share that is called at least so sure, and of these the
-share that is right. The weights of agreement depend on those of one linking: after a change of these make all anew.
+are the weights of ``video/link/certainty.py`` fitted anew, and what those of the agreed names come to, as the linker
+has them and in movies of other seeds than those that they were fitted to (five parts): of all names the share that is
+called at least so sure, and of these the share that is right. The weights of agreement depend on those of one linking:
+after a change of these make all anew.
 """
 
 import argparse
@@ -138,11 +139,17 @@ def main() -> None:
         ("AGREED", agreement_weights(every)),
     ):
         print(f"{name} = [{', '.join(f'{one:.3g}' for one in weights)}]")
-    print()
+    linker = [agreement(expit(one.odds[:, 0])) for one in every]
+    for title, sure in (("weights of the linker", linker), ("weights of other seeds", held_out(every))):
+        table(title, every, sure)
+
+
+def table(title: str, every: list[Claims], sure: list[np.ndarray]) -> None:
+    """Print a line for each kind of movie, and one for all."""
     levels = " | ".join(f"from {one}" for one in LEVELS)
-    print(f"| movies | names | mean certainty | right | {levels} |", (4 + len(LEVELS)) * "|---" + "|", sep="\n")
-    sure = held_out(every)
-    for kind in kinds:
+    head = f"| movies | names | mean certainty | right | {levels} |"
+    print("", title, head, (4 + len(LEVELS)) * "|---" + "|", sep="\n")
+    for kind in dict.fromkeys(one.kind for one in every):
         mine = [n for n, one in enumerate(every) if one.kind == kind]
         print(row(kind, np.concatenate([sure[n] for n in mine]), np.concatenate([every[n].agreed for n in mine])))
     print(row("all", np.concatenate(sure), np.concatenate([one.agreed for one in every])))

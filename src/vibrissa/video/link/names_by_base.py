@@ -18,7 +18,7 @@ OFTEN = 20  # lines of a whisker from which on it is known where it begins
 STEADY = 4.0  # scatter of where its lines begin at most [px]
 SURE = 0.9  # mean probability of its names at least
 READ = 1.0  # standard deviation of where a line begins at least [px]
-RIGHT = 0.85  # probability of such a name
+RIGHT = 0.85  # what such a name is called sure; set, not fitted
 
 
 def named_by_base(names: Names, solution: Solution, base: Array) -> Names:

@@ -89,7 +89,7 @@ def _whiskers(linking: Linking) -> Integers:
 
 
 def _together(runs: list[Integers], where: Array) -> list[Integers]:
-    """Runs of points of one whisker and frame as one line, and those beside it or off it as lines of their own."""
+    """Runs of points of one whisker and frame as one line, and those beside it or off it as separate lines."""
     if len(runs) == 1:
         return runs
     runs = sorted(runs, key=lambda run: -run.size)
@@ -111,6 +111,7 @@ def _together(runs: list[Integers], where: Array) -> list[Integers]:
 
 
 def _middle(run: Integers, where: Array, way: Array) -> float:
+    """Twice the place of the middle of a run along a way."""
     return float((where[run[0]] + where[run[-1]]) @ way)
 
 
