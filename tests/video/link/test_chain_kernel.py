@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_t
 
-from vibrissa.video.link.chains.chain_kernel import LEAVES, RETURN, STAY, TAILS, chances, edges, near
+from vibrissa.video.link.chains.chain_kernel import LEAVES, RETURN, STAY, TAILS, chances, edges, log_chance, near
 from vibrissa.video.link.pad.common_swing import REACH
 
 FRAMES = 7
@@ -29,8 +29,8 @@ def candidates(rng: np.random.Generator) -> dict[str, np.ndarray | float]:
     }
 
 
-def one_by_one(frame, gain, again, leaves, start, stop, step, missed) -> np.ndarray:
-    """Probability of each candidate as the weight of all ways that lead through it."""
+def one_by_one(frame, gain, again, leaves, start, stop, step, missed) -> tuple[np.ndarray, np.ndarray, float]:
+    """Weight of all ways that lead through each candidate, of those that do not, and of all."""
     ways: list[tuple[float, tuple[int, ...]]] = []
 
     def lost(t: int, weight: float, seen: tuple[int, ...]) -> None:
@@ -50,13 +50,28 @@ def one_by_one(frame, gain, again, leaves, start, stop, step, missed) -> np.ndar
 
     lost(0, 1.0, ())
     total = sum(weight for weight, _ in ways)
-    return np.array([sum(weight for weight, seen in ways if c in seen) for c in range(frame.size)]) / total
+    through = [sum(weight for weight, seen in ways if c in seen) for c in range(frame.size)]
+    past = [sum(weight for weight, seen in ways if c not in seen) for c in range(frame.size)]
+    return np.array(through), np.array(past), total
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_a_candidate_is_as_probable_as_all_ways_that_lead_through_it(seed):
     given = candidates(np.random.default_rng(seed))
-    np.testing.assert_allclose(chances(FRAMES, **given), one_by_one(**given), rtol=1e-9, atol=1e-15)
+    chance, odds = chances(FRAMES, **given)
+    through, past, total = one_by_one(**given)
+    np.testing.assert_allclose(chance, through / total, rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(odds, np.log(through / past), rtol=1e-9, atol=1e-9)
+    assert log_chance(FRAMES, **given) == pytest.approx(np.log(total))
+
+
+def test_odds_tell_how_sure_a_chain_is_where_the_probability_is_one():
+    given = candidates(np.random.default_rng(0))
+    given["gain"][3] += 80  # e^80 is 5 · 10^34
+    through, past, _ = one_by_one(**given)
+    chance, odds = chances(FRAMES, **given)
+    assert chance[3] == pytest.approx(1, abs=1e-12)  # of which no odds could be made
+    assert odds[3] == pytest.approx(np.log(through[3] / past[3]))
 
 
 def test_a_long_movie_neither_overflows_nor_underflows():
@@ -64,8 +79,8 @@ def test_a_long_movie_neither_overflows_nor_underflows():
     flat, each = np.ones(n), np.arange(n)
     steps = each[:-1], each[1:], 1e-30 * flat[1:]
     # a chain of lines each worth e^(90 − 69), and e^(30 − 69), against no line
-    np.testing.assert_allclose(chances(n, each, 90 * flat, -300 * flat, -200 * flat, *steps, -1.0), 1, rtol=1e-9)
-    np.testing.assert_allclose(chances(n, each, 30 * flat, -300 * flat, -200 * flat, *steps, -1.0), 0, atol=1e-9)
+    np.testing.assert_allclose(chances(n, each, 90 * flat, -300 * flat, -200 * flat, *steps, -1.0)[0], 1, rtol=1e-9)
+    np.testing.assert_allclose(chances(n, each, 30 * flat, -300 * flat, -200 * flat, *steps, -1.0)[0], 0, atol=1e-9)
 
 
 def test_steps_have_the_density_of_a_process_that_forgets():

@@ -65,7 +65,8 @@ def test_a_swap_that_a_drift_explains_is_not_made():
     drift = 3.0 * np.cos(np.pi * frame / 400)[:, None]
     one, other = drift + rng.normal(0, 0.3, (400, 3)), rng.normal(0, 0.3, (400, 3))
     alike = np.zeros((400, 2))
-    small, error, phase, plain = np.diag([1.0, 0.5, 1.0]), 0.09 * np.eye(3), np.zeros((400, 2)), np.zeros(399)
+    small, phase, plain = np.diag([1.0, 0.5, 1.0]), np.zeros((400, 2)), np.zeros(399)
+    error = np.broadcast_to(0.09 * np.eye(3), (2, 400, 3, 3))
     stiff = swap_of(frame, one, other, alike, Wandering(small, np.zeros((3, 3)), error, 0.9, True), phase, plain)
     loose = swap_of(frame, one, other, alike, Wandering(small, 9 * np.eye(3), error, 0.9, True), phase, plain)
     assert stiff is not None
@@ -83,7 +84,8 @@ def test_bases_that_are_exchanged_for_long_are_no_swap_where_whiskers_stray_at_t
     apart[[60, 61, 62, 120, 121, 122]] = 0.0
     apart[61:121, 0] *= -1
     one, other = apart + rng.normal(0, 0.3, (200, 3)), rng.normal(0, 0.3, (200, 3))
-    usual, error = prior_spread(np.array([0.8, 1.0, 1.1])), 0.04 * np.eye(3)
+    usual = prior_spread(np.array([0.8, 1.0, 1.1]))
+    error = np.broadcast_to(0.04 * np.eye(3), (2, 200, 3, 3))
     learnt = usual + np.diag([8.0, 0.0, 0.0])
 
     def swaps(spread):

@@ -111,8 +111,6 @@ def _add(linking: Linking, number: int, first: int, found: Solution, theirs: Nam
     who, before, labels = solution.who, names_of(solution, solution.lever), [*solution.labels, *added]
     order = np.argsort([one.model.place[1] for one in labels], kind="stable")
     known, new = np.split(first + np.argsort(order), [len(solution.labels)])  # numbers of the whiskers
-    for one in added:
-        solution.wanted[one.seen] += one.want
     solution.labels, solution.decided = [labels[n] for n in order], {}
     last = others.votes.shape[1] - 1 + len(added)  # nobody
     column = np.concatenate([np.arange(first), known, np.arange(first + len(labels), last + 1)])

@@ -28,8 +28,7 @@ def without_still(linking: Linking) -> None:
     for solution in linking.solutions:
         still = [n for n, one in enumerate(solution.labels) if _still(solution, one)]
         for n in reversed(still):
-            gone = solution.labels.pop(n)
-            solution.wanted[gone.seen] -= gone.want
+            solution.labels.pop(n)
             solution.decided = {}
             if linking.others is not None:
                 linking.others = _without(linking.others, first + n)

@@ -20,6 +20,7 @@ TAILS = 6.0  # degrees of freedom of Student's t: pads do not keep to a Gaussian
 LOSE, RETURN = np.log(0.01), np.log(0.1)  # chance per frame that a whisker is lost, and that a lost one is back
 STAY = np.log(0.9)  # that it stays lost
 LEAVES = 4.0  # negative logarithm of the chance that a name leaves a plain stretch of lines, or comes into one
+TINY = 1e-300  # probability that counts as 0
 AT_MIDDLE = (2 * np.pi) ** -1.5  # of the density, times the root of the covariance's determinant
 
 
@@ -99,14 +100,15 @@ def edges(
 @njit(cache=True)
 def _forward(
     frames: int, frame: Places, worth: Values, back: Values, gone: Values, skip: Values, steps: Steps
-) -> tuple[Values, Values, float]:
-    """Chances up to each candidate, logarithms of what those of each frame are divided by, and of all ways together."""
+) -> tuple[Values, Values, Values, float]:
+    """Chances up to each candidate, and to be lost all through each frame; logarithms of divisors, and of all ways."""
     start, stop, step = steps
-    forward, divided = np.zeros(frame.size), np.zeros(frames + 1)
+    forward, away, divided = np.zeros(frame.size), np.zeros(frames), np.zeros(frames + 1)
     ratio = np.ones(REACH + 1)  # of what frame t − g and frame t have been divided by, at g
     lost, c, e = 1.0, 0, 0  # up to frame t − 1
     for t in range(frames):
         out, total = lost * np.exp(STAY), 0.0
+        away[t] = out
         while c < frame.size and frame[c] == t:
             best = lost * back[c]
             while e < stop.size and stop[e] == c:
@@ -121,16 +123,16 @@ def _forward(
         ratio[2:] = ratio[1:-1] / total
         ratio[1] = 1 / total
         lost, divided[t + 1] = out / total, divided[t] + np.log(total)
-    return forward, divided, np.log(lost) + divided[frames]
+    return forward, away, divided, np.log(lost) + divided[frames]
 
 
 @njit(cache=True)
 def _backward(
     frames: int, frame: Places, worth: Values, back: Values, gone: Values, skip: Values, steps: Steps
-) -> tuple[Values, Values]:
-    """Chances from each candidate on, and logarithms of what those of each frame are divided by."""
+) -> tuple[Values, Values, Values]:
+    """Chances from each candidate on, from each frame on if lost before, and logarithms of what they are divided by."""
     start, stop, step = steps
-    backward, divided = np.zeros(frame.size), np.zeros(frames + 1)
+    backward, coming, divided = np.zeros(frame.size), np.ones(frames + 1), np.zeros(frames + 1)
     rest, c, e = 1.0, frame.size - 1, stop.size - 1  # from frame t on, lost before
     for t in range(frames - 1, -1, -1):
         out, total = rest * np.exp(STAY), 0.0
@@ -149,7 +151,8 @@ def _backward(
             backward[k] /= total
             k -= 1
         rest, divided[t] = out / total, divided[t + 1] + np.log(total)
-    return backward, divided
+        coming[t] = rest
+    return backward, coming, divided
 
 
 @njit(cache=True)
@@ -163,7 +166,7 @@ def chances(
     stop: Places,
     step: Values,
     missed: float,
-) -> Values:
+) -> tuple[Values, Values]:
     """Probability of each candidate to be this whisker's line.
 
     Parameters
@@ -185,12 +188,58 @@ def chances(
 
     Returns
     -------
-    (n,) array
-        Probabilities; of a frame they add up to 1 less that of no line.
+    (n,) array, (n,) array
+        Probabilities; of a frame they add up to 1 less that of no line. And their log odds, also where these are so
+        large that the probability is 1.
     """
     skip = np.exp(missed * np.maximum(np.arange(REACH + 1) - 1, 0))
-    given = frames, frame, np.exp(gain), np.exp(RETURN + again), np.exp(leaves), skip, (start, stop, step)
+    steps = (start, stop, step)
+    worth = np.exp(gain)
+    given = frames, frame, worth, np.exp(RETURN + again), np.exp(leaves), skip, steps
     # the values of each frame are divided by their sum; the logarithms of these divisors add up
-    forward, ahead, whole = _forward(*given)
-    backward, behind = _backward(*given)
-    return forward * backward * np.exp(ahead[frame] + behind[frame + 1] - whole)
+    forward, away, ahead, whole = _forward(*given)
+    backward, coming, behind = _backward(*given)
+    none = away * coming[1:] * np.exp(ahead[:-1] + behind[1:] - whole)
+    for e in range(stop.size):
+        i, j = start[e], stop[e]
+        if frame[j] - frame[i] > 1:
+            way = forward[i] * skip[frame[j] - frame[i]] * step[e] * worth[j] * backward[j]
+            if way > 0:
+                way *= np.exp(ahead[frame[i]] + behind[frame[j] + 1] - whole)
+                for t in range(frame[i] + 1, frame[j]):
+                    none[t] += way
+    chance = forward * backward * np.exp(ahead[frame] + behind[frame + 1] - whole)
+    return chance, _log_odds(frame, chance, none)
+
+
+@njit(cache=True)
+def log_chance(
+    frames: int,
+    frame: Places,
+    gain: Values,
+    again: Values,
+    leaves: Values,
+    start: Places,
+    stop: Places,
+    step: Values,
+    missed: float,
+) -> float:
+    """Logarithm of all ways together that :func:`chances` looks at."""
+    skip = np.exp(missed * np.maximum(np.arange(REACH + 1) - 1, 0))
+    steps = (start, stop, step)
+    return _forward(frames, frame, np.exp(gain), np.exp(RETURN + again), np.exp(leaves), skip, steps)[3]
+
+
+@njit(cache=True)
+def _log_odds(frame: Places, chance: Values, none: Values) -> Values:
+    """Log odds of candidates from their probabilities and those of no line in each frame: of all others together."""
+    out, first = np.zeros(frame.size), 0
+    for c in range(frame.size):
+        if frame[c] != frame[first]:
+            first = c
+        rest, k = none[frame[c]], first
+        while k < frame.size and frame[k] == frame[c]:
+            rest += chance[k] if k != c else 0.0
+            k += 1
+        out[c] = np.log(chance[c] + TINY) - np.log(rest + TINY)
+    return out

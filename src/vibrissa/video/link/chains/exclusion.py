@@ -1,7 +1,8 @@
 """All whiskers of a pad at once: each is a chain over time, and a line belongs to one of them.
 
 The chains exchange messages until they agree (belief propagation): each says how much it wants a line, and hears how
-much the others do. One more constraint changes few messages: only the chains that hear of a change are run again.
+much the others do. What a chain says of the n lines of a plain stretch is one decision said n times: each
+counts 1/√n. One more constraint changes few messages: only the chains that hear of a change are run again.
 """
 
 from __future__ import annotations
@@ -12,15 +13,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vibrissa.arrays import Array, Integers
-from vibrissa.video.link.chains.chain_kernel import LEAVES, LOSE, chances, edges
+from vibrissa.video.link.chains.chain_kernel import LEAVES, LOSE, STAY, chances, edges, log_chance
 from vibrissa.video.link.chains.swaps import Swap
 from vibrissa.video.link.chains.whisker_models import Model, candidates, worth
 from vibrissa.video.link.pad.pads import Lines
 from vibrissa.video.link.pad.phase import ALIKE, Along
 
 SWEEPS = 6  # rounds of messages at most
-SMALL = 0.15  # change of a message that does not count
-WANT = 1e6  # bound of a message
+SMALL = 0.15  # change of a message, over 1 more than it, that does not count
+WANT = 300.0  # bound of a message, the logarithm of 1 more than odds
 DAMPED = 0.7  # share of a new message
 
 
@@ -37,7 +38,7 @@ class ChainLabel:
     steps : tuple of arrays
         Of :func:`vibrissa.video.link.chains.chain_kernel.edges`.
     chance, want : (n,) arrays
-        Probabilities, and how much the chain wants each candidate.
+        Probabilities, and how much the chain wants each candidate: logarithm of 1 more than its odds.
     """
 
     model: Model
@@ -75,14 +76,14 @@ class Solution:
         How whiskers follow the phase by their place.
     labels : list of ChainLabel
         The whiskers.
-    wanted : (S,) array
-        Sum of the messages of all whiskers.
     decided : dict
         Where two whiskers may be swapped, by their numbers and lines.
     bases_cross : bool
         Whether lines may begin on another whisker for long, so that bases say less of a swap.
     before, after : (S,) arrays of int
         Segment that plainly precedes and follows each; −1 for none.
+    lasts : (S,) array of int
+        Number of lines of the plain stretch that each segment is in; 1 where it is in none.
     """
 
     frames: int
@@ -94,11 +95,11 @@ class Solution:
     tracklet: Integers
     along: Along = ALIKE
     labels: list[ChainLabel] = field(default_factory=list)
-    wanted: Array = field(default_factory=lambda: np.zeros(0))
     decided: dict[tuple[int, int, int], Swap | None] = field(default_factory=dict)
     bases_cross: bool = False
     before: Integers = field(init=False, repr=False)
     after: Integers = field(init=False, repr=False)
+    lasts: Integers = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Find the neighbours of each line in its plain stretch."""
@@ -106,6 +107,8 @@ class Solution:
         order = order[self.tracklet[order] >= 0]
         plain = self.tracklet[order[1:]] == self.tracklet[order[:-1]]
         self.before, self.after = np.full((2, self.frame.size), -1)
+        size = np.bincount(self.tracklet[order], minlength=1)
+        self.lasts = np.where(self.tracklet >= 0, size[np.maximum(self.tracklet, 0)], 1)
         self.before[order[1:][plain]], self.after[order[:-1][plain]] = order[:-1][plain], order[1:][plain]
 
     @property
@@ -118,16 +121,23 @@ class Solution:
     def copied(self) -> Solution:
         """The same, with labels and messages of its own."""
         labels = [replace(one) for one in self.labels]
-        return replace(self, labels=labels, wanted=self.wanted.copy(), decided=dict(self.decided))
+        return replace(self, labels=labels, decided=dict(self.decided))
 
     def place(self, models: Sequence[Model]) -> None:
         """Set the whiskers."""
         self.labels = [self._label(model) for model in models]
-        self.wanted = np.zeros(self.frame.size)
         self.decided = {}
 
-    def _label(self, model: Model) -> ChainLabel:
-        seen, x, again = candidates(model, self.lines, self.who, self.phase, self.frame)
+    def log_chance(self, model: Model, lines: Integers) -> float:
+        """Logarithm of the chance of a chain that may have some lines and no others."""
+        one = self._label(model, np.sort(lines))
+        if not one.seen.size:
+            return self.frames * float(STAY)
+        missed = np.log(one.model.missed)
+        return log_chance(self.frames, self.frame[one.seen], one.gain, one.again, one.leaves, *one.steps, missed)
+
+    def _label(self, model: Model, who: Integers | None = None) -> ChainLabel:
+        seen, x, again = candidates(model, self.lines, self.who if who is None else who, self.phase, self.frame)
         before, after = self.before[seen], self.after[seen]
         steps = edges(seen, self.frame, x, self.lines.covariance[seen], model.spread, model.keep, before, after)
         again, leaves = again - LEAVES * (before >= 0), LOSE - LEAVES * (after >= 0)
@@ -139,21 +149,26 @@ class Solution:
         one = self.labels[number]
         if not one.seen.size:
             return one.seen
-        others = np.maximum(self.wanted[one.seen] - one.want, 0.0)
-        heard = -np.log1p(others)
+        others = self._others_want(number)[one.seen]
+        heard = -others / np.sqrt(self.lasts[one.seen])
         missed = np.log(one.model.missed)
-        one.chance = np.clip(
-            chances(self.frames, self.frame[one.seen], one.gain + heard, one.again, one.leaves, *one.steps, missed),
-            0,
-            1,
+        chance, odds = chances(
+            self.frames, self.frame[one.seen], one.gain + heard, one.again, one.leaves, *one.steps, missed
         )
-        odds = np.minimum(one.chance / np.maximum(1 - one.chance, 1e-12), 1e12)
-        want = np.clip(odds / np.exp(heard), 0, WANT)
-        want = np.exp(DAMPED * np.log1p(want) + (1 - DAMPED) * np.log1p(one.want)) - 1
-        changed = one.seen[np.abs(np.log1p(want) - np.log1p(one.want)) > SMALL]
-        self.wanted[one.seen] += want - one.want
+        one.chance = np.clip(chance, 0, 1)
+        want = np.clip(np.logaddexp(0.0, odds + others), 0, WANT)
+        want = DAMPED * want + (1 - DAMPED) * one.want
+        changed = one.seen[np.abs(want - one.want) > SMALL * (1 + want)]
         one.want = want
         return np.asarray(changed)
+
+    def _others_want(self, number: int) -> Array:
+        """How much others than a whisker want each segment, at most (S,)."""
+        out = np.zeros(self.frame.size)
+        for other, one in enumerate(self.labels):
+            if other != number:
+                out[one.seen] = np.maximum(out[one.seen], one.want)
+        return out
 
     def settle(self, first: Sequence[int] | None = None, sweeps: int = SWEEPS) -> None:
         """Exchange messages until they hardly change.

@@ -38,7 +38,7 @@ def without_superfluous(solution: Solution, refitted: Callable[[], list[Model]])
     left = list(range(len(solution.labels)))
     for whisker in np.argsort([_support(one) for one in solution.labels], kind="stable"):
         number = left.index(whisker)
-        before, wanted = [replace(one) for one in solution.labels], solution.wanted.copy()
+        before = [replace(one) for one in solution.labels]
         most, support = explained(solution), _support(solution.labels[number])
         take_away(solution, number)
         if most - explained(solution) < TRIED * support:
@@ -47,7 +47,7 @@ def without_superfluous(solution: Solution, refitted: Callable[[], list[Model]])
             if most - explained(solution) < LEFT * support:
                 left.remove(whisker)
                 continue
-        solution.labels, solution.wanted = before, wanted
+        solution.labels = before
         if any(_are_one(solution, number, other, refitted) for other in _in_turn(solution, number)):
             left.remove(whisker)
 
@@ -85,7 +85,7 @@ def pieces_of_one(reach: Array) -> Mask:
 
 def _are_one(solution: Solution, number: int, other: int, refitted: Callable[[], list[Model]]) -> bool:
     """Make two whiskers one if that one has most of the lines of both; the solution is changed only then."""
-    before, wanted = [replace(one) for one in solution.labels], solution.wanted
+    before = [replace(one) for one in solution.labels]
     most, gone, kept = explained(solution), before[number], solution.labels[other]
     pieces, few = _both(solution, gone, kept)[0], min(_support(gone), _support(kept))
     kept.seen, at = np.unique(np.concatenate([gone.seen, kept.seen]), return_inverse=True)
@@ -96,7 +96,7 @@ def _are_one(solution: Solution, number: int, other: int, refitted: Callable[[],
     solution.settle()
     if most - pieces - explained(solution) < LEFT * few:
         return True
-    solution.labels, solution.wanted, solution.decided = before, wanted, {}
+    solution.labels, solution.decided = before, {}
     return False
 
 
@@ -113,6 +113,5 @@ def explained(solution: Solution) -> float:
 def take_away(solution: Solution, number: int) -> None:
     """Take one whisker away and settle those that wanted lines of it."""
     gone = solution.labels.pop(number)
-    solution.wanted[gone.seen] -= gone.want
     solution.decided = {}
     solution.settle([n for n, one in enumerate(solution.labels) if np.isin(one.seen, gone.seen).any()])

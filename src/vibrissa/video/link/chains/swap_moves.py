@@ -8,7 +8,8 @@ from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.video.link.chains.chain_kernel import LEAVES
 from vibrissa.video.link.chains.exclusion import Solution
 from vibrissa.video.link.chains.swaps import Swap, Wandering, confusable, swap_of, swapped
-from vibrissa.video.link.chains.whisker_models import prior_spread
+from vibrissa.video.link.chains.whisker_models import EQUAL, Model, prior_spread, refit
+from vibrissa.video.link.pad.phase import gains_at
 
 
 def best_lines(solution: Solution) -> Integers:
@@ -33,7 +34,7 @@ def swap_between(
     lines, models = solution.lines, [solution.labels[n].model for n in pair]
     gain = (models[0].gain + models[1].gain) / 2
     places = [lines.place[s] - solution.phase[s] @ gain for s in (one, other)]
-    error = lines.covariance[np.concatenate([one, other])].mean(axis=0)
+    error = lines.covariance[np.stack([one, other])]
     keep = min(max(model.keep for model in models), 0.92)
     slow = np.diag(np.mean([model.slow for model in models], axis=0))
     learnt, usual = (models[0].spread + models[1].spread) / 2, prior_spread(lever)
@@ -53,6 +54,8 @@ def _at_base(learnt: Array, usual: Array) -> float:
 def unswap(solution: Solution, lever: Array) -> None:
     """Exchange probabilities of two whiskers in the frames in which they are likelier swapped.
 
+    What their differences say is taken only if the two chains, each fitted to the lines that it has then, are likelier.
+
     Parameters
     ----------
     solution : Solution
@@ -60,7 +63,7 @@ def unswap(solution: Solution, lever: Array) -> None:
     lever : (3,) array
         Expected gain of the pad's whiskers.
     """
-    best, every = best_lines(solution), np.arange(solution.frames)
+    best, every, chains = best_lines(solution), np.arange(solution.frames), _Chains(solution, lever)
     for a, b in _meeting(solution, lever):
         # what has not changed since the last time is not done again
         key = _key(best, a, b)
@@ -71,8 +74,10 @@ def unswap(solution: Solution, lever: Array) -> None:
             continue
         if swapped(found.chance).any():
             when = np.interp(every, found.frames, swapped(found.chance)) > 0.5
-            _exchange(solution, (a, b), when)
-            best[a], best[b] = np.where(when, best[b], best[a]), np.where(when, best[a], best[b])
+            exchanged = np.where(when, best[[b, a]], best[[a, b]])
+            if chains.likelier((a, b), best[[a, b]], exchanged):
+                _exchange(solution, (a, b), when)
+                best[[a, b]] = exchanged
 
 
 def keep_names(solution: Solution, lever: Array) -> None:
@@ -126,3 +131,31 @@ def _exchange(solution: Solution, pair: tuple[int, int], when: Mask) -> None:
         seen = np.flatnonzero(chance[n] > 0.01)
         x = np.zeros((seen.size, 3))
         label.seen, label.chance, label.x = seen, chance[n, seen], x
+
+
+class _Chains:
+    """How likely two chains are, each fitted to its lines and free of all others."""
+
+    def __init__(self, solution: Solution, lever: Array) -> None:
+        self.solution, self.lever = solution, lever
+        self.known: dict[tuple[int, int], float] = {}
+
+    def likelier(self, pair: tuple[int, int], lines: Integers, exchanged: Integers) -> bool:
+        """Whether two whiskers are likelier with ``exchanged`` lines (2, T) than with ``lines``; −1 for none."""
+        now, then = (sum(self._alone(n, one) for n, one in zip(pair, both, strict=True)) for both in (lines, exchanged))
+        return then > now
+
+    def _alone(self, number: int, lines: Integers) -> float:
+        """Logarithm of the chance of one chain, and of the gain it is fitted with."""
+        key = number, hash(lines.tobytes())
+        if key not in self.known:
+            self.known[key] = self._chance(self.solution.labels[number].model, lines[lines >= 0])
+        return self.known[key]
+
+    def _chance(self, model: Model, seen: Integers) -> float:
+        solution, lever = self.solution, self.lever
+        model, expected = model._replace(course=None), gains_at(model.place[1:2], solution.along).T * lever
+        for _ in range(2):  # the second time with the correlation of its own deviations
+            model = refit(model, solution.lines, seen, np.ones(seen.size), solution.phase, solution.frame, expected)
+        off = (model.gain - expected) / (EQUAL * lever)
+        return solution.log_chance(model, seen) - 0.5 * float((off**2).sum())

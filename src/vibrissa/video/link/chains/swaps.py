@@ -47,8 +47,10 @@ class Wandering(NamedTuple):
 
     Attributes
     ----------
-    spread, slow, error : (3, 3) arrays
-        Covariances of a deviation, of a slow drift, and of a reading.
+    spread, slow : (3, 3) arrays
+        Covariances of a deviation and of a slow drift.
+    error : (2, n, 3, 3) array
+        Of each reading of either; where a line is short, places beyond it are hardly known.
     keep : float
         Correlation of the deviation from frame to frame.
     alone : bool
@@ -67,14 +69,17 @@ def _steps(frame: Integers, one: Array, other: Array, known: Wandering) -> Array
     """Log odds against a swap between each frame and the next, from deviations (n, 3) of both whiskers."""
     gap = np.diff(frame)
     k = known.keep**gap
-    cov = known.spread * (1 - k**2)[:, None, None] + known.error * (1 + k**2)[:, None, None]
-    inverse = np.linalg.inv(cov)
+    stray = known.spread * (1 - k**2)[:, None, None]
+    of_one, of_other = known.error
 
-    def far(a: Array, b: Array) -> Array:
+    def far(a: Array, b: Array, before: Array, after: Array) -> Array:
         off = b[1:] - k[:, None] * a[:-1]
-        return np.asarray(9 * np.log(1 + np.einsum("ni,nij,nj->n", off, inverse, off) / 6))
+        cov = stray + before[:-1] * (k**2)[:, None, None] + after[1:]
+        q = np.einsum("ni,nij,nj->n", off, np.linalg.inv(cov), off)
+        return np.asarray(9 * np.log(1 + q / 6) + np.log(np.linalg.det(cov)))
 
-    return np.asarray(0.5 * (far(one, other) + far(other, one) - far(one, one) - far(other, other)))
+    changed = far(one, other, of_one, of_other) + far(other, one, of_other, of_one)
+    return np.asarray(0.5 * (changed - far(one, one, of_one, of_one) - far(other, other, of_other, of_other)))
 
 
 @njit(cache=True)
@@ -185,12 +190,12 @@ def _blocks(number: Integers, frame: Integers, apart: Array, phase: Array, known
     """Sums over the blocks."""
     size = np.bincount(number)
     span = np.diff(frame[np.searchsorted(number, np.arange(size.size))], append=frame[-1] + 1)
-    each = _weights(size, span, known) / size[:, None, None]
+    each = _weights(size, span, number, known)
     design = np.zeros((frame.size, 5, 11))
     design[:, range(5), [0, 1, 2, 9, 10]] = 1.0
     design[:, range(3), range(3, 6)] = phase[:, :1]
     design[:, range(3), range(6, 9)] = phase[:, 1:]
-    weighted = np.einsum("nij,nik->njk", design, each[number])
+    weighted = np.einsum("nij,nik->njk", design, each)
     weight, right = np.zeros((size.size, 11, 11)), np.zeros((size.size, 11))
     np.add.at(weight, number, weighted @ design)
     np.add.at(right, number, np.einsum("njk,nk->nj", weighted, apart))
@@ -207,21 +212,18 @@ def _starts(blocks: Blocks) -> list[Array]:
     return out
 
 
-def _weights(size: Integers, span: Integers, known: Wandering) -> Array:
-    """Inverse covariances (b, 5, 5) of the mean difference of two whiskers over blocks of so many frames."""
+def _weights(size: Integers, span: Integers, number: Integers, known: Wandering) -> Array:
+    """What each reading (n, 5, 5) adds to the inverse covariance of the mean difference over its block."""
     # readings of a block are not independent: the deviation lasts
     rate = (1 - known.keep) / (1 + known.keep)
     if known.alone:
         independent, drifts = np.maximum(size * rate, 1), np.maximum(size / LASTS, 1)
     else:
         independent, drifts = np.minimum(span * rate, size), np.minimum(span / LASTS, size)
-    cov = np.zeros((size.size, 5, 5))
-    cov[:, :3, :3] = 2 * (
-        known.spread / independent[:, None, None]
-        + known.slow / drifts[:, None, None]
-        + known.error / size[:, None, None]
-    )
-    cov[:, [3, 4], [3, 4]] = 2 * APART**2 / independent[:, None] + 0.02
+    cov = np.zeros((number.size, 5, 5))
+    as_one, drift = ((2 * size / few)[number, None, None] for few in (independent, drifts))
+    cov[:, :3, :3] = known.spread * as_one + known.slow * drift + known.error.sum(axis=0)
+    cov[:, [3, 4], [3, 4]] = as_one[:, 0] * APART**2 + 0.02 * size[number, None]
     return np.asarray(np.linalg.inv(cov), np.float64)
 
 
