@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from vibrissa.video.link.chains import swap_moves
 from vibrissa.video.link.chains.exclusion import Solution
 from vibrissa.video.link.chains.swap_moves import _Chains, best_lines
+from vibrissa.video.link.chains.swaps import Swap
 from vibrissa.video.link.chains.whisker_models import Model
 from vibrissa.video.link.pad.pads import Lines
 
@@ -43,6 +45,33 @@ def test_lines_go_to_the_whisker_that_cannot_do_without_them(frames, order):
     best = best_lines(pad)
     for label, n in enumerate(order):
         np.testing.assert_array_equal(best[label] % 2, n)
+
+
+@pytest.mark.parametrize("frames", [20, 60, 200, 800])
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_a_line_is_not_two_whiskers_however_long_it_lasts(frames, order):
+    pad = solution([np.zeros((frames, 3))])
+    models = [whisker(0.0), whisker(3.0)]
+    pad.place([models[n] for n in order])
+    pad.settle()
+    chance = np.zeros(frames)
+    for one in pad.labels:
+        chance[one.seen] += one.chance
+    assert chance.mean() == pytest.approx(1, abs=0.05)
+
+
+def test_an_exchange_that_the_chains_do_not_confirm_is_not_made(monkeypatch):
+    """Whatever the differences of two whiskers say."""
+    rng = np.random.default_rng(1)
+    pad = solution([rng.normal(0, 0.3, (80, 3)), rng.normal(4, 0.3, (80, 3))])
+    pad.place([whisker(0.0), whisker(4.0)])
+    pad.settle()
+    before = best_lines(pad)
+    late = Swap(np.arange(80), np.where(np.arange(80) < 40, 0.0, 1.0))
+    monkeypatch.setattr(swap_moves, "swap_between", lambda *_, **__: late)
+    swap_moves.unswap(pad, LEVER)
+    np.testing.assert_array_equal(best_lines(pad), before)
+    np.testing.assert_allclose(swap_moves.swap_doubt(pad, LEVER)[:, 40:], 0.5)
 
 
 def test_two_chains_say_which_names_are_likelier():

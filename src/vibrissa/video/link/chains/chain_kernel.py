@@ -167,7 +167,7 @@ def chances(
     step: Values,
     missed: float,
 ) -> tuple[Values, Values]:
-    """Probability of each candidate to be this whisker's line.
+    """Probability of each candidate to be this whisker's line, and its log odds.
 
     Parameters
     ----------

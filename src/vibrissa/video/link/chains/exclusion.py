@@ -1,8 +1,9 @@
 """All whiskers of a pad at once: each is a chain over time, and a line belongs to one of them.
 
 The chains exchange messages until they agree (belief propagation): each says how much it wants a line, and hears how
-much the others do. What a chain says of the n lines of a plain stretch is one decision said n times: each
-counts 1/√n. One more constraint changes few messages: only the chains that hear of a change are run again.
+much the others do. What a chain says of the n lines of a plain stretch is mostly one decision: each counts 1/√n, but
+1/6 at least, lest two whiskers share a long stretch (two may, where one line is all that either has). One more
+constraint changes few messages: only the chains that hear of a change are run again.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from vibrissa.video.link.pad.phase import ALIKE, Along
 SWEEPS = 6  # rounds of messages at most
 SMALL = 0.15  # change of a message, over 1 more than it, that does not count
 WANT = 300.0  # bound of a message, the logarithm of 1 more than odds
+MOST = 36  # lines of a plain stretch that count as one decision
 DAMPED = 0.7  # share of a new message
 
 
@@ -150,7 +152,7 @@ class Solution:
         if not one.seen.size:
             return one.seen
         others = self._others_want(number)[one.seen]
-        heard = -others / np.sqrt(self.lasts[one.seen])
+        heard = -others / np.sqrt(np.minimum(self.lasts[one.seen], MOST))
         missed = np.log(one.model.missed)
         chance, odds = chances(
             self.frames, self.frame[one.seen], one.gain + heard, one.again, one.leaves, *one.steps, missed

@@ -101,6 +101,8 @@ def _key(best: Integers, a: int, b: int) -> tuple[int, int, int]:
 def swap_doubt(solution: Solution, lever: Array) -> Array:
     """Probability that the name is another one's, (whisker, frame), as far as evidence is independent.
 
+    Where the differences of two whiskers speak for an exchange that their chains do not confirm, it is one half.
+
     Parameters
     ----------
     solution : Solution
@@ -114,7 +116,7 @@ def swap_doubt(solution: Solution, lever: Array) -> Array:
         found = swap_between(solution, best, (a, b), lever, cautious=True)
         if found is not None:
             # nothing is known between the last frame before a meeting and the first after it but that it is one of them
-            left = np.interp(every, found.frames, np.minimum(found.chance, 1 - found.chance))
+            left = np.interp(every, found.frames, np.minimum(found.chance, 0.5))
             doubt[[a, b]] = 1 - (1 - doubt[[a, b]]) * (1 - left)
     return doubt
 
