@@ -180,7 +180,6 @@ def link_pad_named(frames: int, frame: Integers, lines: Lines, number: int, pad:
     solution.place(models)
     for one, seen in zip(solution.labels, named, strict=True):
         one.chance = np.where(np.isin(one.seen, seen), SURE_NAME, 0.0)
-        one.want = -np.log1p(-one.chance)
     keep_names(solution, plain.lever)
     return solution
 

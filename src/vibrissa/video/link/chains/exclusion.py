@@ -2,7 +2,7 @@
 
 The chains exchange messages until they agree (belief propagation): each says how much it wants a line, and hears how
 much the others do. What a chain says of the n lines of a plain stretch is mostly one decision: each counts 1/√n, but
-1/6 at least, lest two whiskers share a long stretch (two may, where one line is all that either has). One more
+1/6 at least, lest two whiskers share a long stretch (where three want two lines it still happens). One more
 constraint changes few messages: only the chains that hear of a change are run again.
 """
 
@@ -23,7 +23,7 @@ from vibrissa.video.link.pad.phase import ALIKE, Along
 SWEEPS = 6  # rounds of messages at most
 SMALL = 0.15  # change of a message, over 1 more than it, that does not count
 WANT = 300.0  # bound of a message, the logarithm of 1 more than odds
-MOST = 36  # lines of a plain stretch that count as one decision
+MOST = 36  # lines of a plain stretch from which on each counts no less
 DAMPED = 0.7  # share of a new message
 
 

@@ -157,7 +157,7 @@ class _Chains:
     def _chance(self, model: Model, seen: Integers) -> float:
         solution, lever = self.solution, self.lever
         model, expected = model._replace(course=None), gains_at(model.place[1:2], solution.along).T * lever
-        for _ in range(2):  # the second time with the correlation of its own deviations
+        for _ in range(2):  # the second time with the spread that the first has found
             model = refit(model, solution.lines, seen, np.ones(seen.size), solution.phase, solution.frame, expected)
         off = (model.gain - expected) / (EQUAL * lever)
         return solution.log_chance(model, seen) - 0.5 * float((off**2).sum())
