@@ -129,3 +129,12 @@ def test_degrees_in_a_column_without_a_unit_are_refused(tmp_path):
     assert "angle_deg" in caught.value.remedy
     (tmp_path / "head.csv").write_text("frame,column,row,angle_rad\n0,10,20,7\n")
     np.testing.assert_allclose(read_head(tmp_path / "head.csv", 1).angle, np.rad2deg(7))
+
+
+def test_two_motions_after_one_another_are_one():
+    rng = np.random.default_rng(4)
+    first, left = (HeadPose(*np.cumsum(rng.normal(0, size, (3, 30)), axis=1)) for size in (3.0, 1.0))
+    both = first.with_motion(left)
+    frame, x, y = np.arange(30), rng.uniform(0, 100, 30), rng.uniform(0, 100, 30)
+    np.testing.assert_allclose(both.to_head(frame, x, y), left.to_head(frame, *first.to_head(frame, x, y)))
+    np.testing.assert_allclose(both.to_image(frame, x, y), first.to_image(frame, *left.to_image(frame, x, y)))

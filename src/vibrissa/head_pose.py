@@ -86,6 +86,22 @@ class HeadPose(NamedTuple):
         """Angle of the head since the first frame in which it is known, (T,) [rad]."""
         return np.deg2rad(self.angle - self.angle[self.first])
 
+    def with_motion(self, left: HeadPose) -> HeadPose:
+        """The head where it moves as this one and, in coordinates that move with it, as another one.
+
+        Parameters
+        ----------
+        left : HeadPose
+            Known in every frame.
+
+        Returns
+        -------
+        HeadPose
+            Its place is that of the other one in the image.
+        """
+        column, row = self.to_image(np.arange(left.angle.size), left.column, left.row)
+        return HeadPose(column, row, self.angle + left.angle)
+
     def within(self, frames: int, first: int) -> HeadPose:
         """The same in a movie of which these frames are a part.
 

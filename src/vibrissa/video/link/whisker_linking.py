@@ -17,13 +17,17 @@ from vibrissa.video.link.identities import REASONS, Names, names_of
 from vibrissa.video.link.line_at import line_at
 from vibrissa.video.link.names_by_base import named_by_base
 from vibrissa.video.link.pad.pad_finding import find_pads, pads_of_lines
+from vibrissa.video.link.pad.pad_motion import motion_of
 from vibrissa.video.link.pad.pads import Lines, Pad, lines_of
 from vibrissa.video.link.pad.pieces import Pieces, pieces_of
 from vibrissa.video.link.pad.placing import in_head, linking_size, resized
-from vibrissa.video.link.pad_linking import link_pad, link_pad_again, link_pad_named
+from vibrissa.video.link.pad_linking import link_pad, link_pad_again, link_pad_named, stretches
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+MOTIONS = 4  # times that the motion of the head is found: where it is known, more lines show it
 
 
 @dataclass
@@ -43,7 +47,9 @@ class Linking:
     size : float
         At which lines are linked, over that in the image, see :func:`vibrissa.video.link.pad.placing.linking_size`.
     head : HeadPose, optional
-        Head in whose coordinates pads and lines are; those of the image if None.
+        The head, where it is given.
+    motion : HeadPose, optional
+        In whose coordinates pads and lines are: of the head, or as the lines show it; those of the image if None.
     others : Others, optional
         What other linkings of the same lines say.
     """
@@ -54,12 +60,13 @@ class Linking:
     solutions: list[Solution]
     size: float = field(kw_only=True)
     head: HeadPose | None = field(default=None, kw_only=True)
+    motion: HeadPose | None = field(default=None, kw_only=True)
     others: Others | None = field(default=None, kw_only=True)
 
     @property
     def placed(self) -> Pieces:
         """Segments in the coordinates of the pads."""
-        return resized(in_head(self.pieces, self.head), self.size)
+        return resized(in_head(self.pieces, self.motion), self.size)
 
     @property
     def whiskers(self) -> int:
@@ -212,8 +219,31 @@ def linkings(segments: xr.Dataset) -> list[Linking]:
 def _unlinked(segments: xr.Dataset) -> Linking:
     """Lines in the coordinates of their pads, of no whisker yet."""
     pieces, head = pieces_of(segments), head_of(segments)
-    size = linking_size(pieces)
-    placed = resized(in_head(pieces, head), size)
+    one = _unlinked_in(pieces, linking_size(pieces), head)
+    for _ in range(MOTIONS if head is None else 0):
+        motion = _motion(one)
+        if motion is None:
+            break
+        one = _unlinked_in(pieces, one.size, motion)
+    return replace(one, head=head)
+
+
+def _motion(one: Linking) -> HeadPose | None:
+    """Motion of the head in the image, as far as the lines show it."""
+    placed, tracklet = one.placed, np.full(one.pieces.frame.size, -1)
+    for n, pad in enumerate(one.pads):
+        name = stretches(placed.frames, placed.frame, one.lines, n, pad).name
+        tracklet = np.where(name >= 0, name + tracklet.max() + 1, tracklet)
+    found = motion_of(placed, one.lines, tracklet, moves=one.motion is not None)
+    if found is None:
+        return None
+    found = found._replace(column=found.column / one.size, row=found.row / one.size)
+    return found if one.motion is None else one.motion.with_motion(found)
+
+
+def _unlinked_in(pieces: Pieces, size: float, motion: HeadPose | None) -> Linking:
+    """The same in coordinates that move with the head."""
+    placed = resized(in_head(pieces, motion), size)
     pads, pad, back = find_pads(placed)
     if (pad < 0).all():
         rule, remedy = (
@@ -221,7 +251,7 @@ def _unlinked(segments: xr.Dataset) -> Linking:
             "search a region of the image with whiskers alone",
         )
         raise TooFewError("segments", rule, f"none of {pad.size}", remedy)
-    return Linking(pieces, pads, lines_of(placed, pads, pad, back), [], size=size, head=head)
+    return Linking(pieces, pads, lines_of(placed, pads, pad, back), [], size=size, motion=motion)
 
 
 def link_again(segments: xr.Dataset, before: Linking) -> list[Linking]:
@@ -240,7 +270,7 @@ def link_again(segments: xr.Dataset, before: Linking) -> list[Linking]:
         Of these lines, two as of :func:`vibrissa.video.link.pad_linking.link_pad_again`.
     """
     pieces = pieces_of(segments)
-    placed = resized(in_head(pieces, before.head), before.size)
+    placed = resized(in_head(pieces, before.motion), before.size)
     lines = lines_of(placed, before.pads, *pads_of_lines(placed, before.pads))
     pads = enumerate(zip(before.pads, before.solutions, strict=True))
     each = [link_pad_again(pieces.frames, pieces.frame, lines, n, *one) for n, one in pads]

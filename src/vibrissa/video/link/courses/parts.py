@@ -46,7 +46,7 @@ def without_parts(linking: Linking) -> Linking:
     Linking
         The same.
     """
-    pieces = in_head(linking.pieces, linking.head)
+    pieces = in_head(linking.pieces, linking.motion)
     points = Points(np.stack([pieces.column, pieces.row], axis=1), scatter(pieces), float(np.median(pieces.width)))
     for solution in linking.solutions:
         while (number := _part_of_another(solution, pieces, linking.lines, points)) is not None:

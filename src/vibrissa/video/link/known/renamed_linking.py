@@ -97,7 +97,9 @@ def with_names(linking: Linking, named: LineNames, count: int) -> RenamedLinking
         Of which profiles are made.
     """
     parts = linking.pieces, linking.pads, linking.lines, linking.solutions
-    return RenamedLinking(*parts, named, count, size=linking.size, head=linking.head, others=linking.others)
+    return RenamedLinking(
+        *parts, named, count, size=linking.size, head=linking.head, motion=linking.motion, others=linking.others
+    )
 
 
 def _main_lines(linking: Linking, whisker: Integers, count: int) -> Integers:
