@@ -13,6 +13,8 @@ from vibrissa.video.link.pad.pad_motion import base_parts, motion_of
 from vibrissa.video.link.pad.pads import Lines
 from vibrissa.video.link.pad.pieces import Pieces
 from vibrissa.video.link.whisker_linking import Linking, link_segments
+from vibrissa.video.linked.linked_profile import profile_from_linking
+from vibrissa.video.tracking import Calibration
 
 FRAMES = 150
 PAD = Pad(whiskers=8, frames=FRAMES)
@@ -127,5 +129,11 @@ def test_the_motion_is_that_of_the_head_unless_one_is_given():
     )
     off = seen - true
     assert np.sqrt(np.mean((off - off.mean(axis=1, keepdims=True)) ** 2)) < 3.0  # of 18
+    # the profile begins on the head, and says that it moves
+    profile = profile_from_linking(alone, Calibration(frame_rate=200.0, pixel_size=1e-4), source="lines")
+    base = np.stack([profile.x.values[:, :, 0], profile.y.values[:, :, 0]]) / 1e-4
+    place = np.stack([head.column, head.row])[:, None]
+    assert np.nanstd(base - place, axis=2).max() < 0.5 * np.std(place)
+    assert "the head moves" in profile.attrs["remarks"]
     given = link_segments(with_head(shifted.merge(dataset(time=np.arange(FRAMES) / 200)), head))
     assert given.motion is given.head

@@ -78,7 +78,7 @@ def profile_from_linking(
     """
     identity, frames = linking.identity(), linking.pieces.frames
     whisker, sure = identity.segment_whisker.values, identity.segment_probability.values
-    use, head = _used(linking, identity, least_probability), linking.head
+    use, head, motion = _used(linking, identity, least_probability), linking.head, linking.motion
     found = np.unique(whisker[use])
     if not found.size:
         rule = f"must show whiskers whose names are at least {least_probability:g} sure"
@@ -87,10 +87,10 @@ def profile_from_linking(
     kept = [*front, *np.setdiff1d(found, front).tolist()]
     place = np.full(linking.whiskers, -1)
     place[kept] = np.arange(len(kept))
-    pieces, groups = in_head(linking.pieces, head), _by_frame(linking, whisker, use)
+    pieces, groups = in_head(linking.pieces, motion), _by_frame(linking, whisker, use)
     traces = [_trace(linking, pieces, group, int(place[whisker[group[0]]])) for group in groups]
     noted = {"identity_from": "link", "identities": json.dumps(kept), "least_probability": least_probability}
-    if remarks := [*_unsure(whisker, sure, kept, least_probability), *_of_the_head(head)]:
+    if remarks := [*_unsure(whisker, sure, kept, least_probability), *_of_the_head(head, motion)]:
         noted["remarks"] = json.dumps(remarks)
     losses = _losses(_reasons(identity, least_probability)[kept], head)
     profile = profile_of(
@@ -103,8 +103,10 @@ def profile_from_linking(
         attrs={**(attrs or {}), **noted},
         losses=losses,
     )
+    if motion is not None:
+        profile = _in_image(profile, motion)
     if head is not None:
-        profile = with_head(_in_image(profile, head), head)
+        profile = with_head(profile, head)
     seen, chance = np.isfinite(profile.x.values).any(axis=2), np.full((len(kept), frames), np.nan)
     np.fmax.at(chance, (place[whisker[use]], linking.pieces.frame[use]), sure[use])
     chance[~seen] = np.nan
@@ -200,8 +202,12 @@ def _unsure(whisker: Integers, sure: Array, kept: Sequence[int], least: float) -
     return [f"{missing.size} more {which} no name that is {least:g} sure: {low}; {wrong}"]
 
 
-def _of_the_head(head: HeadPose | None) -> list[str]:
-    """Say in how many frames the head is not known."""
+def _of_the_head(head: HeadPose | None, motion: HeadPose | None) -> list[str]:
+    """Say in how many frames the head is not known, or that it moves though it is not given."""
+    if head is None and motion is not None:
+        far, turn = np.hypot(np.std(motion.column), np.std(motion.row)), np.std(motion.angle)
+        moves = f"the lines show that the head moves (SD {far:.0f} px) and turns (SD {turn:.0f}°)"
+        return [f"{moves}: whiskers are linked as if it did not; angles are those in the image unless --head is given"]
     if head is None or head.known.all():
         return []
     return [f"the head is known in {head.known.sum()} of {head.known.size} frames; in the others whiskers are lost"]
