@@ -27,6 +27,7 @@ STRAY = 1.5  # distance from which on a line counts less [px], twice its standar
 KNOT = 5.0  # frames between which the motion is a straight line
 SWERVES = 0.15, 0.5, 2.0  # standard deviation of the change of its step from knot to knot [px], the least that will do
 EXPLAINED = 3.0, 5.0, 5.0  # times that the squares of these distances are smaller then, lest lines that are cut move
+FAR, CLEARLY = 6.0, 2.0  # the same if the motion is larger [px, standard deviation] than what cut lines ever seem to move
 FARTHEST, TURNED = 100.0, 3.0  # standard deviations of the head's place [px] and turn [°]
 ARM = 80.0  # distance at which a turn is as large as a shift of as many px
 ROUNDS = 8
@@ -90,7 +91,8 @@ def motion_of(placed: Pieces, lines: Lines, tracklet: Integers, moves: bool = Fa
     found, unexplained = None, np.inf if moves else _fitted(parts, placed.frames, centre, None)[1]
     for swerve, explained in zip(SWERVES, EXPLAINED, strict=True):
         way, left = _fitted(parts, placed.frames, centre, swerve)
-        if unexplained > explained * left:
+        far = np.hypot(*way[:, :2].std(axis=0))
+        if unexplained > (explained if far < FAR else CLEARLY) * left:
             found = HeadPose(centre[0] + way[:, 0], centre[1] + way[:, 1], np.rad2deg(way[:, 2] / ARM))
             unexplained = left
     return found
