@@ -41,22 +41,22 @@ def _fan(shift, turn, bent=0.0, frames=120):
     lines = Lines(
         alike[:, 0].astype(int), np.zeros(start.size, bool), alike, alike[:, None], alike[:, :2], alike[:, :2]
     )
-    return pieces, lines, np.tile(np.arange(count), frames)
+    return pieces, lines, np.tile(np.arange(count), frames), np.ones(start.size)
 
 
 def test_base_parts_are_those_near_the_base():
-    pieces, lines, tracklet = _fan(np.zeros((120, 2)), np.zeros(120))
-    parts = base_parts(pieces, lines, tracklet)
+    pieces, lines, tracklet, novel = _fan(np.zeros((120, 2)), np.zeros(120))
+    parts = base_parts(pieces, lines, tracklet, novel)
     assert parts.frame.size == 720
     np.testing.assert_allclose(np.hypot(*parts.way.T), 1)
     far = np.hypot(*(parts.middle - 100 - [0, -40])[0])
     assert 20 < far < 30  # from 12 px on, some 24 px of 67
     turned = lines._replace(turned=np.ones(720, bool))
-    back = base_parts(pieces, turned, tracklet)
+    back = base_parts(pieces, turned, tracklet, novel)
     np.testing.assert_allclose((parts.way * back.way).sum(axis=1), -1, atol=1e-3)
     few = np.where(pieces.frame < 4, tracklet, -1)  # four lines each
-    assert base_parts(pieces, lines, few).frame.size == 0
-    assert motion_of(pieces, lines, few) is None
+    assert base_parts(pieces, lines, few, novel).frame.size == 0
+    assert motion_of(pieces, lines, few, novel) is None
 
 
 @pytest.mark.parametrize("cycles", [0.5, 1.5])
@@ -92,6 +92,39 @@ def test_a_motion_that_swerves_less_than_needed_is_not_taken(monkeypatch):
     assert fast is not None
     assert np.sqrt(np.mean((fast.column - fast.column.mean() - shift[:, 0]) ** 2)) < 1.5  # of 6.4
     assert slow is None or np.std(slow.column) < 0.5 * np.std(fast.column)
+
+
+def test_frames_without_lines_change_nothing():
+    t = np.arange(120) / 120
+    shift = np.stack([9 * np.sin(2 * np.pi * t), 6 * np.cos(2 * np.pi * t)], axis=1)
+    pieces, *rest = _fan(shift, 0 * t)
+    alone = motion_of(pieces, *rest)
+    part = motion_of(pieces._replace(frames=2000, frame=pieces.frame + 1500), *rest)
+    np.testing.assert_allclose(np.stack(part)[:, 1500:1620], np.stack(alone))
+    np.testing.assert_array_equal(part.column[[0, 1499, -1]], alone.column[[0, 0, -1]])
+
+
+def test_edges_of_things_and_few_whiskers_show_no_motion():
+    """A third of the lines stays in the image; they have little weight, so the motion is that of the head."""
+    t = np.arange(120) / 120
+    shift = np.stack([9 * np.sin(2 * np.pi * t), 6 * np.cos(2 * np.pi * t)], axis=1)
+    pieces, lines, tracklet, novel = _fan(shift, 0 * t)
+    still = _fan(0 * shift, 0 * t)[0]
+    edge = tracklet < 2
+    points = edge[pieces.owner]
+    column, row = np.where(points, still.column, pieces.column), np.where(points, still.row, pieces.row)
+    mixed = pieces._replace(column=column, row=row)
+    found = motion_of(mixed, lines, tracklet, np.where(edge, 0.02, novel))
+    true = shift[:, 0] - shift[:, 0].mean()
+    assert np.sqrt(np.mean((found.column - found.column.mean() - true) ** 2)) < 0.5
+    two = np.where(tracklet < 2, tracklet, -1)
+    assert motion_of(pieces, lines, two, novel) is None
+
+
+def test_a_pad_that_has_no_line_in_the_moved_image_is_empty():
+    """One whisker in eight frames: its lines are of no pad once the motion is known, or there is no motion."""
+    segments, _ = simulate([Pad(whiskers=1, frames=8)], 18)
+    assert link_segments(moved(segments, 18)[0]).whiskers == 0
 
 
 def _followed(segments, truth):

@@ -19,7 +19,7 @@ from vibrissa.video.link.names_by_base import named_by_base
 from vibrissa.video.link.pad.pad_finding import find_pads, pads_of_lines
 from vibrissa.video.link.pad.pad_motion import motion_of
 from vibrissa.video.link.pad.pads import Lines, Pad, lines_of
-from vibrissa.video.link.pad.pieces import Pieces, pieces_of
+from vibrissa.video.link.pad.pieces import Pieces, novelty, pieces_of
 from vibrissa.video.link.pad.placing import in_head, linking_size, resized
 from vibrissa.video.link.pad_linking import link_pad, link_pad_again, link_pad_named, stretches
 
@@ -234,7 +234,8 @@ def _motion(one: Linking) -> HeadPose | None:
     for n, pad in enumerate(one.pads):
         name = stretches(placed.frames, placed.frame, one.lines, n, pad).name
         tracklet = np.where(name >= 0, name + tracklet.max() + 1, tracklet)
-    found = motion_of(placed, one.lines, tracklet, moves=one.motion is not None)
+    novel = novelty(resized(one.pieces, one.size))  # in the image, where edges stay
+    found = motion_of(placed, one.lines, tracklet, novel, moves=one.motion is not None)
     if found is None:
         return None
     found = found._replace(column=found.column / one.size, row=found.row / one.size)

@@ -206,8 +206,10 @@ def _of_the_head(head: HeadPose | None, motion: HeadPose | None) -> list[str]:
     """Say in how many frames the head is not known, or that it moves though it is not given."""
     if head is None and motion is not None:
         far, turn = np.hypot(np.std(motion.column), np.std(motion.row)), np.std(motion.angle)
-        moves = f"the lines show that the head moves (SD {far:.0f} px) and turns (SD {turn:.0f}°)"
-        return [f"{moves}: whiskers are linked as if it did not; angles are those in the image unless --head is given"]
+        return [
+            f"the lines show that the head moves (SD {far:.0f} px) and turns (SD {turn:.0f}°): whiskers are linked in "
+            "coordinates that move with it; angles are those in the image unless --head is given"
+        ]
     if head is None or head.known.all():
         return []
     return [f"the head is known in {head.known.sum()} of {head.known.size} frames; in the others whiskers are lost"]

@@ -28,6 +28,7 @@ KNOT = 5.0  # frames between which the motion is a straight line
 SWERVES = 0.15, 0.5, 2.0  # standard deviation of the change of its step from knot to knot [px], the least that will do
 EXPLAINED = 3.0, 5.0, 5.0  # times that the squares of these distances are smaller then, lest lines that are cut move
 FAR, CLEARLY = 6.0, 2.0  # the same if the motion is larger (standard deviation, px) than what cut lines seem to move
+WHISKERS = 3.0  # base parts of a frame, on average, that show a motion
 FARTHEST, TURNED = 100.0, 3.0  # standard deviations of the head's place [px] and turn [°]
 ARM = 80.0  # distance at which a turn is as large as a shift of as many px
 ROUNDS = 8
@@ -63,7 +64,7 @@ class BaseParts(NamedTuple):
         return np.stack([np.bincount(self.tracklet, self.weight * one) / total for one in values.T], axis=1)
 
 
-def motion_of(placed: Pieces, lines: Lines, tracklet: Integers, moves: bool = False) -> HeadPose | None:
+def motion_of(placed: Pieces, lines: Lines, tracklet: Integers, novel: Array, moves: bool = False) -> HeadPose | None:
     """The head in every frame, as far as lines show it.
 
     Parameters
@@ -74,31 +75,38 @@ def motion_of(placed: Pieces, lines: Lines, tracklet: Integers, moves: bool = Fa
         The same about their pads.
     tracklet : (S,) array of int
         Stretch of plain links that each segment is in, −1 for none.
+    novel : (S,) array
+        Weights of lines, small for edges of things, see :func:`vibrissa.video.link.pad.pieces.novelty`.
     moves : bool
         Whether the head is known to move: then what is left of its motion is given, however little it explains.
 
     Returns
     -------
     HeadPose or None
-        At the same size: a place among the bases, and the turn since the first frame. None where the head does not
-        move, or lines do not show it: where its motion does not explain two thirds of the variance of the distances at
-        which base parts pass their follicles.
+        At the same size: a place among the bases, and the turn since the first frame; constant before the first frame
+        with base parts and after the last one. None where the head does not move, or lines do not show it: its motion
+        must make the squares of the distances at which base parts pass their follicles smaller by ``EXPLAINED``, or by
+        ``CLEARLY`` if it is large.
     """
-    parts = base_parts(placed, lines, tracklet)
-    if not parts.frame.size:
+    parts = base_parts(placed, lines, tracklet, novel)
+    if parts.frame.size < WHISKERS * np.unique(parts.frame).size or not parts.frame.size:
         return None
+    first, frames = int(parts.frame[0]), int(np.ptp(parts.frame)) + 1
+    parts, outside = parts._replace(frame=parts.frame - first), (first, placed.frames - first - frames)
     centre = np.average(parts.middle, axis=0, weights=parts.weight)
-    found, unexplained = None, np.inf if moves else _fitted(parts, placed.frames, centre, None)[1]
+    found, unexplained = None, np.inf if moves else _fitted(parts, frames, centre, None)[1]
     for swerve, explained in zip(SWERVES, EXPLAINED, strict=True):
-        way, left = _fitted(parts, placed.frames, centre, swerve)
+        way, left = _fitted(parts, frames, centre, swerve)
         far = np.hypot(*way[:, :2].std(axis=0))
         if unexplained > (explained if far < FAR else CLEARLY) * left:
-            found = HeadPose(centre[0] + way[:, 0], centre[1] + way[:, 1], np.rad2deg(way[:, 2] / ARM))
-            unexplained = left
-    return found
+            found, unexplained = way, left
+    if found is None:
+        return None
+    right, down, turn = np.pad(found, (outside, (0, 0)), mode="edge").T
+    return HeadPose(centre[0] + right, centre[1] + down, np.rad2deg(turn / ARM))
 
 
-def base_parts(placed: Pieces, lines: Lines, tracklet: Integers) -> BaseParts:
+def base_parts(placed: Pieces, lines: Lines, tracklet: Integers, novel: Array) -> BaseParts:
     """Straight lines through the base parts of the lines of plain stretches; arguments as of :func:`motion_of`."""
     size = np.bincount(tracklet[tracklet >= 0], minlength=1)
     who = np.flatnonzero((tracklet >= 0) & (size[np.maximum(tracklet, 0)] >= FEWEST))
@@ -115,8 +123,8 @@ def base_parts(placed: Pieces, lines: Lines, tracklet: Integers) -> BaseParts:
     way = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     outward = np.where(back[:, None], first - last, last - first)
     way *= np.where((way * outward).sum(axis=1) < 0, -1.0, 1.0)[:, None]
-    number = np.unique(tracklet[who], return_inverse=True)[1]
-    return BaseParts(placed.frame[who], number, np.stack([mx, my], axis=1), way, np.minimum(length / WHOLE, 1.0))
+    number, weight = np.unique(tracklet[who], return_inverse=True)[1], novel[who] * np.minimum(length / WHOLE, 1.0)
+    return BaseParts(placed.frame[who], number, np.stack([mx, my], axis=1), way, weight)
 
 
 def _fitted(parts: BaseParts, frames: int, centre: Array, swerve: float | None) -> tuple[Array, float]:
@@ -138,7 +146,8 @@ def _fitted(parts: BaseParts, frames: int, centre: Array, swerve: float | None) 
         far = ((parts.middle - follicle[number]) * parts.way).sum(axis=1)
         variance = MISS**2 + (BENT * far) ** 2
         weight = parts.weight / (variance + (off / STRAY) ** 2)
-    left = float(np.average(off**2, weights=weight))
+    free = max(off.size - found.size, 1) / off.size
+    left = float(np.average(off**2, weights=weight)) / free
     if not knots:
         return np.zeros((frames, 3)), left
     at = np.linspace(0, knots - 1, frames)

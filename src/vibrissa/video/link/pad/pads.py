@@ -118,9 +118,11 @@ def lines_of(pieces: Pieces, pads: list[Pad], pad: Integers, back: Mask) -> Line
     count, owner = pad.size, pieces.owner
     place, covariance, reach = np.full((count, 3), np.nan), np.full((count, 3, 3), np.nan), np.full((count, 2), np.nan)
     for number, one in enumerate(pads):
+        mine = pad == number
+        if not mine.any():
+            continue
         along, across = one.polar(pieces.column, pieces.row)
         low, high = (f.reduceat(along, pieces.start) for f in (np.minimum, np.maximum))
-        mine = pad == number
         # a line that hardly overlaps the range is fitted as a whole
         part = (np.minimum(high, BEYOND) - np.maximum(low, -BEYOND)) * (one.outer - one.inner) / 2
         use = (np.abs(along) <= BEYOND) | (part < SHORTEST)[owner]
