@@ -10,7 +10,7 @@ each seed and tracker; rows that are there are not made again, so a run that was
 are printed.
 
 WHISK is a folder with WHISK's ``trace``, ``measure``, ``classify``, ``reclassify`` (PyPI: whisk-janelia 1.2.5) and
-``default.parameters``; its ``trace`` loads FFmpeg 6, which a wheel of PyAV 12 brings (LD_LIBRARY_PATH). It is given
+``default.parameters``, and its filters, ``*.detectorbank``, as its first run writes them; its ``trace`` loads FFmpeg 6, which a wheel of PyAV 12 brings (LD_LIBRARY_PATH). It is given
 the number of whiskers of each pad, and both pads one by one, each in its own half of the image.
 
 What the movies lack of recorded ones: the head's flank, ears and limbs beyond an outline; hairs that whisk with the
