@@ -9,9 +9,10 @@ pixels, 500 frames a second. A seed draws whiskers, whisking, light, blur, noise
 each seed and tracker; rows that are there are not made again, so a run that was stopped goes on. At the end the tables
 are printed.
 
-WHISK is a folder with WHISK's ``trace``, ``measure``, ``classify``, ``reclassify`` (PyPI: whisk-janelia 1.2.5) and
-``default.parameters``, and its filters, ``*.detectorbank``, as its first run writes them; its ``trace`` loads FFmpeg 6, which a wheel of PyAV 12 brings (LD_LIBRARY_PATH). It is given
-the number of whiskers of each pad, and both pads one by one, each in its own half of the image.
+WHISK is a folder with WHISK's ``trace``, ``measure``, ``classify``, ``reclassify`` (PyPI: whisk-janelia 1.2.5),
+``default.parameters``, and its filters, ``*.detectorbank``, as its first run writes them. Its ``trace`` loads FFmpeg 6,
+which a wheel of PyAV 12 brings (LD_LIBRARY_PATH). It is given the number of whiskers of each pad, and both pads one by
+one, each in its own half of the image.
 
 What the movies lack of recorded ones: the head's flank, ears and limbs beyond an outline; hairs that whisk with the
 skin; a pad whose skin slides as it whisks; whiskers out of focus; the border of the light, glare and dirt; compression.
