@@ -82,10 +82,11 @@ def track_linked(
     least_probability : float
         Probability of a name from which on a line is called that whisker's.
     head : HeadPose, optional
-        The head in every frame that is tracked: lines are linked in coordinates that move with it.
+        The head in every frame that is tracked: lines are linked in coordinates that move with it. Without it they are
+        in those that move as the lines show, if they show a motion.
     skin : sequence of (column, row), optional
-        Where whiskers leave the skin [px], in the first frame in which the head is known; each is that of the whisker
-        whose bases are nearest, the other whiskers begin at the median of their bases.
+        Where whiskers leave the skin [px], in the first frame in which the head is known, or the first one; each is
+        that of the whisker whose bases are nearest, the other whiskers begin at the median of their bases.
     drop_frames : {"nan"}, optional
         Frames that are missing in the movie repeat the one before, so that later ones have their place in time.
     start, stop : int
