@@ -208,7 +208,7 @@ def _of_the_head(head: HeadPose | None, motion: HeadPose | None) -> list[str]:
         far, turn = np.hypot(np.std(motion.column), np.std(motion.row)), np.std(motion.angle)
         return [
             f"the lines show that the head moves (SD {far:.0f} px) and turns (SD {turn:.0f}°): whiskers are linked in "
-            "coordinates that move with it; angles are those in the image unless --head is given"
+            "coordinates that move with it; angles are those in the image unless the head is given"
         ]
     if head is None or head.known.all():
         return []
