@@ -243,7 +243,7 @@ def _motion(one: Linking) -> HeadPose | None:
 
 
 def _unlinked_in(pieces: Pieces, size: float, motion: HeadPose | None) -> Linking:
-    """The same in coordinates that move with the head."""
+    """Lines of no whisker yet, in coordinates that move with the head."""
     placed = resized(in_head(pieces, motion), size)
     pads, pad, back = find_pads(placed)
     if (pad < 0).all():
