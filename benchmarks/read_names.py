@@ -36,7 +36,8 @@ SAME = 1.0  # difference of angle of the same line [°]
 READINGS, FEWEST = ("one", "two", "three"), 400  # lines of a whisker in the first reading
 LEVELS = 0.0, 0.7
 STRIP, BEFORE, ANGLES, BESIDE = 60, 15, np.arange(-65, 50, 0.25), (60.0, 110.0)
-COLUMNS = "whisker", "angle [°]", "frames", "readings agree [%]", "under its name [%]", "name wrong [%]"
+COLUMNS = "whisker", "angle [°]", "frames", "readings agree [%]", "each reading, wrong [%]"
+COLUMNS += "under its name [%]", "name wrong [%]"
 
 Runs = list[dict[str, str]]
 
@@ -109,17 +110,29 @@ def scores(lines: Named, calls: np.ndarray, known: np.ndarray, least: float) -> 
     return 100 * right.size / frames.size, 100 * wrong.size / np.unique(lines.frame[mine]).size
 
 
+def by_others(lines: Named, calls: np.ndarray, known: np.ndarray, one: int) -> tuple[float, float]:
+    """What :func:`scores` gives for a reading, by the two others: ``known`` (3, S) lines that each can tell."""
+    both = np.delete(calls, one, axis=0)
+    own, told = both.all(axis=0), np.delete(known, one, axis=0).all(axis=0)
+    frames, mine = np.unique(lines.frame[own]).size, np.unique(lines.frame[calls[one]]).size
+    right = np.unique(lines.frame[calls[one] & own]).size
+    wrong = np.unique(lines.frame[calls[one] & told & ~both.any(axis=0)]).size
+    return 100 * right / frames, 100 * wrong / mine
+
+
 def table(runs: Runs, lines: Named) -> None:
     """Print the whiskers."""
     letters, at = read(runs, lines), angle_of(lines)
-    known = (letters != "").sum(axis=0) >= 2
+    told = letters != ""
+    known = told.sum(axis=0) >= 2
     print("| " + " | ".join(COLUMNS) + " |", len(COLUMNS) * "|---" + "|", sep="\n")
     for letter, calls in whiskers(letters).items():
         own = calls.sum(axis=0) >= 2
         shares = np.array([scores(lines, calls, known, least) for least in LEVELS]).T
         entries = [", ".join(f"{one:.0f}" for one in some) for some in shares]
         frames = np.unique(lines.frame[own]).size
-        cells = [letter, f"{np.median(at[own]):.0f}", str(frames), f"{100 * agreement(calls):.0f}", *entries]
+        readings = "; ".join("{:.0f}, {:.0f}".format(*by_others(lines, calls, told, one)) for one in range(len(calls)))
+        cells = [letter, f"{np.median(at[own]):.0f}", str(frames), f"{100 * agreement(calls):.0f}", readings, *entries]
         print("| " + " | ".join(cells) + " |")
 
 

@@ -29,7 +29,9 @@ from vibrissa.video.link.whisker_discovery import (
     models_of,
     tracklet_table,
 )
+from vibrissa.video.link.windows import cut_lines_to, lengths, linked_in_windows
 
+STARTS = 3  # from which a pad is linked
 LEVERS = 2  # times that the pad's lever is learnt
 ROUNDS = 4  # in which phase, whiskers and lines are estimated in turn
 AGAIN = (2, True), (3, False)  # the same where whiskers are known, and whether bases then say little of a swap
@@ -109,14 +111,22 @@ def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) 
     Returns
     -------
     list of Solution
-        Its whiskers, and the probability of each candidate line: as they come from plain stretches, from those joined
-        over gaps, and from those in which pieces of one line are no alternatives.
+        Its whiskers, and the probability of each candidate line: as they come from windows of several lengths. Where
+        the movie is too short for these, as they come from plain stretches, from those joined over gaps, and from
+        those in which pieces of one line are no alternatives.
     """
     plain = stretches(frames, frame, lines, number, pad)
-    whole = joined(
-        frame, plain.name, lines, carried(frames, frame, plain.name, lines, plain.swing, plain.lever), plain.lever
-    )
-    return [_solved(frames, frame, lines, start, plain) for start in (plain.name, whole, plain.pieces)]
+
+    def linked(here: Integers, first: int, stop: int) -> Solution:
+        part = stop - first, frame[here] - first, cut_lines_to(lines, here)
+        around = stretches(*part, number, pad)
+        return _solved(*part, around.name, around)
+
+    starts = [linked_in_windows(frames, frame, length, linked) for length in lengths(frames)]
+    if len(starts) < STARTS:
+        motion = carried(frames, frame, plain.name, lines, plain.swing, plain.lever)
+        starts += [plain.name, joined(frame, plain.name, lines, motion, plain.lever), plain.pieces]
+    return [_solved(frames, frame, lines, start, plain) for start in starts[:STARTS]]
 
 
 def link_pad_again(
