@@ -13,6 +13,7 @@ from vibrissa.video.correct.edits import Edit
 from vibrissa.video.foreign.segment_tables import read_segments, segments_of
 from vibrissa.video.foreign.tracks import read_tracks
 from vibrissa.video.foreign.whisk_files import Segment, packed_whiskers
+from vibrissa.video.link.thorough_linking import link_thoroughly
 from vibrissa.video.link.whisker_linking import link_segments
 from vibrissa.video.tracking import Calibration
 
@@ -82,7 +83,11 @@ def test_the_pad_of_a_real_mouse_is_where_its_whiskers_converge():
     linking = link_segments(segments)
     assert len(linking.pads) == 1
     np.testing.assert_allclose(linking.pads[0].pivot / linking.size, [-16.0, 192.0], atol=25.0)
-    assert linking.whiskers >= 4
+
+
+def test_whiskers_of_a_real_mouse_are_found_in_lines_of_another_program():
+    segments = read_segments(real("whiskiwrap-movies/test_video2.whiskers"), "WHISK")
+    assert link_thoroughly(segments)[1].whiskers >= 5
 
 
 def test_a_file_of_whisk_without_identity_is_linked_and_corrected():

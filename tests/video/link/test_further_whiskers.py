@@ -13,7 +13,7 @@ from vibrissa.video.link.further_whiskers import name_further_whiskers
 from vibrissa.video.link.identities import names_of
 from vibrissa.video.link.pad.pads import Lines
 from vibrissa.video.link.pad.phase import ALIKE
-from vibrissa.video.link.whisker_discovery import best_groups
+from vibrissa.video.link.starts.whisker_discovery import best_groups
 from vibrissa.video.link.whisker_linking import link_segments
 
 OTHERS = 5  # linkings that say what the one says

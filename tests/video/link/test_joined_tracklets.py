@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from simulated_segments import Pad, simulate
 
-from vibrissa.video.link.joined_tracklets import GAP, LEAST, carried, joined
 from vibrissa.video.link.pad.pad_finding import find_pads
 from vibrissa.video.link.pad.pads import Lines, lines_of
 from vibrissa.video.link.pad.pieces import pieces_of
 from vibrissa.video.link.pad_linking import stretches
+from vibrissa.video.link.starts.joined_tracklets import GAP, LEAST, carried, joined
 
 LEVER = np.ones(3)
 

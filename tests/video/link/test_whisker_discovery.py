@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibrissa.video.link.whisker_discovery import _medians
+from vibrissa.video.link.starts.whisker_discovery import _medians
 
 
 def test_medians_are_those_of_each_tracklet_and_of_an_empty_one_unknown():

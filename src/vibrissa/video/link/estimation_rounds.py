@@ -14,8 +14,8 @@ from vibrissa.video.link.chains.whisker_models import Model, deviations, prior_s
 from vibrissa.video.link.pad.common_swing import OWN, weight_of
 from vibrissa.video.link.pad.pads import Lines
 from vibrissa.video.link.pad.phase import Along, gains_at, quartered
-from vibrissa.video.link.tracklets import smoothed_phase
-from vibrissa.video.link.whisker_discovery import (
+from vibrissa.video.link.starts.tracklets import smoothed_phase
+from vibrissa.video.link.starts.whisker_discovery import (
     LEAST,
     SAME,
     SUPPORT,

@@ -18,7 +18,7 @@ from vibrissa.video.link.chains.superfluous import pieces_of_one, without_superf
 from vibrissa.video.link.chains.swap_moves import unswap
 from vibrissa.video.link.estimation_rounds import SETTLED, refitted, thinned
 from vibrissa.video.link.identities import Names, names_of
-from vibrissa.video.link.whisker_discovery import SUPPORT, best_groups
+from vibrissa.video.link.starts.whisker_discovery import SUPPORT, best_groups
 from vibrissa.video.link.whisker_linking import Linking
 
 ROUNDS = 4  # in which the whiskers and their lines are estimated in turn

@@ -12,24 +12,24 @@ from vibrissa.video.link.chains.exclusion import Solution
 from vibrissa.video.link.chains.swap_moves import keep_names
 from vibrissa.video.link.chains.whisker_models import prior_spread
 from vibrissa.video.link.estimation_rounds import SETTLED, iterated, phase_of_whiskers, refitted, steadied
-from vibrissa.video.link.joined_tracklets import carried, joined
 from vibrissa.video.link.pad.common_swing import calmness, common_swing, lever, pairs_of, weight_of
 from vibrissa.video.link.pad.pads import HIDDEN, SHORTEST, Lines, Pad
 from vibrissa.video.link.pad.phase import along_of, quartered
 from vibrissa.video.link.pad.turning import learnt_lever
-from vibrissa.video.link.tracklets import (
+from vibrissa.video.link.starts.joined_tracklets import carried, joined
+from vibrissa.video.link.starts.tracklets import (
     expected,
     phase_of_tracklets,
     tracklets,
 )
-from vibrissa.video.link.whisker_discovery import (
+from vibrissa.video.link.starts.whisker_discovery import (
     LEAST,
     SUPPORT,
     groups,
     models_of,
     tracklet_table,
 )
-from vibrissa.video.link.windows import cut_lines_to, lengths, linked_in_windows
+from vibrissa.video.link.starts.windows import lengths, linked_in_windows, some_lines
 
 STARTS = 3  # from which a pad is linked
 LEVERS = 2  # times that the pad's lever is learnt
@@ -118,7 +118,7 @@ def link_pad(frames: int, frame: Integers, lines: Lines, number: int, pad: Pad) 
     plain = stretches(frames, frame, lines, number, pad)
 
     def linked(here: Integers, first: int, stop: int) -> Solution:
-        part = stop - first, frame[here] - first, cut_lines_to(lines, here)
+        part = stop - first, frame[here] - first, some_lines(lines, here)
         around = stretches(*part, number, pad)
         return _solved(*part, around.name, around)
 

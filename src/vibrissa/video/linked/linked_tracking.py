@@ -19,8 +19,8 @@ from vibrissa.quantities.kinds import Progress
 from vibrissa.video.find.movie_segments import Background, LineSearch, find_segments
 from vibrissa.video.follow.background import reference
 from vibrissa.video.io.movie import open_movie, read_blocks
+from vibrissa.video.link.starts.whisker_discovery import LEAST
 from vibrissa.video.link.thorough_linking import link_thoroughly
-from vibrissa.video.link.whisker_discovery import LEAST
 from vibrissa.video.link.whisker_linking import Linking
 from vibrissa.video.linked.line_marks import LineMark, apply_marks, marked_lines, require_in_movie, snapped
 from vibrissa.video.linked.linked_profile import profile_from_linking, whiskers_seen

@@ -19,7 +19,7 @@ from vibrissa.video.link.chains.exclusion import Solution
 from vibrissa.video.link.chains.swap_moves import best_lines
 from vibrissa.video.link.pad.pads import Lines
 
-LENGTHS = 200, 300, 450  # frames of a window; each length is a start of its own
+LENGTHS = 200, 300, 450  # frames of a window; each gives one start
 FEWEST = 1.5  # lengths of a window that a movie has at least
 SHARED = 0.5, 0.3  # more of the lines that either has where windows overlap: of the fewer, and of the more
 LEAST = 8  # lines that they share at least
@@ -67,7 +67,7 @@ def _starts(frames: int, length: int) -> list[int]:
     return [int(first) for first in np.linspace(0, last, int(np.ceil(2 * last / length)) + 1).round()]
 
 
-def cut_lines_to(lines: Lines, here: Integers) -> Lines:
+def some_lines(lines: Lines, here: Integers) -> Lines:
     """Some of the lines."""
     return Lines._make(values[here] for values in lines)
 
