@@ -8,6 +8,7 @@ from simulated_segments import Pad, score, simulate
 
 from vibrissa.video.link.pad.pads import Lines
 from vibrissa.video.link.starts.windows import lengths, linked_in_windows, some_lines
+from vibrissa.video.link.thorough_linking import link_thoroughly
 from vibrissa.video.link.whisker_linking import linkings
 
 
@@ -20,7 +21,7 @@ class _Solution:
     """Whiskers of a window, as far as windows ask for them."""
 
     def __init__(self, frame, whiskers):
-        self.frames, self.frame = int(frame.max()) + 1, frame
+        self.frames, self.frame = int(frame.max(initial=0)) + 1, frame
         self.labels = [_Label(one) for one in whiskers]
 
 
@@ -90,6 +91,23 @@ def test_no_frame_has_a_name_twice():
     some = name >= 0
     pairs = np.stack([frame[some], name[some]])
     assert np.unique(pairs, axis=1).shape == pairs.shape
+
+
+def test_windows_without_lines_have_no_whiskers():
+    frame, whisker = np.repeat(np.arange(500), 3), np.tile(np.arange(3), 500)
+    late = frame >= 300
+    frame, whisker = frame[late], whisker[late]
+    name = linked_in_windows(500, frame, 100, _linker(frame, whisker, np.random.default_rng(5)))
+    assert sorted(np.unique(name)) == [0, 1, 2]
+    nobody = linked_in_windows(500, frame, 100, lambda here, first, stop: _Solution(np.zeros(1, int), []))
+    assert (nobody == -1).all()
+
+
+def test_a_long_movie_with_lines_in_few_frames_has_no_whiskers():
+    """Five frames of 900: no whisker is seen in a twentieth of them."""
+    segments, _ = simulate([Pad(whiskers=4, frames=5)], 3)
+    far = segments.segment_frame.copy(data=np.where(segments.segment_frame > 2, 895, 0) + segments.segment_frame.values)
+    assert link_thoroughly(segments.assign(segment_frame=far))[1].whiskers == 0
 
 
 def test_lines_are_cut_to_some_of_them():

@@ -38,11 +38,13 @@ def named_by_base(names: Names, solution: Solution, base: Array) -> Names:
     Names
         The names that lines have stay.
     """
+    if not solution.labels:
+        return names
     frame, who, own = solution.frame, solution.who, [names.whisker == n for n in range(len(solution.labels))]
     each = [_begins(base, solution.phase, one) for one in own]
     begins = np.array([one for one, _ in each]).reshape(len(own), frame.size)
     plain = np.array([steady and names.sure[one].mean() >= SURE for (_, steady), one in zip(each, own, strict=True)])
-    owner = begins.argmax(axis=0) if own else np.zeros(frame.size, np.int64)
+    owner = begins.argmax(axis=0)
     free = who[(names.whisker[who] < 0) & (begins.sum(axis=0)[who] == 1)]
     free = free[plain[owner[free]] & (names.main[owner[free], frame[free]] < 0)]
     free = free[_long(solution, names.whisker, free, owner[free])]
