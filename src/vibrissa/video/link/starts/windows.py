@@ -56,7 +56,7 @@ def linked_in_windows(
     windows: list[Window] = []
     for first in _starts(frames, length):
         here = np.flatnonzero((frame >= first) & (frame < first + length))
-        best = best_lines(linked(here, first, first + length))
+        best = best_lines(linked(here, first, first + length)) if here.size else ()
         windows.append((first, first + length, [here[one[one >= 0]] for one in best]))
     return _named(frame, windows, _numbers(frame, windows))
 
