@@ -160,3 +160,33 @@ def _share(solution: Solution, main: Integers, also: Integers, reason: Integers)
             off = np.abs(lines.place[main[other, t], 1:] - place[t, 1:]).max(axis=1)
             here = t[off < ONE_LINE]
             also[main[other, here]], reason[n, here] = n, SHARED
+
+
+def with_named(names: Names, frame: Integers, segment: Integers, whisker: Integers, sure: float) -> Names:
+    """The same with names for some lines.
+
+    Parameters
+    ----------
+    names : Names
+        Of the pad; it is not changed.
+    frame : (S,) array
+        Frame of each segment.
+    segment, whisker : (n,) arrays of int
+        Lines without a name, and whose they are, each in a frame in which this whisker has no line.
+    sure : float
+        Probability that this is right.
+
+    Returns
+    -------
+    Names
+        The names that lines have stay.
+    """
+    if not segment.size:
+        return names
+    words, when = ("whisker", "also", "sure", "main", "chance", "reason"), frame[segment]
+    out = names._replace(**{word: getattr(names, word).copy() for word in words})
+    out.whisker[segment], out.sure[segment] = whisker, sure
+    out.main[whisker, when], out.chance[whisker, when], out.reason[whisker, when] = segment, sure, 0
+    alone = (out.also >= 0) & (out.main[out.also, frame] >= 0)
+    out.also[alone] = -1
+    return out

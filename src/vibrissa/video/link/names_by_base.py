@@ -10,7 +10,7 @@ import numpy as np
 
 from vibrissa.arrays import Array, Integers, Mask
 from vibrissa.video.link.chains.exclusion import Solution
-from vibrissa.video.link.identities import Names
+from vibrissa.video.link.identities import Names, with_named
 
 APART = 3.0  # standard deviations from where a whisker begins within which a line begins there
 LONG = 0.5  # length of a line over that of the whisker's other lines, at least
@@ -50,16 +50,8 @@ def named_by_base(names: Names, solution: Solution, base: Array) -> Names:
     free = free[_long(solution, names.whisker, free, owner[free])]
     pairs, count = np.unique(np.stack([owner[free], frame[free]]), axis=1, return_counts=True)
     alone = {(n, t) for n, t in pairs[:, count == 1].T.tolist()}
-    found = [(s, owner[s], frame[s]) for s in free if (owner[s], frame[s]) in alone]
-    if not found:
-        return names
-    segment, whisker, when = np.array(found).T
-    out = names._replace(
-        **{word: getattr(names, word).copy() for word in ("whisker", "sure", "main", "chance", "reason")}
-    )
-    out.whisker[segment], out.sure[segment] = whisker, RIGHT
-    out.main[whisker, when], out.chance[whisker, when], out.reason[whisker, when] = segment, RIGHT, 0
-    return out
+    segment = np.array([s for s in free if (owner[s], frame[s]) in alone], np.int64)
+    return with_named(names, frame, segment, owner[segment], RIGHT)
 
 
 def _begins(base: Array, phase: Array, own: Mask) -> tuple[Mask, bool]:

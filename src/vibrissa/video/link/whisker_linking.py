@@ -16,6 +16,7 @@ from vibrissa.video.link.chains.exclusion import Solution
 from vibrissa.video.link.identities import REASONS, Names, names_of
 from vibrissa.video.link.line_at import line_at
 from vibrissa.video.link.names_by_base import named_by_base
+from vibrissa.video.link.names_in_gaps import named_in_gaps
 from vibrissa.video.link.pad.pad_finding import find_pads, pads_of_lines
 from vibrissa.video.link.pad.pad_motion import motion_of
 from vibrissa.video.link.pad.pads import Lines, Pad, lines_of
@@ -81,7 +82,7 @@ class Linking:
             if self.others is not None:
                 votes = self.others.votes[:, [*range(first, stop), -1]]
                 names = agreed(names, one, Others(votes, self.others.linkings))
-                names = named_by_base(names, one, self.base(n))
+                names = named_in_gaps(named_by_base(names, one, self.base(n)), one)
             out.append(names)
             first = stop
         return out

@@ -24,6 +24,7 @@ SWEEPS = 6  # rounds of messages at most
 SMALL = 0.15  # change of a message, over 1 more than it, that does not count
 WANT = 300.0  # bound of a message, the logarithm of 1 more than odds
 MOST = 36  # lines of a plain stretch from which on each counts no less
+CERTAIN = 30.0  # what a line is worth more that a whisker surely has
 DAMPED = 0.7  # share of a new message
 
 
@@ -137,6 +138,31 @@ class Solution:
             return self.frames * float(STAY)
         missed = np.log(one.model.missed)
         return log_chance(self.frames, self.frame[one.seen], one.gain, one.again, one.leaves, *one.steps, missed)
+
+    def visited(self, model: Model, own: Integers, free: Integers, more: float) -> tuple[Integers, Array]:
+        """Lines that a chain may have beside those that it has.
+
+        Parameters
+        ----------
+        model : Model
+            The whisker.
+        own, free : arrays of int
+            Lines that it has, and others.
+        more : float
+            What the others are worth beyond what they would be while whiskers compete.
+
+        Returns
+        -------
+        array of int, array
+            Those of the others that are candidates, and their probabilities.
+        """
+        one = self._label(model, np.sort(np.concatenate([own, free])))
+        if not one.seen.size:
+            return one.seen, one.chance
+        other, missed = ~np.isin(one.seen, own), np.log(one.model.missed)
+        gain = one.gain + np.where(other, more, CERTAIN)
+        chance, _ = chances(self.frames, self.frame[one.seen], gain, one.again, one.leaves, *one.steps, missed)
+        return one.seen[other], chance[other]
 
     def _label(self, model: Model, who: Integers | None = None) -> ChainLabel:
         seen, x, again = candidates(model, self.lines, self.who if who is None else who, self.phase, self.frame)
