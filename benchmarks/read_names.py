@@ -80,13 +80,13 @@ def alike(one: np.ndarray, other: np.ndarray) -> float:
     return float((one & other).sum() / max((one | other).sum(), 1))
 
 
-def whiskers(letters: np.ndarray) -> dict[str, np.ndarray]:
-    """Which lines are each whisker's by each reading (3, S), those agreed upon best first."""
+def whiskers(letters: np.ndarray, fewest: int = FEWEST) -> dict[str, np.ndarray]:
+    """Which lines are each whisker's by each reading (3, S), those agreed upon best first; each has so many lines."""
     first, *others = (said(one) for one in letters)
     found = {
         letter: np.stack([mine, *(max(other.values(), key=lambda its: alike(mine, its)) for other in others)])
         for letter, mine in first.items()
-        if mine.sum() >= FEWEST
+        if mine.sum() >= fewest
     }
     return dict(sorted(found.items(), key=lambda item: -agreement(item[1])))
 
@@ -120,13 +120,12 @@ def by_others(lines: Named, calls: np.ndarray, known: np.ndarray, one: int) -> t
     return 100 * right / frames, 100 * wrong / mine
 
 
-def table(runs: Runs, lines: Named) -> None:
-    """Print the whiskers."""
-    letters, at = read(runs, lines), angle_of(lines)
+def table(letters: np.ndarray, at: np.ndarray, lines: Named, fewest: int = FEWEST) -> None:
+    """Print the whiskers of letters (3, S); ``at`` is the angle of each line."""
     told = letters != ""
     known = told.sum(axis=0) >= 2
     print("| " + " | ".join(COLUMNS) + " |", len(COLUMNS) * "|---" + "|", sep="\n")
-    for letter, calls in whiskers(letters).items():
+    for letter, calls in whiskers(letters, fewest).items():
         own = calls.sum(axis=0) >= 2
         shares = np.array([scores(lines, calls, known, least) for least in LEVELS]).T
         entries = [", ".join(f"{one:.0f}" for one in some) for some in shares]
@@ -175,7 +174,8 @@ def main() -> None:
     asked = words.parse_args()
     runs = list(csv.DictReader(Path(__file__).with_suffix(".csv").read_text().splitlines()))
     if asked.pictures is None:
-        return table(runs, read_lines(asked.lines))
+        lines = read_lines(asked.lines)
+        return table(read(runs, lines), angle_of(lines), lines)
     movie = np.concatenate([block.astype(float) for block in read_blocks(asked.pictures[0])])
     asked.pictures[1].mkdir(parents=True, exist_ok=True)
     for start in range(0, len(movie), STRIP):
