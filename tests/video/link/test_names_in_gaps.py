@@ -10,7 +10,7 @@ from simulated_segments import Pad, simulate
 
 from vibrissa.video.link.chains.chain_kernel import log_chance
 from vibrissa.video.link.identities import ABSENT, SHARED, Names, names_of
-from vibrissa.video.link.names_in_gaps import FEWEST, MOST, RIGHT, named_in_gaps
+from vibrissa.video.link.names_in_gaps import FEWEST, MOST, RIGHT, SURE, named_in_gaps
 from vibrissa.video.link.whisker_linking import link_segments
 
 
@@ -112,6 +112,19 @@ def test_a_whisker_that_is_hardly_seen_has_no_gaps():
 def test_gaps_of_a_whisker_that_is_mostly_seen_are_left(over, named):
     pad = _Wanted([[0.9, 0.2], [0.3, 0.6]], frames=FEWEST / MOST * over)
     assert (named_in_gaps(pad.names, pad).whisker[pad.free] >= 0).sum() == named
+
+
+@pytest.mark.parametrize("sure", [SURE + 0.01, 0.8, 0.95])
+def test_a_name_in_a_gap_is_no_surer_than_those_of_its_whisker(sure):
+    pad = _Wanted([[0.9, 0.2], [0.3, 0.6]])
+    found = named_in_gaps(pad.names._replace(sure=np.where(pad.names.whisker >= 0, sure, 0.0)), pad)
+    np.testing.assert_allclose(found.sure[pad.free], min(sure, RIGHT))
+
+
+def test_gaps_of_a_whisker_whose_names_are_doubtful_are_left():
+    pad = _Wanted([[0.9, 0.2], [0.3, 0.6]])
+    names = pad.names._replace(sure=np.where(pad.names.whisker == 0, SURE - 0.01, pad.names.sure))
+    np.testing.assert_array_equal(named_in_gaps(names, pad).whisker[pad.free], [-1, 1])
 
 
 def test_a_whisker_that_has_a_line_again_runs_along_no_other():

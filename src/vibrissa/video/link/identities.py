@@ -162,7 +162,7 @@ def _share(solution: Solution, main: Integers, also: Integers, reason: Integers)
             also[main[other, here]], reason[n, here] = n, SHARED
 
 
-def with_named(names: Names, frame: Integers, segment: Integers, whisker: Integers, sure: float) -> Names:
+def with_named(names: Names, frame: Integers, segment: Integers, whisker: Integers, sure: Array | float) -> Names:
     """The same with names for some lines.
 
     Parameters
@@ -173,7 +173,7 @@ def with_named(names: Names, frame: Integers, segment: Integers, whisker: Intege
         Frame of each segment.
     segment, whisker : (n,) arrays of int
         Lines without a name, and whose they are, each in a frame in which this whisker has no line.
-    sure : float
+    sure : (n,) array or float
         Probability that this is right.
 
     Returns

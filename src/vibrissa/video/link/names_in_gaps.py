@@ -18,7 +18,8 @@ LEFT = 1.0  # logarithm of how much rarer lines of no whisker are among those le
 LIKELY = 0.5  # probability from which on a line is in a gap of a whisker
 FEWEST = 20  # lines of a whisker from which on its gaps are looked at
 MOST = 0.6  # share of the frames in which it has a line, up to which they are
-RIGHT = 0.85  # share of such names that is right: 0.76 of 97 in rendered movies, 0.88 of 1,241 in simulated pads
+SURE = 0.6  # mean probability of its names from which on they are; of less sure whiskers half of these names are right
+RIGHT = 0.85  # share of such names that is right: 0.82 of 90 in rendered movies, 0.88 of 1,204 in simulated pads
 
 
 def named_in_gaps(names: Names, solution: Solution) -> Names:
@@ -36,15 +37,24 @@ def named_in_gaps(names: Names, solution: Solution) -> Names:
     Returns
     -------
     Names
-        The names that lines have stay.
+        The names that lines have stay. A name in a gap is as sure as those of its whisker are on average, at most
+        ``RIGHT``.
     """
-    chance, seen = np.zeros((len(solution.labels), solution.frame.size)), (names.main >= 0).sum(axis=1)
-    for n in np.flatnonzero((seen >= FEWEST) & (seen <= MOST * solution.frames)):
+    chance = np.zeros((len(solution.labels), solution.frame.size))
+    seen, sure = (names.main >= 0).sum(axis=1), _mean_sure(names)
+    for n in np.flatnonzero((seen >= FEWEST) & (seen <= MOST * solution.frames) & (sure >= SURE)):
         segment, likely = _in_gaps(names, solution, int(n))
         chance[n, segment] = likely
     segment = np.flatnonzero((chance > LIKELY).sum(axis=0) == 1)
     whisker = chance[:, segment].argmax(axis=0) if segment.size else segment
-    return with_named(names, solution.frame, segment, whisker, RIGHT)
+    return with_named(names, solution.frame, segment, whisker, np.minimum(sure[whisker], RIGHT))
+
+
+def _mean_sure(names: Names) -> Array:
+    """Mean probability of each whisker's names; 0 if it has none."""
+    seen = names.main >= 0
+    sure = np.where(seen, names.sure[names.main], 0.0) if names.sure.size else np.zeros(names.main.shape)
+    return np.asarray(sure.sum(axis=1) / np.maximum(seen.sum(axis=1), 1))
 
 
 def _in_gaps(names: Names, solution: Solution, number: int) -> tuple[Integers, Array]:
