@@ -49,6 +49,17 @@ def test_sides_are_seen_where_the_head_is_turned_from_the_side_of_the_nose():
     assert caught.value.rule.endswith("the other, top or bottom")
 
 
+def test_whiskers_that_point_far_to_the_nose_have_names_of_their_side():
+    """The sides are seen along the side of the nose that was given, but not along the axis between the pads."""
+    (bases, ways), side = head(turn=0.25, lean=0.85, seed=3)
+    ways[side > 0] = head(turn=0.25, lean=0.4, seed=3)[0][1][side > 0]
+    face = face_through(bases, "top", ways=ways)
+    assert face.between
+    assert not sides_of(bases, ways, face.direction).any()
+    names = whisker_names(bases, face, ways=ways)
+    assert names == [f"{letter}{number}" for letter in "LR" for number in range(1, 7)]
+
+
 def test_a_whisker_that_was_never_seen_is_on_no_side():
     (bases, ways), side = head()
     ways[3] = bases[3] = np.nan

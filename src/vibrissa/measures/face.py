@@ -10,7 +10,7 @@ import numpy as np
 
 from vibrissa.arrays import Array, Integers
 from vibrissa.errors import RangeError, UnknownError
-from vibrissa.measures.sides import axis_between, sides_of
+from vibrissa.measures.sides import axis_between, sides_along, sides_of
 
 Side = Literal["left", "right", "top", "bottom"]
 Point = tuple[float, float]
@@ -32,12 +32,15 @@ class Face:
         Where it is from, in words.
     direction_sd : float
         Standard error of its direction [rad], where it was fitted to bases; NaN elsewhere.
+    between : bool
+        Whether it is the axis between pads of both sides.
     """
 
     caudal: Point
     rostral: Point
     origin: str = "two points"
     direction_sd: float = np.nan
+    between: bool = False
 
     def __post_init__(self) -> None:
         if not np.hypot(*np.subtract(self.rostral, self.caudal)) > 0:
@@ -142,7 +145,7 @@ def face_through(
             raise RangeError("nose", rule, nose, "or give two points of face")
         error = _direction_sd(known - centre, weight, axis)
     ends = [(float(one[0]), float(one[1])) for one in (centre, centre + along)]
-    return Face(caudal=ends[0], rostral=ends[1], origin=origin, direction_sd=error)
+    return Face(caudal=ends[0], rostral=ends[1], origin=origin, direction_sd=error, between=bool(side.any()))
 
 
 def _direction_sd(bases: Array, weight: Array, axis: Array) -> float:
@@ -211,7 +214,10 @@ def whisker_names(
     """
     along = bases @ face.direction
     rows = None if dorsal is None else _rows(bases @ (np.array(SIDES[dorsal]) * (1 if downwards else (1, -1))))
-    side = np.zeros(len(bases), int) if ways is None else sides_of(bases, ways, face.direction)
+    if face.between:
+        side = sides_along(bases, np.array(face.caudal), face.direction)
+    else:
+        side = np.zeros(len(bases), int) if ways is None else sides_of(bases, ways, face.direction)
     left, right = (1, -1) if not downwards else (-1, 1)
     groups = {name: np.flatnonzero(side == one) for name, one in (("L", left), ("", 0), ("R", right))}
     if rows is not None:

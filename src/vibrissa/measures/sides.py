@@ -40,6 +40,26 @@ def sides_of(bases: Array, ways: Array, towards: Array) -> Integers:
     return side if middle[0] - middle[1] > APART * (high - low).max() else np.zeros_like(side)
 
 
+def sides_along(bases: Array, middle: Array, towards: Array) -> Integers:
+    """Side of each whisker where it is known that pads of both sides are seen, and how the head lies.
+
+    Parameters
+    ----------
+    bases : (W, 2) array
+        Mean base of each whisker [m], NaN where it was never seen.
+    middle : (2,) array
+        A point of the axis of the head [m].
+    towards : (2,) array
+        Unit vector to the nose.
+
+    Returns
+    -------
+    (W,) array of int
+        As of :func:`sides_of`.
+    """
+    return np.sign(np.nan_to_num((bases - middle) @ np.array([-towards[1], towards[0]]))).astype(np.int64)
+
+
 def axis_between(bases: Array, side: Integers, towards: Array) -> Array:
     """Axis of the head that has pads on both sides: across the line from one's median base to the other's.
 
