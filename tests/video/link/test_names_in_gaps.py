@@ -117,13 +117,13 @@ def test_gaps_of_a_whisker_that_is_mostly_seen_are_left(over, named):
 @pytest.mark.parametrize("sure", [SURE + 0.01, 0.8, 0.95])
 def test_a_name_in_a_gap_is_no_surer_than_those_of_its_whisker(sure):
     pad = _Wanted([[0.9, 0.2], [0.3, 0.6]])
-    found = named_in_gaps(pad.names._replace(sure=np.where(pad.names.whisker >= 0, sure, 0.0)), pad)
+    found = named_in_gaps(pad.names._replace(chance=np.where(pad.names.main >= 0, sure, np.nan)), pad)
     np.testing.assert_allclose(found.sure[pad.free], min(sure, RIGHT))
 
 
 def test_gaps_of_a_whisker_whose_names_are_doubtful_are_left():
     pad = _Wanted([[0.9, 0.2], [0.3, 0.6]])
-    names = pad.names._replace(sure=np.where(pad.names.whisker == 0, SURE - 0.01, pad.names.sure))
+    names = pad.names._replace(chance=np.where(pad.names.main >= 0, [[SURE - 0.01], [0.9]], np.nan))
     np.testing.assert_array_equal(named_in_gaps(names, pad).whisker[pad.free], [-1, 1])
 
 
@@ -140,5 +140,5 @@ def test_a_whisker_that_has_a_line_again_runs_along_no_other():
 def test_without_whiskers_nothing_is_named():
     pad = _Wanted([[0.9, 0.1], [0.1, 0.1]])
     pad.labels = []
-    none = pad.names._replace(main=pad.names.main[:0], whisker=np.full(pad.frame.size, -1))
+    none = pad.names._replace(main=pad.names.main[:0], chance=pad.names.chance[:0], whisker=np.full(pad.frame.size, -1))
     assert named_in_gaps(none, pad) is none

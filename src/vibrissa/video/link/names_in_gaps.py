@@ -41,20 +41,14 @@ def named_in_gaps(names: Names, solution: Solution) -> Names:
         ``RIGHT``.
     """
     chance = np.zeros((len(solution.labels), solution.frame.size))
-    seen, sure = (names.main >= 0).sum(axis=1), _mean_sure(names)
+    seen = (names.main >= 0).sum(axis=1)
+    sure = np.where(names.main >= 0, names.chance, 0.0).sum(axis=1) / np.maximum(seen, 1)
     for n in np.flatnonzero((seen >= FEWEST) & (seen <= MOST * solution.frames) & (sure >= SURE)):
         segment, likely = _in_gaps(names, solution, int(n))
         chance[n, segment] = likely
     segment = np.flatnonzero((chance > LIKELY).sum(axis=0) == 1)
     whisker = chance[:, segment].argmax(axis=0) if segment.size else segment
     return with_named(names, solution.frame, segment, whisker, np.minimum(sure[whisker], RIGHT))
-
-
-def _mean_sure(names: Names) -> Array:
-    """Mean probability of each whisker's names; 0 if it has none."""
-    seen = names.main >= 0
-    sure = np.where(seen, names.sure[names.main], 0.0) if names.sure.size else np.zeros(names.main.shape)
-    return np.asarray(sure.sum(axis=1) / np.maximum(seen.sum(axis=1), 1))
 
 
 def _in_gaps(names: Names, solution: Solution, number: int) -> tuple[Integers, Array]:
